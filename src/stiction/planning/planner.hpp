@@ -1,0 +1,87 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "stiction/core/run_control.hpp"
+#include "stiction/planning/plan.hpp"
+
+namespace stiction::planning {
+
+/// Length rule of Extend (Alg. 3).
+struct FixedLength { double length = 0.3; };    ///< ‖δu‖ is always this [rad or m]
+struct CappedLength { double length = 0.3; };   ///< at most this
+using LengthRule = std::variant<CappedLength, FixedLength>;
+
+enum class SamplerKind { Generic, GraspSynergy };
+
+/// Box from which subgoals are drawn: per object position [m] and rotation [rad] relative to the world, or coordinates for
+/// planar, hinged and sliding objects.
+struct SampleBox {
+  int object = 0;
+  Eigen::VectorXd lower, upper;   ///< free object: x y z roll pitch yaw; others: their coordinates
+};
+
+struct PlannerOptions {
+  std::uint64_t seed = 0;
+  int threads = 0;                    ///< 0 = all cores; the result does not depend on it
+  int batch = 8;                      ///< extensions per round, ≥ 1; the result does depend on it
+  int max_iterations = 100000;        ///< extensions, ≥ 1
+  bool stop_at_goal = true;           ///< false: always run max_iterations (timing)
+  double goal_bias = 0.3;             ///< probability that the subgoal is the goal
+  double grasp_probability = 0.3;     ///< probability that a node gets a contact sample instead of an extension
+  double gamma = 1e-6;                ///< γ of the metric (3.5)
+  LengthRule length = CappedLength{};
+  dynamics::Analytic smoothing;       ///< local models (3.3)
+  double h = 0.1;                     ///< time step of every model [s]
+  dynamics::Regularisation regularisation = dynamics::ByRule{};
+  std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};   ///< nullopt: one single step per extension
+  bool real_regrasps = true;          ///< false: the robot jumps to its contact sample, as in the thesis's trees
+  double regrasp_friction = 0.8;      ///< regrasps must hold with every μ times this
+  double regrasp_tol_position = 2e-3; ///< the object may move this much during a regrasp [m]
+  double regrasp_tol_angle = 0.02;    ///< [rad]
+  SamplerKind sampler = SamplerKind::Generic;
+  std::vector<SampleBox> sample_boxes;
+  double tolerance_fraction = 0.6;    ///< the planner aims at this share of the goal's tolerances
+  void validate(const world::Model& model) const;
+};
+
+struct PlanningProblem {
+  std::shared_ptr<const world::Model> model;
+  Eigen::VectorXd q_start;            ///< (n_q)
+  Goal goal;
+};
+
+/// How regrasp attempts ended.
+struct RegraspCounts {
+  long tried = 0, accepted = 0;
+  long no_sample = 0;      ///< no posture in contact was found
+  long no_path = 0;        ///< no collision-free path
+  long object_moved = 0;   ///< the object did not stay where it was
+  long failed_step = 0;    ///< a step was not solved
+};
+
+struct PlanResult {
+  core::Status status = core::Status::NumericalFailure;   ///< Solved | MaxIterations (deadline or budget) | Cancelled | …
+  Plan plan;                  ///< best so far, also when not Solved
+  std::uint64_t seed = 0;
+  long iterations = 0;
+  long nodes = 0;
+  long steps = 0;             ///< exact steps computed
+  long linearisations = 0;    ///< smoothed steps with B
+  long failed_steps = 0;      ///< steps whose solve did not end in Solved
+  RegraspCounts regrasps;
+  double wall_s = 0;
+  double start_penetration = 0;   ///< [m] deepest penetration of the given start, ≥ 0
+  bool start_projected = false;   ///< the start was moved to the constraints first (Settle segment)
+};
+
+/// Plans a path of the object to the goal with a tree through contact (Algorithms 2 and 3 with real regrasps).
+/// @returns Solved: the goal is within tolerance, also when the commands are simulated at half the sub-step;
+///          MaxIterations: deadline, or iteration budget; Cancelled. `result.plan` is the best path found in any case.
+/// @throws  InvalidInput
+core::Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result);
+
+}  // namespace stiction::planning

@@ -1,0 +1,174 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stiction/world/scene.hpp"
+
+namespace stiction::world {
+
+using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
+
+enum class BodyKind { Fixed, Object, Robot };
+
+struct Body {
+  std::string name;            ///< "robot/link", "object", "fixed"; unique
+  BodyKind kind = BodyKind::Fixed;
+  int owner = -1;              ///< index of its object or robot
+  std::vector<int> dofs;       ///< velocity indices that move it, ascending
+};
+
+struct Geometry {
+  std::string name;            ///< "body/geometry"
+  int body = -1;
+  Shape shape;
+  Pose X_BG;
+  double friction = 1.0;
+  Eigen::Vector3d p_BCenter = Eigen::Vector3d::Zero();   ///< centre of the bounding sphere in its body
+  double bounding_radius = 0;  ///< [m]; infinite for a half-space
+};
+
+/// Two geometries that may touch. A is the one whose motion relative to B v_c describes: an object before a robot before a fixed body.
+struct Pair {
+  int geometry_a = -1;
+  int geometry_b = -1;
+  double friction = 0;         ///< μ = 2 μ_a μ_b / (μ_a + μ_b)
+  double max_distance = 0;     ///< [m]
+  int support = -1;            ///< index into Model::supports()
+};
+
+enum class DofKind { Prismatic, Revolute };
+
+/// One velocity coordinate.
+struct Dof {
+  std::string name;
+  DofKind kind = DofKind::Revolute;
+  BodyKind owner_kind = BodyKind::Object;
+  int owner = -1;              ///< object or robot index
+  double lower = 0, upper = 0; ///< joint limits [rad or m]; infinite where there are none
+  double stiffness = 0;        ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
+};
+
+struct ObjectInfo {
+  std::string name;
+  int body = -1;
+  int v_begin = 0, n_v = 0;    ///< velocity coordinates [v_begin, v_begin + n_v)
+  int q_begin = 0, n_q = 0;
+  double mass = 0;
+};
+
+struct RobotInfo {
+  std::string name;
+  int v_begin = 0, n_v = 0;    ///< its commands are u[v_begin − n_vu, …)
+  int q_begin = 0;
+  std::vector<std::vector<int>> chains;   ///< velocity indices grouped by branch (trunk, finger, …), in elimination order
+};
+
+/// Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.
+///
+/// q = (objects, robots) with n_q numbers; velocities and increments have n_v = n_vu + n_a, objects first. Robot joints have one
+/// coordinate each, so that u and qᵃ have n_a numbers in the same order. A free object has q = (x, y, z, qx, qy, qz, qw) and the
+/// increment (displacement of the body origin = centre of mass in W [m]; rotation vector in body axes [rad]): R⁺ = R exp(δθ_B).
+class Model {
+ public:
+  /// @throws core::InvalidInput naming file, field, given and expected
+  static std::shared_ptr<const Model> make(const Scene& scene);
+  ~Model();
+  Model(const Model&) = delete;
+  Model& operator=(const Model&) = delete;
+
+  const Scene& scene() const;
+  int n_q() const;
+  int n_v() const;
+  int n_vu() const;   ///< velocity coordinates of the objects
+  int n_qu() const;   ///< configuration numbers of the objects
+  int n_a() const;    ///< actuated joints = length of u
+
+  std::span<const Body> bodies() const;
+  std::span<const Geometry> geometries() const;
+  std::span<const Pair> pairs() const;
+  std::span<const Dof> dofs() const;
+  std::span<const ObjectInfo> objects() const;
+  std::span<const RobotInfo> robots() const;
+
+  /// Distinct sets of velocity coordinates that pairs touch (union of the two bodies' dofs, ascending).
+  const std::vector<std::vector<int>>& supports() const;
+
+  /// Axis (0, 1, 2) normal to the plane in which everything moves, if everything does: friction is then planar.
+  std::optional<int> planar_axis() const;
+
+  const Eigen::VectorXd& stiffness() const;     ///< K_a (n_a) [N/m or N·m/rad]
+  const Eigen::VectorXd& lower() const;         ///< joint limits of the robots (n_a)
+  const Eigen::VectorXd& upper() const;
+
+  /// Distance from a joint axis to the farthest point of the geometry it moves, per robot joint (n_a) [m]; 1 for a prismatic joint.
+  /// Used wherever newtons meet newton metres.
+  const Eigen::VectorXd& reach() const;
+
+  /// Configuration with every object at its placed frame and every joint at the value nearest to 0 inside its limits.
+  Eigen::VectorXd neutral() const;
+
+  /// Index of a robot joint in u, of an object, of a body. @throws core::InvalidInput with the list of known names
+  int joint_index(std::string_view name) const;    ///< "robot/joint", or "joint" where unique
+  int object_index(std::string_view name) const;
+
+  struct Impl;
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  explicit Model(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Poses and joint axes at one configuration. Every coordinate of v moves its bodies by an axis through a point: a revolute
+/// column of a point Jacobian is axis × (p − origin), a prismatic one is axis; a free object's six are three of each.
+struct Kinematics {
+  std::vector<Pose> X_WB;        ///< per body
+  Eigen::Matrix3Xd axis_W;       ///< (3 × n_v) unit axes
+  Eigen::Matrix3Xd origin_W;     ///< (3 × n_v) a point on the axis [m]
+};
+
+/// Scratch of calc_kinematics; one per thread.
+class KinematicsWorkspace {
+ public:
+  explicit KinematicsWorkspace(const Model& model);
+  ~KinematicsWorkspace();
+  KinematicsWorkspace(KinematicsWorkspace&&) noexcept;
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Poses of all bodies and axes of all coordinates at q (n_q). No heap use after the first call.
+void calc_kinematics(const Model& model, VectorRef q, KinematicsWorkspace& work, Kinematics& out);
+
+/// Generalised mass matrix of object i (n_v,i × n_v,i, tangent coordinates) [kg, kg m²].
+void calc_object_mass(const Model& model, const Kinematics& kinematics, int object, Eigen::Ref<Eigen::MatrixXd> M_u);
+
+/// Generalised force of gravity on the objects τᵘ (n_vu) [N, N·m].
+void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u);
+
+/// q ⊕ δ: the only way to move. @param delta (n_v) [m, rad]  @param out (n_q), may be q itself
+void retract(const Model& model, VectorRef q, VectorRef delta, Eigen::Ref<Eigen::VectorXd> out);
+
+/// q1 ⊖ q0 (n_v): retract(q0, local(q0, q1)) = q1 up to the sign of a quaternion; rotation vectors have length ≤ π.
+/// Unlimited single revolute coordinates (planar angle, hinge) are plain differences, not wrapped.
+void local(const Model& model, VectorRef q0, VectorRef q1, Eigen::Ref<Eigen::VectorXd> out);
+
+/// Pose of object i at q, as X_WB. For planar, hinged and sliding objects too.
+Pose object_pose(const Model& model, VectorRef q, int object);
+
+/// @throws core::InvalidInput: wrong size, not finite, quaternion not unit to 1e-6
+void require_configuration(const Model& model, std::string_view field, VectorRef q);
+
+/// Plane vector parts: indices of u and q. qᵃ is the tail of q with n_a numbers.
+inline auto robot_part(const Model& model, const Eigen::VectorXd& q) { return q.tail(model.n_a()); }
+
+}  // namespace stiction::world
