@@ -30,8 +30,12 @@ struct RolloutResult {
   double max_slide = 0;                     ///< [m] largest slip of an active contact in one accepted sub-step
 };
 
+/// Number of equal parts into which the command must be cut so that no joint moves farther than the limits, ≥ 1.
+int count_substeps(const world::Model& model, VectorRef u_start, VectorRef u_end, const SubstepLimits& limits);
+
 /// Moves the command from u_start to u_end in equal parts small enough for the limits, with the dynamics of options.
-/// A sub-step whose active contacts slide more than limits.slide is redone with half the command increment.
+/// A sub-step whose active contacts slide more than limits.slide is redone with half the command increment, four times at most.
+/// @returns Solved: u_end reached; MaxIterations: max_substeps used up; otherwise the status of the step that failed
 core::Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, VectorRef u_end, const StepOptions& options,
                      const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out);
 

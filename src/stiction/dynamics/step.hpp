@@ -18,7 +18,8 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 /// Local model of the contact dynamics: exact (2.6) or smoothed by a log barrier (2.27).
 struct Exact {};
 struct Analytic {
-  double kappa = 100.0;   ///< barrier weight [1/J]; larger is closer to Exact
+  double kappa = 100.0;       ///< barrier weight [1/J]; larger is closer to Exact
+  double self_sharpness = 10; ///< κ of self-contacts and joint limits is this times kappa: they bound motion, they do not push
 };
 using Smoothing = std::variant<Exact, Analytic>;
 
@@ -54,7 +55,11 @@ struct StepInput {
 struct ContactImpulse {
   contact::Contact contact;                ///< geometry at q, before the step
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();  ///< (n, t1, t2) acting on A [N·s]
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]
   double gap = 0;                          ///< φ + J_n δq − μ‖J_t δq‖ ≥ 0, the cone slack [m]
+  bool active = false;                     ///< λ_n > h K gap with the softest robot stiffness K: it carries force
+
+  double slide() const { return displacement.tail<2>().norm(); }
 };
 
 struct StepResult {

@@ -1,0 +1,91 @@
+#include "stiction/dynamics/rollout.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::dynamics {
+namespace {
+
+using core::Status;
+
+/// A sub-step is redone at most this often with half the command: an object that slides because a spring relaxes or gravity pulls
+/// does so however small the command is.
+constexpr int kMaxHalvings = 4;
+
+double largest_slide(const StepResult& result) {
+  double slide = 0;
+  for (const auto& c : result.contacts) {
+    if (c.active) slide = std::max(slide, c.slide());
+  }
+  return slide;
+}
+
+}  // namespace
+
+void SubstepLimits::validate() const {
+  core::require_positive("substep.joint_angle", joint_angle);
+  core::require_positive("substep.joint_travel", joint_travel);
+  core::require_positive("substep.slide", slide);
+  if (max_substeps < 1) core::throw_invalid("substep.max_substeps", std::to_string(max_substeps), "at least 1");
+}
+
+int count_substeps(const world::Model& model, VectorRef u_start, VectorRef u_end, const SubstepLimits& limits) {
+  double n = 1;
+  for (int j = 0; j < model.n_a(); ++j) {
+    const auto& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
+    const double limit = dof.kind == world::DofKind::Revolute ? limits.joint_angle : limits.joint_travel;
+    n = std::max(n, std::ceil(std::abs(u_end[j] - u_start[j]) / limit * (1 - 1e-12)));
+  }
+  return static_cast<int>(n);
+}
+
+Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, VectorRef u_end, const StepOptions& options,
+               const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out) {
+  limits.validate();
+  core::require_size("u_start", u_start.size(), model.n_a());
+  core::require_size("u_end", u_end.size(), model.n_a());
+  out.knots.clear();
+  out.steps = 0;
+  out.max_slide = 0;
+  out.status = Status::Solved;
+
+  const double ds_max = 1.0 / count_substeps(model, u_start, u_end, limits);
+  const double ds_min = ds_max / (1 << kMaxHalvings);
+  Eigen::VectorXd q_now = q;
+  Eigen::VectorXd u(model.n_a());
+  StepResult step_result;
+  double s = 0;
+  double ds = ds_max;
+  while (s < 1.0) {
+    const bool last = s + ds >= 1.0 - 1e-9;
+    const double s_next = last ? 1.0 : s + ds;
+    u = (1 - s_next) * u_start + s_next * u_end;
+    ++out.steps;
+    out.status = step(model, {q_now, u}, options, work, step_result);
+    if (out.status != Status::Solved) return out.status;
+    const double slide = largest_slide(step_result);
+    if (slide > limits.slide && ds > ds_min * (1 + 1e-9)) {
+      ds = std::max(ds_min, 0.5 * ds);
+      continue;
+    }
+    out.max_slide = std::max(out.max_slide, slide);
+    Knot& knot = out.knots.emplace_back();
+    knot.u = u;
+    knot.q = step_result.q_next;
+    for (const auto& c : step_result.contacts) {
+      if (c.active) knot.contacts.push_back(c);
+    }
+    q_now = step_result.q_next;
+    s = s_next;
+    if (slide < 0.4 * limits.slide) ds = std::min(ds_max, 2 * ds);
+    if (static_cast<int>(out.knots.size()) >= limits.max_substeps && s < 1.0) {
+      out.status = Status::MaxIterations;
+      return out.status;
+    }
+  }
+  return out.status;
+}
+
+}  // namespace stiction::dynamics

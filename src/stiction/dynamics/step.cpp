@@ -1,0 +1,312 @@
+#include "stiction/dynamics/step.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::dynamics {
+namespace {
+
+using core::Status;
+using world::Model;
+
+/// Joint limits farther from the joint than this beyond its commanded move are left out of an exact step [rad or m]: a contact
+/// would have to bend the joint's spring that far.
+constexpr double kLimitHorizon = 0.3;
+
+template <class... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+/// Softest robot joint seen as a Cartesian spring, K_a / reach² [N/m].
+double softest_stiffness(const Model& model) {
+  double softest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < model.n_a(); ++i) softest = std::min(softest, model.stiffness()[i] / (model.reach()[i] * model.reach()[i]));
+  return std::isfinite(softest) ? softest : 1.0;
+}
+
+/// Elimination order of the variables: robot branches first (they only meet in what they hold), objects last.
+std::vector<std::vector<int>> elimination_groups(const Model& model) {
+  std::vector<std::vector<int>> groups;
+  for (const auto& robot : model.robots()) groups.insert(groups.end(), robot.chains.begin(), robot.chains.end());
+  for (const auto& object : model.objects()) {
+    auto& group = groups.emplace_back(static_cast<std::size_t>(object.n_v));
+    for (int i = 0; i < object.n_v; ++i) group[static_cast<std::size_t>(i)] = object.v_begin + i;
+  }
+  return groups;
+}
+
+/// Right Jacobian of SO(3): exp(θ + dθ) ≈ exp(θ) exp(J_r(θ) dθ).
+Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& theta) {
+  const double angle2 = theta.squaredNorm();
+  const double angle = std::sqrt(angle2);
+  const double a = angle < 1e-4 ? 0.5 - angle2 / 24 : (1 - std::cos(angle)) / angle2;
+  const double b = angle < 1e-4 ? 1.0 / 6 - angle2 / 120 : (angle - std::sin(angle)) / (angle2 * angle);
+  Eigen::Matrix3d K;
+  K << 0, -theta.z(), theta.y(), theta.z(), 0, -theta.x(), -theta.y(), theta.x(), 0;
+  return Eigen::Matrix3d::Identity() - a * K + b * K * K;
+}
+
+bool is_self_contact(const Model& model, const world::Pair& pair) {
+  const auto& a = model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(pair.geometry_a)].body)];
+  const auto& b = model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(pair.geometry_b)].body)];
+  return a.kind != world::BodyKind::Object && b.kind != world::BodyKind::Object;
+}
+
+}  // namespace
+
+void StepOptions::validate() const {
+  core::require_positive("h", h);
+  core::require_nonnegative("friction_scale", friction_scale);
+  core::require_nonnegative("contact_margin", contact_margin);
+  core::require_positive("tol_complementarity", tol_complementarity);
+  std::visit(Overloaded{[](const Exact&) {},
+                        [](const Analytic& a) {
+                          core::require_positive("smoothing.kappa", a.kappa);
+                          core::require_positive("smoothing.self_sharpness", a.self_sharpness);
+                        }},
+             smoothing);
+  std::visit(Overloaded{[](const ByRule& r) { core::require_positive("regularisation.ratio", r.ratio); },
+                        [](const FixedEpsilon& f) { core::require_positive("regularisation.epsilon", f.epsilon); }},
+             regularisation);
+}
+
+struct StepWorkspace::Impl {
+  explicit Impl(std::shared_ptr<const Model> m)
+      : model(std::move(m)),
+        layout(std::make_shared<cone::Layout>(model->n_v(), elimination_groups(*model))),
+        kinematics_work(*model),
+        contact_work(*model),
+        softest(softest_stiffness(*model)) {
+    for (const auto& variables : model->supports()) supports.push_back(layout->add_support(variables));
+    problem.emplace(layout, 64, 2 * model->n_a() + 64);
+    solver.emplace(layout);
+    self_contact.reserve(model->pairs().size());
+    for (const auto& pair : model->pairs()) self_contact.push_back(is_self_contact(*model, pair));
+    tau_u.resize(model->n_vu());
+    for (const auto& object : model->objects()) max_object_dofs = std::max(max_object_dofs, object.n_v);
+    M_u.resize(max_object_dofs, max_object_dofs);
+  }
+
+  std::shared_ptr<const Model> model;
+  std::shared_ptr<cone::Layout> layout;
+  std::vector<int> supports;            // Model::supports() → Layout support
+  std::vector<char> self_contact;       // per pair
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  contact::Workspace contact_work;
+  std::vector<contact::Contact> contacts;
+  std::optional<cone::Problem> problem;
+  std::optional<cone::Workspace> solver;
+  cone::Result solution;
+  double softest = 1.0;                 // [N/m]
+  int max_object_dofs = 0;
+  Eigen::VectorXd tau_u;
+  Eigen::MatrixXd M_u;
+  std::vector<double> J;                // contact Jacobian, 3 × k row-major
+  std::vector<double> G;
+};
+
+StepWorkspace::StepWorkspace(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
+StepWorkspace::~StepWorkspace() = default;
+StepWorkspace::StepWorkspace(StepWorkspace&&) noexcept = default;
+void StepWorkspace::forget() { impl_->solver->forget(); }
+const Model& StepWorkspace::model() const { return *impl_->model; }
+
+namespace {
+
+/// Objective of (2.6): Q = blkdiag(ε M_u/h, h K_a), b = −h (τ_u; K_a(u − qᵃ) + τ_a). Returns how far gravity can move an object in
+/// one step when nothing holds it, h²‖τ_u‖/(ε m) [m].
+double add_objective(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work,
+                     Eigen::VectorXd& epsilon) {
+  const double h = options.h;
+  cone::Problem& problem = *work.problem;
+  world::calc_gravity(model, work.kinematics, work.tau_u);
+  if (in.tau_ext) work.tau_u += in.tau_ext->head(model.n_vu());
+
+  const auto objects = model.objects();
+  epsilon.resize(static_cast<Eigen::Index>(objects.size()));
+  double fall = 0;
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    const auto& object = objects[o];
+    // ε m/h = ratio · h K_min, with every rotation measured at the object's radius of gyration, where its inertia is m again:
+    // translation and rotation get the same ε and no kilogram meets a kg m².
+    const double eps = std::visit(Overloaded{[&](const ByRule& rule) { return rule.ratio * h * h * work.softest / object.mass; },
+                                             [](const FixedEpsilon& fixed) { return fixed.epsilon; }},
+                                  options.regularisation);
+    epsilon[static_cast<Eigen::Index>(o)] = eps;
+    auto M_u = work.M_u.topLeftCorner(object.n_v, object.n_v);
+    world::calc_object_mass(model, work.kinematics, static_cast<int>(o), M_u);
+    double force2 = 0;
+    for (int i = 0; i < object.n_v; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        if (M_u(i, j) != 0) problem.set_Q(object.v_begin + i, object.v_begin + j, eps / h * M_u(i, j));
+      }
+      const double tau = work.tau_u[object.v_begin + i];
+      problem.set_b(object.v_begin + i, -h * tau);
+      if (model.dofs()[static_cast<std::size_t>(object.v_begin + i)].kind == world::DofKind::Prismatic) force2 += tau * tau;
+    }
+    fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.mass));
+  }
+
+  const int n_vu = model.n_vu();
+  const int n_qu = model.n_qu();
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double K = model.stiffness()[j];
+    const double tau_a = in.tau_ext ? (*in.tau_ext)[n_vu + j] : 0.0;
+    problem.set_Q(n_vu + j, n_vu + j, h * K);
+    problem.set_b(n_vu + j, -h * (K * (in.u[j] - in.q[n_qu + j]) + tau_a));
+  }
+  return fall;
+}
+
+void add_joint_limits(const Model& model, const StepInput& in, bool exact, double sigma, cone::Problem& problem) {
+  const int n_vu = model.n_vu();
+  const auto add = [&](int variable, double sign, double offset, double reach) {
+    if (!std::isfinite(offset) || (exact && offset > reach)) return;
+    problem.add_bound(static_cast<std::uint64_t>(2 * variable + (sign > 0 ? 0 : 1)), variable, sign, offset, sigma);
+  };
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double q = in.q[model.n_qu() + j];
+    const double reach = std::abs(in.u[j] - q) + kLimitHorizon;
+    add(n_vu + j, 1.0, q - model.lower()[j], reach);
+    add(n_vu + j, -1.0, model.upper()[j] - q, reach);
+  }
+  for (const auto& object : model.objects()) {
+    if (object.n_q != 1) continue;   // hinges and sliders are the objects with limits
+    const auto& dof = model.dofs()[static_cast<std::size_t>(object.v_begin)];
+    const double q = in.q[object.q_begin];
+    const double infinity = std::numeric_limits<double>::infinity();
+    add(object.v_begin, 1.0, q - dof.lower, infinity);
+    add(object.v_begin, -1.0, dof.upper - q, infinity);
+  }
+}
+
+/// Rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or in the plane the half-lines (J_n ± μJ_t) δq + φ (2.10).
+void add_contact(const Model& model, const contact::Contact& contact, double mu, double sigma, bool planar, StepWorkspace::Impl& work) {
+  const auto support = static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support);
+  const auto k = model.supports()[support].size();
+  const int row_support = work.supports[support];
+  cone::Problem& problem = *work.problem;
+  work.J.resize(3 * k);
+  world::Kinematics& kinematics = work.kinematics;
+  contact::calc_jacobian(model, kinematics, contact, work.J.data());
+  const double* J_n = work.J.data();
+  if (planar) {
+    work.G.resize(k);
+    for (const double sign : {1.0, -1.0}) {
+      for (std::size_t c = 0; c < k; ++c) work.G[c] = J_n[c] + sign * mu * J_n[k + c];
+      problem.add_half_line(2 * contact.id + (sign > 0 ? 0 : 1), row_support, work.G.data(), contact.phi, sigma);
+    }
+  } else if (mu == 0) {
+    problem.add_half_line(contact.id, row_support, J_n, contact.phi, 2 * sigma);   // limit of the cone, which has degree 2
+  } else {
+    for (std::size_t c = k; c < 3 * k; ++c) work.J[c] *= mu;
+    const double g[3] = {contact.phi, 0, 0};
+    problem.add_cone(contact.id, row_support, work.J.data(), g, 2 * sigma);
+  }
+}
+
+void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl& work, std::vector<ContactImpulse>& out) {
+  const cone::Result& s = work.solution;
+  out.resize(work.contacts.size());
+  Eigen::Index cone = 0;
+  Eigen::Index half = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    ContactImpulse& c = out[i];
+    c.contact = work.contacts[i];
+    const double mu = c.contact.friction * options.friction_scale;
+    if (planar) {
+      const double zp = s.z_half_line[half], zm = s.z_half_line[half + 1];
+      const double wp = s.w_half_line[half], wm = s.w_half_line[half + 1];
+      half += 2;
+      c.lambda = {zp + zm, mu * (zp - zm), 0};
+      c.displacement = {0.5 * (wp + wm) - c.contact.phi, mu > 0 ? 0.5 * (wp - wm) / mu : 0.0, 0};
+      c.gap = std::min(wp, wm);
+    } else if (mu == 0) {
+      c.lambda = {s.z_half_line[half], 0, 0};
+      c.displacement = {s.w_half_line[half] - c.contact.phi, 0, 0};
+      c.gap = s.w_half_line[half++];
+    } else {
+      const auto w = s.w_cone.col(cone), z = s.z_cone.col(cone);
+      ++cone;
+      c.lambda = {z[0], mu * z[1], mu * z[2]};
+      c.displacement = {w[0] - c.contact.phi, w[1] / mu, w[2] / mu};
+      c.gap = w[0] - std::hypot(w[1], w[2]);
+    }
+    c.active = c.lambda[0] > options.h * work.softest * std::max(c.gap, 0.0);
+  }
+}
+
+/// D_qnext_u = J_r(δq) · H⁻¹ [0; hK_a]; J_r differs from 1 in the rotation rows of free objects only.
+void calc_B(const Model& model, const StepOptions& options, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta,
+            Eigen::MatrixXd& B) {
+  B.setZero(model.n_v(), model.n_a());
+  for (int j = 0; j < model.n_a(); ++j) B(model.n_vu() + j, j) = options.h * model.stiffness()[j];
+  cone::apply_inverse(*work.solver, B);
+  for (const auto& object : model.objects()) {
+    if (object.n_v != 6) continue;
+    const int r = object.v_begin + 3;
+    B.middleRows<3>(r) = (right_jacobian(delta.segment<3>(r)) * B.middleRows<3>(r)).eval();
+  }
+}
+
+}  // namespace
+
+Status step(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& workspace, StepResult& out) {
+  options.validate();
+  core::require_size("q", in.q.size(), model.n_q());
+  core::require_size("u", in.u.size(), model.n_a());
+  if (!in.q.allFinite()) core::throw_invalid("q", "a number that is not finite", "finite numbers");
+  if (!in.u.allFinite()) core::throw_invalid("u", "a number that is not finite", "finite numbers");
+  if (in.tau_ext) core::require_size("tau_ext", in.tau_ext->size(), model.n_v());
+
+  StepWorkspace::Impl& work = workspace.impl();
+  const auto* analytic = std::get_if<Analytic>(&options.smoothing);
+  const bool planar = model.planar_axis().has_value();
+
+  world::calc_kinematics(model, in.q, work.kinematics_work, work.kinematics);
+  cone::Problem& problem = *work.problem;
+  problem.clear();
+  const double fall = add_objective(model, in, options, work, out.epsilon);
+
+  // An unsupported object must not fall through what it would have met: look as far as it can fall.
+  const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
+  contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
+
+  const double sigma = analytic ? options.h / analytic->kappa : 0.0;
+  const double sigma_self = analytic ? sigma / analytic->self_sharpness : 0.0;
+  for (const auto& contact : work.contacts) {
+    const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
+    add_contact(model, contact, contact.friction * options.friction_scale, self ? sigma_self : sigma, planar, work);
+  }
+  if (options.joint_limits) add_joint_limits(model, in, analytic == nullptr, sigma_self, problem);
+
+  cone::Options solver_options;
+  solver_options.mode = analytic ? cone::Mode::Smoothed : cone::Mode::Exact;
+  solver_options.tol_complementarity = options.tol_complementarity;
+  solver_options.warm_start = options.warm_start;
+  out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
+  out.residuals = work.solution.residuals;
+  out.iterations = work.solution.iterations;
+  if (out.status != Status::Solved) {
+    out.q_next = in.q;
+    out.delta.setZero(model.n_v());
+    out.contacts.clear();
+    if (options.with_B) out.B.setZero(model.n_v(), model.n_a());
+    return out.status;
+  }
+  out.delta = work.solution.x;
+  out.q_next.resize(model.n_q());
+  world::retract(model, in.q, out.delta, out.q_next);
+  read_contacts(options, planar, work, out.contacts);
+  if (options.with_B) calc_B(model, options, work, out.delta, out.B);
+  return out.status;
+}
+
+}  // namespace stiction::dynamics
