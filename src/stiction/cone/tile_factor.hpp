@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stiction/cone/aligned.hpp"
+#include "stiction/cone/layout.hpp"
+
+namespace stiction::cone::detail {
+
+/// Cholesky factor of a symmetric positive definite matrix of 4×4 tiles, H = LLᵀ, computed in place of H.
+///
+/// analyse() lays out the lower tiles that can be non-zero (fill included), column after column; the caller writes H into
+/// values() through index(row, column); factorise() replaces it by L with the inverses of the diagonal tiles. Tiles are
+/// column-major. All sizes are those of the constructor: no heap use later.
+class TileFactor {
+ public:
+  explicit TileFactor(int tiles);
+
+  /// @param below  below[j]: bit i > j set where tile (i,j) of H may be non-zero. Cheap when equal to the previous call.
+  void analyse(const std::vector<std::uint64_t>& below);
+
+  int index(int row, int column) const { return index_[static_cast<std::size_t>(row * n_ + column)]; }   ///< −1: always zero
+  int n_tiles_stored() const { return n_stored_; }
+  double* tile(int i) { return values_.data() + 16 * i; }
+  const double* tile(int i) const { return values_.data() + 16 * i; }
+  void set_zero();
+
+  /// @returns false when a pivot is not positive (or not a number)
+  bool factorise();
+
+  /// x ← H⁻¹x, 4·tiles numbers.
+  void solve(double* x) const;
+  /// The same for four right-hand sides: x is [4·tiles][4], one row per variable. Rows of tiles before `first` are zero.
+  void solve4(double* x, int first) const;
+
+ private:
+  struct Target {
+    std::uint16_t tile, row, first, count;   // pairs_[first … first+count)
+  };
+  struct Pair {
+    std::uint16_t a, b;   // tile(target) −= tile(a)·tile(b)ᵀ
+  };
+  struct Entry {
+    std::uint16_t tile, other;
+  };
+  int n_;
+  int n_stored_ = 0;
+  bool analysed_ = false;
+  std::vector<std::uint64_t> below_;    // pattern of H at the last analyse()
+  std::vector<std::uint64_t> column_;   // pattern of L below the diagonal
+  std::vector<std::uint64_t> row_;      // pattern of L left of the diagonal
+  std::vector<int> index_;
+  std::vector<int> column_start_;       // first target of a column; the first target is the diagonal tile
+  std::vector<Target> targets_;
+  std::vector<Pair> pairs_;
+  std::vector<int> row_start_;
+  std::vector<Entry> row_entries_;      // tiles left of the diagonal, by row
+  AlignedVector values_;
+};
+
+}  // namespace stiction::cone::detail
