@@ -3,9 +3,12 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "stiction/world/model.hpp"
+
+// Distance queries, contacts and their Jacobians. Equations, frames, selections and limits: docs/theory/contact.md.
 
 namespace stiction::contact {
 
@@ -20,10 +23,10 @@ struct Distance {
 struct Contact {
   int pair = -1;                     ///< index into Model::pairs()
   std::uint64_t id = 0;              ///< stable over time: names the pair (and later the point of a patch)
-  double phi = 0;
-  Eigen::Vector3d p_WA, p_WB;
-  Eigen::Vector3d nhat_BA_W, t1_W, t2_W;   ///< right-handed frame (n, t1, t2); in planar models t1 lies in the plane
-  double friction = 0;
+  double phi = 0;                    ///< [m]
+  Eigen::Vector3d p_WA, p_WB;        ///< witness points [m]
+  Eigen::Vector3d nhat_BA_W, t1_W, t2_W;   ///< right-handed frame, n × t1 = t2; in planar models t1 = axis × n and t2 = axis
+  double friction = 0;               ///< μ of the pair
 };
 
 struct QueryOptions {
@@ -31,9 +34,11 @@ struct QueryOptions {
   double cutoff = 1e300;   ///< pairs farther than this are dropped even if their max_distance allows them [m]
 };
 
-/// Scratch and statistics of a query; one per thread. Holds Coal's shapes and its warm starts.
+/// Scratch of a query; one per thread. Holds the shapes of the model in flat form and Coal's storage, but nothing of an earlier
+/// answer: equal configurations give equal bits, whatever was asked before.
 class Workspace {
  public:
+  /// @throws core::InvalidInput: a pair of two half-spaces, a mesh without a face
   explicit Workspace(const world::Model& model);
   ~Workspace();
   Workspace(Workspace&&) noexcept;
@@ -44,19 +49,58 @@ class Workspace {
   std::unique_ptr<Impl> impl_;
 };
 
-/// All contacts at a configuration: every pair nearer than its max_distance + margin, in order of pair index (with
-/// scene.max_contacts, the nearest ones). Broad phase by bounding spheres.
+/// All contacts at a configuration: every pair with phi < min(max_distance + margin, cutoff), in order of pair index. With
+/// scene.max_contacts only the nearest so many, ties by pair index, still in order of pair index.
+///
+/// Broad phase by bounding spheres, phi ≥ ‖p_WCenter,A − p_WCenter,B‖ − r_A − r_B; it never drops a contact.
+/// @param out  capacity is kept: no heap use after the first call with the same `out` and `work`
+/// @throws core::InvalidInput: margin negative or not finite, cutoff NaN, `work` or `kinematics` of another model
+/// Tests: tests/contact/query_test.cpp
 void query(const world::Model& model, const world::Kinematics& kinematics, const QueryOptions& options, Workspace& work,
            std::vector<Contact>& out);
+
+/// Contacts of the given pairs with phi < cutoff [m], in the given order; max_distance and max_contacts do not apply.
+void query_pairs(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double cutoff,
+                 Workspace& work, std::vector<Contact>& out);
+
+/// Smallest signed distance of the given pairs [m], +∞ for none. Stops early with the first value < stop_below it meets, so that
+/// the result r satisfies: r ≥ stop_below → r is the minimum; r < stop_below → the minimum is ≤ r. Pass −∞ for the minimum.
+double calc_min_distance(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices,
+                         double stop_below, Workspace& work);
 
 /// Distance of one pair, however far.
 Distance pair_distance(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work);
 
-/// Contact Jacobian J_c (3 × k, rows n, t1, t2) over the k coordinates of the pair's support, such that v_c = J_c δq is the
-/// displacement of A relative to B at the contact. @param J row-major, 3·k numbers, k = supports()[pair.support].size()
+/// Lower bound of the distance of one pair from its bounding spheres (or sphere and plane) [m]; exact for two spheres.
+double calc_pair_lower_bound(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work);
+
+/// Contact Jacobian J_c (3 × k, rows n, t1, t2) over the k coordinates of the pair's support, such that
+///
+///     v_c = J_c δq = [n t1 t2]ᵀ (v_A(p_WA) − v_B(p_WB)) ,
+///
+/// the displacement of A at its witness point relative to B at its own. Row n is the gradient of phi, exactly:
+/// phi(q ⊕ δ) = phi(q) + J_n δ + O(δ²) wherever the witness points are unique.
+/// @param J row-major, 3·k numbers, k = supports()[pair.support].size()
+/// Source: docs/theory/contact.md §7. Tests: tests/contact/jacobian_test.cpp
 void calc_jacobian(const world::Model& model, const world::Kinematics& kinematics, const Contact& contact, double* J);
 
-/// Signed distance between two shapes at given poses (world::Shape), the kernel of the query; used by tests and tools.
+/// Jacobians of many contacts: contact i has values[begin[i]] … values[begin[i + 1]), 3 × k row-major as above.
+struct Jacobians {
+  std::vector<double> values;
+  std::vector<int> begin;   ///< n_c + 1 numbers
+};
+
+/// The same numbers as calc_jacobian to rounding, several times faster for many contacts. No heap use once `out` has its size.
+void calc_jacobians(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, Workspace& work,
+                    Jacobians& out);
+
+/// Signed distance between two shapes at given poses, the kernel of the query; for tests and tools (it allocates).
+///
+/// phi = min ‖p_A − p_B‖ over points of A and B where they are apart, else −(length of the shortest translation that parts them).
+/// Exact to rounding when one of the two is a sphere or a half-space, when both are capsules and when both are polytopes or
+/// capsules; a cylinder against anything but those: docs/theory/contact.md §5.
+/// @throws core::InvalidInput: two half-spaces, a mesh without a face
+/// Tests: tests/contact/distance_test.cpp
 Distance calc_distance(const world::Shape& a, const world::Pose& X_WA, const world::Shape& b, const world::Pose& X_WB);
 
 }  // namespace stiction::contact

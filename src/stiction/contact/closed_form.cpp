@@ -1,0 +1,311 @@
+// Closed forms: one of the two is a sphere or a half-space, or both are capsules. docs/theory/contact.md §2–4.
+#include "stiction/contact/closed_form.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stiction::contact::detail {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Witness points from the nearest surface point of B to a sphere centre: s is the signed distance of the centre to B's surface,
+// n the outward normal there.
+void from_center(const Vector3d& p_WCenter, double radius, double s, const Vector3d& n, Distance& out) {
+  out.nhat_BA_W = n;
+  out.phi = s - radius;
+  out.p_WA = p_WCenter - radius * n;
+  out.p_WB = p_WCenter - s * n;
+}
+
+bool across_plane(const Planar& planar, const Vector3d& n_W) { return planar.on && std::abs(n_W.dot(planar.axis_W)) > 0.5; }
+
+// A unit vector square to the unit vector u: column x of R, and in a planar model one that lies in the plane too.
+Vector3d perpendicular(const Vector3d& u, const Eigen::Matrix3d& R, const Planar& planar) {
+  if (planar.on) {
+    const Vector3d t = planar.axis_W.cross(u);
+    if (t.squaredNorm() > 1e-12) return t.normalized();
+    const Vector3d e = coincident_normal(planar);
+    return (e - u * u.dot(e)).normalized();
+  }
+  return R.col(0);
+}
+
+struct Segment {
+  Vector3d p, u;   // centre, unit direction
+  double h;        // half length
+};
+
+// Parameters of the nearest points of two segments (Ericson, Real-Time Collision Detection, §5.1.9, in centred form).
+void nearest_parameters(const Segment& a, const Segment& b, double& s, double& t) {
+  const Vector3d r = a.p - b.p;
+  const double ab = a.u.dot(b.u), ar = a.u.dot(r), br = b.u.dot(r);
+  const double sin2 = a.u.cross(b.u).squaredNorm();
+  const double angle2 = 1e-12;   // rad²: below it the two are parallel and the middle of the overlap is taken
+
+  // Parallel: middle of the common part, or the two ends that face each other.
+  const double c = -ar;                                 // centre of b on a's axis
+  const double hb = b.h * std::abs(ab);
+  const double middle = 0.5 * (std::max(-a.h, c - hb) + std::min(a.h, c + hb));
+  const double s_parallel = std::clamp(middle, -a.h, a.h);
+  const double t_parallel = std::clamp((middle - c) * (ab < 0 ? -1.0 : 1.0), -b.h, b.h);
+  const double weight = angle2 * angle2 / (angle2 * angle2 + sin2 * sin2);
+  if (weight > 1.0 - 1e-12) {
+    s = s_parallel;
+    t = t_parallel;
+    return;
+  }
+  s = std::clamp((ab * br - ar) / sin2, -a.h, a.h);
+  t = ab * s + br;
+  if (t < -b.h || t > b.h) {
+    t = std::clamp(t, -b.h, b.h);
+    s = std::clamp(ab * t - ar, -a.h, a.h);
+  }
+  s += weight * (s_parallel - s);
+  t += weight * (t_parallel - t);
+}
+
+// Outward normal and signed distance of a point to the surface of a box, cylinder or mesh, in its frame.
+struct PointDistance {
+  double s;
+  Vector3d n;
+};
+
+PointDistance point_box(const Vector3d& p, const Vector3d& half, const Vector3d& planar_axis, bool planar) {
+  const Vector3d q = p.cwiseMax(-half).cwiseMin(half);
+  const Vector3d d = p - q;
+  const double outside2 = d.squaredNorm();
+  if (outside2 > 0) {
+    const double length = std::sqrt(outside2);
+    return {length, d / length};
+  }
+  int axis = -1;
+  double best = -kInfinity;
+  for (int i = 0; i < 3; ++i) {
+    const double s = std::abs(p[i]) - half[i];
+    if (s > best && !(planar && std::abs(planar_axis[i]) > 0.5)) {
+      best = s;
+      axis = i;
+    }
+  }
+  Vector3d n = Vector3d::Zero();
+  n[axis] = p[axis] < 0 ? -1.0 : 1.0;
+  return {best, n};
+}
+
+PointDistance point_cylinder(const Vector3d& p, double radius, double half, const Vector3d& planar_axis, bool planar) {
+  const double rho = std::hypot(p.x(), p.y());
+  Vector3d radial(1, 0, 0);
+  if (rho > 0) {
+    radial = Vector3d(p.x() / rho, p.y() / rho, 0);
+  } else if (planar && std::abs(planar_axis.z()) < 0.9) {
+    radial = Vector3d(-planar_axis.y(), planar_axis.x(), 0).normalized();
+  }
+  const Vector3d cap(0, 0, p.z() < 0 ? -1.0 : 1.0);
+  const double s_side = rho - radius, s_cap = std::abs(p.z()) - half;
+  if (s_side <= 0 && s_cap <= 0) {
+    const bool no_cap = planar && std::abs(planar_axis.z()) > 0.5;
+    return s_side >= s_cap || no_cap ? PointDistance{s_side, radial} : PointDistance{s_cap, cap};
+  }
+  const double a = std::max(s_side, 0.0), b = std::max(s_cap, 0.0);
+  const double length = std::hypot(a, b);
+  return {length, (a * radial + b * cap) / length};
+}
+
+// Nearest point of a triangle (Ericson §5.1.5).
+Vector3d nearest_on_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const Vector3d bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const Vector3d cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  const double scale = 1.0 / (va + vb + vc);
+  return a + ab * (vb * scale) + ac * (vc * scale);
+}
+
+PointDistance point_mesh(const Vector3d& p, const MeshData& mesh, const Vector3d& planar_axis, bool planar) {
+  const auto plane = [&](Eigen::Index i) { return mesh.nx[i] * p.x() + mesh.ny[i] * p.y() + mesh.nz[i] * p.z() - mesh.d[i]; };
+  const Eigen::Index n_f = mesh.d.size();
+  Eigen::Index top = -1, top_allowed = -1;
+  double s = -kInfinity, s_allowed = -kInfinity;
+  for (Eigen::Index i = 0; i < n_f; ++i) {
+    const double value = plane(i);
+    if (value > s) {
+      s = value;
+      top = i;
+    }
+    if (planar && value > s_allowed && std::abs(planar_axis.dot(Vector3d(mesh.nx[i], mesh.ny[i], mesh.nz[i]))) <= 0.5) {
+      s_allowed = value;
+      top_allowed = i;
+    }
+  }
+  if (s <= 0) {
+    if (planar && top_allowed >= 0) {
+      s = s_allowed;
+      top = top_allowed;
+    }
+    return {s, Vector3d(mesh.nx[top], mesh.ny[top], mesh.nz[top])};
+  }
+  // Outside: the nearest point lies on a face that looks at p, and no face is nearer than its plane.
+  double best2 = kInfinity;
+  Vector3d nearest = p;
+  const auto visit = [&](Eigen::Index i) {
+    const auto tri = mesh.triangles.col(mesh.face[i]);
+    const Vector3d q = nearest_on_triangle(p, mesh.vertices.col(tri[0]), mesh.vertices.col(tri[1]), mesh.vertices.col(tri[2]));
+    const double d2 = (p - q).squaredNorm();
+    if (d2 < best2) {
+      best2 = d2;
+      nearest = q;
+    }
+  };
+  visit(top);
+  for (Eigen::Index i = 0; i < n_f; ++i) {
+    const double value = plane(i);
+    if (i != top && value > 0 && value * value < best2) visit(i);
+  }
+  const double length = std::sqrt(best2);
+  // On the surface to rounding: the plane's own normal.
+  if (length <= 1e-12 * mesh.radius) return {s, Vector3d(mesh.nx[top], mesh.ny[top], mesh.nz[top])};
+  return {length, (p - nearest) / length};
+}
+
+// Half-space B against a support point of A that lies s above its plane. p_WA is shifted onto the level s by rounding at most.
+void from_support(const Vector3d& p_W, double s, const Pose& X_WB, Distance& out) {
+  const Vector3d n = X_WB.R.col(2);
+  out.nhat_BA_W = n;
+  out.phi = s;
+  out.p_WB = p_W - n * n.dot(p_W - X_WB.p);
+  out.p_WA = out.p_WB + s * n;
+}
+
+// −1 … 1: the end of an edge of half length h with slope a (sine of its angle to the plane) that points down. An edge that
+// is level to within `level` has its middle taken, and the point moves from end to end without a jump.
+double lower_end(double h, double a, double level) { return -h * std::clamp(2.0 * h * a / level, -1.0, 1.0); }
+
+constexpr double kLevel = 1e-7;   // of the bounding radius: height differences below it count as level [-]
+
+}  // namespace
+
+void sphere_sphere_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                          Distance& out) {
+  sphere_sphere(X_WA.p, a.radius, X_WB.p, b.radius, coincident_normal(context.planar), out);
+}
+
+void sphere_capsule_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                           Distance& out) {
+  const Vector3d u = X_WB.R.col(2);
+  const double t = std::clamp(u.dot(X_WA.p - X_WB.p), -b.half.z(), b.half.z());
+  const Vector3d q = X_WB.p + t * u;
+  const Vector3d d = X_WA.p - q;
+  const double length = d.norm();
+  const Vector3d n = length > 0 ? Vector3d(d / length) : perpendicular(u, X_WB.R, context.planar);
+  out.nhat_BA_W = n;
+  out.phi = length - a.radius - b.radius;
+  out.p_WA = X_WA.p - a.radius * n;
+  out.p_WB = q + b.radius * n;
+}
+
+void sphere_box_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                       Distance& out) {
+  const Vector3d p = X_WB.R.transpose() * (X_WA.p - X_WB.p);
+  const PointDistance r = point_box(p, b.half, X_WB.R.transpose() * context.planar.axis_W, context.planar.on);
+  from_center(X_WA.p, a.radius, r.s, X_WB.R * r.n, out);
+}
+
+void sphere_cylinder_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                            Distance& out) {
+  const Vector3d p = X_WB.R.transpose() * (X_WA.p - X_WB.p);
+  const PointDistance r = point_cylinder(p, b.radius, b.half.z(), X_WB.R.transpose() * context.planar.axis_W, context.planar.on);
+  from_center(X_WA.p, a.radius, r.s, X_WB.R * r.n, out);
+}
+
+void sphere_mesh_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                        Distance& out) {
+  const Vector3d p = X_WB.R.transpose() * (X_WA.p - X_WB.p);
+  const PointDistance r = point_mesh(p, *b.mesh, X_WB.R.transpose() * context.planar.axis_W, context.planar.on);
+  from_center(X_WA.p, a.radius, r.s, X_WB.R * r.n, out);
+}
+
+void capsule_capsule_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                            Distance& out) {
+  const Segment sa{X_WA.p, X_WA.R.col(2), a.half.z()}, sb{X_WB.p, X_WB.R.col(2), b.half.z()};
+  double s = 0, t = 0;
+  nearest_parameters(sa, sb, s, t);
+  const Vector3d qa = sa.p + s * sa.u, qb = sb.p + t * sb.u;
+  const Vector3d d = qa - qb;
+  const double length = d.norm();
+  Vector3d n;
+  if (length > 1e-14 * (a.bounding_radius + b.bounding_radius)) {
+    n = d / length;
+  } else {
+    const Vector3d cross = sa.u.cross(sb.u);
+    const double size = cross.norm();
+    n = size > 1e-9 && !across_plane(context.planar, cross / size) ? Vector3d(cross / size) : perpendicular(sa.u, X_WA.R, context.planar);
+  }
+  out.nhat_BA_W = n;
+  out.phi = length - a.radius - b.radius;
+  out.p_WA = qa - a.radius * n;
+  out.p_WB = out.p_WA - out.phi * n;
+}
+
+void sphere_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&, Distance& out) {
+  const Vector3d n = X_WB.R.col(2);
+  from_center(X_WA.p, a.radius, n.dot(X_WA.p - X_WB.p), n, out);
+}
+
+void capsule_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&, Distance& out) {
+  const Vector3d n = X_WB.R.col(2), u = X_WA.R.col(2);
+  const double slope = n.dot(u), h = a.half.z();
+  const double end = lower_end(h, slope, kLevel * a.bounding_radius);
+  from_support(X_WA.p + end * u - a.radius * n, n.dot(X_WA.p - X_WB.p) - h * std::abs(slope) - a.radius, X_WB, out);
+}
+
+void box_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&, Distance& out) {
+  const Vector3d n = X_WB.R.col(2);
+  const Vector3d slope = X_WA.R.transpose() * n;
+  Vector3d corner;
+  for (int i = 0; i < 3; ++i) corner[i] = lower_end(a.half[i], slope[i], kLevel * a.bounding_radius);
+  from_support(X_WA * corner, n.dot(X_WA.p - X_WB.p) - a.half.dot(slope.cwiseAbs()), X_WB, out);
+}
+
+void cylinder_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&,
+                               Distance& out) {
+  const Vector3d n = X_WB.R.col(2);
+  const Vector3d slope = X_WA.R.transpose() * n;
+  const double tilt = std::hypot(slope.x(), slope.y());   // sine of the angle between axis and normal
+  const double level = kLevel * a.bounding_radius;
+  const double scale = a.radius / std::max(tilt, a.radius > 0 ? level / (2.0 * a.radius) : 1.0);
+  const Vector3d p(-scale * slope.x(), -scale * slope.y(), lower_end(a.half.z(), slope.z(), level));
+  from_support(X_WA * p, n.dot(X_WA.p - X_WB.p) - a.half.z() * std::abs(slope.z()) - a.radius * tilt, X_WB, out);
+}
+
+void mesh_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&, Distance& out) {
+  const Vector3d n = X_WB.R.col(2);
+  const Vector3d slope = X_WA.R.transpose() * n;
+  const Eigen::Matrix3Xd& v = a.mesh->vertices;
+  double lowest = kInfinity;
+  for (Eigen::Index i = 0; i < v.cols(); ++i) lowest = std::min(lowest, slope.dot(v.col(i)));
+  const double level = kLevel * a.bounding_radius;
+  Vector3d sum = Vector3d::Zero();
+  double weights = 0;
+  for (Eigen::Index i = 0; i < v.cols(); ++i) {
+    const double weight = 1.0 - (slope.dot(v.col(i)) - lowest) / level;
+    if (weight <= 0) continue;
+    sum += weight * v.col(i);
+    weights += weight;
+  }
+  from_support(X_WA * Vector3d(sum / weights), n.dot(X_WA.p - X_WB.p) + lowest, X_WB, out);
+}
+
+}  // namespace stiction::contact::detail

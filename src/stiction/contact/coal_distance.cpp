@@ -1,0 +1,81 @@
+#include "stiction/contact/coal_distance.hpp"
+
+#include <coal/narrowphase/narrowphase.h>
+#include <coal/shape/convex.h>
+#include <coal/shape/geometric_shapes.h>
+
+#include <cmath>
+
+namespace stiction::contact::detail {
+
+struct CoalShape {
+  std::unique_ptr<coal::ShapeBase> shape;
+};
+
+namespace {
+
+constexpr double kTolerance = 1e-6;   // of GJK and EPA [m]; polytopes end on an exact feature long before
+constexpr int kGjkIterations = 256, kEpaIterations = 128;
+
+std::unique_ptr<coal::ShapeBase> make_convex(const MeshData& mesh) {
+  auto points = std::make_shared<std::vector<coal::Vec3s>>();
+  for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i) points->push_back(mesh.vertices.col(i));
+  auto triangles = std::make_shared<std::vector<coal::Triangle>>();
+  for (Eigen::Index i = 0; i < mesh.triangles.cols(); ++i) {
+    triangles->emplace_back(mesh.triangles(0, i), mesh.triangles(1, i), mesh.triangles(2, i));
+  }
+  const auto n_v = static_cast<unsigned>(points->size()), n_t = static_cast<unsigned>(triangles->size());
+  return std::make_unique<coal::Convex<coal::Triangle>>(points, n_v, triangles, n_t);
+}
+
+}  // namespace
+
+std::shared_ptr<const CoalShape> make_coal_shape(const ShapeData& s) {
+  auto out = std::make_shared<CoalShape>();
+  switch (s.kind) {
+    case Kind::Capsule: out->shape = std::make_unique<coal::Capsule>(s.radius, 2.0 * s.half.z()); break;
+    case Kind::Box: out->shape = std::make_unique<coal::Box>(2.0 * s.half); break;
+    case Kind::Cylinder: out->shape = std::make_unique<coal::Cylinder>(s.radius, 2.0 * s.half.z()); break;
+    case Kind::Mesh: out->shape = make_convex(*s.mesh); break;
+    case Kind::Sphere:
+    case Kind::HalfSpace: return nullptr;
+  }
+  return out;
+}
+
+struct CoalScratch::Impl {
+  coal::GJKSolver solver;
+};
+
+CoalScratch::CoalScratch() : impl_(std::make_unique<Impl>()) {
+  coal::GJKSolver& solver = impl_->solver;
+  solver.gjk_initial_guess = coal::GJKInitialGuess::CachedGuess;
+  solver.gjk_tolerance = kTolerance;
+  solver.epa_tolerance = kTolerance;
+  solver.gjk_max_iterations = kGjkIterations;
+  solver.epa_max_iterations = kEpaIterations;
+  solver.epa.reset(kEpaIterations, kTolerance);   // its storage, so that no query allocates it
+}
+
+CoalScratch::~CoalScratch() = default;
+
+void coal_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context, Distance& out) {
+  const coal::GJKSolver& solver = context.coal->impl().solver;
+  // The first guess is the line of the centres and never the last answer: equal configurations give equal bits.
+  const Vector3d guess = a.p_GCenter - X_WA.R.transpose() * (X_WB * b.p_GCenter - X_WA.p);
+  solver.cached_guess = guess.squaredNorm() > 0 ? guess : Vector3d::UnitX();
+  solver.support_func_cached_guess.setZero();
+
+  coal::Vec3s p_a, p_b, normal;
+  const double distance =
+      solver.shapeDistance(*a.coal->shape, coal::Transform3s(X_WA.R, X_WA.p), *b.coal->shape, coal::Transform3s(X_WB.R, X_WB.p), true, p_a,
+                           p_b, normal);
+  // Coal's normal points from the first shape to the second and p_b − p_a = distance · normal, in penetration too.
+  out.phi = distance;
+  out.nhat_BA_W = -normal;
+  const Vector3d middle = 0.5 * (p_a + p_b);
+  out.p_WA = middle + 0.5 * distance * out.nhat_BA_W;
+  out.p_WB = middle - 0.5 * distance * out.nhat_BA_W;
+}
+
+}  // namespace stiction::contact::detail

@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "stiction/contact/closed_form.hpp"
+#include "stiction/contact/coal_distance.hpp"
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::contact {
+namespace detail {
+
+std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh) {
+  auto out = std::make_shared<MeshData>();
+  const Eigen::Index n_v = mesh.vertices.cols(), n_t = mesh.triangles.cols();
+  if (n_v == 0 || n_t == 0) core::throw_invalid("mesh", fmt::format("{} vertices and {} triangles", n_v, n_t), "a closed convex surface");
+  out->vertices = mesh.vertices;
+  out->triangles = mesh.triangles;
+  const Vector3d lower = mesh.vertices.rowwise().minCoeff(), upper = mesh.vertices.rowwise().maxCoeff();
+  out->p_GCenter = 0.5 * (lower + upper);
+  for (Eigen::Index i = 0; i < n_v; ++i) out->radius = std::max(out->radius, (mesh.vertices.col(i) - out->p_GCenter).norm());
+  std::vector<Eigen::Vector4d> planes;
+  for (Eigen::Index i = 0; i < n_t; ++i) {
+    const Eigen::Vector3i tri = mesh.triangles.col(i);
+    if (tri.minCoeff() < 0 || tri.maxCoeff() >= n_v) {
+      core::throw_invalid(fmt::format("mesh.triangles[{}]", i), fmt::format("[{}, {}, {}]", tri[0], tri[1], tri[2]),
+                          fmt::format("vertex indices from 0 to {}", n_v - 1));
+    }
+    const Vector3d p = mesh.vertices.col(tri[0]);
+    const Vector3d cross = (mesh.vertices.col(tri[1]) - p).cross(mesh.vertices.col(tri[2]) - p);
+    if (cross.norm() <= 1e-14 * out->radius * out->radius) continue;   // a sliver: no plane of its own
+    const Vector3d n = cross.normalized();
+    planes.emplace_back(n.x(), n.y(), n.z(), n.dot(p));
+    out->face.push_back(static_cast<int>(i));
+  }
+  const auto n_f = static_cast<Eigen::Index>(planes.size());
+  if (n_f == 0) core::throw_invalid("mesh.triangles", "only triangles without area", "a closed convex surface");
+  out->nx.resize(n_f);
+  out->ny.resize(n_f);
+  out->nz.resize(n_f);
+  out->d.resize(n_f);
+  for (Eigen::Index i = 0; i < n_f; ++i) {
+    out->nx[i] = planes[i][0];
+    out->ny[i] = planes[i][1];
+    out->nz[i] = planes[i][2];
+    out->d[i] = planes[i][3];
+  }
+  return out;
+}
+
+namespace {
+
+struct Flatten {
+  ShapeData out;
+
+  void operator()(const world::Sphere& s) {
+    out.kind = Kind::Sphere;
+    out.radius = out.bounding_radius = s.radius;
+  }
+  void operator()(const world::Capsule& s) {
+    out.kind = Kind::Capsule;
+    out.radius = s.radius;
+    out.half.z() = s.half_length;
+    out.bounding_radius = s.radius + s.half_length;
+  }
+  void operator()(const world::Box& s) {
+    out.kind = Kind::Box;
+    out.half = s.half_extents;
+    out.bounding_radius = s.half_extents.norm();
+  }
+  void operator()(const world::Cylinder& s) {
+    out.kind = Kind::Cylinder;
+    out.radius = s.radius;
+    out.half.z() = s.half_length;
+    out.bounding_radius = std::hypot(s.radius, s.half_length);
+  }
+  void operator()(const world::HalfSpace&) {
+    out.kind = Kind::HalfSpace;
+    out.bounding_radius = std::numeric_limits<double>::infinity();
+  }
+  void operator()(const world::Mesh& s) {
+    out.kind = Kind::Mesh;
+    if (!s.mesh) core::throw_invalid("mesh", "nothing", "a convex mesh");
+    out.mesh = make_mesh_data(*s.mesh);
+    out.p_GCenter = out.mesh->p_GCenter;
+    out.bounding_radius = out.mesh->radius;
+  }
+};
+
+}  // namespace
+
+ShapeData make_shape_data(const world::Shape& shape) {
+  Flatten flatten;
+  std::visit(flatten, shape);
+  flatten.out.coal = make_coal_shape(flatten.out);
+  return flatten.out;
+}
+
+Kernel find_kernel(Kind first, Kind second) {
+  // Rows and columns: sphere, capsule, box, cylinder, mesh, half-space.
+  static constexpr std::array<std::array<Kernel, kKinds>, kKinds> table{{
+      {sphere_sphere_kernel, sphere_capsule_kernel, sphere_box_kernel, sphere_cylinder_kernel, sphere_mesh_kernel, sphere_halfspace_kernel},
+      {nullptr, capsule_capsule_kernel, coal_kernel, coal_kernel, coal_kernel, capsule_halfspace_kernel},
+      {nullptr, nullptr, coal_kernel, coal_kernel, coal_kernel, box_halfspace_kernel},
+      {nullptr, nullptr, nullptr, coal_kernel, coal_kernel, cylinder_halfspace_kernel},
+      {nullptr, nullptr, nullptr, nullptr, coal_kernel, mesh_halfspace_kernel},
+      {nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
+  }};
+  return table[static_cast<int>(first)][static_cast<int>(second)];
+}
+
+}  // namespace detail
+
+Distance calc_distance(const world::Shape& a, const world::Pose& X_WA, const world::Shape& b, const world::Pose& X_WB) {
+  const detail::ShapeData data_a = detail::make_shape_data(a), data_b = detail::make_shape_data(b);
+  const bool swapped = data_b.kind < data_a.kind;
+  const detail::Kernel kernel = swapped ? find_kernel(data_b.kind, data_a.kind) : find_kernel(data_a.kind, data_b.kind);
+  if (!kernel) core::throw_invalid("shapes", "two half-spaces", "at most one half-space in a pair");
+  detail::CoalScratch scratch;
+  const detail::KernelContext context{{}, &scratch};
+  Distance out;
+  if (swapped) {
+    kernel(data_b, X_WB, data_a, X_WA, context, out);
+    detail::swap_roles(out);
+  } else {
+    kernel(data_a, X_WA, data_b, X_WB, context, out);
+  }
+  return out;
+}
+
+}  // namespace stiction::contact

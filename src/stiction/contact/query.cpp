@@ -1,0 +1,306 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stiction/contact/workspace.hpp"
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::contact {
+
+using detail::Kind;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr int kPadding = 8;   // vector loads may run past the last geometry
+
+void require_match(const Workspace::Impl& w, const world::Model& model, const world::Kinematics& kinematics) {
+  core::require_size("work.pairs", static_cast<long>(w.pairs.size()), static_cast<long>(model.pairs().size()));
+  core::require_size("kinematics.X_WB", static_cast<long>(kinematics.X_WB.size()), static_cast<long>(model.bodies().size()));
+}
+
+void require_pair(const Workspace::Impl& w, int pair) {
+  if (pair < 0 || pair >= static_cast<int>(w.pairs.size())) {
+    core::throw_invalid("pair", std::to_string(pair), fmt::format("an index of one of the {} pairs", w.pairs.size()));
+  }
+}
+
+void require_length(std::string_view field, double value) {
+  if (std::isnan(value)) core::throw_invalid(field, "nan", "a length [m]");
+}
+
+}  // namespace
+
+void detail::set_frame(const Vector3d& n, const std::optional<int>& planar_axis, Contact& out) {
+  if (planar_axis) {
+    const Vector3d axis = Vector3d::Unit(*planar_axis);
+    Vector3d t1 = axis.cross(n);
+    const double length = t1.norm();
+    t1 = length > 1e-9 ? Vector3d(t1 / length) : Vector3d::Unit((*planar_axis + 1) % 3);
+    out.nhat_BA_W = n;
+    out.t1_W = t1;
+    out.t2_W = n.cross(t1);
+    return;
+  }
+  // Frisvad 2012 in the form of Duff et al. 2017. The second chart is for a cap of 8° around −z only, so that the frame is
+  // continuous everywhere but on the rim of that cap.
+  const double sign = n.z() > -0.99 ? 1.0 : -1.0;
+  const double a = -1.0 / (sign + n.z());
+  const double b = n.x() * n.y() * a;
+  out.nhat_BA_W = n;
+  out.t1_W = Vector3d(1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+  out.t2_W = Vector3d(b, sign + n.y() * n.y() * a, -n.y());
+}
+
+Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis(model.planar_axis()) {
+  if (planar_axis) context.planar = {true, Vector3d::Unit(*planar_axis)};
+  context.coal = &coal;
+  coincident_normal = detail::coincident_normal(context.planar);
+
+  const auto model_geometries = model.geometries();
+  const std::size_t n_g = model_geometries.size();
+  geometries.reserve(n_g);
+  for (const world::Geometry& g : model_geometries) {
+    GeometryData data{g.body, {}, g.X_BG, detail::make_shape_data(g.shape)};
+    data.p_BCenter = g.X_BG * data.shape.p_GCenter;
+    if (data.shape.kind != Kind::Sphere) posed.push_back(static_cast<int>(geometries.size()));
+    geometries.push_back(std::move(data));
+  }
+  center_x.assign(n_g + kPadding, 0.0);
+  center_y.assign(n_g + kPadding, 0.0);
+  center_z.assign(n_g + kPadding, 0.0);
+  X_WG.resize(n_g);
+
+  const auto model_pairs = model.pairs();
+  const auto bodies = model.bodies();
+  const int n_p = static_cast<int>(model_pairs.size());
+  pairs.reserve(n_p);
+  for (int i = 0; i < n_p; ++i) {
+    const world::Pair& p = model_pairs[i];
+    PairData data;
+    data.a = p.geometry_a;
+    data.b = p.geometry_b;
+    const detail::ShapeData &a = geometries[data.a].shape, &b = geometries[data.b].shape;
+    const bool swapped = b.kind < a.kind;
+    data.first = swapped ? data.b : data.a;
+    data.second = swapped ? data.a : data.b;
+    data.friction = p.friction;
+    data.radius_a = a.radius;
+    data.radius_b = b.radius;
+    data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
+    if (a.kind != Kind::Sphere || b.kind != Kind::Sphere) {
+      data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
+      if (!data.kernel) {
+        core::throw_invalid(fmt::format("pairs[{}]", i),
+                            fmt::format("two half-spaces '{}' and '{}'", model_geometries[data.a].name, model_geometries[data.b].name),
+                            "at most one half-space in a pair");
+      }
+    }
+    radius_sum.push_back(a.bounding_radius + b.bounding_radius);
+    max_distance.push_back(p.max_distance);
+
+    const bool extends = !broad_runs.empty() && broad_runs.back().fixed == data.a &&
+                         broad_runs.back().other + broad_runs.back().count == data.b;
+    if (extends) {
+      ++broad_runs.back().count;
+    } else {
+      broad_runs.push_back({i, 1, data.a, data.b});
+    }
+
+    const std::vector<int>& support = model.supports()[p.support];
+    const std::vector<int>& dofs_a = bodies[geometries[data.a].body].dofs;
+    const std::vector<int>& dofs_b = bodies[geometries[data.b].body].dofs;
+    data.n_columns = static_cast<int>(support.size());
+    data.run_begin = static_cast<int>(column_runs.size());
+    for (int c = 0; c < data.n_columns; ++c) {
+      const int dof = support[c];
+      const bool in_a = std::binary_search(dofs_a.begin(), dofs_a.end(), dof), in_b = std::binary_search(dofs_b.begin(), dofs_b.end(), dof);
+      const bool first = static_cast<int>(column_runs.size()) == data.run_begin;
+      if (!first && column_runs.back().dof + column_runs.back().count == dof && column_runs.back().moves_a == in_a &&
+          column_runs.back().moves_b == in_b) {
+        ++column_runs.back().count;
+      } else {
+        column_runs.push_back({c, dof, 1, in_a, in_b});
+      }
+    }
+    data.run_end = static_cast<int>(column_runs.size());
+    pairs.push_back(data);
+  }
+  center_distance2.assign(n_p + kPadding, 0.0);
+  candidates.assign(n_p + 1, 0);
+  nearest.reserve(n_p);
+  screw.assign(6 * static_cast<std::size_t>(n_v), 0.0);
+}
+
+Workspace::Workspace(const world::Model& model) : impl_(std::make_unique<Impl>(model)) {}
+Workspace::~Workspace() = default;
+Workspace::Workspace(Workspace&&) noexcept = default;
+
+void Workspace::Impl::set_kinematics(const world::Kinematics& kinematics) {
+  for (std::size_t i = 0; i < geometries.size(); ++i) {
+    const GeometryData& g = geometries[i];
+    const world::Pose& X_WB = kinematics.X_WB[g.body];
+    const Vector3d center = X_WB * g.p_BCenter;
+    center_x[i] = center.x();
+    center_y[i] = center.y();
+    center_z[i] = center.z();
+  }
+  for (const int i : posed) X_WG[i] = kinematics.X_WB[geometries[i].body] * geometries[i].X_BG;
+}
+
+double Workspace::Impl::distance2(int pair) const {
+  const PairData& p = pairs[pair];
+  const double x = center_x[p.a] - center_x[p.b], y = center_y[p.a] - center_y[p.b], z = center_z[p.a] - center_z[p.b];
+  return x * x + y * y + z * z;
+}
+
+double Workspace::Impl::lower_bound(int pair) const {
+  const PairData& p = pairs[pair];
+  if (p.half_space < 0) return std::sqrt(distance2(pair)) - radius_sum[pair];
+  const world::Pose& plane = X_WG[p.second];
+  const Vector3d center(center_x[p.first], center_y[p.first], center_z[p.first]);
+  return plane.R.col(2).dot(center - plane.p) - geometries[p.first].shape.bounding_radius;
+}
+
+void Workspace::Impl::narrow(int pair, Distance& out) {
+  const PairData& p = pairs[pair];
+  if (!p.kernel) {
+    detail::sphere_sphere({center_x[p.a], center_y[p.a], center_z[p.a]}, p.radius_a, {center_x[p.b], center_y[p.b], center_z[p.b]},
+                          p.radius_b, coincident_normal, out);
+    return;
+  }
+  const auto pose = [&](int g) -> const world::Pose& {
+    if (geometries[g].shape.kind == Kind::Sphere) X_WG[g].p = {center_x[g], center_y[g], center_z[g]};
+    return X_WG[g];
+  };
+  p.kernel(geometries[p.first].shape, pose(p.first), geometries[p.second].shape, pose(p.second), context, out);
+  if (p.first != p.a) detail::swap_roles(out);
+}
+
+void Workspace::Impl::push(int pair, double limit, std::vector<Contact>& out) {
+  if (pairs[pair].half_space >= 0 && lower_bound(pair) >= limit) return;
+  Distance d;
+  narrow(pair, d);
+  if (!(d.phi < limit)) return;
+  Contact& c = out.emplace_back();
+  c.pair = pair;
+  c.id = static_cast<std::uint64_t>(pair) << 8;
+  c.phi = d.phi;
+  c.p_WA = d.p_WA;
+  c.p_WB = d.p_WB;
+  c.friction = pairs[pair].friction;
+  detail::set_frame(d.nhat_BA_W, planar_axis, c);
+}
+
+void query(const world::Model& model, const world::Kinematics& kinematics, const QueryOptions& options, Workspace& work,
+           std::vector<Contact>& out) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  core::require_nonnegative("margin", options.margin);
+  require_length("cutoff", options.cutoff);
+  w.set_kinematics(kinematics);
+
+  // Broad phase: squared distances of the bounding centres, then the pairs that may be near enough, in order of pair index.
+  double* d2 = w.center_distance2.data();
+  const double *x = w.center_x.data(), *y = w.center_y.data(), *z = w.center_z.data();
+  for (const Workspace::Impl::BroadRun& run : w.broad_runs) {
+    const double cx = x[run.fixed], cy = y[run.fixed], cz = z[run.fixed];
+    const double *ox = x + run.other, *oy = y + run.other, *oz = z + run.other;
+    double* to = d2 + run.begin;
+    for (int k = 0; k < run.count; ++k) {
+      const double dx = cx - ox[k], dy = cy - oy[k], dz = cz - oz[k];
+      to[k] = dx * dx + dy * dy + dz * dz;
+    }
+  }
+  const int n_p = static_cast<int>(w.pairs.size());
+  const double *sum = w.radius_sum.data(), *max_distance = w.max_distance.data();
+  int* candidates = w.candidates.data();
+  int n = 0;
+  for (int i = 0; i < n_p; ++i) {
+    const double reach = (sum[i] + std::min(max_distance[i] + options.margin, options.cutoff)) * (1.0 + 1e-12);
+    candidates[n] = i;
+    n += d2[i] <= reach * std::abs(reach) ? 1 : 0;
+  }
+
+  out.clear();
+  out.reserve(w.pairs.size());
+  for (int k = 0; k < n; ++k) {
+    const int i = candidates[k];
+    w.push(i, std::min(max_distance[i] + options.margin, options.cutoff), out);
+  }
+
+  const std::optional<int>& most = model.scene().max_contacts;
+  if (most && static_cast<int>(out.size()) > *most) {
+    w.nearest.clear();
+    for (const Contact& c : out) w.nearest.emplace_back(c.phi, c.pair);
+    std::nth_element(w.nearest.begin(), w.nearest.begin() + *most, w.nearest.end());
+    const std::pair<double, int> first_dropped = w.nearest[*most];
+    std::erase_if(out, [&](const Contact& c) { return std::pair(c.phi, c.pair) >= first_dropped; });
+  }
+}
+
+void query_pairs(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double cutoff,
+                 Workspace& work, std::vector<Contact>& out) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  require_length("cutoff", cutoff);
+  w.set_kinematics(kinematics);
+  out.clear();
+  out.reserve(pair_indices.size());
+  for (const int i : pair_indices) {
+    require_pair(w, i);
+    const double reach = (w.radius_sum[i] + cutoff) * (1.0 + 1e-12);
+    if (w.distance2(i) <= reach * std::abs(reach)) w.push(i, cutoff, out);
+  }
+}
+
+double calc_min_distance(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices,
+                         double stop_below, Workspace& work) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  require_length("stop_below", stop_below);
+  w.set_kinematics(kinematics);
+  double best = std::numeric_limits<double>::infinity();
+  Distance d;
+  for (const int i : pair_indices) {
+    require_pair(w, i);
+    const Workspace::Impl::PairData& p = w.pairs[i];
+    if (p.half_space < 0) {
+      const double d2 = w.distance2(i), reach = (w.radius_sum[i] + best) * (1.0 + 1e-12);
+      if (d2 > reach * std::abs(reach)) continue;
+      if (!p.kernel) {
+        best = std::min(best, std::sqrt(d2) - w.radius_sum[i]);
+        if (best < stop_below) return best;
+        continue;
+      }
+    } else if (w.lower_bound(i) >= best) {
+      continue;
+    }
+    w.narrow(i, d);
+    best = std::min(best, d.phi);
+    if (best < stop_below) return best;
+  }
+  return best;
+}
+
+Distance pair_distance(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  require_pair(w, pair);
+  w.set_kinematics(kinematics);
+  Distance out;
+  w.narrow(pair, out);
+  return out;
+}
+
+double calc_pair_lower_bound(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  require_pair(w, pair);
+  w.set_kinematics(kinematics);
+  return w.lower_bound(pair);
+}
+
+}  // namespace stiction::contact

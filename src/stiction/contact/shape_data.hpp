@@ -1,0 +1,86 @@
+#pragma once
+
+#include <memory>
+
+#include "stiction/contact/contact.hpp"
+
+// Internal to the layer: shapes flattened for the kernels. Not installed.
+
+namespace stiction::contact::detail {
+
+using Eigen::Vector3d;
+using world::Pose;
+
+/// Order in which the kernels take their two arguments.
+enum class Kind : unsigned char { Sphere, Capsule, Box, Cylinder, Mesh, HalfSpace };
+inline constexpr int kKinds = 6;
+
+/// Vertices, triangles and face planes of a convex mesh, one array per coordinate.
+struct MeshData {
+  Eigen::Matrix3Xd vertices;      // copy of the mesh's, so that the data outlives the scene
+  Eigen::Matrix3Xi triangles;
+  Eigen::VectorXd nx, ny, nz, d;  // outward plane n·x = d of every triangle that has an area
+  std::vector<int> face;          // triangle of each plane
+  Vector3d p_GCenter;             // centre and radius of a bounding sphere
+  double radius = 0;
+};
+
+/// @throws core::InvalidInput: no vertices or triangles, an index out of range, no triangle with an area
+std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh);
+
+struct CoalShape;   // coal_distance.cpp
+
+struct ShapeData {
+  Kind kind = Kind::Sphere;
+  double radius = 0;               // sphere, capsule, cylinder
+  Vector3d half{0, 0, 0};          // box: half extents; capsule, cylinder: half length in z
+  std::shared_ptr<const MeshData> mesh;
+  std::shared_ptr<const CoalShape> coal;   // of the kinds that need it
+  Vector3d p_GCenter{0, 0, 0};     // bounding sphere in the geometry frame
+  double bounding_radius = 0;
+};
+
+ShapeData make_shape_data(const world::Shape& shape);
+
+/// Set in planar models: where a shape has several nearest faces to choose from, those across the plane do not count.
+struct Planar {
+  bool on = false;
+  Vector3d axis_W{0, 0, 0};
+};
+
+class CoalScratch;   // coal_distance.hpp
+
+/// What a kernel may use besides its two shapes.
+struct KernelContext {
+  Planar planar;
+  CoalScratch* coal = nullptr;
+};
+
+/// Signed distance of a before b, kind(a) ≤ kind(b).
+using Kernel = void (*)(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context, Distance& out);
+
+/// Kernel of two kinds, in the order first ≤ second; nullptr for two half-spaces.
+Kernel find_kernel(Kind first, Kind second);
+
+/// Exchanges the roles of A and B.
+inline void swap_roles(Distance& d) {
+  d.p_WA.swap(d.p_WB);
+  d.nhat_BA_W = -d.nhat_BA_W;
+}
+
+/// Two spheres: the kernel that a hand needs most often, kept inline. Coincident centres: nhat = `fallback`.
+inline void sphere_sphere(const Vector3d& p_WA, double r_a, const Vector3d& p_WB, double r_b, const Vector3d& fallback, Distance& out) {
+  const Vector3d d = p_WA - p_WB;
+  const double length = d.norm();
+  out.nhat_BA_W = length > 0 ? Vector3d(d / length) : fallback;
+  out.phi = length - r_a - r_b;
+  out.p_WA = p_WA - r_a * out.nhat_BA_W;
+  out.p_WB = p_WB + r_b * out.nhat_BA_W;
+}
+
+/// Normal of coincident sphere centres: +z, in the plane x–y of a planar model +x.
+inline Vector3d coincident_normal(const Planar& planar) {
+  return planar.on && std::abs(planar.axis_W.z()) > 0.5 ? Vector3d::UnitX() : Vector3d::UnitZ();
+}
+
+}  // namespace stiction::contact::detail
