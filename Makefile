@@ -1,0 +1,48 @@
+# Every target sets up what it needs first. `make help` lists them.
+SHELL := /bin/bash
+PRESET ?= release
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+STICTION := build/release/stiction
+
+.PHONY: help setup build demo test bench check-all format lock clean
+
+help:
+	@echo "make setup      system packages (when root), the Python environment .venv"
+	@echo "make build      Release build; the program is $(STICTION)    (PRESET=dev|asan-ubsan|tsan for the others)"
+	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
+	@echo "make test       every test: C++, Python, documentation"
+	@echo "make bench      this machine's figures beside the published ones"
+	@echo "make check-all  formatting, debug build and sanitizers"
+	@echo "make format     clang-format over the C++ files"
+	@echo "make lock       requirements.in -> requirements.lock"
+	@echo "make clean      removes build and demo-out; .venv stays"
+
+setup:
+	@scripts/setup.sh
+
+build: setup
+	@scripts/build.sh $(PRESET) $(JOBS)
+
+demo: setup
+	@scripts/build.sh release $(JOBS) stiction_cli
+	@scripts/demo.sh
+
+test: setup
+	@scripts/build.sh release $(JOBS)
+	@scripts/test.sh $(JOBS)
+
+bench: setup
+	@scripts/build.sh release $(JOBS)
+	@$(STICTION) bench
+
+check-all: setup
+	@scripts/check_all.sh $(JOBS)
+
+format:
+	@git ls-files -z '*.hpp' '*.cpp' | xargs -0 clang-format -i
+
+lock:
+	@scripts/lock.sh
+
+clean:
+	rm -rf build demo-out
