@@ -49,6 +49,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
   out.knots.clear();
   out.steps = 0;
   out.max_slide = 0;
+  out.min_phi = 0;
   out.status = Status::Solved;
 
   const double ds_max = 1.0 / count_substeps(model, u_start, u_end, limits);
@@ -71,6 +72,9 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
       continue;
     }
     out.max_slide = std::max(out.max_slide, slide);
+    if (!out.knots.empty()) {
+      for (const auto& c : step_result.contacts) out.min_phi = std::min(out.min_phi, c.contact.phi);
+    }
     Knot& knot = out.knots.emplace_back();
     knot.u = u;
     knot.q = step_result.q_next;

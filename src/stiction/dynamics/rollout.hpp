@@ -28,6 +28,7 @@ struct RolloutResult {
   std::vector<Knot> knots;                  ///< up to and including the last good sub-step
   int steps = 0;                            ///< steps computed, including those redone with a shorter command
   double max_slide = 0;                     ///< [m] largest slip of an active contact in one accepted sub-step
+  double min_phi = 0;                       ///< [m] deepest signed distance met after the first sub-step, ≤ 0
 };
 
 /// Number of equal parts into which the command must be cut so that no joint moves farther than the limits, ≥ 1.

@@ -91,6 +91,8 @@ struct StepWorkspace::Impl {
     tau_u.resize(model->n_vu());
     for (const auto& object : model->objects()) max_object_dofs = std::max(max_object_dofs, object.n_v);
     M_u.resize(max_object_dofs, max_object_dofs);
+    for (int j = 0; j < model->n_a(); ++j) actuated.push_back(model->n_vu() + j);
+    h_stiffness.resize(actuated.size());
   }
 
   std::shared_ptr<const Model> model;
@@ -110,6 +112,8 @@ struct StepWorkspace::Impl {
   Eigen::MatrixXd M_u;
   std::vector<double> J;                // contact Jacobian, 3 × k row-major
   std::vector<double> G;
+  std::vector<int> actuated;            // velocity indices of the commands
+  std::vector<double> h_stiffness;      // hK_a
 };
 
 StepWorkspace::StepWorkspace(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
@@ -244,11 +248,11 @@ void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl&
 }
 
 /// D_qnext_u = J_r(δq) · H⁻¹ [0; hK_a]; J_r differs from 1 in the rotation rows of free objects only.
-void calc_B(const Model& model, const StepOptions& options, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta,
+void calc_B(const Model& model, const StepOptions& options, StepWorkspace::Impl& work, const Eigen::VectorXd& delta,
             Eigen::MatrixXd& B) {
-  B.setZero(model.n_v(), model.n_a());
-  for (int j = 0; j < model.n_a(); ++j) B(model.n_vu() + j, j) = options.h * model.stiffness()[j];
-  cone::apply_inverse(*work.solver, B);
+  for (int j = 0; j < model.n_a(); ++j) work.h_stiffness[static_cast<std::size_t>(j)] = options.h * model.stiffness()[j];
+  B.resize(model.n_v(), model.n_a());
+  cone::calc_inverse_columns(*work.solver, work.actuated, work.h_stiffness, B);
   for (const auto& object : model.objects()) {
     if (object.n_v != 6) continue;
     const int r = object.v_begin + 3;
@@ -291,6 +295,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   solver_options.mode = analytic ? cone::Mode::Smoothed : cone::Mode::Exact;
   solver_options.tol_complementarity = options.tol_complementarity;
   solver_options.warm_start = options.warm_start;
+  solver_options.sensitivities = options.with_B;
   out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
   out.residuals = work.solution.residuals;
   out.iterations = work.solution.iterations;

@@ -15,7 +15,24 @@ struct FixedLength { double length = 0.3; };    ///< ‖δu‖ is always this [r
 struct CappedLength { double length = 0.3; };   ///< at most this
 using LengthRule = std::variant<CappedLength, FixedLength>;
 
-enum class SamplerKind { Generic, GraspSynergy };
+/// Contact sampler that works for any robot: branches are drawn and brought to the object one by one.
+struct GenericSampler {
+  double whole_probability = 0.5;   ///< probability that all branches move; otherwise one or two of them
+  double near_probability = 0.3;    ///< probability that a branch is drawn around its present posture
+  double near_std = 0.4;            ///< spread of such draws [rad or m]
+  int tries = 20;                   ///< draws per branch
+};
+
+/// Contact sampler of the thesis for hands: an open posture that closes along a random mix of joint-space directions (3.4.3).
+struct GraspSynergySampler {
+  Eigen::VectorXd start;        ///< open posture (n_a) [rad or m]
+  Eigen::MatrixXd directions;   ///< one column per direction (n_a × k) [rad or m per unit]
+  Eigen::VectorXd mean;         ///< of the weights (k)
+  Eigen::VectorXd spread;       ///< weights are mean + spread · uniform(−½, ½) (k)
+  double travel = 2.4;          ///< how far the hand may close, times the direction [-]
+  double generic_probability = 0.5;   ///< probability that the generic sampler is used instead, for variety
+};
+using Sampler = std::variant<GenericSampler, GraspSynergySampler>;
 
 /// Box from which subgoals are drawn: per object position [m] and rotation [rad] relative to the world, or coordinates for
 /// planar, hinged and sliding objects.
@@ -42,7 +59,7 @@ struct PlannerOptions {
   double regrasp_friction = 0.8;      ///< regrasps must hold with every μ times this
   double regrasp_tol_position = 2e-3; ///< the object may move this much during a regrasp [m]
   double regrasp_tol_angle = 0.02;    ///< [rad]
-  SamplerKind sampler = SamplerKind::Generic;
+  Sampler sampler = GenericSampler{};
   std::vector<SampleBox> sample_boxes;
   double tolerance_fraction = 0.6;    ///< the planner aims at this share of the goal's tolerances
   void validate(const world::Model& model) const;

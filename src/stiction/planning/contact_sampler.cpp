@@ -1,0 +1,238 @@
+#include "stiction/planning/contact_sampler.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace stiction::planning {
+namespace {
+
+constexpr double kTouch = 1e-4;         // a gap this small counts as contact [m]
+constexpr double kSelfClearance = 5e-4; // between robot parts, and of the robot to fixed bodies [m]
+constexpr int kNewtonSteps = 15;
+constexpr double kMaxStep = 0.3;        // per Newton step and joint [rad or m]
+
+void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+}
+
+/// Row of dφ/dq_a over all joints for one contact (A relative to B along n), zero for joints that are not `moving`.
+void gap_gradient(const world::Model& model, const contact::Contact& contact, const std::vector<char>& moving, GeometryWorkspace& work,
+                  Eigen::Ref<Eigen::VectorXd> gradient) {
+  const auto& support = model.supports()[static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support)];
+  work.jacobian.resize(3 * support.size());
+  contact::calc_jacobian(model, work.kinematics, contact, work.jacobian.data());
+  gradient.setZero();
+  for (std::size_t c = 0; c < support.size(); ++c) {
+    const int joint = support[c] - model.n_vu();
+    if (joint >= 0 && moving[static_cast<std::size_t>(joint)]) gradient[joint] = work.jacobian[c];
+  }
+}
+
+std::vector<char> joint_flags(const world::Model& model, const std::vector<int>& joints) {
+  std::vector<char> flags(static_cast<std::size_t>(model.n_a()), 0);
+  for (const int j : joints) flags[static_cast<std::size_t>(j)] = 1;
+  return flags;
+}
+
+/// Range from which a joint is drawn: its limits, or for an unlimited slider the surroundings of the objects.
+std::pair<double, double> draw_range(const world::Model& model, int joint, const GeometryWorkspace& work) {
+  const double lower = model.lower()[joint], upper = model.upper()[joint];
+  if (std::isfinite(lower) && std::isfinite(upper)) return {lower, upper};
+  const auto v = static_cast<std::size_t>(model.n_vu() + joint);
+  if (model.dofs()[v].kind == world::DofKind::Revolute) return {-std::numbers::pi, std::numbers::pi};
+  const Eigen::Vector3d axis = work.kinematics.axis_W.col(static_cast<Eigen::Index>(v));
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& geometry : model.geometries()) {
+    const auto& body = model.bodies()[static_cast<std::size_t>(geometry.body)];
+    if (body.kind != world::BodyKind::Object || !std::isfinite(geometry.bounding_radius)) continue;
+    const double centre = axis.dot(work.kinematics.X_WB[static_cast<std::size_t>(geometry.body)] * geometry.p_BCenter);
+    low = std::min(low, centre - 1.5 * geometry.bounding_radius);
+    high = std::max(high, centre + 1.5 * geometry.bounding_radius);
+  }
+  if (!(low < high)) return {-1, 1};
+  return {std::max(low, lower), std::min(high, upper)};
+}
+
+/// No pair moved by the branches is deeper than allowed: −kTouch with objects, kSelfClearance elsewhere.
+bool is_clear(const world::Model& model, const RobotChains& chains, ChainMask moving, GeometryWorkspace& work) {
+  chains.pairs_of(moving, work.pairs);
+  contact::query_pairs(model, work.kinematics, work.pairs, kSelfClearance, work.contact_work, work.contacts);
+  for (const auto& c : work.contacts) {
+    if (c.phi < (chains.touches_object(c.pair) ? -kTouch : kSelfClearance)) return false;
+  }
+  return true;
+}
+
+/// Brings one pair into contact by Newton steps on its gap in the branch's joints; q is changed in place.
+bool touch(const world::Model& model, int pair, const std::vector<char>& moving, Eigen::VectorXd& q, GeometryWorkspace& work) {
+  Eigen::VectorXd gradient(model.n_a());
+  const int pairs[1] = {pair};
+  for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
+    update_kinematics(model, q, work);
+    contact::query_pairs(model, work.kinematics, pairs, std::numeric_limits<double>::infinity(), work.contact_work, work.contacts);
+    if (work.contacts.empty()) return false;
+    const auto& c = work.contacts.front();
+    if (std::abs(c.phi) < 0.5 * kTouch) return true;
+    gap_gradient(model, c, moving, work, gradient);
+    const double slope2 = gradient.squaredNorm();
+    if (slope2 < 1e-8) return false;
+    double scale = -c.phi / slope2;
+    scale *= std::min(1.0, kMaxStep / (std::abs(scale) * gradient.cwiseAbs().maxCoeff()));
+    q.tail(model.n_a()) = (q.tail(model.n_a()) + scale * gradient).cwiseMax(model.lower()).cwiseMin(model.upper());
+  }
+  return false;
+}
+
+bool sample_chain(const world::Model& model, const RobotChains& chains, const GenericSampler& options, int chain, core::Random& random,
+                  Eigen::VectorXd& q, GeometryWorkspace& work) {
+  const auto joints = chains.joints(chain);
+  const auto pairs = chains.object_pairs(chain);
+  if (pairs.empty()) return false;
+  const auto moving = joint_flags(model, {joints.begin(), joints.end()});
+  const Eigen::VectorXd q_before = q;
+  for (int attempt = 0; attempt < options.tries; ++attempt) {
+    q = q_before;
+    update_kinematics(model, q, work);
+    const bool near = random.chance(options.near_probability);
+    for (const int j : joints) {
+      const auto [low, high] = draw_range(model, j, work);
+      double& value = q[model.n_qu() + j];
+      value = near ? std::clamp(value + options.near_std * random.normal(), low, high) : random.uniform(low, high);
+    }
+    const int pair = pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
+    if (touch(model, pair, moving, q, work) && is_clear(model, chains, ChainMask{1} << chain, work)) return true;
+  }
+  q = q_before;
+  return false;
+}
+
+std::optional<ContactSample> sample_generic(const world::Model& model, const RobotChains& chains, const GenericSampler& options,
+                                            Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
+  std::vector<int> order;
+  for (int c = 0; c < chains.size(); ++c) {
+    if (!chains.object_pairs(c).empty()) order.push_back(c);
+  }
+  if (order.empty()) return std::nullopt;
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[static_cast<std::size_t>(random.index(static_cast<int>(i)))]);
+  if (!random.chance(options.whole_probability)) order.resize(std::min(order.size(), static_cast<std::size_t>(1 + random.index(2))));
+
+  ContactSample sample;
+  for (const int chain : order) {
+    if (sample_chain(model, chains, options, chain, random, q, work)) sample.moved |= ChainMask{1} << chain;
+  }
+  if (sample.moved == 0) return std::nullopt;
+  sample.q_a = q.tail(model.n_a());
+  return sample;
+}
+
+/// Closes the hand along a random mix of the directions. A joint stops when a geometry that it moves touches something; the joints
+/// beyond it go on, so that the fingers wrap.
+std::optional<ContactSample> sample_synergy(const world::Model& model, const RobotChains& chains, const GraspSynergySampler& options,
+                                            Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
+  const int n_a = model.n_a();
+  Eigen::VectorXd direction = Eigen::VectorXd::Zero(n_a);
+  for (Eigen::Index k = 0; k < options.directions.cols(); ++k) {
+    direction += (options.mean[k] + options.spread[k] * random.uniform(-0.5, 0.5)) * options.directions.col(k);
+  }
+  const double largest = direction.cwiseAbs().maxCoeff();
+  if (!(largest > 0)) return std::nullopt;
+  direction /= largest;
+  q.tail(n_a) = options.start.cwiseMax(model.lower()).cwiseMin(model.upper());
+
+  constexpr double kLongest = 0.05, kShortest = 1e-3;   // advance per round [rad or m]
+  chains.pairs_of(chains.all(), work.pairs);
+  const std::vector<int> pairs = work.pairs;
+  std::vector<char> closing(static_cast<std::size_t>(n_a), 1);
+  ContactSample sample;
+  double travelled = 0;
+  update_kinematics(model, q, work);
+  while (travelled < options.travel) {
+    // Advance by what the nearest closing gap allows; gaps shrink at most at the rate of dφ/dt.
+    contact::query_pairs(model, work.kinematics, pairs, 0.03, work.contact_work, work.contacts);
+    double advance = kLongest;
+    Eigen::VectorXd gradient(n_a);
+    for (const auto& c : work.contacts) {
+      gap_gradient(model, c, closing, work, gradient);
+      const double rate = gradient.dot(direction);
+      const double floor = chains.touches_object(c.pair) ? 0.0 : kSelfClearance;
+      if (rate >= -1e-9) continue;
+      if (c.phi - floor < 0.5 * kTouch) {
+        for (int j = 0; j < n_a; ++j) {
+          if (gradient[j] != 0) closing[static_cast<std::size_t>(j)] = 0;
+        }
+        if (chains.touches_object(c.pair)) sample.moved |= chains.mask_of_pair(c.pair);
+      } else {
+        advance = std::min(advance, (c.phi - floor) / -rate);
+      }
+    }
+    advance = std::max(advance, kShortest * 0.1);
+    bool any = false;
+    for (int j = 0; j < n_a; ++j) {
+      if (!closing[static_cast<std::size_t>(j)] || direction[j] == 0) continue;
+      double& value = q[model.n_qu() + j];
+      const double wanted = value + advance * direction[j];
+      value = std::clamp(wanted, model.lower()[j], model.upper()[j]);
+      if (value == wanted) any = true;
+    }
+    if (!any) break;
+    travelled += advance;
+    update_kinematics(model, q, work);
+  }
+  if (sample.moved == 0) return std::nullopt;
+  contact::query_pairs(model, work.kinematics, pairs, kSelfClearance, work.contact_work, work.contacts);
+  for (const auto& c : work.contacts) {
+    if (c.phi < (chains.touches_object(c.pair) ? -kTouch : 0.0)) return std::nullopt;
+  }
+  sample.moved = chains.all();   // the whole hand takes the new posture, whether or not each finger touches
+  sample.q_a = q.tail(n_a);
+  return sample;
+}
+
+}  // namespace
+
+std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
+                                            const Eigen::VectorXd& q, core::Random& random, GeometryWorkspace& work) {
+  if (const auto* synergy = std::get_if<GraspSynergySampler>(&sampler)) {
+    if (!random.chance(synergy->generic_probability)) return sample_synergy(model, chains, *synergy, q, random, work);
+    return sample_generic(model, chains, GenericSampler{}, q, random, work);
+  }
+  return sample_generic(model, chains, std::get<GenericSampler>(sampler), q, random, work);
+}
+
+bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
+             GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
+  const int n_a = model.n_a();
+  const auto joints = joint_flags(model, chains.joints_of(moving));
+  chains.pairs_of(moving, work.pairs);
+  const std::vector<int> pairs = work.pairs;
+  constexpr double kStep = 0.1;   // per round and joint [rad or m]
+  for (int round = 0; round < 12; ++round) {
+    update_kinematics(model, q, work);
+    contact::query_pairs(model, work.kinematics, pairs, clearance, work.contact_work, work.contacts);
+    std::erase_if(work.contacts, [&](const auto& c) { return c.phi >= clearance; });
+    if (work.contacts.empty()) return true;
+    // δ = argmin ‖δ‖² with every short gap brought to 1.5 × clearance: δ = Gᵀ(GGᵀ + ρI)⁻¹r
+    const auto m = static_cast<Eigen::Index>(work.contacts.size());
+    Eigen::MatrixXd G(n_a, m);
+    Eigen::VectorXd r(m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const auto contact = work.contacts[static_cast<std::size_t>(i)];
+      gap_gradient(model, contact, joints, work, G.col(i));
+      r[i] = 1.5 * clearance - contact.phi;
+    }
+    Eigen::MatrixXd S = G.transpose() * G;
+    S.diagonal().array() += 1e-6;
+    Eigen::VectorXd delta = G * S.ldlt().solve(r);
+    const double largest = delta.cwiseAbs().maxCoeff();
+    if (!(largest > 1e-9)) return false;
+    delta *= std::min(1.0, kStep / largest);
+    q.tail(n_a) = (q.tail(n_a) + delta).cwiseMax(model.lower()).cwiseMin(model.upper());
+    path.push_back(q.tail(n_a));
+  }
+  return false;
+}
+
+}  // namespace stiction::planning

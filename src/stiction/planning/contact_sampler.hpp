@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "stiction/contact/contact.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/planning/planner.hpp"
+#include "stiction/planning/robot_chains.hpp"
+
+namespace stiction::planning {
+
+/// Kinematics and distances of one thread, without dynamics.
+struct GeometryWorkspace {
+  explicit GeometryWorkspace(const world::Model& model) : kinematics_work(model), contact_work(model) {}
+
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  contact::Workspace contact_work;
+  std::vector<contact::Contact> contacts;
+  std::vector<double> jacobian;
+  std::vector<int> pairs;
+};
+
+/// A robot posture that touches the object, and which branches it moved.
+struct ContactSample {
+  Eigen::VectorXd q_a;     ///< (n_a)
+  ChainMask moved = 0;
+};
+
+/// Draws a posture in contact with the objects at q (3.4.3): no moved branch penetrates anything by more than 0.1 mm, and each
+/// touches an object within 0.1 mm. Pure kinematics: nothing moves the object.
+/// @param q  configuration (n_q); branches that are not moved keep their joints
+/// @returns nullopt when the draws of the sampler were used up
+std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
+                                            const Eigen::VectorXd& q, core::Random& random, GeometryWorkspace& work);
+
+/// Moves the joints of the branches in `moving` until every pair they move is at least `clearance` apart, by the shortest small
+/// steps; true when that succeeded within joint limits. Appends each posture to `path` (full q_a).
+bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
+             GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path);
+
+}  // namespace stiction::planning

@@ -1,0 +1,116 @@
+#include "stiction/planning/object_space.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+namespace stiction::planning {
+namespace {
+
+using world::ObjectJoint;
+
+/// Axes (first, second, normal) of a planar joint, in cyclic order.
+std::array<int, 3> planar_axes(ObjectJoint joint) {
+  switch (joint) {
+    case ObjectJoint::PlanarXY: return {0, 1, 2};
+    case ObjectJoint::PlanarYZ: return {1, 2, 0};
+    case ObjectJoint::PlanarXZ: return {0, 2, 1};
+    default: return {-1, -1, -1};
+  }
+}
+
+bool is_planar(ObjectJoint joint) { return planar_axes(joint)[0] >= 0; }
+
+/// Angle of a rotation about a unit axis (the twist of its swing–twist decomposition).
+double angle_about(const Eigen::Matrix3d& R, const Eigen::Vector3d& axis) {
+  const Eigen::Quaterniond q(R);
+  return 2.0 * std::atan2(q.vec().dot(axis), q.w());
+}
+
+double wrap(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
+
+/// Rotation vector of conj(a) · b for unit quaternions stored x, y, z, w: the shorter way round.
+void rotation_between(const double* a, const double* b, double* e) {
+  const double w = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const double x = a[3] * b[0] - a[0] * b[3] - (a[1] * b[2] - a[2] * b[1]);
+  const double y = a[3] * b[1] - a[1] * b[3] - (a[2] * b[0] - a[0] * b[2]);
+  const double z = a[3] * b[2] - a[2] * b[3] - (a[0] * b[1] - a[1] * b[0]);
+  const double s = std::sqrt(x * x + y * y + z * z);
+  const double angle = 2.0 * std::atan2(s, std::abs(w));
+  const double k = (w < 0 ? -1.0 : 1.0) * (s > 1e-12 ? angle / s : 2.0);
+  e[0] = k * x;
+  e[1] = k * y;
+  e[2] = k * z;
+}
+
+}  // namespace
+
+ObjectSpace::ObjectSpace(const world::Model& model) : n_q_(model.n_qu()), n_v_(model.n_vu()) {
+  const auto objects = model.objects();
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const auto& spec = model.scene().objects[i];
+    blocks_.push_back({spec.joint, objects[i].q_begin, objects[i].v_begin, spec.X_WP, spec.axis.normalized()});
+  }
+}
+
+void ObjectSpace::error(const double* from, const double* to, double* e) const {
+  for (const Block& b : blocks_) {
+    const double* f = from + b.q_begin;
+    const double* t = to + b.q_begin;
+    double* out = e + b.v_begin;
+    if (b.joint == ObjectJoint::Free) {
+      for (int i = 0; i < 3; ++i) out[i] = t[i] - f[i];
+      rotation_between(f + 3, t + 3, out + 3);
+    } else if (is_planar(b.joint)) {
+      out[0] = t[0] - f[0];
+      out[1] = t[1] - f[1];
+      out[2] = wrap(t[2] - f[2]);
+    } else {
+      out[0] = t[0] - f[0];
+    }
+  }
+}
+
+Eigen::VectorXd ObjectSpace::coordinates(int object, const world::Pose& X_WB) const {
+  const Block& b = blocks_[static_cast<std::size_t>(object)];
+  if (b.joint == ObjectJoint::Free) {
+    Eigen::VectorXd q(7);
+    q << X_WB.p, Eigen::Quaterniond(X_WB.R).normalized().coeffs();
+    return q;
+  }
+  const world::Pose X_PB = b.X_WP.inverse() * X_WB;
+  if (is_planar(b.joint)) {
+    const auto axes = planar_axes(b.joint);
+    // x × z = −y: the angle of the xz plane is about +y all the same (docs/notation.md)
+    return Eigen::Vector3d(X_PB.p[axes[0]], X_PB.p[axes[1]], angle_about(X_PB.R, Eigen::Vector3d::Unit(axes[2])));
+  }
+  Eigen::VectorXd q(1);
+  q[0] = b.joint == ObjectJoint::Hinge ? angle_about(X_PB.R, b.axis) : b.axis.dot(X_PB.p);
+  return q;
+}
+
+void ObjectSpace::sample(const std::vector<SampleBox>& boxes, core::Random& random, Eigen::Ref<Eigen::VectorXd> q_u) const {
+  for (const SampleBox& box : boxes) {
+    const Block& b = blocks_[static_cast<std::size_t>(box.object)];
+    Eigen::VectorXd x(box.lower.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = random.uniform(box.lower[i], box.upper[i]);
+    if (b.joint != ObjectJoint::Free) {
+      q_u.segment(b.q_begin, x.size()) = x;
+      continue;
+    }
+    const Eigen::Quaterniond rotation = Eigen::AngleAxisd(x[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(x[4], Eigen::Vector3d::UnitY()) *
+                                        Eigen::AngleAxisd(x[3], Eigen::Vector3d::UnitX());
+    q_u.segment<3>(b.q_begin) = x.head<3>();
+    q_u.segment<4>(b.q_begin + 3) = rotation.coeffs();
+  }
+}
+
+GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {
+  const world::Pose X_WB = world::object_pose(model, q, goal.object);
+  GoalError error;
+  error.position = (X_WB.p - goal.X_WG.p).norm();
+  error.angle = Eigen::Quaterniond(X_WB.R).angularDistance(Eigen::Quaterniond(goal.X_WG.R));
+  return error;
+}
+
+}  // namespace stiction::planning

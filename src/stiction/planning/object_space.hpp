@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "stiction/core/random.hpp"
+#include "stiction/planning/planner.hpp"
+#include "stiction/world/model.hpp"
+
+namespace stiction::planning {
+
+/// The configurations qᵘ of the objects as a space to measure and sample in.
+class ObjectSpace {
+ public:
+  explicit ObjectSpace(const world::Model& model);
+
+  int n_q() const { return n_q_; }
+  int n_v() const { return n_v_; }
+
+  /// e = to ⊖ from in the tangent of the objects, e of (3.5); the angle of a planar object is wrapped to (−π, π].
+  /// @param from, to  at least n_q() numbers each  @param e  n_v() numbers
+  void error(const double* from, const double* to, double* e) const;
+
+  /// Coordinates of one object that give it the pose X_WB; nothing is lost for free objects, others are projected.
+  Eigen::VectorXd coordinates(int object, const world::Pose& X_WB) const;
+
+  /// A configuration of all objects drawn from the boxes; objects without a box stay where q_u has them.
+  void sample(const std::vector<SampleBox>& boxes, core::Random& random, Eigen::Ref<Eigen::VectorXd> q_u) const;
+
+ private:
+  struct Block {
+    world::ObjectJoint joint;
+    int q_begin, v_begin;
+    world::Pose X_WP;
+    Eigen::Vector3d axis;
+  };
+  std::vector<Block> blocks_;
+  int n_q_ = 0, n_v_ = 0;
+};
+
+
+}  // namespace stiction::planning

@@ -1,0 +1,523 @@
+#include "stiction/planning/planner.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/parallel.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/planning/contact_sampler.hpp"
+#include "stiction/planning/object_space.hpp"
+#include "stiction/planning/regrasp.hpp"
+#include "stiction/planning/robot_chains.hpp"
+#include "stiction/planning/tree.hpp"
+
+namespace stiction::planning {
+namespace {
+
+using core::Status;
+using world::Model;
+
+/// Largest penetration that an edge may build up [m].
+constexpr double kMaxPenetration = 5e-4;
+/// Gap across which a force may act at the end of a sub-step of an edge [m]; Anitescu's relaxation opens μ·slide.
+/// The settling of the start stops when no object moves farther than this in a step [m or rad].
+constexpr double kSettled = 1e-6;
+constexpr int kMaxSettleSteps = 100;
+/// A contact edge must move the robot or an object at least this far to be worth a node [m or rad].
+constexpr double kMinMove = 1e-4;
+/// A goal counts as reached in a replay when its error is at most this share of the tolerance; the rest is left to the checker.
+constexpr double kReplayShare = 0.95;
+
+struct Totals {
+  long steps = 0, linearisations = 0, failed_steps = 0;
+  RegraspCounts regrasps;
+
+  Totals& operator+=(const Totals& o) {
+    steps += o.steps;
+    linearisations += o.linearisations;
+    failed_steps += o.failed_steps;
+    regrasps.tried += o.regrasps.tried;
+    regrasps.accepted += o.regrasps.accepted;
+    regrasps.no_sample += o.regrasps.no_sample;
+    regrasps.no_path += o.regrasps.no_path;
+    regrasps.object_moved += o.regrasps.object_moved;
+    regrasps.failed_step += o.regrasps.failed_step;
+    return *this;
+  }
+};
+
+/// Everything one thread needs.
+struct Worker {
+  explicit Worker(const std::shared_ptr<const Model>& model) : steps(model), geometry(*model) {}
+
+  dynamics::StepWorkspace steps;
+  GeometryWorkspace geometry;
+  dynamics::StepResult step_result;
+  dynamics::RolloutResult rollout_result;
+  Regrasp regrasp;
+};
+
+/// One extension of the tree, from the draw of the subgoal to the new node.
+struct Item {
+  std::uint64_t stream = 0;
+  int near = -1;             ///< −1: to be found by the worker
+  bool grasp = false;
+  Eigen::VectorXd subgoal;   ///< qᵘ (n_qu)
+  bool accepted = false;
+  Node node;
+  Totals totals;
+};
+
+Eigen::MatrixXd commands_of(const std::vector<dynamics::Knot>& knots, int n_a) {
+  Eigen::MatrixXd commands(n_a, static_cast<Eigen::Index>(knots.size()));
+  for (std::size_t k = 0; k < knots.size(); ++k) commands.col(static_cast<Eigen::Index>(k)) = knots[k].u;
+  return commands;
+}
+
+class Planner {
+ public:
+  Planner(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result)
+      : model_(*problem.model),
+        problem_(problem),
+        options_(options),
+        control_(control),
+        result_(result),
+        space_(model_),
+        chains_(model_),
+        tree_(space_),
+        pool_(options.threads > 0 ? options.threads : core::hardware_threads()) {
+    for (int i = 0; i < pool_.size(); ++i) workers_.emplace_back(problem.model);
+    exact_.h = options.h;
+    exact_.regularisation = options.regularisation;
+    smoothed_ = exact_;
+    smoothed_.smoothing = options.smoothing;
+    smoothed_.with_B = true;
+    smoothed_.warm_start = false;
+    q_goal_ = problem.q_start.head(model_.n_qu());
+    const auto& object = model_.objects()[static_cast<std::size_t>(problem.goal.object)];
+    q_goal_.segment(object.q_begin, object.n_q) = space_.coordinates(problem.goal.object, problem.goal.X_WG);
+  }
+
+  Status run() {
+    if (!plant_root()) {
+      result_.status = Status::NumericalFailure;
+      return result_.status;
+    }
+    result_.status = grow();
+    result_.nodes = tree_.size();
+    if (result_.status != Status::Solved) keep_best();
+    return result_.status;
+  }
+
+ private:
+  // ---- root ----------------------------------------------------------------------------------------------------------------
+  /// Lets the given start settle under the exact dynamics with the robot commanded where it is.
+  bool plant_root() {
+    Worker& worker = workers_[0];
+    Eigen::VectorXd q = problem_.q_start;
+    u_start_ = q.tail(model_.n_a()).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+    worker.steps.forget();
+    for (int k = 0; k < kMaxSettleSteps; ++k) {
+      const Status status = dynamics::step(model_, {q, u_start_}, exact_, worker.steps, worker.step_result);
+      ++totals_.steps;
+      if (status != Status::Solved) {
+        ++totals_.failed_steps;
+        return false;
+      }
+      const auto& r = worker.step_result;
+      if (k == 0) {
+        for (const auto& c : r.contacts) result_.start_penetration = std::max(result_.start_penetration, -c.contact.phi);
+      }
+      const double moved = r.delta.cwiseAbs().maxCoeff();
+      if (moved < kSettled) break;
+      if (k == 0 && moved > 1e-3) result_.start_projected = true;
+      dynamics::Knot& knot = settle_.emplace_back();
+      knot.u = u_start_;
+      knot.q = r.q_next;
+      q = r.q_next;
+    }
+    Node root;
+    root.edge = SegmentKind::Settle;
+    root.q = q;
+    root.u = u_start_;
+    root.commands = commands_of(settle_, model_.n_a());
+    if (!linearise(root, worker, totals_)) return false;
+    insert(std::move(root));
+    return true;
+  }
+
+  // ---- growth --------------------------------------------------------------------------------------------------------------
+  Status grow() {
+    std::vector<Item> items(static_cast<std::size_t>(options_.batch));
+    if (goal_ratio_of_best() <= options_.tolerance_fraction && options_.stop_at_goal && verify(best_)) return Status::Solved;
+    while (result_.iterations < options_.max_iterations) {
+      if (control_.cancelled()) return Status::Cancelled;
+      if (control_.expired()) return Status::MaxIterations;
+      const int n = static_cast<int>(std::min<long>(options_.batch, options_.max_iterations - result_.iterations));
+      for (int i = 0; i < n; ++i) draw(items[static_cast<std::size_t>(i)], result_.iterations + i);
+      pool_.run(n, [&](int i, int worker) {
+        if (!control_.cancelled()) work_on(items[static_cast<std::size_t>(i)], workers_[static_cast<std::size_t>(worker)]);
+      });
+      result_.iterations += n;
+      for (int i = 0; i < n; ++i) {
+        Item& item = items[static_cast<std::size_t>(i)];
+        totals_ += item.totals;
+        if (!item.accepted) continue;
+        const int node = insert(std::move(item.node));
+        if (!options_.stop_at_goal || tree_[node].goal_ratio > options_.tolerance_fraction) continue;
+        if (verify(node)) return Status::Solved;
+      }
+      report();
+    }
+    return Status::MaxIterations;
+  }
+
+  /// SampleSubgoal, and for subgoals that are the goal also Nearest: each node is taken there once, since the extension is
+  /// deterministic.
+  void draw(Item& item, long iteration) {
+    item.stream = static_cast<std::uint64_t>(iteration) + 1;
+    item.accepted = false;
+    item.totals = Totals{};
+    item.near = -1;
+    core::Random random(options_.seed, item.stream << 1);
+    item.grasp = random.chance(options_.grasp_probability);
+    item.subgoal = q_goal_;
+    const bool to_goal = random.chance(options_.goal_bias);
+    if (to_goal && !item.grasp) item.near = tree_.take_nearest_to_goal();
+    if (item.near < 0 && !(to_goal && item.grasp)) space_.sample(options_.sample_boxes, random, item.subgoal);
+  }
+
+  void work_on(Item& item, Worker& worker) {
+    if (item.near < 0) item.near = tree_.nearest(item.subgoal);
+    core::Random random(options_.seed, (item.stream << 1) + 1);
+    item.accepted = item.grasp ? regrasp(item, random, worker) : extend(item, worker);
+    if (!item.accepted) return;
+    item.accepted = linearise(item.node, worker, item.totals);
+  }
+
+  /// Alg. 3 with joint limits: δu* = argmin ‖B_u δu − e‖² + γ‖δu‖², cut or stretched to its length, rolled out exactly.
+  bool extend(Item& item, Worker& worker) {
+    const Node& near = tree_[item.near];
+    const int n_a = model_.n_a();
+    const Eigen::VectorXd q_a = near.q.tail(n_a);
+    Eigen::VectorXd e(model_.n_vu()), delta_u;
+    space_.error(near.local.c_u.data(), item.subgoal.data(), e.data());
+    solve_bounded_least_squares(near.local.B_u, e, options_.gamma, model_.lower() - q_a, model_.upper() - q_a, delta_u);
+    const double length = delta_u.norm();
+    if (length < 1e-9) return false;
+    if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
+      delta_u *= fixed->length / length;
+    } else {
+      delta_u *= std::min(1.0, std::get<CappedLength>(options_.length).length / length);
+    }
+    const Eigen::VectorXd u = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+    if (!move(near, u, worker, item.totals, item.node)) return false;
+    item.node.parent = item.near;
+    item.node.edge = SegmentKind::Contact;
+    // Nodes that came to nothing only slow the search down.
+    Eigen::VectorXd moved(model_.n_vu());
+    space_.error(near.q.data(), item.node.q.data(), moved.data());
+    return moved.cwiseAbs().maxCoeff() > kMinMove || (item.node.q.tail(n_a) - q_a).cwiseAbs().maxCoeff() > kMinMove;
+  }
+
+  /// Exact dynamics from a node to the command u: sub-steps, or one step as in the thesis.
+  bool move(const Node& from, const Eigen::VectorXd& u, Worker& worker, Totals& totals, Node& to) {
+    worker.steps.forget();
+    if (!options_.substep) {
+      const Status status = dynamics::step(model_, {from.q, u}, exact_, worker.steps, worker.step_result);
+      ++totals.steps;
+      if (status != Status::Solved) {
+        ++totals.failed_steps;
+        return false;
+      }
+      to.q = worker.step_result.q_next;
+      to.u = u;
+      to.commands = u;
+      return true;
+    }
+    auto& r = worker.rollout_result;
+    const Status status = dynamics::rollout(model_, from.q, from.u, u, exact_, *options_.substep, worker.steps, r);
+    totals.steps += r.steps;
+    if (status != Status::Solved) {
+      if (status != Status::MaxIterations) ++totals.failed_steps;
+      return false;
+    }
+    if (r.min_phi < -kMaxPenetration || r.max_slide > options_.substep->slide) return false;
+    to.q = r.knots.back().q;
+    to.u = u;
+    to.commands = commands_of(r.knots, model_.n_a());
+    return true;
+  }
+
+  bool regrasp(Item& item, core::Random& random, Worker& worker) {
+    // A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from where the first one started.
+    if (tree_[item.near].edge == SegmentKind::Regrasp) item.near = tree_[item.near].parent;
+    const Node& near = tree_[item.near];
+    Node& node = item.node;
+    if (!options_.real_regrasps) {
+      ++item.totals.regrasps.tried;
+      const auto sample = sample_contact(model_, chains_, options_.sampler, near.q, random, worker.geometry);
+      if (!sample) {
+        ++item.totals.regrasps.no_sample;
+        return false;
+      }
+      ++item.totals.regrasps.accepted;
+      node.q = near.q;
+      node.q.tail(model_.n_a()) = sample->q_a;
+      node.u = sample->q_a;
+      node.commands = sample->q_a;
+    } else {
+      const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, random, worker.geometry, worker.steps, worker.regrasp,
+                                    item.totals.regrasps);
+      item.totals.steps += worker.regrasp.steps;
+      item.totals.failed_steps += worker.regrasp.failed_steps;
+      if (!held) return false;
+      node.q = worker.regrasp.knots.back().q;
+      node.u = worker.regrasp.knots.back().u;
+      node.commands = commands_of(worker.regrasp.knots, model_.n_a());
+    }
+    node.parent = item.near;
+    node.edge = SegmentKind::Regrasp;
+    return true;
+  }
+
+  bool linearise(Node& node, Worker& worker, Totals& totals) {
+    const Eigen::VectorXd u = node.q.tail(model_.n_a());
+    const Status status = dynamics::step(model_, {node.q, u}, smoothed_, worker.steps, worker.step_result);
+    ++totals.linearisations;
+    if (status != Status::Solved) {
+      ++totals.failed_steps;
+      return false;
+    }
+    node.local.set(worker.step_result.q_next, worker.step_result.B, model_.n_qu(), model_.n_vu(), options_.gamma);
+    return true;
+  }
+
+  int insert(Node node) {
+    const GoalError error = goal_error(model_, node.q, problem_.goal);
+    node.goal_ratio = std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
+    const double ratio = node.goal_ratio;
+    const int i = tree_.add(std::move(node), q_goal_);
+    if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
+    return i;
+  }
+
+  double goal_ratio_of_best() const { return tree_[best_].goal_ratio; }
+
+  void report() {
+    if (!control_.on_progress) return;
+    core::Progress progress;
+    progress.iteration = result_.iterations;
+    progress.best = goal_ratio_of_best();
+    progress.size = tree_.size();
+    control_.on_progress(progress);
+  }
+
+  // ---- the path ------------------------------------------------------------------------------------------------------------
+  struct Replay {
+    bool complete = false;
+    double goal_ratio = 0;
+    std::vector<Segment> segments;
+    std::vector<Node> nodes;       ///< states at the ends of the edges, without local models
+  };
+
+  /// Simulates the commands of a path from the given start, every sub-step cut in `divide` parts.
+  Replay replay(const std::vector<int>& path, int divide) {
+    Worker& worker = workers_[0];
+    Replay out;
+    Eigen::VectorXd q = problem_.q_start;
+    Eigen::VectorXd u_last = u_start_;
+    worker.steps.forget();
+    for (const int i : path) {
+      const Node& node = tree_[i];
+      Segment segment{node.edge, {}};
+      for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+        for (int part = 1; part <= divide; ++part) {
+          const double s = static_cast<double>(part) / divide;
+          dynamics::Knot knot;
+          knot.u = (1 - s) * u_last + s * node.commands.col(k);
+          ++totals_.steps;
+          if (dynamics::step(model_, {q, knot.u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
+            ++totals_.failed_steps;
+            return out;
+          }
+          for (const auto& c : worker.step_result.contacts) {
+            if (c.active) knot.contacts.push_back(c);
+          }
+          q = knot.q = worker.step_result.q_next;
+          segment.knots.push_back(std::move(knot));
+        }
+        u_last = node.commands.col(k);
+      }
+      Node end;
+      end.edge = node.edge;
+      end.q = q;
+      end.u = u_last;
+      end.commands = commands_of(segment.knots, model_.n_a());
+      out.nodes.push_back(std::move(end));
+      if (!segment.knots.empty()) out.segments.push_back(std::move(segment));
+    }
+    const GoalError error = goal_error(model_, q, problem_.goal);
+    out.goal_ratio = std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
+    out.complete = true;
+    return out;
+  }
+
+  /// A path that reaches the goal in the tree counts only if it also does when all of it is simulated from the start, at its own
+  /// sub-step and at half of it. Where it does not, the finer replay joins the tree, so that the search goes on from where the path
+  /// really ends.
+  bool verify(int node) {
+    const auto path = tree_.path_to(node);
+    if (!options_.substep || !options_.real_regrasps) {
+      keep(path, std::nullopt);
+      return true;
+    }
+    Replay coarse = replay(path, 1);
+    Replay fine = replay(path, 2);
+    if (!coarse.complete || !fine.complete) return false;
+    if (coarse.goal_ratio <= kReplayShare && fine.goal_ratio <= kReplayShare) {
+      keep(path, std::move(coarse));
+      return true;
+    }
+    graft(path, std::move(fine));
+    return false;
+  }
+
+  void graft(const std::vector<int>& path, Replay fine) {
+    int parent = -1;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      Node& node = fine.nodes[i];
+      node.parent = parent;
+      if (!linearise(node, workers_[0], totals_)) return;
+      parent = insert(std::move(node));
+    }
+  }
+
+  void keep_best() { keep(tree_.path_to(best_), std::nullopt); }
+
+  void keep(const std::vector<int>& path, std::optional<Replay> replayed) {
+    Plan& plan = result_.plan;
+    plan.q_start = problem_.q_start;
+    plan.u_start = u_start_;
+    plan.goal = problem_.goal;
+    plan.step = exact_;
+    if (options_.substep) plan.substep = *options_.substep;
+    if (!options_.real_regrasps || !options_.substep) {
+      plan.segments.clear();
+      for (const int i : path) {   // the robot jumps in such a path: states as the tree has them
+        dynamics::Knot knot;
+        knot.u = tree_[i].u;
+        knot.q = tree_[i].q;
+        plan.segments.push_back({tree_[i].edge, {knot}});
+      }
+    } else {
+      if (!replayed) replayed = replay(path, 1);
+      plan.segments = std::move(replayed->segments);
+    }
+    cut_motionless_tail(plan);
+    const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
+    plan.error = goal_error(model_, q_end, problem_.goal);
+  }
+
+  /// 3.4.5 (ii): what follows the last motion of the object is dropped.
+  void cut_motionless_tail(Plan& plan) {
+    if (plan.segments.empty()) return;
+    Eigen::VectorXd e(model_.n_vu());
+    const Eigen::VectorXd q_end = plan.segments.back().knots.back().q;
+    while (!plan.segments.empty()) {
+      auto& knots = plan.segments.back().knots;
+      while (knots.size() > 1) {
+        space_.error(knots[knots.size() - 2].q.data(), q_end.data(), e.data());
+        if (e.cwiseAbs().maxCoeff() > 1e-6) break;
+        knots.pop_back();
+      }
+      if (knots.size() > 1 || plan.segments.back().kind != SegmentKind::Regrasp) break;
+      plan.segments.pop_back();
+    }
+  }
+
+  const Model& model_;
+  const PlanningProblem& problem_;
+  const PlannerOptions& options_;
+  const core::RunControl& control_;
+  PlanResult& result_;
+  ObjectSpace space_;
+  RobotChains chains_;
+  Tree tree_;
+  core::ThreadPool pool_;
+  std::vector<Worker> workers_;
+  dynamics::StepOptions exact_, smoothed_;
+  Eigen::VectorXd q_goal_;     ///< qᵘ of the goal
+  Eigen::VectorXd u_start_;
+  std::vector<dynamics::Knot> settle_;
+  int best_ = -1;
+
+ public:
+  Totals totals_;
+};
+
+}  // namespace
+
+void PlannerOptions::validate(const Model& model) const {
+  const auto probability = [](std::string_view field, double value) {
+    if (!(value >= 0 && value <= 1)) core::throw_invalid(field, fmt::format("{}", value), "a probability in [0, 1]");
+  };
+  if (threads < 0) core::throw_invalid("planner.threads", std::to_string(threads), "0 (all cores) or more");
+  if (batch < 1) core::throw_invalid("planner.batch", std::to_string(batch), "at least 1");
+  if (max_iterations < 1) core::throw_invalid("planner.max_iterations", std::to_string(max_iterations), "at least 1");
+  probability("planner.goal_bias", goal_bias);
+  probability("planner.grasp_probability", grasp_probability);
+  core::require_positive("planner.gamma", gamma);
+  core::require_positive("planner.h", h);
+  core::require_positive("planner.length", std::visit([](const auto& rule) { return rule.length; }, length));
+  core::require_positive("planner.smoothing.kappa", smoothing.kappa);
+  if (substep) substep->validate();
+  if (!(regrasp_friction > 0 && regrasp_friction <= 1)) core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
+  core::require_positive("planner.regrasp_tol_position", regrasp_tol_position);
+  core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
+  if (!(tolerance_fraction > 0 && tolerance_fraction <= 1)) core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
+  if (sample_boxes.empty()) core::throw_invalid("planner.sample_box", "none", "a box for at least one object");
+  for (const auto& box : sample_boxes) {
+    if (box.object < 0 || box.object >= static_cast<int>(model.objects().size())) core::throw_invalid("planner.sample_box", std::to_string(box.object), "the index of an object");
+    const auto& object = model.objects()[static_cast<std::size_t>(box.object)];
+    core::require_size("planner.sample_box.lower", box.lower.size(), object.n_v);
+    core::require_size("planner.sample_box.upper", box.upper.size(), object.n_v);
+    if (!(box.lower.array() <= box.upper.array()).all()) core::throw_invalid("planner.sample_box", "a lower end above its upper end", "lower ≤ upper");
+  }
+  if (const auto* synergy = std::get_if<GraspSynergySampler>(&sampler)) {
+    core::require_size("planner.sampler.start", synergy->start.size(), model.n_a());
+    core::require_size("planner.sampler.directions rows", synergy->directions.rows(), model.n_a());
+    core::require_size("planner.sampler.mean", synergy->mean.size(), synergy->directions.cols());
+    core::require_size("planner.sampler.spread", synergy->spread.size(), synergy->directions.cols());
+  }
+}
+
+Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result) {
+  const auto start = core::RunControl::Clock::now();
+  if (!problem.model) core::throw_invalid("problem.model", "nothing", "a model");
+  world::require_configuration(*problem.model, "start", problem.q_start);
+  options.validate(*problem.model);
+  if (problem.goal.object < 0 || problem.goal.object >= static_cast<int>(problem.model->objects().size())) {
+    core::throw_invalid("goal.object", std::to_string(problem.goal.object), "the index of an object");
+  }
+  core::require_positive("goal.tol_position", problem.goal.tol_position);
+  core::require_positive("goal.tol_angle", problem.goal.tol_angle);
+
+  result = PlanResult{};
+  result.seed = options.seed;
+  Planner planner(problem, options, control, result);
+  const Status status = planner.run();
+  result.steps = planner.totals_.steps;
+  result.linearisations = planner.totals_.linearisations;
+  result.failed_steps = planner.totals_.failed_steps;
+  result.regrasps = planner.totals_.regrasps;
+  result.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
+  return status;
+}
+
+}  // namespace stiction::planning

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "stiction/planning/contact_sampler.hpp"
+#include "stiction/planning/planner.hpp"
+
+namespace stiction::planning {
+
+/// Joint-space path between two postures of the robot at a fixed object.
+enum class PathOutcome { Found, StartBlocked, GoalBlocked, NotFound };
+
+struct PathOptions {
+  double clearance = 2e-3;     ///< kept to everything between leaving the first contacts and reaching the last [m]
+  double step = 0.3;           ///< length of a tree extension, largest joint [rad or m]
+  int max_extensions = 150;    ///< of either tree towards random postures
+  int shortcuts = 12;          ///< attempts
+};
+
+/// Collision-free path of the branches in `moving` from the robot posture in q to q_a_goal: out of contact (retreat), through free
+/// space (bidirectional RRT, Kuffner & LaValle 2000, with shortcuts) and back into contact. The objects stay where q has them.
+/// @param path  postures after the start, the last one is q_a_goal (n_a each)
+PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q,
+                      const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random, GeometryWorkspace& work,
+                      std::vector<Eigen::VectorXd>& path);
+
+/// A regrasp that was simulated and holds.
+struct Regrasp {
+  std::vector<dynamics::Knot> knots;   ///< at full friction
+  int steps = 0;                       ///< dynamics steps computed
+  long failed_steps = 0;
+};
+
+/// Tries one regrasp at (q, u): draws a contact sample, lets go, moves the drawn branches there and simulates it all with the
+/// exact dynamics, at full friction and at options.regrasp_friction of it. The object must stay within
+/// options.regrasp_tol_* of where it was throughout. Branches that do not move keep their squeeze; where the object does not stay
+/// with that, everything lets go first.
+/// @param counts  the outcome is counted by cause
+bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
+                 const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps,
+                 Regrasp& out, RegraspCounts& counts);
+
+}  // namespace stiction::planning

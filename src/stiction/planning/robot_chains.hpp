@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stiction/world/model.hpp"
+
+namespace stiction::planning {
+
+/// Set of branches of the robots, one bit each.
+using ChainMask = std::uint64_t;
+
+/// The branches (fingers, arms, trunks) of all robots and the pairs that each of them moves.
+class RobotChains {
+ public:
+  explicit RobotChains(const world::Model& model);
+
+  int size() const { return static_cast<int>(joints_.size()); }
+  ChainMask all() const { return all_; }
+
+  /// Joints of a branch as indices into u.
+  std::span<const int> joints(int chain) const { return joints_[static_cast<std::size_t>(chain)]; }
+  /// Joints of all branches in the mask, ascending.
+  std::vector<int> joints_of(ChainMask mask) const;
+
+  /// Pairs of which exactly one side is moved, or both, by the branches in the mask.
+  void pairs_of(ChainMask mask, std::vector<int>& pairs) const;
+
+  /// Pairs between a geometry carried by this branch and an object.
+  std::span<const int> object_pairs(int chain) const { return object_pairs_[static_cast<std::size_t>(chain)]; }
+  bool touches_object(int pair) const { return object_pair_[static_cast<std::size_t>(pair)] != 0; }
+  ChainMask mask_of_pair(int pair) const { return pair_mask_[static_cast<std::size_t>(pair)]; }
+
+ private:
+  std::vector<std::vector<int>> joints_;
+  std::vector<std::vector<int>> object_pairs_;
+  std::vector<ChainMask> pair_mask_;
+  std::vector<char> object_pair_;
+  ChainMask all_ = 0;
+};
+
+}  // namespace stiction::planning

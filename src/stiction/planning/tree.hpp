@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "stiction/planning/object_space.hpp"
+#include "stiction/planning/plan.hpp"
+
+namespace stiction::planning {
+
+/// Smoothed local model of a node (3.3): object motion ≈ c_u ⊕ B_u δu around u = qᵃ.
+struct LocalModel {
+  Eigen::VectorXd c_u;      ///< smoothed next configuration of the objects (n_qu)
+  Eigen::MatrixXd B_u;      ///< (n_vu × n_a)
+  Eigen::MatrixXd L_inv;    ///< inverse of the Cholesky factor of B_u B_uᵀ + γI, lower triangular (n_vu × n_vu)
+
+  /// Factorises the metric. @param gamma > 0
+  void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma);
+};
+
+/// A state of the tree and the edge that leads to it.
+struct Node {
+  int parent = -1;
+  SegmentKind edge = SegmentKind::Contact;
+  Eigen::VectorXd q;               ///< (n_q)
+  Eigen::VectorXd u;               ///< command at q (n_a)
+  Eigen::MatrixXd commands;        ///< of the edge's sub-steps, one column each (n_a × steps)
+  LocalModel local;
+  double goal_ratio = 0;           ///< worst of position and angle error, divided by the tolerance
+};
+
+/// Nodes with the data that the nearest-node search reads kept together.
+class Tree {
+ public:
+  explicit Tree(const ObjectSpace& space) : space_(&space) {}
+
+  int add(Node node, const Eigen::VectorXd& q_goal);
+  int size() const { return static_cast<int>(nodes_.size()); }
+  const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
+
+  /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
+  int nearest(const Eigen::VectorXd& q_u) const;
+
+  /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
+  int take_nearest_to_goal();
+
+  /// Node indices from the root to i.
+  std::vector<int> path_to(int i) const;
+
+ private:
+  double distance(int i, const double* q_u) const;
+
+  const ObjectSpace* space_;
+  std::vector<Node> nodes_;
+  std::vector<double> centres_;        // c_u, n_qu numbers per node
+  std::vector<double> factors_;        // L_inv, lower triangle by rows, n_vu(n_vu+1)/2 numbers per node
+  std::vector<double> goal_distance_;  // d(q_goal; node), infinite once taken
+};
+
+}  // namespace stiction::planning
