@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -98,5 +99,8 @@ struct Scene {
 /// Reads a scene file (YAML, strict keys; schema in tasks/schema/scene.schema.json).
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …"
 Scene load_scene(const std::filesystem::path& file);
+
+/// @param package_dirs  where package://PKG/… is looked up after the `package_dirs` of a robot
+Scene load_scene(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs);
 
 }  // namespace stiction::world

@@ -1,0 +1,490 @@
+#include "stiction/world/model.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/model_impl.hpp"
+#include "stiction/world/read.hpp"
+#include "stiction/world/shapes.hpp"
+#include "stiction/world/urdf.hpp"
+
+namespace stiction::world {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+Matrix3d cross_matrix(const Vector3d& a) {
+  Matrix3d m;
+  m << 0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0;
+  return m;
+}
+
+bool is_rotation(const Matrix3d& R) { return (R.transpose() * R - Matrix3d::Identity()).norm() <= 1e-9 && R.determinant() > 0; }
+
+/// The value nearest to 0 in [lower, upper].
+double nearest_to_zero(double lower, double upper) { return std::clamp(0.0, lower, upper); }
+
+/// Builds a Model::Impl from a scene: objects, then robots, then fixed bodies; then what follows from them.
+class Builder {
+ public:
+  explicit Builder(const Scene& scene) : impl_(std::make_unique<Model::Impl>()), m_(*impl_) { m_.scene = scene; }
+
+  std::unique_ptr<Model::Impl> build() {
+    const Scene& scene = m_.scene;
+    guard("scene", [&] {
+      core::require_finite("gravity", std::span(scene.gravity.data(), 3));
+      core::require_positive("contact_distance", scene.contact_distance);
+      if (scene.max_contacts && *scene.max_contacts < 1) core::throw_invalid("max_contacts", fmt::format("{}", *scene.max_contacts), "an integer ≥ 1");
+    });
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      guard(fmt::format("objects[{}]", i), [&] { add_object(scene.objects[i], static_cast<int>(i)); });
+    }
+    m_.n_vu = m_.n_v;
+    m_.n_qu = m_.n_q;
+    for (std::size_t i = 0; i < scene.robots.size(); ++i) {
+      guard(fmt::format("robots[{}]", i), [&] { add_robot(scene.robots[i], static_cast<int>(i)); });
+    }
+    m_.n_a = m_.n_v - m_.n_vu;
+    for (std::size_t i = 0; i < scene.fixed.size(); ++i) {
+      guard(fmt::format("fixed[{}]", i), [&] { add_fixed(scene.fixed[i]); });
+    }
+    finish_vectors();
+    add_pairs();
+    find_planar_axis();
+    return std::move(impl_);
+  }
+
+ private:
+  /// Puts the file and the place in front of what a check below says.
+  template <class F>
+  void guard(const std::string& place, F&& body) {
+    try {
+      body();
+    } catch (const core::InvalidInput& e) {
+      const std::string file = m_.scene.file.empty() ? "" : m_.scene.file.string() + ": ";
+      throw core::InvalidInput(fmt::format("{}{}: {}", file, place, e.what()));
+    }
+  }
+
+  void add_owner_name(const std::string& name) {
+    if (name.empty() || name.find_first_of("/* ") != std::string::npos) core::throw_invalid("name", fmt::format("'{}'", name), "a name without '/', '*' or spaces");
+    if (!owner_names_.insert(name).second) core::throw_invalid("name", fmt::format("'{}' twice", name), "each name once");
+  }
+
+  int add_body(std::string name, BodyKind kind, int owner, std::vector<int> dofs) {
+    m_.bodies.push_back({std::move(name), kind, owner, std::move(dofs)});
+    group_.push_back(static_cast<int>(group_.size()));
+    return static_cast<int>(m_.bodies.size()) - 1;
+  }
+
+  void add_geometry(int body, const std::string& name, const Shape& shape, const Pose& X_BG, double friction) {
+    const std::string full = fmt::format("{}/{}", m_.bodies[at(body)].name, name);
+    if (!geometry_names_.insert(full).second) core::throw_invalid("geometry", fmt::format("'{}' twice", full), "each name once");
+    require_shape(name, shape);
+    core::require_nonnegative(fmt::format("{}.friction", name), friction);
+    if (!is_rotation(X_BG.R) || !X_BG.p.allFinite()) core::throw_invalid(fmt::format("{}.pose", name), "no rigid transform", "one");
+    if (std::holds_alternative<HalfSpace>(shape) && m_.bodies[at(body)].kind != BodyKind::Fixed) {
+      core::throw_invalid(name, "a half-space", "half-spaces on fixed bodies only");
+    }
+    const BoundingSphere sphere = calc_bounding_sphere(shape);
+    m_.geometries.push_back({full, body, shape, X_BG, friction, X_BG * sphere.center, sphere.radius});
+  }
+
+  void add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness) {
+    m_.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, stiffness});
+  }
+
+  void add_object(const ObjectSpec& spec, int index) {
+    add_owner_name(spec.name);
+    core::require_positive("mass", spec.mass);
+    core::require_finite("p_BCom", std::span(spec.p_BCom.data(), 3));
+    if (!is_rotation(spec.X_WP.R) || !spec.X_WP.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
+    const Eigen::LLT<Matrix3d> factor(spec.inertia);
+    if (!spec.inertia.allFinite() || factor.info() != Eigen::Success || !spec.inertia.isApprox(spec.inertia.transpose())) {
+      core::throw_invalid("inertia", "a matrix that is not symmetric positive definite", "one that is");
+    }
+    if (spec.geometries.empty()) core::throw_invalid("shapes", "none", "at least one");
+    if (spec.joint == ObjectJoint::Free && spec.p_BCom.norm() > 1e-6) {
+      core::throw_invalid("p_BCom", fmt::format("({}, {}, {})", spec.p_BCom[0], spec.p_BCom[1], spec.p_BCom[2]), "0 for a free object");
+    }
+
+    ObjectNode node{.joint = spec.joint, .q = m_.n_q, .v = m_.n_v, .X_WP = spec.X_WP, .mass = spec.mass, .p_BCom = spec.p_BCom, .inertia = spec.inertia};
+    const auto dof = [&](std::string_view name, DofKind kind, double lower = -kInfinity, double upper = kInfinity) {
+      add_dof(fmt::format("{}/{}", spec.name, name), kind, BodyKind::Object, index, lower, upper, 0);
+    };
+    const auto planar = [&](int first, int second) {
+      static constexpr std::string_view kAxes[] = {"x", "y", "z"};
+      node.first = first, node.second = second, node.normal = 3 - first - second;
+      node.n_v = 3;
+      dof(kAxes[first], DofKind::Prismatic);
+      dof(kAxes[second], DofKind::Prismatic);
+      dof("theta", DofKind::Revolute);
+    };
+    switch (spec.joint) {
+      case ObjectJoint::Free:
+        node.n_v = 6;
+        for (const auto name : {"x", "y", "z"}) dof(name, DofKind::Prismatic);
+        for (const auto name : {"rx", "ry", "rz"}) dof(name, DofKind::Revolute);
+        break;
+      case ObjectJoint::PlanarXY: planar(0, 1); break;
+      case ObjectJoint::PlanarYZ: planar(1, 2); break;
+      case ObjectJoint::PlanarXZ: planar(0, 2); break;
+      case ObjectJoint::Hinge:
+      case ObjectJoint::Slider: {
+        if (!(spec.axis.norm() > 1e-9) || !spec.axis.allFinite()) core::throw_invalid("axis", "0 or not finite", "a direction");
+        node.axis_P = spec.axis.normalized();
+        node.n_v = 1;
+        const auto limits = spec.limits.value_or(std::array{-kInfinity, kInfinity});
+        if (!(limits[0] <= limits[1])) core::throw_invalid("limits", fmt::format("[{}, {}]", limits[0], limits[1]), "lower ≤ upper");
+        const bool hinge = spec.joint == ObjectJoint::Hinge;
+        dof(hinge ? "angle" : "position", hinge ? DofKind::Revolute : DofKind::Prismatic, limits[0], limits[1]);
+        break;
+      }
+    }
+    const int n_q = spec.joint == ObjectJoint::Free ? 7 : node.n_v;
+    std::vector<int> dofs;
+    for (int i = 0; i < node.n_v; ++i) dofs.push_back(m_.n_v + i);
+    node.body = add_body(spec.name, BodyKind::Object, index, std::move(dofs));
+    for (const auto& geometry : spec.geometries) add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction);
+    m_.objects.push_back({spec.name, node.body, m_.n_v, node.n_v, m_.n_q, n_q, spec.mass});
+    m_.object_nodes.push_back(node);
+    m_.n_v += node.n_v;
+    m_.n_q += n_q;
+  }
+
+  void add_robot(const RobotSpec& spec, int index) {
+    add_owner_name(spec.name);
+    if (!is_rotation(spec.X_WBase.R) || !spec.X_WBase.p.allFinite()) core::throw_invalid("base", "no rigid transform", "one");
+    const UrdfRobot urdf = read_urdf(spec.urdf, spec.package_dirs);
+    RobotInfo info{.name = spec.name, .v_begin = m_.n_v, .n_v = 0, .q_begin = m_.n_q, .chains = {}};
+    for (const auto& [link, value] : spec.link_friction) {
+      if (std::none_of(urdf.links.begin(), urdf.links.end(), [&](const UrdfLink& l) { return l.name == link; })) {
+        core::throw_invalid("link_friction", fmt::format("unknown link '{}'", link), "a link of the URDF");
+      }
+    }
+    const auto joints = urdf.movable_joints();
+    std::map<std::string, double> stiffness;
+    for (const auto& [joint, value] : spec.stiffness) {
+      if (std::find(joints.begin(), joints.end(), joint) == joints.end()) core::throw_invalid("stiffness", fmt::format("unknown joint '{}'", joint), "one of " + list_with_hint(joint, joints));
+      core::require_positive(fmt::format("stiffness.{}", joint), value);
+      if (!stiffness.emplace(joint, value).second) core::throw_invalid("stiffness", fmt::format("joint '{}' twice", joint), "each joint once");
+    }
+
+    const int base = static_cast<int>(m_.bodies.size());
+    for (std::size_t i = 0; i < urdf.links.size(); ++i) {
+      add_link(spec, urdf, i, index, base, stiffness);
+    }
+    info.n_v = m_.n_v - info.v_begin;
+    info.chains = calc_chains(urdf, info.v_begin);
+    m_.robots.push_back(std::move(info));
+  }
+
+  void add_link(const RobotSpec& spec, const UrdfRobot& urdf, std::size_t i, int index, int base, const std::map<std::string, double>& stiffness) {
+    const UrdfLink& link = urdf.links[i];
+    const UrdfJoint* joint = i == 0 ? nullptr : &urdf.joints[i - 1];
+    const bool movable = joint != nullptr && joint->kind != UrdfJoint::Kind::Fixed;
+    const int parent = joint != nullptr ? base + joint->parent : -1;
+    std::vector<int> dofs = parent >= 0 ? m_.bodies[at(parent)].dofs : std::vector<int>{};
+    if (movable) dofs.push_back(m_.n_v);
+    const bool constant = dofs.empty();
+    const int body = add_body(fmt::format("{}/{}", spec.name, link.name), BodyKind::Robot, index, std::move(dofs));
+
+    double friction = spec.friction;
+    for (const auto& [name, value] : spec.link_friction) {
+      if (name == link.name) friction = value;
+    }
+    for (const auto& collision : link.collisions) add_geometry(body, collision.name, collision.shape, collision.X_LG, friction);
+
+    if (joint != nullptr && !movable) group_[at(body)] = group_[at(parent)];
+    if (movable) adjacent_.insert({group_[at(parent)], group_[at(body)]});
+    if (constant) {
+      const Pose X_WB = joint != nullptr ? constant_pose(parent) * joint->X_PJ : spec.X_WBase;
+      m_.constant_poses.emplace_back(body, X_WB);
+      return;
+    }
+    LinkNode node{};
+    node.body = body;
+    node.parent = parent;
+    node.p_PJ = joint->X_PJ.p;
+    node.C0 = joint->X_PJ.R;
+    if (movable) {
+      const bool revolute = joint->kind == UrdfJoint::Kind::Revolute;
+      node.kind = revolute ? LinkNode::Kind::Revolute : LinkNode::Kind::Prismatic;
+      node.q = m_.n_q;
+      node.v = m_.n_v;
+      node.axis_P = joint->X_PJ.R * joint->axis;
+      if (revolute) {
+        const Matrix3d along = joint->axis * joint->axis.transpose();
+        node.C0 = joint->X_PJ.R * along;
+        node.C1 = joint->X_PJ.R * (Matrix3d::Identity() - along);
+        node.C2 = joint->X_PJ.R * cross_matrix(joint->axis);
+      }
+      const auto found = stiffness.find(joint->name);
+      if (found == stiffness.end()) core::throw_invalid("stiffness", fmt::format("nothing for joint '{}'", joint->name), "every movable joint");
+      add_dof(fmt::format("{}/{}", spec.name, joint->name), revolute ? DofKind::Revolute : DofKind::Prismatic, BodyKind::Robot, index, joint->lower, joint->upper, found->second);
+      reach_.push_back(revolute ? calc_reach(urdf, i) : 1.0);
+      ++m_.n_v;
+      ++m_.n_q;
+    }
+    m_.link_nodes.push_back(node);
+  }
+
+  Pose constant_pose(int body) const {
+    for (const auto& [index, pose] : m_.constant_poses) {
+      if (index == body) return pose;
+    }
+    return {};
+  }
+
+  /// Bound on the distance from the origin of a link to any point of the geometry it moves, over all joint angles.
+  double calc_extent(const UrdfRobot& urdf, std::size_t link) const {
+    double extent = 0;
+    for (const auto& c : urdf.links[link].collisions) {
+      const BoundingSphere sphere = calc_bounding_sphere(c.shape);
+      extent = std::max(extent, (c.X_LG * sphere.center).norm() + sphere.radius);
+    }
+    for (const auto& joint : urdf.joints) {
+      if (joint.parent == static_cast<int>(link)) extent = std::max(extent, joint.X_PJ.p.norm() + slide(joint) + calc_extent(urdf, at(joint.child)));
+    }
+    return extent;
+  }
+
+  static double slide(const UrdfJoint& joint) {
+    if (joint.kind != UrdfJoint::Kind::Prismatic) return 0;
+    const double most = std::max(std::abs(joint.lower), std::abs(joint.upper));
+    return std::isfinite(most) ? most : 0;
+  }
+
+  /// The same from the axis of the joint that moves the link.
+  double calc_reach(const UrdfRobot& urdf, std::size_t link) const {
+    const Vector3d axis = urdf.joints[link - 1].axis;
+    const auto from_axis = [&](const Vector3d& p) { return axis.cross(p).norm(); };
+    double reach = 0;
+    for (const auto& c : urdf.links[link].collisions) {
+      const BoundingSphere sphere = calc_bounding_sphere(c.shape);
+      reach = std::max(reach, from_axis(c.X_LG * sphere.center) + sphere.radius);
+    }
+    for (const auto& joint : urdf.joints) {
+      if (joint.parent == static_cast<int>(link)) reach = std::max(reach, from_axis(joint.X_PJ.p) + slide(joint) + calc_extent(urdf, at(joint.child)));
+    }
+    return reach > 0 ? reach : 1.0;
+  }
+
+  /// Runs of joints without a branch between them; those farther out come first.
+  static std::vector<std::vector<int>> calc_chains(const UrdfRobot& urdf, int v_begin) {
+    std::vector<int> v_of_joint(urdf.joints.size(), -1);
+    int v = v_begin;
+    for (std::size_t j = 0; j < urdf.joints.size(); ++j) {
+      if (urdf.joints[j].kind != UrdfJoint::Kind::Fixed) v_of_joint[j] = v++;
+    }
+    std::vector<std::vector<int>> chains;
+    // Nearest movable joints below a link.
+    const auto below = [&](auto&& self, int link) -> std::vector<std::size_t> {
+      std::vector<std::size_t> out;
+      for (std::size_t j = 0; j < urdf.joints.size(); ++j) {
+        if (urdf.joints[j].parent != link) continue;
+        if (v_of_joint[j] >= 0) {
+          out.push_back(j);
+        } else {
+          const auto more = self(self, urdf.joints[j].child);
+          out.insert(out.end(), more.begin(), more.end());
+        }
+      }
+      return out;
+    };
+    const auto visit = [&](auto&& self, std::size_t joint) -> void {
+      std::vector<int> chain{v_of_joint[joint]};
+      auto next = below(below, urdf.joints[joint].child);
+      while (next.size() == 1) {
+        chain.push_back(v_of_joint[next[0]]);
+        next = below(below, urdf.joints[next[0]].child);
+      }
+      for (const std::size_t j : next) self(self, j);
+      chains.push_back(std::move(chain));
+    };
+    for (const std::size_t j : below(below, 0)) visit(visit, j);
+    return chains;
+  }
+
+  void add_fixed(const FixedSpec& spec) {
+    add_owner_name(spec.name);
+    if (!is_rotation(spec.X_WB.R) || !spec.X_WB.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
+    const int body = add_body(spec.name, BodyKind::Fixed, -1, {});
+    m_.constant_poses.emplace_back(body, spec.X_WB);
+    for (const auto& geometry : spec.geometries) add_geometry(body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction);
+  }
+
+  void finish_vectors() {
+    m_.stiffness.resize(m_.n_a);
+    m_.lower.resize(m_.n_a);
+    m_.upper.resize(m_.n_a);
+    m_.neutral.setZero(m_.n_q);
+    m_.reach = Eigen::Map<const Eigen::VectorXd>(reach_.data(), static_cast<Eigen::Index>(reach_.size()));
+    for (int i = 0; i < m_.n_a; ++i) {
+      const Dof& dof = m_.dofs[at(m_.n_vu + i)];
+      m_.stiffness[i] = dof.stiffness;
+      m_.lower[i] = dof.lower;
+      m_.upper[i] = dof.upper;
+      m_.neutral[m_.n_qu + i] = nearest_to_zero(dof.lower, dof.upper);
+    }
+    for (const ObjectNode& node : m_.object_nodes) {
+      if (node.joint == ObjectJoint::Free) m_.neutral[node.q + 6] = 1;
+      const Dof& first = m_.dofs[at(node.v)];
+      if (node.n_v == 1) m_.neutral[node.q] = nearest_to_zero(first.lower, first.upper);
+    }
+  }
+
+  bool geometry_matches(const std::string& pattern, const Geometry& geometry) const {
+    const Body& body = m_.bodies[at(geometry.body)];
+    if (matches_pattern(pattern, body.name) || matches_pattern(pattern, geometry.name)) return true;
+    return body.kind == BodyKind::Robot && matches_pattern(pattern, m_.robots[at(body.owner)].name);
+  }
+
+  void check_filters() {
+    std::vector<std::string> names;
+    for (const auto& robot : m_.robots) names.push_back(robot.name);
+    for (const auto& body : m_.bodies) names.push_back(body.name);
+    for (const auto& geometry : m_.geometries) names.push_back(geometry.name);
+    for (std::size_t i = 0; i < m_.scene.filters.size(); ++i) {
+      const FilterSpec& filter = m_.scene.filters[i];
+      guard(fmt::format("filters[{}]", i), [&] {
+        for (const std::string& pattern : {filter.a, filter.b}) {
+          if (std::none_of(names.begin(), names.end(), [&](const std::string& name) { return matches_pattern(pattern, name); })) {
+            core::throw_invalid("name", fmt::format("unknown body or geometry '{}'", pattern), "one of " + list_with_hint(pattern, names));
+          }
+        }
+        if (filter.max_distance) core::require_nonnegative("max_distance", *filter.max_distance);
+      });
+    }
+  }
+
+  bool may_touch(const Geometry& a, const Geometry& b) const {
+    const Body& body_a = m_.bodies[at(a.body)];
+    const Body& body_b = m_.bodies[at(b.body)];
+    if (body_a.dofs.empty() && body_b.dofs.empty()) return false;
+    const int group_a = group_[at(a.body)], group_b = group_[at(b.body)];
+    return group_a != group_b && !adjacent_.contains({group_a, group_b}) && !adjacent_.contains({group_b, group_a});
+  }
+
+  void add_pairs() {
+    check_filters();
+    std::map<std::vector<int>, int> support_index;
+    for (std::size_t i = 0; i < m_.geometries.size(); ++i) {
+      for (std::size_t j = i + 1; j < m_.geometries.size(); ++j) {
+        const Geometry& a = m_.geometries[i];   // bodies stand in the order objects, robots, fixed: a comes first
+        const Geometry& b = m_.geometries[j];
+        if (!may_touch(a, b)) continue;
+        Pair pair{static_cast<int>(i), static_cast<int>(j), 0, m_.scene.contact_distance, -1};
+        bool excluded = false;
+        for (const FilterSpec& filter : m_.scene.filters) {
+          const bool hit = (geometry_matches(filter.a, a) && geometry_matches(filter.b, b)) || (geometry_matches(filter.a, b) && geometry_matches(filter.b, a));
+          if (!hit) continue;
+          if (filter.max_distance) pair.max_distance = *filter.max_distance;
+          else excluded = true;
+        }
+        if (excluded) continue;
+        pair.friction = a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction) : 0.0;
+        std::vector<int> support;
+        const auto& dofs_a = m_.bodies[at(a.body)].dofs;
+        const auto& dofs_b = m_.bodies[at(b.body)].dofs;
+        std::set_union(dofs_a.begin(), dofs_a.end(), dofs_b.begin(), dofs_b.end(), std::back_inserter(support));
+        const auto [found, added] = support_index.emplace(support, static_cast<int>(m_.supports.size()));
+        if (added) m_.supports.push_back(std::move(support));
+        pair.support = found->second;
+        m_.pairs.push_back(pair);
+      }
+    }
+  }
+
+  /// Turning about a fixed direction and sliding across it keeps both properties, so that one configuration decides.
+  void find_planar_axis() {
+    if (m_.n_v == 0) return;
+    Kinematics kinematics;
+    calc_kinematics(m_, m_.neutral, kinematics);
+    for (int k = 0; k < 3; ++k) {
+      bool all = true;
+      for (int i = 0; i < m_.n_v; ++i) {
+        const double along = std::abs(kinematics.axis_W(k, i));
+        all = all && (m_.dofs[at(i)].kind == DofKind::Revolute ? along > 1 - 1e-9 : along < 1e-9);
+      }
+      if (all) m_.planar_axis = k;
+      if (all) return;
+    }
+  }
+
+  std::unique_ptr<Model::Impl> impl_;
+  Model::Impl& m_;
+  std::set<std::string> owner_names_, geometry_names_;
+  std::vector<int> group_;                  ///< per body: bodies with the same number are welded together
+  std::set<std::pair<int, int>> adjacent_;  ///< groups joined by a movable joint
+  std::vector<double> reach_;
+};
+
+int find_name(std::string_view what, std::string_view name, const std::vector<std::string>& full) {
+  int found = -1;
+  for (std::size_t i = 0; i < full.size(); ++i) {
+    if (full[i] == name) return static_cast<int>(i);
+    const auto slash = full[i].find('/');
+    if (slash == std::string::npos || full[i].substr(slash + 1) != name) continue;
+    if (found >= 0) core::throw_invalid(what, fmt::format("'{}', which several robots have", name), fmt::format("'{}' or '{}'", full[at(found)], full[i]));
+    found = static_cast<int>(i);
+  }
+  if (found < 0) core::throw_invalid(what, fmt::format("unknown name '{}'", name), full.empty() ? "none (there are none)" : "one of " + list_with_hint(name, full));
+  return found;
+}
+
+}  // namespace
+
+Model::Model(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Model::~Model() = default;
+
+std::shared_ptr<const Model> Model::make(const Scene& scene) {
+  return std::shared_ptr<const Model>(new Model(Builder(scene).build()));
+}
+
+const Scene& Model::scene() const { return impl_->scene; }
+int Model::n_q() const { return impl_->n_q; }
+int Model::n_v() const { return impl_->n_v; }
+int Model::n_vu() const { return impl_->n_vu; }
+int Model::n_qu() const { return impl_->n_qu; }
+int Model::n_a() const { return impl_->n_a; }
+std::span<const Body> Model::bodies() const { return impl_->bodies; }
+std::span<const Geometry> Model::geometries() const { return impl_->geometries; }
+std::span<const Pair> Model::pairs() const { return impl_->pairs; }
+std::span<const Dof> Model::dofs() const { return impl_->dofs; }
+std::span<const ObjectInfo> Model::objects() const { return impl_->objects; }
+std::span<const RobotInfo> Model::robots() const { return impl_->robots; }
+const std::vector<std::vector<int>>& Model::supports() const { return impl_->supports; }
+std::optional<int> Model::planar_axis() const { return impl_->planar_axis; }
+const Eigen::VectorXd& Model::stiffness() const { return impl_->stiffness; }
+const Eigen::VectorXd& Model::lower() const { return impl_->lower; }
+const Eigen::VectorXd& Model::upper() const { return impl_->upper; }
+const Eigen::VectorXd& Model::reach() const { return impl_->reach; }
+Eigen::VectorXd Model::neutral() const { return impl_->neutral; }
+
+int Model::joint_index(std::string_view name) const {
+  std::vector<std::string> names;
+  for (int i = impl_->n_vu; i < impl_->n_v; ++i) names.push_back(impl_->dofs[at(i)].name);
+  return find_name("joint", name, names);
+}
+
+int Model::object_index(std::string_view name) const {
+  std::vector<std::string> names;
+  for (const auto& object : impl_->objects) names.push_back(object.name);
+  return find_name("object", name, names);
+}
+
+}  // namespace stiction::world

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+#include "stiction/world/scene.hpp"
+
+namespace stiction::world {
+
+std::string_view shape_name(const Shape& shape);   ///< "sphere", "capsule", …
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll), fixed axes [rad].
+Eigen::Matrix3d rotation_from_rpy(const Eigen::Vector3d& rpy);
+
+/// Volume, centre and inertia of a body of unit density.
+struct VolumeProperties {
+  double volume = 0;                                     ///< [m³]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();      ///< [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();     ///< about the centre, density 1 kg/m³ [kg m²]
+};
+
+VolumeProperties calc_volume_properties(const Shape& shape);   ///< in the geometry frame; not for half-spaces
+/// Of several shapes together; volumes where they overlap count for each of them.
+VolumeProperties calc_volume_properties(std::span<const GeometrySpec> geometries);
+
+/// Bounding sphere in the geometry frame; radius infinite for a half-space.
+struct BoundingSphere {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius = 0;
+};
+BoundingSphere calc_bounding_sphere(const Shape& shape);
+
+/// Convex hull of points (3 × n): no inner points, outward triangles. @throws core::InvalidInput for flat or too few points
+ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points);
+
+/// Reads STL (text or binary) or OBJ. The mesh must be convex (its volume within 1 % of its hull's); what comes back is the hull.
+/// @throws core::InvalidInput with the file name
+ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
+
+/// @throws core::InvalidInput: a size that is not finite and > 0, or a mesh without vertices
+void require_shape(std::string_view field, const Shape& shape);
+
+}  // namespace stiction::world

@@ -1,0 +1,284 @@
+#include "stiction/world/urdf.hpp"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/shapes.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::world {
+
+namespace {
+
+using tinyxml2::XMLElement;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Reads elements and says where they stand when they are not as they should be.
+class Reader {
+ public:
+  explicit Reader(const std::filesystem::path& file) : file_(file) {}
+
+  [[noreturn]] void fail(const XMLElement& at, std::string_view what, std::string_view got, std::string_view expected) const {
+    throw core::InvalidInput(fmt::format("{}:{}: {}: got {}, expected {}", file_.string(), at.GetLineNum(), what, got, expected));
+  }
+
+  std::string label(const XMLElement& at) const {
+    const char* name = at.Attribute("name");
+    return name ? fmt::format("{} '{}'", at.Name(), name) : fmt::format("{}", at.Name());
+  }
+
+  std::string required(const XMLElement& at, const char* attribute) const {
+    const char* value = at.Attribute(attribute);
+    if (value == nullptr || *value == '\0') fail(at, label(at), fmt::format("no attribute {}", attribute), "one");
+    return value;
+  }
+
+  const XMLElement& child(const XMLElement& at, const char* name) const {
+    const XMLElement* found = at.FirstChildElement(name);
+    if (found == nullptr) fail(at, label(at), fmt::format("no element {}", name), "one");
+    return *found;
+  }
+
+  double number(const XMLElement& at, const char* attribute, bool infinite_allowed = false) const {
+    const auto values = numbers(at, attribute, required(at, attribute), 1, infinite_allowed);
+    return values[0];
+  }
+
+  double positive(const XMLElement& at, const char* attribute) const {
+    const double value = number(at, attribute);
+    if (!(value > 0)) fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("{}", value), "a number > 0");
+    return value;
+  }
+
+  Eigen::Vector3d vector3(const XMLElement& at, const char* attribute, std::optional<Eigen::Vector3d> fallback = std::nullopt) const {
+    if (fallback && at.Attribute(attribute) == nullptr) return *fallback;
+    return numbers(at, attribute, required(at, attribute), 3, false);
+  }
+
+  Pose origin(const XMLElement& at) const {
+    const XMLElement* element = at.FirstChildElement("origin");
+    if (element == nullptr) return {};
+    return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), vector3(*element, "xyz", Eigen::Vector3d::Zero())};
+  }
+
+ private:
+  Eigen::VectorXd numbers(const XMLElement& at, const char* attribute, const std::string& text, int n, bool infinite_allowed) const {
+    Eigen::VectorXd out(n);
+    const char* p = text.data();
+    const char* end = p + text.size();
+    const auto skip = [&] { while (p != end && std::isspace(static_cast<unsigned char>(*p))) ++p; };
+    bool good = true;
+    for (int i = 0; i < n && good; ++i) {
+      skip();
+      if (p != end && *p == '+') ++p;
+      const auto [stop, error] = std::from_chars(p, end, out[i]);
+      good = error == std::errc() && (std::isfinite(out[i]) || (infinite_allowed && !std::isnan(out[i])));
+      p = stop;
+    }
+    skip();
+    if (!good || p != end) {
+      fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text), n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n));
+    }
+    return out;
+  }
+
+  std::filesystem::path file_;
+};
+
+Shape read_geometry(const Reader& reader, const XMLElement& collision, const std::filesystem::path& file,
+                    std::span<const std::filesystem::path> package_dirs) {
+  const XMLElement& geometry = reader.child(collision, "geometry");
+  const XMLElement* shape = geometry.FirstChildElement();
+  if (shape == nullptr) reader.fail(geometry, "geometry", "nothing", "sphere, box, cylinder, capsule or mesh");
+  const std::string kind = shape->Name();
+  if (kind == "sphere") return Sphere{reader.positive(*shape, "radius")};
+  if (kind == "cylinder") return Cylinder{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2};
+  if (kind == "capsule") return Capsule{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2};
+  if (kind == "box") {
+    const Eigen::Vector3d size = reader.vector3(*shape, "size");
+    if (!(size.minCoeff() > 0)) reader.fail(*shape, "box size", fmt::format("{} {} {}", size[0], size[1], size[2]), "three numbers > 0");
+    return Box{size / 2};
+  }
+  if (kind == "mesh") {
+    const std::string uri = reader.required(*shape, "filename");
+    const auto path = find_resource(uri, file.parent_path(), package_dirs);
+    if (path.empty()) reader.fail(*shape, "mesh filename", fmt::format("'{}', which is nowhere", uri), "a file that exists (package:// is looked for in package_dirs and above the URDF)");
+    try {
+      return Mesh{std::make_shared<const ConvexMesh>(load_convex_mesh(path, reader.vector3(*shape, "scale", Eigen::Vector3d::Ones())))};
+    } catch (const core::InvalidInput& e) {
+      throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", file.string(), shape->GetLineNum(), e.what()));
+    }
+  }
+  reader.fail(*shape, "geometry", fmt::format("'{}'", kind), "sphere, box, cylinder, capsule or mesh");
+}
+
+UrdfLink read_link(const Reader& reader, const XMLElement& element, const std::filesystem::path& file,
+                   std::span<const std::filesystem::path> package_dirs) {
+  UrdfLink link{.name = reader.required(element, "name"), .collisions = {}};
+  int number = 0;
+  for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
+    UrdfCollision collision{.name = {}, .shape = read_geometry(reader, *c, file, package_dirs), .X_LG = reader.origin(*c)};
+    const char* name = c->Attribute("name");
+    collision.name = name && *name ? std::string(name) : fmt::format("{}_{}", shape_name(collision.shape), number);
+    for (const auto& other : link.collisions) {
+      if (other.name == collision.name) reader.fail(*c, "collision name", fmt::format("'{}' twice in link '{}'", collision.name, link.name), "each name once");
+    }
+    link.collisions.push_back(std::move(collision));
+    ++number;
+  }
+  return link;
+}
+
+struct RawJoint {
+  UrdfJoint joint;
+  std::string parent, child;
+  const XMLElement* element = nullptr;
+};
+
+RawJoint read_joint(const Reader& reader, const XMLElement& element) {
+  RawJoint raw;
+  raw.element = &element;
+  UrdfJoint& joint = raw.joint;
+  joint.name = reader.required(element, "name");
+  const std::string what = reader.label(element);
+  const std::string type = reader.required(element, "type");
+  raw.parent = reader.required(reader.child(element, "parent"), "link");
+  raw.child = reader.required(reader.child(element, "child"), "link");
+  joint.X_PJ = reader.origin(element);
+  if (type == "fixed") return raw;
+  if (type != "revolute" && type != "continuous" && type != "prismatic") {
+    reader.fail(element, what, fmt::format("type '{}'", type), "revolute, continuous, prismatic or fixed");
+  }
+  if (element.FirstChildElement("mimic") != nullptr) reader.fail(element, what, "a mimic joint", "joints that move by themselves");
+  joint.kind = type == "prismatic" ? UrdfJoint::Kind::Prismatic : UrdfJoint::Kind::Revolute;
+  if (const XMLElement* axis = element.FirstChildElement("axis")) {
+    joint.axis = reader.vector3(*axis, "xyz");
+    if (!(joint.axis.norm() > 1e-6)) reader.fail(*axis, what, "axis 0 0 0", "an axis other than 0");
+    joint.axis.normalize();
+  }
+  if (type == "continuous") {
+    joint.lower = -kInfinity;
+    joint.upper = kInfinity;
+    return raw;
+  }
+  const XMLElement& limit = reader.child(element, "limit");
+  joint.lower = reader.number(limit, "lower", true);
+  joint.upper = reader.number(limit, "upper", true);
+  if (!(joint.lower <= joint.upper)) reader.fail(limit, what, fmt::format("limits [{}, {}]", joint.lower, joint.upper), "lower ≤ upper");
+  return raw;
+}
+
+}  // namespace
+
+std::filesystem::path find_resource(std::string_view uri, const std::filesystem::path& base_dir,
+                                    std::span<const std::filesystem::path> package_dirs) {
+  namespace fs = std::filesystem;
+  const auto existing = [](const fs::path& path) { return fs::is_regular_file(path) ? path : fs::path(); };
+  constexpr std::string_view kPackage = "package://";
+  constexpr std::string_view kFile = "file://";
+  if (uri.starts_with(kFile)) return existing(fs::path(uri.substr(kFile.size())));
+  if (!uri.starts_with(kPackage)) return existing(base_dir / fs::path(uri));
+
+  const fs::path rest(uri.substr(kPackage.size()));
+  const fs::path package = *rest.begin();
+  const fs::path inside = rest.lexically_relative(package);
+  const auto look_in = [&](const fs::path& dir) {
+    if (auto found = existing(dir / rest); !found.empty()) return found;
+    const fs::path name = dir.filename().empty() ? dir.parent_path().filename() : dir.filename();
+    return name == package ? existing(dir / inside) : fs::path();
+  };
+  for (const auto& dir : package_dirs) {
+    if (auto found = look_in(dir); !found.empty()) return found;
+  }
+  const fs::path start = fs::absolute(base_dir).lexically_normal();
+  for (fs::path dir = start; !dir.empty(); dir = dir.parent_path()) {
+    if (auto found = look_in(dir); !found.empty()) return found;
+    if (dir == dir.parent_path()) break;
+  }
+  return {};
+}
+
+std::vector<std::string> UrdfRobot::movable_joints() const {
+  std::vector<std::string> names;
+  for (const auto& joint : joints) {
+    if (joint.kind != UrdfJoint::Kind::Fixed) names.push_back(joint.name);
+  }
+  return names;
+}
+
+UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  tinyxml2::XMLDocument document;
+  if (!std::filesystem::is_regular_file(file)) {
+    throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
+  }
+  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
+    throw core::InvalidInput(fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
+  }
+  const Reader reader(file);
+  const XMLElement* root = document.RootElement();
+  if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
+
+  std::vector<UrdfLink> links;
+  const auto link_index = [&](const std::string& name) {
+    const auto found = std::find_if(links.begin(), links.end(), [&](const UrdfLink& link) { return link.name == name; });
+    return found == links.end() ? -1 : static_cast<int>(found - links.begin());
+  };
+  for (const XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
+    UrdfLink link = read_link(reader, *e, file, package_dirs);
+    if (link_index(link.name) >= 0) reader.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
+    links.push_back(std::move(link));
+  }
+  if (links.empty()) reader.fail(*root, "robot", "no link", "at least one");
+  std::vector<std::string> link_names;
+  for (const auto& link : links) link_names.push_back(link.name);
+
+  std::vector<UrdfJoint> joints;
+  std::vector<int> joint_of_child(links.size(), -1);
+  for (const XMLElement* e = root->FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) {
+    RawJoint raw = read_joint(reader, *e);
+    for (const auto& other : joints) {
+      if (other.name == raw.joint.name) reader.fail(*e, "joint name", fmt::format("'{}' twice", other.name), "each name once");
+    }
+    for (const auto& [name, index] : {std::pair{&raw.parent, &raw.joint.parent}, std::pair{&raw.child, &raw.joint.child}}) {
+      *index = link_index(*name);
+      if (*index < 0) reader.fail(*e, reader.label(*e), fmt::format("unknown link '{}'", *name), "one of " + list_with_hint(*name, link_names));
+    }
+    int& owner = joint_of_child[static_cast<std::size_t>(raw.joint.child)];
+    if (owner >= 0) reader.fail(*e, reader.label(*e), fmt::format("link '{}' as child of a second joint", raw.child), "a tree");
+    owner = static_cast<int>(joints.size());
+    joints.push_back(std::move(raw.joint));
+  }
+  const auto roots = std::count(joint_of_child.begin(), joint_of_child.end(), -1);
+  if (roots != 1) reader.fail(*root, "robot", fmt::format("{} links without a parent", roots), "one");
+
+  UrdfRobot robot;
+  robot.name = root->Attribute("name") ? root->Attribute("name") : "";
+  robot.file = file;
+  const std::function<int(int)> visit = [&](int link) {   // depth first, children in file order
+    const int here = static_cast<int>(robot.links.size());
+    robot.links.push_back(std::move(links[static_cast<std::size_t>(link)]));
+    for (const auto& joint : joints) {
+      if (joint.parent != link) continue;
+      robot.joints.push_back(joint);
+      const std::size_t at = robot.joints.size() - 1;
+      robot.joints[at].parent = here;
+      const int child = visit(joint.child);
+      robot.joints[at].child = child;
+    }
+    return here;
+  };
+  visit(static_cast<int>(std::find(joint_of_child.begin(), joint_of_child.end(), -1) - joint_of_child.begin()));
+  if (robot.links.size() != links.size()) reader.fail(*root, "robot", "links that form a circle", "a tree");
+  return robot;
+}
+
+}  // namespace stiction::world

@@ -1,0 +1,379 @@
+#include "stiction/world/yaml.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <numeric>
+#include <sstream>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::world {
+
+using core::InvalidInput;
+
+struct YamlNode::Data {
+  Kind kind = Kind::Null;
+  std::shared_ptr<const std::filesystem::path> file;
+  int line = 1;
+  std::string path;
+  std::string scalar;
+  bool quoted = false;
+  std::vector<YamlNode> items;
+  std::vector<std::pair<std::string, YamlNode>> entries;
+};
+
+namespace {
+
+std::string join_path(const std::string& parent, std::string_view key) {
+  return parent.empty() ? std::string(key) : fmt::format("{}.{}", parent, key);
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+/// Decimal numbers and the YAML and C spellings of NaN and infinity.
+std::optional<double> read_number(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::string_view rest = lower;
+  double sign = 1;
+  if (!rest.empty() && (rest[0] == '+' || rest[0] == '-')) {
+    if (rest[0] == '-') sign = -1;
+    rest.remove_prefix(1);
+  }
+  if (rest == ".nan" || rest == "nan") return std::numeric_limits<double>::quiet_NaN();
+  if (rest == ".inf" || rest == "inf" || rest == "infinity") return sign * std::numeric_limits<double>::infinity();
+  if (rest.empty() || !(std::isdigit(static_cast<unsigned char>(rest[0])) || rest[0] == '.')) return std::nullopt;
+  double value = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+  if (error == std::errc::result_out_of_range && end == rest.data() + rest.size()) {
+    return sign * std::strtod(std::string(rest).c_str(), nullptr);   // overflow to infinity, underflow to 0
+  }
+  if (error != std::errc() || end != rest.data() + rest.size()) return std::nullopt;
+  return sign * value;
+}
+
+std::vector<std::string> to_strings(std::span<const std::string_view> names) { return {names.begin(), names.end()}; }
+
+}  // namespace
+
+/// Copies a yaml-cpp tree into ours.
+struct YamlBuilder {
+  std::shared_ptr<const std::filesystem::path> file;
+
+  YamlNode build(const YAML::Node& in, const std::string& path, int depth = 0) const {
+    if (depth > 64) throw InvalidInput(fmt::format("{}: {}: got more than 64 nested levels, expected fewer", file->string(), path));
+    auto data = std::make_shared<YamlNode::Data>();
+    data->file = file;
+    data->line = in.Mark().line + 1;
+    data->path = path;
+    switch (in.Type()) {
+      case YAML::NodeType::Undefined:
+      case YAML::NodeType::Null:
+        break;
+      case YAML::NodeType::Scalar:
+        data->kind = YamlNode::Kind::Scalar;
+        data->scalar = in.Scalar();
+        data->quoted = in.Tag() == "!";
+        break;
+      case YAML::NodeType::Sequence: {
+        data->kind = YamlNode::Kind::Sequence;
+        int i = 0;
+        for (const auto& item : in) data->items.push_back(build(item, fmt::format("{}[{}]", path, i++), depth + 1));
+        break;
+      }
+      case YAML::NodeType::Map:
+        data->kind = YamlNode::Kind::Map;
+        for (const auto& entry : in) {
+          const int line = entry.first.Mark().line + 1;
+          if (!entry.first.IsScalar()) {
+            throw InvalidInput(fmt::format("{}:{}: {}: got a key that is not a word, expected words as keys", file->string(), line, path));
+          }
+          const std::string key = entry.first.Scalar();
+          for (const auto& [other, value] : data->entries) {
+            if (other == key) {
+              throw InvalidInput(fmt::format("{}:{}: {}: got this key twice, expected it once", file->string(), line, join_path(path, key)));
+            }
+          }
+          YamlNode value = build(entry.second, join_path(path, key), depth + 1);
+          if (value.is_map() || value.is_sequence() || value.kind() == YamlNode::Kind::Null) {   // name the line of the key
+            auto moved = std::make_shared<YamlNode::Data>(*value.data_);
+            moved->line = line;
+            value = YamlNode(std::move(moved));
+          }
+          data->entries.emplace_back(key, std::move(value));
+        }
+        break;
+    }
+    return YamlNode(std::move(data));
+  }
+};
+
+YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& file) {
+  try {
+    return YamlBuilder{std::make_shared<const std::filesystem::path>(file)}.build(YAML::Load(text), "");
+  } catch (const YAML::Exception& e) {
+    throw InvalidInput(fmt::format("{}:{}: file: got malformed YAML ({}), expected valid YAML", file.string(), e.mark.line + 1, e.msg));
+  }
+}
+
+YamlNode YamlNode::load(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in || !std::filesystem::is_regular_file(file)) {
+    throw InvalidInput(fmt::format("{}: file: got nothing that can be read, expected a YAML file", file.string()));
+  }
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse(text.str(), file);
+}
+
+YamlNode::Kind YamlNode::kind() const { return data_ ? data_->kind : Kind::Null; }
+
+const std::filesystem::path& YamlNode::file() const {
+  static const std::filesystem::path kNone;
+  return data_ ? *data_->file : kNone;
+}
+
+int YamlNode::line() const { return data_ ? data_->line : 0; }
+
+const std::string& YamlNode::path() const {
+  static const std::string kNone;
+  return data_ ? data_->path : kNone;
+}
+
+bool YamlNode::is_number() const { return is_scalar() && !data_->quoted && read_number(data_->scalar).has_value(); }
+
+std::string YamlNode::describe() const {
+  switch (kind()) {
+    case Kind::Null: return "nothing";
+    case Kind::Scalar: return is_number() ? data_->scalar : fmt::format("'{}'", data_->scalar);
+    case Kind::Sequence: return fmt::format("a list of {}", data_->items.size());
+    case Kind::Map: return "a map";
+  }
+  return "";
+}
+
+void YamlNode::fail(std::string_view got, std::string_view expected) const {
+  throw InvalidInput(fmt::format("{}:{}: {}: got {}, expected {}", file().string(), line(), path().empty() ? "top level" : path(), got, expected));
+}
+
+void YamlNode::fail(std::string_view expected) const { fail(describe(), expected); }
+
+void YamlNode::fail_unknown(std::string_view what, std::string_view name, std::span<const std::string> known) const {
+  fail(fmt::format("unknown {} '{}'", what, name), known.empty() ? "none (there are none)" : "one of " + list_with_hint(name, known));
+}
+
+void YamlNode::require_map() const {
+  if (!is_map()) fail("a map");
+}
+
+void YamlNode::require_map(std::initializer_list<std::string_view> allowed) const {
+  require_map();
+  for (const auto& [key, value] : data_->entries) {
+    if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
+    const auto known = to_strings(std::span(allowed.begin(), allowed.size()));
+    throw InvalidInput(fmt::format("{}:{}: {}: got an unknown key, expected one of {}", value.file().string(), value.line(), value.path(),
+                                   list_with_hint(key, known)));
+  }
+}
+
+std::vector<std::pair<std::string, YamlNode>> YamlNode::entries() const {
+  require_map();
+  return data_->entries;
+}
+
+std::optional<YamlNode> YamlNode::find(std::string_view key) const {
+  require_map();
+  for (const auto& [name, value] : data_->entries) {
+    if (name == key) return value;
+  }
+  return std::nullopt;
+}
+
+bool YamlNode::has(std::string_view key) const { return find(key).has_value(); }
+
+YamlNode YamlNode::at(std::string_view key) const {
+  if (auto value = find(key)) return *value;
+  throw InvalidInput(
+      fmt::format("{}:{}: {}: got nothing, expected this key", file().string(), line(), join_path(path(), key)));
+}
+
+YamlNode YamlNode::without(std::string_view key) const {
+  require_map();
+  auto data = std::make_shared<Data>(*data_);
+  std::erase_if(data->entries, [&](const auto& entry) { return entry.first == key; });
+  return YamlNode(std::move(data));
+}
+
+std::vector<YamlNode> YamlNode::items() const {
+  if (!is_sequence()) fail("a list");
+  return data_->items;
+}
+
+std::vector<YamlNode> YamlNode::items(std::size_t n) const {
+  if (!is_sequence() || data_->items.size() != n) fail(fmt::format("a list of {}", n));
+  return data_->items;
+}
+
+double YamlNode::number() const {
+  if (!is_number()) fail("a number");
+  const double value = *read_number(data_->scalar);
+  if (!std::isfinite(value)) fail("a finite number");
+  return value;
+}
+
+double YamlNode::positive() const {
+  const double value = number();
+  if (!(value > 0)) fail("a number > 0");
+  return value;
+}
+
+double YamlNode::nonnegative() const {
+  const double value = number();
+  if (!(value >= 0)) fail("a number ≥ 0");
+  return value;
+}
+
+std::int64_t YamlNode::integer() const {
+  std::int64_t value = 0;
+  if (!is_scalar() || data_->quoted) fail("an integer");
+  const char* end = data_->scalar.data() + data_->scalar.size();
+  const auto [stop, error] = std::from_chars(data_->scalar.data(), end, value);
+  if (error != std::errc() || stop != end) fail("an integer");
+  return value;
+}
+
+bool YamlNode::boolean() const {
+  if (is_scalar() && !data_->quoted && data_->scalar == "true") return true;
+  if (is_scalar() && !data_->quoted && data_->scalar == "false") return false;
+  fail("true or false");
+}
+
+std::string YamlNode::string() const {
+  if (!is_scalar() || data_->scalar.empty()) fail("a word");
+  return data_->scalar;
+}
+
+std::string YamlNode::one_of(std::span<const std::string_view> names) const {
+  const std::string value = string();
+  if (std::find(names.begin(), names.end(), value) == names.end()) {
+    fail(fmt::format("one of {}", list_with_hint(value, to_strings(names))));
+  }
+  return value;
+}
+
+Eigen::VectorXd YamlNode::vector() const {
+  const auto values = items();
+  Eigen::VectorXd out(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) out[static_cast<Eigen::Index>(i)] = values[i].number();
+  return out;
+}
+
+Eigen::VectorXd YamlNode::vector(int n) const {
+  if (!is_sequence() || static_cast<int>(data_->items.size()) != n) fail(fmt::format("a list of {} numbers", n));
+  return vector();
+}
+
+Eigen::Vector3d YamlNode::vector3() const { return vector(3); }
+
+double YamlNode::number_or(std::string_view key, double fallback) const {
+  const auto value = find(key);
+  return value ? value->number() : fallback;
+}
+
+double YamlNode::positive_or(std::string_view key, double fallback) const {
+  const auto value = find(key);
+  return value ? value->positive() : fallback;
+}
+
+double YamlNode::nonnegative_or(std::string_view key, double fallback) const {
+  const auto value = find(key);
+  return value ? value->nonnegative() : fallback;
+}
+
+std::int64_t YamlNode::integer_or(std::string_view key, std::int64_t fallback) const {
+  const auto value = find(key);
+  return value ? value->integer() : fallback;
+}
+
+bool YamlNode::boolean_or(std::string_view key, bool fallback) const {
+  const auto value = find(key);
+  return value ? value->boolean() : fallback;
+}
+
+std::string YamlNode::string_or(std::string_view key, std::string fallback) const {
+  const auto value = find(key);
+  return value ? value->string() : std::move(fallback);
+}
+
+YamlNode merge(const YamlNode& base, const YamlNode& over) {
+  if (!base.is_map() || !over.is_map()) return over;
+  auto data = std::make_shared<YamlNode::Data>(*over.data_);
+  data->entries = base.data_->entries;
+  for (const auto& [key, value] : over.data_->entries) {
+    const auto found = std::find_if(data->entries.begin(), data->entries.end(), [&](const auto& entry) { return entry.first == key; });
+    if (found == data->entries.end()) {
+      data->entries.emplace_back(key, value);
+    } else {
+      found->second = merge(found->second, value);
+    }
+  }
+  return YamlNode(std::move(data));
+}
+
+namespace {
+
+YamlNode load_chain(const std::filesystem::path& file, std::vector<std::filesystem::path>& seen) {
+  const YamlNode node = YamlNode::load(file);
+  node.require_map();
+  const auto base = node.find("base");
+  if (!base) return node;
+  const auto here = std::filesystem::weakly_canonical(file);
+  if (std::find(seen.begin(), seen.end(), here) != seen.end()) base->fail("a file that does not lead back to this one");
+  seen.push_back(here);
+  const auto other = file.parent_path() / base->string();
+  if (!std::filesystem::is_regular_file(other)) base->fail(fmt::format("a file that exists ({} does not)", other.string()));
+  return merge(load_chain(other, seen), node).without("base");
+}
+
+}  // namespace
+
+YamlNode load_yaml_with_base(const std::filesystem::path& file) {
+  std::vector<std::filesystem::path> seen;
+  return load_chain(file, seen);
+}
+
+std::string list_with_hint(std::string_view name, std::span<const std::string> known) {
+  std::string text = fmt::format("{}", fmt::join(known, ", "));
+  std::size_t best = std::numeric_limits<std::size_t>::max();
+  const std::string* nearest = nullptr;
+  for (const auto& candidate : known) {
+    const std::size_t distance = edit_distance(name, candidate);
+    if (distance < best) best = distance, nearest = &candidate;
+  }
+  if (nearest != nullptr && best > 0 && best <= std::max<std::size_t>(1, std::max(name.size(), nearest->size()) / 3)) {
+    text += fmt::format("; did you mean '{}'?", *nearest);
+  }
+  return text;
+}
+
+}  // namespace stiction::world

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace stiction::world {
+
+/// A value of a YAML file that knows where it stands: every reader below throws core::InvalidInput with the message
+/// "FILE:LINE: field.path: got …, expected …" when the value is not what was asked for. Cheap to copy; the tree is immutable.
+class YamlNode {
+ public:
+  enum class Kind { Null, Scalar, Sequence, Map };
+
+  YamlNode() = default;
+  static YamlNode parse(const std::string& text, const std::filesystem::path& file);   ///< @throws when malformed or a key repeats
+  static YamlNode load(const std::filesystem::path& file);                             ///< @throws when it cannot be read
+
+  Kind kind() const;
+  const std::filesystem::path& file() const;   ///< the file this value was written in (with `base` not always the one asked for)
+  int line() const;                            ///< from 1
+  const std::string& path() const;             ///< "scene.robots[0].urdf"; empty at the top
+
+  bool is_map() const { return kind() == Kind::Map; }
+  bool is_sequence() const { return kind() == Kind::Sequence; }
+  bool is_scalar() const { return kind() == Kind::Scalar; }
+  bool is_number() const;   ///< an unquoted scalar that reads as a number, NaN and infinities included
+
+  // Maps
+  void require_map(std::initializer_list<std::string_view> allowed) const;   ///< a map with no other keys than these
+  void require_map() const;
+  std::vector<std::pair<std::string, YamlNode>> entries() const;   ///< of a map, in file order
+  bool has(std::string_view key) const;
+  YamlNode at(std::string_view key) const;                      ///< @throws when missing
+  std::optional<YamlNode> find(std::string_view key) const;     ///< nullopt when missing
+  YamlNode without(std::string_view key) const;                 ///< the same map less one key
+
+  // Sequences
+  std::vector<YamlNode> items() const;
+  std::vector<YamlNode> items(std::size_t n) const;             ///< exactly n of them
+
+  // Values
+  double number() const;                                        ///< finite
+  double positive() const;                                      ///< finite, > 0
+  double nonnegative() const;                                   ///< finite, ≥ 0
+  std::int64_t integer() const;
+  bool boolean() const;                                         ///< true or false
+  std::string string() const;
+  std::string one_of(std::span<const std::string_view> names) const;
+  std::string one_of(std::initializer_list<std::string_view> names) const { return one_of(std::span(names.begin(), names.size())); }
+  Eigen::VectorXd vector() const;                               ///< finite numbers, any length
+  Eigen::VectorXd vector(int n) const;                          ///< exactly n finite numbers
+  Eigen::Vector3d vector3() const;
+
+  // Values of optional keys
+  double number_or(std::string_view key, double fallback) const;
+  double positive_or(std::string_view key, double fallback) const;
+  double nonnegative_or(std::string_view key, double fallback) const;
+  std::int64_t integer_or(std::string_view key, std::int64_t fallback) const;
+  bool boolean_or(std::string_view key, bool fallback) const;
+  std::string string_or(std::string_view key, std::string fallback) const;
+
+  /// Throws "FILE:LINE: path: got GOT, expected EXPECTED". Without `got` the value itself is quoted.
+  [[noreturn]] void fail(std::string_view expected) const;
+  [[noreturn]] void fail(std::string_view got, std::string_view expected) const;
+  /// Throws the message for a name that is none of `known`, with the nearest of them as a hint.
+  [[noreturn]] void fail_unknown(std::string_view what, std::string_view name, std::span<const std::string> known) const;
+
+  std::string describe() const;   ///< the value in a few words, for messages
+
+ private:
+  struct Data;
+  friend YamlNode merge(const YamlNode& base, const YamlNode& over);
+  friend struct YamlBuilder;
+  explicit YamlNode(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
+  std::shared_ptr<const Data> data_;
+};
+
+/// `over` on top of `base`: maps are merged key by key, anything else is replaced.
+YamlNode merge(const YamlNode& base, const YamlNode& over);
+
+/// Loads a file; while its top level has a key `base: other.yaml` (relative to the file that says so), the other file is loaded first
+/// and this one is merged over it. The result has no key `base`. @throws core::InvalidInput, also for a circle of bases
+YamlNode load_yaml_with_base(const std::filesystem::path& file);
+
+/// "a, b, c" and, when one of them is near to `name`, "; did you mean 'b'?".
+std::string list_with_hint(std::string_view name, std::span<const std::string> known);
+
+}  // namespace stiction::world
