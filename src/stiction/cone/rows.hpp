@@ -1,0 +1,135 @@
+#pragma once
+
+#include "stiction/cone/simd.hpp"
+#include "stiction/cone/state.hpp"
+
+/// Products with G and Y = VG, row by row in the tile layout (docs/theory/cone.md, eq. 8).
+namespace stiction::cone::detail {
+
+/// Y = VG of a run of rows, V read from the bank's lanes.
+inline void scale_rows(GeneralBank<3>& b, const Problem::Rows& rows, const Run& run, int tiles) {
+  for (int i = run.begin; i < run.end; ++i) {
+    const double* v = b.v.data() + (i / 4) * 24 + i % 4;
+    const double* from = rows.G.data() + b.g_offset[static_cast<std::size_t>(i)];
+    double* to = b.Y.data() + run.y + (i - run.begin) * run.stride;
+    const V4 v00 = all(v[0]), v01 = all(v[4]), v02 = all(v[8]), v11 = all(v[12]), v12 = all(v[16]), v22 = all(v[20]);
+    for (int t = 0; t < tiles; ++t, from += 12, to += 12) {
+      const V4 g0 = load(from), g1 = load(from + 4), g2 = load(from + 8);
+      store(to, v00 * g0 + (v01 * g1 + v02 * g2));
+      store(to + 4, v01 * g0 + (v11 * g1 + v12 * g2));
+      store(to + 8, v02 * g0 + (v12 * g1 + v22 * g2));
+    }
+  }
+}
+inline void scale_rows(GeneralBank<1>& b, const Problem::Rows& rows, const Run& run, int tiles) {
+  for (int i = run.begin; i < run.end; ++i) {
+    const double v = b.v[static_cast<std::size_t>(i)];
+    const double* from = rows.G.data() + b.g_offset[static_cast<std::size_t>(i)];
+    double* to = b.Y.data() + run.y + (i - run.begin) * run.stride;
+    for (int t = 0; t < tiles; ++t) store(to + 4 * t, load(from + 4 * t) * v);
+  }
+}
+
+/// H += YᵀY over all rows; Y is made on the way.
+template <int R>
+inline void add_hessian(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout, TileFactor& h) {
+  for (const Run& run : b.runs) {
+    const auto& tiles = layout.support(run.support).tiles;
+    const int k = static_cast<int>(tiles.size());
+    scale_rows(b, rows, run, k);
+    const double* y = b.Y.data() + run.y;
+    const int n = run.end - run.begin;
+    for (int j = 0; j < k; ++j) {
+      for (int i = j; i < k; ++i) {
+        double* t = h.tile(h.index(tiles[static_cast<std::size_t>(i)], tiles[static_cast<std::size_t>(j)]));
+        V4 c0 = load(t), c1 = load(t + 4), c2 = load(t + 8), c3 = load(t + 12);
+        const double* left = y + i * R * 4;
+        const double* right = y + j * R * 4;
+        for (int row = 0; row < n; ++row, left += run.stride, right += run.stride) {
+          for (int r = 0; r < R; ++r) {
+            const V4 l = load(left + 4 * r);
+            c0 += l * right[4 * r];
+            c1 += l * right[4 * r + 1];
+            c2 += l * right[4 * r + 2];
+            c3 += l * right[4 * r + 3];
+          }
+        }
+        store(t, c0), store(t + 4, c1), store(t + 8, c2), store(t + 12, c3);
+      }
+    }
+  }
+}
+
+/// out += Yᵀa, a given in the lanes of the bank
+template <int R>
+inline void add_transposed(const GeneralBank<R>& b, const Layout& layout, const AlignedVector& a, double* out) {
+  for (const Run& run : b.runs) {
+    const auto& tiles = layout.support(run.support).tiles;
+    for (std::size_t j = 0; j < tiles.size(); ++j) {
+      const double* y = b.Y.data() + run.y + static_cast<int>(j) * R * 4;
+      V4 acc[R] = {};
+      for (int i = run.begin; i < run.end; ++i, y += run.stride) {
+        const double* value = a.data() + (i / 4) * 4 * R + i % 4;
+        for (int r = 0; r < R; ++r) acc[r] += load(y + 4 * r) * value[4 * r];
+      }
+      double* to = out + 4 * tiles[j];
+      if constexpr (R == 3) store(to, load(to) + (acc[0] + (acc[1] + acc[2])));
+      else store(to, load(to) + acc[0]);
+    }
+  }
+}
+
+/// b.u = Y·d
+template <int R>
+inline void multiply(GeneralBank<R>& b, const Layout& layout, const double* d) {
+  for (const Run& run : b.runs) {
+    const auto& tiles = layout.support(run.support).tiles;
+    const int k = static_cast<int>(tiles.size());
+    const double* y = b.Y.data() + run.y;
+    for (int i = run.begin; i < run.end; ++i, y += run.stride) {
+      V4 acc[R] = {};
+      for (int j = 0; j < k; ++j) {
+        const V4 x = load(d + 4 * tiles[static_cast<std::size_t>(j)]);
+        for (int r = 0; r < R; ++r) acc[r] += load(y + (j * R + r) * 4) * x;
+      }
+      double* to = b.u.data() + (i / 4) * 4 * R + i % 4;
+      if constexpr (R == 3) {
+        const V4 all_sums = sums(acc[0], acc[1], acc[2], V4{});
+        for (int r = 0; r < 3; ++r) to[4 * r] = all_sums[r];
+      } else {
+        to[0] = sum(acc[0]);
+      }
+    }
+  }
+}
+
+/// G·x of row `at` of `rows`, raw data.
+template <int R>
+inline void multiply_raw(const Problem::Rows& rows, int at, const Layout& layout, const double* x, double* out) {
+  const auto& tiles = layout.support(rows.support[static_cast<std::size_t>(at)]).tiles;
+  const double* from = rows.G.data() + rows.offset[static_cast<std::size_t>(at)];
+  V4 acc[R] = {};
+  for (const int t : tiles) {
+    for (int r = 0; r < R; ++r, from += 4) acc[r] += load(from) * load(x + 4 * t);
+  }
+  for (int r = 0; r < R; ++r) out[r] = sum(acc[r]);
+}
+
+/// out += Gᵀz and size += |G|ᵀ|z| of row `at`, raw data.
+template <int R>
+inline void add_transposed_raw(const Problem::Rows& rows, int at, const Layout& layout, const double* z, double* out, double* size) {
+  const auto& tiles = layout.support(rows.support[static_cast<std::size_t>(at)]).tiles;
+  const double* from = rows.G.data() + rows.offset[static_cast<std::size_t>(at)];
+  for (const int t : tiles) {
+    V4 o = load(out + 4 * t), a = load(size + 4 * t);
+    for (int r = 0; r < R; ++r, from += 4) {
+      const V4 term = load(from) * z[r];
+      o += term;
+      a += abs(term);
+    }
+    store(out + 4 * t, o);
+    store(size + 4 * t, a);
+  }
+}
+
+}  // namespace stiction::cone::detail

@@ -1,0 +1,54 @@
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/cone/state.hpp"
+
+namespace stiction::cone {
+namespace detail {
+
+template <int R>
+void Bank<R>::resize(int rows) {
+  n = rows;
+  groups = (rows + 3) / 4;
+  const auto lanes = static_cast<std::size_t>(4 * groups);
+  if (lanes <= weight.size()) return;
+  order.resize(lanes);
+  for (AlignedVector* a : {&w, &z, &z_saved, &lambda, &u, &s, &c, &p, &r_p}) a->resize(R * lanes);
+  v.resize(kScaling * lanes);
+  for (AlignedVector* a : {&ratio, &inv_det, &inv_lambda0, &weight, &inv_weight, &live}) a->resize(lanes);
+}
+template struct Bank<1>;
+template struct Bank<3>;
+
+int Memory::Rows::find(std::uint64_t wanted, int hint) const {
+  for (int i = hint; i < n; ++i) {
+    if (id[static_cast<std::size_t>(i)] == wanted) return i;
+  }
+  for (int i = 0; i < hint && i < n; ++i) {
+    if (id[static_cast<std::size_t>(i)] == wanted) return i;
+  }
+  return -1;
+}
+
+State::State(std::shared_ptr<const Layout> l)
+    : layout(std::move(l)), factor(layout->tiles()), below(static_cast<std::size_t>(layout->tiles())) {
+  const auto padded = static_cast<std::size_t>(layout->padded_size());
+  for (AlignedVector* a : {&x, &dx, &gradient, &scratch, &scale, &x_memory}) a->resize(padded);
+}
+
+}  // namespace detail
+
+namespace {
+std::shared_ptr<const Layout> require_layout(std::shared_ptr<const Layout> layout) {
+  if (!layout) core::throw_invalid("layout", "none", "a layout");
+  return layout;
+}
+}  // namespace
+
+Workspace::Workspace(std::shared_ptr<const Layout> layout)
+    : state_(std::make_unique<detail::State>(require_layout(std::move(layout)))) {}
+Workspace::~Workspace() = default;
+Workspace::Workspace(Workspace&&) noexcept = default;
+Workspace& Workspace::operator=(Workspace&&) noexcept = default;
+void Workspace::forget() { state_->memory.valid = false; }
+const Layout& Workspace::layout() const { return *state_->layout; }
+
+}  // namespace stiction::cone
