@@ -1,0 +1,12 @@
+# Targets of the cone benchmarks: a generator library that `stiction bench` also uses, a malloc counter and a program.
+add_library(stiction_bench_cone STATIC ${CMAKE_CURRENT_LIST_DIR}/cone_problems.cpp)
+target_link_libraries(stiction_bench_cone PUBLIC stiction::cone)
+target_include_directories(stiction_bench_cone PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+add_library(stiction_bench_allocations STATIC ${CMAKE_CURRENT_LIST_DIR}/cone_allocations.cpp)
+target_link_libraries(stiction_bench_allocations PRIVATE stiction_flags)
+target_include_directories(stiction_bench_allocations PUBLIC ${CMAKE_CURRENT_LIST_DIR})
+find_package(benchmark QUIET)
+if(benchmark_FOUND)
+  add_executable(cone_bench ${CMAKE_CURRENT_LIST_DIR}/cone_bench.cpp)
+  target_link_libraries(cone_bench PRIVATE stiction_bench_cone stiction_bench_allocations benchmark::benchmark)
+endif()
