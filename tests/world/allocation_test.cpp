@@ -1,0 +1,52 @@
+// No heap use after the first call. Every malloc of this program is counted (glibc).
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+
+#include "world/test_scenes.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+extern "C" void* __libc_malloc(std::size_t);
+extern "C" void* malloc(std::size_t size) {   // NOLINT: takes the place of the C library's
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_malloc(size);
+}
+
+namespace stiction::world {
+namespace {
+
+using Eigen::VectorXd;
+
+TEST(Kinematics, AfterTheFirstCall_NothingIsAllocated) {
+  const auto model = Model::make(test::make_zoo());
+  core::Random random(1, 0);
+  const VectorXd q = test::random_configuration(*model, random), delta = test::random_vector(random, model->n_v(), 0.1);
+  KinematicsWorkspace work(*model);
+  Kinematics kinematics;
+  VectorXd q_next(model->n_q()), back(model->n_v()), tau(model->n_vu());
+  Eigen::MatrixXd mass(6, 6);
+  double sum = 0;
+  const auto everything = [&] {
+    calc_kinematics(*model, q, work, kinematics);
+    calc_object_mass(*model, kinematics, 1, mass);
+    calc_gravity(*model, kinematics, tau);
+    retract(*model, q, delta, q_next);
+    local(*model, q, q_next, back);
+    require_configuration(*model, "q", q);
+    sum += object_pose(*model, q, 1).p[0] + robot_part(*model, q)[0];
+  };
+  everything();
+  const long before = allocations.load();
+  for (int i = 0; i < 10; ++i) everything();
+  EXPECT_EQ(allocations.load(), before);
+  EXPECT_TRUE(std::isfinite(sum));
+  const std::vector<int> counted(100);
+  EXPECT_GT(allocations.load(), before) << "the counter does not count";
+}
+
+}  // namespace
+}  // namespace stiction::world
