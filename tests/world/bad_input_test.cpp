@@ -1,0 +1,230 @@
+// What a caller is told about each mistake. Every message has the form "FILE:LINE: field: got …, expected …".
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <limits>
+
+#include "stiction/core/invalid_input.hpp"
+#include "world/test_scenes.hpp"
+
+namespace stiction::world {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for every test, removed at the end.
+class BadInput : public testing::Test {
+ protected:
+  void SetUp() override {
+    dir_ = fs::temp_directory_path() / ("stiction_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + std::to_string(::getpid()));
+    fs::create_directories(dir_);
+    write("arm.urdf", R"(<robot name="arm">
+  <link name="base"/>
+  <link name="tip"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="elbow" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/><limit lower="-1" upper="1"/></joint>
+</robot>
+)");
+  }
+  void TearDown() override { fs::remove_all(dir_); }
+
+  fs::path write(const std::string& name, const std::string& text) {
+    std::ofstream(dir_ / name, std::ios::binary) << text;
+    return dir_ / name;
+  }
+
+  /// What loading and building the scene says, with the folder's name taken out.
+  std::string message(const std::string& text) {
+    const fs::path file = write("scene.yaml", text);
+    return message_of([&] { Model::make(load_scene(file)); });
+  }
+
+  template <class F>
+  std::string message_of(F&& action) {
+    try {
+      action();
+    } catch (const core::InvalidInput& e) {
+      std::string what = e.what();
+      const std::string prefix = dir_.string() + "/";
+      for (auto at = what.find(prefix); at != std::string::npos; at = what.find(prefix)) what.erase(at, prefix.size());
+      return what;
+    }
+    return "";
+  }
+
+  fs::path dir_;
+};
+
+std::string ball(const std::string& more) {
+  return "objects:\n  - name: ball\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 0.1}}]\n" + more;
+}
+
+std::string arm(const std::string& more) { return "robots:\n  - name: arm\n    urdf: arm.urdf\n" + more; }
+
+TEST_F(BadInput, GoodScenes_SayNothing) {
+  EXPECT_EQ(message(ball("")), "");
+  EXPECT_EQ(message(arm("    stiffness: {elbow: 3}\n")), "");
+  EXPECT_EQ(message("{}"), "");
+}
+
+TEST_F(BadInput, UnknownKey_ListsTheAllowedOnesWithAHint) {
+  EXPECT_EQ(message("gravty: [0, 0, 0]\n"),
+            "scene.yaml:1: gravty: got an unknown key, expected one of name, gravity, contact_distance, max_contacts, robots, objects, fixed, filters; "
+            "did you mean 'gravity'?");
+  EXPECT_EQ(message("fixed:\n  - name: floor\n    shapes:\n      - half_space: {}\n        frictoin: 1\n"),
+            "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, sphere, box, capsule, cylinder, mesh, "
+            "half_space; did you mean 'friction'?");
+  EXPECT_EQ(message(ball("    wibble: 1\n")).substr(0, 62), "scene.yaml:6: objects[0].wibble: got an unknown key, expected ");
+}
+
+TEST_F(BadInput, KeyTwice_IsNamed) { EXPECT_EQ(message("name: a\nname: b\n"), "scene.yaml:2: name: got this key twice, expected it once"); }
+
+TEST_F(BadInput, MissingKey_IsNamed) {
+  EXPECT_EQ(message("objects:\n  - name: ball\n    joint: free\n    shapes: [{sphere: {radius: 0.1}}]\n"), "scene.yaml:2: objects[0].mass: got nothing, expected this key");
+  EXPECT_EQ(message(arm("")), "scene.yaml:2: robots[0].stiffness: got nothing, expected this key");
+}
+
+TEST_F(BadInput, WrongType_IsNamed) {
+  EXPECT_EQ(message("gravity: down\n"), "scene.yaml:1: gravity: got 'down', expected a list of 3 numbers");
+  EXPECT_EQ(message("gravity: [0, 0]\n"), "scene.yaml:1: gravity: got a list of 2, expected a list of 3 numbers");
+  EXPECT_EQ(message("gravity: [0, 0, \"1\"]\n"), "scene.yaml:1: gravity[2]: got '1', expected a number");
+  EXPECT_EQ(message("max_contacts: 2.5\n"), "scene.yaml:1: max_contacts: got 2.5, expected an integer");
+  EXPECT_EQ(message("robots: arm\n"), "scene.yaml:1: robots: got 'arm', expected a list");
+  EXPECT_EQ(message("- 1\n"), "scene.yaml:1: top level: got a list of 1, expected a map");
+  EXPECT_EQ(message("objects:\n  - name: ball\n    joint: floating\n"),
+            "scene.yaml:3: objects[0].joint: got 'floating', expected one of free, planar_xy, planar_yz, planar_xz, hinge, slider");
+}
+
+TEST_F(BadInput, NumbersThatAreNotFinite_AreNamed) {
+  EXPECT_EQ(message("gravity: [0, .nan, 0]\n"), "scene.yaml:1: gravity[1]: got .nan, expected a finite number");
+  EXPECT_EQ(message("contact_distance: .inf\n"), "scene.yaml:1: contact_distance: got .inf, expected a finite number");
+  EXPECT_EQ(message("contact_distance: 1e999\n"), "scene.yaml:1: contact_distance: got 1e999, expected a finite number");
+}
+
+TEST_F(BadInput, NegativeMassStiffnessFrictionAndSizes_AreNamed) {
+  EXPECT_EQ(message("objects:\n  - name: ball\n    joint: free\n    mass: -1\n    shapes: [{sphere: {radius: 0.1}}]\n"),
+            "scene.yaml:4: objects[0].mass: got -1, expected a number > 0");
+  EXPECT_EQ(message("objects:\n  - name: ball\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 0}}]\n"),
+            "scene.yaml:5: objects[0].shapes[0].sphere.radius: got 0, expected a number > 0");
+  EXPECT_EQ(message("objects:\n  - name: ball\n    joint: free\n    mass: 1\n    shapes: [{box: {size: [1, -1, 1]}}]\n"),
+            "scene.yaml:5: objects[0].shapes[0].box.size: got 1, -1, 1, expected three numbers > 0");
+  EXPECT_EQ(message(arm("    stiffness: -3\n")), "scene.yaml:4: robots[0].stiffness: got -3, expected a number > 0");
+  EXPECT_EQ(message(arm("    stiffness: {elbow: 0}\n")), "scene.yaml:4: robots[0].stiffness.elbow: got 0, expected a number > 0");
+  EXPECT_EQ(message(arm("    stiffness: 1\n    friction: -0.1\n")), "scene.yaml:5: robots[0].friction: got -0.1, expected a number ≥ 0");
+  EXPECT_EQ(message(ball("    inertia: [1, 0, 1]\n")), "scene.yaml:6: objects[0].inertia: got 1, 0, 1, expected three numbers > 0");
+}
+
+TEST_F(BadInput, QuaternionThatIsNotUnit_IsNamed) {
+  EXPECT_EQ(message(arm("    stiffness: 1\n    base: {quaternion_wxyz: [1, 1, 0, 0]}\n")),
+            "scene.yaml:5: robots[0].base.quaternion_wxyz: got a quaternion of length 1.41421, expected length 1");
+  EXPECT_EQ(message(arm("    stiffness: 1\n    base: {quaternion_wxyz: [1, 0, 0, 0], rpy: [0, 0, 0]}\n")),
+            "scene.yaml:5: robots[0].base.rpy: got rpy beside quaternion_wxyz, expected one of the two");
+}
+
+TEST_F(BadInput, UnknownNames_AreNamedWithAHint) {
+  EXPECT_EQ(message(arm("    stiffness: {elbw: 1}\n")),
+            "scene.yaml:4: robots[0].stiffness.elbw: got unknown joint 'elbw', expected one of elbow; did you mean 'elbow'?");
+  EXPECT_EQ(message(arm("    stiffness: {}\n")), "scene.yaml:4: robots[0].stiffness: got nothing for joint 'elbow', expected every movable joint");
+  EXPECT_EQ(message(arm("    stiffness: 1\n    link_friction: {tipp: 1}\n")),
+            "scene.yaml:5: robots[0].link_friction.tipp: got unknown link 'tipp', expected one of base, tip; did you mean 'tip'?");
+  EXPECT_EQ(message(ball("filters:\n  - exclude: [ball, bal]\n")),
+            "scene.yaml:7: filters[0].exclude[1]: got unknown body or geometry 'bal', expected one of ball, ball/sphere_0; did you mean 'ball'?");
+  const auto model = Model::make(load_scene(write("good.yaml", arm("    stiffness: 1\n"))));
+  EXPECT_EQ(message_of([&] { static_cast<void>(model->joint_index("wrist")); }), "joint: got unknown name 'wrist', expected one of arm/elbow");
+  EXPECT_EQ(message_of([&] { static_cast<void>(model->object_index("cup")); }), "object: got unknown name 'cup', expected none (there are none)");
+}
+
+TEST_F(BadInput, NamesTwice_AreNamed) {
+  EXPECT_EQ(message(ball("  - name: ball\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 0.1}}]\n")),
+            "scene.yaml:6: objects[1].name: got 'ball' twice, expected each name once");
+  EXPECT_EQ(message("objects:\n  - {name: a/b, joint: free, mass: 1, shapes: []}\n"), "scene.yaml:2: objects[0].name: got 'a/b', expected a name without '/', '*' or spaces");
+}
+
+TEST_F(BadInput, UrdfThatIsMissingOrMalformed_IsNamed) {
+  EXPECT_EQ(message("robots:\n  - name: arm\n    urdf: no.urdf\n    stiffness: 1\n"), "scene.yaml:3: robots[0].urdf: got 'no.urdf', which does not exist, expected a URDF file");
+  write("arm.urdf", "<robot name='arm'>\n  <link name='a'>\n</robot>\n");
+  EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:2: urdf: got malformed XML (XML_ERROR_MISMATCHED_ELEMENT), expected a URDF");
+  write("arm.urdf", "<model/>\n");
+  EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:1: root element: got 'model', expected 'robot'");
+  write("arm.urdf", "<robot name='arm'>\n</robot>\n");
+  EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:1: robot: got no link, expected at least one");
+}
+
+TEST_F(BadInput, UrdfContent_IsNamedWithItsLine) {
+  const auto with_joint = [&](const std::string& joint) {
+    write("arm.urdf", "<robot name='arm'>\n<link name='a'/>\n<link name='b'/>\n" + joint + "\n</robot>\n");
+    return message(arm("    stiffness: 1\n"));
+  };
+  EXPECT_EQ(with_joint("<joint name='j' type='floating'><parent link='a'/><child link='b'/></joint>"),
+            "arm.urdf:4: joint 'j': got type 'floating', expected revolute, continuous, prismatic or fixed");
+  EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>"), "arm.urdf:4: joint 'j': got no element limit, expected one");
+  EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/><mimic joint='k'/></joint>"),
+            "arm.urdf:4: joint 'j': got a mimic joint, expected joints that move by themselves");
+  EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/>\n<limit lower='2' upper='1'/></joint>"),
+            "arm.urdf:5: joint 'j': got limits [2, 1], expected lower ≤ upper");
+  EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='b'/>\n<axis xyz='0 0 0'/></joint>"),
+            "arm.urdf:5: joint 'j': got axis 0 0 0, expected an axis other than 0");
+  EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='b'/>\n<origin xyz='0 0 nan'/></joint>"),
+            "arm.urdf:5: origin xyz: got '0 0 nan', expected 3 finite numbers");
+  EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='bb'/></joint>"),
+            "arm.urdf:4: joint 'j': got unknown link 'bb', expected one of a, b; did you mean 'b'?");
+  EXPECT_EQ(with_joint(""), "arm.urdf:1: robot: got 2 links without a parent, expected one");
+  EXPECT_EQ(with_joint("<joint name='j' type='fixed'><parent link='b'/><child link='a'/></joint>\n<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint>"),
+            "arm.urdf:1: robot: got 0 links without a parent, expected one");
+}
+
+TEST_F(BadInput, Meshes_AreNamed) {
+  const auto with_mesh = [&](const std::string& uri) {
+    write("arm.urdf", "<robot name='arm'>\n<link name='a'><collision><geometry>\n<mesh filename='" + uri + "'/></geometry></collision></link>\n</robot>\n");
+    return message(arm("    stiffness: 1\n"));
+  };
+  EXPECT_EQ(with_mesh("package://nowhere/a.stl"), "arm.urdf:3: mesh filename: got 'package://nowhere/a.stl', which is nowhere, expected a file that exists (package:// is looked for in package_dirs and above the URDF)");
+  write("a.dae", "x");
+  EXPECT_EQ(with_mesh("a.dae"), "arm.urdf:3: mesh: a.dae: mesh: got '.dae', expected .stl or .obj");
+  write("a.obj", "v 0 0 0\nf 1 2 3\n");
+  EXPECT_EQ(with_mesh("a.obj"), "arm.urdf:3: mesh: a.obj: mesh: got no triangles that can be read, expected a closed convex mesh");
+  write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 3 4\nf 1 2 4\nf 1 3 4\n");
+  EXPECT_EQ(with_mesh("a.obj"), "arm.urdf:3: mesh: a.obj: mesh: got a flat mesh, expected a body with a volume");
+  EXPECT_EQ(message("fixed:\n  - name: rock\n    shapes:\n      - mesh: {file: rock.stl}\n"),
+            "scene.yaml:4: fixed[0].shapes[0].mesh.file: got 'rock.stl', which does not exist, expected a mesh file");
+}
+
+TEST_F(BadInput, ObjectsThatMakeNoSense_AreNamed) {
+  EXPECT_EQ(message(ball("    pose: {position: [0, 0, 1]}\n")),
+            "scene.yaml:6: objects[0].pose: got pose of a free object, expected none (where it starts is part of the start)");
+  EXPECT_EQ(message(ball("    axis: [0, 0, 1]\n")), "scene.yaml:6: objects[0].axis: got axis of a free object, expected it only for hinge and slider objects");
+  EXPECT_EQ(message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 0.1}, pose: {position: [0, 0, 0.5]}}]\n"),
+            "scene.yaml:5: objects[0].shapes: got shapes whose centre of mass lies at (0, 0, 0.5), expected it at the origin of a free object (shift the poses of the "
+            "shapes by minus that)");
+  EXPECT_EQ(message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{half_space: {}}]\n"),
+            "scene.yaml:5: objects[0].shapes[0].half_space: got a half-space, expected a shape with a finite volume (half-spaces are for fixed bodies)");
+  EXPECT_EQ(message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 1}, box: {size: [1, 1, 1]}}]\n"),
+            "scene.yaml:5: objects[0].shapes[0]: got 2 shapes, expected exactly one of sphere, box, capsule, cylinder, mesh, half_space");
+}
+
+TEST_F(BadInput, FilesThatCannotBeRead_AreNamed) {
+  EXPECT_EQ(message_of([&] { load_scene(dir_ / "none.yaml"); }), "none.yaml: file: got nothing that can be read, expected a YAML file");
+  EXPECT_EQ(message("a: [1, 2\n").substr(0, 40), "scene.yaml:2: file: got malformed YAML (");
+  EXPECT_EQ(message("base: other.yaml\n").substr(0, 47), "scene.yaml:1: base: got 'other.yaml', expected ");
+  EXPECT_EQ(message("base: scene.yaml\n"), "scene.yaml:1: base: got 'scene.yaml', expected a file that does not lead back to this one");
+}
+
+TEST_F(BadInput, SceneMadeInMemory_IsCheckedAsWell) {
+  const auto of = [&](auto&& change) {
+    Scene scene = test::make_zoo();
+    change(scene);
+    return message_of([&] { Model::make(scene); });
+  };
+  EXPECT_EQ(of([](Scene&) {}), "");
+  EXPECT_EQ(of([](Scene& s) { s.objects[2].mass = -1; }), "objects[2]: mass: got -1, expected a finite number > 0");
+  EXPECT_EQ(of([](Scene& s) { s.objects[0].inertia(0, 0) = -1; }), "objects[0]: inertia: got a matrix that is not symmetric positive definite, expected one that is");
+  EXPECT_EQ(of([](Scene& s) { s.gravity[0] = std::numeric_limits<double>::quiet_NaN(); }), "scene: gravity[0]: got nan, expected a finite number");
+  EXPECT_EQ(of([](Scene& s) { s.robots[0].stiffness.pop_back(); }), "robots[0]: stiffness: got nothing for joint 'a_right', expected every movable joint");
+  EXPECT_EQ(of([](Scene& s) { s.robots[0].X_WBase.R *= 2; }), "robots[0]: base: got no rigid transform, expected one");
+  EXPECT_EQ(of([](Scene& s) { s.objects[1].p_BCom[0] = 1; }), "objects[1]: p_BCom: got (1, 0, 0), expected 0 for a free object");
+  EXPECT_EQ(of([](Scene& s) { s.objects[1].geometries[0].shape = HalfSpace{}; }), "objects[1]: ball: got a half-space, expected half-spaces on fixed bodies only");
+  EXPECT_EQ(of([](Scene& s) { s.filters.push_back({"flor", "*", std::nullopt}); }).substr(0, 57), "filters[0]: name: got unknown body or geometry 'flor', ex");
+}
+
+}  // namespace
+}  // namespace stiction::world
