@@ -1,5 +1,4 @@
-#include <algorithm>
-#include <array>
+#include <cstring>
 
 #include "stiction/contact/workspace.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -10,37 +9,46 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Rows n, t1, t2 of a contact as forces through a point p: row r · velocity at p of a coordinate with axis a and moment m about
-// the origin is a·(p × r) + m·r. docs/theory/contact.md §7.
-struct Wrench {
-  double torque[3], force[3];
+using Four = double __attribute__((vector_size(32)));
+
+constexpr int kScrew = 8;   // doubles per coordinate: axis, moment about the origin, two unused
+
+// Rows n, t1, t2 (and 0) of a contact as forces through a point p. A coordinate with axis a and moment m about the origin gives
+// row r the number a·(p × r) + m·r; component k of torque and force of the rows stand side by side. docs/theory/contact.md §7.
+struct Wrenches {
+  Four torque[3], force[3];
 };
 
-std::array<Wrench, 3> make_wrenches(const Contact& c, const Vector3d& p, double force_scale) {
-  std::array<Wrench, 3> out;
-  const Vector3d* rows[3] = {&c.nhat_BA_W, &c.t1_W, &c.t2_W};
-  for (int r = 0; r < 3; ++r) {
-    const Vector3d torque = p.cross(*rows[r]);
-    for (int k = 0; k < 3; ++k) {
-      out[r].torque[k] = torque[k];
-      out[r].force[k] = force_scale * (*rows[r])[k];
-    }
-  }
-  return out;
+inline Four all(double x) { return Four{x, x, x, x}; }
+
+inline Wrenches make_wrenches(const Four force[3], const Vector3d& p, double sign) {
+  const Four x = all(sign * p.x()), y = all(sign * p.y()), z = all(sign * p.z()), s = all(sign);
+  return {{y * force[2] - z * force[1], z * force[0] - x * force[2], x * force[1] - y * force[0]}, {s * force[0], s * force[1], s * force[2]}};
 }
 
-template <int N>
-void fill_columns(const std::array<Wrench, 3>& wrenches, double sign, const double* screw, int n_v, double* J, int stride) {
-  double column[6][N];
-  for (int k = 0; k < 6; ++k) {
-    for (int j = 0; j < N; ++j) column[k][j] = screw[k * n_v + j];
+inline Four column(const Wrenches& w, const double* screw) {
+  return (w.torque[0] * all(screw[0]) + w.torque[1] * all(screw[1]) + w.torque[2] * all(screw[2])) +
+         (w.force[0] * all(screw[3]) + w.force[1] * all(screw[4]) + w.force[2] * all(screw[5]));
+}
+
+inline void store(double* to, const Four& x) { std::memcpy(to, &x, sizeof x); }
+
+// Columns of `count` neighbouring coordinates; J and `stride` as in a row-major 3 × stride matrix.
+inline void fill_columns(const Wrenches& w, const double* screw, int count, double* J, int stride) {
+  int j = 0;
+  for (; j + 4 <= count; j += 4, screw += 4 * kScrew) {
+    const Four a = column(w, screw), b = column(w, screw + kScrew), c = column(w, screw + 2 * kScrew), d = column(w, screw + 3 * kScrew);
+    const Four ab_02 = __builtin_shufflevector(a, b, 0, 4, 2, 6), cd_02 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const Four ab_1 = __builtin_shufflevector(a, b, 1, 5, 3, 7), cd_1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    store(J + j, __builtin_shufflevector(ab_02, cd_02, 0, 1, 4, 5));
+    store(J + j + stride, __builtin_shufflevector(ab_1, cd_1, 0, 1, 4, 5));
+    store(J + j + 2 * stride, __builtin_shufflevector(ab_02, cd_02, 2, 3, 6, 7));
   }
-  for (int r = 0; r < 3; ++r) {
-    const Wrench& w = wrenches[r];
-    for (int j = 0; j < N; ++j) {
-      J[r * stride + j] = sign * (w.torque[0] * column[0][j] + w.torque[1] * column[1][j] + w.torque[2] * column[2][j] +
-                                  w.force[0] * column[3][j] + w.force[1] * column[4][j] + w.force[2] * column[5][j]);
-    }
+  for (; j < count; ++j, screw += kScrew) {
+    const Four a = column(w, screw);
+    J[j] = a[0];
+    J[j + stride] = a[1];
+    J[j + 2 * stride] = a[2];
   }
 }
 
@@ -82,17 +90,14 @@ void calc_jacobians(const world::Model& model, const world::Kinematics& kinemati
                     Jacobians& out) {
   Workspace::Impl& w = work.impl();
   core::require_size("kinematics.axis_W", kinematics.axis_W.cols(), w.n_v);
-  const int n_v = w.n_v;
   double* screw = w.screw.data();
   const auto dofs = model.dofs();
-  for (int i = 0; i < n_v; ++i) {
+  for (int i = 0; i < w.n_v; ++i) {
     const Vector3d axis = kinematics.axis_W.col(i);
     const bool revolute = dofs[i].kind == world::DofKind::Revolute;
-    const Vector3d moment = revolute ? Vector3d(kinematics.origin_W.col(i).cross(axis)) : axis;
-    for (int k = 0; k < 3; ++k) {
-      screw[k * n_v + i] = revolute ? axis[k] : 0.0;
-      screw[(3 + k) * n_v + i] = moment[k];
-    }
+    double* to = screw + kScrew * i;
+    Eigen::Map<Vector3d>{to} = revolute ? axis : Vector3d(0, 0, 0);
+    Eigen::Map<Vector3d>{to + 3} = revolute ? Vector3d(kinematics.origin_W.col(i).cross(axis)) : axis;
   }
 
   out.begin.resize(contacts.size() + 1);
@@ -111,18 +116,22 @@ void calc_jacobians(const world::Model& model, const world::Kinematics& kinemati
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& contact = contacts[i];
     const Workspace::Impl::PairData& pair = w.pairs[contact.pair];
-    const auto at_a = make_wrenches(contact, contact.p_WA, 1.0), at_b = make_wrenches(contact, contact.p_WB, 1.0);
+    const Vector3d &n = contact.nhat_BA_W, &t1 = contact.t1_W, &t2 = contact.t2_W;
+    const Four rows[3] = {{n.x(), t1.x(), t2.x(), 0}, {n.y(), t1.y(), t2.y(), 0}, {n.z(), t1.z(), t2.z(), 0}};
     double* J = out.values.data() + out.begin[i];
     for (int r = pair.run_begin; r < pair.run_end; ++r) {
       const Workspace::Impl::ColumnRun& run = w.column_runs[r];
-      const bool both = run.moves_a && run.moves_b;
-      const auto between = both ? make_wrenches(contact, contact.p_WA - contact.p_WB, 0.0) : at_a;
-      const auto& wrenches = both ? between : run.moves_a ? at_a : at_b;
-      const double sign = run.moves_a ? 1.0 : -1.0;
-      int j = 0;
-      for (; j + 4 <= run.count; j += 4) fill_columns<4>(wrenches, sign, screw + run.dof + j, n_v, J + run.column + j, pair.n_columns);
-      for (; j + 2 <= run.count; j += 2) fill_columns<2>(wrenches, sign, screw + run.dof + j, n_v, J + run.column + j, pair.n_columns);
-      for (; j < run.count; ++j) fill_columns<1>(wrenches, sign, screw + run.dof + j, n_v, J + run.column + j, pair.n_columns);
+      const double* from = screw + kScrew * run.dof;
+      double* to = J + run.column;
+      if (run.moves_a && run.moves_b) {   // moved together: only the gap between the two points counts
+        Wrenches between = make_wrenches(rows, contact.p_WA - contact.p_WB, 1.0);
+        between.force[0] = between.force[1] = between.force[2] = all(0.0);
+        fill_columns(between, from, run.count, to, pair.n_columns);
+      } else if (run.moves_a) {
+        fill_columns(make_wrenches(rows, contact.p_WA, 1.0), from, run.count, to, pair.n_columns);
+      } else {
+        fill_columns(make_wrenches(rows, contact.p_WB, -1.0), from, run.count, to, pair.n_columns);
+      }
     }
   }
 }

@@ -27,32 +27,13 @@ void require_pair(const Workspace::Impl& w, int pair) {
   }
 }
 
+constexpr std::uint64_t make_id(int pair) { return static_cast<std::uint64_t>(pair) << 8; }
+
 void require_length(std::string_view field, double value) {
   if (std::isnan(value)) core::throw_invalid(field, "nan", "a length [m]");
 }
 
 }  // namespace
-
-void detail::set_frame(const Vector3d& n, const std::optional<int>& planar_axis, Contact& out) {
-  if (planar_axis) {
-    const Vector3d axis = Vector3d::Unit(*planar_axis);
-    Vector3d t1 = axis.cross(n);
-    const double length = t1.norm();
-    t1 = length > 1e-9 ? Vector3d(t1 / length) : Vector3d::Unit((*planar_axis + 1) % 3);
-    out.nhat_BA_W = n;
-    out.t1_W = t1;
-    out.t2_W = n.cross(t1);
-    return;
-  }
-  // Frisvad 2012 in the form of Duff et al. 2017. The second chart is for a cap of 8° around −z only, so that the frame is
-  // continuous everywhere but on the rim of that cap.
-  const double sign = n.z() > -0.99 ? 1.0 : -1.0;
-  const double a = -1.0 / (sign + n.z());
-  const double b = n.x() * n.y() * a;
-  out.nhat_BA_W = n;
-  out.t1_W = Vector3d(1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
-  out.t2_W = Vector3d(b, sign + n.y() * n.y() * a, -n.y());
-}
 
 Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis(model.planar_axis()) {
   if (planar_axis) context.planar = {true, Vector3d::Unit(*planar_axis)};
@@ -129,9 +110,12 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     pairs.push_back(data);
   }
   center_distance2.assign(n_p + kPadding, 0.0);
-  candidates.assign(n_p + 1, 0);
+  excess.assign(n_p + kPadding, 0.0);
+  candidates.assign(n_p + kPadding, 0);
+  center_distance.assign(n_p + kPadding, 0.0);
+  center_inverse.assign(n_p + kPadding, 0.0);
   nearest.reserve(n_p);
-  screw.assign(6 * static_cast<std::size_t>(n_v), 0.0);
+  screw.assign(8 * static_cast<std::size_t>(n_v), 0.0);
 }
 
 Workspace::Workspace(const world::Model& model) : impl_(std::make_unique<Impl>(model)) {}
@@ -179,19 +163,37 @@ void Workspace::Impl::narrow(int pair, Distance& out) {
   if (p.first != p.a) detail::swap_roles(out);
 }
 
-void Workspace::Impl::push(int pair, double limit, std::vector<Contact>& out) {
-  if (pairs[pair].half_space >= 0 && lower_bound(pair) >= limit) return;
+bool Workspace::Impl::fill(int pair, double limit, Contact& out) {
+  const PairData& p = pairs[pair];
+  if (p.half_space >= 0 && lower_bound(pair) >= limit) return false;
   Distance d;
   narrow(pair, d);
-  if (!(d.phi < limit)) return;
-  Contact& c = out.emplace_back();
-  c.pair = pair;
-  c.id = static_cast<std::uint64_t>(pair) << 8;
-  c.phi = d.phi;
-  c.p_WA = d.p_WA;
-  c.p_WB = d.p_WB;
-  c.friction = pairs[pair].friction;
-  detail::set_frame(d.nhat_BA_W, planar_axis, c);
+  if (!(d.phi < limit)) return false;
+  out.pair = pair;
+  out.id = make_id(pair);
+  out.phi = d.phi;
+  out.p_WA = d.p_WA;
+  out.p_WB = d.p_WB;
+  out.friction = p.friction;
+  detail::set_frame(d.nhat_BA_W, planar_axis, out);
+  return true;
+}
+
+// The same for two spheres whose centres are `length` apart.
+inline bool Workspace::Impl::fill_spheres(int pair, double limit, double length, double inverse_length, Contact& out) {
+  const PairData& p = pairs[pair];
+  const double phi = length - radius_sum[pair];
+  if (!(phi < limit)) return false;
+  const Vector3d a(center_x[p.a], center_y[p.a], center_z[p.a]), b(center_x[p.b], center_y[p.b], center_z[p.b]);
+  const Vector3d n = length > 0 ? Vector3d((a - b) * inverse_length) : coincident_normal;
+  out.pair = pair;
+  out.id = make_id(pair);
+  out.phi = phi;
+  out.p_WA = a - p.radius_a * n;
+  out.p_WB = b + p.radius_b * n;
+  out.friction = p.friction;
+  detail::set_frame(n, planar_axis, out);
+  return true;
 }
 
 void query(const world::Model& model, const world::Kinematics& kinematics, const QueryOptions& options, Workspace& work,
@@ -216,20 +218,33 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   }
   const int n_p = static_cast<int>(w.pairs.size());
   const double *sum = w.radius_sum.data(), *max_distance = w.max_distance.data();
+  double* excess = w.excess.data();
+  const double margin = options.margin, cutoff = options.cutoff;
+  for (int i = 0; i < n_p; ++i) {
+    const double reach = (sum[i] + std::min(max_distance[i] + margin, cutoff)) * (1.0 + 1e-12);
+    excess[i] = d2[i] - reach * std::abs(reach);
+  }
   int* candidates = w.candidates.data();
   int n = 0;
   for (int i = 0; i < n_p; ++i) {
-    const double reach = (sum[i] + std::min(max_distance[i] + options.margin, options.cutoff)) * (1.0 + 1e-12);
     candidates[n] = i;
-    n += d2[i] <= reach * std::abs(reach) ? 1 : 0;
+    n += excess[i] <= 0.0 ? 1 : 0;
   }
+  double* length = w.center_distance.data();
+  for (int k = 0; k < n; ++k) length[k] = d2[candidates[k]];
+  Eigen::Map<Eigen::ArrayXd> lengths(length, n), inverse_lengths(w.center_inverse.data(), n);
+  lengths = lengths.sqrt();
+  inverse_lengths = lengths.inverse();
 
-  out.clear();
   out.reserve(w.pairs.size());
+  out.resize(static_cast<std::size_t>(n));
+  Contact* next = out.data();
   for (int k = 0; k < n; ++k) {
     const int i = candidates[k];
-    w.push(i, std::min(max_distance[i] + options.margin, options.cutoff), out);
+    const double limit = std::min(max_distance[i] + margin, cutoff);
+    next += w.pairs[i].kernel ? w.fill(i, limit, *next) : w.fill_spheres(i, limit, length[k], inverse_lengths[k], *next);
   }
+  out.resize(static_cast<std::size_t>(next - out.data()));
 
   const std::optional<int>& most = model.scene().max_contacts;
   if (most && static_cast<int>(out.size()) > *most) {
@@ -247,13 +262,14 @@ void query_pairs(const world::Model& model, const world::Kinematics& kinematics,
   require_match(w, model, kinematics);
   require_length("cutoff", cutoff);
   w.set_kinematics(kinematics);
-  out.clear();
-  out.reserve(pair_indices.size());
+  for (const int i : pair_indices) require_pair(w, i);
+  out.resize(pair_indices.size());
+  Contact* next = out.data();
   for (const int i : pair_indices) {
-    require_pair(w, i);
     const double reach = (w.radius_sum[i] + cutoff) * (1.0 + 1e-12);
-    if (w.distance2(i) <= reach * std::abs(reach)) w.push(i, cutoff, out);
+    if (w.distance2(i) <= reach * std::abs(reach)) next += w.fill(i, cutoff, *next);
   }
+  out.resize(static_cast<std::size_t>(next - out.data()));
 }
 
 double calc_min_distance(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices,

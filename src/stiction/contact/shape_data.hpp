@@ -72,7 +72,7 @@ inline void swap_roles(Distance& d) {
 inline void sphere_sphere(const Vector3d& p_WA, double r_a, const Vector3d& p_WB, double r_b, const Vector3d& fallback, Distance& out) {
   const Vector3d d = p_WA - p_WB;
   const double length = d.norm();
-  out.nhat_BA_W = length > 0 ? Vector3d(d / length) : fallback;
+  out.nhat_BA_W = length > 0 ? Vector3d(d * (1.0 / length)) : fallback;
   out.phi = length - r_a - r_b;
   out.p_WA = p_WA - r_a * out.nhat_BA_W;
   out.p_WB = p_WB + r_b * out.nhat_BA_W;

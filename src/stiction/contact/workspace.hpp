@@ -44,7 +44,8 @@ struct Workspace::Impl {
   double distance2(int pair) const;                    // of the bounding centres [m²]
   double lower_bound(int pair) const;                  // of phi [m]
   void narrow(int pair, Distance& out);
-  void push(int pair, double limit, std::vector<Contact>& out);
+  bool fill(int pair, double limit, Contact& out);     // true if phi < limit
+  bool fill_spheres(int pair, double limit, double length, double inverse_length, Contact& out);
 
   std::vector<GeometryData> geometries;
   std::vector<PairData> pairs;
@@ -61,16 +62,37 @@ struct Workspace::Impl {
   std::vector<double> center_x, center_y, center_z;    // per geometry, padded
   std::vector<world::Pose> X_WG;                       // of `posed` only
   std::vector<double> center_distance2;                // per pair
+  std::vector<double> excess;                          // per pair: squared distance beyond which it is out of reach, taken off
   std::vector<int> candidates;
+  std::vector<double> center_distance, center_inverse; // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
   std::vector<std::pair<double, int>> nearest;         // for max_contacts
-  std::vector<double> screw;                           // 6 × n_v, a row per component: axis, moment about the origin
+  std::vector<double> screw;                           // 8 per coordinate, see jacobian.cpp
   detail::CoalScratch coal;
 };
 
 namespace detail {
 
 /// Right-handed frame (n, t1, t2), n × t1 = t2. docs/theory/contact.md §1.
-void set_frame(const Eigen::Vector3d& n, const std::optional<int>& planar_axis, Contact& out);
+inline void set_frame(const Eigen::Vector3d& n, const std::optional<int>& planar_axis, Contact& out) {
+  if (planar_axis) {
+    const Eigen::Vector3d axis = Eigen::Vector3d::Unit(*planar_axis);
+    Eigen::Vector3d t1 = axis.cross(n);
+    const double length = t1.norm();
+    t1 = length > 1e-9 ? Eigen::Vector3d(t1 / length) : Eigen::Vector3d::Unit((*planar_axis + 1) % 3);
+    out.nhat_BA_W = n;
+    out.t1_W = t1;
+    out.t2_W = n.cross(t1);
+    return;
+  }
+  // Frisvad 2012 in the form of Duff et al. 2017. The second chart is for a cap of 8° around −z only, so that the frame is
+  // continuous everywhere but on the rim of that cap.
+  const double sign = n.z() > -0.99 ? 1.0 : -1.0;
+  const double a = -1.0 / (sign + n.z());
+  const double b = n.x() * n.y() * a;
+  out.nhat_BA_W = n;
+  out.t1_W = Eigen::Vector3d(1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+  out.t2_W = Eigen::Vector3d(b, sign + n.y() * n.y() * a, -n.y());
+}
 
 }  // namespace detail
 }  // namespace stiction::contact
