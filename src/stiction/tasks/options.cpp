@@ -1,0 +1,281 @@
+#include "stiction/tasks/options.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+using planning::PlannerOptions;
+using world::YamlNode;
+
+/// The value of a key, nullopt when it is missing or null.
+std::optional<YamlNode> given(const YamlNode& map, std::string_view key) {
+  auto value = map.find(key);
+  if (value && value->kind() == YamlNode::Kind::Null) return std::nullopt;
+  return value;
+}
+
+int positive_int(const YamlNode& node) {
+  const auto value = node.integer();
+  if (value < 1 || value > std::numeric_limits<int>::max()) node.fail("an integer ≥ 1");
+  return static_cast<int>(value);
+}
+
+double probability(const YamlNode& node) {
+  const double value = node.number();
+  if (value < 0 || value > 1) node.fail("a probability in [0, 1]");
+  return value;
+}
+
+/// One of two keys, each with a positive number.
+std::pair<bool, double> one_of_two(const YamlNode& node, std::string_view first, std::string_view second) {
+  node.require_map({first, second});
+  const auto a = given(node, first);
+  const auto b = given(node, second);
+  if (a.has_value() == b.has_value()) node.fail(fmt::format("either '{}' or '{}'", first, second));
+  return {a.has_value(), (a ? *a : *b).positive()};
+}
+
+dynamics::SubstepLimits read_substep(const YamlNode& node) {
+  node.require_map({"joint_angle", "joint_travel", "slide", "max_substeps"});
+  dynamics::SubstepLimits out;
+  out.joint_angle = node.positive_or("joint_angle", out.joint_angle);
+  out.joint_travel = node.positive_or("joint_travel", out.joint_travel);
+  out.slide = node.positive_or("slide", out.slide);
+  if (const auto value = node.find("max_substeps")) out.max_substeps = positive_int(*value);
+  return out;
+}
+
+dynamics::Analytic read_smoothing(const YamlNode& node) {
+  node.require_map({"kappa", "self_sharpness"});
+  dynamics::Analytic out;
+  out.kappa = node.positive_or("kappa", out.kappa);
+  out.self_sharpness = node.positive_or("self_sharpness", out.self_sharpness);
+  return out;
+}
+
+/// {JOINT: value …} or a list of all of them; joints that are not named keep 0.
+Eigen::VectorXd read_joint_values(const YamlNode& node, const world::Model& model) {
+  if (node.is_sequence()) return node.vector(model.n_a());
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(model.n_a());
+  for (const auto& [name, value] : node.entries()) {
+    int index = -1;
+    try {
+      index = model.joint_index(name);
+    } catch (const core::InvalidInput& e) {
+      throw core::InvalidInput(fmt::format("{}:{}: {}: {}", value.file().string(), value.line(), value.path(), e.what()));
+    }
+    out[index] = value.number();
+  }
+  return out;
+}
+
+planning::GenericSampler read_generic(const YamlNode& node) {
+  planning::GenericSampler out;
+  if (node.kind() == YamlNode::Kind::Null) return out;
+  node.require_map({"whole_probability", "near_probability", "near_std", "tries"});
+  if (const auto v = given(node, "whole_probability")) out.whole_probability = probability(*v);
+  if (const auto v = given(node, "near_probability")) out.near_probability = probability(*v);
+  if (const auto v = given(node, "near_std")) out.near_std = v->positive();
+  if (const auto v = given(node, "tries")) out.tries = positive_int(*v);
+  return out;
+}
+
+planning::GraspSynergySampler read_grasp_synergy(const YamlNode& node, const world::Model& model) {
+  node.require_map({"start", "directions", "travel", "generic_probability"});
+  planning::GraspSynergySampler out;
+  out.start = read_joint_values(node.at("start"), model);
+  const auto directions = node.at("directions").items();
+  if (directions.empty()) node.at("directions").fail("at least one direction");
+  const auto k = static_cast<Eigen::Index>(directions.size());
+  out.directions.resize(model.n_a(), k);
+  out.mean.resize(k);
+  out.spread.resize(k);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const YamlNode& direction = directions[static_cast<std::size_t>(i)];
+    direction.require_map({"joints", "mean", "spread"});
+    out.directions.col(i) = read_joint_values(direction.at("joints"), model);
+    out.mean[i] = direction.number_or("mean", 0);
+    out.spread[i] = direction.nonnegative_or("spread", 0);
+  }
+  out.travel = node.positive_or("travel", out.travel);
+  if (const auto v = given(node, "generic_probability")) out.generic_probability = probability(*v);
+  return out;
+}
+
+planning::Sampler read_sampler(const YamlNode& node, const world::Model& model) {
+  node.require_map({"generic", "grasp_synergy"});
+  const auto synergy = given(node, "grasp_synergy");
+  const auto generic = node.find("generic");
+  if (synergy && generic && generic->kind() != YamlNode::Kind::Null) node.fail("either 'generic' or 'grasp_synergy'");
+  if (synergy) return read_grasp_synergy(*synergy, model);
+  if (generic) return read_generic(*generic);
+  node.fail("either 'generic' or 'grasp_synergy'");
+}
+
+nlohmann::ordered_json to_json(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
+
+nlohmann::ordered_json sampler_json(const planning::Sampler& sampler, const world::Model& model) {
+  nlohmann::ordered_json out;
+  if (const auto* generic = std::get_if<planning::GenericSampler>(&sampler)) {
+    auto& entry = out["generic"];
+    entry["whole_probability"] = generic->whole_probability;
+    entry["near_probability"] = generic->near_probability;
+    entry["near_std"] = generic->near_std;
+    entry["tries"] = generic->tries;
+    return out;
+  }
+  const auto& synergy = std::get<planning::GraspSynergySampler>(sampler);
+  auto& entry = out["grasp_synergy"];
+  entry["start"] = to_json(synergy.start);
+  entry["directions"] = nlohmann::ordered_json::array();
+  for (Eigen::Index i = 0; i < synergy.directions.cols(); ++i) {
+    nlohmann::ordered_json direction;
+    direction["joints"] = nlohmann::ordered_json::object();
+    for (int j = 0; j < model.n_a(); ++j) {
+      if (synergy.directions(j, i) != 0) direction["joints"][model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name] = synergy.directions(j, i);
+    }
+    direction["mean"] = synergy.mean[i];
+    direction["spread"] = synergy.spread[i];
+    entry["directions"].push_back(std::move(direction));
+  }
+  entry["travel"] = synergy.travel;
+  entry["generic_probability"] = synergy.generic_probability;
+  return out;
+}
+
+std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const world::Model& model) {
+  std::vector<planning::SampleBox> out;
+  std::vector<std::string> known;
+  for (const auto& object : model.objects()) known.push_back(object.name);
+  for (const auto& [name, value] : node.entries()) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) value.fail_unknown("object", name, known);
+    planning::SampleBox box;
+    box.object = static_cast<int>(found - known.begin());
+    const int n = model.objects()[static_cast<std::size_t>(box.object)].n_v;
+    value.require_map({"lower", "upper"});
+    box.lower = value.at("lower").vector(n);
+    box.upper = value.at("upper").vector(n);
+    for (int i = 0; i < n; ++i) {
+      if (box.lower[i] > box.upper[i]) value.fail(fmt::format("lower[{0}] = {1} above upper[{0}] = {2}", i, box.lower[i], box.upper[i]), "lower ≤ upper");
+    }
+    out.push_back(std::move(box));
+  }
+  return out;
+}
+
+}  // namespace
+
+PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model) {
+  node.require_map({"seed", "threads", "batch", "max_iterations", "stop_at_goal", "goal_bias", "grasp_probability", "gamma", "length",
+                    "smoothing", "h", "regularisation", "substep", "single_step", "real_regrasps", "regrasp_friction",
+                    "regrasp_tol_position", "regrasp_tol_angle", "sampler", "sample_box", "tolerance_fraction"});
+  PlannerOptions out;
+  if (const auto v = given(node, "seed")) {
+    if (v->integer() < 0) v->fail("an integer ≥ 0");
+    out.seed = static_cast<std::uint64_t>(v->integer());
+  }
+  if (const auto v = given(node, "threads")) {
+    if (v->integer() < 0 || v->integer() > 1024) v->fail("an integer in [0, 1024]");
+    out.threads = static_cast<int>(v->integer());
+  }
+  if (const auto v = given(node, "batch")) out.batch = positive_int(*v);
+  if (const auto v = given(node, "max_iterations")) out.max_iterations = positive_int(*v);
+  if (const auto v = given(node, "stop_at_goal")) out.stop_at_goal = v->boolean();
+  if (const auto v = given(node, "goal_bias")) out.goal_bias = probability(*v);
+  if (const auto v = given(node, "grasp_probability")) out.grasp_probability = probability(*v);
+  if (const auto v = given(node, "gamma")) out.gamma = v->positive();
+  if (const auto v = given(node, "length")) {
+    const auto [capped, length] = one_of_two(*v, "capped", "fixed");
+    if (capped) {
+      out.length = planning::CappedLength{length};
+    } else {
+      out.length = planning::FixedLength{length};
+    }
+  }
+  if (const auto v = given(node, "smoothing")) out.smoothing = read_smoothing(*v);
+  if (const auto v = given(node, "h")) out.h = v->positive();
+  if (const auto v = given(node, "regularisation")) {
+    const auto [by_rule, value] = one_of_two(*v, "ratio", "epsilon");
+    if (by_rule) {
+      out.regularisation = dynamics::ByRule{value};
+    } else {
+      out.regularisation = dynamics::FixedEpsilon{value};
+    }
+  }
+  const auto substep = given(node, "substep");
+  if (substep) out.substep = read_substep(*substep);
+  if (const auto v = given(node, "single_step"); v && v->boolean()) {
+    if (substep) v->fail("true together with 'substep'", "one of the two");
+    out.substep.reset();
+  }
+  if (const auto v = given(node, "real_regrasps")) out.real_regrasps = v->boolean();
+  if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
+  if (const auto v = given(node, "regrasp_tol_position")) out.regrasp_tol_position = v->positive();
+  if (const auto v = given(node, "regrasp_tol_angle")) out.regrasp_tol_angle = v->positive();
+  if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v, model);
+  if (const auto v = given(node, "sample_box")) out.sample_boxes = read_sample_boxes(*v, model);
+  if (const auto v = given(node, "tolerance_fraction")) {
+    out.tolerance_fraction = v->positive();
+    if (out.tolerance_fraction > 1) v->fail("a number in (0, 1]");
+  }
+  try {
+    out.validate(model);
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}:{}: {}.{}", node.file().string(), node.line(), node.path(), e.what()));
+  }
+  return out;
+}
+
+std::string planner_options_json(const PlannerOptions& o, const world::Model& model) {
+  nlohmann::ordered_json out;
+  out["batch"] = o.batch;
+  out["max_iterations"] = o.max_iterations;
+  out["stop_at_goal"] = o.stop_at_goal;
+  out["goal_bias"] = o.goal_bias;
+  out["grasp_probability"] = o.grasp_probability;
+  out["gamma"] = o.gamma;
+  if (const auto* capped = std::get_if<planning::CappedLength>(&o.length)) {
+    out["length"]["capped"] = capped->length;
+  } else {
+    out["length"]["fixed"] = std::get<planning::FixedLength>(o.length).length;
+  }
+  out["smoothing"]["kappa"] = o.smoothing.kappa;
+  out["smoothing"]["self_sharpness"] = o.smoothing.self_sharpness;
+  out["h"] = o.h;
+  if (const auto* rule = std::get_if<dynamics::ByRule>(&o.regularisation)) {
+    out["regularisation"]["ratio"] = rule->ratio;
+  } else {
+    out["regularisation"]["epsilon"] = std::get<dynamics::FixedEpsilon>(o.regularisation).epsilon;
+  }
+  if (o.substep) {
+    auto& substep = out["substep"];
+    substep["joint_angle"] = o.substep->joint_angle;
+    substep["joint_travel"] = o.substep->joint_travel;
+    substep["slide"] = o.substep->slide;
+    substep["max_substeps"] = o.substep->max_substeps;
+  } else {
+    out["single_step"] = true;
+  }
+  out["real_regrasps"] = o.real_regrasps;
+  out["regrasp_friction"] = o.regrasp_friction;
+  out["regrasp_tol_position"] = o.regrasp_tol_position;
+  out["regrasp_tol_angle"] = o.regrasp_tol_angle;
+  out["sampler"] = sampler_json(o.sampler, model);
+  out["sample_box"] = nlohmann::ordered_json::object();
+  for (const auto& box : o.sample_boxes) {
+    auto& entry = out["sample_box"][model.objects()[static_cast<std::size_t>(box.object)].name];
+    entry["lower"] = to_json(box.lower);
+    entry["upper"] = to_json(box.upper);
+  }
+  out["tolerance_fraction"] = o.tolerance_fraction;
+  return out.dump();
+}
+
+}  // namespace stiction::tasks

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "stiction/planning/planner.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::tasks {
+
+/// Reads the `planner` section of a task file. Every field of PlannerOptions by its name; in addition
+///   single_step: true                       one step per extension (substep = nullopt)
+///   length: {capped: L} | {fixed: L}        regularisation: {ratio: r} | {epsilon: ε}
+///   sample_box: {OBJECT: {lower: […], upper: […]}}
+///   sampler: {generic: {whole_probability, near_probability, near_std, tries}}
+///          | {grasp_synergy: {start: {JOINT: value}, directions: [{joints: {JOINT: weight}, mean, spread} …], travel, generic_probability}}
+/// A null stands for a key that is not given, so that a file may take back a choice of its base.
+/// @throws core::InvalidInput with file, line and field
+planning::PlannerOptions read_planner_options(const world::YamlNode& node, const world::Model& model);
+
+/// The same options as one JSON object (which is YAML) in the same spelling, without seed and threads.
+std::string planner_options_json(const planning::PlannerOptions& options, const world::Model& model);
+
+}  // namespace stiction::tasks

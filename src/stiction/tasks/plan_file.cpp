@@ -1,0 +1,212 @@
+#include "stiction/tasks/plan_file.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/version.hpp"
+#include "stiction/tasks/options.hpp"
+#include "stiction/tasks/pose_numbers.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+
+PoseNumbers rounded(const PoseNumbers& in, double unit) {
+  PoseNumbers out;
+  for (std::size_t i = 0; i < in.size(); ++i) out[i] = std::round(in[i] / unit) * unit + 0.0;
+  return out;
+}
+
+std::string now_utc() {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+}
+
+/// Bodies with geometry, in the order of the model, and where each is in that list (−1: no geometry).
+struct ShownBodies {
+  std::vector<int> bodies;
+  std::vector<int> place;
+  explicit ShownBodies(const world::Model& model) : place(model.bodies().size(), -1) {
+    for (const auto& geometry : model.geometries()) place[static_cast<std::size_t>(geometry.body)] = 0;
+    for (std::size_t i = 0; i < place.size(); ++i) {
+      if (place[i] < 0) continue;
+      place[i] = static_cast<int>(bodies.size());
+      bodies.push_back(static_cast<int>(i));
+    }
+  }
+};
+
+StoredContact stored(const world::Model& model, const dynamics::ContactImpulse& impulse, double h) {
+  const auto& contact = impulse.contact;
+  const auto& pair = model.pairs()[static_cast<std::size_t>(contact.pair)];
+  const Eigen::Vector3d& l = impulse.lambda;
+  return {.a = pair.geometry_a,
+          .b = pair.geometry_b,
+          .point_W = contact.p_WB,
+          .normal_W = contact.nhat_BA_W,
+          .force_W = (contact.nhat_BA_W * l[0] + contact.t1_W * l[1] + contact.t2_W * l[2]) / h,
+          .friction = contact.friction,
+          .gap = contact.phi};
+}
+
+void add_scene(const world::Model& model, const ShownBodies& shown, const world::Kinematics& start, PlanFile& out) {
+  for (int j = 0; j < model.n_a(); ++j) out.joints.push_back(model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name);
+  for (std::size_t i = 0; i < model.objects().size(); ++i) {
+    out.objects.push_back({model.objects()[i].name, model.scene().objects[i].joint, model.objects()[i].n_q});
+  }
+  for (const int b : shown.bodies) {
+    const auto& body = model.bodies()[static_cast<std::size_t>(b)];
+    StoredBody& entry = out.bodies.emplace_back();
+    entry.name = body.name;
+    entry.kind = body.kind;
+    if (body.dofs.empty()) entry.fixed_pose = rounded(to_numbers(start.X_WB[static_cast<std::size_t>(b)]), 1e-9);
+  }
+  for (const auto& geometry : model.geometries()) {
+    out.geometries.push_back({geometry.name, shown.place[static_cast<std::size_t>(geometry.body)], geometry.shape,
+                              rounded(to_numbers(geometry.X_BG), 1e-9), geometry.friction});
+  }
+}
+
+}  // namespace
+
+PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result, const fs::path& file) {
+  const world::Model& model = *task.model;
+  const planning::Plan& plan = result.plan;
+  PlanFile out;
+  out.code_version = core::version();
+  out.task_name = task.name;
+  out.task_builtin = task.builtin;
+  out.task_file = task.builtin ? task.file.filename().generic_string()
+                               : fs::weakly_canonical(task.file).lexically_proximate(fs::weakly_canonical(file).parent_path()).generic_string();
+  out.scene_sha256 = task.scene_sha256;
+  out.scene_text = task.scene_text;
+  out.status = result.status;
+  out.seed = result.seed;
+  out.options = planner_options_json(options, model);
+  out.iterations = result.iterations;
+  out.nodes = result.nodes;
+  out.steps = result.steps;
+  out.linearisations = result.linearisations;
+  out.failed_steps = result.failed_steps;
+  out.regrasps = result.regrasps;
+  out.start_penetration = result.start_penetration;
+  out.start_projected = result.start_projected;
+  out.wall_s = result.wall_s;
+  out.threads = options.threads;
+  out.created = now_utc();
+  out.step = plan.step;
+  if (options.substep) out.substep = plan.substep;
+
+  const ShownBodies shown(model);
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  calc_kinematics(model, plan.q_start, work, kinematics);
+  add_scene(model, shown, kinematics, out);
+  out.q_start = plan.q_start;
+  out.u_start = plan.u_start;
+  out.goal_object = model.objects()[static_cast<std::size_t>(plan.goal.object)].name;
+  out.goal_pose = rounded(to_numbers(plan.goal.X_WG), 1e-12);
+  out.tol_position = plan.goal.tol_position;
+  out.tol_angle = plan.goal.tol_angle;
+  out.goal_from_command_line = task.goal_from_command_line;
+  out.error = plan.error;
+  for (const auto& segment : plan.segments) {
+    StoredSegment& to = out.segments.emplace_back();
+    to.kind = segment.kind;
+    for (const auto& knot : segment.knots) {
+      StoredKnot& k = to.knots.emplace_back();
+      k.u = knot.u;
+      k.q = knot.q;
+      calc_kinematics(model, knot.q, work, kinematics);
+      for (const int b : shown.bodies) {
+        if (model.bodies()[static_cast<std::size_t>(b)].dofs.empty()) continue;
+        k.bodies.push_back(to_numbers(kinematics.X_WB[static_cast<std::size_t>(b)]));
+      }
+      for (const auto& contact : knot.contacts) k.contacts.push_back(stored(model, contact, plan.step.h));
+    }
+  }
+  return out;
+}
+
+namespace {
+
+fs::path file_of_plan(const fs::path& file) { return fs::is_directory(file) ? file / "plan.json" : file; }
+
+[[noreturn]] void fail(const fs::path& file, std::string_view field, std::string_view got, std::string_view expected) {
+  core::throw_invalid(fmt::format("{}: {}", file_of_plan(file).string(), field), got, expected);
+}
+
+}  // namespace
+
+void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& file) {
+  const world::Model& model = *task.model;
+  if (plan.scene_sha256 != task.scene_sha256) {
+    fail(file, "scene_sha256", plan.scene_sha256.substr(0, 12) + "…",
+         fmt::format("{}… (the scene of task '{}' as it is now, {})", task.scene_sha256.substr(0, 12), task.name, task.file.string()));
+  }
+  // The same scene has the same names and sizes: these are left to catch a file that was edited.
+  if (static_cast<int>(plan.joints.size()) != model.n_a()) fail(file, "joints", fmt::format("{} names", plan.joints.size()), fmt::format("{}", model.n_a()));
+  for (int j = 0; j < model.n_a(); ++j) {
+    const auto& name = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name;
+    const auto& got = plan.joints[static_cast<std::size_t>(j)];
+    if (got != name) fail(file, fmt::format("joints[{}]", j), fmt::format("'{}'", got), fmt::format("'{}'", name));
+  }
+  if (plan.objects.size() != model.objects().size()) {
+    fail(file, "objects", fmt::format("{} objects", plan.objects.size()), fmt::format("{}", model.objects().size()));
+  }
+  for (std::size_t i = 0; i < plan.objects.size(); ++i) {
+    const auto& object = model.objects()[i];
+    if (plan.objects[i].name != object.name || plan.objects[i].joint != model.scene().objects[i].joint || plan.objects[i].n_q != object.n_q) {
+      fail(file, fmt::format("objects[{}]", i), fmt::format("'{}' with {} numbers", plan.objects[i].name, plan.objects[i].n_q),
+           fmt::format("'{}' with {} numbers", object.name, object.n_q));
+    }
+  }
+  // Options are spelled as in a task file, so the reader of task files judges them.
+  const auto options = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", plan.options), file_of_plan(file));
+  (void)read_planner_options(options.at("options"), model);
+  const auto shown = ShownBodies(model);
+  if (plan.bodies.size() != shown.bodies.size()) fail(file, "bodies", fmt::format("{} bodies", plan.bodies.size()), fmt::format("{}", shown.bodies.size()));
+  for (std::size_t i = 0; i < plan.bodies.size(); ++i) {
+    const auto& body = model.bodies()[static_cast<std::size_t>(shown.bodies[i])];
+    if (plan.bodies[i].name != body.name || plan.bodies[i].kind != body.kind || plan.bodies[i].fixed_pose.has_value() != body.dofs.empty()) {
+      fail(file, fmt::format("bodies[{}]", i), fmt::format("'{}'", plan.bodies[i].name), fmt::format("'{}'", body.name));
+    }
+  }
+  if (plan.geometries.size() != model.geometries().size()) {
+    fail(file, "geometries", fmt::format("{} geometries", plan.geometries.size()), fmt::format("{}", model.geometries().size()));
+  }
+  for (std::size_t i = 0; i < plan.geometries.size(); ++i) {
+    const auto& geometry = model.geometries()[i];
+    if (plan.geometries[i].name != geometry.name || plan.geometries[i].body != shown.place[static_cast<std::size_t>(geometry.body)]) {
+      fail(file, fmt::format("geometries[{}]", i), fmt::format("'{}'", plan.geometries[i].name), fmt::format("'{}'", geometry.name));
+    }
+  }
+}
+
+Task load_task_of_plan(const PlanFile& plan, const fs::path& file, std::span<const fs::path> data_dirs) {
+  Task task;
+  if (plan.task_builtin) {
+    const fs::path name(plan.task_file);
+    const auto known = list_tasks(data_dirs);
+    if (name.extension() != ".yaml" || name != name.filename() || std::find(known.begin(), known.end(), name.stem().string()) == known.end()) {
+      fail(file, "task.file", fmt::format("'{}'", plan.task_file), "the file name of a built-in task");
+    }
+    task = load_task(name.stem().string(), data_dirs);
+  } else {
+    const fs::path path = (fs::absolute(file_of_plan(file)).parent_path() / plan.task_file).lexically_normal();
+    if (!fs::is_regular_file(path)) {
+      fail(file, "task.file", fmt::format("'{}', which is not there", path.string()), "the task file that the plan was made from");
+    }
+    task = load_task(path.string(), data_dirs);
+  }
+  require_same_scene(plan, task, file);
+  return task;
+}
+
+}  // namespace stiction::tasks

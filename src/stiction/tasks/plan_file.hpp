@@ -1,0 +1,115 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stiction/planning/planner.hpp"
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::tasks {
+
+inline constexpr std::string_view kPlanFormat = "stiction-plan";
+inline constexpr int kPlanFormatVersion = 1;
+
+/// Position and quaternion_wxyz.
+using PoseNumbers = std::array<double, 7>;
+
+struct StoredContact {
+  int a = -1, b = -1;               ///< indices of geometries; the force acts on a, its opposite on b
+  Eigen::Vector3d point_W, normal_W, force_W;   ///< [m], from b to a, [N]
+  double friction = 0;
+  double gap = 0;                   ///< signed distance before the sub-step [m]
+};
+
+struct StoredKnot {
+  Eigen::VectorXd u;                ///< (n_a), exact
+  Eigen::VectorXd q;                ///< (n_q), exact
+  std::vector<PoseNumbers> bodies;  ///< poses of the moving bodies, display
+  std::vector<StoredContact> contacts;   ///< active ones, display
+};
+
+struct StoredSegment {
+  planning::SegmentKind kind = planning::SegmentKind::Contact;
+  std::vector<StoredKnot> knots;
+};
+
+struct StoredObject {
+  std::string name;
+  world::ObjectJoint joint = world::ObjectJoint::Free;
+  int n_q = 7;                      ///< numbers in q: 7 for a free object, else the number of its coordinates
+};
+
+struct StoredBody {
+  std::string name;
+  world::BodyKind kind = world::BodyKind::Fixed;
+  std::optional<PoseNumbers> fixed_pose;   ///< of a body that does not move
+};
+
+struct StoredGeometry {
+  std::string name;
+  int body = -1;                    ///< index into PlanFile::bodies
+  world::Shape shape;
+  PoseNumbers X_BG{};
+  double friction = 0;
+};
+
+/// A plan file in memory: what docs/plan_file.md describes, field by field.
+struct PlanFile {
+  std::string code_version;
+  std::string task_name, task_file;   ///< task_file: name in the data folder, or path relative to the folder of the plan file
+  bool task_builtin = false;
+  std::string scene_sha256, scene_text;
+  core::Status status = core::Status::NumericalFailure;
+  std::uint64_t seed = 0;
+  std::string options;              ///< JSON object, see planner_options_json
+  long iterations = 0, nodes = 0, steps = 0, linearisations = 0, failed_steps = 0;
+  planning::RegraspCounts regrasps;
+  double start_penetration = 0;     ///< [m]
+  bool start_projected = false;
+  double wall_s = 0;                ///< of planning
+  int threads = 0;
+  std::string created;              ///< ISO 8601, UTC
+  dynamics::StepOptions step;
+  std::optional<dynamics::SubstepLimits> substep;   ///< nullopt: single steps
+  std::vector<std::string> joints;
+  std::vector<StoredObject> objects;
+  std::vector<StoredBody> bodies;
+  std::vector<StoredGeometry> geometries;
+  Eigen::VectorXd q_start, u_start;
+  std::string goal_object;
+  PoseNumbers goal_pose{};
+  double tol_position = 0, tol_angle = 0;
+  bool goal_from_command_line = false;
+  planning::GoalError error;
+  std::vector<StoredSegment> segments;
+};
+
+/// What the file of a finished plan holds. @param file where it will be written; only to spell the path of the task
+PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
+                        const std::filesystem::path& file);
+
+/// The text of the file; equal plans give equal texts. @throws core::InvalidInput when a number is not finite
+std::string to_text(const PlanFile& plan);
+
+/// Writes under a temporary name in the same folder (made if missing) and renames. @throws core::InvalidInput: cannot be written
+void write_plan(const PlanFile& plan, const std::filesystem::path& file);
+
+/// Makes the folder of a plan file and proves that it can be written to. @throws core::InvalidInput naming the folder
+void require_writable(const std::filesystem::path& dir);
+
+/// Reads and checks everything that needs no task. to_text(read_plan(f)) is the text of f when this library wrote it.
+/// @param file the file, or its folder
+/// @throws core::InvalidInput "FILE: field: got …, expected …"
+PlanFile read_plan(const std::filesystem::path& file);
+PlanFile parse_plan(const std::string& text, const std::filesystem::path& file);
+
+/// The task a plan file refers to. @throws core::InvalidInput: not found; its scene, joints, objects or geometries are not those of the file
+Task load_task_of_plan(const PlanFile& plan, const std::filesystem::path& file, std::span<const std::filesystem::path> data_dirs);
+void require_same_scene(const PlanFile& plan, const Task& task, const std::filesystem::path& file);
+
+}  // namespace stiction::tasks

@@ -1,0 +1,283 @@
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/pose_numbers.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Writes JSON into a buffer; one knot per line keeps files small and diffs readable.
+class Writer {
+ public:
+  std::string take() { return std::move(out_); }
+  template <class... Args>
+  void raw(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
+  }
+  void text(std::string_view value) { out_ += nlohmann::json(value).dump(); }
+  void exact(double value) {
+    core::require_finite("plan", value);
+    raw("{}", value);
+  }
+  void display(double value) { exact(std::round(value * 1e6) / 1e6 + 0.0); }   // + 0.0 turns −0 into 0
+
+  template <class Range, class Each>
+  void list(const Range& values, Each&& each) {
+    out_ += '[';
+    bool first = true;
+    for (const auto& value : values) {
+      if (!first) out_ += ',';
+      first = false;
+      each(value);
+    }
+    out_ += ']';
+  }
+  template <class Range>
+  void exact_list(const Range& values) {
+    list(values, [this](double x) { exact(x); });
+  }
+  template <class Range>
+  void display_list(const Range& values) {
+    list(values, [this](double x) { display(x); });
+  }
+
+ private:
+  std::string out_;
+};
+
+void write_pose_members(Writer& w, const PoseNumbers& n) {
+  w.raw("\"position\":");
+  w.exact_list(std::span(n).first<3>());
+  w.raw(",\"quaternion_wxyz\":");
+  w.exact_list(std::span(n).last<4>());
+}
+
+struct ShapeWriter {
+  Writer& w;
+  void operator()(const world::Sphere& s) const { w.raw(R"({{"type":"sphere","radius":{}}})", s.radius); }
+  void operator()(const world::Capsule& s) const { w.raw(R"({{"type":"capsule","radius":{},"half_length":{}}})", s.radius, s.half_length); }
+  void operator()(const world::Box& s) const {
+    w.raw(R"({{"type":"box","half_extents":)");
+    w.exact_list(s.half_extents);
+    w.raw("}}");
+  }
+  void operator()(const world::Cylinder& s) const { w.raw(R"({{"type":"cylinder","radius":{},"half_length":{}}})", s.radius, s.half_length); }
+  void operator()(const world::HalfSpace&) const { w.raw(R"({{"type":"half_space"}})"); }
+  void operator()(const world::Mesh& s) const {
+    w.raw(R"({{"type":"mesh","vertices":)");
+    w.list(s.mesh->vertices.colwise(), [this](const auto& v) { w.display_list(v); });
+    w.raw(R"(,"triangles":)");
+    w.list(s.mesh->triangles.colwise(), [this](const auto& t) { w.list(t, [this](int i) { w.raw("{}", i); }); });
+    w.raw("}}");
+  }
+};
+
+/// The members "joints" and "objects" of a state.
+void write_state(Writer& w, const PlanFile& plan, const Eigen::VectorXd& q) {
+  w.raw("\"joints\":");
+  w.exact_list(q.tail(static_cast<Eigen::Index>(plan.joints.size())));
+  w.raw(",\"objects\":");
+  Eigen::Index at = 0;
+  w.list(plan.objects, [&](const StoredObject& object) {
+    if (object.joint == world::ObjectJoint::Free) {
+      w.raw("{{");
+      write_pose_members(w, {q[at], q[at + 1], q[at + 2], q[at + 6], q[at + 3], q[at + 4], q[at + 5]});
+    } else {
+      w.raw("{{\"coordinates\":");
+      w.exact_list(q.segment(at, object.n_q));
+    }
+    w.raw("}}");
+    at += object.n_q;
+  });
+}
+
+void write_knot(Writer& w, const PlanFile& plan, const StoredKnot& knot) {
+  w.raw("{{\"u\":");
+  w.exact_list(knot.u);
+  w.raw(",");
+  write_state(w, plan, knot.q);
+  w.raw(",\"bodies\":");
+  w.list(knot.bodies, [&](const PoseNumbers& pose) { w.display_list(pose); });
+  w.raw(",\"contacts\":");
+  w.list(knot.contacts, [&](const StoredContact& c) {
+    w.raw("{{\"a\":{},\"b\":{},\"point\":", c.a, c.b);
+    w.display_list(c.point_W);
+    w.raw(",\"normal\":");
+    w.display_list(c.normal_W);
+    w.raw(",\"force\":");
+    w.display_list(c.force_W);
+    w.raw(",\"friction\":");
+    w.display(c.friction);
+    w.raw(",\"gap\":");
+    w.display(c.gap);
+    w.raw("}}");
+  });
+  w.raw("}}");
+}
+
+void write_head(Writer& w, const PlanFile& p) {
+  w.raw("{{\n\"format\":\"{}\",\n\"format_version\":{},\n\"code_version\":", kPlanFormat, kPlanFormatVersion);
+  w.text(p.code_version);
+  w.raw(",\n\"task\":{{\"name\":");
+  w.text(p.task_name);
+  w.raw(",\"builtin\":{},\"file\":", p.task_builtin);
+  w.text(p.task_file);
+  w.raw("}},\n\"scene_sha256\":");
+  w.text(p.scene_sha256);
+  w.raw(",\n\"scene_text\":");
+  w.text(p.scene_text);
+  w.raw(",\n\"status\":\"{}\",\n\"seed\":{},\n\"options\":{},\n", core::to_string(p.status), p.seed, p.options);
+  w.raw("\"statistics\":{{\"iterations\":{},\"nodes\":{},\"steps\":{},\"linearisations\":{},\"failed_steps\":{},", p.iterations, p.nodes, p.steps,
+        p.linearisations, p.failed_steps);
+  w.raw("\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},", p.regrasps.tried,
+        p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step);
+  w.raw("\"start_penetration\":");
+  w.exact(p.start_penetration);
+  w.raw(",\"start_projected\":{}}},\n\"timing\":{{\"wall_s\":", p.start_projected);
+  w.exact(p.wall_s);
+  w.raw(",\"threads\":{},\"created\":", p.threads);
+  w.text(p.created);
+  w.raw("}},\n\"step\":{{\"h\":");
+  w.exact(p.step.h);
+  if (const auto* rule = std::get_if<dynamics::ByRule>(&p.step.regularisation)) {
+    w.raw(",\"regularisation\":{{\"ratio\":{}}}", rule->ratio);
+  } else {
+    w.raw(",\"regularisation\":{{\"epsilon\":{}}}", std::get<dynamics::FixedEpsilon>(p.step.regularisation).epsilon);
+  }
+  w.raw(",\"friction_scale\":");
+  w.exact(p.step.friction_scale);
+  w.raw(",\"contact_margin\":");
+  w.exact(p.step.contact_margin);
+  w.raw(",\"joint_limits\":{},\"tol_complementarity\":", p.step.joint_limits);
+  w.exact(p.step.tol_complementarity);
+  w.raw("}},\n\"substep\":");
+  if (p.substep) {
+    w.raw("{{\"joint_angle\":{},\"joint_travel\":{},\"slide\":{},\"max_substeps\":{}}}", p.substep->joint_angle, p.substep->joint_travel,
+          p.substep->slide, p.substep->max_substeps);
+  } else {
+    w.raw("null");
+  }
+}
+
+void write_scene(Writer& w, const PlanFile& p) {
+  w.raw(",\n\"joints\":");
+  w.list(p.joints, [&](const std::string& name) { w.text(name); });
+  w.raw(",\n\"objects\":");
+  w.list(p.objects, [&](const StoredObject& object) {
+    w.raw("{{\"name\":");
+    w.text(object.name);
+    w.raw(",\"joint\":\"{}\"}}", kObjectJointNames[static_cast<std::size_t>(object.joint)]);
+  });
+  w.raw(",\n\"bodies\":");
+  w.list(p.bodies, [&](const StoredBody& body) {
+    w.raw("\n{{\"name\":");
+    w.text(body.name);
+    w.raw(",\"kind\":\"{}\",\"moving\":{}", kBodyKindNames[static_cast<std::size_t>(body.kind)], !body.fixed_pose);
+    if (body.fixed_pose) {
+      w.raw(",");
+      write_pose_members(w, *body.fixed_pose);
+    }
+    w.raw("}}");
+  });
+  w.raw(",\n\"geometries\":");
+  w.list(p.geometries, [&](const StoredGeometry& geometry) {
+    w.raw("\n{{\"name\":");
+    w.text(geometry.name);
+    w.raw(",\"body\":{},\"shape\":", geometry.body);
+    std::visit(ShapeWriter{w}, geometry.shape);
+    w.raw(",");
+    write_pose_members(w, geometry.X_BG);
+    w.raw(",\"friction\":");
+    w.exact(geometry.friction);
+    w.raw("}}");
+  });
+}
+
+[[noreturn]] void cannot_write(const fs::path& path, const std::string& why) {
+  core::throw_invalid("output folder " + path.string(), why, "a folder that can be written");
+}
+
+}  // namespace
+
+std::string to_text(const PlanFile& plan) {
+  Writer w;
+  write_head(w, plan);
+  write_scene(w, plan);
+  w.raw(",\n\"start\":{{\"u\":");
+  w.exact_list(plan.u_start);
+  w.raw(",");
+  write_state(w, plan, plan.q_start);
+  w.raw("}},\n\"goal\":{{\"object\":");
+  w.text(plan.goal_object);
+  w.raw(",");
+  write_pose_members(w, plan.goal_pose);
+  w.raw(",\"tolerance\":{{\"position\":");
+  w.exact(plan.tol_position);
+  w.raw(",\"angle\":");
+  w.exact(plan.tol_angle);
+  w.raw("}},\"from\":\"{}\"}},\n\"error\":{{\"position\":", plan.goal_from_command_line ? "command_line" : "task");
+  w.exact(plan.error.position);
+  w.raw(",\"angle\":");
+  w.exact(plan.error.angle);
+  w.raw("}},\n\"segments\":");
+  w.list(plan.segments, [&](const StoredSegment& segment) {
+    w.raw("\n{{\"kind\":\"{}\",\"knots\":", kSegmentKindNames[static_cast<std::size_t>(segment.kind)]);
+    w.list(segment.knots, [&](const StoredKnot& knot) {
+      w.raw("\n");
+      write_knot(w, plan, knot);
+    });
+    w.raw("}}");
+  });
+  w.raw("\n}}\n");
+  return w.take();
+}
+
+void require_writable(const fs::path& dir) {
+  std::error_code error;
+  fs::create_directories(dir, error);
+  if (error) cannot_write(dir, error.message());
+  const fs::path probe = dir / fmt::format(".stiction-probe-{}", ::getpid());
+  std::ofstream out(probe);
+  out << "x";
+  out.close();
+  const bool good = out.good();
+  fs::remove(probe, error);
+  if (!good) cannot_write(dir, "no permission or no space to write there");
+}
+
+void write_plan(const PlanFile& plan, const fs::path& file) {
+  const std::string text = to_text(plan);
+  const fs::path dir = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  std::error_code error;
+  fs::create_directories(dir, error);
+  if (error) cannot_write(dir, error.message());
+  fs::path temporary = file;
+  temporary += fmt::format(".tmp{}", ::getpid());
+  {
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+    out.close();
+    if (!out) {
+      fs::remove(temporary, error);
+      cannot_write(dir, "no permission or no space to write there");
+    }
+  }
+  fs::rename(temporary, file, error);
+  if (error) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    cannot_write(dir, error.message());
+  }
+}
+
+}  // namespace stiction::tasks

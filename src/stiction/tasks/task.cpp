@@ -1,0 +1,210 @@
+#include "stiction/tasks/task.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/options.hpp"
+#include "stiction/tasks/scene_text.hpp"
+#include "stiction/tasks/sha256.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+using world::Model;
+using world::Pose;
+using world::YamlNode;
+
+Eigen::Matrix3d rotation_of_rpy(const Eigen::Vector3d& rpy) {
+  using Eigen::AngleAxisd;
+  using Eigen::Vector3d;
+  return (AngleAxisd(rpy[2], Vector3d::UnitZ()) * AngleAxisd(rpy[1], Vector3d::UnitY()) * AngleAxisd(rpy[0], Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+Eigen::Quaterniond read_rotation(const YamlNode& pose) {
+  const auto quaternion = pose.find("quaternion_wxyz");
+  const auto rpy = pose.find("rpy");
+  if (quaternion && rpy) pose.fail("both 'quaternion_wxyz' and 'rpy'", "one of the two");
+  if (quaternion) {
+    const Eigen::VectorXd c = quaternion->vector(4);
+    if (std::abs(c.norm() - 1) > 1e-6) quaternion->fail(fmt::format("norm {:.9g}", c.norm()), "a unit quaternion");
+    return Eigen::Quaterniond(c[0], c[1], c[2], c[3]).normalized();
+  }
+  return rpy ? Eigen::Quaterniond(rotation_of_rpy(rpy->vector3())) : Eigen::Quaterniond::Identity();
+}
+
+bool is_free(const Model& model, int object) {
+  return model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Free;
+}
+
+/// Writes the pose of one object, as a file or a start or goal section gives it, into q.
+void read_object_pose(const YamlNode& node, const Model& model, int object, Eigen::VectorXd& q) {
+  const auto& info = model.objects()[static_cast<std::size_t>(object)];
+  if (is_free(model, object)) {
+    node.require_map({"position", "quaternion_wxyz", "rpy"});
+    const Eigen::Quaterniond rotation = read_rotation(node);
+    q.segment<3>(info.q_begin) = node.at("position").vector3();
+    q.segment<4>(info.q_begin + 3) = rotation.coeffs();
+    return;
+  }
+  node.require_map({"coordinates"});
+  q.segment(info.q_begin, info.n_q) = node.at("coordinates").vector(info.n_q);
+}
+
+int find_object(const YamlNode& entry, const std::string& name, const Model& model) {
+  std::vector<std::string> known;
+  for (const auto& object : model.objects()) known.push_back(object.name);
+  const auto found = std::find(known.begin(), known.end(), name);
+  if (found == known.end()) entry.fail_unknown("object", name, known);
+  return static_cast<int>(found - known.begin());
+}
+
+void read_joints(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
+  const int first = model.n_q() - model.n_a();
+  if (node.is_sequence()) {
+    q.tail(model.n_a()) = node.vector(model.n_a());
+  } else {
+    for (const auto& [name, value] : node.entries()) {
+      int index = -1;
+      try {
+        index = model.joint_index(name);
+      } catch (const core::InvalidInput& e) {
+        throw core::InvalidInput(fmt::format("{}:{}: {}: {}", value.file().string(), value.line(), value.path(), e.what()));
+      }
+      q[first + index] = value.number();
+    }
+  }
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double value = q[first + j];
+    if (value < model.lower()[j] || value > model.upper()[j]) {
+      node.fail(fmt::format("{} = {}", model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name, value),
+                fmt::format("a start inside the joint limits [{}, {}]", model.lower()[j], model.upper()[j]));
+    }
+  }
+}
+
+Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
+  node.require_map({"objects", "joints"});
+  Eigen::VectorXd q = model.neutral();
+  const YamlNode objects = node.at("objects");
+  std::vector<bool> seen(model.objects().size(), false);
+  for (const auto& [name, value] : objects.entries()) {
+    const int object = find_object(value, name, model);
+    read_object_pose(value, model, object, q);
+    seen[static_cast<std::size_t>(object)] = true;
+    const auto& spec = model.scene().objects[static_cast<std::size_t>(object)];
+    const double x = q[model.objects()[static_cast<std::size_t>(object)].q_begin];
+    if (spec.limits && (x < (*spec.limits)[0] || x > (*spec.limits)[1])) {
+      value.fail(fmt::format("{} = {}", name, x), fmt::format("a start inside the limits [{}, {}]", (*spec.limits)[0], (*spec.limits)[1]));
+    }
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (!seen[i]) objects.fail(fmt::format("no start of object '{}'", model.objects()[i].name), "one for every object");
+  }
+  if (const auto joints = node.find("joints")) read_joints(*joints, model, q);
+  return q;
+}
+
+void read_goal(const YamlNode& node, const YamlNode& tolerance, const Model& model, planning::PlanningProblem& problem) {
+  node.require_map({"objects"});
+  const auto entries = node.at("objects").entries();
+  if (entries.size() != 1) node.at("objects").fail(fmt::format("{} objects", entries.size()), "the goal pose of exactly one object");
+  planning::Goal goal;
+  goal.object = find_object(entries[0].second, entries[0].first, model);
+  Eigen::VectorXd q = problem.q_start;
+  read_object_pose(entries[0].second, model, goal.object, q);
+  goal.X_WG = world::object_pose(model, q, goal.object);
+  tolerance.require_map({"position", "angle"});
+  goal.tol_position = tolerance.at("position").positive();
+  goal.tol_angle = tolerance.at("angle").positive();
+  problem.goal = goal;
+}
+
+bool names_a_file(const std::string& text) {
+  return text.find('/') != std::string::npos || text.ends_with(".yaml") || text.ends_with(".yml");
+}
+
+Task read_task(const fs::path& file, std::string name, bool builtin) {
+  const YamlNode root = world::load_yaml_with_base(file);
+  root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "planner"});
+  Task task;
+  task.name = root.string_or("name", std::move(name));
+  task.description = root.string_or("description", "");
+  task.file = file;
+  task.builtin = builtin;
+  const world::Scene scene = world::load_scene(file);
+  task.model = Model::make(scene);
+  const Model& model = *task.model;
+  task.problem.model = task.model;
+  task.problem.q_start = read_start(root.at("start"), model);
+  read_goal(root.at("goal"), root.at("tolerance"), model, task.problem);
+  if (const auto planner = root.find("planner")) {
+    task.options = read_planner_options(*planner, model);
+  } else {
+    task.options.validate(model);
+  }
+  task.scene_text = make_scene_text(model);
+  task.scene_sha256 = sha256(task.scene_text);
+  return task;
+}
+
+}  // namespace
+
+std::vector<fs::path> default_data_dirs() { return {fs::path(STICTION_DATA_DIR)}; }
+
+std::vector<std::string> list_tasks(std::span<const fs::path> data_dirs) {
+  std::vector<std::string> names;
+  for (const auto& dir : data_dirs) {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(dir, error)) {
+      if (entry.is_regular_file() && entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+Task load_task(const std::string& name_or_file, std::span<const fs::path> data_dirs) {
+  if (names_a_file(name_or_file)) return read_task(name_or_file, fs::path(name_or_file).stem().string(), false);
+  for (const auto& dir : data_dirs) {
+    const fs::path file = dir / (name_or_file + ".yaml");
+    std::error_code error;
+    if (!name_or_file.empty() && fs::is_regular_file(file, error)) return read_task(file, name_or_file, true);
+  }
+  const auto known = list_tasks(data_dirs);
+  core::throw_invalid("task", fmt::format("'{}'", name_or_file),
+                      fmt::format("a file ending in .yaml or one of {}", world::list_with_hint(name_or_file, known)));
+}
+
+Task load_task(const std::string& name_or_file) { return load_task(name_or_file, default_data_dirs()); }
+
+void set_goal(Task& task, std::span<const double> values) {
+  const Model& model = *task.model;
+  const int object = task.problem.goal.object;
+  const auto& info = model.objects()[static_cast<std::size_t>(object)];
+  const bool free = is_free(model, object);
+  const std::size_t expected = free ? 6 : static_cast<std::size_t>(info.n_q);
+  if (values.size() != expected) {
+    core::throw_invalid("goal", fmt::format("{} numbers", values.size()),
+                        free ? fmt::format("6 (x y z roll pitch yaw of '{}')", info.name)
+                             : fmt::format("{} (the coordinates of '{}')", expected, info.name));
+  }
+  core::require_finite("goal", values);
+  if (free) {
+    task.problem.goal.X_WG = {rotation_of_rpy({values[3], values[4], values[5]}), {values[0], values[1], values[2]}};
+  } else {
+    Eigen::VectorXd q = task.problem.q_start;
+    for (std::size_t i = 0; i < expected; ++i) q[info.q_begin + static_cast<int>(i)] = values[i];
+    task.problem.goal.X_WG = world::object_pose(model, q, object);
+  }
+  task.goal_from_command_line = true;
+}
+
+}  // namespace stiction::tasks

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stiction/planning/planner.hpp"
+#include "stiction/world/model.hpp"
+
+namespace stiction::tasks {
+
+/// A scene, a start, a goal and how to plan, as one YAML file says (schema: tasks/schema/task.schema.json).
+struct Task {
+  std::string name;
+  std::string description;
+  std::filesystem::path file;                     ///< as found
+  bool builtin = false;                           ///< found by its name in a data folder
+  std::shared_ptr<const world::Model> model;      ///< model->scene() is the scene
+  planning::PlanningProblem problem;
+  planning::PlannerOptions options;
+  std::string scene_text;                         ///< see make_scene_text
+  std::string scene_sha256;                       ///< of scene_text
+  bool goal_from_command_line = false;            ///< set_goal replaced the goal of the file
+};
+
+/// The folders in which built-in tasks are looked up when none are given: the one that this library was built from or installed to.
+std::vector<std::filesystem::path> default_data_dirs();
+
+/// Names of the built-in tasks, in alphabetical order.
+std::vector<std::string> list_tasks(std::span<const std::filesystem::path> data_dirs);
+
+/// Loads a built-in task by its name, or a file: anything that ends in .yaml or .yml or contains a '/'.
+/// @throws core::InvalidInput "FILE:LINE: field: got …, expected …"
+Task load_task(const std::string& name_or_file, std::span<const std::filesystem::path> data_dirs);
+Task load_task(const std::string& name_or_file);
+
+/// Replaces the goal pose: x y z [m] roll pitch yaw [rad] for a free object, its coordinates for any other. Tolerances stay.
+/// @throws core::InvalidInput: wrong number of values, not finite
+void set_goal(Task& task, std::span<const double> values);
+
+}  // namespace stiction::tasks
