@@ -1,0 +1,49 @@
+"""python -m stiction_view PLAN.json [--html FILE] [--port N]"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from .plan import InvalidPlan, load_plan
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="stiction_view", description="Shows a plan of stiction in the browser.")
+    parser.add_argument("plan", type=Path, help="plan file written by `stiction plan`")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead of starting a server")
+    parser.add_argument("--port", type=int, default=8080, help="port of the live view on localhost (default: %(default)s)")
+    args = parser.parse_args()
+
+    try:
+        plan = load_plan(args.plan)
+    except InvalidPlan as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+
+    from . import scene  # after the cheap checks: importing viser takes a moment
+
+    if args.html is None:
+        try:
+            scene.serve(plan, args.port)
+        except KeyboardInterrupt:
+            pass
+        return 0
+
+    # Under a temporary name first, so that an interrupted run never leaves half a page.
+    temporary = args.html.with_name(f".{args.html.name}.{os.getpid()}")
+    try:
+        temporary.write_text(scene.make_page(plan), encoding="utf-8")
+        temporary.replace(args.html)
+    except OSError as error:
+        print(f"error: {args.html}: cannot be written ({error.strerror})", file=sys.stderr)
+        return 2
+    finally:
+        temporary.unlink(missing_ok=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

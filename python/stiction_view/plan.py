@@ -1,0 +1,174 @@
+"""Reads the parts of a plan file that a picture needs (docs/plan_file.md)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+FORMAT = "stiction-plan"
+FORMAT_VERSION = 1
+SEGMENT_KINDS = ("settle", "contact", "regrasp")
+
+
+class InvalidPlan(ValueError):
+    """The file is no plan of this version; the message names file and field."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """X_AB: `position` [m] and `wxyz` of B in A."""
+
+    position: np.ndarray
+    wxyz: np.ndarray
+
+    def rotation(self) -> np.ndarray:
+        return rotation_matrices(self.wxyz[None])[0]
+
+
+@dataclass(frozen=True)
+class Geometry:
+    name: str
+    body: int
+    shape: dict[str, Any]
+    X_BG: Pose
+
+
+@dataclass(frozen=True)
+class Body:
+    name: str
+    kind: str  # robot, object, fixed
+    moving: int | None  # column in Plan.poses, None for a body that stays where `pose` says
+    pose: Pose | None
+
+
+@dataclass(frozen=True)
+class Contact:
+    point: np.ndarray  # (3) in W [m]
+    force: np.ndarray  # (3) in W, on A [N]
+    on_object: bool  # whether one of the two bodies is an object
+
+
+@dataclass(frozen=True)
+class Plan:
+    task: str
+    status: str
+    seed: int
+    error_position: float  # [m]
+    error_angle: float  # [rad]
+    bodies: list[Body]
+    geometries: list[Geometry]
+    object_joints: dict[str, str]
+    goal_body: int
+    goal: Pose
+    poses: np.ndarray  # (knots, moving bodies, 7): x, y, z, qw, qx, qy, qz in W
+    contacts: list[list[Contact]]  # per knot
+    segment: np.ndarray  # (knots) index of the segment
+    segment_kinds: list[str]
+
+
+def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
+    """(n, 4) unit quaternions → (n, 3, 3)."""
+    w, x, y, z = np.moveaxis(wxyz / np.linalg.norm(wxyz, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _vector(value: Any, size: int) -> np.ndarray:
+    array = np.asarray(value, dtype=float)
+    if array.shape != (size,) or not np.isfinite(array).all():
+        raise ValueError(f"got {value!r}, expected {size} finite numbers")
+    return array
+
+
+def _pose(entry: dict[str, Any]) -> Pose:
+    return Pose(_vector(entry["position"], 3), _vector(entry["quaternion_wxyz"], 4))
+
+
+def load_plan(file: Path) -> Plan:
+    """Reads `file`. Raises InvalidPlan."""
+    try:
+        data = json.loads(Path(file).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidPlan(f"{file}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise InvalidPlan(f"{file}: not a JSON file ({error})") from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        got = data.get("format") if isinstance(data, dict) else type(data).__name__
+        raise InvalidPlan(f"{file}: format: got {got!r}, expected {FORMAT!r}")
+    if data.get("format_version") != FORMAT_VERSION:
+        raise InvalidPlan(f"{file}: format_version: got {data.get('format_version')!r}, expected {FORMAT_VERSION}")
+    try:
+        return _read(data)
+    except KeyError as error:
+        raise InvalidPlan(f"{file}: field {error} is missing") from None
+    except (TypeError, ValueError, IndexError) as error:
+        raise InvalidPlan(f"{file}: {error}") from None
+
+
+def _read(data: dict[str, Any]) -> Plan:
+    bodies: list[Body] = []
+    moving = 0
+    for entry in data["bodies"]:
+        if entry["moving"]:
+            bodies.append(Body(entry["name"], entry["kind"], moving, None))
+            moving += 1
+        else:
+            bodies.append(Body(entry["name"], entry["kind"], None, _pose(entry)))
+    geometries = [Geometry(g["name"], g["body"], g["shape"], _pose(g)) for g in data["geometries"]]
+    for geometry in geometries:
+        if not 0 <= geometry.body < len(bodies):
+            raise ValueError(f"geometries: body {geometry.body} of {geometry.name!r} does not exist")
+
+    goal = data["goal"]
+    goal_body = next((i for i, body in enumerate(bodies) if body.kind == "object" and body.name == goal["object"]), None)
+    if goal_body is None:
+        raise ValueError(f"goal.object: {goal['object']!r} is not an object of the plan")
+
+    poses: list[np.ndarray] = []
+    contacts: list[list[Contact]] = []
+    segment: list[int] = []
+    kinds: list[str] = []
+    is_object = [bodies[g.body].kind == "object" for g in geometries]
+    for index, entry in enumerate(data["segments"]):
+        if entry["kind"] not in SEGMENT_KINDS:
+            raise ValueError(f"segments[{index}].kind: got {entry['kind']!r}, expected one of {', '.join(SEGMENT_KINDS)}")
+        kinds.append(entry["kind"])
+        for knot in entry["knots"]:
+            pose = np.asarray(knot["bodies"], dtype=float)
+            if pose.shape != (moving, 7) or not np.isfinite(pose).all():
+                raise ValueError(f"segments[{index}]: a knot has bodies of shape {pose.shape}, expected ({moving}, 7) finite numbers")
+            poses.append(pose)
+            contacts.append(
+                [
+                    Contact(_vector(c["point"], 3), _vector(c["force"], 3), is_object[c["a"]] or is_object[c["b"]])
+                    for c in knot["contacts"]
+                ]
+            )
+            segment.append(index)
+    if not poses:
+        raise ValueError("segments: no knots, nothing to draw")
+
+    return Plan(
+        task=str(data["task"]["name"]),
+        status=str(data["status"]),
+        seed=int(data["seed"]),
+        error_position=float(data["error"]["position"]),
+        error_angle=float(data["error"]["angle"]),
+        bodies=bodies,
+        geometries=geometries,
+        object_joints={o["name"]: o["joint"] for o in data["objects"]},
+        goal_body=goal_body,
+        goal=_pose(goal),
+        poses=np.stack(poses),
+        contacts=contacts,
+        segment=np.array(segment),
+        segment_kinds=kinds,
+    )

@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "python"))
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def program(root: Path) -> Path:
+    """The Release build of the command line; its tests are skipped where it was not built."""
+    path = root / "build" / "release" / "stiction"
+    if not path.exists():
+        pytest.skip("build/release/stiction does not exist: run `make build`")
+    return path
+
+
+@pytest.fixture(scope="session")
+def stiction(program: Path, root: Path):
+    """Runs the program and returns its CompletedProcess."""
+
+    def run(*arguments: object, timeout: float = 120, cwd: Path = root) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [str(program), *map(str, arguments)],
+            cwd=cwd,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            env={**os.environ, "PYTHONPATH": str(root / "python")},
+        )
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def real_plan(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan file of the smallest built-in task."""
+    folder = tmp_path_factory.mktemp("plan")
+    done = stiction("plan", "planar_pushing", "--seed", 0, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "plan.json"
