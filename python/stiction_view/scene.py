@@ -19,7 +19,7 @@ Color = tuple[int, int, int]
 
 ROBOT: Color = (205, 208, 214)
 ROBOT_BASE: Color = (128, 134, 144)
-ROBOT_REGRASP: Color = (126, 166, 232)
+ROBOT_REGRASP: Color = (96, 146, 232)
 FIXED: Color = (172, 176, 184)
 OBJECT: tuple[Color, Color, Color] = ((238, 126, 36), (253, 226, 178), (120, 52, 10))
 GOAL: Color = (38, 160, 92)

@@ -31,7 +31,7 @@ FLAGS = [
     "--hide-scrollbars",
     "--mute-audio",
     "--remote-debugging-port=0",
-    "--window-size=1120,720",
+    "--window-size=840,600",
     "about:blank",
 ]
 
