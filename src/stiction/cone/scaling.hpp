@@ -153,14 +153,14 @@ inline V4 inverse_step(const Element<R>& lambda, const Element<R>& d, V4 il, V4 
   }
 }
 
-/// From u = Y·dx makes the scaled directions u ← u − p and s = c − λ − u; raises inverse_alpha.
+/// From u = Y·dx makes the scaled directions u ← u − p_part·p and s = c − λ − u; raises inverse_alpha.
 template <int R>
-inline void direction_group(Bank<R>& b, int g, Element<R> u, bool has_p, bool has_c, V4& inverse_alpha) {
+inline void direction_group(Bank<R>& b, int g, Element<R> u, double p_part, bool has_c, V4& inverse_alpha) {
   const auto lambda = load_element<R>(b.lambda, g);
   const V4 live = load_one(b.live, g);
-  if (has_p) {
+  if (p_part != 0) {
     const auto p = load_element<R>(b.p, g);
-    for (int r = 0; r < R; ++r) u.e[r] -= p.e[r];
+    for (int r = 0; r < R; ++r) u.e[r] -= p_part * p.e[r];
   }
   Element<R> s;
   for (int r = 0; r < R; ++r) s.e[r] = -lambda.e[r] - u.e[r];

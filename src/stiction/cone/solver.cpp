@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 
 #include "stiction/cone/rows.hpp"
@@ -25,6 +28,9 @@ constexpr double kToBoundary = 0.99;       // part of the way to the boundary
 constexpr double kBacktrack = 0.75;
 constexpr double kNeighbourhood = 1e-3;    // smallest eigenvalue of the scaled point against its target
 constexpr double kPlainStep = 0.5;         // a Newton step at least this long needs no corrector (Smoothed)
+constexpr double kTooShort = 0.05;         // a predictor step below this from a centred point: raise μ
+constexpr double kShort = 0.1;             // a corrected step below this is not worth taking: centre instead
+constexpr double kBackUp = 10;             // by this
 constexpr double kCentreTolerance = 1e-7;  // relative, of the centred end point in Exact mode
 constexpr double kExactEnd = 0.05;         // that point is at this part of the tolerance
 
@@ -34,9 +40,12 @@ class Attempt {
  public:
   Attempt(const Problem& problem, const Options& options, State& s)
       : problem_(problem), options_(options), s_(s), layout_(*s.layout), smoothed_(options.mode == Mode::Smoothed),
-        n_rows_(problem.n_cones() + problem.n_half_lines() + problem.n_bounds()) {}
+        n_rows_(problem.n_cones() + problem.n_half_lines() + problem.n_bounds()) {
+    for (int i = 0; i < layout_.padded_size(); ++i) impulse_ = std::max(impulse_, std::abs(problem.b_padded()[i]));
+  }
 
-  void start_cold(double least_slack);
+  /// @param careful  refine every direction (slower)
+  void start_cold(double least_slack, bool careful);
   bool try_start_warm();
   Status run(int& iterations);
   void leave_factor();
@@ -53,9 +62,14 @@ class Attempt {
   Spread scale();
   void build();
   void calc_gradient();
-  double calc_direction(double t, bool corrector);
+  void subtract_product(const double* v, double* out) const;
+  bool factorise();
+  void add_all_transposed(const AlignedVector& cones, const AlignedVector& lines, const AlignedVector& bounds, double* out) const;
+  void multiply_all(const double* dx);
+  void refine(double* dx);
+  double calc_direction(double t, bool corrector, double reduction);
   double shorten(double alpha, double t) const;
-  void move(double alpha);
+  void move(double alpha, double reduction);
   bool measure();
   bool prove_infeasible();
   bool step();
@@ -69,9 +83,12 @@ class Attempt {
   int n_rows_;
   double t_ = 0;          // where the iterate is: mean of wᵀz / weight
   double t_end_ = 0;      // where it should go
+  double impulse_ = 1;    // S = max(1, ‖b‖∞): the unit of z, by which complementarity is measured in Exact mode
   double primal_ = 0;     // r_p = primal_ · (stored r_p)
   Residuals residuals_;
   bool infeasible_ = false;
+  bool careful_ = false;
+  bool centred_ = false;  // the last step was a centring step of good length
 };
 
 /// Calls f(kind, i, place, w pointer, z pointer) … with stride 4 between components.
@@ -211,7 +228,8 @@ void prepare(const Problem& problem, const Options& options, State& s) {
   s.factor.analyse(s.below);
 }
 
-void Attempt::start_cold(double least_slack) {
+void Attempt::start_cold(double least_slack, bool careful) {
+  careful_ = careful;
   std::ranges::fill(s_.x, 0.0);
   double violation = 0;
   const auto& cones = problem_.cones();
@@ -226,7 +244,7 @@ void Attempt::start_cold(double least_slack) {
   for_each_bank([&](auto& b) {
     for (int i = 0; i < 4 * b.groups; ++i) sharpest = std::max(sharpest, b.weight[at(i)]);
   });
-  const double centre = smoothed_ && sharpest > 0 ? std::max(1.0, kColdCentre / sharpest) : kColdCentre;
+  const double centre = smoothed_ && sharpest > 0 ? std::max(1.0, kColdCentre * impulse_ / sharpest) : kColdCentre * impulse_;
   for_each_row(s_.cones, [&](int i, int base) {
     const double* g = cones.g.data() + 3 * s_.cones.order[at(i)];
     double* w = s_.cones.w.data() + base;
@@ -256,19 +274,19 @@ void Attempt::start_cold(double least_slack) {
 
 /// Pushes w inside and takes z from memory. @returns how far w moved, relative to its slack
 template <int R>
-double start_row(double* w, double* z, double* r_p, const double* remembered, double weight, bool smoothed) {
+double start_row(double* w, double* z, double* r_p, const double* remembered, double target, bool smoothed) {
   const double slack = slack_of<R>(w, 4);
   double before[R];
   for (int r = 0; r < R; ++r) before[r] = w[4 * r];
   if (remembered != nullptr) {
     for (int r = 0; r < R; ++r) z[4 * r] = remembered[r];
     if (slack < kWarmSlack) {
-      if (smoothed) set_inverse<R>(w, z, weight);
+      if (smoothed) set_inverse<R>(w, z, target);
       else w[0] += kWarmSlack - slack;
     }
   } else {
     if (slack < kColdSlack) w[0] += kColdSlack - slack;
-    set_inverse<R>(z, w, smoothed ? weight : kColdCentre * weight);
+    set_inverse<R>(z, w, target);
   }
   double moved = 0;
   for (int r = 0; r < R; ++r) {
@@ -282,6 +300,7 @@ bool Attempt::try_start_warm() {
   const Memory& m = s_.memory;
   if (!m.valid || m.mode != options_.mode || n_rows_ == 0) return false;
   std::ranges::copy(s_.x_memory, s_.x.begin());
+  const double centre = smoothed_ ? 1.0 : kColdCentre * impulse_;
   double worst = 0;
   int hits = 0;
   const auto look_up = [&](const Memory::Rows& rows, std::uint64_t id, int hint, int components) -> const double* {
@@ -297,7 +316,8 @@ bool Attempt::try_start_warm() {
       multiply_raw<R>(rows, original, layout_, s_.x.data(), gx);
       for (int r = 0; r < R; ++r) b.w[at(base + 4 * r)] = gx[r] + rows.g[at(R * original + r)];
       const double* z = look_up(memory, rows.id[at(original)], original, R);
-      worst = std::max(worst, start_row<R>(b.w.data() + base, b.z.data() + base, b.r_p.data() + base, z, b.weight[at(i)], smoothed_));
+      worst = std::max(worst, start_row<R>(b.w.data() + base, b.z.data() + base, b.r_p.data() + base, z, centre * b.weight[at(i)],
+                                            smoothed_));
     });
   };
   general(s_.cones, problem_.cones(), m.cones);
@@ -307,8 +327,8 @@ bool Attempt::try_start_warm() {
     const int tile = s_.bound_tile[at(i / 4)];
     s_.bounds.w[at(i)] = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)] + problem_.bound_groups()[at(i / 4)].offset[i % 4];
     const double* z = look_up(m.bounds, problem_.bound_id(k), k, 1);
-    worst = std::max(worst, start_row<1>(&s_.bounds.w[at(i)], &s_.bounds.z[at(i)], &s_.bounds.r_p[at(i)], z, s_.bounds.weight[at(i)],
-                                         smoothed_));
+    worst = std::max(worst, start_row<1>(&s_.bounds.w[at(i)], &s_.bounds.z[at(i)], &s_.bounds.r_p[at(i)], z,
+                                         centre * s_.bounds.weight[at(i)], smoothed_));
   }
   primal_ = 1.0;
   return hits > 0 && worst <= (smoothed_ ? 8.0 : 4.0);
@@ -346,18 +366,15 @@ void Attempt::build() {
   });
 }
 
-/// gradient = −(Qx + b)
-void Attempt::calc_gradient() {
-  double* out = s_.gradient.data();
-  const double* x = s_.x.data();
-  for (int t = 0; t < layout_.tiles(); ++t) store(out + 4 * t, -load(problem_.b_padded() + 4 * t));
+/// out −= Qv
+void Attempt::subtract_product(const double* v, double* out) const {
   const double* q = problem_.Q_tiles();
   for (const auto& tile : layout_.q_tiles()) {
-    const double* y = x + 4 * tile.column;
+    const double* y = v + 4 * tile.column;
     double* to = out + 4 * tile.row;
     store(to, load(to) - ((load(q) * y[0] + load(q + 4) * y[1]) + (load(q + 8) * y[2] + load(q + 12) * y[3])));
     if (tile.row != tile.column) {
-      const V4 z = load(x + 4 * tile.row);
+      const V4 z = load(v + 4 * tile.row);
       double* other = out + 4 * tile.column;
       store(other, load(other) - sums(load(q) * z, load(q + 4) * z, load(q + 8) * z, load(q + 12) * z));
     }
@@ -365,13 +382,69 @@ void Attempt::calc_gradient() {
   }
 }
 
-/// Newton direction to t·weight·e (with Mehrotra's second-order term from the direction now in u, s when `corrector`).
+/// gradient = −(Qx + b)
+void Attempt::calc_gradient() {
+  for (int t = 0; t < layout_.tiles(); ++t) store(s_.gradient.data() + 4 * t, -load(problem_.b_padded() + 4 * t));
+  subtract_product(s_.x.data(), s_.gradient.data());
+}
+
+/// Factor of H; where rounding leaves a pivot that is not positive, of H with a slightly larger diagonal.
+bool Attempt::factorise() {
+  if (s_.factor.factorise()) return true;
+  for (const double delta : {1e-15, 1e-13, 1e-11}) {
+    build();
+    for (int t = 0; t < layout_.tiles(); ++t) {
+      double* d = s_.factor.tile(s_.factor.index(t, t));
+      for (int lane = 0; lane < kTile; ++lane) d[5 * lane] *= 1 + delta;
+    }
+    if (s_.factor.factorise()) return true;
+  }
+  return false;
+}
+
+/// out += Yᵀa, a[k] by bank
+void Attempt::add_all_transposed(const AlignedVector& cones, const AlignedVector& lines, const AlignedVector& bounds, double* out) const {
+  add_transposed(s_.cones, layout_, cones, out);
+  add_transposed(s_.lines, layout_, lines, out);
+  for (int g = 0; g < s_.bounds.groups; ++g) {
+    double* to = out + 4 * s_.bound_tile[at(g)];
+    store(to, load(to) + load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g) * load_one(bounds, g));
+  }
+}
+
+/// u = Y·dx
+void Attempt::multiply_all(const double* dx) {
+  multiply(s_.cones, layout_, dx);
+  multiply(s_.lines, layout_, dx);
+  for (int g = 0; g < s_.bounds.groups; ++g) {
+    store_one(s_.bounds.u, g, load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g) * load(dx + 4 * s_.bound_tile[at(g)]));
+  }
+}
+
+/// Improves dx, for which u = Y·dx, by the residual of H·dx = rhs (rhs in s_.scale).
+void Attempt::refine(double* dx) {
+  double* residual = s_.scratch.data();
+  for (int k = 0; k < 2; ++k) {
+    std::ranges::copy(s_.scale, s_.scratch.begin());
+    subtract_product(dx, residual);
+    for_each_bank([&]<int R>(Bank<R>& b) {
+      for (int i = 0; i < 4 * R * b.groups; ++i) b.u[at(i)] = -b.u[at(i)];
+    });
+    add_all_transposed(s_.cones.u, s_.lines.u, s_.bounds.u, residual);
+    s_.factor.solve(residual);
+    for (int i = 0; i < layout_.padded_size(); ++i) dx[i] += residual[i];
+    multiply_all(dx);
+  }
+}
+
+/// Newton direction to t·weight·e (with Mehrotra's second-order term from the direction now in u, s when `corrector`) that takes
+/// away the part `reduction` of both infeasibilities; less than 1 only with t > 0.
 /// @returns the largest step that stays inside all cones
-double Attempt::calc_direction(double t, bool corrector) {
-  const bool has_p = primal_ != 0;
+double Attempt::calc_direction(double t, bool corrector, double reduction) {
+  const bool has_p = primal_ != 0 && reduction > 0;
   const bool has_c = t != 0 || corrector;
-  std::ranges::copy(s_.gradient, s_.dx.begin());
   double* dx = s_.dx.data();
+  for (int k = 0; k < layout_.padded_size(); k += 4) store(dx + k, load(s_.gradient.data() + k) * reduction);
   if (has_c) {
     for_each_bank([&]<int R>(Bank<R>& b) {
       for (int g = 0; g < b.groups; ++g) {
@@ -380,30 +453,25 @@ double Attempt::calc_direction(double t, bool corrector) {
         auto c = load_element<R>(b.c, g);
         if (has_p) {
           const auto p = load_element<R>(b.p, g);
-          for (int r = 0; r < R; ++r) c.e[r] += p.e[r];
+          for (int r = 0; r < R; ++r) c.e[r] += reduction * p.e[r];
+        }
+        if (reduction < 1) {
+          const auto lambda = load_element<R>(b.lambda, g);
+          for (int r = 0; r < R; ++r) c.e[r] -= (1 - reduction) * lambda.e[r];
         }
         store_element<R>(b.u, g, c);   // u is free here: the right-hand side c + p
       }
     });
   }
-  if (has_c || has_p) {
-    add_transposed(s_.cones, layout_, has_c ? s_.cones.u : s_.cones.p, dx);
-    add_transposed(s_.lines, layout_, has_c ? s_.lines.u : s_.lines.p, dx);
-    const AlignedVector& a = has_c ? s_.bounds.u : s_.bounds.p;
-    for (int g = 0; g < s_.bounds.groups; ++g) {
-      double* to = dx + 4 * s_.bound_tile[at(g)];
-      store(to, load(to) + load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g) * load_one(a, g));
-    }
-  }
+  if (has_c) add_all_transposed(s_.cones.u, s_.lines.u, s_.bounds.u, dx);
+  else if (has_p) add_all_transposed(s_.cones.p, s_.lines.p, s_.bounds.p, dx);
+  if (careful_) std::ranges::copy(s_.dx, s_.scale.begin());
   s_.factor.solve(dx);
-  multiply(s_.cones, layout_, dx);
-  multiply(s_.lines, layout_, dx);
-  for (int g = 0; g < s_.bounds.groups; ++g) {
-    store_one(s_.bounds.u, g, load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g) * load(dx + 4 * s_.bound_tile[at(g)]));
-  }
+  multiply_all(dx);
+  if (careful_) refine(dx);
   V4 inverse = all(1e-30);
   for_each_bank([&]<int R>(Bank<R>& b) {
-    for (int g = 0; g < b.groups; ++g) direction_group<R>(b, g, load_element<R>(b.u, g), has_p, has_c, inverse);
+    for (int g = 0; g < b.groups; ++g) direction_group<R>(b, g, load_element<R>(b.u, g), has_p ? reduction : 0.0, has_c, inverse);
   });
   return 1.0 / largest(inverse);
 }
@@ -424,37 +492,45 @@ double Attempt::shorten(double alpha, double t) const {
   return alpha;
 }
 
-void Attempt::move(double alpha) {
+void Attempt::move(double alpha, double reduction) {
   for_each_bank([&]<int R>(Bank<R>& b) {
     for (int g = 0; g < b.groups; ++g) move_group<R>(b, g, alpha);
   });
   for (int t = 0; t < layout_.tiles(); ++t) {
     store(s_.x.data() + 4 * t, load(s_.x.data() + 4 * t) + alpha * load(s_.dx.data() + 4 * t));
   }
-  primal_ = alpha == 1.0 ? 0.0 : primal_ * (1 - alpha);
+  primal_ *= 1 - alpha * reduction;   // exactly 0 after a full step
   calc_gradient();
 }
 
 /// One predictor(–corrector) step. @returns false when no progress is possible
 bool Attempt::step() {
-  const double largest_affine = calc_direction(t_end_, false);
+  const double largest_affine = calc_direction(t_end_, false, 1.0);
   const double affine = std::min(1.0, kToBoundary * largest_affine);
   if (!(affine > 0)) return false;
   const bool plain = n_rows_ == 0 || (smoothed_ ? affine >= kPlainStep : t_ < 4 * t_end_);
-  double alpha = affine;
+  double alpha = affine, reduction = 1;
+  bool centred = false;
   if (plain) {
     alpha = shorten(affine, t_end_);
   } else {
     double t = t_end_ + (1 - std::min(1.0, largest_affine)) * (t_ - t_end_);
-    alpha = std::min(1.0, kToBoundary * calc_direction(t, true));
+    alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
     alpha = shorten(alpha, t);
-    if (alpha < 0.5 * affine) {
-      t = t_end_ + std::max(1 - affine, 0.5) * (t_ - t_end_);
-      alpha = shorten(std::min(1.0, kToBoundary * calc_direction(t, false)), t);
+    if (alpha < std::max(0.5 * affine, kShort)) {
+      // Centre. Where even the centre allows only short steps, μ is too small for the infeasibility that is left: go back up.
+      const bool up = centred_ && affine < kTooShort;
+      const double centring = std::max(1 - affine, 0.5);
+      t = up ? kBackUp * std::max(t_, t_end_) : t_end_ + centring * (t_ - t_end_);
+      reduction = up ? 0.0 : 1 - centring;
+      alpha = shorten(std::min(1.0, kToBoundary * calc_direction(t, false, reduction)), t);
+      centred = alpha > kPlainStep;
     }
   }
+  if (getenv("TRACE")) fprintf(stderr,"t %.3e aff %.3e alpha %.3e plain %d primal %.3e\n",t_,affine,alpha,(int)plain,primal_);
   if (!(alpha > 1e-10)) return false;
-  move(alpha);
+  centred_ = centred;
+  move(alpha, reduction);
   return true;
 }
 
@@ -523,21 +599,26 @@ void Attempt::remember_z() {
 
 Status Attempt::run(int& iterations) {
   const bool centred = smoothed_ || options_.sensitivities;
-  t_end_ = smoothed_ ? 1.0 : (centred ? kExactEnd * options_.tol_complementarity : 0.0);
+  t_end_ = smoothed_ ? 1.0 : (centred ? kExactEnd * options_.tol_complementarity * impulse_ : 0.0);
   const double tolerance = options_.tol_complementarity;
   remember_z();
   calc_gradient();
+  centred_ = false;
   int polish = 0;
+  double last_off = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
     const Spread spread = scale();
     t_ = n_rows_ > 0 ? sum(spread.mean) / n_rows_ : 0.0;
-    const double worst = largest(spread.worst);
+    const double worst = largest(spread.worst) / impulse_;
     const double off = largest(spread.off);
     residuals_.complementarity = smoothed_ ? off : worst;
     if (!(t_ >= 0) || !std::isfinite(t_) || !std::isfinite(largest(spread.off))) return Status::NumericalFailure;
-    if (!smoothed_ && t_ >= kWarmMemory) remember_z();
-    bool good = smoothed_ ? off <= tolerance : worst <= tolerance;
-    if (good && measure()) {
+    if (!smoothed_ && t_ >= kWarmMemory * impulse_) remember_z();
+    // Rounding of w∘z can keep a sharp row just above the tolerance: then two iterates within ten times of it will do.
+    const bool close = smoothed_ ? off <= tolerance || std::max(off, last_off) <= 10 * tolerance : worst <= tolerance;
+    last_off = off;
+    const bool good = close && measure();
+    if (good) {
       const bool at_centre = smoothed_ || !centred || n_rows_ == 0 || off <= kCentreTolerance * t_end_;
       if (at_centre || ++polish > 6) return Status::Solved;
     }
@@ -558,14 +639,14 @@ Status Attempt::run(int& iterations) {
     }
     build();
     ++iterations;
-    if (!s_.factor.factorise() || !step()) return Status::NumericalFailure;
+    if (!factorise() || !step()) return good ? Status::Solved : Status::NumericalFailure;
   }
 }
 
 /// Factor of H at the final point, in the scaling that scale() has just made.
 void Attempt::leave_factor() {
   build();
-  s_.has_factor = s_.factor.factorise();
+  s_.has_factor = factorise();
 }
 
 template <int R>
@@ -669,7 +750,7 @@ core::Status solve(const Problem& problem, const Options& options, Workspace& wo
   }
   for (const double slack : {detail::kColdSlack, detail::kFarSlack}) {
     if (done()) break;
-    attempt.start_cold(slack);
+    attempt.start_cold(slack, slack == detail::kFarSlack);
     status = attempt.run(result.iterations);
     if (status == Status::Infeasible) break;
   }

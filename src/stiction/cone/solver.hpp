@@ -16,14 +16,14 @@ enum class Mode { Exact, Smoothed };
 
 struct Options {
   Mode mode = Mode::Exact;
-  /// Exact: largest wᵢᵀzᵢ, in units of the objective [same as xᵀQx], in [1e-11, 1e-2].
-  /// Smoothed: largest ‖wᵢ∘zᵢ − σᵢe‖∞/σᵢ [-].
+  /// Exact: largest wᵢᵀzᵢ / S with S = max(1, ‖b‖∞) [unit of w], in [1e-11, 1e-2].
+  /// Smoothed: largest ‖wᵢ∘zᵢ − σᵢe‖∞/σᵢ [-]; up to ten times that where rounding lets Newton's method get no further.
   double tol_complementarity = 1e-9;
   double tol_kkt = 1e-8;          ///< largest scaled stationarity and primal residual [-], in [1e-12, 1e-2]
   int max_iterations = 80;        ///< factorisations per attempt (there are at most three attempts: warm, cold, far), ≥ 1
   bool warm_start = true;         ///< start from what the Workspace remembers of rows with the same id
   /// Leave a factor of H at the returned point, for apply_inverse and D_*. In Exact mode this also centres the point at
-  /// wᵢ∘zᵢ = θᵢ·tol_complementarity/20, which costs one or two more iterations and makes x a smooth function of the data.
+  /// wᵢ∘zᵢ = θᵢ·S·tol_complementarity/20, which costs one or two more iterations and makes x a smooth function of the data.
   bool sensitivities = true;
   double infeasible_radius = 10;  ///< Infeasible is proved for all ‖x‖∞ ≤ this [unit of x], > 0
   const std::atomic<bool>* cancel = nullptr;

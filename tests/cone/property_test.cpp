@@ -1,0 +1,74 @@
+// Random problems: every answer is checked against residuals recomputed from the raw matrices.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "cone/random_problem.hpp"
+
+namespace stiction::cone::test {
+namespace {
+
+using core::Status;
+
+struct Count {
+  int solved = 0, infeasible = 0, warm = 0;
+};
+
+/// Solves seeds first … first + n − 1 and checks each; both statuses must come with their proof.
+Count check_range(std::uint64_t first, int n, Mode mode, const RandomOptions& random) {
+  Count count;
+  Result result;
+  for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(n); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RawProblem raw = make_random(seed, random);
+    const Problem problem = raw.make();
+    Workspace work(problem.layout_ptr());
+    Options options;
+    options.mode = mode;
+    options.sensitivities = seed % 2 == 0;
+    const Status status = solve(problem, options, work, result);
+    EXPECT_EQ(status, result.status);
+    if (status == Status::Infeasible) {
+      const Certificate c = check_certificate(raw, result);
+      EXPECT_GT(c.margin, 0.0);
+      EXPECT_EQ(c.cone, 0.0);
+      ++count.infeasible;
+    } else {
+      EXPECT_EQ(status, Status::Solved) << core::to_string(status) << ", n " << raw.n << ", cones " << raw.cones.size() << ", lines "
+                                        << raw.lines.size() << ", bounds " << raw.bounds.size() << ", complementarity "
+                                        << result.residuals.complementarity << ", stationarity " << result.residuals.stationarity
+                                        << ", primal " << result.residuals.primal;
+      if (status != Status::Solved) continue;
+      const Kkt k = recompute(raw, result, mode);
+      EXPECT_LE(k.stationarity, 1e-8);
+      EXPECT_LE(k.consistency, 1e-8);
+      EXPECT_LE(k.cone, 1e-8);
+      EXPECT_LE(k.complementarity, mode == Mode::Exact ? 1e-9 : 1e-8);
+      ++count.solved;
+    }
+    if (testing::Test::HasFailure() && seed > first + 200) break;
+  }
+  return count;
+}
+
+TEST(ConeProperty, RandomProblems_ExactSatisfiesKkt) {
+  const Count count = check_range(1, 3000, Mode::Exact, {});
+  EXPECT_GT(count.solved, 2400);
+  EXPECT_GT(count.infeasible, 10) << "the deep penetrations should make some problems infeasible";
+}
+
+TEST(ConeProperty, RandomProblems_SmoothedSatisfiesPerturbedKkt) {
+  const Count count = check_range(100001, 2000, Mode::Smoothed, {});
+  EXPECT_GT(count.solved, 1600);
+}
+
+TEST(ConeProperty, ProblemsWithoutDeepPenetration_AreNeverInfeasible) {
+  RandomOptions random;
+  random.deep = 0;
+  random.mass_decades = 2;
+  const Count count = check_range(200001, 500, Mode::Exact, random);
+  EXPECT_GT(count.solved, 450);
+}
+
+}  // namespace
+}  // namespace stiction::cone::test
