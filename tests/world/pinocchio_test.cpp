@@ -1,13 +1,12 @@
 // Poses of robots against Pinocchio's own URDF reader and forward kinematics: nothing is shared but the file.
-#include <pinocchio/fwd.hpp>
-
-#include <pinocchio/algorithm/frames.hpp>
-#include <pinocchio/algorithm/joint-configuration.hpp>
-#include <pinocchio/algorithm/kinematics.hpp>
-#include <pinocchio/parsers/urdf.hpp>
-
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "stiction/world/urdf.hpp"
 #include "world/test_scenes.hpp"
 
 namespace stiction::world {
@@ -17,46 +16,60 @@ using Eigen::VectorXd;
 
 class AgainstPinocchio : public testing::TestWithParam<const char*> {};
 
+std::string run(const std::string& command) {
+  std::string out;
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  if (pipe == nullptr) return out;
+  char buffer[4096];
+  while (const std::size_t n = std::fread(buffer, 1, sizeof buffer, pipe)) out.append(buffer, n);
+  EXPECT_EQ(::pclose(pipe), 0) << command;
+  return out;
+}
+
 TEST_P(AgainstPinocchio, EveryLinkHasTheSamePose) {
   const auto file = test::source_dir() / GetParam();
-  pinocchio::Model reference;
-  pinocchio::urdf::buildModel(file.string(), reference);
-  pinocchio::Data data(reference);
-
   core::Random random(11, 0);
   Scene scene;
   RobotSpec robot;
   robot.name = "robot";
   robot.urdf = file;
   robot.X_WBase = test::random_pose(random);
-  for (pinocchio::JointIndex j = 1; j < static_cast<pinocchio::JointIndex>(reference.njoints); ++j) robot.stiffness.emplace_back(reference.names[j], 1.0);
+  const auto joints = read_urdf(file, {}).movable_joints();
+  for (const auto& joint : joints) robot.stiffness.emplace_back(joint, 1.0);
   scene.robots.push_back(robot);
   const auto model = Model::make(scene);
-  ASSERT_EQ(model->n_a(), reference.nv);
+
+  constexpr int kSamples = 20;
+  std::vector<VectorXd> samples;
+  std::ostringstream questions;
+  questions.precision(17);
+  for (int sample = 0; sample < kSamples; ++sample) {
+    samples.push_back(test::random_vector(random, model->n_q(), 1));
+    for (const auto& joint : joints) questions << joint << ' ' << samples.back()[model->joint_index(joint)] << '\n';
+    questions << "end\n";
+  }
+  const auto input = std::filesystem::temp_directory_path() / ("stiction_pinocchio_" + std::to_string(::getpid()) + ".txt");
+  std::ofstream(input) << questions.str();
+  std::istringstream answers(run(std::string(STICTION_PINOCCHIO_ORACLE) + " '" + file.string() + "' < '" + input.string() + "'"));
+  std::filesystem::remove(input);
 
   KinematicsWorkspace work(*model);
   Kinematics kinematics;
-  for (int sample = 0; sample < 20; ++sample) {
-    const VectorXd q = test::random_vector(random, model->n_q(), 1);
-    VectorXd q_reference(reference.nq);
-    for (pinocchio::JointIndex j = 1; j < static_cast<pinocchio::JointIndex>(reference.njoints); ++j) {
-      const double value = q[model->joint_index(reference.names[j])];
-      const auto& joint = reference.joints[j];
-      if (joint.nq() == 2) {   // continuous: (cos, sin)
-        q_reference[joint.idx_q()] = std::cos(value);
-        q_reference[joint.idx_q() + 1] = std::sin(value);
-      } else {
-        q_reference[joint.idx_q()] = value;
-      }
-    }
-    pinocchio::framesForwardKinematics(reference, data, q_reference);
+  for (const VectorXd& q : samples) {
     calc_kinematics(*model, q, work, kinematics);
-    for (std::size_t b = 0; b < model->bodies().size(); ++b) {
-      const std::string link = model->bodies()[b].name.substr(6);
-      const auto& X = data.oMf[reference.getFrameId(link, pinocchio::BODY)];
-      const Pose expected = robot.X_WBase * Pose{X.rotation(), X.translation()};
-      EXPECT_LT((kinematics.X_WB[b].R - expected.R).norm(), 1e-13) << link;
-      EXPECT_LT((kinematics.X_WB[b].p - expected.p).norm(), 1e-13) << link;
+    for (std::size_t line = 0; line < model->bodies().size(); ++line) {
+      std::string link;
+      ASSERT_TRUE(answers >> link);
+      Pose X_BaseL;
+      for (int i = 0; i < 9; ++i) answers >> X_BaseL.R(i / 3, i % 3);
+      for (int i = 0; i < 3; ++i) answers >> X_BaseL.p[i];
+      ASSERT_TRUE(answers.good());
+      const auto body = std::find_if(model->bodies().begin(), model->bodies().end(), [&](const Body& b) { return b.name == "robot/" + link; });
+      ASSERT_NE(body, model->bodies().end()) << link;
+      const Pose expected = robot.X_WBase * X_BaseL;
+      const Pose& got = kinematics.X_WB[static_cast<std::size_t>(body - model->bodies().begin())];
+      EXPECT_LT((got.R - expected.R).norm(), 1e-13) << link;
+      EXPECT_LT((got.p - expected.p).norm(), 1e-13) << link;
     }
   }
 }

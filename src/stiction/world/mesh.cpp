@@ -1,15 +1,13 @@
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <array>
-#include <bit>
+#include <assimp/Importer.hpp>
+#include <cctype>
+#include <cmath>
 #include <cstdio>
-#include <cstdint>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
-#include <sstream>
 #include <vector>
 
 #include "stiction/core/invalid_input.hpp"
@@ -33,57 +31,22 @@ using Soup = std::vector<Vector3d>;
   throw core::InvalidInput(fmt::format("{}: mesh: got {}, expected {}", file.string(), got, expected));
 }
 
-Soup read_binary_stl(const std::string& bytes) {
-  static_assert(std::endian::native == std::endian::little);
-  std::uint32_t n = 0;
-  std::memcpy(&n, bytes.data() + 80, 4);
+/// Triangles of an STL, OBJ or DAE file, in the frame of the file; empty when there are none.
+Soup read_triangles(const std::filesystem::path& file) {
+  Assimp::Importer importer;
+  // Points and lines are no surface: leave them out.
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
+  if (scene == nullptr) fail(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   Soup soup;
-  soup.reserve(3 * std::size_t{n});
-  for (std::size_t t = 0; t < n; ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::array<float, 3> p{};
-      std::memcpy(p.data(), bytes.data() + 84 + 50 * t + 12 * (k + 1), 12);
-      soup.emplace_back(p[0], p[1], p[2]);
-    }
-  }
-  return soup;
-}
-
-Soup read_text_stl(const std::string& text) {
-  Soup soup;
-  std::istringstream in(text);
-  in.imbue(std::locale::classic());
-  for (std::string word; in >> word;) {
-    if (word != "vertex") continue;
-    Vector3d p;
-    if (!(in >> p[0] >> p[1] >> p[2])) return {};
-    soup.push_back(p);
-  }
-  return soup;
-}
-
-Soup read_obj(const std::string& text) {
-  std::vector<Vector3d> vertices;
-  Soup soup;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line);
-    words.imbue(std::locale::classic());
-    std::string kind;
-    words >> kind;
-    if (kind == "v") {
-      Vector3d p;
-      if (!(words >> p[0] >> p[1] >> p[2])) return {};
-      vertices.push_back(p);
-    } else if (kind == "f") {
-      std::vector<Vector3d> face;
-      for (std::string corner; words >> corner;) {
-        long index = std::strtol(corner.c_str(), nullptr, 10);   // "7", "7/1", "7/1/2", "7//2"; negative counts from the end
-        if (index < 0) index += static_cast<long>(vertices.size()) + 1;
-        if (index < 1 || index > static_cast<long>(vertices.size())) return {};
-        face.push_back(vertices[static_cast<std::size_t>(index - 1)]);
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene->mMeshes[m];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      if (mesh.mFaces[f].mNumIndices != 3) continue;
+      for (unsigned k = 0; k < 3; ++k) {
+        const aiVector3D& p = mesh.mVertices[mesh.mFaces[f].mIndices[k]];
+        soup.emplace_back(p.x, p.y, p.z);
       }
-      for (std::size_t k = 2; k < face.size(); ++k) soup.insert(soup.end(), {face[0], face[k - 1], face[k]});
     }
   }
   return soup;
@@ -161,25 +124,14 @@ ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points) {
   return hull.mesh();
 }
 
-ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Vector3d& scale) {
-  if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL or OBJ file");
+ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Vector3d& scale, NonConvex non_convex) {
+  if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
   if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-
-  Soup soup;
-  if (extension == ".obj") {
-    soup = read_obj(bytes);
-  } else if (extension == ".stl") {
-    std::uint32_t n = 0;
-    if (bytes.size() >= 84) std::memcpy(&n, bytes.data() + 80, 4);
-    soup = bytes.size() >= 84 && bytes.size() == 84 + 50 * std::size_t{n} ? read_binary_stl(bytes) : read_text_stl(bytes);
-  } else {
-    fail(file, fmt::format("'{}'", extension), ".stl or .obj");
-  }
-  if (soup.size() < 12 || soup.size() % 3 != 0) fail(file, "no triangles that can be read", "a closed convex mesh");
+  if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
+  const Soup soup = read_triangles(file);
+  if (soup.size() < 12) fail(file, fmt::format("{} triangles", soup.size() / 3), "a closed convex mesh");
   Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(soup.size()));
   for (std::size_t i = 0; i < soup.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = soup[i].cwiseProduct(scale);
   if (!points.allFinite()) fail(file, "a vertex that is not finite", "finite vertices");
@@ -192,8 +144,8 @@ ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Vector3d& s
   }
   const double hull_volume = calc_volume_properties(Shape{Mesh{std::make_shared<const ConvexMesh>(hull)}}).volume;
   const double volume = calc_soup_volume(points, hull.vertices.rowwise().mean());
-  if (std::abs(hull_volume - volume) > 0.01 * hull_volume) {
-    fail(file, fmt::format("a mesh that encloses {:.1f} % of its convex hull", 100 * volume / hull_volume), "a closed convex mesh (split it into convex parts)");
+  if (non_convex == NonConvex::Refuse && std::abs(hull_volume - volume) > 0.01 * hull_volume) {
+    fail(file, fmt::format("a mesh that encloses {:.1f} % of its convex hull", 100 * volume / hull_volume), "a closed convex mesh (split it into convex parts, or ask for its hull)");
   }
   hull.source = file.string();
   return hull;

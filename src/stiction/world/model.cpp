@@ -168,7 +168,7 @@ class Builder {
   void add_robot(const RobotSpec& spec, int index) {
     add_owner_name(spec.name);
     if (!is_rotation(spec.X_WBase.R) || !spec.X_WBase.p.allFinite()) core::throw_invalid("base", "no rigid transform", "one");
-    const UrdfRobot urdf = read_urdf(spec.urdf, spec.package_dirs);
+    const UrdfRobot urdf = read_urdf(spec.urdf, spec.package_dirs, spec.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
     RobotInfo info{.name = spec.name, .v_begin = m_.n_v, .n_v = 0, .q_begin = m_.n_q, .chains = {}};
     for (const auto& [link, value] : spec.link_friction) {
       if (std::none_of(urdf.links.begin(), urdf.links.end(), [&](const UrdfLink& l) { return l.name == link; })) {

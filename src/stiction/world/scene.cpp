@@ -62,14 +62,14 @@ Shape read_shape(const YamlNode& node, std::string_view kind, bool half_space_al
     if (node.kind() != YamlNode::Kind::Null) node.require_map({});
     return HalfSpace{};
   }
-  node.require_map({"file", "scale"});
+  node.require_map({"file", "scale", "convex_hull"});
   const YamlNode file = node.at("file");
   const auto path = find_resource(file.string(), file.file().parent_path(), {});
   if (path.empty()) file.fail(fmt::format("'{}', which does not exist", file.string()), "a mesh file");
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   if (const auto given = node.find("scale")) scale = given->is_sequence() ? given->vector3() : Eigen::Vector3d::Constant(given->positive());
   try {
-    return Mesh{std::make_shared<const ConvexMesh>(load_convex_mesh(path, scale))};
+    return Mesh{std::make_shared<const ConvexMesh>(load_convex_mesh(path, scale, node.boolean_or("convex_hull", false) ? NonConvex::TakeHull : NonConvex::Refuse))};
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}:{}: {}: {}", file.file().string(), file.line(), file.path(), e.what()));
   }
@@ -186,7 +186,7 @@ std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, 
 }
 
 RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, std::vector<std::string>& names) {
-  node.require_map({"name", "urdf", "package_dirs", "base", "stiffness", "friction", "link_friction"});
+  node.require_map({"name", "urdf", "package_dirs", "base", "stiffness", "friction", "link_friction", "convex_hulls"});
   RobotSpec robot;
   robot.name = read_name(node);
   if (const auto dirs = node.find("package_dirs")) {
@@ -198,8 +198,9 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   if (robot.urdf.empty()) urdf.fail(fmt::format("'{}', which does not exist", urdf.string()), "a URDF file");
   if (const auto base = node.find("base")) robot.X_WBase = read_pose(*base);
   robot.friction = node.nonnegative_or("friction", 1.0);
+  robot.convex_hulls = node.boolean_or("convex_hulls", false);
 
-  const UrdfRobot parsed = read_urdf(robot.urdf, robot.package_dirs);
+  const UrdfRobot parsed = read_urdf(robot.urdf, robot.package_dirs, robot.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
   std::vector<std::string> links;
   for (const auto& link : parsed.links) {
     links.push_back(link.name);

@@ -69,6 +69,7 @@ struct RobotSpec {
   std::vector<std::pair<std::string, double>> stiffness;  ///< joint → K_a [N/m or N·m/rad]; every movable joint once
   double friction = 1.0;       ///< of every collision geometry that has no own entry
   std::vector<std::pair<std::string, double>> link_friction;
+  bool convex_hulls = false;   ///< replace meshes that are not convex by their convex hulls instead of refusing them
 };
 
 struct FixedSpec {

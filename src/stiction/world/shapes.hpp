@@ -35,9 +35,11 @@ BoundingSphere calc_bounding_sphere(const Shape& shape);
 /// Convex hull of points (3 × n): no inner points, outward triangles. @throws core::InvalidInput for flat or too few points
 ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points);
 
-/// Reads STL (text or binary) or OBJ. The mesh must be convex (its volume within 1 % of its hull's); what comes back is the hull.
-/// @throws core::InvalidInput with the file name
-ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
+/// What to do with a mesh that encloses less than 99 % of its convex hull.
+enum class NonConvex { Refuse, TakeHull };
+
+/// Convex hull of an STL, OBJ or DAE file. @throws core::InvalidInput with the file name
+ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, NonConvex non_convex);
 
 /// @throws core::InvalidInput: a size that is not finite and > 0, or a mesh without vertices
 void require_shape(std::string_view field, const Shape& shape);

@@ -94,8 +94,14 @@ class Reader {
   std::filesystem::path file_;
 };
 
-Shape read_geometry(const Reader& reader, const XMLElement& collision, const std::filesystem::path& file,
-                    std::span<const std::filesystem::path> package_dirs) {
+/// Where meshes are looked for and how they are taken.
+struct MeshSource {
+  std::filesystem::path file;   ///< the URDF
+  std::span<const std::filesystem::path> package_dirs;
+  NonConvex non_convex = NonConvex::Refuse;
+};
+
+Shape read_geometry(const Reader& reader, const XMLElement& collision, const MeshSource& source) {
   const XMLElement& geometry = reader.child(collision, "geometry");
   const XMLElement* shape = geometry.FirstChildElement();
   if (shape == nullptr) reader.fail(geometry, "geometry", "nothing", "sphere, box, cylinder, capsule or mesh");
@@ -110,23 +116,22 @@ Shape read_geometry(const Reader& reader, const XMLElement& collision, const std
   }
   if (kind == "mesh") {
     const std::string uri = reader.required(*shape, "filename");
-    const auto path = find_resource(uri, file.parent_path(), package_dirs);
+    const auto path = find_resource(uri, source.file.parent_path(), source.package_dirs);
     if (path.empty()) reader.fail(*shape, "mesh filename", fmt::format("'{}', which is nowhere", uri), "a file that exists (package:// is looked for in package_dirs and above the URDF)");
     try {
-      return Mesh{std::make_shared<const ConvexMesh>(load_convex_mesh(path, reader.vector3(*shape, "scale", Eigen::Vector3d::Ones())))};
+      return Mesh{std::make_shared<const ConvexMesh>(load_convex_mesh(path, reader.vector3(*shape, "scale", Eigen::Vector3d::Ones()), source.non_convex))};
     } catch (const core::InvalidInput& e) {
-      throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", file.string(), shape->GetLineNum(), e.what()));
+      throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", source.file.string(), shape->GetLineNum(), e.what()));
     }
   }
   reader.fail(*shape, "geometry", fmt::format("'{}'", kind), "sphere, box, cylinder, capsule or mesh");
 }
 
-UrdfLink read_link(const Reader& reader, const XMLElement& element, const std::filesystem::path& file,
-                   std::span<const std::filesystem::path> package_dirs) {
+UrdfLink read_link(const Reader& reader, const XMLElement& element, const MeshSource& source) {
   UrdfLink link{.name = reader.required(element, "name"), .collisions = {}};
   int number = 0;
   for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
-    UrdfCollision collision{.name = {}, .shape = read_geometry(reader, *c, file, package_dirs), .X_LG = reader.origin(*c)};
+    UrdfCollision collision{.name = {}, .shape = read_geometry(reader, *c, source), .X_LG = reader.origin(*c)};
     const char* name = c->Attribute("name");
     collision.name = name && *name ? std::string(name) : fmt::format("{}_{}", shape_name(collision.shape), number);
     for (const auto& other : link.collisions) {
@@ -171,8 +176,11 @@ RawJoint read_joint(const Reader& reader, const XMLElement& element) {
     return raw;
   }
   const XMLElement& limit = reader.child(element, "limit");
-  joint.lower = reader.number(limit, "lower", true);
-  joint.upper = reader.number(limit, "upper", true);
+  if (limit.Attribute("lower") == nullptr && limit.Attribute("upper") == nullptr) {
+    reader.fail(limit, what, "a limit without lower and upper", "them (or -inf and inf)");
+  }
+  if (limit.Attribute("lower") != nullptr) joint.lower = reader.number(limit, "lower", true);   // by the format's rules 0 otherwise
+  if (limit.Attribute("upper") != nullptr) joint.upper = reader.number(limit, "upper", true);
   if (!(joint.lower <= joint.upper)) reader.fail(limit, what, fmt::format("limits [{}, {}]", joint.lower, joint.upper), "lower ≤ upper");
   return raw;
 }
@@ -188,7 +196,10 @@ std::filesystem::path find_resource(std::string_view uri, const std::filesystem:
   if (uri.starts_with(kFile)) return existing(fs::path(uri.substr(kFile.size())));
   if (!uri.starts_with(kPackage)) return existing(base_dir / fs::path(uri));
 
-  const fs::path rest(uri.substr(kPackage.size()));
+  uri.remove_prefix(kPackage.size());
+  while (uri.starts_with('/')) uri.remove_prefix(1);   // package:///… is seen in the wild
+  const fs::path rest(uri);
+  if (rest.empty()) return {};
   const fs::path package = *rest.begin();
   const fs::path inside = rest.lexically_relative(package);
   const auto look_in = [&](const fs::path& dir) {
@@ -215,7 +226,7 @@ std::vector<std::string> UrdfRobot::movable_joints() const {
   return names;
 }
 
-UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs, NonConvex non_convex) {
   tinyxml2::XMLDocument document;
   if (!std::filesystem::is_regular_file(file)) {
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
@@ -224,6 +235,7 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
     throw core::InvalidInput(fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
   }
   const Reader reader(file);
+  const MeshSource source{file, package_dirs, non_convex};
   const XMLElement* root = document.RootElement();
   if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
 
@@ -233,7 +245,7 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
     return found == links.end() ? -1 : static_cast<int>(found - links.begin());
   };
   for (const XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-    UrdfLink link = read_link(reader, *e, file, package_dirs);
+    UrdfLink link = read_link(reader, *e, source);
     if (link_index(link.name) >= 0) reader.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
     links.push_back(std::move(link));
   }

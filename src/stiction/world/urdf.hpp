@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "stiction/world/scene.hpp"
+#include "stiction/world/shapes.hpp"
 
 namespace stiction::world {
 
@@ -45,7 +46,8 @@ struct UrdfRobot {
 
 /// Reads revolute, continuous, prismatic and fixed joints; sphere, box, cylinder, capsule and (convex) mesh collisions.
 /// @throws core::InvalidInput "FILE:LINE: element: got …, expected …"
-UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs);
+UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
+                    NonConvex non_convex = NonConvex::Refuse);
 
 /// The file of "package://PKG/REST", "file://PATH" or a path relative to `base_dir`. A package is looked for in package_dirs and
 /// in the folders above base_dir, as a folder PKG or as a folder that is itself called PKG. Empty when nothing is there.
