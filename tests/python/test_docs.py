@@ -1,0 +1,81 @@
+"""What the documents promise: commands run, links lead somewhere, files that must agree do."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENTS = sorted(
+    path
+    for path in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("src/**/*.md"), *ROOT.glob("tasks/**/*.md")]
+    if "build" not in path.parts
+)
+
+
+def commands(document: Path) -> list[str]:
+    """Lines of the blocks marked ```sh."""
+    blocks = re.findall(r"^```sh\n(.*?)^```", document.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    return [line for block in blocks for line in block.splitlines() if line.strip() and not line.startswith("#")]
+
+
+def relative(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("document", [d for d in DOCUMENTS if commands(d)], ids=relative)
+def test_commands_of_a_document_run(document: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    """`make` targets must exist; commands of the program are run in order, in a folder that looks like the repository."""
+    for entry in ROOT.iterdir():
+        if entry.name not in ("out", "demo-out", ".git"):
+            (tmp_path / entry.name).symlink_to(entry)
+    for line in commands(document):
+        words = shlex.split(line)
+        if words[0] == "make":
+            done = subprocess.run(["make", "-n", *words[1:]], cwd=ROOT, capture_output=True, text=True, timeout=60)
+        elif words[0] == "build/release/stiction":
+            request.getfixturevalue("program")
+            done = subprocess.run(words, cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300)
+        else:
+            pytest.fail(f"{relative(document)}: do not know how to test {line!r}")
+        assert done.returncode == 0, f"{relative(document)}: {line}\n{done.stdout}{done.stderr}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=relative)
+def test_relative_links_lead_somewhere(document: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if not re.match(r"[a-z]+:", target) and not target.startswith("#"):
+            assert (document.parent / target.split("#")[0]).exists(), f"{relative(document)}: link to {target}"
+
+
+def test_changelog_starts_with_unreleased_changes_and_knows_the_version() -> None:
+    versions = re.findall(r"^## \[([^\]]+)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert versions[0] == "Unreleased"
+    assert re.fullmatch(r"\d+\.\d+\.\d+", (ROOT / "VERSION").read_text().strip())
+
+
+def test_lock_holds_every_requirement_with_hashes_and_no_source() -> None:
+    def normal(name: str) -> str:
+        return re.sub(r"[-_.]+", "-", name).lower()
+
+    lock = (ROOT / "requirements.lock").read_text()
+    assert not re.search(r"https?:|--index|--extra-index|--find-links|--trusted", lock)
+    entries = re.findall(r"^([A-Za-z0-9._-]+)==([^ ;]+) .*\\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n?)+)", lock, flags=re.MULTILINE)
+    assert len(entries) == len(re.findall(r"^[A-Za-z]", lock, flags=re.MULTILINE))
+    locked = {normal(name): version for name, version, _ in entries}
+    for line in (ROOT / "requirements.in").read_text().splitlines():
+        wanted = line.split("#")[0].strip()
+        if wanted:
+            name, _, version = wanted.partition("==")
+            assert normal(name) in locked, f"{name} is not in requirements.lock: run `make lock`"
+            assert version in ("", locked[normal(name)])
+
+
+def test_ci_runs_make_test_and_nothing_else() -> None:
+    lines = [line for line in (ROOT / ".ci" / "run").read_text().splitlines() if line and not line.startswith("#")]
+    assert lines == ["set -euo pipefail", 'cd "$(dirname "$0")/.."', "make test"]
