@@ -37,33 +37,41 @@ struct Segment {
   double h;        // half length
 };
 
+constexpr double kParallel2 = 1e-12;   // squared angle below which two segments count as parallel [rad²]
+
 // Parameters of the nearest points of two segments (Ericson, Real-Time Collision Detection, §5.1.9, in centred form).
-void nearest_parameters(const Segment& a, const Segment& b, double& s, double& t) {
+void nearest_parameters(const Segment& a, const Segment& b, double sin2, double& s, double& t) {
   const Vector3d r = a.p - b.p;
   const double ab = a.u.dot(b.u), ar = a.u.dot(r), br = b.u.dot(r);
-  const double sin2 = a.u.cross(b.u).squaredNorm();
-  const double angle2 = 1e-12;   // rad²: below it the two are parallel and the middle of the overlap is taken
-
-  // Parallel: middle of the common part, or the two ends that face each other.
-  const double c = -ar;                                 // centre of b on a's axis
-  const double hb = b.h * std::abs(ab);
-  const double middle = 0.5 * (std::max(-a.h, c - hb) + std::min(a.h, c + hb));
-  const double s_parallel = std::clamp(middle, -a.h, a.h);
-  const double t_parallel = std::clamp((middle - c) * (ab < 0 ? -1.0 : 1.0), -b.h, b.h);
-  const double weight = angle2 * angle2 / (angle2 * angle2 + sin2 * sin2);
-  if (weight > 1.0 - 1e-12) {
-    s = s_parallel;
-    t = t_parallel;
-    return;
-  }
-  s = std::clamp((ab * br - ar) / sin2, -a.h, a.h);
+  s = sin2 > 0 ? std::clamp((ab * br - ar) / sin2, -a.h, a.h) : 0.0;
   t = ab * s + br;
   if (t < -b.h || t > b.h) {
     t = std::clamp(t, -b.h, b.h);
     s = std::clamp(ab * t - ar, -a.h, a.h);
   }
-  s += weight * (s_parallel - s);
-  t += weight * (t_parallel - t);
+  if (sin2 > 100.0 * kParallel2) return;
+  // Nearly parallel: s above is lost to rounding, but unless the axes meet the nearest point is an end of one of the two.
+  double best2 = (r + s * a.u - t * b.u).squaredNorm();
+  const auto try_ends = [&](double s_end, double t_end) {
+    const double d2 = (r + s_end * a.u - t_end * b.u).squaredNorm();
+    if (d2 >= best2) return;
+    best2 = d2;
+    s = s_end;
+    t = t_end;
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    try_ends(sign * a.h, std::clamp(ab * sign * a.h + br, -b.h, b.h));
+    try_ends(std::clamp(ab * sign * b.h - ar, -a.h, a.h), sign * b.h);
+  }
+}
+
+// Middle of the common part of two parallel segments, or the two ends that face each other.
+void middle_parameters(const Segment& a, const Segment& b, double& s, double& t) {
+  const double ab = a.u.dot(b.u), c = -a.u.dot(a.p - b.p);   // centre of b on a's axis
+  const double hb = b.h * std::abs(ab);
+  const double middle = 0.5 * (std::max(-a.h, c - hb) + std::min(a.h, c + hb));
+  s = std::clamp(middle, -a.h, a.h);
+  t = std::clamp((middle - c) * (ab < 0 ? -1.0 : 1.0), -b.h, b.h);
 }
 
 // Outward normal and signed distance of a point to the surface of a box, cylinder or mesh, in its frame.
@@ -240,8 +248,9 @@ void sphere_mesh_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b
 void capsule_capsule_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
                             Distance& out) {
   const Segment sa{X_WA.p, X_WA.R.col(2), a.half.z()}, sb{X_WB.p, X_WB.R.col(2), b.half.z()};
+  const double sin2 = sa.u.cross(sb.u).squaredNorm();
   double s = 0, t = 0;
-  nearest_parameters(sa, sb, s, t);
+  nearest_parameters(sa, sb, sin2, s, t);
   const Vector3d qa = sa.p + s * sa.u, qb = sb.p + t * sb.u;
   const Vector3d d = qa - qb;
   const double length = d.norm();
@@ -255,8 +264,15 @@ void capsule_capsule_kernel(const ShapeData& a, const Pose& X_WA, const ShapeDat
   }
   out.nhat_BA_W = n;
   out.phi = length - a.radius - b.radius;
-  out.p_WA = qa - a.radius * n;
-  out.p_WB = out.p_WA - out.phi * n;
+  Vector3d middle = 0.5 * (qa - a.radius * n + qb + b.radius * n);
+  const double weight = kParallel2 * kParallel2 / (kParallel2 * kParallel2 + sin2 * sin2);
+  if (weight > 1e-12) {   // parallel: the point, but not phi and the normal, moves to the middle of the overlap
+    double s_middle = 0, t_middle = 0;
+    middle_parameters(sa, sb, s_middle, t_middle);
+    middle += 0.5 * weight * ((s_middle - s) * sa.u + (t_middle - t) * sb.u);
+  }
+  out.p_WA = middle + 0.5 * out.phi * n;
+  out.p_WB = middle - 0.5 * out.phi * n;
 }
 
 void sphere_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&, Distance& out) {

@@ -14,7 +14,9 @@ struct CoalShape {
 
 namespace {
 
-constexpr double kTolerance = 1e-6;   // of GJK and EPA [m]; polytopes end on an exact feature long before
+// Tolerance of GJK and EPA [m]. Polytopes (a capsule counts as its axis) end on an exact feature. Around a cylinder Coal's answers
+// become wrong without notice below 1e-6.
+constexpr double kPolytopeTolerance = 1e-9, kCurvedTolerance = 1e-6;
 constexpr int kGjkIterations = 256, kEpaIterations = 128;
 
 std::unique_ptr<coal::ShapeBase> make_convex(const MeshData& mesh) {
@@ -50,26 +52,25 @@ struct CoalScratch::Impl {
 CoalScratch::CoalScratch() : impl_(std::make_unique<Impl>()) {
   coal::GJKSolver& solver = impl_->solver;
   solver.gjk_initial_guess = coal::GJKInitialGuess::CachedGuess;
-  solver.gjk_tolerance = kTolerance;
-  solver.epa_tolerance = kTolerance;
   solver.gjk_max_iterations = kGjkIterations;
   solver.epa_max_iterations = kEpaIterations;
-  solver.epa.reset(kEpaIterations, kTolerance);   // its storage, so that no query allocates it
+  solver.epa.reset(kEpaIterations, kPolytopeTolerance);   // its storage, so that no query allocates it
 }
 
 CoalScratch::~CoalScratch() = default;
 
 void coal_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context, Distance& out) {
-  const coal::GJKSolver& solver = context.coal->impl().solver;
+  coal::GJKSolver& solver = context.coal->impl().solver;
+  const bool curved = a.kind == Kind::Cylinder || b.kind == Kind::Cylinder;
+  solver.gjk_tolerance = solver.epa_tolerance = curved ? kCurvedTolerance : kPolytopeTolerance;
   // The first guess is the line of the centres and never the last answer: equal configurations give equal bits.
   const Vector3d guess = a.p_GCenter - X_WA.R.transpose() * (X_WB * b.p_GCenter - X_WA.p);
   solver.cached_guess = guess.squaredNorm() > 0 ? guess : Vector3d::UnitX();
   solver.support_func_cached_guess.setZero();
 
   coal::Vec3s p_a, p_b, normal;
-  const double distance =
-      solver.shapeDistance(*a.coal->shape, coal::Transform3s(X_WA.R, X_WA.p), *b.coal->shape, coal::Transform3s(X_WB.R, X_WB.p), true, p_a,
-                           p_b, normal);
+  const double distance = solver.shapeDistance(*a.coal->shape, coal::Transform3s(X_WA.R, X_WA.p), *b.coal->shape,
+                                               coal::Transform3s(X_WB.R, X_WB.p), true, p_a, p_b, normal);
   // Coal's normal points from the first shape to the second and p_b − p_a = distance · normal, in penetration too.
   out.phi = distance;
   out.nhat_BA_W = -normal;
