@@ -175,7 +175,8 @@ std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const w
 PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model) {
   node.require_map({"seed", "threads", "batch", "max_iterations", "stop_at_goal", "goal_bias", "grasp_probability", "gamma", "length",
                     "smoothing", "h", "regularisation", "substep", "single_step", "real_regrasps", "regrasp_friction",
-                    "regrasp_tol_position", "regrasp_tol_angle", "sampler", "sample_box", "tolerance_fraction"});
+                    "regrasp_tol_position", "regrasp_tol_angle", "sampler", "sample_box", "fidelity_edge", "fidelity_path",
+                    "tolerance_fraction"});
   PlannerOptions out;
   if (const auto v = given(node, "seed")) {
     if (v->integer() < 0) v->fail("an integer ≥ 0");
@@ -221,6 +222,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "regrasp_tol_angle")) out.regrasp_tol_angle = v->positive();
   if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v, model);
   if (const auto v = given(node, "sample_box")) out.sample_boxes = read_sample_boxes(*v, model);
+  if (const auto v = given(node, "fidelity_edge")) out.fidelity_edge = v->positive();
+  if (const auto v = given(node, "fidelity_path")) out.fidelity_path = v->positive();
   if (const auto v = given(node, "tolerance_fraction")) {
     out.tolerance_fraction = v->positive();
     if (out.tolerance_fraction > 1) v->fail("a number in (0, 1]");
@@ -228,7 +231,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   try {
     out.validate(model);
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}:{}: {}.{}", node.file().string(), node.line(), node.path(), e.what()));
+    throw core::InvalidInput(fmt::format("{}:{}: {}", node.file().string(), node.line(), e.what()));
   }
   return out;
 }
@@ -274,6 +277,8 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
     entry["lower"] = to_json(box.lower);
     entry["upper"] = to_json(box.upper);
   }
+  out["fidelity_edge"] = o.fidelity_edge;
+  out["fidelity_path"] = o.fidelity_path;
   out["tolerance_fraction"] = o.tolerance_fraction;
   return out.dump();
 }
