@@ -43,6 +43,9 @@ inline Element<3> apply(const V4* v, const Element<3>& x) {
   }
 }
 
+/// w∘z is known to this part of w₀z₀.
+inline constexpr double kRounding = 1e-14;
+
 /// Where the iterate is, over all rows seen.
 struct Spread {
   V4 mean{};     // Σ wᵀz / weight
@@ -91,7 +94,7 @@ inline void scale_group(Bank<R>& b, int g, double t, Spread& spread) {
   }
   spread.mean += m * inv_weight;   // inv_weight is 0 at dead lanes
   spread.worst = max(spread.worst, m * live);
-  spread.off = max(spread.off, off * inv_weight);
+  spread.off = max(spread.off, (off - kRounding * w.e[0] * z.e[0]) * inv_weight);
 }
 
 /// p = V·r_p·factor

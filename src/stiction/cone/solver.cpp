@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "stiction/cone/rows.hpp"
@@ -29,6 +27,10 @@ constexpr double kBacktrack = 0.75;
 constexpr double kNeighbourhood = 1e-3;    // smallest eigenvalue of the scaled point against its target
 constexpr double kPlainStep = 0.5;         // a Newton step at least this long needs no corrector (Smoothed)
 constexpr double kTooShort = 0.05;         // a predictor step below this from a centred point: raise μ
+constexpr double kNear = 2;                // t this close to its end: plain Newton steps only
+constexpr double kDamped = 0.8;            // part of a step that reaches the boundary there
+constexpr int kLong = 20;
+constexpr double kCareful = 0.1;           // the neighbourhood of the careful attempt
 constexpr double kShort = 0.1;             // a corrected step below this is not worth taking: centre instead
 constexpr double kBackUp = 10;             // by this
 constexpr double kCentreTolerance = 1e-7;  // relative, of the centred end point in Exact mode
@@ -69,6 +71,7 @@ class Attempt {
   void refine(double* dx);
   double calc_direction(double t, bool corrector, double reduction);
   double shorten(double alpha, double t) const;
+  double search(double alpha);
   void move(double alpha, double reduction);
   bool measure();
   bool prove_infeasible();
@@ -88,6 +91,7 @@ class Attempt {
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;
+  bool settled_ = false;  // long under way and both residuals gone: only centring is left
   bool centred_ = false;  // the last step was a centring step of good length
 };
 
@@ -478,7 +482,7 @@ double Attempt::calc_direction(double t, bool corrector, double reduction) {
 
 /// Step inside the neighbourhood of the central path around t.
 double Attempt::shorten(double alpha, double t) const {
-  const double floor = kNeighbourhood * t;
+  const double floor = (careful_ ? kCareful : kNeighbourhood) * t;
   for (int k = 0; k < 12; ++k, alpha *= kBacktrack) {
     V4 margin = all(1.0);
     const auto look = [&]<int R>(const Bank<R>& b) {
@@ -489,6 +493,45 @@ double Attempt::shorten(double alpha, double t) const {
     look(s_.bounds);
     if (largest(-margin) <= 0) break;
   }
+  return alpha;
+}
+
+/// Step along the Newton direction to t_end that decreases the potential Ψ = Σ wᵀz − ½ω·log(det w·det z) (ω·log wz for a
+/// half-line), which is convex on the manifold of feasible points and smallest at the centre (eq. 11).
+double Attempt::search(double alpha) {
+  const auto change = [&](double a) {
+    double sum_of = 0;
+    for_each_bank([&]<int R>(Bank<R>& b) {
+      for (int i = 0; i < b.n; ++i) {
+        if (b.live[at(i)] == 0) continue;
+        const int base = (i / 4) * 4 * R + i % 4;
+        double x[R], y[R], m = 0, m0 = 0;
+        for (int r = 0; r < R; ++r) {
+          const double l = b.lambda[at(base + 4 * r)];
+          x[r] = l + a * b.u[at(base + 4 * r)];
+          y[r] = l + a * b.s[at(base + 4 * r)];
+          m += x[r] * y[r];
+          m0 += l * l;
+        }
+        double log_ratio;
+        if constexpr (R == 3) {
+          const double product = (x[0] * x[0] - x[1] * x[1] - x[2] * x[2]) * (y[0] * y[0] - y[1] * y[1] - y[2] * y[2]);
+          log_ratio = 0.5 * std::log(product) + std::log(b.inv_det[at(i)]);
+        } else {
+          log_ratio = std::log(m / m0);
+        }
+        sum_of += m - m0 - t_end_ * b.weight[at(i)] * log_ratio;
+      }
+    });
+    return sum_of;
+  };
+  double slope = 0;   // −‖λ − ωλ⁻¹‖² = Σ d·(u + s) with d = u + s
+  for_each_bank([&]<int R>(Bank<R>& b) {
+    for (int i = 0; i < 4 * R * b.groups; ++i) {
+      if (b.live[at((i / (4 * R)) * 4 + i % 4)] != 0) slope -= (b.u[at(i)] + b.s[at(i)]) * (b.u[at(i)] + b.s[at(i)]);
+    }
+  });
+  for (int k = 0; k < 12 && !(change(alpha) <= 0.1 * alpha * slope); ++k) alpha *= 0.5;
   return alpha;
 }
 
@@ -508,11 +551,13 @@ bool Attempt::step() {
   const double largest_affine = calc_direction(t_end_, false, 1.0);
   const double affine = std::min(1.0, kToBoundary * largest_affine);
   if (!(affine > 0)) return false;
-  const bool plain = n_rows_ == 0 || (smoothed_ ? affine >= kPlainStep : t_ < 4 * t_end_);
+  const bool near_end = t_ < kNear * t_end_ && (settled_ || !smoothed_);
+  const bool plain = n_rows_ == 0 || near_end || (smoothed_ && affine >= (careful_ ? 1.0 : kPlainStep));
   double alpha = affine, reduction = 1;
   bool centred = false;
   if (plain) {
-    alpha = shorten(affine, t_end_);
+    // At the end a step to the boundary would only leave the centre on the other side and may cycle: search.
+    alpha = settled_ && affine < 1 ? search(kDamped * affine) : shorten(affine, t_end_);
   } else {
     double t = t_end_ + (1 - std::min(1.0, largest_affine)) * (t_ - t_end_);
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
@@ -527,7 +572,6 @@ bool Attempt::step() {
       centred = alpha > kPlainStep;
     }
   }
-  if (getenv("TRACE")) fprintf(stderr,"t %.3e aff %.3e alpha %.3e plain %d primal %.3e\n",t_,affine,alpha,(int)plain,primal_);
   if (!(alpha > 1e-10)) return false;
   centred_ = centred;
   move(alpha, reduction);
@@ -637,6 +681,7 @@ Status Attempt::run(int& iterations) {
       (void)measure();
       return Status::MaxIterations;
     }
+    settled_ = iteration >= kLong && residuals_.primal < 1e-9 && residuals_.stationarity < 1e-9;
     build();
     ++iterations;
     if (!factorise() || !step()) return good ? Status::Solved : Status::NumericalFailure;
