@@ -1,4 +1,4 @@
-// No heap use after the first call. Every malloc of this program is counted (glibc).
+// No heap use after the first call. Every malloc of this program is counted (glibc; not under sanitizers, which bring their own).
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -10,11 +10,16 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 extern "C" void* __libc_malloc(std::size_t);
-extern "C" void* malloc(std::size_t size) {   // NOLINT: takes the place of the C library's
+extern "C" void* malloc(std::size_t size) {  // NOLINT: takes the place of the C library's
   allocations.fetch_add(1, std::memory_order_relaxed);
   return __libc_malloc(size);
 }
+constexpr bool kCounts = true;
+#else
+constexpr bool kCounts = false;
+#endif
 
 namespace stiction::world {
 namespace {
@@ -44,7 +49,8 @@ TEST(Kinematics, AfterTheFirstCall_NothingIsAllocated) {
   for (int i = 0; i < 10; ++i) everything();
   EXPECT_EQ(allocations.load(), before);
   EXPECT_TRUE(std::isfinite(sum));
-  const std::vector<int> counted(100);
+  if (!kCounts) GTEST_SKIP() << "mallocs are not counted under sanitizers";
+  const auto counted = std::make_unique<std::vector<int>>(100);
   EXPECT_GT(allocations.load(), before) << "the counter does not count";
 }
 

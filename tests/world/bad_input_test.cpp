@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 class BadInput : public testing::Test {
  protected:
   void SetUp() override {
-    dir_ = fs::temp_directory_path() / ("stiction_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + std::to_string(::getpid()));
+    dir_ = fs::temp_directory_path() /
+           ("stiction_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + std::to_string(::getpid()));
     fs::create_directories(dir_);
     write("arm.urdf", R"(<robot name="arm">
   <link name="base"/>
@@ -69,10 +70,12 @@ TEST_F(BadInput, GoodScenes_SayNothing) {
 
 TEST_F(BadInput, UnknownKey_ListsTheAllowedOnesWithAHint) {
   EXPECT_EQ(message("gravty: [0, 0, 0]\n"),
-            "scene.yaml:1: gravty: got an unknown key, expected one of name, gravity, contact_distance, max_contacts, robots, objects, fixed, filters; "
+            "scene.yaml:1: gravty: got an unknown key, expected one of name, gravity, contact_distance, max_contacts, robots, objects, "
+            "fixed, filters; "
             "did you mean 'gravity'?");
   EXPECT_EQ(message("fixed:\n  - name: floor\n    shapes:\n      - half_space: {}\n        frictoin: 1\n"),
-            "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, sphere, box, capsule, cylinder, mesh, "
+            "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, sphere, box, capsule, "
+            "cylinder, mesh, "
             "half_space; did you mean 'friction'?");
   EXPECT_EQ(message(ball("    wibble: 1\n")).substr(0, 62), "scene.yaml:6: objects[0].wibble: got an unknown key, expected ");
 }
@@ -80,7 +83,8 @@ TEST_F(BadInput, UnknownKey_ListsTheAllowedOnesWithAHint) {
 TEST_F(BadInput, KeyTwice_IsNamed) { EXPECT_EQ(message("name: a\nname: b\n"), "scene.yaml:2: name: got this key twice, expected it once"); }
 
 TEST_F(BadInput, MissingKey_IsNamed) {
-  EXPECT_EQ(message("objects:\n  - name: ball\n    joint: free\n    shapes: [{sphere: {radius: 0.1}}]\n"), "scene.yaml:2: objects[0].mass: got nothing, expected this key");
+  EXPECT_EQ(message("objects:\n  - name: ball\n    joint: free\n    shapes: [{sphere: {radius: 0.1}}]\n"),
+            "scene.yaml:2: objects[0].mass: got nothing, expected this key");
   EXPECT_EQ(message(arm("")), "scene.yaml:2: robots[0].stiffness: got nothing, expected this key");
 }
 
@@ -124,24 +128,30 @@ TEST_F(BadInput, QuaternionThatIsNotUnit_IsNamed) {
 TEST_F(BadInput, UnknownNames_AreNamedWithAHint) {
   EXPECT_EQ(message(arm("    stiffness: {elbw: 1}\n")),
             "scene.yaml:4: robots[0].stiffness.elbw: got unknown joint 'elbw', expected one of elbow; did you mean 'elbow'?");
-  EXPECT_EQ(message(arm("    stiffness: {}\n")), "scene.yaml:4: robots[0].stiffness: got nothing for joint 'elbow', expected every movable joint");
+  EXPECT_EQ(message(arm("    stiffness: {}\n")),
+            "scene.yaml:4: robots[0].stiffness: got nothing for joint 'elbow', expected every movable joint");
   EXPECT_EQ(message(arm("    stiffness: 1\n    link_friction: {tipp: 1}\n")),
             "scene.yaml:5: robots[0].link_friction.tipp: got unknown link 'tipp', expected one of base, tip; did you mean 'tip'?");
-  EXPECT_EQ(message(ball("filters:\n  - exclude: [ball, bal]\n")),
-            "scene.yaml:7: filters[0].exclude[1]: got unknown body or geometry 'bal', expected one of ball, ball/sphere_0; did you mean 'ball'?");
+  EXPECT_EQ(
+      message(ball("filters:\n  - exclude: [ball, bal]\n")),
+      "scene.yaml:7: filters[0].exclude[1]: got unknown body or geometry 'bal', expected one of ball, ball/sphere_0; did you mean 'ball'?");
   const auto model = Model::make(load_scene(write("good.yaml", arm("    stiffness: 1\n"))));
-  EXPECT_EQ(message_of([&] { static_cast<void>(model->joint_index("wrist")); }), "joint: got unknown name 'wrist', expected one of arm/elbow");
-  EXPECT_EQ(message_of([&] { static_cast<void>(model->object_index("cup")); }), "object: got unknown name 'cup', expected none (there are none)");
+  EXPECT_EQ(message_of([&] { static_cast<void>(model->joint_index("wrist")); }),
+            "joint: got unknown name 'wrist', expected one of arm/elbow");
+  EXPECT_EQ(message_of([&] { static_cast<void>(model->object_index("cup")); }),
+            "object: got unknown name 'cup', expected none (there are none)");
 }
 
 TEST_F(BadInput, NamesTwice_AreNamed) {
   EXPECT_EQ(message(ball("  - name: ball\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 0.1}}]\n")),
             "scene.yaml:6: objects[1].name: got 'ball' twice, expected each name once");
-  EXPECT_EQ(message("objects:\n  - {name: a/b, joint: free, mass: 1, shapes: []}\n"), "scene.yaml:2: objects[0].name: got 'a/b', expected a name without '/', '*' or spaces");
+  EXPECT_EQ(message("objects:\n  - {name: a/b, joint: free, mass: 1, shapes: []}\n"),
+            "scene.yaml:2: objects[0].name: got 'a/b', expected a name without '/', '*' or spaces");
 }
 
 TEST_F(BadInput, UrdfThatIsMissingOrMalformed_IsNamed) {
-  EXPECT_EQ(message("robots:\n  - name: arm\n    urdf: no.urdf\n    stiffness: 1\n"), "scene.yaml:3: robots[0].urdf: got 'no.urdf', which does not exist, expected a URDF file");
+  EXPECT_EQ(message("robots:\n  - name: arm\n    urdf: no.urdf\n    stiffness: 1\n"),
+            "scene.yaml:3: robots[0].urdf: got 'no.urdf', which does not exist, expected a URDF file");
   write("arm.urdf", "<robot name='arm'>\n  <link name='a'>\n</robot>\n");
   EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:2: urdf: got malformed XML (XML_ERROR_MISMATCHED_ELEMENT), expected a URDF");
   write("arm.urdf", "<model/>\n");
@@ -157,7 +167,8 @@ TEST_F(BadInput, UrdfContent_IsNamedWithItsLine) {
   };
   EXPECT_EQ(with_joint("<joint name='j' type='floating'><parent link='a'/><child link='b'/></joint>"),
             "arm.urdf:4: joint 'j': got type 'floating', expected revolute, continuous, prismatic or fixed");
-  EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>"), "arm.urdf:4: joint 'j': got no element limit, expected one");
+  EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>"),
+            "arm.urdf:4: joint 'j': got no element limit, expected one");
   EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/><mimic joint='k'/></joint>"),
             "arm.urdf:4: joint 'j': got a mimic joint, expected joints that move by themselves");
   EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/>\n<limit lower='2' upper='1'/></joint>"),
@@ -169,16 +180,20 @@ TEST_F(BadInput, UrdfContent_IsNamedWithItsLine) {
   EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='bb'/></joint>"),
             "arm.urdf:4: joint 'j': got unknown link 'bb', expected one of a, b; did you mean 'b'?");
   EXPECT_EQ(with_joint(""), "arm.urdf:1: robot: got 2 links without a parent, expected one");
-  EXPECT_EQ(with_joint("<joint name='j' type='fixed'><parent link='b'/><child link='a'/></joint>\n<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint>"),
+  EXPECT_EQ(with_joint("<joint name='j' type='fixed'><parent link='b'/><child link='a'/></joint>\n<joint name='k' type='fixed'><parent "
+                       "link='a'/><child link='b'/></joint>"),
             "arm.urdf:1: robot: got 0 links without a parent, expected one");
 }
 
 TEST_F(BadInput, Meshes_AreNamed) {
   const auto with_mesh = [&](const std::string& uri) {
-    write("arm.urdf", "<robot name='arm'>\n<link name='a'><collision><geometry>\n<mesh filename='" + uri + "'/></geometry></collision></link>\n</robot>\n");
+    write("arm.urdf", "<robot name='arm'>\n<link name='a'><collision><geometry>\n<mesh filename='" + uri +
+                          "'/></geometry></collision></link>\n</robot>\n");
     return message(arm("    stiffness: 1\n"));
   };
-  EXPECT_EQ(with_mesh("package://nowhere/a.stl"), "arm.urdf:3: mesh filename: got 'package://nowhere/a.stl', which is nowhere, expected a file that exists (package:// is looked for in package_dirs and above the URDF)");
+  EXPECT_EQ(with_mesh("package://nowhere/a.stl"),
+            "arm.urdf:3: mesh filename: got 'package://nowhere/a.stl', which is nowhere, expected a file that exists (package:// is looked "
+            "for in package_dirs and above the URDF)");
   write("a.ply", "x");
   EXPECT_EQ(with_mesh("a.ply"), "arm.urdf:3: mesh: a.ply: mesh: got '.ply', expected .stl, .obj or .dae");
   write("a.obj", "v 0 0 0\nf 1 2 3\n");
@@ -194,14 +209,20 @@ TEST_F(BadInput, Meshes_AreNamed) {
 TEST_F(BadInput, ObjectsThatMakeNoSense_AreNamed) {
   EXPECT_EQ(message(ball("    pose: {position: [0, 0, 1]}\n")),
             "scene.yaml:6: objects[0].pose: got pose of a free object, expected none (where it starts is part of the start)");
-  EXPECT_EQ(message(ball("    axis: [0, 0, 1]\n")), "scene.yaml:6: objects[0].axis: got axis of a free object, expected it only for hinge and slider objects");
-  EXPECT_EQ(message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 0.1}, pose: {position: [0, 0, 0.5]}}]\n"),
-            "scene.yaml:5: objects[0].shapes: got shapes whose centre of mass lies at (0, 0, 0.5), expected it at the origin of a free object (shift the poses of the "
-            "shapes by minus that)");
+  EXPECT_EQ(message(ball("    axis: [0, 0, 1]\n")),
+            "scene.yaml:6: objects[0].axis: got axis of a free object, expected it only for hinge and slider objects");
+  EXPECT_EQ(
+      message(
+          "objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 0.1}, pose: {position: [0, 0, 0.5]}}]\n"),
+      "scene.yaml:5: objects[0].shapes: got shapes whose centre of mass lies at (0, 0, 0.5), expected it at the origin of a free object "
+      "(shift the poses of the "
+      "shapes by minus that)");
   EXPECT_EQ(message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{half_space: {}}]\n"),
-            "scene.yaml:5: objects[0].shapes[0].half_space: got a half-space, expected a shape with a finite volume (half-spaces are for fixed bodies)");
-  EXPECT_EQ(message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 1}, box: {size: [1, 1, 1]}}]\n"),
-            "scene.yaml:5: objects[0].shapes[0]: got 2 shapes, expected exactly one of sphere, box, capsule, cylinder, mesh, half_space");
+            "scene.yaml:5: objects[0].shapes[0].half_space: got a half-space, expected a shape with a finite volume (half-spaces are for "
+            "fixed bodies)");
+  EXPECT_EQ(
+      message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{sphere: {radius: 1}, box: {size: [1, 1, 1]}}]\n"),
+      "scene.yaml:5: objects[0].shapes[0]: got 2 shapes, expected exactly one of sphere, box, capsule, cylinder, mesh, half_space");
 }
 
 TEST_F(BadInput, FilesThatCannotBeRead_AreNamed) {
@@ -219,13 +240,20 @@ TEST_F(BadInput, SceneMadeInMemory_IsCheckedAsWell) {
   };
   EXPECT_EQ(of([](Scene&) {}), "");
   EXPECT_EQ(of([](Scene& s) { s.objects[2].mass = -1; }), "objects[2]: mass: got -1, expected a finite number > 0");
-  EXPECT_EQ(of([](Scene& s) { s.objects[0].inertia(0, 0) = -1; }), "objects[0]: inertia: got a matrix that is not symmetric positive definite, expected one that is");
-  EXPECT_EQ(of([](Scene& s) { s.gravity[0] = std::numeric_limits<double>::quiet_NaN(); }), "scene: gravity[0]: got nan, expected a finite number");
-  EXPECT_EQ(of([](Scene& s) { s.robots[0].stiffness.pop_back(); }), "robots[0]: stiffness: got nothing for joint 'a_right', expected every movable joint");
+  EXPECT_EQ(of([](Scene& s) { s.objects[0].inertia(0, 0) = -1; }),
+            "objects[0]: inertia: got a matrix that is not symmetric positive definite, expected one that is");
+  EXPECT_EQ(of([](Scene& s) { s.gravity[0] = std::numeric_limits<double>::quiet_NaN(); }),
+            "scene: gravity[0]: got nan, expected a finite number");
+  EXPECT_EQ(of([](Scene& s) { s.robots[0].stiffness.pop_back(); }),
+            "robots[0]: stiffness: got nothing for joint 'a_right', expected every movable joint");
   EXPECT_EQ(of([](Scene& s) { s.robots[0].X_WBase.R *= 2; }), "robots[0]: base: got no rigid transform, expected one");
   EXPECT_EQ(of([](Scene& s) { s.objects[1].p_BCom[0] = 1; }), "objects[1]: p_BCom: got (1, 0, 0), expected 0 for a free object");
-  EXPECT_EQ(of([](Scene& s) { s.objects[1].geometries[0].shape = HalfSpace{}; }), "objects[1]: ball: got a half-space, expected half-spaces on fixed bodies only");
-  EXPECT_EQ(of([](Scene& s) { s.filters.push_back({"flor", "*", std::nullopt}); }).substr(0, 57), "filters[0]: name: got unknown body or geometry 'flor', ex");
+  EXPECT_EQ(of([](Scene& s) { s.objects[1].geometries[0].shape = HalfSpace{}; }),
+            "objects[1]: ball: got a half-space, expected half-spaces on fixed bodies only");
+  EXPECT_EQ(of([](Scene& s) {
+              s.filters.push_back({"flor", "*", std::nullopt});
+            }).substr(0, 57),
+            "filters[0]: name: got unknown body or geometry 'flor', ex");
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ Vector3d point_velocity(const Model& model, const Kinematics& k, const Body& bod
 TEST(Kinematics, AxesAndOrigins_AreTheDerivativeOfEveryBodyThroughRetract) {
   const auto model = Model::make(test::make_zoo());
   core::Random random(1, 0);
-  const double h = 6e-6;   // cbrt of the accuracy of a pose: truncation and rounding both near 4e-11
+  const double h = 6e-6;  // cbrt of the accuracy of a pose: truncation and rounding both near 4e-11
   for (int sample = 0; sample < 20; ++sample) {
     const VectorXd q = random_configuration(*model, random);
     const Kinematics k = kinematics_at(*model, q);
@@ -49,7 +49,7 @@ TEST(Kinematics, AxesAndOrigins_AreTheDerivativeOfEveryBodyThroughRetract) {
       const Kinematics plus = kinematics_at(*model, q_plus), minus = kinematics_at(*model, q_minus);
       double moved = 0;
       for (std::size_t b = 0; b < model->bodies().size(); ++b) {
-        for (int corner = 0; corner < 4; ++corner) {   // origin and three more points: the whole motion
+        for (int corner = 0; corner < 4; ++corner) {  // origin and three more points: the whole motion
           const Vector3d p_B = corner == 0 ? Vector3d::Zero() : Vector3d(Vector3d::Unit(corner - 1));
           const Vector3d expected = (plus.X_WB[b] * p_B - minus.X_WB[b] * p_B) / (2 * h);
           const Vector3d got = point_velocity(*model, k, model->bodies()[b], i, k.X_WB[b] * p_B);
@@ -128,7 +128,7 @@ TEST(Manifold, RetractUndoesLocal_UpToTheSignOfTheQuaternion) {
     if (out.segment<4>(object.q_begin + 3).dot(q1.segment<4>(object.q_begin + 3)) < 0) out.segment<4>(object.q_begin + 3) *= -1;
     EXPECT_LT((out - q1).norm(), 1e-13);
 
-    VectorXd q1_negated = q1;   // the same rotation
+    VectorXd q1_negated = q1;  // the same rotation
     q1_negated.segment<4>(object.q_begin + 3) *= -1;
     local(*model, q0, q1_negated, other);
     EXPECT_LT((other - delta).norm(), 1e-13);
@@ -183,7 +183,8 @@ TEST(ObjectMass, IsThatOfTheKineticEnergyOfManyParticles) {
     const double m = spec.mass / 6, h = 6e-6;
     for (int particle = 0; particle < 6; ++particle) {
       const int axis = particle / 2;
-      const Vector3d p_B = spec.p_BCom + (particle % 2 ? 1 : -1) * std::sqrt(axes.eigenvalues()[axis] / (2 * m)) * axes.eigenvectors().col(axis);
+      const Vector3d p_B =
+          spec.p_BCom + (particle % 2 ? 1 : -1) * std::sqrt(axes.eigenvalues()[axis] / (2 * m)) * axes.eigenvectors().col(axis);
       Eigen::Matrix3Xd velocity(3, info.n_v);
       for (int i = 0; i < info.n_v; ++i) {
         VectorXd delta = VectorXd::Zero(model->n_v()), q_plus = q, q_minus = q;
@@ -197,7 +198,7 @@ TEST(ObjectMass, IsThatOfTheKineticEnergyOfManyParticles) {
     calc_object_mass(*model, k, object, got);
     EXPECT_LT((got - expected).norm(), 1e-8 * expected.norm()) << info.name;
     EXPECT_LT((got - got.transpose()).norm(), 1e-14);
-    if (info.n_q == 7) {   // centre of mass at the origin: translation and rotation do not mix
+    if (info.n_q == 7) {  // centre of mass at the origin: translation and rotation do not mix
       EXPECT_LT((got.topLeftCorner(3, 3) - spec.mass * MatrixXd::Identity(3, 3)).norm(), 1e-14);
       EXPECT_LT(got.topRightCorner(3, 3).norm(), 1e-14);
       EXPECT_LT((got.bottomRightCorner(3, 3) - spec.inertia).norm(), 1e-14) << "body axes";
@@ -225,7 +226,7 @@ TEST(Gravity, IsMinusTheDerivativeOfThePotential) {
     delta[i] = h;
     retract(*model, q, delta, q_plus);
     retract(*model, q, -delta, q_minus);
-    EXPECT_NEAR(tau[i], -(potential(q_plus) - potential(q_minus)) / (2 * h), 1e-7) << i;   // potential ~ 1e2 J: rounding 2e-14/1e-5
+    EXPECT_NEAR(tau[i], -(potential(q_plus) - potential(q_minus)) / (2 * h), 1e-7) << i;  // potential ~ 1e2 J: rounding 2e-14/1e-5
   }
   EXPECT_GT(tau.norm(), 10);
 }

@@ -74,17 +74,17 @@ TEST(AllegroBall, AnchorConfiguration_HasPublishedSphereCentresAndGaps) {
   struct Anchor {
     const char* name;
     Vector3d p;
-    double gap;   // [m] to the ball
+    double gap;  // [m] to the ball
   };
   const Anchor anchors[] = {
-      {"hand/link_3/ball_1", {-0.1334, 0.0503, 0.0946}, 3.76e-3},  {"hand/link_7/ball_1", {-0.1468, -0.0140, 0.0968}, 0.26e-3},
+      {"hand/link_3/ball_1", {-0.1334, 0.0503, 0.0946}, 3.76e-3},    {"hand/link_7/ball_1", {-0.1468, -0.0140, 0.0968}, 0.26e-3},
       {"hand/link_11/ball_1", {-0.1240, -0.0526, 0.0919}, -0.20e-3}, {"hand/link_15/ball_2", {-0.0559, 0.0638, 0.0968}, 0.38e-3},
-      {"hand/link_5/ball_2", {-0.1370, -0.0033, 0.0229}, 1.01e-3},  {"hand/link_5/ball_1", {-0.1180, -0.0008, 0.0054}, 2.34e-3},
+      {"hand/link_5/ball_2", {-0.1370, -0.0033, 0.0229}, 1.01e-3},   {"hand/link_5/ball_1", {-0.1180, -0.0008, 0.0054}, 2.34e-3},
   };
   const Vector3d ball = center(*model, q, "ball/ball");
   for (const Anchor& anchor : anchors) {
     const Vector3d p = center(*model, q, anchor.name);
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(p[k], anchor.p[k], 0.6e-4) << anchor.name << " axis " << k;   // printed to 0.1 mm
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(p[k], anchor.p[k], 0.6e-4) << anchor.name << " axis " << k;  // printed to 0.1 mm
     EXPECT_NEAR((p - ball).norm() - radius(*model, anchor.name) - 0.06, anchor.gap, 0.6e-5) << anchor.name;
   }
   EXPECT_LT((center(*model, q, "hand/hand_root/palm") - Vector3d(-0.0475, 0, -0.0093)).norm(), 1e-9);
@@ -96,8 +96,10 @@ TEST(AllegroBall, ZeroAngles_HavePublishedFingertips) {
   const auto model = load("allegro_ball");
   VectorXd q = model->neutral();
   q.tail<16>().setZero();
-  const std::pair<const char*, Vector3d> tips[] = {{"hand/link_3/ball_1", {-0.2284, 0.0553, 0}}, {"hand/link_7/ball_1", {-0.2312, 0, 0}},
-                                                   {"hand/link_11/ball_1", {-0.2284, -0.0553, 0}}, {"hand/link_15/ball_2", {-0.0090, 0.1674, -0.0132}}};
+  const std::pair<const char*, Vector3d> tips[] = {{"hand/link_3/ball_1", {-0.2284, 0.0553, 0}},
+                                                   {"hand/link_7/ball_1", {-0.2312, 0, 0}},
+                                                   {"hand/link_11/ball_1", {-0.2284, -0.0553, 0}},
+                                                   {"hand/link_15/ball_2", {-0.0090, 0.1674, -0.0132}}};
   for (const auto& [name, p] : tips) EXPECT_LT((center(*model, q, name) - p).norm(), 1e-4) << name;
 }
 

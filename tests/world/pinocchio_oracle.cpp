@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
       double value = 0;
       if (!(std::cin >> value) || !model.existJointName(name)) return 2;
       const auto& joint = model.joints[model.getJointId(name)];
-      if (joint.nq() == 2) {   // continuous: (cos, sin)
+      if (joint.nq() == 2) {  // continuous: (cos, sin)
         q[joint.idx_q()] = std::cos(value);
         q[joint.idx_q() + 1] = std::sin(value);
       } else {

@@ -64,7 +64,8 @@ TEST_P(AgainstPinocchio, EveryLinkHasTheSamePose) {
       for (int i = 0; i < 9; ++i) answers >> X_BaseL.R(i / 3, i % 3);
       for (int i = 0; i < 3; ++i) answers >> X_BaseL.p[i];
       ASSERT_TRUE(answers.good());
-      const auto body = std::find_if(model->bodies().begin(), model->bodies().end(), [&](const Body& b) { return b.name == "robot/" + link; });
+      const auto body =
+          std::find_if(model->bodies().begin(), model->bodies().end(), [&](const Body& b) { return b.name == "robot/" + link; });
       ASSERT_NE(body, model->bodies().end()) << link;
       const Pose expected = robot.X_WBase * X_BaseL;
       const Pose& got = kinematics.X_WB[static_cast<std::size_t>(body - model->bodies().begin())];

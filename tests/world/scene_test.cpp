@@ -76,7 +76,8 @@ TEST(MakeModel, FiltersLimitsAndWelds_DecideThePairs) {
     const Geometry& a = model->geometries()[static_cast<std::size_t>(pair.geometry_a)];
     const Geometry& b = model->geometries()[static_cast<std::size_t>(pair.geometry_b)];
     EXPECT_LT(pair.geometry_a, pair.geometry_b);
-    const BodyKind kind_a = model->bodies()[static_cast<std::size_t>(a.body)].kind, kind_b = model->bodies()[static_cast<std::size_t>(b.body)].kind;
+    const BodyKind kind_a = model->bodies()[static_cast<std::size_t>(a.body)].kind,
+                   kind_b = model->bodies()[static_cast<std::size_t>(b.body)].kind;
     const auto rank = [](BodyKind kind) { return kind == BodyKind::Object ? 0 : kind == BodyKind::Robot ? 1 : 2; };
     EXPECT_LE(rank(kind_a), rank(kind_b));
     EXPECT_EQ(pair.friction, 2 * a.friction * b.friction / (a.friction + b.friction));
@@ -85,7 +86,8 @@ TEST(MakeModel, FiltersLimitsAndWelds_DecideThePairs) {
     const auto& support = model->supports()[static_cast<std::size_t>(pair.support)];
     EXPECT_TRUE(std::is_sorted(support.begin(), support.end()));
     for (const int body : {a.body, b.body}) {
-      for (const int dof : model->bodies()[static_cast<std::size_t>(body)].dofs) EXPECT_TRUE(std::binary_search(support.begin(), support.end(), dof));
+      for (const int dof : model->bodies()[static_cast<std::size_t>(body)].dofs)
+        EXPECT_TRUE(std::binary_search(support.begin(), support.end(), dof));
     }
   }
 }
@@ -101,7 +103,7 @@ TEST(MakeModel, FrictionOfTwoSmoothSurfaces_IsZero) {
 
 TEST(MakeModel, ChainsListBranchesFirst) {
   const auto model = Model::make(load_scene(data("everything.yaml")));
-  const int v = model->robots()[0].v_begin;   // slide, turn, a_left, b_left, a_right
+  const int v = model->robots()[0].v_begin;  // slide, turn, a_left, b_left, a_right
   EXPECT_EQ(model->robots()[0].chains, (std::vector<std::vector<int>>{{v + 2, v + 3}, {v + 4}, {v, v + 1}}));
 }
 
@@ -115,7 +117,8 @@ TEST(MakeModel, NeutralIsNearestToZeroInsideTheLimits) {
 
 TEST(MakeModel, ReachIsNeverExceeded) {
   // The farthest bounding-sphere point that a joint moves, at random angles, stays below reach() and comes near it for the planar arm.
-  for (const auto& model : {test::load_task("allegro_ball"), test::load_task("planar_hand"), Model::make(load_scene(data("everything.yaml")))}) {
+  for (const auto& model :
+       {test::load_task("allegro_ball"), test::load_task("planar_hand"), Model::make(load_scene(data("everything.yaml")))}) {
     core::Random random(3, 1);
     KinematicsWorkspace work(*model);
     Kinematics k;
@@ -194,14 +197,17 @@ TEST_P(EveryTask, LoadsWithItsVariant) {
   EXPECT_EQ(model->scene().gravity[2], std::string(GetParam()) == "allegro_ball" ? -10 : 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Tasks, EveryTask, testing::Values("planar_pushing", "planar_hand", "allegro_ball"), [](const auto& task) { return std::string(task.param); });
+INSTANTIATE_TEST_SUITE_P(Tasks, EveryTask, testing::Values("planar_pushing", "planar_hand", "allegro_ball"),
+                         [](const auto& task) { return std::string(task.param); });
 
 TEST(Shapes, VolumeAndInertia_MatchSamplingOfTheBoundingBox) {
   // Monte Carlo with 4e5 points: relative error about 1/sqrt(1e5) = 0.3 %, tested at 5 sigma.
   const std::tuple<Shape, Vector3d, bool (*)(const Vector3d&)> cases[] = {
       {Sphere{0.5}, Vector3d::Constant(0.5), [](const Vector3d& p) { return p.norm() < 0.5; }},
       {Cylinder{0.3, 0.5}, {0.3, 0.3, 0.5}, [](const Vector3d& p) { return p.head<2>().norm() < 0.3; }},
-      {Capsule{0.3, 0.4}, {0.3, 0.3, 0.7}, [](const Vector3d& p) { return (p - Vector3d(0, 0, std::clamp(p[2], -0.4, 0.4))).norm() < 0.3; }},
+      {Capsule{0.3, 0.4},
+       {0.3, 0.3, 0.7},
+       [](const Vector3d& p) { return (p - Vector3d(0, 0, std::clamp(p[2], -0.4, 0.4))).norm() < 0.3; }},
       {Box{{0.2, 0.3, 0.4}}, {0.2, 0.3, 0.4}, [](const Vector3d&) { return true; }},
   };
   for (const auto& [shape, half, inside] : cases) {
@@ -231,8 +237,9 @@ TEST(Shapes, MeshOfACube_HasTheInertiaOfTheBox) {
   EXPECT_NEAR(got.volume, 6, 1e-12);
   EXPECT_LT((got.center - Vector3d(0.5, 1, 1.5)).norm(), 1e-12);
   EXPECT_LT((got.inertia - box.inertia).norm(), 1e-12 * box.inertia.norm());
-  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {   // outward
-    const Vector3d a = mesh.vertices.col(mesh.triangles(0, t)), b = mesh.vertices.col(mesh.triangles(1, t)), c = mesh.vertices.col(mesh.triangles(2, t));
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {  // outward
+    const Vector3d a = mesh.vertices.col(mesh.triangles(0, t)), b = mesh.vertices.col(mesh.triangles(1, t)),
+                   c = mesh.vertices.col(mesh.triangles(2, t));
     EXPECT_GT((b - a).cross(c - a).dot(a - got.center), 0);
   }
   const BoundingSphere sphere = calc_bounding_sphere(shape);
@@ -253,7 +260,8 @@ TEST(Shapes, HullOfRandomPoints_HasAllOfThemInside) {
   const ConvexMesh hull = make_convex_hull(points);
   EXPECT_EQ(hull.triangles.cols(), 2 * hull.vertices.cols() - 4) << "Euler's formula for a closed triangle surface";
   for (Eigen::Index t = 0; t < hull.triangles.cols(); ++t) {
-    const Vector3d a = hull.vertices.col(hull.triangles(0, t)), b = hull.vertices.col(hull.triangles(1, t)), c = hull.vertices.col(hull.triangles(2, t));
+    const Vector3d a = hull.vertices.col(hull.triangles(0, t)), b = hull.vertices.col(hull.triangles(1, t)),
+                   c = hull.vertices.col(hull.triangles(2, t));
     const Vector3d n = (b - a).cross(c - a).normalized();
     EXPECT_LT((n.transpose() * (points.colwise() - a)).maxCoeff(), 1e-12);
   }
@@ -270,8 +278,10 @@ TEST(Patterns, MatchRunsOfCharacters) {
 TEST(Resources, PackagesAreFoundInTheirDirsAndAbove) {
   const auto root = test::source_dir();
   const std::vector<std::filesystem::path> dirs{root};
-  EXPECT_TRUE(std::filesystem::equivalent(find_resource("package://models/allegro_hand.urdf", "/tmp", dirs), root / "models/allegro_hand.urdf"));
-  EXPECT_TRUE(std::filesystem::equivalent(find_resource("package://models/allegro_hand.urdf", root / "tests/world", {}), root / "models/allegro_hand.urdf"));
+  EXPECT_TRUE(
+      std::filesystem::equivalent(find_resource("package://models/allegro_hand.urdf", "/tmp", dirs), root / "models/allegro_hand.urdf"));
+  EXPECT_TRUE(std::filesystem::equivalent(find_resource("package://models/allegro_hand.urdf", root / "tests/world", {}),
+                                          root / "models/allegro_hand.urdf"));
   EXPECT_TRUE(std::filesystem::equivalent(find_resource("cube.obj", data(""), {}), data("cube.obj")));
   EXPECT_EQ(find_resource("package://nowhere/x", root, dirs), "");
   EXPECT_EQ(find_resource("package://", root, dirs), "");

@@ -55,8 +55,9 @@ inline Scene make_zoo(std::uint64_t seed = 0) {
   Scene scene;
   scene.name = "zoo";
   scene.gravity = Eigen::Vector3d(0.5, -1, -9);
-  const std::pair<const char*, ObjectJoint> kinds[] = {{"xy", ObjectJoint::PlanarXY}, {"free", ObjectJoint::Free},   {"yz", ObjectJoint::PlanarYZ},
-                                                       {"xz", ObjectJoint::PlanarXZ}, {"hinge", ObjectJoint::Hinge}, {"slider", ObjectJoint::Slider}};
+  const std::pair<const char*, ObjectJoint> kinds[] = {{"xy", ObjectJoint::PlanarXY}, {"free", ObjectJoint::Free},
+                                                       {"yz", ObjectJoint::PlanarYZ}, {"xz", ObjectJoint::PlanarXZ},
+                                                       {"hinge", ObjectJoint::Hinge}, {"slider", ObjectJoint::Slider}};
   for (const auto& [name, joint] : kinds) {
     ObjectSpec object = make_object(name, joint, joint == ObjectJoint::Free ? Pose{} : random_pose(random));
     object.axis = random_vector(random, 3, 1).normalized();
@@ -69,7 +70,8 @@ inline Scene make_zoo(std::uint64_t seed = 0) {
   robot.X_WBase = random_pose(random);
   for (const char* joint : {"slide", "turn", "a_left", "b_left", "a_right"}) robot.stiffness.emplace_back(joint, 10);
   scene.robots.push_back(robot);
-  scene.fixed.push_back({.name = "floor", .X_WB = {}, .geometries = {{.name = "ground", .shape = HalfSpace{}, .X_BG = {}, .friction = 0.5}}});
+  scene.fixed.push_back(
+      {.name = "floor", .X_WB = {}, .geometries = {{.name = "ground", .shape = HalfSpace{}, .X_BG = {}, .friction = 0.5}}});
   return scene;
 }
 

@@ -20,7 +20,7 @@ Quaterniond read_quaternion(const VectorRef& q, int at) { return {q[at + 6], q[a
 /// exp of a rotation vector.
 Quaterniond exp_so3(const Vector3d& r) {
   const double angle2 = r.squaredNorm();
-  if (angle2 < 1e-8) {   // next terms of the series are below 1e-17
+  if (angle2 < 1e-8) {  // next terms of the series are below 1e-17
     const double scale = 0.5 - angle2 / 48;
     return {1 - angle2 / 8, scale * r[0], scale * r[1], scale * r[2]};
   }
@@ -146,7 +146,7 @@ void calc_object_mass(const Model& model, const Kinematics& kinematics, int obje
   const Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(node.body)];
   const Vector3d p_WCom = X_WB * node.p_BCom;
   const Matrix3d inertia_W = X_WB.R * node.inertia * X_WB.R.transpose();
-  Eigen::Matrix<double, 3, 6> linear, angular;   // of the centre of mass, per coordinate
+  Eigen::Matrix<double, 3, 6> linear, angular;  // of the centre of mass, per coordinate
   for (int i = 0; i < node.n_v; ++i) {
     const Vector3d axis = kinematics.axis_W.col(node.v + i);
     if (m.dofs[static_cast<std::size_t>(node.v + i)].kind == DofKind::Prismatic) {
@@ -190,7 +190,7 @@ void retract(const Model& model, VectorRef q, VectorRef delta, Eigen::Ref<Eigen:
     }
     const Quaterniond next = (read_quaternion(q, node.q) * exp_so3(delta.segment<3>(node.v + 3))).normalized();
     out.segment<3>(node.q) = q.segment<3>(node.q) + delta.segment<3>(node.v);
-    out.segment<4>(node.q + 3) = next.coeffs();   // x, y, z, w
+    out.segment<4>(node.q + 3) = next.coeffs();  // x, y, z, w
   }
   out.tail(m.n_a) = q.tail(m.n_a) + delta.tail(m.n_a);
 }
@@ -225,7 +225,8 @@ void require_configuration(const Model& model, std::string_view field, VectorRef
     if (node.joint != ObjectJoint::Free) continue;
     const double length = q.segment<4>(node.q + 3).norm();
     if (!(std::abs(length - 1) <= 1e-6)) {
-      core::throw_invalid(fmt::format("{}[{}..{}]", field, node.q + 3, node.q + 6), fmt::format("a quaternion of length {:.9g}", length), "length 1");
+      core::throw_invalid(fmt::format("{}[{}..{}]", field, node.q + 3, node.q + 6), fmt::format("a quaternion of length {:.9g}", length),
+                          "length 1");
     }
   }
 }

@@ -65,7 +65,7 @@ class Qhull {
  public:
   explicit Qhull(std::vector<double>& points) {
     qh_zero(&qh_, stderr);
-    sink_ = std::tmpfile();   // qhull reports by printing: nobody reads it
+    sink_ = std::tmpfile();  // qhull reports by printing: nobody reads it
     char options[] = "qhull Qt Pp";
     status_ = qh_new_qhull(&qh_, 3, static_cast<int>(points.size() / 3), points.data(), false, options, nullptr, sink_);
   }
@@ -81,7 +81,7 @@ class Qhull {
   bool good() const { return status_ == 0; }
 
   ConvexMesh mesh() {
-    std::map<int, int> index;   // qhull point → vertex, in point order so that the result is the same every time
+    std::map<int, int> index;  // qhull point → vertex, in point order so that the result is the same every time
     const vertexT* vertex = nullptr;
     for (vertex = qh_.vertex_list; vertex != nullptr && vertex->next != nullptr; vertex = vertex->next) {
       index[qh_pointid(&qh_, vertex->point)] = 0;
@@ -145,7 +145,8 @@ ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Vector3d& s
   const double hull_volume = calc_volume_properties(Shape{Mesh{std::make_shared<const ConvexMesh>(hull)}}).volume;
   const double volume = calc_soup_volume(points, hull.vertices.rowwise().mean());
   if (non_convex == NonConvex::Refuse && std::abs(hull_volume - volume) > 0.01 * hull_volume) {
-    fail(file, fmt::format("a mesh that encloses {:.1f} % of its convex hull", 100 * volume / hull_volume), "a closed convex mesh (split it into convex parts, or ask for its hull)");
+    fail(file, fmt::format("a mesh that encloses {:.1f} % of its convex hull", 100 * volume / hull_volume),
+         "a closed convex mesh (split it into convex parts, or ask for its hull)");
   }
   hull.source = file.string();
   return hull;

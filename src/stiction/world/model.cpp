@@ -47,7 +47,8 @@ class Builder {
     guard("scene", [&] {
       core::require_finite("gravity", std::span(scene.gravity.data(), 3));
       core::require_positive("contact_distance", scene.contact_distance);
-      if (scene.max_contacts && *scene.max_contacts < 1) core::throw_invalid("max_contacts", fmt::format("{}", *scene.max_contacts), "an integer ≥ 1");
+      if (scene.max_contacts && *scene.max_contacts < 1)
+        core::throw_invalid("max_contacts", fmt::format("{}", *scene.max_contacts), "an integer ≥ 1");
     });
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       guard(fmt::format("objects[{}]", i), [&] { add_object(scene.objects[i], static_cast<int>(i)); });
@@ -80,7 +81,8 @@ class Builder {
   }
 
   void add_owner_name(const std::string& name) {
-    if (name.empty() || name.find_first_of("/* ") != std::string::npos) core::throw_invalid("name", fmt::format("'{}'", name), "a name without '/', '*' or spaces");
+    if (name.empty() || name.find_first_of("/* ") != std::string::npos)
+      core::throw_invalid("name", fmt::format("'{}'", name), "a name without '/', '*' or spaces");
     if (!owner_names_.insert(name).second) core::throw_invalid("name", fmt::format("'{}' twice", name), "each name once");
   }
 
@@ -121,7 +123,13 @@ class Builder {
       core::throw_invalid("p_BCom", fmt::format("({}, {}, {})", spec.p_BCom[0], spec.p_BCom[1], spec.p_BCom[2]), "0 for a free object");
     }
 
-    ObjectNode node{.joint = spec.joint, .q = m_.n_q, .v = m_.n_v, .X_WP = spec.X_WP, .mass = spec.mass, .p_BCom = spec.p_BCom, .inertia = spec.inertia};
+    ObjectNode node{.joint = spec.joint,
+                    .q = m_.n_q,
+                    .v = m_.n_v,
+                    .X_WP = spec.X_WP,
+                    .mass = spec.mass,
+                    .p_BCom = spec.p_BCom,
+                    .inertia = spec.inertia};
     const auto dof = [&](std::string_view name, DofKind kind, double lower = -kInfinity, double upper = kInfinity) {
       add_dof(fmt::format("{}/{}", spec.name, name), kind, BodyKind::Object, index, lower, upper, 0);
     };
@@ -139,9 +147,15 @@ class Builder {
         for (const auto name : {"x", "y", "z"}) dof(name, DofKind::Prismatic);
         for (const auto name : {"rx", "ry", "rz"}) dof(name, DofKind::Revolute);
         break;
-      case ObjectJoint::PlanarXY: planar(0, 1); break;
-      case ObjectJoint::PlanarYZ: planar(1, 2); break;
-      case ObjectJoint::PlanarXZ: planar(0, 2); break;
+      case ObjectJoint::PlanarXY:
+        planar(0, 1);
+        break;
+      case ObjectJoint::PlanarYZ:
+        planar(1, 2);
+        break;
+      case ObjectJoint::PlanarXZ:
+        planar(0, 2);
+        break;
       case ObjectJoint::Hinge:
       case ObjectJoint::Slider: {
         if (!(spec.axis.norm() > 1e-9) || !spec.axis.allFinite()) core::throw_invalid("axis", "0 or not finite", "a direction");
@@ -178,9 +192,11 @@ class Builder {
     const auto joints = urdf.movable_joints();
     std::map<std::string, double> stiffness;
     for (const auto& [joint, value] : spec.stiffness) {
-      if (std::find(joints.begin(), joints.end(), joint) == joints.end()) core::throw_invalid("stiffness", fmt::format("unknown joint '{}'", joint), "one of " + list_with_hint(joint, joints));
+      if (std::find(joints.begin(), joints.end(), joint) == joints.end())
+        core::throw_invalid("stiffness", fmt::format("unknown joint '{}'", joint), "one of " + list_with_hint(joint, joints));
       core::require_positive(fmt::format("stiffness.{}", joint), value);
-      if (!stiffness.emplace(joint, value).second) core::throw_invalid("stiffness", fmt::format("joint '{}' twice", joint), "each joint once");
+      if (!stiffness.emplace(joint, value).second)
+        core::throw_invalid("stiffness", fmt::format("joint '{}' twice", joint), "each joint once");
     }
 
     const int base = static_cast<int>(m_.bodies.size());
@@ -192,7 +208,8 @@ class Builder {
     m_.robots.push_back(std::move(info));
   }
 
-  void add_link(const RobotSpec& spec, const UrdfRobot& urdf, std::size_t i, int index, int base, const std::map<std::string, double>& stiffness) {
+  void add_link(const RobotSpec& spec, const UrdfRobot& urdf, std::size_t i, int index, int base,
+                const std::map<std::string, double>& stiffness) {
     const UrdfLink& link = urdf.links[i];
     const UrdfJoint* joint = i == 0 ? nullptr : &urdf.joints[i - 1];
     const bool movable = joint != nullptr && joint->kind != UrdfJoint::Kind::Fixed;
@@ -233,8 +250,10 @@ class Builder {
         node.C2 = joint->X_PJ.R * cross_matrix(joint->axis);
       }
       const auto found = stiffness.find(joint->name);
-      if (found == stiffness.end()) core::throw_invalid("stiffness", fmt::format("nothing for joint '{}'", joint->name), "every movable joint");
-      add_dof(fmt::format("{}/{}", spec.name, joint->name), revolute ? DofKind::Revolute : DofKind::Prismatic, BodyKind::Robot, index, joint->lower, joint->upper, found->second);
+      if (found == stiffness.end())
+        core::throw_invalid("stiffness", fmt::format("nothing for joint '{}'", joint->name), "every movable joint");
+      add_dof(fmt::format("{}/{}", spec.name, joint->name), revolute ? DofKind::Revolute : DofKind::Prismatic, BodyKind::Robot, index,
+              joint->lower, joint->upper, found->second);
       reach_.push_back(revolute ? calc_reach(urdf, i) : 1.0);
       ++m_.n_v;
       ++m_.n_q;
@@ -257,7 +276,8 @@ class Builder {
       extent = std::max(extent, (c.X_LG * sphere.center).norm() + sphere.radius);
     }
     for (const auto& joint : urdf.joints) {
-      if (joint.parent == static_cast<int>(link)) extent = std::max(extent, joint.X_PJ.p.norm() + slide(joint) + calc_extent(urdf, at(joint.child)));
+      if (joint.parent == static_cast<int>(link))
+        extent = std::max(extent, joint.X_PJ.p.norm() + slide(joint) + calc_extent(urdf, at(joint.child)));
     }
     return extent;
   }
@@ -278,7 +298,8 @@ class Builder {
       reach = std::max(reach, from_axis(c.X_LG * sphere.center) + sphere.radius);
     }
     for (const auto& joint : urdf.joints) {
-      if (joint.parent == static_cast<int>(link)) reach = std::max(reach, from_axis(joint.X_PJ.p) + slide(joint) + calc_extent(urdf, at(joint.child)));
+      if (joint.parent == static_cast<int>(link))
+        reach = std::max(reach, from_axis(joint.X_PJ.p) + slide(joint) + calc_extent(urdf, at(joint.child)));
     }
     return reach > 0 ? reach : 1.0;
   }
@@ -384,16 +405,19 @@ class Builder {
     std::map<std::vector<int>, int> support_index;
     for (std::size_t i = 0; i < m_.geometries.size(); ++i) {
       for (std::size_t j = i + 1; j < m_.geometries.size(); ++j) {
-        const Geometry& a = m_.geometries[i];   // bodies stand in the order objects, robots, fixed: a comes first
+        const Geometry& a = m_.geometries[i];  // bodies stand in the order objects, robots, fixed: a comes first
         const Geometry& b = m_.geometries[j];
         if (!may_touch(a, b)) continue;
         Pair pair{static_cast<int>(i), static_cast<int>(j), 0, m_.scene.contact_distance, -1};
         bool excluded = false;
         for (const FilterSpec& filter : m_.scene.filters) {
-          const bool hit = (geometry_matches(filter.a, a) && geometry_matches(filter.b, b)) || (geometry_matches(filter.a, b) && geometry_matches(filter.b, a));
+          const bool hit = (geometry_matches(filter.a, a) && geometry_matches(filter.b, b)) ||
+                           (geometry_matches(filter.a, b) && geometry_matches(filter.b, a));
           if (!hit) continue;
-          if (filter.max_distance) pair.max_distance = *filter.max_distance;
-          else excluded = true;
+          if (filter.max_distance)
+            pair.max_distance = *filter.max_distance;
+          else
+            excluded = true;
         }
         if (excluded) continue;
         pair.friction = a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction) : 0.0;
@@ -439,10 +463,14 @@ int find_name(std::string_view what, std::string_view name, const std::vector<st
     if (full[i] == name) return static_cast<int>(i);
     const auto slash = full[i].find('/');
     if (slash == std::string::npos || full[i].substr(slash + 1) != name) continue;
-    if (found >= 0) core::throw_invalid(what, fmt::format("'{}', which several robots have", name), fmt::format("'{}' or '{}'", full[at(found)], full[i]));
+    if (found >= 0)
+      core::throw_invalid(what, fmt::format("'{}', which several robots have", name),
+                          fmt::format("'{}' or '{}'", full[at(found)], full[i]));
     found = static_cast<int>(i);
   }
-  if (found < 0) core::throw_invalid(what, fmt::format("unknown name '{}'", name), full.empty() ? "none (there are none)" : "one of " + list_with_hint(name, full));
+  if (found < 0)
+    core::throw_invalid(what, fmt::format("unknown name '{}'", name),
+                        full.empty() ? "none (there are none)" : "one of " + list_with_hint(name, full));
   return found;
 }
 
@@ -451,9 +479,7 @@ int find_name(std::string_view what, std::string_view name, const std::vector<st
 Model::Model(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Model::~Model() = default;
 
-std::shared_ptr<const Model> Model::make(const Scene& scene) {
-  return std::shared_ptr<const Model>(new Model(Builder(scene).build()));
-}
+std::shared_ptr<const Model> Model::make(const Scene& scene) { return std::shared_ptr<const Model>(new Model(Builder(scene).build())); }
 
 const Scene& Model::scene() const { return impl_->scene; }
 int Model::n_q() const { return impl_->n_q; }

@@ -14,59 +14,69 @@ namespace stiction::world {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-enum class BodyKind { Fixed, Object, Robot };
+enum class BodyKind {
+  Fixed,
+  Object,
+  Robot
+};
 
 struct Body {
-  std::string name;            ///< "robot/link", "object", "fixed"; unique
+  std::string name;  ///< "robot/link", "object", "fixed"; unique
   BodyKind kind = BodyKind::Fixed;
-  int owner = -1;              ///< index of its object or robot
-  std::vector<int> dofs;       ///< velocity indices that move it, ascending
+  int owner = -1;         ///< index of its object or robot
+  std::vector<int> dofs;  ///< velocity indices that move it, ascending
 };
 
 struct Geometry {
-  std::string name;            ///< "body/geometry"
+  std::string name;  ///< "body/geometry"
   int body = -1;
   Shape shape;
   Pose X_BG;
   double friction = 1.0;
-  Eigen::Vector3d p_BCenter = Eigen::Vector3d::Zero();   ///< centre of the bounding sphere in its body
-  double bounding_radius = 0;  ///< [m]; infinite for a half-space
+  Eigen::Vector3d p_BCenter = Eigen::Vector3d::Zero();  ///< centre of the bounding sphere in its body
+  double bounding_radius = 0;                           ///< [m]; infinite for a half-space
 };
 
-/// Two geometries that may touch. A is the one whose motion relative to B v_c describes: an object before a robot before a fixed body.
+/// Two geometries that may touch: all of different bodies, unless neither moves, they are welded together, a joint of a robot links
+/// their (welded) bodies, or a filter says no. In the order of their geometries: objects, robots, fixed. A is the one whose motion relative
+/// to B v_c describes: an object before a robot before a fixed body.
 struct Pair {
   int geometry_a = -1;
   int geometry_b = -1;
-  double friction = 0;         ///< μ = 2 μ_a μ_b / (μ_a + μ_b)
-  double max_distance = 0;     ///< [m]
-  int support = -1;            ///< index into Model::supports()
+  double friction = 0;      ///< μ = 2 μ_a μ_b / (μ_a + μ_b)
+  double max_distance = 0;  ///< [m]
+  int support = -1;         ///< index into Model::supports()
 };
 
-enum class DofKind { Prismatic, Revolute };
+enum class DofKind {
+  Prismatic,
+  Revolute
+};
 
-/// One velocity coordinate.
+/// One velocity coordinate. Names: "object/x", "y", "z", "rx", "ry", "rz", "theta" (planar), "angle" (hinge), "position" (slider);
+/// "robot/joint", in the order of the URDF, depth first.
 struct Dof {
   std::string name;
   DofKind kind = DofKind::Revolute;
   BodyKind owner_kind = BodyKind::Object;
-  int owner = -1;              ///< object or robot index
-  double lower = 0, upper = 0; ///< joint limits [rad or m]; infinite where there are none
-  double stiffness = 0;        ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
+  int owner = -1;               ///< object or robot index
+  double lower = 0, upper = 0;  ///< joint limits [rad or m]; infinite where there are none
+  double stiffness = 0;         ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
 };
 
 struct ObjectInfo {
   std::string name;
   int body = -1;
-  int v_begin = 0, n_v = 0;    ///< velocity coordinates [v_begin, v_begin + n_v)
+  int v_begin = 0, n_v = 0;  ///< velocity coordinates [v_begin, v_begin + n_v)
   int q_begin = 0, n_q = 0;
   double mass = 0;
 };
 
 struct RobotInfo {
   std::string name;
-  int v_begin = 0, n_v = 0;    ///< its commands are u[v_begin − n_vu, …)
+  int v_begin = 0, n_v = 0;  ///< its commands are u[v_begin − n_vu, …)
   int q_begin = 0;
-  std::vector<std::vector<int>> chains;   ///< velocity indices grouped by branch (trunk, finger, …), in elimination order
+  std::vector<std::vector<int>> chains;  ///< velocity indices grouped by branch (trunk, finger, …), in elimination order
 };
 
 /// Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.
@@ -85,9 +95,9 @@ class Model {
   const Scene& scene() const;
   int n_q() const;
   int n_v() const;
-  int n_vu() const;   ///< velocity coordinates of the objects
-  int n_qu() const;   ///< configuration numbers of the objects
-  int n_a() const;    ///< actuated joints = length of u
+  int n_vu() const;  ///< velocity coordinates of the objects
+  int n_qu() const;  ///< configuration numbers of the objects
+  int n_a() const;   ///< actuated joints = length of u
 
   std::span<const Body> bodies() const;
   std::span<const Geometry> geometries() const;
@@ -102,11 +112,12 @@ class Model {
   /// Axis (0, 1, 2) normal to the plane in which everything moves, if everything does: friction is then planar.
   std::optional<int> planar_axis() const;
 
-  const Eigen::VectorXd& stiffness() const;     ///< K_a (n_a) [N/m or N·m/rad]
-  const Eigen::VectorXd& lower() const;         ///< joint limits of the robots (n_a)
+  const Eigen::VectorXd& stiffness() const;  ///< K_a (n_a) [N/m or N·m/rad]
+  const Eigen::VectorXd& lower() const;      ///< joint limits of the robots (n_a)
   const Eigen::VectorXd& upper() const;
 
-  /// Distance from a joint axis to the farthest point of the geometry it moves, per robot joint (n_a) [m]; 1 for a prismatic joint.
+  /// Bound over all joint angles on the distance from a joint axis to the farthest point of the geometry it moves, per robot joint
+  /// (n_a) [m]; 1 for a prismatic joint.
   /// Used wherever newtons meet newton metres.
   const Eigen::VectorXd& reach() const;
 
@@ -114,7 +125,7 @@ class Model {
   Eigen::VectorXd neutral() const;
 
   /// Index of a robot joint in u, of an object, of a body. @throws core::InvalidInput with the list of known names
-  int joint_index(std::string_view name) const;    ///< "robot/joint", or "joint" where unique
+  int joint_index(std::string_view name) const;  ///< "robot/joint", or "joint" where unique
   int object_index(std::string_view name) const;
 
   struct Impl;
@@ -128,9 +139,9 @@ class Model {
 /// Poses and joint axes at one configuration. Every coordinate of v moves its bodies by an axis through a point: a revolute
 /// column of a point Jacobian is axis × (p − origin), a prismatic one is axis; a free object's six are three of each.
 struct Kinematics {
-  std::vector<Pose> X_WB;        ///< per body
-  Eigen::Matrix3Xd axis_W;       ///< (3 × n_v) unit axes
-  Eigen::Matrix3Xd origin_W;     ///< (3 × n_v) a point on the axis [m]
+  std::vector<Pose> X_WB;     ///< per body
+  Eigen::Matrix3Xd axis_W;    ///< (3 × n_v) unit axes
+  Eigen::Matrix3Xd origin_W;  ///< (3 × n_v) a point on the axis [m]
 };
 
 /// Scratch of calc_kinematics; one per thread.

@@ -13,8 +13,8 @@ struct ObjectNode {
   ObjectJoint joint = ObjectJoint::Free;
   int body = 0, q = 0, v = 0, n_v = 0;
   Pose X_WP;
-  Eigen::Vector3d axis_P = Eigen::Vector3d::UnitZ();   ///< hinge or slider
-  int first = 0, second = 1, normal = 2;               ///< axes of P that a planar object slides along and turns about
+  Eigen::Vector3d axis_P = Eigen::Vector3d::UnitZ();  ///< hinge or slider
+  int first = 0, second = 1, normal = 2;              ///< axes of P that a planar object slides along and turns about
   double mass = 0;
   Eigen::Vector3d p_BCom = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
@@ -22,13 +22,17 @@ struct ObjectNode {
 
 /// A robot link that moves: X_WB = X_WP X_PJ T(q). With a the joint axis, R_PJ exp(q â) = C0 + cos q C1 + sin q C2.
 struct LinkNode {
-  enum class Kind { Welded, Revolute, Prismatic };
+  enum class Kind {
+    Welded,
+    Revolute,
+    Prismatic
+  };
   Kind kind = Kind::Welded;
   int body = 0, parent = 0;
   int q = 0, v = 0;
-  Eigen::Matrix3d C0, C1, C2;   ///< of a welded or sliding link only C0 = R_PJ
+  Eigen::Matrix3d C0, C1, C2;  ///< of a welded or sliding link only C0 = R_PJ
   Eigen::Vector3d p_PJ;
-  Eigen::Vector3d axis_P;       ///< in the parent link
+  Eigen::Vector3d axis_P;  ///< in the parent link
 };
 
 struct Model::Impl {
@@ -45,8 +49,8 @@ struct Model::Impl {
   Eigen::VectorXd stiffness, lower, upper, reach, neutral;
 
   std::vector<ObjectNode> object_nodes;
-  std::vector<LinkNode> link_nodes;                   ///< parents first
-  std::vector<std::pair<int, Pose>> constant_poses;   ///< bodies that never move
+  std::vector<LinkNode> link_nodes;                  ///< parents first
+  std::vector<std::pair<int, Pose>> constant_poses;  ///< bodies that never move
 };
 
 void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out);

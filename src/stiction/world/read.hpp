@@ -2,7 +2,7 @@
 
 #include <filesystem>
 #include <span>
-#include <string>
+#include <string_view>
 
 #include "stiction/world/scene.hpp"
 #include "stiction/world/yaml.hpp"

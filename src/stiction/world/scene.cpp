@@ -17,8 +17,8 @@ namespace stiction::world {
 
 namespace {
 
-constexpr double kQuaternionTolerance = 1e-3;   ///< files round quaternions; the reader normalises
-constexpr double kCenterTolerance = 1e-6;       ///< [m]
+constexpr double kQuaternionTolerance = 1e-3;  ///< files round quaternions; the reader normalises
+constexpr double kCenterTolerance = 1e-6;      ///< [m]
 
 Eigen::Matrix3d read_rotation(const YamlNode& node) {
   const auto quaternion = node.find("quaternion_wxyz");
@@ -69,7 +69,8 @@ Shape read_shape(const YamlNode& node, std::string_view kind, bool half_space_al
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   if (const auto given = node.find("scale")) scale = given->is_sequence() ? given->vector3() : Eigen::Vector3d::Constant(given->positive());
   try {
-    return Mesh{std::make_shared<const ConvexMesh>(load_convex_mesh(path, scale, node.boolean_or("convex_hull", false) ? NonConvex::TakeHull : NonConvex::Refuse))};
+    return Mesh{std::make_shared<const ConvexMesh>(
+        load_convex_mesh(path, scale, node.boolean_or("convex_hull", false) ? NonConvex::TakeHull : NonConvex::Refuse))};
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}:{}: {}: {}", file.file().string(), file.line(), file.path(), e.what()));
   }
@@ -121,8 +122,9 @@ void read_mass(const YamlNode& node, ObjectSpec& object) {
   }
   if (object.p_BCom.norm() < kCenterTolerance) object.p_BCom.setZero();
   if (object.joint == ObjectJoint::Free && !object.p_BCom.isZero()) {
-    node.at("shapes").fail(fmt::format("shapes whose centre of mass lies at ({:.6g}, {:.6g}, {:.6g})", object.p_BCom[0], object.p_BCom[1], object.p_BCom[2]),
-                           "it at the origin of a free object (shift the poses of the shapes by minus that)");
+    node.at("shapes").fail(
+        fmt::format("shapes whose centre of mass lies at ({:.6g}, {:.6g}, {:.6g})", object.p_BCom[0], object.p_BCom[1], object.p_BCom[2]),
+        "it at the origin of a free object (shift the poses of the shapes by minus that)");
   }
 }
 
@@ -162,7 +164,8 @@ FixedSpec read_fixed(const YamlNode& node) {
 }
 
 /// One number for all names, or a map with an entry for each (`all`) or for some of them.
-std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, std::string_view what, std::span<const std::string> known, bool all) {
+std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, std::string_view what, std::span<const std::string> known,
+                                                          bool all) {
   std::vector<std::pair<std::string, double>> out;
   if (node.is_map()) {
     for (const auto& [name, value] : node.entries()) {
@@ -277,7 +280,8 @@ Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> pa
     return list ? list->items() : std::vector<YamlNode>{};
   };
   const auto add_owner = [&](const YamlNode& item, const std::string& name) {
-    if (std::find(owners.begin(), owners.end(), name) != owners.end()) item.at("name").fail(fmt::format("'{}' twice", name), "each name once");
+    if (std::find(owners.begin(), owners.end(), name) != owners.end())
+      item.at("name").fail(fmt::format("'{}' twice", name), "each name once");
     owners.push_back(name);
     names.push_back(name);
   };

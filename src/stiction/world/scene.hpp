@@ -17,7 +17,7 @@ namespace stiction::world {
 /// Rigid transform X_AB: a point with coordinates p_B in B has coordinates R p_B + p in A.
 struct Pose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();   // [m]
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();  // [m]
 
   Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return R * point + p; }
   Pose operator*(const Pose& other) const { return {R * other.R, R * other.p + p}; }
@@ -28,33 +28,52 @@ struct Pose {
 struct ConvexMesh {
   Eigen::Matrix3Xd vertices;
   Eigen::Matrix3Xi triangles;
-  std::string source;   ///< file it came from, empty for one made in memory
+  std::string source;  ///< file it came from, empty for one made in memory
 };
 
-struct Sphere { double radius = 0; };                               // [m]
-struct Capsule { double radius = 0; double half_length = 0; };      // axis z, half_length of the cylindrical part [m]
-struct Box { Eigen::Vector3d half_extents = Eigen::Vector3d::Zero(); };   // [m]
-struct Cylinder { double radius = 0; double half_length = 0; };     // axis z [m]
-struct HalfSpace {};                                                // the points with z ≤ 0; outward normal +z
-struct Mesh { std::shared_ptr<const ConvexMesh> mesh; };
+struct Sphere {
+  double radius = 0;
+};  // [m]
+struct Capsule {
+  double radius = 0;
+  double half_length = 0;
+};  // axis z, half_length of the cylindrical part [m]
+struct Box {
+  Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();
+};  // [m]
+struct Cylinder {
+  double radius = 0;
+  double half_length = 0;
+};                    // axis z [m]
+struct HalfSpace {};  // the points with z ≤ 0; outward normal +z
+struct Mesh {
+  std::shared_ptr<const ConvexMesh> mesh;
+};
 using Shape = std::variant<Sphere, Capsule, Box, Cylinder, HalfSpace, Mesh>;
 
 struct GeometrySpec {
-  std::string name;            ///< unique within its body
+  std::string name;  ///< unique within its body
   Shape shape;
-  Pose X_BG;                   ///< geometry in body
-  double friction = 1.0;       ///< μ of the surface, ≥ 0
+  Pose X_BG;              ///< geometry in body
+  double friction = 1.0;  ///< μ of the surface, ≥ 0
 };
 
 /// How an object may move relative to the world (or, for hinges and sliders, about the placed frame).
-enum class ObjectJoint { Free, PlanarXY, PlanarYZ, PlanarXZ, Hinge, Slider };
+enum class ObjectJoint {
+  Free,
+  PlanarXY,
+  PlanarYZ,
+  PlanarXZ,
+  Hinge,
+  Slider
+};
 
 struct ObjectSpec {
   std::string name;
   ObjectJoint joint = ObjectJoint::Free;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< of a hinge or slider, in the placed frame
-  Pose X_WP;                   ///< placed frame P; identity for free objects. q = 0 puts the body frame on P
-  double mass = 0;             ///< [kg] > 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a hinge or slider, in the placed frame
+  Pose X_WP;                                        ///< placed frame P; identity for free objects. q = 0 puts the body frame on P
+  double mass = 0;                                  ///< [kg] > 0
   Eigen::Vector3d p_BCom = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, body axes [kg m²]
   std::optional<std::array<double, 2>> limits;        ///< hinge or slider range [rad or m]
@@ -63,13 +82,13 @@ struct ObjectSpec {
 
 struct RobotSpec {
   std::string name;
-  std::filesystem::path urdf;                         ///< resolved file
-  std::vector<std::filesystem::path> package_dirs;    ///< where package:// is looked up
+  std::filesystem::path urdf;                       ///< resolved file
+  std::vector<std::filesystem::path> package_dirs;  ///< where package:// is looked up
   Pose X_WBase;
   std::vector<std::pair<std::string, double>> stiffness;  ///< joint → K_a [N/m or N·m/rad]; every movable joint once
-  double friction = 1.0;       ///< of every collision geometry that has no own entry
+  double friction = 1.0;                                  ///< of every collision geometry that has no own entry
   std::vector<std::pair<std::string, double>> link_friction;
-  bool convex_hulls = false;   ///< replace meshes that are not convex by their convex hulls instead of refusing them
+  bool convex_hulls = false;  ///< replace meshes that are not convex by their convex hulls instead of refusing them
 };
 
 struct FixedSpec {
@@ -78,19 +97,19 @@ struct FixedSpec {
   std::vector<GeometrySpec> geometries;
 };
 
-/// Two name patterns "body" or "body/geometry"; '*' matches any run of characters.
+/// Two name patterns "body" or "body/geometry" ('*' matches any run of characters); a robot's name stands for all its links.
 struct FilterSpec {
   std::string a, b;
-  std::optional<double> max_distance;   ///< [m] pair limit: the pair is looked at only when nearer; nullopt = pair excluded
+  std::optional<double> max_distance;  ///< [m] pair limit: the pair is looked at only when nearer; nullopt = pair excluded
 };
 
 /// What there is. Plain data, as written in a scene file; Model is made from it.
 struct Scene {
   std::string name;
   std::filesystem::path file;
-  Eigen::Vector3d gravity{0, 0, -9.81};     ///< [m/s²], acts on objects only (robots are gravity compensated)
-  double contact_distance = 0.025;          ///< pairs farther apart than this are not contacts [m]
-  std::optional<int> max_contacts;          ///< keep only the nearest this many
+  Eigen::Vector3d gravity{0, 0, -9.81};  ///< [m/s²], acts on objects only (robots are gravity compensated)
+  double contact_distance = 0.025;       ///< pairs farther apart than this are not contacts [m]
+  std::optional<int> max_contacts;       ///< keep only the nearest this many
   std::vector<RobotSpec> robots;
   std::vector<ObjectSpec> objects;
   std::vector<FixedSpec> fixed;

@@ -110,11 +110,21 @@ VolumeProperties calc_volume_properties(std::span<const GeometrySpec> geometries
 
 BoundingSphere calc_bounding_sphere(const Shape& shape) {
   return std::visit(Overloaded{
-                        [](const Sphere& s) { return BoundingSphere{Vector3d::Zero(), s.radius}; },
-                        [](const Capsule& s) { return BoundingSphere{Vector3d::Zero(), s.radius + s.half_length}; },
-                        [](const Box& s) { return BoundingSphere{Vector3d::Zero(), s.half_extents.norm()}; },
-                        [](const Cylinder& s) { return BoundingSphere{Vector3d::Zero(), std::hypot(s.radius, s.half_length)}; },
-                        [](const HalfSpace&) { return BoundingSphere{Vector3d::Zero(), std::numeric_limits<double>::infinity()}; },
+                        [](const Sphere& s) {
+                          return BoundingSphere{Vector3d::Zero(), s.radius};
+                        },
+                        [](const Capsule& s) {
+                          return BoundingSphere{Vector3d::Zero(), s.radius + s.half_length};
+                        },
+                        [](const Box& s) {
+                          return BoundingSphere{Vector3d::Zero(), s.half_extents.norm()};
+                        },
+                        [](const Cylinder& s) {
+                          return BoundingSphere{Vector3d::Zero(), std::hypot(s.radius, s.half_length)};
+                        },
+                        [](const HalfSpace&) {
+                          return BoundingSphere{Vector3d::Zero(), std::numeric_limits<double>::infinity()};
+                        },
                         [](const Mesh& s) {
                           const auto& v = s.mesh->vertices;
                           const Vector3d center = (v.rowwise().minCoeff() + v.rowwise().maxCoeff()) / 2;
@@ -129,14 +139,17 @@ void require_shape(std::string_view field, const Shape& shape) {
   std::visit(Overloaded{
                  [&](const Sphere& s) { need("radius", s.radius); },
                  [&](const Capsule& s) { need("radius", s.radius), need("half_length", s.half_length); },
-                 [&](const Box& s) { for (int i = 0; i < 3; ++i) need("half_extents", s.half_extents[i]); },
+                 [&](const Box& s) {
+                   for (int i = 0; i < 3; ++i) need("half_extents", s.half_extents[i]);
+                 },
                  [&](const Cylinder& s) { need("radius", s.radius), need("half_length", s.half_length); },
                  [](const HalfSpace&) {},
                  [&](const Mesh& s) {
                    if (s.mesh == nullptr || s.mesh->vertices.cols() < 4 || s.mesh->triangles.cols() < 4) {
                      core::throw_invalid(fmt::format("{}.mesh", field), "fewer than 4 vertices or triangles", "a closed convex mesh");
                    }
-                   if (!s.mesh->vertices.allFinite()) core::throw_invalid(fmt::format("{}.mesh", field), "a vertex that is not finite", "finite vertices");
+                   if (!s.mesh->vertices.allFinite())
+                     core::throw_invalid(fmt::format("{}.mesh", field), "a vertex that is not finite", "finite vertices");
                  },
              },
              shape);

@@ -9,19 +9,19 @@
 
 namespace stiction::world {
 
-std::string_view shape_name(const Shape& shape);   ///< "sphere", "capsule", …
+std::string_view shape_name(const Shape& shape);  ///< "sphere", "capsule", …
 
 /// R = Rz(yaw) Ry(pitch) Rx(roll), fixed axes [rad].
 Eigen::Matrix3d rotation_from_rpy(const Eigen::Vector3d& rpy);
 
 /// Volume, centre and inertia of a body of unit density.
 struct VolumeProperties {
-  double volume = 0;                                     ///< [m³]
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();      ///< [m]
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();     ///< about the centre, density 1 kg/m³ [kg m²]
+  double volume = 0;                                  ///< [m³]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   ///< [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre, density 1 kg/m³ [kg m²]
 };
 
-VolumeProperties calc_volume_properties(const Shape& shape);   ///< in the geometry frame; not for half-spaces
+VolumeProperties calc_volume_properties(const Shape& shape);  ///< in the geometry frame; not for half-spaces
 /// Of several shapes together; volumes where they overlap count for each of them.
 VolumeProperties calc_volume_properties(std::span<const GeometrySpec> geometries);
 
@@ -36,7 +36,10 @@ BoundingSphere calc_bounding_sphere(const Shape& shape);
 ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points);
 
 /// What to do with a mesh that encloses less than 99 % of its convex hull.
-enum class NonConvex { Refuse, TakeHull };
+enum class NonConvex {
+  Refuse,
+  TakeHull
+};
 
 /// Convex hull of an STL, OBJ or DAE file. @throws core::InvalidInput with the file name
 ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, NonConvex non_convex);

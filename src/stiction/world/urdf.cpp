@@ -75,7 +75,9 @@ class Reader {
     Eigen::VectorXd out(n);
     const char* p = text.data();
     const char* end = p + text.size();
-    const auto skip = [&] { while (p != end && std::isspace(static_cast<unsigned char>(*p))) ++p; };
+    const auto skip = [&] {
+      while (p != end && std::isspace(static_cast<unsigned char>(*p))) ++p;
+    };
     bool good = true;
     for (int i = 0; i < n && good; ++i) {
       skip();
@@ -86,7 +88,8 @@ class Reader {
     }
     skip();
     if (!good || p != end) {
-      fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text), n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n));
+      fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text),
+           n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n));
     }
     return out;
   }
@@ -96,7 +99,7 @@ class Reader {
 
 /// Where meshes are looked for and how they are taken.
 struct MeshSource {
-  std::filesystem::path file;   ///< the URDF
+  std::filesystem::path file;  ///< the URDF
   std::span<const std::filesystem::path> package_dirs;
   NonConvex non_convex = NonConvex::Refuse;
 };
@@ -117,9 +120,12 @@ Shape read_geometry(const Reader& reader, const XMLElement& collision, const Mes
   if (kind == "mesh") {
     const std::string uri = reader.required(*shape, "filename");
     const auto path = find_resource(uri, source.file.parent_path(), source.package_dirs);
-    if (path.empty()) reader.fail(*shape, "mesh filename", fmt::format("'{}', which is nowhere", uri), "a file that exists (package:// is looked for in package_dirs and above the URDF)");
+    if (path.empty())
+      reader.fail(*shape, "mesh filename", fmt::format("'{}', which is nowhere", uri),
+                  "a file that exists (package:// is looked for in package_dirs and above the URDF)");
     try {
-      return Mesh{std::make_shared<const ConvexMesh>(load_convex_mesh(path, reader.vector3(*shape, "scale", Eigen::Vector3d::Ones()), source.non_convex))};
+      return Mesh{std::make_shared<const ConvexMesh>(
+          load_convex_mesh(path, reader.vector3(*shape, "scale", Eigen::Vector3d::Ones()), source.non_convex))};
     } catch (const core::InvalidInput& e) {
       throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", source.file.string(), shape->GetLineNum(), e.what()));
     }
@@ -135,7 +141,8 @@ UrdfLink read_link(const Reader& reader, const XMLElement& element, const MeshSo
     const char* name = c->Attribute("name");
     collision.name = name && *name ? std::string(name) : fmt::format("{}_{}", shape_name(collision.shape), number);
     for (const auto& other : link.collisions) {
-      if (other.name == collision.name) reader.fail(*c, "collision name", fmt::format("'{}' twice in link '{}'", collision.name, link.name), "each name once");
+      if (other.name == collision.name)
+        reader.fail(*c, "collision name", fmt::format("'{}' twice in link '{}'", collision.name, link.name), "each name once");
     }
     link.collisions.push_back(std::move(collision));
     ++number;
@@ -179,7 +186,7 @@ RawJoint read_joint(const Reader& reader, const XMLElement& element) {
   if (limit.Attribute("lower") == nullptr && limit.Attribute("upper") == nullptr) {
     reader.fail(limit, what, "a limit without lower and upper", "them (or -inf and inf)");
   }
-  if (limit.Attribute("lower") != nullptr) joint.lower = reader.number(limit, "lower", true);   // by the format's rules 0 otherwise
+  if (limit.Attribute("lower") != nullptr) joint.lower = reader.number(limit, "lower", true);  // by the format's rules 0 otherwise
   if (limit.Attribute("upper") != nullptr) joint.upper = reader.number(limit, "upper", true);
   if (!(joint.lower <= joint.upper)) reader.fail(limit, what, fmt::format("limits [{}, {}]", joint.lower, joint.upper), "lower ≤ upper");
   return raw;
@@ -197,7 +204,7 @@ std::filesystem::path find_resource(std::string_view uri, const std::filesystem:
   if (!uri.starts_with(kPackage)) return existing(base_dir / fs::path(uri));
 
   uri.remove_prefix(kPackage.size());
-  while (uri.starts_with('/')) uri.remove_prefix(1);   // package:///… is seen in the wild
+  while (uri.starts_with('/')) uri.remove_prefix(1);  // package:///… is seen in the wild
   const fs::path rest(uri);
   if (rest.empty()) return {};
   const fs::path package = *rest.begin();
@@ -232,7 +239,8 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
   }
   if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
-    throw core::InvalidInput(fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
+    throw core::InvalidInput(
+        fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
   }
   const Reader reader(file);
   const MeshSource source{file, package_dirs, non_convex};
@@ -262,7 +270,8 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
     }
     for (const auto& [name, index] : {std::pair{&raw.parent, &raw.joint.parent}, std::pair{&raw.child, &raw.joint.child}}) {
       *index = link_index(*name);
-      if (*index < 0) reader.fail(*e, reader.label(*e), fmt::format("unknown link '{}'", *name), "one of " + list_with_hint(*name, link_names));
+      if (*index < 0)
+        reader.fail(*e, reader.label(*e), fmt::format("unknown link '{}'", *name), "one of " + list_with_hint(*name, link_names));
     }
     int& owner = joint_of_child[static_cast<std::size_t>(raw.joint.child)];
     if (owner >= 0) reader.fail(*e, reader.label(*e), fmt::format("link '{}' as child of a second joint", raw.child), "a tree");
@@ -275,7 +284,7 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
   UrdfRobot robot;
   robot.name = root->Attribute("name") ? root->Attribute("name") : "";
   robot.file = file;
-  const std::function<int(int)> visit = [&](int link) {   // depth first, children in file order
+  const std::function<int(int)> visit = [&](int link) {  // depth first, children in file order
     const int here = static_cast<int>(robot.links.size());
     robot.links.push_back(std::move(links[static_cast<std::size_t>(link)]));
     for (const auto& joint : joints) {

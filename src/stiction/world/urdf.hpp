@@ -13,9 +13,9 @@
 namespace stiction::world {
 
 struct UrdfCollision {
-  std::string name;   ///< of the element, or KIND_NUMBER; unique within its link
+  std::string name;  ///< of the element, or KIND_NUMBER; unique within its link
   Shape shape;
-  Pose X_LG;          ///< geometry in link
+  Pose X_LG;  ///< geometry in link
 };
 
 struct UrdfLink {
@@ -24,13 +24,17 @@ struct UrdfLink {
 };
 
 struct UrdfJoint {
-  enum class Kind { Fixed, Revolute, Prismatic };
+  enum class Kind {
+    Fixed,
+    Revolute,
+    Prismatic
+  };
   std::string name;
   Kind kind = Kind::Fixed;
-  int parent = -1, child = -1;                        ///< links
-  Pose X_PJ;                                          ///< joint in parent link at zero
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();    ///< unit, in the child frame
-  double lower = 0, upper = 0;                        ///< [rad or m]; infinite for continuous joints
+  int parent = -1, child = -1;                      ///< links
+  Pose X_PJ;                                        ///< joint in parent link at zero
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the child frame
+  double lower = 0, upper = 0;                      ///< [rad or m]; infinite for continuous joints
 };
 
 /// What a URDF says about kinematics and collision geometry (robots are gravity compensated, so that masses do not matter).
@@ -41,7 +45,7 @@ struct UrdfRobot {
   std::vector<UrdfLink> links;
   std::vector<UrdfJoint> joints;
 
-  std::vector<std::string> movable_joints() const;   ///< names, in order
+  std::vector<std::string> movable_joints() const;  ///< names, in order
 };
 
 /// Reads revolute, continuous, prismatic and fixed joints; sphere, box, cylinder, capsule and (convex) mesh collisions.

@@ -66,7 +66,7 @@ std::optional<double> read_number(std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
   if (error == std::errc::result_out_of_range && end == rest.data() + rest.size()) {
-    return sign * std::strtod(std::string(rest).c_str(), nullptr);   // overflow to infinity, underflow to 0
+    return sign * std::strtod(std::string(rest).c_str(), nullptr);  // overflow to infinity, underflow to 0
   }
   if (error != std::errc() || end != rest.data() + rest.size()) return std::nullopt;
   return sign * value;
@@ -111,11 +111,12 @@ struct YamlBuilder {
           const std::string key = entry.first.Scalar();
           for (const auto& [other, value] : data->entries) {
             if (other == key) {
-              throw InvalidInput(fmt::format("{}:{}: {}: got this key twice, expected it once", file->string(), line, join_path(path, key)));
+              throw InvalidInput(
+                  fmt::format("{}:{}: {}: got this key twice, expected it once", file->string(), line, join_path(path, key)));
             }
           }
           YamlNode value = build(entry.second, join_path(path, key), depth + 1);
-          if (value.is_map() || value.is_sequence() || value.kind() == YamlNode::Kind::Null) {   // name the line of the key
+          if (value.is_map() || value.is_sequence() || value.kind() == YamlNode::Kind::Null) {  // name the line of the key
             auto moved = std::make_shared<YamlNode::Data>(*value.data_);
             moved->line = line;
             value = YamlNode(std::move(moved));
@@ -164,16 +165,21 @@ bool YamlNode::is_number() const { return is_scalar() && !data_->quoted && read_
 
 std::string YamlNode::describe() const {
   switch (kind()) {
-    case Kind::Null: return "nothing";
-    case Kind::Scalar: return is_number() ? data_->scalar : fmt::format("'{}'", data_->scalar);
-    case Kind::Sequence: return fmt::format("a list of {}", data_->items.size());
-    case Kind::Map: return "a map";
+    case Kind::Null:
+      return "nothing";
+    case Kind::Scalar:
+      return is_number() ? data_->scalar : fmt::format("'{}'", data_->scalar);
+    case Kind::Sequence:
+      return fmt::format("a list of {}", data_->items.size());
+    case Kind::Map:
+      return "a map";
   }
   return "";
 }
 
 void YamlNode::fail(std::string_view got, std::string_view expected) const {
-  throw InvalidInput(fmt::format("{}:{}: {}: got {}, expected {}", file().string(), line(), path().empty() ? "top level" : path(), got, expected));
+  throw InvalidInput(
+      fmt::format("{}:{}: {}: got {}, expected {}", file().string(), line(), path().empty() ? "top level" : path(), got, expected));
 }
 
 void YamlNode::fail(std::string_view expected) const { fail(describe(), expected); }
@@ -213,8 +219,7 @@ bool YamlNode::has(std::string_view key) const { return find(key).has_value(); }
 
 YamlNode YamlNode::at(std::string_view key) const {
   if (auto value = find(key)) return *value;
-  throw InvalidInput(
-      fmt::format("{}:{}: {}: got nothing, expected this key", file().string(), line(), join_path(path(), key)));
+  throw InvalidInput(fmt::format("{}:{}: {}: got nothing, expected this key", file().string(), line(), join_path(path(), key)));
 }
 
 YamlNode YamlNode::without(std::string_view key) const {

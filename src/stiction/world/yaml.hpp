@@ -18,46 +18,51 @@ namespace stiction::world {
 /// "FILE:LINE: field.path: got …, expected …" when the value is not what was asked for. Cheap to copy; the tree is immutable.
 class YamlNode {
  public:
-  enum class Kind { Null, Scalar, Sequence, Map };
+  enum class Kind {
+    Null,
+    Scalar,
+    Sequence,
+    Map
+  };
 
   YamlNode() = default;
-  static YamlNode parse(const std::string& text, const std::filesystem::path& file);   ///< @throws when malformed or a key repeats
-  static YamlNode load(const std::filesystem::path& file);                             ///< @throws when it cannot be read
+  static YamlNode parse(const std::string& text, const std::filesystem::path& file);  ///< @throws when malformed or a key repeats
+  static YamlNode load(const std::filesystem::path& file);                            ///< @throws when it cannot be read
 
   Kind kind() const;
-  const std::filesystem::path& file() const;   ///< the file this value was written in (with `base` not always the one asked for)
-  int line() const;                            ///< from 1
-  const std::string& path() const;             ///< "scene.robots[0].urdf"; empty at the top
+  const std::filesystem::path& file() const;  ///< the file this value was written in (with `base` not always the one asked for)
+  int line() const;                           ///< from 1
+  const std::string& path() const;            ///< "scene.robots[0].urdf"; empty at the top
 
   bool is_map() const { return kind() == Kind::Map; }
   bool is_sequence() const { return kind() == Kind::Sequence; }
   bool is_scalar() const { return kind() == Kind::Scalar; }
-  bool is_number() const;   ///< an unquoted scalar that reads as a number, NaN and infinities included
+  bool is_number() const;  ///< an unquoted scalar that reads as a number, NaN and infinities included
 
   // Maps
-  void require_map(std::initializer_list<std::string_view> allowed) const;   ///< a map with no other keys than these
+  void require_map(std::initializer_list<std::string_view> allowed) const;  ///< a map with no other keys than these
   void require_map() const;
-  std::vector<std::pair<std::string, YamlNode>> entries() const;   ///< of a map, in file order
+  std::vector<std::pair<std::string, YamlNode>> entries() const;  ///< of a map, in file order
   bool has(std::string_view key) const;
-  YamlNode at(std::string_view key) const;                      ///< @throws when missing
-  std::optional<YamlNode> find(std::string_view key) const;     ///< nullopt when missing
-  YamlNode without(std::string_view key) const;                 ///< the same map less one key
+  YamlNode at(std::string_view key) const;                   ///< @throws when missing
+  std::optional<YamlNode> find(std::string_view key) const;  ///< nullopt when missing
+  YamlNode without(std::string_view key) const;              ///< the same map less one key
 
   // Sequences
   std::vector<YamlNode> items() const;
-  std::vector<YamlNode> items(std::size_t n) const;             ///< exactly n of them
+  std::vector<YamlNode> items(std::size_t n) const;  ///< exactly n of them
 
   // Values
-  double number() const;                                        ///< finite
-  double positive() const;                                      ///< finite, > 0
-  double nonnegative() const;                                   ///< finite, ≥ 0
+  double number() const;       ///< finite
+  double positive() const;     ///< finite, > 0
+  double nonnegative() const;  ///< finite, ≥ 0
   std::int64_t integer() const;
-  bool boolean() const;                                         ///< true or false
+  bool boolean() const;  ///< true or false
   std::string string() const;
   std::string one_of(std::span<const std::string_view> names) const;
   std::string one_of(std::initializer_list<std::string_view> names) const { return one_of(std::span(names.begin(), names.size())); }
-  Eigen::VectorXd vector() const;                               ///< finite numbers, any length
-  Eigen::VectorXd vector(int n) const;                          ///< exactly n finite numbers
+  Eigen::VectorXd vector() const;       ///< finite numbers, any length
+  Eigen::VectorXd vector(int n) const;  ///< exactly n finite numbers
   Eigen::Vector3d vector3() const;
 
   // Values of optional keys
@@ -74,7 +79,7 @@ class YamlNode {
   /// Throws the message for a name that is none of `known`, with the nearest of them as a hint.
   [[noreturn]] void fail_unknown(std::string_view what, std::string_view name, std::span<const std::string> known) const;
 
-  std::string describe() const;   ///< the value in a few words, for messages
+  std::string describe() const;  ///< the value in a few words, for messages
 
  private:
   struct Data;
