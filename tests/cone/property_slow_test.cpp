@@ -19,7 +19,7 @@ TEST(ConePropertySlow, HundredThousandRandomProblems_SolvedOrProvedInfeasible) {
     options.sensitivities = seed % 2 == 0;
     const core::Status status = solve(problem, options, work, result);
     if (status == core::Status::Infeasible) {
-      const Certificate c = check_certificate(raw, result);
+      const Certificate c = check_certificate(raw, result, mode);
       ASSERT_GT(c.margin, 0.0) << "seed " << seed;
       ASSERT_EQ(c.cone, 0.0) << "seed " << seed;
       ++infeasible;

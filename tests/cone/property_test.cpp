@@ -29,7 +29,7 @@ Count check_range(std::uint64_t first, int n, Mode mode, const RandomOptions& ra
     const Status status = solve(problem, options, work, result);
     EXPECT_EQ(status, result.status);
     if (status == Status::Infeasible) {
-      const Certificate c = check_certificate(raw, result);
+      const Certificate c = check_certificate(raw, result, mode);
       EXPECT_GT(c.margin, 0.0);
       EXPECT_EQ(c.cone, 0.0);
       ++count.infeasible;

@@ -124,10 +124,13 @@ Kkt recompute(const RawProblem& raw, const Result& result, Mode mode) {
   return k;
 }
 
-Certificate check_certificate(const RawProblem& raw, const Result& result) {
+Certificate check_certificate(const RawProblem& raw, const Result& result, Mode mode) {
   const VectorXd z = stacked_z(result), g = raw.stacked_g();
   Certificate c;
   c.margin = (-g.dot(z) - 10 * (raw.stacked_G().transpose() * z).lpNorm<1>()) / g.cwiseAbs().dot(z.cwiseAbs());
+  double size = 0;
+  for_each_block(raw, [&](int at, int, double) { size += z[at]; });
+  if (mode == Mode::Smoothed) c.margin += 1e-6 * size / g.cwiseAbs().dot(z.cwiseAbs());
   for_each_block(raw, [&](int at, int r, double) { c.cone = std::max(c.cone, leaves_cone(z.segment(at, r))); });
   return c;
 }

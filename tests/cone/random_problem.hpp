@@ -54,12 +54,12 @@ struct Kkt {
 };
 Kkt recompute(const RawProblem& raw, const Result& result, Mode mode);
 
-/// −gᵀz − 10‖Gᵀz‖₁ of the returned z relative to |g|ᵀ|z|, and how far z leaves the cones.
+/// −gᵀz − 10‖Gᵀz‖₁ (+ 1e-6 Σz₀ in Smoothed mode) of the returned z relative to |g|ᵀ|z|, and how far z leaves the cones.
 struct Certificate {
   double margin = 0;
   double cone = 0;
 };
-Certificate check_certificate(const RawProblem& raw, const Result& result);
+Certificate check_certificate(const RawProblem& raw, const Result& result, Mode mode);
 
 struct RandomOptions {
   int max_contacts = 60;

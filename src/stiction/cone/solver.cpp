@@ -27,9 +27,8 @@ constexpr double kBacktrack = 0.75;
 constexpr double kNeighbourhood = 1e-3;    // smallest eigenvalue of the scaled point against its target
 constexpr double kPlainStep = 0.5;         // a Newton step at least this long needs no corrector (Smoothed)
 constexpr double kTooShort = 0.05;         // a predictor step below this from a centred point: raise μ
-constexpr double kNear = 2;                // t this close to its end: plain Newton steps only
-constexpr double kDamped = 0.8;            // part of a step that reaches the boundary there
-constexpr int kLong = 20;
+constexpr double kNear = 4;                // Exact: t this close to the centred end point takes plain Newton steps
+constexpr double kNoInterior = 1e-6;       // [unit of w]
 constexpr double kCareful = 0.1;           // the neighbourhood of the careful attempt
 constexpr double kShort = 0.1;             // a corrected step below this is not worth taking: centre instead
 constexpr double kBackUp = 10;             // by this
@@ -71,7 +70,6 @@ class Attempt {
   void refine(double* dx);
   double calc_direction(double t, bool corrector, double reduction);
   double shorten(double alpha, double t) const;
-  double search(double alpha);
   void move(double alpha, double reduction);
   bool measure();
   bool prove_infeasible();
@@ -91,7 +89,6 @@ class Attempt {
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;
-  bool settled_ = false;  // long under way and both residuals gone: only centring is left
   bool centred_ = false;  // the last step was a centring step of good length
 };
 
@@ -496,45 +493,6 @@ double Attempt::shorten(double alpha, double t) const {
   return alpha;
 }
 
-/// Step along the Newton direction to t_end that decreases the potential Ψ = Σ wᵀz − ½ω·log(det w·det z) (ω·log wz for a
-/// half-line), which is convex on the manifold of feasible points and smallest at the centre (eq. 11).
-double Attempt::search(double alpha) {
-  const auto change = [&](double a) {
-    double sum_of = 0;
-    for_each_bank([&]<int R>(Bank<R>& b) {
-      for (int i = 0; i < b.n; ++i) {
-        if (b.live[at(i)] == 0) continue;
-        const int base = (i / 4) * 4 * R + i % 4;
-        double x[R], y[R], m = 0, m0 = 0;
-        for (int r = 0; r < R; ++r) {
-          const double l = b.lambda[at(base + 4 * r)];
-          x[r] = l + a * b.u[at(base + 4 * r)];
-          y[r] = l + a * b.s[at(base + 4 * r)];
-          m += x[r] * y[r];
-          m0 += l * l;
-        }
-        double log_ratio;
-        if constexpr (R == 3) {
-          const double product = (x[0] * x[0] - x[1] * x[1] - x[2] * x[2]) * (y[0] * y[0] - y[1] * y[1] - y[2] * y[2]);
-          log_ratio = 0.5 * std::log(product) + std::log(b.inv_det[at(i)]);
-        } else {
-          log_ratio = std::log(m / m0);
-        }
-        sum_of += m - m0 - t_end_ * b.weight[at(i)] * log_ratio;
-      }
-    });
-    return sum_of;
-  };
-  double slope = 0;   // −‖λ − ωλ⁻¹‖² = Σ d·(u + s) with d = u + s
-  for_each_bank([&]<int R>(Bank<R>& b) {
-    for (int i = 0; i < 4 * R * b.groups; ++i) {
-      if (b.live[at((i / (4 * R)) * 4 + i % 4)] != 0) slope -= (b.u[at(i)] + b.s[at(i)]) * (b.u[at(i)] + b.s[at(i)]);
-    }
-  });
-  for (int k = 0; k < 12 && !(change(alpha) <= 0.1 * alpha * slope); ++k) alpha *= 0.5;
-  return alpha;
-}
-
 void Attempt::move(double alpha, double reduction) {
   for_each_bank([&]<int R>(Bank<R>& b) {
     for (int g = 0; g < b.groups; ++g) move_group<R>(b, g, alpha);
@@ -551,13 +509,11 @@ bool Attempt::step() {
   const double largest_affine = calc_direction(t_end_, false, 1.0);
   const double affine = std::min(1.0, kToBoundary * largest_affine);
   if (!(affine > 0)) return false;
-  const bool near_end = t_ < kNear * t_end_ && (settled_ || !smoothed_);
-  const bool plain = n_rows_ == 0 || near_end || (smoothed_ && affine >= (careful_ ? 1.0 : kPlainStep));
+  const bool plain = n_rows_ == 0 || (smoothed_ ? affine >= (careful_ ? 1.0 : kPlainStep) : t_ < kNear * t_end_);
   double alpha = affine, reduction = 1;
   bool centred = false;
   if (plain) {
-    // At the end a step to the boundary would only leave the centre on the other side and may cycle: search.
-    alpha = settled_ && affine < 1 ? search(kDamped * affine) : shorten(affine, t_end_);
+    alpha = shorten(affine, t_end_);
   } else {
     double t = t_end_ + (1 - std::min(1.0, largest_affine)) * (t_ - t_end_);
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
@@ -623,18 +579,25 @@ bool Attempt::measure() {
   return stationarity <= options_.tol_kkt && primal <= options_.tol_kkt;
 }
 
-/// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 16). Call after measure(), which leaves Gᵀz in scratch.
+/// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 16). In Smoothed mode it is enough that none has all slacks above
+/// 1e-6 (the central path needs an interior). Call after measure(), which leaves Gᵀz in scratch.
 bool Attempt::prove_infeasible() {
-  double gz = 0, norm = 0;
+  double gz = 0, norm = 0, size = 0;   // size: Σ z₀
   for_each_row(s_.cones, [&](int i, int base) {
     for (int r = 0; r < 3; ++r) gz += problem_.cones().g[at(3 * s_.cones.order[at(i)] + r)] * s_.cones.z[at(base + 4 * r)];
+    size += s_.cones.z[at(base)];
   });
-  for_each_row(s_.lines, [&](int i, int base) { gz += problem_.half_lines().g[at(s_.lines.order[at(i)])] * s_.lines.z[at(base)]; });
+  for_each_row(s_.lines, [&](int i, int base) {
+    gz += problem_.half_lines().g[at(s_.lines.order[at(i)])] * s_.lines.z[at(base)];
+    size += s_.lines.z[at(base)];
+  });
   for_each_row(s_.bounds, [&](int i, int base) {
-    if (s_.bounds.live[at(i)] != 0) gz += problem_.bound_groups()[at(i / 4)].offset[i % 4] * s_.bounds.z[at(base)];
+    if (s_.bounds.live[at(i)] == 0) return;
+    gz += problem_.bound_groups()[at(i / 4)].offset[i % 4] * s_.bounds.z[at(base)];
+    size += s_.bounds.z[at(base)];
   });
   for (const double v : s_.scratch) norm += std::abs(v);
-  return -gz > options_.infeasible_radius * norm;
+  return -gz > options_.infeasible_radius * norm - (smoothed_ ? kNoInterior * size : 0.0);
 }
 
 void Attempt::remember_z() {
@@ -642,7 +605,7 @@ void Attempt::remember_z() {
 }
 
 Status Attempt::run(int& iterations) {
-  const bool centred = smoothed_ || options_.sensitivities;
+  const bool centred = smoothed_ || options_.sensitivities || careful_;
   t_end_ = smoothed_ ? 1.0 : (centred ? kExactEnd * options_.tol_complementarity * impulse_ : 0.0);
   const double tolerance = options_.tol_complementarity;
   remember_z();
@@ -681,7 +644,6 @@ Status Attempt::run(int& iterations) {
       (void)measure();
       return Status::MaxIterations;
     }
-    settled_ = iteration >= kLong && residuals_.primal < 1e-9 && residuals_.stationarity < 1e-9;
     build();
     ++iterations;
     if (!factorise() || !step()) return good ? Status::Solved : Status::NumericalFailure;

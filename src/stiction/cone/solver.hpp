@@ -78,7 +78,8 @@ class Workspace {
 ///
 /// @param work  of the same Layout as the problem
 /// @returns Solved: residuals within tolerance. MaxIterations, Cancelled: `result` is the last iterate, residuals say how good.
-///          Infeasible: result.z_* is a certificate, z ∈ K with −gᵀz > radius·‖Gᵀz‖₁, so no ‖x‖∞ ≤ radius is feasible.
+///          Infeasible: result.z_* is a certificate, z ∈ K with −gᵀz > radius·‖Gᵀz‖₁, so no ‖x‖∞ ≤ radius is feasible;
+///          in Smoothed mode −gᵀz > radius·‖Gᵀz‖₁ − 1e-6·Σz₀: none has all slacks above 1e-6, so there is no central path.
 ///          NumericalFailure: Q not positive definite on the rows' null space, or arithmetic broke down.
 /// @throws InvalidInput: options out of range, layouts differ, or a row with sigma = 0 in Smoothed mode
 /// Limits:  no rows → x = −Q⁻¹b in one iteration; one spring k against a wall, smoothed: w(w + u) = σ/k (tests/cone/analytic_test.cpp)
