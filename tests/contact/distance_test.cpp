@@ -55,7 +55,6 @@ class EveryPair : public ::testing::TestWithParam<PairCase> {
  protected:
   const world::Shape& a() const { return GetParam().a.shape; }
   const world::Shape& b() const { return GetParam().b.shape; }
-  bool exact() const { return test::is_exact(a(), b()); }
 };
 INSTANTIATE_TEST_SUITE_P(Shapes, EveryPair, ::testing::ValuesIn(all_pairs()), case_name);
 
@@ -216,7 +215,7 @@ TEST(CapsuleBox, DeepInside_CountsFromTheAxis) {
 // prove both optimal. In penetration the gap along n shows that the shift −phi n parts the sets, and directions all over the
 // sphere show that no shorter shift does.
 TEST_P(EveryPair, RandomPoses_AreOptimal) {
-  const double tolerance = exact() ? 1e-12 : 2e-6;
+  const double tolerance = 1e-12;
   Random random(11);
   int apart = 0, overlapping = 0;
   for (int i = 0; i < 1500; ++i) {
@@ -254,13 +253,12 @@ TEST_P(EveryPair, RandomPoses_AreOptimal) {
 }
 
 TEST_P(EveryPair, Exchanged_SamePhiFlippedNormal) {
-  const double tolerance = exact() ? 1e-13 : 2e-6;
+  const double tolerance = 1e-13;
   Random random(12);
   for (int i = 0; i < 300; ++i) {
     const Pose X_WA = random.pose(0.08), X_WB = random.pose(0.08);
     const Distance d = calc_distance(a(), X_WA, b(), X_WB), e = calc_distance(b(), X_WB, a(), X_WA);
     EXPECT_NEAR(d.phi, e.phi, tolerance);
-    if (!exact()) continue;
     expect_near(d.nhat_BA_W, -e.nhat_BA_W, 1e-7, "normal");   // no kink within 1e-7 of 300 random poses
     expect_near(d.p_WA, e.p_WB, 1e-7, "witness");
     expect_near(d.p_WB, e.p_WA, 1e-7, "witness");
@@ -272,8 +270,7 @@ TEST_P(EveryPair, MovedTogether_AnswerMovesAlong) {
   for (int i = 0; i < 300; ++i) {
     const Pose X_WA = random.pose(0.08), X_WB = random.pose(0.08), X_VW = random.pose(1.0);
     const Distance d = calc_distance(a(), X_WA, b(), X_WB), e = calc_distance(a(), X_VW * X_WA, b(), X_VW * X_WB);
-    EXPECT_NEAR(d.phi, e.phi, exact() ? 1e-13 : 2e-6);
-    if (!exact()) continue;
+    EXPECT_NEAR(d.phi, e.phi, 1e-13);
     expect_near(X_VW.R * d.nhat_BA_W, e.nhat_BA_W, 1e-7, "normal");
     expect_near(X_VW * d.p_WA, e.p_WA, 1e-7, "witness");
   }
@@ -294,7 +291,7 @@ TEST_P(EveryPair, AlongAPath_PhiIsLipschitz) {
       const double phi = calc_distance(a(), X_WA, b(), X_WB).phi;
       const double most = ((to - from).norm() + 2.0 * 0.3) / steps;   // no point of a bounded shape here is 0.3 m from its origin
       if (k > 0 && !test::is_half_space(a())) {
-        EXPECT_LE(std::abs(phi - last), most + (exact() ? 1e-12 : 4e-6));
+        EXPECT_LE(std::abs(phi - last), most + 1e-12);
       }
       last = phi;
     }
@@ -311,7 +308,7 @@ TEST_P(EveryPair, AlignedAndCoincident_NeverNaN) {
       const std::string what = GetParam().name();
       expect_consistent(d, what);
       if (!test::is_half_space(a()) && !test::is_half_space(b())) {
-        EXPECT_NEAR(test::gap_along(a(), {R, p}, b(), {}, d.nhat_BA_W), d.phi, exact() ? 1e-8 : 2e-6) << what << " at " << p.transpose();
+        EXPECT_NEAR(test::gap_along(a(), {R, p}, b(), {}, d.nhat_BA_W), d.phi, 1e-8) << what << " at " << p.transpose();
       }
     }
   }

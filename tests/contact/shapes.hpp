@@ -79,14 +79,6 @@ inline std::vector<Named> all_shapes() {
 }
 
 inline bool is_half_space(const world::Shape& s) { return std::holds_alternative<world::HalfSpace>(s); }
-inline bool is_cylinder(const world::Shape& s) { return std::holds_alternative<world::Cylinder>(s); }
-
-/// Pairs that have a closed form or are polytopes, so that their distance is exact to rounding.
-inline bool is_exact(const world::Shape& a, const world::Shape& b) {
-  const auto simple = [](const world::Shape& s) { return std::holds_alternative<world::Sphere>(s) || is_half_space(s); };
-  return simple(a) || simple(b) || (!is_cylinder(a) && !is_cylinder(b));
-}
-
 /// max over the set of d · x, in W. Infinite for a half-space off its normal.
 inline double support(const world::Shape& shape, const Pose& X_WG, const Vector3d& d) {
   const Vector3d l = X_WG.R.transpose() * d;
