@@ -12,9 +12,13 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// Joint limits farther from the joint than this beyond its commanded move are left out of an exact step [rad or m]: a contact
-/// would have to bend the joint's spring that far.
-constexpr double kLimitHorizon = 0.3;
+/// An exact step first looks at the rows that it may reach: contacts nearer than this plus a share of the commanded motion, and joint
+/// limits likewise. Rows left out that the solution violates are added and the step is solved again, so that the result is that of
+/// the full problem: a row that holds with room has no multiplier.
+constexpr double kNearContact = 2e-3;   // [m]
+constexpr double kNearLimit = 0.02;     // [rad or m]
+constexpr double kMotionShare = 0.25;
+constexpr int kMaxRounds = 12;
 
 template <class... Ts>
 struct Overloaded : Ts... {
@@ -93,6 +97,8 @@ struct StepWorkspace::Impl {
     M_u.resize(max_object_dofs, max_object_dofs);
     for (int j = 0; j < model->n_a(); ++j) actuated.push_back(model->n_vu() + j);
     h_stiffness.resize(actuated.size());
+    b.resize(model->n_v());
+    limit_included.resize(static_cast<std::size_t>(2 * model->n_v()));
   }
 
   std::shared_ptr<const Model> model;
@@ -114,6 +120,12 @@ struct StepWorkspace::Impl {
   std::vector<double> G;
   std::vector<int> actuated;            // velocity indices of the commands
   std::vector<double> h_stiffness;      // hK_a
+  struct Entry { int row, column; double value; };
+  std::vector<Entry> Q;                 // lower triangle
+  Eigen::VectorXd b;
+  std::vector<char> included;           // per contact: its rows are in the problem
+  std::vector<Eigen::Vector3d> moved;   // per contact that is not: J_c δq
+  std::vector<char> limit_included;     // per limit_id
 };
 
 StepWorkspace::StepWorkspace(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
@@ -124,17 +136,17 @@ const Model& StepWorkspace::model() const { return *impl_->model; }
 
 namespace {
 
-/// Objective of (2.6): Q = blkdiag(ε M_u/h, h K_a), b = −h (τ_u; K_a(u − qᵃ) + τ_a). Returns how far gravity can move an object in
-/// one step when nothing holds it, h²‖τ_u‖/(ε m) [m].
-double add_objective(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work,
-                     Eigen::VectorXd& epsilon) {
+/// Objective of (2.6): Q = blkdiag(ε M_u/h, h K_a), b = −h (τ_u; K_a(u − qᵃ) + τ_a), into the workspace. Returns how far gravity
+/// can move an object in one step when nothing holds it, h²‖τ_u‖/(ε m) [m].
+double calc_objective(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work,
+                      Eigen::VectorXd& epsilon) {
   const double h = options.h;
-  cone::Problem& problem = *work.problem;
   world::calc_gravity(model, work.kinematics, work.tau_u);
   if (in.tau_ext) work.tau_u += in.tau_ext->head(model.n_vu());
 
   const auto objects = model.objects();
   epsilon.resize(static_cast<Eigen::Index>(objects.size()));
+  work.Q.clear();
   double fall = 0;
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const auto& object = objects[o];
@@ -149,10 +161,10 @@ double add_objective(const Model& model, const StepInput& in, const StepOptions&
     double force2 = 0;
     for (int i = 0; i < object.n_v; ++i) {
       for (int j = 0; j <= i; ++j) {
-        if (M_u(i, j) != 0) problem.set_Q(object.v_begin + i, object.v_begin + j, eps / h * M_u(i, j));
+        if (M_u(i, j) != 0) work.Q.push_back({object.v_begin + i, object.v_begin + j, eps / h * M_u(i, j)});
       }
       const double tau = work.tau_u[object.v_begin + i];
-      problem.set_b(object.v_begin + i, -h * tau);
+      work.b[object.v_begin + i] = -h * tau;
       if (model.dofs()[static_cast<std::size_t>(object.v_begin + i)].kind == world::DofKind::Prismatic) force2 += tau * tau;
     }
     fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.mass));
@@ -163,32 +175,48 @@ double add_objective(const Model& model, const StepInput& in, const StepOptions&
   for (int j = 0; j < model.n_a(); ++j) {
     const double K = model.stiffness()[j];
     const double tau_a = in.tau_ext ? (*in.tau_ext)[n_vu + j] : 0.0;
-    problem.set_Q(n_vu + j, n_vu + j, h * K);
-    problem.set_b(n_vu + j, -h * (K * (in.u[j] - in.q[n_qu + j]) + tau_a));
+    work.Q.push_back({n_vu + j, n_vu + j, h * K});
+    work.b[n_vu + j] = -h * (K * (in.u[j] - in.q[n_qu + j]) + tau_a);
   }
   return fall;
 }
 
-void add_joint_limits(const Model& model, const StepInput& in, bool exact, double sigma, cone::Problem& problem) {
-  const int n_vu = model.n_vu();
-  const auto add = [&](int variable, double sign, double offset, double reach) {
-    if (!std::isfinite(offset) || (exact && offset > reach)) return;
-    problem.add_bound(static_cast<std::uint64_t>(2 * variable + (sign > 0 ? 0 : 1)), variable, sign, offset, sigma);
+void add_objective(const StepWorkspace::Impl& work, cone::Problem& problem) {
+  for (const auto& [i, j, value] : work.Q) problem.set_Q(i, j, value);
+  for (Eigen::Index i = 0; i < work.b.size(); ++i) problem.set_b(static_cast<int>(i), work.b[i]);
+}
+
+/// Calls visit(variable, sign, offset) for every joint limit sign·δq_variable + offset ≥ 0.
+template <class Visit>
+void for_each_limit(const Model& model, const StepInput& in, Visit&& visit) {
+  const auto both = [&](int variable, double q, double lower, double upper) {
+    if (std::isfinite(lower)) visit(variable, 1.0, q - lower);
+    if (std::isfinite(upper)) visit(variable, -1.0, upper - q);
   };
-  for (int j = 0; j < model.n_a(); ++j) {
-    const double q = in.q[model.n_qu() + j];
-    const double reach = std::abs(in.u[j] - q) + kLimitHorizon;
-    add(n_vu + j, 1.0, q - model.lower()[j], reach);
-    add(n_vu + j, -1.0, model.upper()[j] - q, reach);
-  }
+  for (int j = 0; j < model.n_a(); ++j) both(model.n_vu() + j, in.q[model.n_qu() + j], model.lower()[j], model.upper()[j]);
   for (const auto& object : model.objects()) {
     if (object.n_q != 1) continue;   // hinges and sliders are the objects with limits
     const auto& dof = model.dofs()[static_cast<std::size_t>(object.v_begin)];
-    const double q = in.q[object.q_begin];
-    const double infinity = std::numeric_limits<double>::infinity();
-    add(object.v_begin, 1.0, q - dof.lower, infinity);
-    add(object.v_begin, -1.0, dof.upper - q, infinity);
+    both(object.v_begin, in.q[object.q_begin], dof.lower, dof.upper);
   }
+}
+
+std::uint64_t limit_id(int variable, double sign) { return static_cast<std::uint64_t>(2 * variable + (sign > 0 ? 0 : 1)); }
+
+/// Largest Σ_j reach_j |u_j − q_j| over the branches of the robots: how far a finger may be commanded to travel [m].
+double commanded_motion(const Model& model, const StepInput& in) {
+  double motion = 0;
+  for (const auto& robot : model.robots()) {
+    for (const auto& chain : robot.chains) {
+      double sum = 0;
+      for (const int v : chain) {
+        const int j = v - model.n_vu();
+        sum += model.reach()[j] * std::abs(in.u[j] - in.q[model.n_qu() + j]);
+      }
+      motion = std::max(motion, sum);
+    }
+  }
+  return motion;
 }
 
 /// Rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or in the plane the half-lines (J_n ± μJ_t) δq + φ (2.10).
@@ -216,6 +244,39 @@ void add_contact(const Model& model, const contact::Contact& contact, double mu,
   }
 }
 
+/// J_c δq [m].
+Eigen::Vector3d displacement(const Model& model, const contact::Contact& contact, const Eigen::VectorXd& delta, StepWorkspace::Impl& work) {
+  const auto& variables = model.supports()[static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support)];
+  const std::size_t k = variables.size();
+  work.J.resize(3 * k);
+  contact::calc_jacobian(model, work.kinematics, contact, work.J.data());
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();
+  for (std::size_t c = 0; c < k; ++c) {
+    const double x = delta[variables[c]];
+    for (std::size_t r = 0; r < 3; ++r) v[static_cast<Eigen::Index>(r)] += work.J[r * k + c] * x;
+  }
+  return v;
+}
+
+/// Puts rows that the solution violates into the problem of the next round; true when there are any.
+bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, bool planar, StepWorkspace::Impl& work) {
+  bool any = false;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    if (work.included[i]) continue;
+    const contact::Contact& contact = work.contacts[i];
+    work.moved[i] = displacement(model, contact, work.solution.x, work);
+    const Eigen::Vector3d& v = work.moved[i];
+    const double slip = planar ? std::abs(v[1]) : std::hypot(v[1], v[2]);
+    if (contact.phi + v[0] - contact.friction * options.friction_scale * slip < 0) work.included[i] = 1, any = true;
+  }
+  if (!options.joint_limits) return any;
+  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+    auto& included = work.limit_included[limit_id(variable, sign)];
+    if (!included && sign * work.solution.x[variable] + offset < 0) included = 1, any = true;
+  });
+  return any;
+}
+
 void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl& work, std::vector<ContactImpulse>& out) {
   const cone::Result& s = work.solution;
   out.resize(work.contacts.size());
@@ -225,7 +286,11 @@ void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl&
     ContactImpulse& c = out[i];
     c.contact = work.contacts[i];
     const double mu = c.contact.friction * options.friction_scale;
-    if (planar) {
+    if (!work.included[i]) {
+      c.lambda.setZero();
+      c.displacement = work.moved[i];
+      c.gap = c.contact.phi + c.displacement[0] - mu * (planar ? std::abs(c.displacement[1]) : c.slide());
+    } else if (planar) {
       const double zp = s.z_half_line[half], zm = s.z_half_line[half + 1];
       const double wp = s.w_half_line[half], wm = s.w_half_line[half + 1];
       half += 2;
@@ -275,30 +340,50 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   const bool planar = model.planar_axis().has_value();
 
   world::calc_kinematics(model, in.q, work.kinematics_work, work.kinematics);
-  cone::Problem& problem = *work.problem;
-  problem.clear();
-  const double fall = add_objective(model, in, options, work, out.epsilon);
+  const double fall = calc_objective(model, in, options, work, out.epsilon);
 
   // An unsupported object must not fall through what it would have met: look as far as it can fall.
   const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
   contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
 
-  const double sigma = analytic ? options.h / analytic->kappa : 0.0;
-  const double sigma_self = analytic ? sigma / analytic->self_sharpness : 0.0;
-  for (const auto& contact : work.contacts) {
-    const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
-    add_contact(model, contact, contact.friction * options.friction_scale, self ? sigma_self : sigma, planar, work);
-  }
-  if (options.joint_limits) add_joint_limits(model, in, analytic == nullptr, sigma_self, problem);
+  const bool exact = analytic == nullptr;
+  const double sigma = exact ? 0.0 : options.h / analytic->kappa;
+  const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
+  const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);
+  work.included.resize(work.contacts.size());
+  work.moved.resize(work.contacts.size());
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) work.included[i] = !exact || work.contacts[i].phi < near_contact;
+  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+    const int j = variable - model.n_vu();
+    const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && (!exact || offset < kNearLimit + motion);
+  });
 
   cone::Options solver_options;
-  solver_options.mode = analytic ? cone::Mode::Smoothed : cone::Mode::Exact;
+  solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
   solver_options.tol_complementarity = options.tol_complementarity;
   solver_options.warm_start = options.warm_start;
   solver_options.sensitivities = options.with_B;
-  out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
+  out.iterations = 0;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    cone::Problem& problem = *work.problem;
+    problem.clear();
+    add_objective(work, problem);
+    for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+      if (!work.included[i]) continue;
+      const contact::Contact& contact = work.contacts[i];
+      const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
+      add_contact(model, contact, contact.friction * options.friction_scale, self ? sigma_self : sigma, planar, work);
+    }
+    for_each_limit(model, in, [&](int variable, double sign, double offset) {
+      const std::uint64_t id = limit_id(variable, sign);
+      if (work.limit_included[id]) problem.add_bound(id, variable, sign, offset, sigma_self);
+    });
+    out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
+    out.iterations += work.solution.iterations;
+    if (out.status != Status::Solved || !exact || !add_violated(model, in, options, planar, work)) break;
+  }
   out.residuals = work.solution.residuals;
-  out.iterations = work.solution.iterations;
   if (out.status != Status::Solved) {
     out.q_next = in.q;
     out.delta.setZero(model.n_v());

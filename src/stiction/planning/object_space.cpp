@@ -82,7 +82,9 @@ Eigen::VectorXd ObjectSpace::coordinates(int object, const world::Pose& X_WB) co
   if (is_planar(b.joint)) {
     const auto axes = planar_axes(b.joint);
     // x × z = −y: the angle of the xz plane is about +y all the same (docs/notation.md)
-    return Eigen::Vector3d(X_PB.p[axes[0]], X_PB.p[axes[1]], angle_about(X_PB.R, Eigen::Vector3d::Unit(axes[2])));
+    Eigen::VectorXd q(3);
+    q << X_PB.p[axes[0]], X_PB.p[axes[1]], angle_about(X_PB.R, Eigen::Vector3d::Unit(axes[2]));
+    return q;
   }
   Eigen::VectorXd q(1);
   q[0] = b.joint == ObjectJoint::Hinge ? angle_about(X_PB.R, b.axis) : b.axis.dot(X_PB.p);
@@ -103,6 +105,21 @@ void ObjectSpace::sample(const std::vector<SampleBox>& boxes, core::Random& rand
     q_u.segment<3>(b.q_begin) = x.head<3>();
     q_u.segment<4>(b.q_begin + 3) = rotation.coeffs();
   }
+}
+
+bool objects_agree(const world::Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
+                   double position, double angle) {
+  Eigen::VectorXd e(model.n_vu());
+  space.error(q0.data(), q1.data(), e.data());
+  for (const auto& object : model.objects()) {
+    double position2 = 0, angle2 = 0;
+    for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
+      const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      (revolute ? angle2 : position2) += e[i] * e[i];
+    }
+    if (position2 > position * position || angle2 > angle * angle) return false;
+  }
+  return true;
 }
 
 GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {

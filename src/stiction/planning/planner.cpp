@@ -24,14 +24,11 @@ using world::Model;
 
 /// Largest penetration that an edge may build up [m].
 constexpr double kMaxPenetration = 5e-4;
-/// Gap across which a force may act at the end of a sub-step of an edge [m]; Anitescu's relaxation opens μ·slide.
 /// The settling of the start stops when no object moves farther than this in a step [m or rad].
 constexpr double kSettled = 1e-6;
 constexpr int kMaxSettleSteps = 100;
 /// A contact edge must move the robot or an object at least this far to be worth a node [m or rad].
 constexpr double kMinMove = 1e-4;
-/// A goal counts as reached in a replay when its error is at most this share of the tolerance; the rest is left to the checker.
-constexpr double kReplayShare = 0.95;
 
 struct Totals {
   long steps = 0, linearisations = 0, failed_steps = 0;
@@ -68,6 +65,8 @@ struct Item {
   int near = -1;             ///< −1: to be found by the worker
   bool grasp = false;
   Eigen::VectorXd subgoal;   ///< qᵘ (n_qu)
+  Eigen::VectorXd near_fine; ///< Node::q_fine of `near`, when this item computed it
+  bool distrusted = false;   ///< it is too far from q to build on
   bool accepted = false;
   Node node;
   Totals totals;
@@ -147,6 +146,7 @@ class Planner {
     root.u = u_start_;
     root.commands = commands_of(settle_, model_.n_a());
     if (!linearise(root, worker, totals_)) return false;
+    if (refines() && !simulate_fine(problem_.q_start, u_start_, root.commands, worker, totals_, root.q_fine)) return false;
     insert(std::move(root));
     return true;
   }
@@ -154,7 +154,7 @@ class Planner {
   // ---- growth --------------------------------------------------------------------------------------------------------------
   Status grow() {
     std::vector<Item> items(static_cast<std::size_t>(options_.batch));
-    if (goal_ratio_of_best() <= options_.tolerance_fraction && options_.stop_at_goal && verify(best_)) return Status::Solved;
+    if (options_.stop_at_goal && reaches_goal(best_)) return Status::Solved;
     while (result_.iterations < options_.max_iterations) {
       if (control_.cancelled()) return Status::Cancelled;
       if (control_.expired()) return Status::MaxIterations;
@@ -167,10 +167,10 @@ class Planner {
       for (int i = 0; i < n; ++i) {
         Item& item = items[static_cast<std::size_t>(i)];
         totals_ += item.totals;
+        if (item.near_fine.size() > 0) judge(item);
         if (!item.accepted) continue;
         const int node = insert(std::move(item.node));
-        if (!options_.stop_at_goal || tree_[node].goal_ratio > options_.tolerance_fraction) continue;
-        if (verify(node)) return Status::Solved;
+        if (options_.stop_at_goal && reaches_goal(node)) return Status::Solved;
       }
       report();
     }
@@ -181,7 +181,8 @@ class Planner {
   /// deterministic.
   void draw(Item& item, long iteration) {
     item.stream = static_cast<std::uint64_t>(iteration) + 1;
-    item.accepted = false;
+    item.accepted = item.distrusted = false;
+    item.near_fine.resize(0);
     item.totals = Totals{};
     item.near = -1;
     core::Random random(options_.seed, item.stream << 1);
@@ -194,10 +195,74 @@ class Planner {
 
   void work_on(Item& item, Worker& worker) {
     if (item.near < 0) item.near = tree_.nearest(item.subgoal);
+    if (refines() && tree_[item.near].q_fine.size() == 0) {
+      item.distrusted = !refine(item.near, worker, item.totals, item.near_fine);
+      if (item.distrusted) return;
+    }
     core::Random random(options_.seed, (item.stream << 1) + 1);
     item.accepted = item.grasp ? regrasp(item, random, worker) : extend(item, worker);
     if (!item.accepted) return;
     item.accepted = linearise(item.node, worker, item.totals);
+  }
+
+  /// Plans are checked at half their sub-step, so the tree carries both states. Jumps and single steps are not refined.
+  bool refines() const { return options_.substep && options_.real_regrasps; }
+
+  /// The state after the commands of an edge at half its sub-step.
+  bool simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, Worker& worker, Totals& totals,
+                     Eigen::VectorXd& q_fine) {
+    worker.steps.forget();
+    for (Eigen::Index k = 0; k < commands.cols(); ++k) {
+      for (const double s : {0.5, 1.0}) {
+        const Eigen::VectorXd u = (1 - s) * u_last + s * commands.col(k);
+        ++totals.steps;
+        if (dynamics::step(model_, {q, u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
+          ++totals.failed_steps;
+          return false;
+        }
+        q = worker.step_result.q_next;
+      }
+      u_last = commands.col(k);
+    }
+    q_fine = q;
+    return true;
+  }
+
+  /// Computes Node::q_fine of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
+  /// finger about to slip off would not survive the check of the plan. Done once, when the node is first built on.
+  bool refine(int i, Worker& worker, Totals& totals, Eigen::VectorXd& q_fine) {
+    const Node& node = tree_[i];
+    const Node& parent = tree_[node.parent];
+    q_fine = node.q;   // says that it was tried, whatever comes out
+    if (!simulate_fine(parent.q_fine, parent.u, node.commands, worker, totals, q_fine)) return false;
+    const Goal& goal = problem_.goal;
+    const int n_vu = model_.n_vu();
+    Eigen::VectorXd before(n_vu), after(n_vu);
+    space_.error(parent.q.data(), parent.q_fine.data(), before.data());
+    space_.error(node.q.data(), q_fine.data(), after.data());
+    return largest_share(after, goal) <= options_.fidelity_path && largest_share(after - before, goal) <= options_.fidelity_edge;
+  }
+
+  /// Worst object displacement as a share of the goal's tolerances.
+  double largest_share(const Eigen::VectorXd& e, const Goal& goal) const {
+    double share = 0;
+    for (const auto& object : model_.objects()) {
+      double position2 = 0, angle2 = 0;
+      for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
+        const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+        (revolute ? angle2 : position2) += e[i] * e[i];
+      }
+      share = std::max({share, std::sqrt(position2) / goal.tol_position, std::sqrt(angle2) / goal.tol_angle});
+    }
+    return share;
+  }
+
+  void judge(Item& item) {
+    if (tree_[item.near].q_fine.size() > 0) return;   // another item of the round was first, with the same outcome
+    tree_.set_fine(item.near, std::move(item.near_fine));
+    if (!item.distrusted) return;
+    tree_.bury(item.near);
+    ++result_.distrusted;
   }
 
   /// Alg. 3 with joint limits: δu* = argmin ‖B_u δu − e‖² + γ‖δu‖², cut or stretched to its length, rolled out exactly.
@@ -207,6 +272,11 @@ class Planner {
     const Eigen::VectorXd q_a = near.q.tail(n_a);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
     space_.error(near.local.c_u.data(), item.subgoal.data(), e.data());
+    if (near.q_fine.size() > 0) {   // aim with the mean of the two resolutions
+      Eigen::VectorXd difference(model_.n_vu());
+      space_.error(near.q.data(), near.q_fine.data(), difference.data());
+      e -= 0.5 * difference;
+    }
     solve_bounded_least_squares(near.local.B_u, e, options_.gamma, model_.lower() - q_a, model_.upper() - q_a, delta_u);
     const double length = delta_u.norm();
     if (length < 1e-9) return false;
@@ -299,8 +369,7 @@ class Planner {
   }
 
   int insert(Node node) {
-    const GoalError error = goal_error(model_, node.q, problem_.goal);
-    node.goal_ratio = std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
+    node.goal_ratio = goal_ratio(node.q);
     const double ratio = node.goal_ratio;
     const int i = tree_.add(std::move(node), q_goal_);
     if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
@@ -319,96 +388,38 @@ class Planner {
   }
 
   // ---- the path ------------------------------------------------------------------------------------------------------------
-  struct Replay {
-    bool complete = false;
-    double goal_ratio = 0;
-    std::vector<Segment> segments;
-    std::vector<Node> nodes;       ///< states at the ends of the edges, without local models
-  };
-
-  /// Simulates the commands of a path from the given start, every sub-step cut in `divide` parts.
-  Replay replay(const std::vector<int>& path, int divide) {
-    Worker& worker = workers_[0];
-    Replay out;
-    Eigen::VectorXd q = problem_.q_start;
-    Eigen::VectorXd u_last = u_start_;
-    worker.steps.forget();
-    for (const int i : path) {
-      const Node& node = tree_[i];
-      Segment segment{node.edge, {}};
-      for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
-        for (int part = 1; part <= divide; ++part) {
-          const double s = static_cast<double>(part) / divide;
-          dynamics::Knot knot;
-          knot.u = (1 - s) * u_last + s * node.commands.col(k);
-          ++totals_.steps;
-          if (dynamics::step(model_, {q, knot.u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
-            ++totals_.failed_steps;
-            return out;
-          }
-          for (const auto& c : worker.step_result.contacts) {
-            if (c.active) knot.contacts.push_back(c);
-          }
-          q = knot.q = worker.step_result.q_next;
-          segment.knots.push_back(std::move(knot));
-        }
-        u_last = node.commands.col(k);
-      }
-      Node end;
-      end.edge = node.edge;
-      end.q = q;
-      end.u = u_last;
-      end.commands = commands_of(segment.knots, model_.n_a());
-      out.nodes.push_back(std::move(end));
-      if (!segment.knots.empty()) out.segments.push_back(std::move(segment));
-    }
+  double goal_ratio(const Eigen::VectorXd& q) const {
     const GoalError error = goal_error(model_, q, problem_.goal);
-    out.goal_ratio = std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
-    out.complete = true;
-    return out;
+    return std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
   }
 
-  /// A path that reaches the goal in the tree counts only if it also does when all of it is simulated from the start, at its own
-  /// sub-step and at half of it. Where it does not, the finer replay joins the tree, so that the search goes on from where the path
-  /// really ends.
-  bool verify(int node) {
-    const auto path = tree_.path_to(node);
-    if (!options_.substep || !options_.real_regrasps) {
-      keep(path, std::nullopt);
-      return true;
+  /// At the goal at both resolutions; then the path is kept.
+  bool reaches_goal(int node) {
+    if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
+    if (refines()) {
+      Eigen::VectorXd q_fine = tree_[node].q_fine;
+      if (q_fine.size() == 0 && !refine(node, workers_[0], totals_, q_fine)) {
+        tree_.bury(node);
+        return false;
+      }
+      tree_.set_fine(node, q_fine);
+      if (goal_ratio(q_fine) > options_.tolerance_fraction) return false;
     }
-    Replay coarse = replay(path, 1);
-    Replay fine = replay(path, 2);
-    if (!coarse.complete || !fine.complete) return false;
-    if (coarse.goal_ratio <= kReplayShare && fine.goal_ratio <= kReplayShare) {
-      keep(path, std::move(coarse));
-      return true;
-    }
-    graft(path, std::move(fine));
-    return false;
+    keep(tree_.path_to(node));
+    return true;
   }
 
-  void graft(const std::vector<int>& path, Replay fine) {
-    int parent = -1;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      Node& node = fine.nodes[i];
-      node.parent = parent;
-      if (!linearise(node, workers_[0], totals_)) return;
-      parent = insert(std::move(node));
-    }
-  }
+  void keep_best() { keep(tree_.path_to(best_)); }
 
-  void keep_best() { keep(tree_.path_to(best_), std::nullopt); }
-
-  void keep(const std::vector<int>& path, std::optional<Replay> replayed) {
+  void keep(const std::vector<int>& path) {
     Plan& plan = result_.plan;
     plan.q_start = problem_.q_start;
     plan.u_start = u_start_;
     plan.goal = problem_.goal;
     plan.step = exact_;
     if (options_.substep) plan.substep = *options_.substep;
-    if (!options_.real_regrasps || !options_.substep) {
-      plan.segments.clear();
+    plan.segments.clear();
+    if (!refines()) {
       for (const int i : path) {   // the robot jumps in such a path: states as the tree has them
         dynamics::Knot knot;
         knot.u = tree_[i].u;
@@ -416,12 +427,35 @@ class Planner {
         plan.segments.push_back({tree_[i].edge, {knot}});
       }
     } else {
-      if (!replayed) replayed = replay(path, 1);
-      plan.segments = std::move(replayed->segments);
+      for (const int i : path) plan.segments.push_back(simulate_edge(tree_[i]));
+      std::erase_if(plan.segments, [](const Segment& segment) { return segment.knots.empty(); });
     }
     cut_motionless_tail(plan);
     const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
     plan.error = goal_error(model_, q_end, problem_.goal);
+  }
+
+  /// States and forces along an edge, from the state of its parent in the tree.
+  Segment simulate_edge(const Node& node) {
+    Worker& worker = workers_[0];
+    Segment segment{node.edge, {}};
+    Eigen::VectorXd q = node.parent < 0 ? problem_.q_start : tree_[node.parent].q;
+    worker.steps.forget();
+    for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+      dynamics::Knot knot;
+      knot.u = node.commands.col(k);
+      ++totals_.steps;
+      if (dynamics::step(model_, {q, knot.u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
+        ++totals_.failed_steps;
+        break;
+      }
+      for (const auto& c : worker.step_result.contacts) {
+        if (c.active) knot.contacts.push_back(c);
+      }
+      q = knot.q = worker.step_result.q_next;
+      segment.knots.push_back(std::move(knot));
+    }
+    return segment;
   }
 
   /// 3.4.5 (ii): what follows the last motion of the object is dropped.

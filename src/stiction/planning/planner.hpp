@@ -61,7 +61,10 @@ struct PlannerOptions {
   double regrasp_tol_angle = 0.02;    ///< [rad]
   Sampler sampler = GenericSampler{};
   std::vector<SampleBox> sample_boxes;
-  double tolerance_fraction = 0.6;    ///< the planner aims at this share of the goal's tolerances
+  double fidelity_edge = 0.15;        ///< a node is built on only if half the sub-step moves the object to the same place, up to this
+                                      ///< share of the goal's tolerances on its own edge …
+  double fidelity_path = 0.8;         ///< … and up to this share on the whole path from the start
+  double tolerance_fraction = 0.9;    ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
   void validate(const world::Model& model) const;
 };
 
@@ -89,6 +92,7 @@ struct PlanResult {
   long steps = 0;             ///< exact steps computed
   long linearisations = 0;    ///< smoothed steps with B
   long failed_steps = 0;      ///< steps whose solve did not end in Solved
+  long distrusted = 0;        ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
   double wall_s = 0;
   double start_penetration = 0;   ///< [m] deepest penetration of the given start, ≥ 0

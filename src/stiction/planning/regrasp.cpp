@@ -180,7 +180,6 @@ class RegraspRun {
     step_.h = options.h;
     step_.regularisation = options.regularisation;
     step_.friction_scale = friction;
-    error_.resize(model.n_vu());
   }
 
   enum class Outcome { Held, Moved, Failed };
@@ -203,18 +202,8 @@ class RegraspRun {
   }
 
  private:
-  bool at_rest(const Eigen::VectorXd& q) {
-    space_.error(q0_.data(), q.data(), error_.data());
-    for (const auto& object : model_.objects()) {
-      double position2 = 0, angle2 = 0;
-      for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
-        const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-        (revolute ? angle2 : position2) += error_[i] * error_[i];
-      }
-      if (position2 > options_.regrasp_tol_position * options_.regrasp_tol_position) return false;
-      if (angle2 > options_.regrasp_tol_angle * options_.regrasp_tol_angle) return false;
-    }
-    return true;
+  bool at_rest(const Eigen::VectorXd& q) const {
+    return objects_agree(model_, space_, q0_, q, options_.regrasp_tol_position, options_.regrasp_tol_angle);
   }
 
   const world::Model& model_;
@@ -224,7 +213,6 @@ class RegraspRun {
   const Eigen::VectorXd& q0_;
   dynamics::StepOptions step_;
   dynamics::RolloutResult result_;
-  Eigen::VectorXd error_;
 };
 
 /// Command with which the branches in `relaxed` stop pushing: their springs are unloaded, the others keep their squeeze.

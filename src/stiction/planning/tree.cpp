@@ -30,7 +30,13 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal) {
   nodes_.push_back(std::move(node));
   const int i = size() - 1;
   goal_distance_.push_back(distance(i, q_goal.data()));
+  buried_.push_back(0);
   return i;
+}
+
+void Tree::bury(int i) {
+  buried_[static_cast<std::size_t>(i)] = 1;
+  goal_distance_[static_cast<std::size_t>(i)] = kInfinity;
 }
 
 double Tree::distance(int i, const double* q_u) const {
@@ -57,6 +63,7 @@ int Tree::nearest(const Eigen::VectorXd& q_u) const {
   int best = -1;
   double best_distance = kInfinity;
   for (int i = 0; i < size(); ++i) {
+    if (buried_[static_cast<std::size_t>(i)]) continue;
     const double d = distance(i, q_u.data());
     if (d < best_distance) {
       best_distance = d;

@@ -27,6 +27,7 @@ struct Node {
   Eigen::MatrixXd commands;        ///< of the edge's sub-steps, one column each (n_a × steps)
   LocalModel local;
   double goal_ratio = 0;           ///< worst of position and angle error, divided by the tolerance
+  Eigen::VectorXd q_fine;          ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
 };
 
 /// Nodes with the data that the nearest-node search reads kept together.
@@ -44,6 +45,11 @@ class Tree {
   /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
   int take_nearest_to_goal();
 
+  void set_fine(int i, Eigen::VectorXd q_fine) { nodes_[static_cast<std::size_t>(i)].q_fine = std::move(q_fine); }
+
+  /// Takes a node out of every later search; it must have no children.
+  void bury(int i);
+
   /// Node indices from the root to i.
   std::vector<int> path_to(int i) const;
 
@@ -55,6 +61,7 @@ class Tree {
   std::vector<double> centres_;        // c_u, n_qu numbers per node
   std::vector<double> factors_;        // L_inv, lower triangle by rows, n_vu(n_vu+1)/2 numbers per node
   std::vector<double> goal_distance_;  // d(q_goal; node), infinite once taken
+  std::vector<char> buried_;
 };
 
 }  // namespace stiction::planning
