@@ -228,8 +228,8 @@ RawProblem make_random(std::uint64_t seed, const RandomOptions& o) {
     MatrixXd G = R.transpose() * J;
     G.bottomRows<2>() *= mu;
     double gap = random.uniform(0, 0.03);
-    if (random.chance(0.4)) gap = random.uniform(-1e-3, 1e-3);
-    if (random.chance(0.1)) gap = 0;
+    if (random.chance(0.4)) gap = random.uniform(-2e-4, 2e-3);
+    if (random.chance(0.05)) gap = 0;
     if (random.chance(deep)) gap = -random.uniform(0, 0.2);
     row.id = id++;
     if (planar) {   // w₀ ≥ |w₁| as two half-lines

@@ -43,6 +43,7 @@ class Attempt {
       : problem_(problem), options_(options), s_(s), layout_(*s.layout), smoothed_(options.mode == Mode::Smoothed),
         n_rows_(problem.n_cones() + problem.n_half_lines() + problem.n_bounds()) {
     for (int i = 0; i < layout_.padded_size(); ++i) impulse_ = std::max(impulse_, std::abs(problem.b_padded()[i]));
+    impulse_ = std::exp2(std::floor(std::log2(impulse_)));   // constant in b almost everywhere, as derivatives need
   }
 
   /// @param careful  refine every direction (slower)
@@ -84,7 +85,7 @@ class Attempt {
   int n_rows_;
   double t_ = 0;          // where the iterate is: mean of wᵀz / weight
   double t_end_ = 0;      // where it should go
-  double impulse_ = 1;    // S = max(1, ‖b‖∞): the unit of z, by which complementarity is measured in Exact mode
+  double impulse_ = 1;    // S = max(1, ‖b‖∞) rounded down to a power of 2: the unit of z, by which complementarity is measured in Exact mode
   double primal_ = 0;     // r_p = primal_ · (stored r_p)
   Residuals residuals_;
   bool infeasible_ = false;
