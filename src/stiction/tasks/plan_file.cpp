@@ -95,7 +95,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   out.linearisations = result.linearisations;
   out.failed_steps = result.failed_steps;
   out.distrusted = result.distrusted;
-  out.verifications = result.verifications;
+ 
   out.regrasps = result.regrasps;
   out.start_penetration = result.start_penetration;
   out.start_projected = result.start_projected;

@@ -67,7 +67,7 @@ struct PlanFile {
   core::Status status = core::Status::NumericalFailure;
   std::uint64_t seed = 0;
   std::string options;              ///< JSON object, see planner_options_json
-  long iterations = 0, nodes = 0, steps = 0, linearisations = 0, failed_steps = 0, distrusted = 0, verifications = 0;
+  long iterations = 0, nodes = 0, steps = 0, linearisations = 0, failed_steps = 0, distrusted = 0;
   planning::RegraspCounts regrasps;
   double start_penetration = 0;     ///< [m]
   bool start_projected = false;

@@ -252,7 +252,7 @@ dynamics::StepOptions read_step(const Value& v) {
 }
 
 void read_statistics(const Value& v, PlanFile& out) {
-  v.require_keys({"iterations", "nodes", "steps", "linearisations", "failed_steps", "distrusted", "verifications", "regrasps",
+  v.require_keys({"iterations", "nodes", "steps", "linearisations", "failed_steps", "distrusted", "regrasps",
                   "start_penetration", "start_projected"});
   out.iterations = v.at("iterations").integer();
   out.nodes = v.at("nodes").integer();
@@ -260,7 +260,6 @@ void read_statistics(const Value& v, PlanFile& out) {
   out.linearisations = v.at("linearisations").integer();
   out.failed_steps = v.at("failed_steps").integer();
   out.distrusted = v.at("distrusted").integer();
-  out.verifications = v.at("verifications").integer();
   const Value regrasps = v.at("regrasps");
   regrasps.require_keys({"tried", "accepted", "no_sample", "no_path", "object_moved", "failed_step"});
   out.regrasps.tried = regrasps.at("tried").integer();

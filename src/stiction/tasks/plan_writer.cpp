@@ -137,8 +137,8 @@ void write_head(Writer& w, const PlanFile& p) {
   w.raw(",\n\"scene_text\":");
   w.text(p.scene_text);
   w.raw(",\n\"status\":\"{}\",\n\"seed\":{},\n\"options\":{},\n", core::to_string(p.status), p.seed, p.options);
-  w.raw("\"statistics\":{{\"iterations\":{},\"nodes\":{},\"steps\":{},\"linearisations\":{},\"failed_steps\":{},\"distrusted\":{},\"verifications\":{},",
-        p.iterations, p.nodes, p.steps, p.linearisations, p.failed_steps, p.distrusted, p.verifications);
+  w.raw("\"statistics\":{{\"iterations\":{},\"nodes\":{},\"steps\":{},\"linearisations\":{},\"failed_steps\":{},\"distrusted\":{},",
+        p.iterations, p.nodes, p.steps, p.linearisations, p.failed_steps, p.distrusted);
   w.raw("\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},", p.regrasps.tried,
         p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step);
   w.raw("\"start_penetration\":");

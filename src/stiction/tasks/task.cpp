@@ -33,7 +33,7 @@ Eigen::Quaterniond read_rotation(const YamlNode& pose) {
   if (quaternion && rpy) pose.fail("both 'quaternion_wxyz' and 'rpy'", "one of the two");
   if (quaternion) {
     const Eigen::VectorXd c = quaternion->vector(4);
-    if (std::abs(c.norm() - 1) > 1e-6) quaternion->fail(fmt::format("norm {:.9g}", c.norm()), "a unit quaternion");
+    if (std::abs(c.norm() - 1) > 1e-3) quaternion->fail(fmt::format("norm {:.6g}", c.norm()), "a unit quaternion");
     return Eigen::Quaterniond(c[0], c[1], c[2], c[3]).normalized();
   }
   return rpy ? Eigen::Quaterniond(rotation_of_rpy(rpy->vector3())) : Eigen::Quaterniond::Identity();

@@ -1,0 +1,99 @@
+#include "app.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <system_error>
+
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::atomic<bool> interrupted_flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free);   // so that a signal handler may set it
+
+void on_signal(int) { interrupted_flag.store(true, std::memory_order_relaxed); }
+
+fs::path program_dir() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  return error ? fs::path() : program.parent_path();
+}
+
+}  // namespace
+
+std::vector<fs::path> data_dirs() {
+  std::vector<fs::path> out;
+  const auto add = [&out](const fs::path& dir) {
+    std::error_code error;
+    const fs::path canonical = fs::canonical(dir, error);
+    if (!error && fs::is_directory(canonical) && std::find(out.begin(), out.end(), canonical) == out.end()) out.push_back(canonical);
+  };
+  if (const fs::path here = program_dir(); !here.empty()) {
+    add(here / "../../tasks");
+    add(here / "../share/stiction/tasks");
+  }
+  for (const auto& dir : tasks::default_data_dirs()) add(dir);
+  return out;
+}
+
+fs::path python_dir() {
+  for (const fs::path& dir : {program_dir() / "../../python", program_dir() / "../share/stiction/python", fs::path(STICTION_SOURCE_DIR) / "python"}) {
+    std::error_code error;
+    if (fs::is_directory(dir / "stiction_view", error)) return fs::canonical(dir);
+  }
+  return {};
+}
+
+std::string python_interpreter() {
+  for (const fs::path& root : {program_dir() / "../..", fs::path(STICTION_SOURCE_DIR)}) {
+    std::error_code error;
+    if (const fs::path python = root / ".venv/bin/python"; fs::exists(python, error)) return python.lexically_normal().string();
+  }
+  return "python3";
+}
+
+const std::atomic<bool>& interrupted() { return interrupted_flag; }
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = static_cast<int>(SA_RESETHAND);   // a second Ctrl-C ends the program at once
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+ProgressLine::ProgressLine() : terminal_(::isatty(STDERR_FILENO) == 1) {}
+ProgressLine::~ProgressLine() { clear(); }
+
+void ProgressLine::show(std::string_view text) {
+  if (!terminal_) return;
+  const auto now = core::RunControl::Clock::now();
+  if (shown_ && now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  shown_ = true;
+  fmt::print(stderr, "\r\x1b[K{}", text);
+  std::fflush(stderr);
+}
+
+void ProgressLine::show(const core::Progress& p) {
+  if (!terminal_) return;
+  show(fmt::format("{:6.1f} s   {:3.0f} % of the budget   {} extensions   {} nodes   nearest to the goal {:.3g}", p.elapsed_s, 100 * p.fraction,
+                   p.iteration, p.size, p.best));
+}
+
+void ProgressLine::clear() {
+  if (!shown_) return;
+  fmt::print(stderr, "\r\x1b[K");
+  std::fflush(stderr);
+  shown_ = false;
+}
+
+}  // namespace stiction::app

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stiction/core/run_control.hpp"
+
+namespace stiction::app {
+
+/// Exit codes of the program.
+enum ExitCode : int { kDone = 0, kCheckFailed = 1, kBadInput = 2, kNotSolved = 3, kInterrupted = 130 };
+
+/// Folders with built-in tasks: beside the program (of a build or of an installation), then the one compiled in.
+std::vector<std::filesystem::path> data_dirs();
+
+/// Folder of the Python packages and the interpreter that has their dependencies.
+std::filesystem::path python_dir();
+std::string python_interpreter();
+
+/// Set by SIGINT and SIGTERM once catch_signals() was called.
+const std::atomic<bool>& interrupted();
+void catch_signals();
+
+/// One line on stderr that is rewritten at most ten times a second; nothing when stderr is not a terminal.
+class ProgressLine {
+ public:
+  ProgressLine();
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  void show(const core::Progress& progress);
+  void show(std::string_view text);
+  void clear();
+
+ private:
+  bool terminal_;
+  bool shown_ = false;
+  core::RunControl::Clock::time_point last_;
+};
+
+/// Options of each command, filled by the command line.
+struct PlanArguments {
+  std::string task;
+  std::uint64_t seed = 0;
+  bool seed_given = false;
+  std::string goal;
+  double timeout_s = 20;
+  int threads = 0;
+  bool threads_given = false;
+  std::string out_dir;
+  bool html = false;
+  bool json = false;
+};
+struct CheckArguments {
+  std::string plan;
+  bool json = false;
+};
+struct ViewArguments {
+  std::string plan;
+  std::string html;
+};
+struct BenchArguments {
+  std::string filter;
+  int repeat = 5;
+  bool json = false;
+};
+
+int run_tasks(bool json);
+int run_plan(const PlanArguments& arguments);
+int run_check(const CheckArguments& arguments);
+int run_view(const ViewArguments& arguments);
+int run_bench(const BenchArguments& arguments);
+
+/// Runs the page maker on a plan file; its output goes to stderr. @returns its exit code, 127 when it could not be started
+int run_page_maker(const std::filesystem::path& plan, const std::filesystem::path& html);
+
+}  // namespace stiction::app

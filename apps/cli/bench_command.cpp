@@ -1,0 +1,281 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app.hpp"
+#include "commit.hpp"
+#include "cone_allocations.hpp"
+#include "cone_problems.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/dynamics/step.hpp"
+#include "stiction/planning/planner.hpp"
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::app {
+namespace {
+
+using core::Status;
+using Clock = std::chrono::steady_clock;
+using Seconds = std::chrono::duration<double>;
+
+/// Figures of others [s]. Published: T. Pang, PhD thesis, MIT 2023, Table 3.2 (1000 iterations, analytic smoothing, 16 cores) and
+/// section 2.3 (69 coordinates with a commercial cone solver: below 10 ms). Peer: the thesis's research code (quasistatic_simulator
+/// c917755, planning_through_contact 74e4559, Drake 1.26 with Clarabel) measured on two cores of an AMD EPYC, medians.
+struct Reference {
+  std::optional<double> published, peer;
+};
+struct TaskReference {
+  const char* task;
+  Reference exact_B, smoothed_B;
+};
+constexpr TaskReference kSteps[] = {
+    {"planar_pushing", {{}, 0.15e-3}, {{}, 0.18e-3}},
+    {"planar_hand", {{}, 0.64e-3}, {{}, 0.75e-3}},
+    {"allegro_ball", {{}, 0.90e-3}, {{}, 1.38e-3}},
+    {"allegro_ball_table_3_2", {{}, 0.90e-3}, {{}, 1.38e-3}},
+};
+constexpr Reference kCone22 = {{}, 0.90e-3};      // peer: exact step of the same hand, contacts and B included
+constexpr Reference kCone69 = {10e-3, 6.3e-3};    // peer: exact step of ten boxes and an arm, contacts and B included
+struct TreeReference {
+  const char* row;
+  const char* task;
+  Reference reference;
+};
+constexpr TreeReference kTrees[] = {
+    {"rrt_1000/planar_pushing", "planar_pushing_table_3_2", {3.25, 0.60}},
+    {"rrt_1000/planar_hand", "planar_hand_table_3_2", {10.32, 1.38}},
+    {"rrt_1000/allegro_ball_table_3_2", "allegro_ball_table_3_2", {31.01, 3.9}},
+};
+constexpr int kTreeIterations = 1000;
+constexpr int kStates = 100;            // contact-rich states per task
+constexpr double kPlanTimeout_s = 20;   // of the plans they are taken from
+constexpr int kConeInstances = 2000;
+
+struct Row {
+  std::string name;
+  double median_s = 0, p95_s = 0;
+  Reference reference;
+  std::optional<long> allocations;
+  int failures = 0;
+};
+
+double quantile(std::vector<double>& values, double p) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(p * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+Row make_row(std::string name, std::vector<double> seconds, const Reference& reference, std::optional<long> allocations, int failures) {
+  Row row{.name = std::move(name), .reference = reference, .allocations = allocations, .failures = failures};
+  row.median_s = quantile(seconds, 0.5);
+  row.p95_s = quantile(seconds, 0.95);
+  return row;
+}
+
+/// A sub-step of a plan that has active contacts, and the one before it.
+struct State {
+  Eigen::VectorXd q_before, u_before, q, u;
+};
+
+std::vector<State> contact_rich_states(const tasks::Task& task, ProgressLine& line) {
+  std::vector<State> all;
+  for (std::uint64_t seed = 0; seed < 3 && static_cast<int>(all.size()) < kStates; ++seed) {
+    if (interrupted()) break;
+    planning::PlannerOptions options = task.options;
+    options.seed = seed;
+    core::RunControl control;
+    control.cancel = &interrupted();
+    control.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(Seconds(kPlanTimeout_s));
+    control.on_progress = [&](const core::Progress&) { line.show(fmt::format("planning {}, seed {}, for its states", task.name, seed)); };
+    planning::PlanResult result;
+    (void)planning::plan(task.problem, options, control, result);   // states of an unfinished plan are as good
+    Eigen::VectorXd q = result.plan.q_start, u = result.plan.u_start;
+    for (const auto& segment : result.plan.segments) {
+      Eigen::VectorXd q_before = q, u_before = u;
+      for (const auto& knot : segment.knots) {
+        if (!knot.contacts.empty()) all.push_back({q_before, u_before, q, knot.u});
+        q_before = q, u_before = u;
+        q = knot.q, u = knot.u;
+      }
+    }
+  }
+  std::vector<State> out;   // evenly over the plans
+  const int n = static_cast<int>(std::min<std::size_t>(all.size(), kStates));
+  for (int i = 0; i < n; ++i) out.push_back(all[all.size() * static_cast<std::size_t>(i) / static_cast<std::size_t>(n)]);
+  return out;
+}
+
+/// Times step() over the states: kinematics, contacts, solve and, when asked for, B.
+Row time_steps(const std::string& name, const tasks::Task& task, const std::vector<State>& states, dynamics::StepOptions options, bool warm,
+               const Reference& reference, int repeat) {
+  dynamics::StepWorkspace work(task.model);
+  dynamics::StepResult result;
+  const world::Model& model = *task.model;
+  for (const auto& s : states) (void)dynamics::step(model, {s.q, s.u}, options, work, result);   // sizes the workspace
+  std::vector<double> seconds;
+  seconds.reserve(states.size() * static_cast<std::size_t>(repeat));
+  long allocations = 0;
+  int failures = 0;
+  for (int r = 0; r < repeat; ++r) {
+    for (const auto& s : states) {
+      work.forget();
+      if (warm) (void)dynamics::step(model, {s.q_before, s.u_before}, options, work, result);
+      const long before = bench::allocations();
+      const auto start = Clock::now();
+      const Status status = dynamics::step(model, {s.q, s.u}, options, work, result);
+      const auto end = Clock::now();
+      allocations = std::max(allocations, bench::allocations() - before);
+      if (r == 0 && status != Status::Solved) ++failures;
+      seconds.push_back(Seconds(end - start).count());
+    }
+  }
+  return make_row(name, std::move(seconds), reference, allocations, failures);
+}
+
+class Bench {
+ public:
+  explicit Bench(const BenchArguments& arguments) : arguments_(arguments), dirs_(data_dirs()) {}
+
+  const std::vector<Row>& run() {
+    for (const auto& entry : kSteps) steps(entry);
+    cone("cone/22dof_20contacts", bench::ConeFamily::Hand22, kCone22);
+    cone("cone/69dof_56contacts", bench::ConeFamily::Boxes69, kCone69);
+    for (const auto& entry : kTrees) tree(entry);
+    line_.clear();
+    return rows_;
+  }
+
+ private:
+  bool wanted(std::string_view name) const { return name.find(arguments_.filter) != std::string_view::npos && !interrupted(); }
+
+  void steps(const TaskReference& entry) {
+    struct Kind {
+      const char* prefix;
+      bool smoothed, with_B;
+      const Reference* reference;
+    };
+    const Reference none;
+    const Kind kinds[] = {{"step_exact/", false, false, &none}, {"step_exact_B/", false, true, &entry.exact_B}, {"step_smoothed_B/", true, true, &entry.smoothed_B}};
+    std::optional<tasks::Task> task;
+    std::vector<State> states;
+    for (const auto& kind : kinds) {
+      for (const bool warm : {false, true}) {
+        const std::string name = std::string(kind.prefix) + entry.task + (warm ? "/warm" : "");
+        if (!wanted(name)) continue;
+        if (!task) {
+          task = tasks::load_task(entry.task, dirs_);
+          states = contact_rich_states(*task, line_);
+        }
+        if (states.empty()) {
+          if (interrupted()) return;
+          core::throw_invalid("bench", fmt::format("no state in contact on a plan of '{}'", entry.task), "at least one");
+        }
+        line_.show("timing " + name);
+        dynamics::StepOptions options;
+        options.h = task->options.h;
+        options.regularisation = task->options.regularisation;
+        options.with_B = kind.with_B;
+        if (kind.smoothed) options.smoothing = task->options.smoothing;
+        add(time_steps(name, *task, states, options, warm, *kind.reference, arguments_.repeat));
+      }
+    }
+  }
+
+  void cone(const std::string& base, bench::ConeFamily family, const Reference& reference) {
+    for (const bool warm : {false, true}) {
+      const std::string name = base + (warm ? "/warm" : "");
+      if (!wanted(name)) continue;
+      line_.show("timing " + name);
+      const cone::Options options;
+      const auto timing = warm ? bench::time_cone_warm(family, kConeInstances, 0, options, bench::allocations)
+                               : bench::time_cone_cold(family, kConeInstances, 0, options, bench::allocations);
+      add(make_row(name, timing.seconds, reference, timing.allocations, timing.failures));
+    }
+  }
+
+  void tree(const TreeReference& entry) {
+    if (!wanted(entry.row)) return;
+    const tasks::Task task = tasks::load_task(entry.task, dirs_);
+    std::vector<double> seconds;
+    for (int r = 0; r < arguments_.repeat && !interrupted(); ++r) {
+      planning::PlannerOptions options = task.options;
+      options.seed = static_cast<std::uint64_t>(r);
+      options.max_iterations = kTreeIterations;
+      options.stop_at_goal = false;
+      core::RunControl control;
+      control.cancel = &interrupted();
+      control.on_progress = [&](const core::Progress&) { line_.show(fmt::format("growing {}, tree {} of {}", entry.row, r + 1, arguments_.repeat)); };
+      planning::PlanResult result;
+      const auto start = Clock::now();
+      const Status status = planning::plan(task.problem, options, control, result);
+      if (status == Status::Cancelled) break;
+      seconds.push_back(Seconds(Clock::now() - start).count());
+    }
+    if (!seconds.empty()) add(make_row(entry.row, std::move(seconds), entry.reference, {}, 0));
+  }
+
+  void add(Row row) {
+    line_.clear();
+    const auto milliseconds = [](std::optional<double> s) { return s ? fmt::format("{:.4g}", 1e3 * *s) : std::string("–"); };
+    if (rows_.empty()) fmt::print(stderr, "{:42} {:>10} {:>10} {:>10} {:>10} {:>9}  allocations\n", "[ms]", "median", "p95", "published", "peer", "published/ours");
+    const std::string ratio = row.reference.published ? fmt::format("{:.0f}", *row.reference.published / row.median_s) : "–";
+    fmt::print(stderr, "{:42} {:>10} {:>10} {:>10} {:>10} {:>9}  {}{}\n", row.name, milliseconds(row.median_s), milliseconds(row.p95_s),
+               milliseconds(row.reference.published), milliseconds(row.reference.peer), ratio,
+               row.allocations ? std::to_string(*row.allocations) : "–", row.failures ? fmt::format("  {} not solved", row.failures) : "");
+    rows_.push_back(std::move(row));
+  }
+
+  BenchArguments arguments_;
+  std::vector<std::filesystem::path> dirs_;
+  ProgressLine line_;
+  std::vector<Row> rows_;
+};
+
+std::string machine() {
+  std::ifstream in("/proc/cpuinfo");
+  std::string text;
+  std::string name = "unknown processor";
+  int threads = 0;
+  while (std::getline(in, text)) {
+    if (text.starts_with("processor")) ++threads;
+    if (text.starts_with("model name") || text.starts_with("Model")) name = text.substr(std::min(text.find(':') + 2, text.size()));
+  }
+  return fmt::format("{}, {} threads", name, threads);
+}
+
+nlohmann::ordered_json number(std::optional<double> value) { return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(); }
+
+}  // namespace
+
+int run_bench(const BenchArguments& arguments) {
+  catch_signals();
+  Bench bench(arguments);
+  const auto& rows = bench.run();
+  if (rows.empty() && !interrupted()) core::throw_invalid("--filter", fmt::format("'{}'", arguments.filter), "part of the name of a row");
+  if (arguments.json) {
+    nlohmann::ordered_json out;
+    out["machine"] = machine();
+    out["commit"] = kCommit;
+    out["results"] = nlohmann::ordered_json::array();
+    for (const auto& row : rows) {
+      nlohmann::ordered_json entry;
+      entry["name"] = row.name;
+      entry["median_s"] = row.median_s;
+      entry["p95_s"] = row.p95_s;
+      entry["published_s"] = number(row.reference.published);
+      entry["peer_s"] = number(row.reference.peer);
+      entry["ratio"] = number(row.reference.published ? std::optional(row.median_s / *row.reference.published) : std::nullopt);
+      entry["allocations"] = row.allocations ? nlohmann::ordered_json(*row.allocations) : nlohmann::ordered_json();
+      out["results"].push_back(std::move(entry));
+    }
+    fmt::print("{}\n", out.dump());
+  }
+  return interrupted() ? kInterrupted : kDone;
+}
+
+}  // namespace stiction::app

@@ -1,0 +1,58 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/tasks/check.hpp"
+
+namespace stiction::app {
+
+int run_check(const CheckArguments& arguments) {
+  const std::filesystem::path path = arguments.plan;
+  const tasks::PlanFile plan = tasks::read_plan(path);
+  const tasks::Task task = tasks::load_task_of_plan(plan, path, data_dirs());
+
+  catch_signals();
+  core::RunControl control;
+  control.cancel = &interrupted();
+  tasks::CheckReport report;
+  const core::Status status = tasks::check_plan(task, plan, {}, control, report);
+  const std::string_view verdict = status == core::Status::Cancelled ? "Cancelled" : report.pass ? "Passed" : "Failed";
+
+  fmt::print(stderr, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots, report.wall_s, verdict);
+  for (const auto& item : report.items) {
+    const std::string limit = item.limit ? fmt::format("≤ {:<9.3g}", *item.limit) : fmt::format("{:11}", "");
+    fmt::print(stderr, "  {} {:16} {:>10.3g} {} {}{}\n", !item.limit ? "    " : item.pass ? "ok  " : "FAIL", item.name, item.value, limit, item.unit,
+               item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
+  }
+  fmt::print(stderr, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
+
+  if (arguments.json) {
+    nlohmann::ordered_json out;
+    out["status"] = verdict;
+    out["task"] = plan.task_name;
+    out["plan_status"] = core::to_string(plan.status);
+    out["seed"] = plan.seed;
+    out["wall_s"] = report.wall_s;
+    out["iterations"] = report.steps;
+    out["knots"] = report.knots;
+    out["force_threshold"] = report.threshold_N;
+    out["checks"] = nlohmann::ordered_json::array();
+    for (const auto& item : report.items) {
+      nlohmann::ordered_json entry;
+      entry["name"] = item.name;
+      entry["value"] = item.value;
+      entry["limit"] = item.limit ? nlohmann::ordered_json(*item.limit) : nlohmann::ordered_json();
+      entry["unit"] = item.unit;
+      entry["pass"] = item.pass;
+      entry["where"] = item.where;
+      out["checks"].push_back(std::move(entry));
+    }
+    fmt::print("{}\n", out.dump());
+  }
+  if (status == core::Status::Cancelled) return kInterrupted;
+  return report.pass ? kDone : kCheckFailed;
+}
+
+}  // namespace stiction::app

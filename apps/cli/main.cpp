@@ -1,0 +1,90 @@
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/version.hpp"
+
+namespace {
+
+using namespace stiction;
+
+/// One clear message on stderr and, with --json, one object on stdout.
+int fail(bool json, std::string_view status, std::string_view message) {
+  fmt::print(stderr, "stiction: {}\n", message);
+  if (json) {
+    nlohmann::ordered_json out;
+    out["status"] = status;
+    out["message"] = message;
+    fmt::print("{}\n", out.dump());
+  }
+  return app::kBadInput;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App cli("Plans robot motion through contact.", "stiction");
+  cli.set_version_flag("--version", std::string("stiction ") + std::string(core::version()));
+  cli.require_subcommand(1);
+  cli.footer("Exit codes: 0 done, 1 a check failed, 2 bad input, 3 not solved within the budget (best plan kept), 130 interrupted (same).");
+
+  bool tasks_json = false;
+  auto* tasks = cli.add_subcommand("tasks", "Built-in tasks with their sizes");
+  tasks->add_flag("--json", tasks_json, "One JSON object on stdout");
+
+  app::PlanArguments plan_arguments;
+  auto* plan = cli.add_subcommand("plan", "Plans a task and writes the plan file");
+  plan->add_option("task", plan_arguments.task, "Name of a built-in task, or a task file (.yaml)")->required();
+  auto* seed = plan->add_option("--seed", plan_arguments.seed, "Seed; the same seed gives the same plan");
+  plan->add_option("--goal", plan_arguments.goal, "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates")->expected(1);
+  plan->add_option("--timeout", plan_arguments.timeout_s, "Wall-clock budget [s]")->capture_default_str()->check(CLI::PositiveNumber);
+  auto* threads = plan->add_option("--threads", plan_arguments.threads, "Threads, 0 = all cores; the plan does not depend on it")->check(CLI::Range(0, 1024));
+  plan->add_option("-o,--out", plan_arguments.out_dir, "Folder for the results (default ./TASK-seedN)");
+  plan->add_flag("--html", plan_arguments.html, "Also write a page to look at, plan.html");
+  plan->add_flag("--json", plan_arguments.json, "One JSON object on stdout");
+
+  app::CheckArguments check_arguments;
+  auto* check = cli.add_subcommand("check", "Re-simulates a plan at half its sub-step and judges it");
+  check->add_option("plan", check_arguments.plan, "Plan file, or its folder")->required();
+  check->add_flag("--json", check_arguments.json, "One JSON object on stdout");
+
+  app::ViewArguments view_arguments;
+  auto* view = cli.add_subcommand("view", "Shows a plan in the browser");
+  view->add_option("plan", view_arguments.plan, "Plan file, or its folder")->required();
+  view->add_option("--html", view_arguments.html, "Write one self-contained page instead of starting a server");
+
+  app::BenchArguments bench_arguments;
+  auto* bench = cli.add_subcommand("bench", "Figures of this machine beside the published ones");
+  bench->add_flag("--json", bench_arguments.json, "One JSON object on stdout");
+  bench->add_option("--filter", bench_arguments.filter, "Only the rows whose name contains this");
+  bench->add_option("--repeat", bench_arguments.repeat, "Repetitions of each timing")->capture_default_str()->check(CLI::Range(1, 1000));
+
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    return cli.exit(e);
+  } catch (const CLI::ParseError& e) {
+    bool json = false;
+    for (int i = 1; i < argc; ++i) json = json || std::string_view(argv[i]) == "--json";
+    return fail(json, "InvalidInput", std::string(e.what()) + "; `stiction --help` and `stiction COMMAND --help` say what there is");
+  }
+  plan_arguments.seed_given = seed->count() > 0;
+  plan_arguments.threads_given = threads->count() > 0;
+
+  const bool json = tasks_json || plan_arguments.json || check_arguments.json || bench_arguments.json;
+  try {
+    if (*tasks) return app::run_tasks(tasks_json);
+    if (*plan) return app::run_plan(plan_arguments);
+    if (*check) return app::run_check(check_arguments);
+    if (*view) return app::run_view(view_arguments);
+    return app::run_bench(bench_arguments);
+  } catch (const core::InvalidInput& e) {
+    return fail(json, "InvalidInput", e.what());
+  } catch (const std::exception& e) {
+    return fail(json, "Error", e.what());
+  }
+}

@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/planning/planner.hpp"
+#include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Status;
+
+std::vector<double> parse_numbers(std::string_view field, const std::string& text) {
+  std::vector<double> out;
+  const std::string_view separators = " ,\t";
+  for (std::size_t at = text.find_first_not_of(separators); at != std::string::npos;) {
+    const std::size_t end = std::min(text.find_first_of(separators, at), text.size());
+    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
+    double value = 0;
+    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
+    if (error != std::errc() || stop != text.data() + end) core::throw_invalid(field, fmt::format("'{}'", text.substr(at, end - at)), "a number");
+    out.push_back(value);
+    at = text.find_first_not_of(separators, end);
+  }
+  return out;
+}
+
+struct Counts {
+  long knots = 0, regrasps = 0, contact_segments = 0;
+  explicit Counts(const planning::Plan& plan) {
+    for (const auto& segment : plan.segments) {
+      knots += static_cast<long>(segment.knots.size());
+      regrasps += segment.kind == planning::SegmentKind::Regrasp;
+      contact_segments += segment.kind == planning::SegmentKind::Contact;
+    }
+  }
+};
+
+void print_summary(const tasks::Task& task, const planning::PlanResult& r, const fs::path& file) {
+  const Counts counts(r.plan);
+  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
+  fmt::print(stderr, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
+  row("time", fmt::format("{:.3f} s", r.wall_s));
+  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * r.plan.goal.tol_position,
+                                       r.plan.error.angle, r.plan.goal.tol_angle));
+  row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
+  row("tree", fmt::format("{} extensions, {} nodes", r.iterations, r.nodes));
+  row("work", fmt::format("{} steps, {} local models, {} failed steps", r.steps, r.linearisations, r.failed_steps));
+  row("given up", fmt::format("{} edges where half the sub-step gave something else", r.distrusted));
+  const auto& g = r.regrasps;
+  row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted, g.no_sample,
+                                    g.no_path, g.object_moved, g.failed_step));
+  if (r.start_projected) row("start", fmt::format("moved onto the constraints first ({:.2f} mm of penetration)", 1e3 * r.start_penetration));
+  row("plan", file.string());
+}
+
+nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResult& r, const fs::path& file, const std::string& page) {
+  const Counts counts(r.plan);
+  nlohmann::ordered_json out;
+  out["status"] = core::to_string(r.status);
+  out["task"] = task.name;
+  out["seed"] = r.seed;
+  out["wall_s"] = r.wall_s;
+  out["iterations"] = r.iterations;
+  out["nodes"] = r.nodes;
+  out["steps"] = r.steps;
+  out["linearisations"] = r.linearisations;
+  out["failed_steps"] = r.failed_steps;
+  out["distrusted"] = r.distrusted;
+  out["regrasps"] = {{"in_plan", counts.regrasps},          {"tried", r.regrasps.tried},   {"accepted", r.regrasps.accepted},
+                     {"no_sample", r.regrasps.no_sample},   {"no_path", r.regrasps.no_path}, {"object_moved", r.regrasps.object_moved},
+                     {"failed_step", r.regrasps.failed_step}};
+  out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
+  out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
+  out["segments"] = r.plan.segments.size();
+  out["knots"] = counts.knots;
+  out["start_projected"] = r.start_projected;
+  out["start_penetration"] = r.start_penetration;
+  out["plan"] = file.string();
+  out["page"] = page.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(page);
+  return out;
+}
+
+}  // namespace
+
+int run_plan(const PlanArguments& arguments) {
+  tasks::Task task = tasks::load_task(arguments.task, data_dirs());
+  if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
+  planning::PlannerOptions options = task.options;
+  if (arguments.seed_given) options.seed = arguments.seed;
+  if (arguments.threads_given) options.threads = arguments.threads;
+  const fs::path dir = arguments.out_dir.empty() ? fs::path(fmt::format("{}-seed{}", task.name, options.seed)) : fs::path(arguments.out_dir);
+  const fs::path file = dir / "plan.json";
+  tasks::require_writable(dir);   // before the work, not after it
+
+  catch_signals();
+  ProgressLine line;
+  core::RunControl control;
+  control.cancel = &interrupted();
+  control.deadline = core::RunControl::Clock::now() +
+                     std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
+  control.on_progress = [&line](const core::Progress& progress) { line.show(progress); };
+
+  planning::PlanResult result;
+  const Status status = planning::plan(task.problem, options, control, result);
+  line.clear();
+  tasks::write_plan(tasks::make_plan_file(task, options, result, file), file);
+  print_summary(task, result, file);
+
+  std::string page;
+  bool page_failed = false;
+  if (arguments.html && status != Status::Cancelled) {
+    const fs::path html = dir / "plan.html";
+    page_failed = run_page_maker(file, html) != 0;
+    if (page_failed) {
+      fmt::print(stderr, "stiction: page: the page maker failed; the plan itself is in {}\n", file.string());
+    } else {
+      page = html.string();
+      fmt::print(stderr, "  {:22} {}\n", "page", page);
+    }
+  }
+  if (arguments.json) fmt::print("{}\n", to_json(task, result, file, page).dump());
+  if (status == Status::Cancelled) return kInterrupted;
+  if (status != Status::Solved) return kNotSolved;
+  return page_failed ? kBadInput : kDone;
+}
+
+}  // namespace stiction::app

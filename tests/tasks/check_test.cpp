@@ -1,0 +1,149 @@
+#include "stiction/tasks/check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "stiction/core/invalid_input.hpp"
+#include "tasks/scripted_plan.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+CheckReport check(const Task& task, const PlanFile& plan) {
+  CheckReport report;
+  EXPECT_EQ(check_plan(task, plan, {}, {}, report), core::Status::Solved);
+  return report;
+}
+
+std::string failures(const CheckReport& report) {
+  std::string out;
+  for (const auto& item : report.items) {
+    if (!item.pass) out += item.name + " = " + std::to_string(item.value) + " > " + std::to_string(*item.limit) + " " + item.where + "\n";
+  }
+  return out;
+}
+
+class CheckTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    box_ = new ScriptedPlan(push_box());
+    ball_ = new ScriptedPlan(squeeze_ball());
+  }
+  static void TearDownTestSuite() {
+    delete box_;
+    delete ball_;
+  }
+  static inline ScriptedPlan* box_ = nullptr;
+  static inline ScriptedPlan* ball_ = nullptr;
+};
+
+TEST_F(CheckTest, HonestPlans_Pass) {
+  for (const ScriptedPlan* plan : {box_, ball_}) {
+    const CheckReport report = check(plan->task, plan->file);
+    EXPECT_TRUE(report.pass) << failures(report);
+    EXPECT_GT(report.knots, 5);
+    EXPECT_EQ(report.steps, 3 * report.knots);   // two half steps and one full one
+    long contacts = 0;
+    for (const auto& segment : plan->file.segments) {
+      for (const auto& knot : segment.knots) contacts += static_cast<long>(knot.contacts.size());
+    }
+    EXPECT_GT(contacts, 5) << "no contact: the test would say nothing";
+  }
+}
+
+TEST_F(CheckTest, StoredAndReadBack_Passes) {
+  const PlanFile again = parse_plan(to_text(ball_->file), "plan.json");
+  const CheckReport report = check(ball_->task, again);
+  EXPECT_TRUE(report.pass) << failures(report);
+}
+
+struct Forgery {
+  const char* what;
+  const char* caught_by;
+  std::function<void(PlanFile&)> apply;
+};
+
+StoredKnot& middle(PlanFile& plan) {
+  auto& knots = plan.segments[1].knots;
+  return knots[knots.size() / 2];
+}
+
+TEST_F(CheckTest, Forgeries_AreCaughtByTheRightCheck) {
+  const std::vector<Forgery> forgeries = {
+      {"goal moved", "goal_position", [](PlanFile& p) { p.goal_pose[1] += 0.1; }},
+      {"goal moved", "goal", [](PlanFile& p) { p.goal_pose[1] += 0.001; }},
+      {"goal turned", "goal_angle", [](PlanFile& p) { p.goal_pose[3] = 0.6, p.goal_pose[4] = 0.8, p.goal_pose[5] = 0, p.goal_pose[6] = 0; }},
+      {"wider tolerance", "goal", [](PlanFile& p) { p.tol_position *= 100; }},
+      {"error polished", "error", [](PlanFile& p) { p.error.position += 0.005; }},
+      {"command changed", "stored_position", [](PlanFile& p) { middle(p).u[1] -= 0.05; }},
+      {"command jump", "command_step", [](PlanFile& p) { middle(p).u[1] -= 0.05; }},
+      {"state changed", "stored_position", [](PlanFile& p) { middle(p).q[1] += 2e-3; }},
+      {"angle changed", "stored_angle", [](PlanFile& p) { middle(p).q[2] += 5e-3; }},
+      {"penetrating state", "penetration", [](PlanFile& p) { middle(p).q[1] -= 0.05; }},
+      {"knot removed", "stored_position", [](PlanFile& p) { p.segments[1].knots.erase(p.segments[1].knots.end() - 6, p.segments[1].knots.end() - 1); }},
+      {"end cut off", "goal_position", [](PlanFile& p) { p.segments.resize(1); }},
+      {"force scaled", "stored_force", [](PlanFile& p) { middle(p).contacts[0].force_W *= 2; }},
+      {"force removed", "stored_force", [](PlanFile& p) { middle(p).contacts.clear(); }},
+      {"force out of its cone", "stored_cone", [](PlanFile& p) { middle(p).contacts[0].force_W += 50 * middle(p).contacts[0].normal_W.unitOrthogonal(); }},
+      {"pulling force", "stored_cone", [](PlanFile& p) { middle(p).contacts[0].force_W *= -1; }},
+      {"other friction", "dynamics", [](PlanFile& p) { p.step.friction_scale = 3; }},
+      {"other time step", "dynamics", [](PlanFile& p) { p.step.h *= 2; }},
+      {"other regularisation", "dynamics", [](PlanFile& p) { p.step.regularisation = dynamics::FixedEpsilon{7.0}; }},
+      {"longer sub-steps", "dynamics", [](PlanFile& p) { p.substep->joint_travel *= 10; }},
+      {"no sub-steps", "dynamics", [](PlanFile& p) { p.substep.reset(); }},
+      {"start moved", "start", [](PlanFile& p) { p.q_start[0] += 1e-3; }},
+      {"start command moved", "start", [](PlanFile& p) { p.u_start[0] += 1e-3; }},
+      {"page data moved", "display_poses", [](PlanFile& p) { middle(p).bodies[0][2] += 1e-3; }},
+  };
+  for (const auto& forgery : forgeries) {
+    SCOPED_TRACE(std::string(forgery.what) + " -> " + forgery.caught_by);
+    PlanFile forged = box_->file;
+    ASSERT_FALSE(middle(forged).contacts.empty());
+    forgery.apply(forged);
+    const CheckReport report = check(box_->task, forged);
+    EXPECT_FALSE(report.pass);
+    EXPECT_FALSE(report.at(forgery.caught_by).pass) << failures(report);
+  }
+}
+
+TEST_F(CheckTest, BadQuaternion_IsCaughtAndSurvived) {
+  for (const double scale : {1.001, 0.0}) {
+    PlanFile forged = ball_->file;
+    middle(forged).q.segment(3, 4) *= scale;
+    const CheckReport report = check(ball_->task, forged);
+    EXPECT_FALSE(report.at("quaternion_norm").pass);
+  }
+}
+
+TEST_F(CheckTest, CommandBeyondALimit_IsCaught) {
+  PlanFile forged = ball_->file;
+  middle(forged).u[1] = ball_->task.model->upper()[1] + 1e-3;
+  const CheckReport report = check(ball_->task, forged);
+  EXPECT_FALSE(report.at("command_limits").pass);
+  forged = ball_->file;
+  middle(forged).q.tail(16)[1] = ball_->task.model->upper()[1] + 1e-3;
+  EXPECT_FALSE(check(ball_->task, forged).at("joint_limits").pass);
+}
+
+TEST_F(CheckTest, EmptyPlan_FailsAtTheGoal) {
+  PlanFile empty = box_->file;
+  empty.segments.clear();
+  const CheckReport report = check(box_->task, empty);
+  EXPECT_FALSE(report.pass);
+  EXPECT_FALSE(report.at("goal_position").pass);
+}
+
+TEST_F(CheckTest, Cancel_Stops) {
+  std::atomic<bool> cancel{true};
+  core::RunControl control;
+  control.cancel = &cancel;
+  CheckReport report;
+  EXPECT_EQ(check_plan(box_->task, box_->file, {}, control, report), core::Status::Cancelled);
+  EXPECT_FALSE(report.pass);
+  EXPECT_THROW((void)report.at("nothing"), core::InvalidInput);
+}
+
+}  // namespace
+}  // namespace stiction::tasks

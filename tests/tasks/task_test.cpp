@@ -1,0 +1,162 @@
+#include "stiction/tasks/task.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/options.hpp"
+#include "stiction/tasks/sha256.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kTasks = fs::path(STICTION_SOURCE_DIR) / "tasks";
+
+void expect_refused(const std::function<void()>& call, const std::vector<std::string>& parts) {
+  try {
+    call();
+    ADD_FAILURE() << "accepted, expected a message with '" << parts.front() << "'";
+  } catch (const core::InvalidInput& e) {
+    for (const auto& part : parts) EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << "no '" << part << "' in: " << e.what();
+  }
+}
+
+/// Writes a task that is built on a built-in one.
+class TaskFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    dir_ = fs::temp_directory_path() / ("stiction-task-test-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::create_directories(dir_);
+  }
+  void TearDown() override { fs::remove_all(dir_); }
+
+  fs::path write(const std::string& base, const std::string& text) const {
+    const fs::path file = dir_ / "mine.yaml";
+    std::ofstream(file) << "base: " << (kTasks / (base + ".yaml")).string() << "\n" << text;
+    return file;
+  }
+
+  fs::path dir_;
+};
+
+TEST(Tasks, BuiltIn_AllLoadAndAreComplete) {
+  const auto names = list_tasks(default_data_dirs());
+  EXPECT_GE(names.size(), 6u);
+  for (const auto& name : names) {
+    SCOPED_TRACE(name);
+    const Task task = load_task(name);
+    EXPECT_EQ(task.name, name);
+    EXPECT_TRUE(task.builtin);
+    EXPECT_FALSE(task.description.empty());
+    EXPECT_EQ(task.problem.q_start.size(), task.model->n_q());
+    EXPECT_EQ(task.scene_sha256, sha256(task.scene_text));
+    EXPECT_EQ(task.scene_text.find(STICTION_SOURCE_DIR), std::string::npos) << "an absolute path";
+  }
+}
+
+TEST(Tasks, Table32Variants_AreTheThesis) {
+  for (const std::string name : {"planar_pushing", "planar_hand", "allegro_ball"}) {
+    SCOPED_TRACE(name);
+    const Task task = load_task(name + "_table_3_2");
+    EXPECT_FALSE(task.options.substep.has_value());
+    EXPECT_FALSE(task.options.real_regrasps);
+    ASSERT_TRUE(std::holds_alternative<planning::FixedLength>(task.options.length));
+    EXPECT_EQ(std::get<planning::FixedLength>(task.options.length).length, 0.3);
+    EXPECT_EQ(task.model->scene().gravity.norm(), 0);
+  }
+}
+
+TEST(Tasks, SceneText_KnowsTheSceneAndNothingElse) {
+  EXPECT_EQ(load_task("planar_pushing").scene_text, load_task("planar_pushing_table_3_2").scene_text);
+  EXPECT_NE(load_task("allegro_ball").scene_text, load_task("allegro_ball_table_3_2").scene_text);   // gravity
+}
+
+TEST(Tasks, OptionsAsJson_ReadBackTheSame) {
+  for (const auto& name : list_tasks(default_data_dirs())) {
+    const Task task = load_task(name);
+    const std::string text = planner_options_json(task.options, *task.model);
+    const auto again = read_planner_options(world::YamlNode::parse(text, "options"), *task.model);
+    EXPECT_EQ(planner_options_json(again, *task.model), text);
+  }
+}
+
+TEST(Tasks, SetGoal_TakesSixNumbersOrCoordinates) {
+  Task ball = load_task("allegro_ball");
+  set_goal(ball, std::vector<double>{-0.08, 0, 0.07, 0, 0, 1.5});
+  EXPECT_NEAR(ball.problem.goal.X_WG.R(1, 0), std::sin(1.5), 1e-15);
+  EXPECT_TRUE(ball.goal_from_command_line);
+  Task box = load_task("planar_pushing");
+  set_goal(box, std::vector<double>{0.1, -0.2, 0});
+  EXPECT_NEAR(box.problem.goal.X_WG.p.z(), -0.2, 1e-15);
+  expect_refused([&] { set_goal(ball, std::vector<double>{1, 2, 3}); }, {"goal", "3 numbers", "6"});
+  expect_refused([&] { set_goal(box, std::vector<double>{1, 2, std::nan("")}); }, {"goal", "nan"});
+}
+
+TEST_F(TaskFile, OverAnother_Loads) {
+  const Task task = load_task(write("planar_pushing", "tolerance: {position: 0.5}\n").string());
+  EXPECT_EQ(task.problem.goal.tol_position, 0.5);
+  EXPECT_FALSE(task.builtin);
+}
+
+struct Mistake {
+  const char* base;
+  const char* text;
+  std::vector<std::string> message;
+};
+
+class Mistakes : public TaskFile, public testing::WithParamInterface<Mistake> {};
+
+TEST_P(Mistakes, AreNamed) {
+  const auto& [base, text, message] = GetParam();
+  dir_ += "-" + std::to_string(std::hash<std::string>{}(text));
+  fs::create_directories(dir_);
+  const fs::path file = write(base, text);
+  expect_refused([&] { (void)load_task(file.string()); }, message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    TaskFiles, Mistakes,
+    testing::Values(
+        Mistake{"planar_pushing", "goals: {}\n", {"mine.yaml:2", "goals", "unknown key"}},
+        Mistake{"planar_pushing", "planner: {goal_bais: 0.3}\n", {"mine.yaml:2", "planner.goal_bais", "did you mean 'goal_bias'"}},
+        Mistake{"planar_pushing", "planner: {goal_bias: 1.5}\n", {"mine.yaml:2", "planner.goal_bias", "1.5", "[0, 1]"}},
+        Mistake{"planar_pushing", "planner: {batch: 0}\n", {"planner.batch", "0", "≥ 1"}},
+        Mistake{"planar_pushing", "planner: {batch: many}\n", {"planner.batch", "'many'", "an integer"}},
+        Mistake{"planar_pushing", "planner: {h: -0.1}\n", {"planner.h", "-0.1", "> 0"}},
+        Mistake{"planar_pushing", "planner: {gamma: .nan}\n", {"planner.gamma", "finite"}},
+        Mistake{"planar_pushing", "planner: {length: {fixed: 0.3}}\n", {"planner.length", "either 'capped' or 'fixed'"}},
+        Mistake{"planar_pushing", "planner: {single_step: true, substep: {slide: 1}}\n", {"planner.single_step", "substep"}},
+        Mistake{"planar_pushing", "planner: {sample_box: {bax: {lower: [0, 0, 0], upper: [1, 1, 1]}}}\n", {"planner.sample_box.bax", "did you mean 'box'"}},
+        Mistake{"planar_pushing", "planner: {sample_box: {box: {lower: [0, 9, 0], upper: [1, 1, 1]}}}\n", {"planner.sample_box.box", "lower ≤ upper"}},
+        Mistake{"planar_pushing", "start: {joints: [0, 0, 0]}\n", {"start.joints", "2 numbers"}},
+        Mistake{"planar_pushing", "start: {joints: {x: 0}}\n", {"mine.yaml:2", "start.joints.x", "y"}},
+        Mistake{"planar_pushing", "start: {objects: {ball: {coordinates: [0, 0, 0]}}}\n", {"start.objects.ball", "unknown object 'ball'", "box"}},
+        Mistake{"planar_pushing", "start: {objects: {box: {coordinates: [0, .inf, 0]}}}\n", {"start.objects.box.coordinates[1]", "finite"}},
+        Mistake{"planar_pushing", "goal: {objects: {box: {position: [0, 0, 0]}}}\n", {"goal.objects.box", "coordinates"}},
+        Mistake{"planar_pushing", "tolerance: {angle: 0}\n", {"tolerance.angle", "> 0"}},
+        Mistake{"allegro_ball", "goal: {objects: {ball: {coordinates: [0, 0, 0]}}}\n", {"goal.objects.ball", "unknown key"}},
+        Mistake{"allegro_ball", "goal: {objects: {cube: {position: [0, 0, 0]}}}\n", {"goal.objects", "cube"}},
+        Mistake{"allegro_ball", "start: {objects: {ball: {quaternion_wxyz: [1, 1, 0, 0]}}}\n", {"start.objects.ball.quaternion_wxyz", "norm", "unit quaternion"}},
+        Mistake{"allegro_ball", "start: {joints: {hand/joint_13: 3}}\n", {"start.joints", "joint_13", "inside the joint limits"}},
+        Mistake{"allegro_ball", "start: {joints: {hand/joint_99: 0}}\n", {"joint_99"}},
+        Mistake{"allegro_ball", "scene: {objects: [{name: ball, joint: free, mass: -1, shapes: [{sphere: {radius: 0.06}}]}]}\n", {"mass", "-1"}}));
+
+TEST(Tasks, UnknownName_ListsWhatThereIs) {
+  expect_refused([] { (void)load_task("alegro_ball"); }, {"task", "'alegro_ball'", "did you mean 'allegro_ball'"});
+  expect_refused([] { (void)load_task("nowhere/task.yaml"); }, {"nowhere/task.yaml"});
+}
+
+TEST_F(TaskFile, NotYaml_NamesTheLine) {
+  const fs::path file = dir_ / "broken.yaml";
+  std::ofstream(file) << "scene: {}\nstart: [1, 2\n";
+  expect_refused([&] { (void)load_task(file.string()); }, {"broken.yaml:", "malformed YAML"});
+}
+
+}  // namespace
+}  // namespace stiction::tasks
