@@ -98,6 +98,13 @@ struct StepWorkspace::Impl {
     for (int j = 0; j < model->n_a(); ++j) actuated.push_back(model->n_vu() + j);
     h_stiffness.resize(actuated.size());
     b.resize(model->n_v());
+    object_radius.assign(model->objects().size(), 0.0);
+    for (const auto& geometry : model->geometries()) {
+      const auto& body = model->bodies()[static_cast<std::size_t>(geometry.body)];
+      if (body.kind != world::BodyKind::Object) continue;
+      double& radius = object_radius[static_cast<std::size_t>(body.owner)];
+      radius = std::max(radius, geometry.p_BCenter.norm() + geometry.bounding_radius);
+    }
     limit_included.resize(static_cast<std::size_t>(2 * model->n_v()));
   }
 
@@ -113,6 +120,7 @@ struct StepWorkspace::Impl {
   std::optional<cone::Workspace> solver;
   cone::Result solution;
   double softest = 1.0;                 // [N/m]
+  std::vector<double> object_radius;    // of the sphere about the body origin that holds the object [m]
   int max_object_dofs = 0;
   Eigen::VectorXd tau_u;
   Eigen::MatrixXd M_u;
@@ -258,12 +266,37 @@ Eigen::Vector3d displacement(const Model& model, const contact::Contact& contact
   return v;
 }
 
+/// No point of any body travels farther than this under δq, first order [m].
+double motion_bound(const Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta) {
+  double bound = 0;
+  for (const auto& robot : model.robots()) {
+    double sum = 0;   // a branch may carry another one: their sum bounds all
+    for (const auto& chain : robot.chains) {
+      for (const int v : chain) sum += model.reach()[v - model.n_vu()] * std::abs(delta[v]);
+    }
+    bound = std::max(bound, sum);
+  }
+  const auto objects = model.objects();
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    double translation = 0, rotation = 0;
+    for (int i = objects[o].v_begin; i < objects[o].v_begin + objects[o].n_v; ++i) {
+      const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      (revolute ? rotation : translation) += std::abs(delta[i]);
+    }
+    bound = std::max(bound, translation + rotation * work.object_radius[o]);
+  }
+  return bound;
+}
+
 /// Puts rows that the solution violates into the problem of the next round; true when there are any.
 bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, bool planar, StepWorkspace::Impl& work) {
   bool any = false;
+  const double motion = 2 * motion_bound(model, work, work.solution.x);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     if (work.included[i]) continue;
     const contact::Contact& contact = work.contacts[i];
+    work.moved[i].setZero();
+    if (contact.phi > (1 + contact.friction * options.friction_scale) * motion) continue;
     work.moved[i] = displacement(model, contact, work.solution.x, work);
     const Eigen::Vector3d& v = work.moved[i];
     const double slip = planar ? std::abs(v[1]) : std::hypot(v[1], v[2]);

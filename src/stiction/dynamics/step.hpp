@@ -55,7 +55,7 @@ struct StepInput {
 struct ContactImpulse {
   contact::Contact contact;                ///< geometry at q, before the step
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();  ///< (n, t1, t2) acting on A [N·s]
-  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
   double gap = 0;                          ///< φ + J_n δq − μ‖J_t δq‖ ≥ 0, the cone slack [m]
   bool active = false;                     ///< λ_n > h K gap with the softest robot stiffness K: it carries force
 

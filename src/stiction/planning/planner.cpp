@@ -66,7 +66,9 @@ struct Item {
   bool grasp = false;
   Eigen::VectorXd subgoal;   ///< qᵘ (n_qu)
   Eigen::VectorXd near_fine; ///< Node::q_fine of `near`, when this item computed it
+  int refined = -1;          ///< the node that it belongs to
   bool distrusted = false;   ///< it is too far from q to build on
+  int unsupported = -1;      ///< a node at which letting go moves the object
   bool accepted = false;
   Node node;
   Totals totals;
@@ -167,7 +169,8 @@ class Planner {
       for (int i = 0; i < n; ++i) {
         Item& item = items[static_cast<std::size_t>(i)];
         totals_ += item.totals;
-        if (item.near_fine.size() > 0) judge(item);
+        if (item.refined >= 0) judge(item);
+        if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
         if (!item.accepted) continue;
         const int node = insert(std::move(item.node));
         if (options_.stop_at_goal && reaches_goal(node)) return Status::Solved;
@@ -182,7 +185,7 @@ class Planner {
   void draw(Item& item, long iteration) {
     item.stream = static_cast<std::uint64_t>(iteration) + 1;
     item.accepted = item.distrusted = false;
-    item.near_fine.resize(0);
+    item.refined = item.unsupported = -1;
     item.totals = Totals{};
     item.near = -1;
     core::Random random(options_.seed, item.stream << 1);
@@ -196,10 +199,12 @@ class Planner {
   void work_on(Item& item, Worker& worker) {
     if (item.near < 0) item.near = tree_.nearest(item.subgoal);
     if (refines() && tree_[item.near].q_fine.size() == 0) {
+      item.refined = item.near;
       item.distrusted = !refine(item.near, worker, item.totals, item.near_fine);
       if (item.distrusted) return;
     }
     core::Random random(options_.seed, (item.stream << 1) + 1);
+    if (item.grasp) choose_regrasp_node(item);
     item.accepted = item.grasp ? regrasp(item, random, worker) : extend(item, worker);
     if (!item.accepted) return;
     item.accepted = linearise(item.node, worker, item.totals);
@@ -258,10 +263,10 @@ class Planner {
   }
 
   void judge(Item& item) {
-    if (tree_[item.near].q_fine.size() > 0) return;   // another item of the round was first, with the same outcome
-    tree_.set_fine(item.near, std::move(item.near_fine));
+    if (tree_[item.refined].q_fine.size() > 0) return;   // another item of the round was first, with the same outcome
+    tree_.set_fine(item.refined, std::move(item.near_fine));
     if (!item.distrusted) return;
-    tree_.bury(item.near);
+    tree_.bury(item.refined);
     ++result_.distrusted;
   }
 
@@ -324,9 +329,14 @@ class Planner {
     return true;
   }
 
-  bool regrasp(Item& item, core::Random& random, Worker& worker) {
-    // A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from where the first one started.
+  /// A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from where the first one started. Where the object does
+  /// not stay when let go, push instead.
+  void choose_regrasp_node(Item& item) {
     if (tree_[item.near].edge == SegmentKind::Regrasp) item.near = tree_[item.near].parent;
+    if (tree_[item.near].unsupported) item.grasp = false;
+  }
+
+  bool regrasp(Item& item, core::Random& random, Worker& worker) {
     const Node& near = tree_[item.near];
     Node& node = item.node;
     if (!options_.real_regrasps) {
@@ -346,6 +356,7 @@ class Planner {
                                     item.totals.regrasps);
       item.totals.steps += worker.regrasp.steps;
       item.totals.failed_steps += worker.regrasp.failed_steps;
+      if (worker.regrasp.unsupported) item.unsupported = item.near;
       if (!held) return false;
       node.q = worker.regrasp.knots.back().q;
       node.u = worker.regrasp.knots.back().u;

@@ -171,24 +171,23 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
 
 namespace {
 
-/// Simulates commands through the waypoints and watches the object.
+enum class Outcome { Held, Moved, Failed };
+
+/// Simulates the commands of a regrasp and watches the object.
 class RegraspRun {
  public:
-  RegraspRun(const world::Model& model, const PlannerOptions& options, double friction, const Eigen::VectorXd& q0,
-             dynamics::StepWorkspace& steps)
-      : model_(model), options_(options), steps_(steps), space_(model), q0_(q0) {
+  RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, dynamics::StepWorkspace& steps, Regrasp& out)
+      : model_(model), options_(options), steps_(steps), space_(model), q0_(q0), out_(out) {
     step_.h = options.h;
     step_.regularisation = options.regularisation;
-    step_.friction_scale = friction;
   }
 
-  enum class Outcome { Held, Moved, Failed };
-
-  Outcome follow(Eigen::VectorXd& q, Eigen::VectorXd& u, const Eigen::VectorXd& u_next, std::vector<dynamics::Knot>* knots, Regrasp& totals) {
+  /// Moves the command from u to u_next at full friction and appends the knots.
+  Outcome follow(Eigen::VectorXd& q, Eigen::VectorXd& u, const Eigen::VectorXd& u_next) {
     const Status status = dynamics::rollout(model_, q, u, u_next, step_, *options_.substep, steps_, result_);
-    totals.steps += result_.steps;
+    out_.steps += result_.steps;
     if (status != Status::Solved) {
-      ++totals.failed_steps;
+      ++out_.failed_steps;
       return Outcome::Failed;
     }
     for (const auto& knot : result_.knots) {
@@ -197,7 +196,29 @@ class RegraspRun {
     if (result_.max_slide > options_.substep->slide) return Outcome::Moved;
     q = result_.knots.back().q;
     u = u_next;
-    if (knots) knots->insert(knots->end(), std::make_move_iterator(result_.knots.begin()), std::make_move_iterator(result_.knots.end()));
+    out_.knots.insert(out_.knots.end(), std::make_move_iterator(result_.knots.begin()), std::make_move_iterator(result_.knots.end()));
+    return Outcome::Held;
+  }
+
+  /// The object rests with less friction as well. A step whose forces lie in the smaller cones already is the solution of the step
+  /// with less friction (it stays feasible, since v_n ≥ μ‖v_t‖ only gets weaker, and complementary), so the simulation starts at the
+  /// first knot whose forces do not.
+  Outcome follow_slippery() {
+    std::size_t k = 0;
+    while (k < out_.knots.size() && fits_reduced_cones(out_.knots[k])) ++k;
+    Eigen::VectorXd q = k == 0 ? q0_ : out_.knots[k - 1].q;
+    dynamics::StepOptions slippery = step_;
+    slippery.friction_scale = options_.regrasp_friction;
+    steps_.forget();
+    for (; k < out_.knots.size(); ++k) {
+      ++out_.steps;
+      if (dynamics::step(model_, {q, out_.knots[k].u}, slippery, steps_, step_result_) != Status::Solved) {
+        ++out_.failed_steps;
+        return Outcome::Failed;
+      }
+      q = step_result_.q_next;
+      if (!at_rest(q)) return Outcome::Moved;
+    }
     return Outcome::Held;
   }
 
@@ -206,13 +227,21 @@ class RegraspRun {
     return objects_agree(model_, space_, q0_, q, options_.regrasp_tol_position, options_.regrasp_tol_angle);
   }
 
+  bool fits_reduced_cones(const dynamics::Knot& knot) const {
+    return std::all_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
+      return c.lambda.tail<2>().norm() <= options_.regrasp_friction * c.contact.friction * c.lambda[0];
+    });
+  }
+
   const world::Model& model_;
   const PlannerOptions& options_;
   dynamics::StepWorkspace& steps_;
   ObjectSpace space_;
   const Eigen::VectorXd& q0_;
+  Regrasp& out_;
   dynamics::StepOptions step_;
   dynamics::RolloutResult result_;
+  dynamics::StepResult step_result_;
 };
 
 /// Command with which the branches in `relaxed` stop pushing: their springs are unloaded, the others keep their squeeze.
@@ -227,10 +256,10 @@ Eigen::VectorXd relaxed_command(const world::Model& model, const RobotChains& ch
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
                  const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps,
                  Regrasp& out, RegraspCounts& counts) {
-  using Outcome = RegraspRun::Outcome;
   out.knots.clear();
   out.steps = 0;
   out.failed_steps = 0;
+  out.unsupported = false;
   ++counts.tried;
   const auto sample = sample_contact(model, chains, options.sampler, q, random, geometry);
   if (!sample) {
@@ -239,55 +268,39 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   }
 
   // First with the squeeze of the branches that hold, then with everything let go.
+  Outcome outcome = Outcome::Moved;
   for (const ChainMask relaxed : {sample->moved, chains.all()}) {
     steps.forget();
-    RegraspRun nominal(model, options, 1.0, q, steps);
+    out.knots.clear();
+    RegraspRun run(model, options, q, steps, out);
     Eigen::VectorXd q_now = q;
     Eigen::VectorXd u_now = u;
-    out.knots.clear();
-    const bool last_try = relaxed == chains.all();
     const Eigen::VectorXd u_relaxed = relaxed_command(model, chains, relaxed, q, u);
-    Outcome outcome = nominal.follow(q_now, u_now, u_relaxed, &out.knots, out);
-    std::vector<Eigen::VectorXd> path;
+    outcome = run.follow(q_now, u_now, u_relaxed);
     if (outcome == Outcome::Held) {
-      PathOptions path_options;
-      switch (find_path(model, chains, sample->moved, q_now, sample->q_a, path_options, random, geometry, path)) {
-        case PathOutcome::Found: break;
-        case PathOutcome::StartBlocked:
-        case PathOutcome::GoalBlocked:
-        case PathOutcome::NotFound: ++counts.no_path; return false;
+      std::vector<Eigen::VectorXd> path;
+      if (find_path(model, chains, sample->moved, q_now, sample->q_a, PathOptions{}, random, geometry, path) != PathOutcome::Found) {
+        ++counts.no_path;
+        return false;
       }
       const auto joints = chains.joints_of(sample->moved);
-      for (auto& posture : path) {   // commands: the moving joints follow the path, the others hold
+      for (const auto& posture : path) {   // commands: the moving joints follow the path, the others hold
         Eigen::VectorXd command = u_relaxed;
         for (const int j : joints) command[j] = posture[j];
-        posture = std::move(command);
-      }
-      for (const auto& command : path) {
-        outcome = nominal.follow(q_now, u_now, command, &out.knots, out);
+        outcome = run.follow(q_now, u_now, command);
         if (outcome != Outcome::Held) break;
       }
-    }
-    if (outcome == Outcome::Held) {
-      steps.forget();
-      RegraspRun slippery(model, options, options.regrasp_friction, q, steps);
-      Eigen::VectorXd q_slippery = q;
-      Eigen::VectorXd u_slippery = u;
-      outcome = slippery.follow(q_slippery, u_slippery, u_relaxed, nullptr, out);
-      for (const auto& command : path) {
-        if (outcome != Outcome::Held) break;
-        outcome = slippery.follow(q_slippery, u_slippery, command, nullptr, out);
-      }
+      if (outcome == Outcome::Held) outcome = run.follow_slippery();
+    } else if (relaxed == chains.all()) {
+      out.unsupported = true;
     }
     if (outcome == Outcome::Held) {
       ++counts.accepted;
       return true;
     }
-    if (last_try) {
-      ++(outcome == Outcome::Failed ? counts.failed_step : counts.object_moved);
-      return false;
-    }
+    if (relaxed == chains.all()) break;
   }
+  ++(outcome == Outcome::Failed ? counts.failed_step : counts.object_moved);
   return false;
 }
 

@@ -30,6 +30,7 @@ struct Regrasp {
   std::vector<dynamics::Knot> knots;   ///< at full friction
   int steps = 0;                       ///< dynamics steps computed
   long failed_steps = 0;
+  bool unsupported = false;            ///< the object moves as soon as every branch lets go: no sample can help at this node
 };
 
 /// Tries one regrasp at (q, u): draws a contact sample, lets go, moves the drawn branches there and simulates it all with the

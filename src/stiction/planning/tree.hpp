@@ -28,6 +28,7 @@ struct Node {
   LocalModel local;
   double goal_ratio = 0;           ///< worst of position and angle error, divided by the tolerance
   Eigen::VectorXd q_fine;          ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
+  bool unsupported = false;        ///< the object does not stay when the robot lets go
 };
 
 /// Nodes with the data that the nearest-node search reads kept together.
@@ -45,6 +46,7 @@ class Tree {
   /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
   int take_nearest_to_goal();
 
+  void set_unsupported(int i) { nodes_[static_cast<std::size_t>(i)].unsupported = true; }
   void set_fine(int i, Eigen::VectorXd q_fine) { nodes_[static_cast<std::size_t>(i)].q_fine = std::move(q_fine); }
 
   /// Takes a node out of every later search; it must have no children.
