@@ -1,5 +1,6 @@
 #pragma once
 
+#include "stiction/cone/scaling.hpp"
 #include "stiction/cone/simd.hpp"
 #include "stiction/cone/state.hpp"
 
@@ -79,28 +80,26 @@ inline void add_transposed(const GeneralBank<R>& b, const Layout& layout, const 
   }
 }
 
-/// b.u = Y·d
+/// Y·d of the four rows of a group
 template <int R>
-inline void multiply(GeneralBank<R>& b, const Layout& layout, const double* d) {
-  for (const Run& run : b.runs) {
-    const auto& tiles = layout.support(run.support).tiles;
-    const int k = static_cast<int>(tiles.size());
-    const double* y = b.Y.data() + run.y;
-    for (int i = run.begin; i < run.end; ++i, y += run.stride) {
-      V4 acc[R] = {};
-      for (int j = 0; j < k; ++j) {
-        const V4 x = load(d + 4 * tiles[static_cast<std::size_t>(j)]);
-        for (int r = 0; r < R; ++r) acc[r] += load(y + (j * R + r) * 4) * x;
-      }
-      double* to = b.u.data() + (i / 4) * 4 * R + i % 4;
-      if constexpr (R == 3) {
-        const V4 all_sums = sums(acc[0], acc[1], acc[2], V4{});
-        for (int r = 0; r < 3; ++r) to[4 * r] = all_sums[r];
-      } else {
-        to[0] = sum(acc[0]);
-      }
+inline Element<R> multiply_group(const GeneralBank<R>& b, int g, const double* d) {
+  V4 acc[R][4] = {};
+#pragma GCC unroll 4
+  for (int lane = 0; lane < 4; ++lane) {
+    const int i = 4 * g + lane;
+    if (i >= b.n) break;
+    const auto& row = b.row[static_cast<std::size_t>(i)];
+    const double* y = b.Y.data() + row.y;
+    V4 a[R] = {};
+    for (int j = 0; j < row.n_tiles; ++j, y += 4 * R) {
+      const V4 x = load(d + 4 * row.tiles[j]);
+      for (int r = 0; r < R; ++r) a[r] += load(y + 4 * r) * x;
     }
+    for (int r = 0; r < R; ++r) acc[r][lane] = a[r];
   }
+  Element<R> u;
+  for (int r = 0; r < R; ++r) u.e[r] = sums(acc[r][0], acc[r][1], acc[r][2], acc[r][3]);
+  return u;
 }
 
 /// G·x of row `at` of `rows`, raw data.

@@ -16,8 +16,8 @@ namespace {
 using core::Status;
 
 // Start of a cold attempt (docs/theory/cone.md §4).
-constexpr double kColdCentre = 0.01;       // w∘z = θ·kColdCentre·e
-constexpr double kColdSlack = 1e-3;        // smallest slack of w
+constexpr double kColdCentre = 0.003;      // w∘z = θ·S·kColdCentre·e
+constexpr double kColdSlack = 3e-3;        // smallest slack of w
 constexpr double kWarmSlack = 1e-4;        // the same for a warm attempt
 constexpr double kFarSlack = 1.0;          // slack of the retry
 constexpr double kWarmMemory = 1e-5;       // z is remembered where the mean of wᵀz/θ passes this
@@ -67,7 +67,8 @@ class Attempt {
   void subtract_product(const double* v, double* out) const;
   bool factorise();
   void add_all_transposed(const AlignedVector& cones, const AlignedVector& lines, const AlignedVector& bounds, double* out) const;
-  void multiply_all(const double* dx);
+  template <class F>
+  void for_each_product(const double* dx, F&& f);
   void refine(double* dx);
   double calc_direction(double t, bool corrector, double reduction);
   double shorten(double alpha, double t) const;
@@ -142,7 +143,7 @@ void arrange(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout,
   if (static_cast<int>(b.count.size()) < n_supports + 1) b.count.resize(at(n_supports + 1));
   if (static_cast<int>(b.g_offset.size()) < rows.n) {
     b.g_offset.resize(rows.id.size());
-    b.y_offset.resize(rows.id.size());
+    b.row.resize(rows.id.size());
     place.resize(rows.id.size());
   }
   if (b.Y.size() < rows.G.size()) b.Y.resize(rows.G.size());
@@ -157,7 +158,8 @@ void arrange(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout,
     if (end == begin) continue;
     const int stride = static_cast<int>(layout.support(k).tiles.size()) * R * kTile;
     b.runs.push_back({k, begin, end, y, stride});
-    y += stride * (end - begin);
+    const auto& tiles = layout.support(k).tiles;
+    for (int j = begin; j < end; ++j, y += stride) b.row[at(j)] = {tiles.data(), static_cast<int>(tiles.size()), y};
   }
   for (int i = 0; i < rows.n; ++i) {
     const int j = b.count[at(rows.support[at(i)])]++;
@@ -414,28 +416,30 @@ void Attempt::add_all_transposed(const AlignedVector& cones, const AlignedVector
   }
 }
 
-/// u = Y·dx
-void Attempt::multiply_all(const double* dx) {
-  multiply(s_.cones, layout_, dx);
-  multiply(s_.lines, layout_, dx);
+/// Calls f(bank, group, Y·dx of the group) for all groups.
+template <class F>
+void Attempt::for_each_product(const double* dx, F&& f) {
+  for (int g = 0; g < s_.cones.groups; ++g) f(static_cast<Bank<3>&>(s_.cones), g, multiply_group(s_.cones, g, dx));
+  for (int g = 0; g < s_.lines.groups; ++g) f(static_cast<Bank<1>&>(s_.lines), g, multiply_group(s_.lines, g, dx));
   for (int g = 0; g < s_.bounds.groups; ++g) {
-    store_one(s_.bounds.u, g, load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g) * load(dx + 4 * s_.bound_tile[at(g)]));
+    const V4 y = load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g);
+    f(s_.bounds, g, Element<1>{{y * load(dx + 4 * s_.bound_tile[at(g)])}});
   }
 }
 
-/// Improves dx, for which u = Y·dx, by the residual of H·dx = rhs (rhs in s_.scale).
+/// Improves dx by the residual of H·dx = rhs (rhs in s_.scale).
 void Attempt::refine(double* dx) {
   double* residual = s_.scratch.data();
   for (int k = 0; k < 2; ++k) {
     std::ranges::copy(s_.scale, s_.scratch.begin());
     subtract_product(dx, residual);
-    for_each_bank([&]<int R>(Bank<R>& b) {
-      for (int i = 0; i < 4 * R * b.groups; ++i) b.u[at(i)] = -b.u[at(i)];
+    for_each_product(dx, [&]<int R>(Bank<R>& b, int g, Element<R> u) {
+      for (auto& e : u.e) e = -e;
+      store_element<R>(b.u, g, u);
     });
     add_all_transposed(s_.cones.u, s_.lines.u, s_.bounds.u, residual);
     s_.factor.solve(residual);
     for (int i = 0; i < layout_.padded_size(); ++i) dx[i] += residual[i];
-    multiply_all(dx);
   }
 }
 
@@ -469,11 +473,10 @@ double Attempt::calc_direction(double t, bool corrector, double reduction) {
   else if (has_p) add_all_transposed(s_.cones.p, s_.lines.p, s_.bounds.p, dx);
   if (careful_) std::ranges::copy(s_.dx, s_.scale.begin());
   s_.factor.solve(dx);
-  multiply_all(dx);
   if (careful_) refine(dx);
   V4 inverse = all(1e-30);
-  for_each_bank([&]<int R>(Bank<R>& b) {
-    for (int g = 0; g < b.groups; ++g) direction_group<R>(b, g, load_element<R>(b.u, g), has_p ? reduction : 0.0, has_c, inverse);
+  for_each_product(dx, [&]<int R>(Bank<R>& b, int g, const Element<R>& u) {
+    direction_group<R>(b, g, u, has_p ? reduction : 0.0, has_c, inverse);
   });
   return 1.0 / largest(inverse);
 }
@@ -516,7 +519,8 @@ bool Attempt::step() {
   if (plain) {
     alpha = shorten(affine, t_end_);
   } else {
-    double t = t_end_ + (1 - std::min(1.0, largest_affine)) * (t_ - t_end_);
+    const double left = 1 - std::min(1.0, largest_affine);
+    double t = t_end_ + left * std::sqrt(left) * (t_ - t_end_);   // exponent 1.5: measured best of 0.8 … 3
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
     alpha = shorten(alpha, t);
     if (alpha < std::max(0.5 * affine, kShort)) {

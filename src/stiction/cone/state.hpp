@@ -40,7 +40,13 @@ struct Run {
 template <int R>
 struct GeneralBank : Bank<R> {
   std::vector<Run> runs;
-  std::vector<int> g_offset, y_offset;        // by sorted row, into Problem::Rows::G and Y
+  struct Row {
+    const int* tiles;   // of its support
+    int n_tiles;
+    int y;              // into Y
+  };
+  std::vector<Row> row;                       // by sorted row
+  std::vector<int> g_offset;                  // by sorted row, into Problem::Rows::G
   std::vector<int> count;                     // scratch of the sort by support
   AlignedVector Y;                            // VG, as Problem::Rows::G
 };
