@@ -584,7 +584,7 @@ bool Attempt::measure() {
   return stationarity <= options_.tol_kkt && primal <= options_.tol_kkt;
 }
 
-/// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 16). In Smoothed mode it is enough that none has all slacks above
+/// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 11). In Smoothed mode it is enough that none has all slacks above
 /// 1e-6 (the central path needs an interior). Call after measure(), which leaves Gᵀz in scratch.
 bool Attempt::prove_infeasible() {
   double gz = 0, norm = 0, size = 0;   // size: Σ z₀

@@ -86,7 +86,7 @@ class Workspace {
 /// Source:  docs/theory/cone.md; Nesterov & Todd 1997; Vandenberghe 2010
 [[nodiscard]] core::Status solve(const Problem& problem, const Options& options, Workspace& work, Result& result);
 
-/// X ← H⁻¹X with H = Q + Σ GᵢᵀDᵢGᵢ at the point of the last solve, Dᵢ = −∂zᵢ/∂wᵢ on (P) (docs/theory/cone.md, eq. 17).
+/// X ← H⁻¹X with H = Q + Σ GᵢᵀDᵢGᵢ at the point of the last solve, Dᵢ = −∂zᵢ/∂wᵢ on (P) (docs/theory/cone.md, eq. 16).
 /// @param X  n × k. No heap use.
 /// @throws InvalidInput: wrong number of rows, or the last solve was not Solved with Options::sensitivities
 void apply_inverse(const Workspace& work, Eigen::Ref<Eigen::MatrixXd> X);
