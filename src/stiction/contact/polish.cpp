@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace stiction::contact::detail {
 namespace {
@@ -22,6 +21,8 @@ struct Feature {
   double rim = 0;
   Vector3d rim_axis{0, 0, 1};
   Vector3d normal{0, 0, 0};        // outward, of a face (n_dirs = 2)
+  const MeshData* mesh = nullptr;  // of a face of a mesh, which bounds the c_k
+  const Pose* X_WG = nullptr;
 
   Vector3d radial(const Vector3d& d) const {
     const Vector3d u = d - rim_axis * rim_axis.dot(d);
@@ -54,37 +55,44 @@ double core_support(const ShapeData& s, const Pose& X, const Vector3d& d) {
 
 double sign(double x) { return x < 0 ? -1.0 : 1.0; }
 
+// Along each axis a feature of a box extends (0) or lies at an end (±1); near 0 the sign of the slope cannot be trusted.
 void add_box(const ShapeData& s, const Pose& X, const Vector3d& l, Features& out) {
-  for (int mask = 0; mask < 7; ++mask) {   // axes along which the feature extends; all three cannot be
-    Feature f;
-    Vector3d p = Vector3d::Zero(), outward = Vector3d::Zero();
-    bool near = true;
-    for (int i = 0; i < 3; ++i) {
-      if (mask >> i & 1) {
-        near = near && std::abs(l[i]) < kNear && f.n_dirs < 2;
-        if (!near) break;
-        f.dir[f.n_dirs] = X.R.col(i);
-        f.half[f.n_dirs++] = s.half[i];
-      } else {
-        p[i] = sign(l[i]) * s.half[i];
-        outward[i] = sign(l[i]);
+  const auto possible = [&](int i, int at) { return std::abs(l[i]) < kNear || at == sign(l[i]); };
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const int at[3] = {x, y, z};
+        if (!possible(0, x) || !possible(1, y) || !possible(2, z) || (!x && !y && !z)) continue;
+        Feature f;
+        f.point = X * Vector3d(x * s.half.x(), y * s.half.y(), z * s.half.z());
+        for (int i = 0; i < 3; ++i) {
+          if (at[i]) continue;
+          f.dir[f.n_dirs] = X.R.col(i);
+          f.half[f.n_dirs++] = s.half[i];
+        }
+        if (f.n_dirs == 2) f.normal = X.R * Vector3d(x, y, z);
+        out.add(f);
       }
     }
-    if (!near) continue;
-    f.point = X * p;
-    if (f.n_dirs == 2) f.normal = X.R * outward;
-    out.add(f);
   }
 }
 
+// The axis of a capsule (rim = 0) or the side and the rims of a cylinder.
 void add_segment(const ShapeData& s, const Pose& X, const Vector3d& l, double rim, Features& out) {
   const Vector3d axis = X.R.col(2);
+  const bool level = std::abs(l.z()) < kNear;
+  for (const double end : {-1.0, 1.0}) {
+    if (!level && end != sign(l.z())) continue;
+    Feature f;
+    f.rim = rim;
+    f.rim_axis = axis;
+    f.point = X.p + end * s.half.z() * axis;
+    out.add(f);
+  }
+  if (!level) return;
   Feature f;
   f.rim = rim;
   f.rim_axis = axis;
-  f.point = X.p + sign(l.z()) * s.half.z() * axis;
-  out.add(f);
-  if (std::abs(l.z()) >= kNear) return;
   f.point = X.p;
   f.n_dirs = 1;
   f.dir[0] = axis;
@@ -120,7 +128,8 @@ void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, Features& ou
       f.n_dirs = 2;
       f.dir[0] = X.R * (m.vertices.col(tri[1]) - m.vertices.col(tri[0])).normalized();
       f.dir[1] = f.normal.cross(f.dir[0]);
-      f.half[0] = f.half[1] = std::numeric_limits<double>::infinity();   // the face may be larger than this triangle
+      f.mesh = &m;   // the face may be larger than this triangle
+      f.X_WG = &X;
       out.add(f);
     }
     for (int e = 0; e < 3; ++e) {
@@ -186,7 +195,7 @@ bool find_normal(const Feature& a, const Feature& b, Vector3d& n) {
     const Vector3d along = edge ? (a.n_dirs ? a.dir[0] : b.dir[0]) : Vector3d::Zero();
     if (edge) n = (n - along * along.dot(n)).normalized();
     bool done = false;
-    for (int iteration = 0; iteration < 20 && !done; ++iteration) {
+    for (int iteration = 0; iteration < 30 && !done; ++iteration) {
       Eigen::Matrix<double, 3, 2> T;
       T.col(0) = edge ? Vector3d(n.cross(along)) : Vector3d(n.unitOrthogonal());
       T.col(1) = n.cross(T.col(0));
@@ -208,8 +217,15 @@ bool find_normal(const Feature& a, const Feature& b, Vector3d& n) {
         step = Eigen::Vector2d(H(1, 1) * gradient[0] - H(0, 1) * gradient[1], H(0, 0) * gradient[1] - H(1, 0) * gradient[0]) / det;
       }
       const double size = step.norm();
-      if (!(size < 1e3)) return false;
-      n = (n + T * step * std::min(1.0, 0.1 / std::max(size, 1e-300))).normalized();
+      if (!std::isfinite(size)) return false;
+      // Where the gap is small against the rim a full step overshoots: shorten it until the separation grows.
+      double length = std::min(1.0, 0.1 / std::max(size, 1e-300));
+      Vector3d next;
+      for (int halving = 0; halving < 20; ++halving, length *= 0.5) {
+        next = (n + T * step * length).normalized();
+        if (size < 1e-5 || next.dot(a.support(-next) - b.support(next)) >= g) break;   // near the end rounding would decide
+      }
+      n = next;
       if (n.dot(start) < 0.95) return false;
       done = size < 1e-15;
     }
@@ -240,15 +256,21 @@ bool find_points(const Feature& a, const Feature& b, const Vector3d& n, double s
   const double slack = 1e-9 * scale;
   int next = 0;
   for (const Feature* f : {&a, &b}) {
-    if (f->disc) {
+    Vector3d& p = f == &a ? p_a : p_b;
+    for (int k = 0; k < f->n_dirs; ++k) p += c[next + k] * f->dir[k];
+    if (f->mesh) {
+      const Vector3d l = f->X_WG->R.transpose() * (p - f->X_WG->p);
+      const MeshData& m = *f->mesh;
+      for (Eigen::Index k = 0; k < m.d.size(); ++k) {
+        if (m.nx[k] * l.x() + m.ny[k] * l.y() + m.nz[k] * l.z() > m.d[k] + slack) return false;
+      }
+    } else if (f->disc) {
       if (std::hypot(c[0], c[1]) > f->half[0] + slack) return false;
     } else {
       for (int k = 0; k < f->n_dirs; ++k) {
         if (std::abs(c[next + k]) > f->half[k] + slack) return false;
       }
     }
-    Vector3d& p = f == &a ? p_a : p_b;
-    for (int k = 0; k < f->n_dirs; ++k) p += c[next + k] * f->dir[k];
     next += f->n_dirs;
   }
   const Vector3d left = p_a - p_b;
@@ -274,7 +296,9 @@ void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose
       Vector3d n = d.nhat_BA_W, p_a, p_b;
       if (!find_normal(features_a.list[i], features_b.list[j], n)) continue;
       const double g = separation(n);
-      const bool points = find_points(features_a.list[i], features_b.list[j], n, scale, p_a, p_b);
+      // Where the two features are not the farthest ones along n, their own separation is larger than the true one.
+      const bool points = find_points(features_a.list[i], features_b.list[j], n, scale, p_a, p_b) &&
+                          std::abs(n.dot(p_a - p_b) - g) < 1e-11 * scale;
       // A match counts before a slightly larger separation without points: at a tie several pairs of features share the normal.
       const double tie = 1e-12 * scale;
       if (!(matched && !points ? g > best + tie : points && !matched ? g > best - tie : g > best)) continue;

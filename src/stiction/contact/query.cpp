@@ -44,7 +44,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   const std::size_t n_g = model_geometries.size();
   geometries.reserve(n_g);
   for (const world::Geometry& g : model_geometries) {
-    GeometryData data{g.body, {}, g.X_BG, detail::make_shape_data(g.shape)};
+    GeometryData data{g.body, {}, g.X_BG, detail::make_shape_data(g.shape), {}};
     data.p_BCenter = g.X_BG * data.shape.p_GCenter;
     if (data.shape.kind != Kind::Sphere) posed.push_back(static_cast<int>(geometries.size()));
     geometries.push_back(std::move(data));
@@ -109,6 +109,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     data.run_end = static_cast<int>(column_runs.size());
     pairs.push_back(data);
   }
+  if (planar_axis) find_planes(model);
   center_distance2.assign(n_p + kPadding, 0.0);
   excess.assign(n_p + kPadding, 0.0);
   candidates.assign(n_p + kPadding, 0);
@@ -116,6 +117,30 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   center_inverse.assign(n_p + kPadding, 0.0);
   nearest.reserve(n_p);
   screw.assign(8 * static_cast<std::size_t>(n_v), 0.0);
+}
+
+// In a planar model two shapes of one plane overlap as their sections do: the shortest way out never leaves the plane. Directions
+// across the plane keep theirs as bodies turn, so that one configuration tells which shapes are straight along it.
+void Workspace::Impl::find_planes(const world::Model& model) {
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, model.neutral(), work, kinematics);
+  set_kinematics(kinematics);
+  double longest = 0;
+  for (const GeometryData& g : geometries) {
+    if (g.shape.kind != Kind::HalfSpace) longest = std::max(longest, g.shape.bounding_radius);
+  }
+  for (const int i : posed) {
+    GeometryData& g = geometries[i];
+    g.extruded = g.shape;
+    for (int k = 0; k < 3; ++k) {
+      const bool straight = g.shape.kind == Kind::Box || (k == 2 && (g.shape.kind == Kind::Cylinder || g.shape.kind == Kind::Capsule));
+      if (straight && std::abs(X_WG[i].R(*planar_axis, k)) > 1.0 - 1e-9) g.extruded.half[k] += 10.0 * longest;
+    }
+    g.extruded.coal = detail::make_coal_shape(g.extruded);
+  }
+  const std::vector<double>& height = *planar_axis == 0 ? center_x : *planar_axis == 1 ? center_y : center_z;
+  for (PairData& p : pairs) p.in_plane = std::abs(height[p.a] - height[p.b]) < 1e-9 * longest;
 }
 
 Workspace::Workspace(const world::Model& model) : impl_(std::make_unique<Impl>(model)) {}
@@ -148,6 +173,19 @@ double Workspace::Impl::lower_bound(int pair) const {
   return plane.R.col(2).dot(center - plane.p) - geometries[p.first].shape.bounding_radius;
 }
 
+// Takes what rounding or an arbitrary choice along extruded edges left across the plane out of an answer.
+void Workspace::Impl::flatten(const PairData& p, Distance& out) const {
+  const int k = *planar_axis;
+  if (std::abs(out.nhat_BA_W[k]) > 1e-5) return;   // a mesh that is not straight across the plane
+  const double height = k == 0 ? center_x[p.a] : k == 1 ? center_y[p.a] : center_z[p.a];
+  out.nhat_BA_W[k] = 0;
+  out.nhat_BA_W.normalize();
+  Vector3d middle = 0.5 * (out.p_WA + out.p_WB);
+  middle[k] = height;
+  out.p_WA = middle + 0.5 * out.phi * out.nhat_BA_W;
+  out.p_WB = middle - 0.5 * out.phi * out.nhat_BA_W;
+}
+
 void Workspace::Impl::narrow(int pair, Distance& out) {
   const PairData& p = pairs[pair];
   if (!p.kernel) {
@@ -159,7 +197,14 @@ void Workspace::Impl::narrow(int pair, Distance& out) {
     if (geometries[g].shape.kind == Kind::Sphere) X_WG[g].p = {center_x[g], center_y[g], center_z[g]};
     return X_WG[g];
   };
-  p.kernel(geometries[p.first].shape, pose(p.first), geometries[p.second].shape, pose(p.second), context, out);
+  const GeometryData &first = geometries[p.first], &second = geometries[p.second];
+  if (!p.in_plane) {
+    p.kernel(first.shape, pose(p.first), second.shape, pose(p.second), context, out);
+  } else {
+    const auto planar = [](const GeometryData& g) -> const detail::ShapeData& { return g.shape.kind == Kind::Sphere ? g.shape : g.extruded; };
+    p.kernel(planar(first), pose(p.first), planar(second), pose(p.second), context, out);
+    flatten(p, out);
+  }
   if (p.first != p.a) detail::swap_roles(out);
 }
 

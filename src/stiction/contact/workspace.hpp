@@ -16,6 +16,7 @@ struct Workspace::Impl {
     Eigen::Vector3d p_BCenter;   // of its bounding sphere
     world::Pose X_BG;
     detail::ShapeData shape;
+    detail::ShapeData extruded;  // planar models: the same made long across the plane, if it is straight that way
   };
 
   struct PairData {
@@ -24,6 +25,7 @@ struct Workspace::Impl {
     int first = -1, second = -1;       // the same in the order of the kernel
     double radius_a = 0, radius_b = 0; // of two spheres
     double friction = 0;
+    bool in_plane = false;             // planar models: both centres lie in one plane, so that only motion in it parts them
     int half_space = -1;               // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;    // columns of its Jacobian in column_runs
     int n_columns = 0;
@@ -40,10 +42,12 @@ struct Workspace::Impl {
     bool moves_a = false, moves_b = false;
   };
 
+  void find_planes(const world::Model& model);
   void set_kinematics(const world::Kinematics& kinematics);
   double distance2(int pair) const;                    // of the bounding centres [m²]
   double lower_bound(int pair) const;                  // of phi [m]
   void narrow(int pair, Distance& out);
+  void flatten(const PairData& pair, Distance& out) const;
   bool fill(int pair, double limit, Contact& out);     // true if phi < limit
   bool fill_spheres(int pair, double limit, double length, double inverse_length, Contact& out);
 
