@@ -96,7 +96,8 @@ void shape_pair(benchmark::State& state, world::Shape a, world::Shape b) {
   object.inertia = Eigen::Matrix3d::Identity();
   object.geometries = {{"g", a, {}, 1.0}};
   scene.objects.push_back(object);
-  scene.fixed.push_back({"b", {Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0, 0, 0}}, {{"g", b, {}, 1.0}}});
+  scene.fixed.push_back(
+      {"b", {Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0, 0, 0}}, {{"g", b, {}, 1.0}}});
   const auto model = world::Model::make(scene);
   world::KinematicsWorkspace kinematics_work(*model);
   world::Kinematics kinematics;

@@ -104,9 +104,10 @@ TEST(SphereMesh, BoxAsMesh_EqualsBox) {
   int inside = 0;
   for (int i = 0; i < 3000; ++i) {
     const Pose X_WA = random.pose(0.12), X_WB = random.pose(0.02);
-    const Distance m = calc_distance(world::Sphere{0.02}, X_WA, mesh, X_WB), b = calc_distance(world::Sphere{0.02}, X_WA, world::Box{half}, X_WB);
+    const Distance m = calc_distance(world::Sphere{0.02}, X_WA, mesh, X_WB),
+                   b = calc_distance(world::Sphere{0.02}, X_WA, world::Box{half}, X_WB);
     EXPECT_NEAR(m.phi, b.phi, 1e-14);
-    expect_near(m.nhat_BA_W, b.nhat_BA_W, 1e-10, "normal");   // amplified by 1 / distance of the centre to the surface
+    expect_near(m.nhat_BA_W, b.nhat_BA_W, 1e-10, "normal");  // amplified by 1 / distance of the centre to the surface
     expect_near(m.p_WB, b.p_WB, 1e-13, "point");
     inside += b.phi < -0.02;
   }
@@ -126,8 +127,8 @@ TEST(CapsuleCapsule, CrossedParallelAndCollinear_StatedSelection) {
   // Parallel, overlapping by 0.6: the middle of the overlap.
   expect(calc_distance(c, at(0.5, 0, 0.4), c, at(0, 0, 0)), 0.3, {1, 0, 0}, {0.4, 0, 0.2}, {0.1, 0, 0.2});
   // Antiparallel, one inside the other's length.
-  expect(calc_distance(world::Capsule{0.1, 0.2}, Pose{turn(std::numbers::pi, Vector3d::UnitX()), {0.5, 0, 0.1}}, c, at(0, 0, 0)), 0.3, {1, 0, 0},
-         {0.4, 0, 0.1}, {0.1, 0, 0.1});
+  expect(calc_distance(world::Capsule{0.1, 0.2}, Pose{turn(std::numbers::pi, Vector3d::UnitX()), {0.5, 0, 0.1}}, c, at(0, 0, 0)), 0.3,
+         {1, 0, 0}, {0.4, 0, 0.1}, {0.1, 0, 0.1});
   // Parallel without overlap: end against end.
   d = calc_distance(c, at(0.3, 0, 1.4), c, at(0, 0, 0));
   EXPECT_NEAR(d.phi, 0.5 - 0.2, 1e-14);
@@ -145,7 +146,7 @@ TEST(CapsuleCapsule, NearlyParallel_PhiIsExactAndWitnessTurnsContinuously) {
   Vector3d last;
   double last_angle = 0;
   for (int i = 0; i <= 4000; ++i) {
-    const double angle = std::pow(10.0, -10.0 + i * 0.002) - 1e-10;   // 0 … 1e-2 rad
+    const double angle = std::pow(10.0, -10.0 + i * 0.002) - 1e-10;  // 0 … 1e-2 rad
     const Pose X_WA{turn(angle, Vector3d::UnitY()), {0.03, 0, 0.02}};
     const Distance d = calc_distance(c, X_WA, c, at(0, 0, 0));
     // Closed form in the plane: the lower end of A is nearest for a positive angle, and it faces B's side.
@@ -185,7 +186,7 @@ TEST(HalfSpace, TiltingBox_WitnessMovesWithoutJump) {
   double travel = 0;
   for (double angle = -2e-6 + step; angle < 2e-6; angle += step) {
     const Distance d = calc_distance(box, {turn(angle, Vector3d(0, 1, 0)), {0, 0, 0}}, world::HalfSpace{}, {});
-    EXPECT_LT((d.p_WA - last).norm(), 0.1 * step * 0.1 / level + 1e-12);   // from end to end over a slope of level / length
+    EXPECT_LT((d.p_WA - last).norm(), 0.1 * step * 0.1 / level + 1e-12);  // from end to end over a slope of level / length
     travel += (d.p_WA - last).norm();
     last = d.p_WA;
   }
@@ -204,7 +205,8 @@ TEST(BoxBox, FaceOnFaceAndPenetration_ClosedNumbers) {
 }
 
 TEST(CapsuleBox, DeepInside_CountsFromTheAxis) {
-  const Distance d = calc_distance(world::Capsule{0.02, 0.05}, {turn(std::numbers::pi / 2, Vector3d::UnitX()), {0.01, 0.0, 0.06}}, world::Box{{0.2, 0.2, 0.1}}, {});
+  const Distance d = calc_distance(world::Capsule{0.02, 0.05}, {turn(std::numbers::pi / 2, Vector3d::UnitX()), {0.01, 0.0, 0.06}},
+                                   world::Box{{0.2, 0.2, 0.1}}, {});
   EXPECT_NEAR(d.phi, -0.06, 1e-12);
   expect_near(d.nhat_BA_W, {0, 0, 1}, 1e-9, "normal");
 }
@@ -241,7 +243,8 @@ TEST_P(EveryPair, RandomPoses_AreOptimal) {
     } else if (!test::is_half_space(a()) && !test::is_half_space(b())) {
       for (int k = 0; k < 300; ++k) {
         const Vector3d other = k % 2 ? random.direction() : Vector3d((n + 0.3 * random.in_cube(1)).normalized());
-        EXPECT_LE(test::gap_along(a(), X_WA, b(), X_WB, other), d.phi + tolerance) << what << " a shorter way out along " << other.transpose();
+        EXPECT_LE(test::gap_along(a(), X_WA, b(), X_WB, other), d.phi + tolerance)
+            << what << " a shorter way out along " << other.transpose();
       }
       ++overlapping;
     } else {
@@ -259,7 +262,7 @@ TEST_P(EveryPair, Exchanged_SamePhiFlippedNormal) {
     const Pose X_WA = random.pose(0.08), X_WB = random.pose(0.08);
     const Distance d = calc_distance(a(), X_WA, b(), X_WB), e = calc_distance(b(), X_WB, a(), X_WA);
     EXPECT_NEAR(d.phi, e.phi, tolerance);
-    expect_near(d.nhat_BA_W, -e.nhat_BA_W, 1e-7, "normal");   // no kink within 1e-7 of 300 random poses
+    expect_near(d.nhat_BA_W, -e.nhat_BA_W, 1e-7, "normal");  // no kink within 1e-7 of 300 random poses
     expect_near(d.p_WA, e.p_WB, 1e-7, "witness");
     expect_near(d.p_WB, e.p_WA, 1e-7, "witness");
   }
@@ -289,7 +292,7 @@ TEST_P(EveryPair, AlongAPath_PhiIsLipschitz) {
       const double t = static_cast<double>(k) / steps;
       const Pose X_WA{R * turn(2.0 * t, axis), from + t * (to - from)};
       const double phi = calc_distance(a(), X_WA, b(), X_WB).phi;
-      const double most = ((to - from).norm() + 2.0 * 0.3) / steps;   // no point of a bounded shape here is 0.3 m from its origin
+      const double most = ((to - from).norm() + 2.0 * 0.3) / steps;  // no point of a bounded shape here is 0.3 m from its origin
       if (k > 0 && !test::is_half_space(a())) {
         EXPECT_LE(std::abs(phi - last), most + 1e-12);
       }
@@ -303,7 +306,8 @@ TEST_P(EveryPair, AlignedAndCoincident_NeverNaN) {
   for (int k = 0; k < 3; ++k) turns.push_back(turn(std::numbers::pi / 2, Vector3d::Unit(k)));
   turns.push_back(turn(std::numbers::pi, Vector3d::UnitX()));
   for (const auto& R : turns) {
-    for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(0, 0, 0.1), Vector3d(0, 0.05, 0), Vector3d(0.2, 0, 0), Vector3d(1e-9, 0, 0), Vector3d(0.3, 0.3, 0.3)}) {
+    for (const Vector3d& p : {Vector3d(0, 0, 0), Vector3d(0, 0, 0.1), Vector3d(0, 0.05, 0), Vector3d(0.2, 0, 0), Vector3d(1e-9, 0, 0),
+                              Vector3d(0.3, 0.3, 0.3)}) {
       const Distance d = calc_distance(a(), {R, p}, b(), {});
       const std::string what = GetParam().name();
       expect_consistent(d, what);

@@ -8,8 +8,8 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using test::Random;
 using test::Fixture;
+using test::Random;
 using test::Vector3d;
 
 using RowMajor = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
@@ -72,7 +72,8 @@ TEST_P(EveryShapePair, RowN_IsTheGradientOfPhi) {
   scene.contact_distance = 10;
   scene.objects = {test::make_object("a", a.shape)};
   if (test::is_half_space(b.shape)) {
-    scene.fixed = {{"b", {Eigen::AngleAxisd(0.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0, 0, -0.08}}, {{"g", b.shape, {}, 1.0}}}};
+    scene.fixed = {
+        {"b", {Eigen::AngleAxisd(0.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0, 0, -0.08}}, {{"g", b.shape, {}, 1.0}}}};
   } else {
     scene.objects.push_back(test::make_object("b", b.shape));
   }
@@ -86,9 +87,10 @@ TEST_P(EveryShapePair, RowN_IsTheGradientOfPhi) {
     const auto contacts = s.query_contacts();
     ASSERT_EQ(contacts.size(), 1u);
     const Slope slope = difference_phi(s, 0, step);
-    if (slope.turn > 1e-4) continue;   // a kink within a step
+    if (slope.turn > 1e-4) continue;  // a kink within a step
     const VectorXd J_n = full_jacobian(s, contacts[0]).row(0);
-    EXPECT_LE((slope.gradient - J_n).norm(), 1e-7) << "#" << i << " phi " << contacts[0].phi << "\n  differences " << slope.gradient.transpose() << "\n  row n       " << J_n.transpose();
+    EXPECT_LE((slope.gradient - J_n).norm(), 1e-7) << "#" << i << " phi " << contacts[0].phi << "\n  differences "
+                                                   << slope.gradient.transpose() << "\n  row n       " << J_n.transpose();
     EXPECT_GT(J_n.norm(), 0.9);
     ++compared;
     apart += contacts[0].phi > 0;
@@ -124,7 +126,8 @@ TEST(Jacobian, AllRows_AreRelativeVelocitiesOfMaterialPoints) {
       const MatrixXd J = full_jacobian(s, c);
       for (int k = 0; k < s.model->n_v(); ++k) {
         const VectorXd delta = VectorXd::Unit(s.model->n_v(), k);
-        const Vector3d v_a = material_velocity(s, pair.geometry_a, c.p_WA, delta), v_b = material_velocity(s, pair.geometry_b, c.p_WB, delta);
+        const Vector3d v_a = material_velocity(s, pair.geometry_a, c.p_WA, delta),
+                       v_b = material_velocity(s, pair.geometry_b, c.p_WB, delta);
         const Vector3d want(c.nhat_BA_W.dot(v_a - v_b), c.t1_W.dot(v_a - v_b), c.t2_W.dot(v_a - v_b));
         EXPECT_LE((J.col(k) - want).norm(), 1e-8) << "pair " << c.pair << " coordinate " << s.model->dofs()[k].name;
         shared += v_a.norm() > 1e-3 && v_b.norm() > 1e-3;

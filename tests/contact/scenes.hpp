@@ -11,7 +11,8 @@ namespace stiction::contact::test {
 
 using Eigen::VectorXd;
 
-inline world::ObjectSpec make_object(const std::string& name, const world::Shape& shape, world::ObjectJoint joint = world::ObjectJoint::Free) {
+inline world::ObjectSpec make_object(const std::string& name, const world::Shape& shape,
+                                     world::ObjectJoint joint = world::ObjectJoint::Free) {
   world::ObjectSpec o;
   o.name = name;
   o.joint = joint;
@@ -25,18 +26,21 @@ inline world::ObjectSpec make_object(const std::string& name, const world::Shape
 inline std::filesystem::path write_gripper_urdf() {
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "stiction_gripper.urdf";
   const auto link = [](const std::string& name, const std::string& geometry) {
-    return "<link name='" + name + "'><collision><origin xyz='0.01 0.02 0.06' rpy='0.2 0.1 0'/><geometry>" + geometry + "</geometry></collision></link>";
+    return "<link name='" + name + "'><collision><origin xyz='0.01 0.02 0.06' rpy='0.2 0.1 0'/><geometry>" + geometry +
+           "</geometry></collision></link>";
   };
-  const auto joint = [](const std::string& name, const std::string& type, const std::string& parent, const std::string& child, const std::string& xyz,
-                        const std::string& axis) {
-    return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/><origin xyz='" + xyz +
-           "' rpy='0.1 0 0.2'/><axis xyz='" + axis + "'/><limit lower='-1.5' upper='1.5' effort='1' velocity='1'/></joint>";
+  const auto joint = [](const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
+                        const std::string& xyz, const std::string& axis) {
+    return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/><origin xyz='" +
+           xyz + "' rpy='0.1 0 0.2'/><axis xyz='" + axis + "'/><limit lower='-1.5' upper='1.5' effort='1' velocity='1'/></joint>";
   };
   std::ofstream out(file);
-  out << "<robot name='gripper'><link name='base'/>" << link("trunk", "<box size='0.1 0.2 0.05'/>") << link("left_1", "<sphere radius='0.02'/>")
-      << link("left_2", "<box size='0.03 0.02 0.08'/>") << link("right_1", "<sphere radius='0.02'/>") << link("right_2", "<sphere radius='0.025'/>")
+  out << "<robot name='gripper'><link name='base'/>" << link("trunk", "<box size='0.1 0.2 0.05'/>")
+      << link("left_1", "<sphere radius='0.02'/>") << link("left_2", "<box size='0.03 0.02 0.08'/>")
+      << link("right_1", "<sphere radius='0.02'/>") << link("right_2", "<sphere radius='0.025'/>")
       << joint("turn", "revolute", "base", "trunk", "0 0 0", "0 0 1") << joint("l1", "revolute", "trunk", "left_1", "0 0.08 0.05", "1 0 0")
-      << joint("l2", "revolute", "left_1", "left_2", "0 0 0.1", "1 0 0") << joint("r1", "prismatic", "trunk", "right_1", "0 -0.08 0.05", "0 1 0")
+      << joint("l2", "revolute", "left_1", "left_2", "0 0 0.1", "1 0 0")
+      << joint("r1", "prismatic", "trunk", "right_1", "0 -0.08 0.05", "0 1 0")
       << joint("r2", "revolute", "right_1", "right_2", "0 0 0.1", "0 1 0") << "</robot>";
   return file;
 }
@@ -58,7 +62,8 @@ inline world::Scene make_busy_scene() {
   world::FixedSpec ground;
   ground.name = "ground";
   ground.X_WB.p.z() = -0.1;
-  ground.geometries = {{"plane", world::HalfSpace{}, {}, 1.0}, {"post", world::Capsule{0.02, 0.1}, {Eigen::Matrix3d::Identity(), {0.1, 0.1, 0.1}}, 1.0}};
+  ground.geometries = {{"plane", world::HalfSpace{}, {}, 1.0},
+                       {"post", world::Capsule{0.02, 0.1}, {Eigen::Matrix3d::Identity(), {0.1, 0.1, 0.1}}, 1.0}};
   scene.fixed.push_back(ground);
   return scene;
 }
@@ -109,7 +114,8 @@ struct Fixture {
 
   Distance distance(int pair) const {
     const world::Pair& p = model->pairs()[pair];
-    return calc_distance(model->geometries()[p.geometry_a].shape, X_WG(p.geometry_a), model->geometries()[p.geometry_b].shape, X_WG(p.geometry_b));
+    return calc_distance(model->geometries()[p.geometry_a].shape, X_WG(p.geometry_a), model->geometries()[p.geometry_b].shape,
+                         X_WG(p.geometry_b));
   }
 
   std::vector<int> all_pairs() const {

@@ -70,12 +70,8 @@ struct Named {
 };
 
 inline std::vector<Named> all_shapes() {
-  return {{"sphere", world::Sphere{0.05}},
-          {"capsule", world::Capsule{0.03, 0.06}},
-          {"box", world::Box{{0.05, 0.03, 0.08}}},
-          {"cylinder", world::Cylinder{0.04, 0.06}},
-          {"half_space", world::HalfSpace{}},
-          {"mesh", make_mesh()}};
+  return {{"sphere", world::Sphere{0.05}},           {"capsule", world::Capsule{0.03, 0.06}}, {"box", world::Box{{0.05, 0.03, 0.08}}},
+          {"cylinder", world::Cylinder{0.04, 0.06}}, {"half_space", world::HalfSpace{}},      {"mesh", make_mesh()}};
 }
 
 inline bool is_half_space(const world::Shape& s) { return std::holds_alternative<world::HalfSpace>(s); }
@@ -86,7 +82,8 @@ inline double support(const world::Shape& shape, const Pose& X_WG, const Vector3
   if (const auto* s = std::get_if<world::Sphere>(&shape)) return base + s->radius * d.norm();
   if (const auto* s = std::get_if<world::Capsule>(&shape)) return base + s->radius * d.norm() + s->half_length * std::abs(l.z());
   if (const auto* s = std::get_if<world::Box>(&shape)) return base + s->half_extents.dot(l.cwiseAbs());
-  if (const auto* s = std::get_if<world::Cylinder>(&shape)) return base + s->half_length * std::abs(l.z()) + s->radius * std::hypot(l.x(), l.y());
+  if (const auto* s = std::get_if<world::Cylinder>(&shape))
+    return base + s->half_length * std::abs(l.z()) + s->radius * std::hypot(l.x(), l.y());
   if (const auto* s = std::get_if<world::Mesh>(&shape)) return base + (l.transpose() * s->mesh->vertices).maxCoeff();
   return (l - Vector3d::UnitZ() * l.norm()).norm() < 1e-12 * std::max(1.0, l.norm()) ? base : std::numeric_limits<double>::infinity();
 }
@@ -99,7 +96,8 @@ inline double outside(const world::Shape& shape, const Pose& X_WG, const Vector3
     return (p - Vector3d(0, 0, std::clamp(p.z(), -s->half_length, s->half_length))).norm() - s->radius;
   }
   if (const auto* s = std::get_if<world::Box>(&shape)) return (p.cwiseAbs() - s->half_extents).maxCoeff();
-  if (const auto* s = std::get_if<world::Cylinder>(&shape)) return std::max(p.head<2>().norm() - s->radius, std::abs(p.z()) - s->half_length);
+  if (const auto* s = std::get_if<world::Cylinder>(&shape))
+    return std::max(p.head<2>().norm() - s->radius, std::abs(p.z()) - s->half_length);
   if (const auto* s = std::get_if<world::Mesh>(&shape)) {
     double most = -1e300;
     for (Eigen::Index i = 0; i < s->mesh->triangles.cols(); ++i) {

@@ -33,11 +33,11 @@ Vector3d perpendicular(const Vector3d& u, const Eigen::Matrix3d& R, const Planar
 }
 
 struct Segment {
-  Vector3d p, u;   // centre, unit direction
-  double h;        // half length
+  Vector3d p, u;  // centre, unit direction
+  double h;       // half length
 };
 
-constexpr double kParallel2 = 1e-12;   // squared angle below which two segments count as parallel [rad²]
+constexpr double kParallel2 = 1e-12;  // squared angle below which two segments count as parallel [rad²]
 
 // Parameters of the nearest points of two segments (Ericson, Real-Time Collision Detection, §5.1.9, in centred form).
 void nearest_parameters(const Segment& a, const Segment& b, double sin2, double& s, double& t) {
@@ -67,7 +67,7 @@ void nearest_parameters(const Segment& a, const Segment& b, double sin2, double&
 
 // Middle of the common part of two parallel segments, or the two ends that face each other.
 void middle_parameters(const Segment& a, const Segment& b, double& s, double& t) {
-  const double ab = a.u.dot(b.u), c = -a.u.dot(a.p - b.p);   // centre of b on a's axis
+  const double ab = a.u.dot(b.u), c = -a.u.dot(a.p - b.p);  // centre of b on a's axis
   const double hb = b.h * std::abs(ab);
   const double middle = 0.5 * (std::max(-a.h, c - hb) + std::min(a.h, c + hb));
   s = std::clamp(middle, -a.h, a.h);
@@ -201,7 +201,7 @@ void from_support(const Vector3d& p_W, double s, const Pose& X_WB, Distance& out
 // is level to within `level` has its middle taken, and the point moves from end to end without a jump.
 double lower_end(double h, double a, double level) { return -h * std::clamp(2.0 * h * a / level, -1.0, 1.0); }
 
-constexpr double kLevel = 1e-7;   // of the bounding radius: height differences below it count as level [-]
+constexpr double kLevel = 1e-7;  // of the bounding radius: height differences below it count as level [-]
 
 }  // namespace
 
@@ -266,7 +266,7 @@ void capsule_capsule_kernel(const ShapeData& a, const Pose& X_WA, const ShapeDat
   out.phi = length - a.radius - b.radius;
   Vector3d middle = 0.5 * (qa - a.radius * n + qb + b.radius * n);
   const double weight = kParallel2 * kParallel2 / (kParallel2 * kParallel2 + sin2 * sin2);
-  if (weight > 1e-12) {   // parallel: the point, but not phi and the normal, moves to the middle of the overlap
+  if (weight > 1e-12) {  // parallel: the point, but not phi and the normal, moves to the middle of the overlap
     double s_middle = 0, t_middle = 0;
     middle_parameters(sa, sb, s_middle, t_middle);
     middle += 0.5 * weight * ((s_middle - s) * sa.u + (t_middle - t) * sb.u);
@@ -275,12 +275,14 @@ void capsule_capsule_kernel(const ShapeData& a, const Pose& X_WA, const ShapeDat
   out.p_WB = middle - 0.5 * out.phi * n;
 }
 
-void sphere_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&, Distance& out) {
+void sphere_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&,
+                             Distance& out) {
   const Vector3d n = X_WB.R.col(2);
   from_center(X_WA.p, a.radius, n.dot(X_WA.p - X_WB.p), n, out);
 }
 
-void capsule_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&, Distance& out) {
+void capsule_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData&, const Pose& X_WB, const KernelContext&,
+                              Distance& out) {
   const Vector3d n = X_WB.R.col(2), u = X_WA.R.col(2);
   const double slope = n.dot(u), h = a.half.z();
   const double end = lower_end(h, slope, kLevel * a.bounding_radius);
@@ -299,7 +301,7 @@ void cylinder_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const Shape
                                Distance& out) {
   const Vector3d n = X_WB.R.col(2);
   const Vector3d slope = X_WA.R.transpose() * n;
-  const double tilt = std::hypot(slope.x(), slope.y());   // sine of the angle between axis and normal
+  const double tilt = std::hypot(slope.x(), slope.y());  // sine of the angle between axis and normal
   const double level = kLevel * a.bounding_radius;
   const double scale = a.radius / std::max(tilt, a.radius > 0 ? level / (2.0 * a.radius) : 1.0);
   const Vector3d p(-scale * slope.x(), -scale * slope.y(), lower_end(a.half.z(), slope.z(), level));

@@ -37,12 +37,21 @@ std::unique_ptr<coal::ShapeBase> make_convex(const MeshData& mesh) {
 std::shared_ptr<const CoalShape> make_coal_shape(const ShapeData& s) {
   auto out = std::make_shared<CoalShape>();
   switch (s.kind) {
-    case Kind::Capsule: out->shape = std::make_unique<coal::Capsule>(s.radius, 2.0 * s.half.z()); break;
-    case Kind::Box: out->shape = std::make_unique<coal::Box>(2.0 * s.half); break;
-    case Kind::Cylinder: out->shape = std::make_unique<coal::Cylinder>(s.radius, 2.0 * s.half.z()); break;
-    case Kind::Mesh: out->shape = make_convex(*s.mesh); break;
+    case Kind::Capsule:
+      out->shape = std::make_unique<coal::Capsule>(s.radius, 2.0 * s.half.z());
+      break;
+    case Kind::Box:
+      out->shape = std::make_unique<coal::Box>(2.0 * s.half);
+      break;
+    case Kind::Cylinder:
+      out->shape = std::make_unique<coal::Cylinder>(s.radius, 2.0 * s.half.z());
+      break;
+    case Kind::Mesh:
+      out->shape = make_convex(*s.mesh);
+      break;
     case Kind::Sphere:
-    case Kind::HalfSpace: return nullptr;
+    case Kind::HalfSpace:
+      return nullptr;
   }
   return out;
 }
@@ -56,7 +65,7 @@ CoalScratch::CoalScratch() : impl_(std::make_unique<Impl>()) {
   solver.gjk_initial_guess = coal::GJKInitialGuess::CachedGuess;
   solver.gjk_max_iterations = kGjkIterations;
   solver.epa_max_iterations = kEpaIterations;
-  solver.epa.reset(kEpaIterations, kPolytopeTolerance);   // its storage, so that no query allocates it
+  solver.epa.reset(kEpaIterations, kPolytopeTolerance);  // its storage, so that no query allocates it
 }
 
 CoalScratch::~CoalScratch() = default;

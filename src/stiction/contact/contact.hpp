@@ -14,24 +14,24 @@ namespace stiction::contact {
 
 /// Signed distance between two shapes and where it is attained.
 struct Distance {
-  double phi = 0;                    ///< signed distance [m], negative = penetration
-  Eigen::Vector3d p_WA, p_WB;        ///< witness points on A and B [m]
-  Eigen::Vector3d nhat_BA_W;         ///< unit normal from B to A: p_WA − p_WB = phi · nhat
+  double phi = 0;              ///< signed distance [m], negative = penetration
+  Eigen::Vector3d p_WA, p_WB;  ///< witness points on A and B [m]
+  Eigen::Vector3d nhat_BA_W;   ///< unit normal from B to A: p_WA − p_WB = phi · nhat
 };
 
 /// One contact candidate of a configuration.
 struct Contact {
-  int pair = -1;                     ///< index into Model::pairs()
-  std::uint64_t id = 0;              ///< stable over time: names the pair (and later the point of a patch)
-  double phi = 0;                    ///< [m]
-  Eigen::Vector3d p_WA, p_WB;        ///< witness points [m]
-  Eigen::Vector3d nhat_BA_W, t1_W, t2_W;   ///< right-handed frame, n × t1 = t2; in planar models t1 = axis × n and t2 = axis
-  double friction = 0;               ///< μ of the pair
+  int pair = -1;                          ///< index into Model::pairs()
+  std::uint64_t id = 0;                   ///< stable over time: names the pair (and later the point of a patch)
+  double phi = 0;                         ///< [m]
+  Eigen::Vector3d p_WA, p_WB;             ///< witness points [m]
+  Eigen::Vector3d nhat_BA_W, t1_W, t2_W;  ///< right-handed frame, n × t1 = t2; in planar models t1 = axis × n and t2 = axis
+  double friction = 0;                    ///< μ of the pair
 };
 
 struct QueryOptions {
-  double margin = 0.0;     ///< added to every pair's max_distance [m], ≥ 0
-  double cutoff = 1e300;   ///< pairs farther than this are dropped even if their max_distance allows them [m]
+  double margin = 0.0;    ///< added to every pair's max_distance [m], ≥ 0
+  double cutoff = 1e300;  ///< pairs farther than this are dropped even if their max_distance allows them [m]
 };
 
 /// Scratch of a query; one per thread. Holds the shapes of the model in flat form and Coal's storage, but nothing of an earlier
@@ -87,7 +87,7 @@ void calc_jacobian(const world::Model& model, const world::Kinematics& kinematic
 /// Jacobians of many contacts: contact i has values[begin[i]] … values[begin[i + 1]), 3 × k row-major as above.
 struct Jacobians {
   std::vector<double> values;
-  std::vector<int> begin;   ///< n_c + 1 numbers
+  std::vector<int> begin;  ///< n_c + 1 numbers
 };
 
 /// The same numbers as calc_jacobian to rounding, several times faster for many contacts. No heap use once `out` has its size.

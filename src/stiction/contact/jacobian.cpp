@@ -11,7 +11,7 @@ namespace {
 
 using Four = double __attribute__((vector_size(32)));
 
-constexpr int kScrew = 8;   // doubles per coordinate: axis, moment about the origin, two unused
+constexpr int kScrew = 8;  // doubles per coordinate: axis, moment about the origin, two unused
 
 // Rows n, t1, t2 (and 0) of a contact as forces through a point p. A coordinate with axis a and moment m about the origin gives
 // row r the number a·(p × r) + m·r; component k of torque and force of the rows stand side by side. docs/theory/contact.md §7.
@@ -23,7 +23,8 @@ inline Four all(double x) { return Four{x, x, x, x}; }
 
 inline Wrenches make_wrenches(const Four force[3], const Vector3d& p, double sign) {
   const Four x = all(sign * p.x()), y = all(sign * p.y()), z = all(sign * p.z()), s = all(sign);
-  return {{y * force[2] - z * force[1], z * force[0] - x * force[2], x * force[1] - y * force[0]}, {s * force[0], s * force[1], s * force[2]}};
+  return {{y * force[2] - z * force[1], z * force[0] - x * force[2], x * force[1] - y * force[0]},
+          {s * force[0], s * force[1], s * force[2]}};
 }
 
 inline Four column(const Wrenches& w, const double* screw) {
@@ -123,7 +124,7 @@ void calc_jacobians(const world::Model& model, const world::Kinematics& kinemati
       const Workspace::Impl::ColumnRun& run = w.column_runs[r];
       const double* from = screw + kScrew * run.dof;
       double* to = J + run.column;
-      if (run.moves_a && run.moves_b) {   // moved together: only the gap between the two points counts
+      if (run.moves_a && run.moves_b) {  // moved together: only the gap between the two points counts
         Wrenches between = make_wrenches(rows, contact.p_WA - contact.p_WB, 1.0);
         between.force[0] = between.force[1] = between.force[2] = all(0.0);
         fill_columns(between, from, run.count, to, pair.n_columns);

@@ -7,7 +7,7 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kNear = 0.05;   // features within this angle of the first normal are tried [rad]
+constexpr double kNear = 0.05;  // features within this angle of the first normal are tried [rad]
 constexpr int kMostFeatures = 24;
 
 // A piece of the boundary of a convex core (a capsule counts as its axis), as its set of support points for directions d near
@@ -17,7 +17,7 @@ struct Feature {
   int n_dirs = 0;
   Vector3d dir[2];
   double half[2] = {0, 0};
-  bool disc = false;               // the two c_k lie in a circle of radius half[0]
+  bool disc = false;  // the two c_k lie in a circle of radius half[0]
   double rim = 0;
   Vector3d rim_axis{0, 0, 1};
   Vector3d normal{0, 0, 0};        // outward, of a face (n_dirs = 2)
@@ -43,12 +43,17 @@ double core_support(const ShapeData& s, const Pose& X, const Vector3d& d) {
   const Vector3d l = X.R.transpose() * d;
   double h = d.dot(X.p);
   switch (s.kind) {
-    case Kind::Capsule: return h + s.half.z() * std::abs(l.z());
-    case Kind::Box: return h + s.half.dot(l.cwiseAbs());
-    case Kind::Cylinder: return h + s.half.z() * std::abs(l.z()) + s.radius * std::hypot(l.x(), l.y());
-    case Kind::Mesh: return h + (l.transpose() * s.mesh->vertices).maxCoeff();
+    case Kind::Capsule:
+      return h + s.half.z() * std::abs(l.z());
+    case Kind::Box:
+      return h + s.half.dot(l.cwiseAbs());
+    case Kind::Cylinder:
+      return h + s.half.z() * std::abs(l.z()) + s.radius * std::hypot(l.x(), l.y());
+    case Kind::Mesh:
+      return h + (l.transpose() * s.mesh->vertices).maxCoeff();
     case Kind::Sphere:
-    case Kind::HalfSpace: break;
+    case Kind::HalfSpace:
+      break;
   }
   return h;
 }
@@ -128,13 +133,13 @@ void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, Features& ou
       f.n_dirs = 2;
       f.dir[0] = X.R * (m.vertices.col(tri[1]) - m.vertices.col(tri[0])).normalized();
       f.dir[1] = f.normal.cross(f.dir[0]);
-      f.mesh = &m;   // the face may be larger than this triangle
+      f.mesh = &m;  // the face may be larger than this triangle
       f.X_WG = &X;
       out.add(f);
     }
     for (int e = 0; e < 3; ++e) {
       const int v = tri[e], w = tri[(e + 1) % 3];
-      if (v > w || !is_near(v) || !is_near(w)) continue;   // each edge has one triangle with v < w
+      if (v > w || !is_near(v) || !is_near(w)) continue;  // each edge has one triangle with v < w
       const Vector3d along = m.vertices.col(w) - m.vertices.col(v);
       Feature f;
       f.point = X * Vector3d(0.5 * (m.vertices.col(v) + m.vertices.col(w)));
@@ -155,15 +160,22 @@ void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, Features& ou
 void find_features(const ShapeData& s, const Pose& X, const Vector3d& d, Features& out) {
   const Vector3d l = X.R.transpose() * d;
   switch (s.kind) {
-    case Kind::Capsule: add_segment(s, X, l, 0.0, out); break;
-    case Kind::Box: add_box(s, X, l, out); break;
+    case Kind::Capsule:
+      add_segment(s, X, l, 0.0, out);
+      break;
+    case Kind::Box:
+      add_box(s, X, l, out);
+      break;
     case Kind::Cylinder:
       add_segment(s, X, l, s.radius, out);
       add_cap(s, X, l, out);
       break;
-    case Kind::Mesh: add_mesh(s, X, l, out); break;
+    case Kind::Mesh:
+      add_mesh(s, X, l, out);
+      break;
     case Kind::Sphere:
-    case Kind::HalfSpace: break;
+    case Kind::HalfSpace:
+      break;
   }
 }
 
@@ -203,7 +215,7 @@ bool find_normal(const Feature& a, const Feature& b, Vector3d& n) {
       const double g = n.dot(r);
       Vector3d ta, tb;
       const double ca = curvature(a, n, ta), cb = curvature(b, n, tb);
-      Eigen::Matrix2d H = g * Eigen::Matrix2d::Identity();   // minus the second derivative
+      Eigen::Matrix2d H = g * Eigen::Matrix2d::Identity();  // minus the second derivative
       if (ca > 0) H += ca * (T.transpose() * ta) * (ta.transpose() * T);
       if (cb > 0) H += cb * (T.transpose() * tb) * (tb.transpose() * T);
       const Eigen::Vector2d gradient = T.transpose() * r;
@@ -223,7 +235,7 @@ bool find_normal(const Feature& a, const Feature& b, Vector3d& n) {
       Vector3d next;
       for (int halving = 0; halving < 20; ++halving, length *= 0.5) {
         next = (n + T * step * length).normalized();
-        if (size < 1e-5 || next.dot(a.support(-next) - b.support(next)) >= g) break;   // near the end rounding would decide
+        if (size < 1e-5 || next.dot(a.support(-next) - b.support(next)) >= g) break;  // near the end rounding would decide
       }
       n = next;
       if (n.dot(start) < 0.95) return false;
@@ -297,8 +309,8 @@ void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose
       if (!find_normal(features_a.list[i], features_b.list[j], n)) continue;
       const double g = separation(n);
       // Where the two features are not the farthest ones along n, their own separation is larger than the true one.
-      const bool points = find_points(features_a.list[i], features_b.list[j], n, scale, p_a, p_b) &&
-                          std::abs(n.dot(p_a - p_b) - g) < 1e-11 * scale;
+      const bool points =
+          find_points(features_a.list[i], features_b.list[j], n, scale, p_a, p_b) && std::abs(n.dot(p_a - p_b) - g) < 1e-11 * scale;
       // A match counts before a slightly larger separation without points: at a tie several pairs of features share the normal.
       const double tie = 1e-12 * scale;
       if (!(matched && !points ? g > best + tie : points && !matched ? g > best - tie : g > best)) continue;
@@ -310,7 +322,7 @@ void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose
   }
   d.phi = best - r_a - r_b;
   d.nhat_BA_W = best_n;
-  if (!matched) {   // flat on flat: Coal's point, moved along n to the middle of the two support planes
+  if (!matched) {  // flat on flat: Coal's point, moved along n to the middle of the two support planes
     const double level = 0.5 * (-core_support(a, X_WA, -best_n) - r_a + core_support(b, X_WB, best_n) + r_b);
     best_middle = 0.5 * (d.p_WA + d.p_WB);
     best_middle += best_n * (level - best_n.dot(best_middle));

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kPadding = 8;   // vector loads may run past the last geometry
+constexpr int kPadding = 8;  // vector loads may run past the last geometry
 
 void require_match(const Workspace::Impl& w, const world::Model& model, const world::Kinematics& kinematics) {
   core::require_size("work.pairs", static_cast<long>(w.pairs.size()), static_cast<long>(model.pairs().size()));
@@ -82,8 +82,8 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     radius_sum.push_back(a.bounding_radius + b.bounding_radius);
     max_distance.push_back(p.max_distance);
 
-    const bool extends = !broad_runs.empty() && broad_runs.back().fixed == data.a &&
-                         broad_runs.back().other + broad_runs.back().count == data.b;
+    const bool extends =
+        !broad_runs.empty() && broad_runs.back().fixed == data.a && broad_runs.back().other + broad_runs.back().count == data.b;
     if (extends) {
       ++broad_runs.back().count;
     } else {
@@ -176,7 +176,7 @@ double Workspace::Impl::lower_bound(int pair) const {
 // Takes what rounding or an arbitrary choice along extruded edges left across the plane out of an answer.
 void Workspace::Impl::flatten(const PairData& p, Distance& out) const {
   const int k = *planar_axis;
-  if (std::abs(out.nhat_BA_W[k]) > 1e-5) return;   // a mesh that is not straight across the plane
+  if (std::abs(out.nhat_BA_W[k]) > 1e-5) return;  // a mesh that is not straight across the plane
   const double height = k == 0 ? center_x[p.a] : k == 1 ? center_y[p.a] : center_z[p.a];
   out.nhat_BA_W[k] = 0;
   out.nhat_BA_W.normalize();
@@ -201,7 +201,9 @@ void Workspace::Impl::narrow(int pair, Distance& out) {
   if (!p.in_plane) {
     p.kernel(first.shape, pose(p.first), second.shape, pose(p.second), context, out);
   } else {
-    const auto planar = [](const GeometryData& g) -> const detail::ShapeData& { return g.shape.kind == Kind::Sphere ? g.shape : g.extruded; };
+    const auto planar = [](const GeometryData& g) -> const detail::ShapeData& {
+      return g.shape.kind == Kind::Sphere ? g.shape : g.extruded;
+    };
     p.kernel(planar(first), pose(p.first), planar(second), pose(p.second), context, out);
     flatten(p, out);
   }

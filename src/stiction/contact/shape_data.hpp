@@ -12,12 +12,19 @@ using Eigen::Vector3d;
 using world::Pose;
 
 /// Order in which the kernels take their two arguments.
-enum class Kind : unsigned char { Sphere, Capsule, Box, Cylinder, Mesh, HalfSpace };
+enum class Kind : unsigned char {
+  Sphere,
+  Capsule,
+  Box,
+  Cylinder,
+  Mesh,
+  HalfSpace
+};
 inline constexpr int kKinds = 6;
 
 /// Vertices, triangles and face planes of a convex mesh, one array per coordinate.
 struct MeshData {
-  Eigen::Matrix3Xd vertices;      // copy of the mesh's, so that the data outlives the scene
+  Eigen::Matrix3Xd vertices;  // copy of the mesh's, so that the data outlives the scene
   Eigen::Matrix3Xi triangles;
   Eigen::VectorXd nx, ny, nz, d;  // outward plane n·x = d of every triangle that has an area
   std::vector<int> face;          // triangle of each plane
@@ -28,15 +35,15 @@ struct MeshData {
 /// @throws core::InvalidInput: no vertices or triangles, an index out of range, no triangle with an area
 std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh);
 
-struct CoalShape;   // coal_distance.cpp
+struct CoalShape;  // coal_distance.cpp
 
 struct ShapeData {
   Kind kind = Kind::Sphere;
-  double radius = 0;               // sphere, capsule, cylinder
-  Vector3d half{0, 0, 0};          // box: half extents; capsule, cylinder: half length in z
+  double radius = 0;       // sphere, capsule, cylinder
+  Vector3d half{0, 0, 0};  // box: half extents; capsule, cylinder: half length in z
   std::shared_ptr<const MeshData> mesh;
-  std::shared_ptr<const CoalShape> coal;   // of the kinds that need it
-  Vector3d p_GCenter{0, 0, 0};     // bounding sphere in the geometry frame
+  std::shared_ptr<const CoalShape> coal;  // of the kinds that need it
+  Vector3d p_GCenter{0, 0, 0};            // bounding sphere in the geometry frame
   double bounding_radius = 0;
 };
 
@@ -48,7 +55,7 @@ struct Planar {
   Vector3d axis_W{0, 0, 0};
 };
 
-class CoalScratch;   // coal_distance.hpp
+class CoalScratch;  // coal_distance.hpp
 
 /// What a kernel may use besides its two shapes.
 struct KernelContext {
@@ -57,7 +64,8 @@ struct KernelContext {
 };
 
 /// Signed distance of a before b, kind(a) ≤ kind(b).
-using Kernel = void (*)(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context, Distance& out);
+using Kernel = void (*)(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                        Distance& out);
 
 /// Kernel of two kinds, in the order first ≤ second; nullptr for two half-spaces.
 Kernel find_kernel(Kind first, Kind second);

@@ -13,21 +13,21 @@ struct Workspace::Impl {
 
   struct GeometryData {
     int body = -1;
-    Eigen::Vector3d p_BCenter;   // of its bounding sphere
+    Eigen::Vector3d p_BCenter;  // of its bounding sphere
     world::Pose X_BG;
     detail::ShapeData shape;
     detail::ShapeData extruded;  // planar models: the same made long across the plane, if it is straight that way
   };
 
   struct PairData {
-    detail::Kernel kernel = nullptr;   // nullptr: two spheres
-    int a = -1, b = -1;                // geometries
-    int first = -1, second = -1;       // the same in the order of the kernel
-    double radius_a = 0, radius_b = 0; // of two spheres
+    detail::Kernel kernel = nullptr;    // nullptr: two spheres
+    int a = -1, b = -1;                 // geometries
+    int first = -1, second = -1;        // the same in the order of the kernel
+    double radius_a = 0, radius_b = 0;  // of two spheres
     double friction = 0;
-    bool in_plane = false;             // planar models: both centres lie in one plane, so that only motion in it parts them
-    int half_space = -1;               // 0 none, else the other geometry's distance to the plane bounds phi from below
-    int run_begin = 0, run_end = 0;    // columns of its Jacobian in column_runs
+    bool in_plane = false;           // planar models: both centres lie in one plane, so that only motion in it parts them
+    int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
+    int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
     int n_columns = 0;
   };
 
@@ -44,33 +44,33 @@ struct Workspace::Impl {
 
   void find_planes(const world::Model& model);
   void set_kinematics(const world::Kinematics& kinematics);
-  double distance2(int pair) const;                    // of the bounding centres [m²]
-  double lower_bound(int pair) const;                  // of phi [m]
+  double distance2(int pair) const;    // of the bounding centres [m²]
+  double lower_bound(int pair) const;  // of phi [m]
   void narrow(int pair, Distance& out);
   void flatten(const PairData& pair, Distance& out) const;
-  bool fill(int pair, double limit, Contact& out);     // true if phi < limit
+  bool fill(int pair, double limit, Contact& out);  // true if phi < limit
   bool fill_spheres(int pair, double limit, double length, double inverse_length, Contact& out);
 
   std::vector<GeometryData> geometries;
   std::vector<PairData> pairs;
   std::vector<BroadRun> broad_runs;
   std::vector<ColumnRun> column_runs;
-  std::vector<int> posed;                              // geometries whose orientation matters
-  std::vector<double> radius_sum, max_distance;        // per pair
+  std::vector<int> posed;                        // geometries whose orientation matters
+  std::vector<double> radius_sum, max_distance;  // per pair
   int n_v = 0;
   std::optional<int> planar_axis;
   detail::KernelContext context;
   Eigen::Vector3d coincident_normal;
 
   // Of the configuration in hand.
-  std::vector<double> center_x, center_y, center_z;    // per geometry, padded
-  std::vector<world::Pose> X_WG;                       // of `posed` only
-  std::vector<double> center_distance2;                // per pair
-  std::vector<double> excess;                          // per pair: squared distance beyond which it is out of reach, taken off
+  std::vector<double> center_x, center_y, center_z;  // per geometry, padded
+  std::vector<world::Pose> X_WG;                     // of `posed` only
+  std::vector<double> center_distance2;              // per pair
+  std::vector<double> excess;                        // per pair: squared distance beyond which it is out of reach, taken off
   std::vector<int> candidates;
-  std::vector<double> center_distance, center_inverse; // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
-  std::vector<std::pair<double, int>> nearest;         // for max_contacts
-  std::vector<double> screw;                           // 8 per coordinate, see jacobian.cpp
+  std::vector<double> center_distance, center_inverse;  // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
+  std::vector<std::pair<double, int>> nearest;          // for max_contacts
+  std::vector<double> screw;                            // 8 per coordinate, see jacobian.cpp
   detail::CoalScratch coal;
 };
 
