@@ -31,6 +31,30 @@ inline void scale_rows(GeneralBank<1>& b, const Problem::Rows& rows, const Run& 
   }
 }
 
+/// One or two tiles of H, of neighbouring slots i and i + 1 against slot j: += Σ rows left·rightᵀ.
+template <int R, int N>
+inline void add_products(double* t0, double* t1, const double* left, const double* right, int n, int stride) {
+  V4 c[N][4];
+  for (int q = 0; q < 4; ++q) {
+    c[0][q] = load(t0 + 4 * q);
+    if constexpr (N == 2) c[1][q] = load(t1 + 4 * q);
+  }
+  for (int row = 0; row < n; ++row, left += stride, right += stride) {
+    for (int r = 0; r < R; ++r) {
+      V4 l[N];
+      for (int m = 0; m < N; ++m) l[m] = load(left + 4 * (R * m + r));
+      for (int q = 0; q < 4; ++q) {
+        const V4 x = all(right[4 * r + q]);
+        for (int m = 0; m < N; ++m) c[m][q] += l[m] * x;
+      }
+    }
+  }
+  for (int q = 0; q < 4; ++q) {
+    store(t0 + 4 * q, c[0][q]);
+    if constexpr (N == 2) store(t1 + 4 * q, c[1][q]);
+  }
+}
+
 /// H += YᵀY over all rows; Y is made on the way.
 template <int R>
 inline void add_hessian(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout, TileFactor& h) {
@@ -40,23 +64,13 @@ inline void add_hessian(GeneralBank<R>& b, const Problem::Rows& rows, const Layo
     scale_rows(b, rows, run, k);
     const double* y = b.Y.data() + run.y;
     const int n = run.end - run.begin;
+    const auto target = [&](int i, int j) {
+      return h.tile(h.index(tiles[static_cast<std::size_t>(i)], tiles[static_cast<std::size_t>(j)]));
+    };
     for (int j = 0; j < k; ++j) {
-      for (int i = j; i < k; ++i) {
-        double* t = h.tile(h.index(tiles[static_cast<std::size_t>(i)], tiles[static_cast<std::size_t>(j)]));
-        V4 c0 = load(t), c1 = load(t + 4), c2 = load(t + 8), c3 = load(t + 12);
-        const double* left = y + i * R * 4;
-        const double* right = y + j * R * 4;
-        for (int row = 0; row < n; ++row, left += run.stride, right += run.stride) {
-          for (int r = 0; r < R; ++r) {
-            const V4 l = load(left + 4 * r);
-            c0 += l * right[4 * r];
-            c1 += l * right[4 * r + 1];
-            c2 += l * right[4 * r + 2];
-            c3 += l * right[4 * r + 3];
-          }
-        }
-        store(t, c0), store(t + 4, c1), store(t + 8, c2), store(t + 12, c3);
-      }
+      int i = j;
+      for (; i + 1 < k; i += 2) add_products<R, 2>(target(i, j), target(i + 1, j), y + i * R * 4, y + j * R * 4, n, run.stride);
+      if (i < k) add_products<R, 1>(target(i, j), nullptr, y + i * R * 4, y + j * R * 4, n, run.stride);
     }
   }
 }
@@ -66,16 +80,27 @@ template <int R>
 inline void add_transposed(const GeneralBank<R>& b, const Layout& layout, const AlignedVector& a, double* out) {
   for (const Run& run : b.runs) {
     const auto& tiles = layout.support(run.support).tiles;
-    for (std::size_t j = 0; j < tiles.size(); ++j) {
-      const double* y = b.Y.data() + run.y + static_cast<int>(j) * R * 4;
-      V4 acc[R] = {};
-      for (int i = run.begin; i < run.end; ++i, y += run.stride) {
-        const double* value = a.data() + (i / 4) * 4 * R + i % 4;
-        for (int r = 0; r < R; ++r) acc[r] += load(y + 4 * r) * value[4 * r];
+    const int k = static_cast<int>(tiles.size());
+    constexpr int kBlock = 4;   // rows at a time, their values side by side
+    for (int begin = run.begin; begin < run.end; begin += kBlock) {
+      const int n = run.end - begin < kBlock ? run.end - begin : kBlock;
+      double value[kBlock * R];
+      for (int i = 0; i < n; ++i) {
+        const double* from = a.data() + ((begin + i) / 4) * 4 * R + (begin + i) % 4;
+        for (int r = 0; r < R; ++r) value[R * i + r] = from[4 * r];
       }
-      double* to = out + 4 * tiles[j];
-      if constexpr (R == 3) store(to, load(to) + (acc[0] + (acc[1] + acc[2])));
-      else store(to, load(to) + acc[0]);
+      const double* rows = b.Y.data() + run.y + (begin - run.begin) * run.stride;
+      for (int j = 0; j < k; ++j, rows += 4 * R) {
+        double* to = out + 4 * tiles[static_cast<std::size_t>(j)];
+        V4 acc[R] = {};
+        acc[0] = load(to);
+        const double* y = rows;
+        for (int i = 0; i < n; ++i, y += run.stride) {
+          for (int r = 0; r < R; ++r) acc[r] += load(y + 4 * r) * value[R * i + r];
+        }
+        if constexpr (R == 3) store(to, acc[0] + (acc[1] + acc[2]));
+        else store(to, acc[0]);
+      }
     }
   }
 }
