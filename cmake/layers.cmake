@@ -44,14 +44,6 @@ function(stiction_layer name)
     endif()
   endforeach()
 
-  # TODO remove once every layer is complete: a file that is not written yet must not stop the other layers from being configured.
-  foreach(source IN LISTS A_SOURCES)
-    if(NOT IS_ABSOLUTE ${source} AND NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${source})
-      message(WARNING "layer '${name}': ${source} does not exist yet")
-      list(REMOVE_ITEM A_SOURCES ${source})
-    endif()
-  endforeach()
-
   if(A_SOURCES)
     set(scope PUBLIC)
     add_library(stiction_${name} STATIC ${A_SOURCES})

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 import viser
 
-from . import meshes
+from . import links, meshes
 from .plan import Plan, Pose
 
 Color = tuple[int, int, int]
 
 ROBOT: Color = (205, 208, 214)
 ROBOT_BASE: Color = (128, 134, 144)
+ROBOT_OPACITY = 0.72
 ROBOT_REGRASP: Color = (96, 146, 232)
 FIXED: Color = (172, 176, 184)
 OBJECT: tuple[Color, Color, Color] = ((238, 126, 36), (253, 226, 178), (120, 52, 10))
@@ -26,6 +27,8 @@ GOAL: Color = (38, 160, 92)
 FORCE: Color = (206, 24, 74)
 KIND_COLOR: dict[str, Color] = {"settle": (158, 162, 170), "contact": OBJECT[0], "regrasp": (70, 122, 214)}
 KIND_TEXT = {"settle": "settle", "contact": "push", "regrasp": "regrasp"}
+
+GOAL_AXES, OBJECT_AXES = 1.6, 1.3  # lengths, times the size of the object
 
 FRAMES_PER_SECOND = 24.0  # one knot per frame: joints move at most 0.03 rad a knot, which is about human speed
 MAX_FRAMES = 600
@@ -65,10 +68,11 @@ class BodyMesh:
     mesh: meshes.Mesh  # in the body frame
 
 
-def body_meshes(plan: Plan) -> list[BodyMesh]:
+def body_meshes(plan: Plan, rods: dict[int, list[meshes.Mesh]]) -> list[BodyMesh]:
+    """One mesh per body: its geometries, and rods between spheres."""
     result = []
     for index in range(len(plan.bodies)):
-        parts = []
+        parts = list(rods.get(index, []))
         for geometry in plan.geometries:
             mesh = meshes.of_shape(geometry.shape) if geometry.body == index else None
             if mesh is not None:
@@ -100,8 +104,7 @@ class View:
     up: np.ndarray
     fov: float
     radius: float  # of what matters [m]
-    centre: np.ndarray
-    floor: float  # lowest z of what matters [m]
+    label: np.ndarray  # above everything, in the picture
 
 
 def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
@@ -126,18 +129,23 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
             world = in_world(points, pose_at(plan, body, 0))
             if np.linalg.norm(np.ptp(world, axis=0)) < 1.2 * size:
                 interesting.append(world)
+    object_size = np.abs(next(p.mesh[0] for p in parts if p.body == plan.goal_body)).max() if plan.goal_body in samples else 0.0
+    interesting.append(in_world(GOAL_AXES * object_size * np.eye(3), plan.goal))
+    interesting += [in_world(OBJECT_AXES * object_size * np.eye(3), pose_at(plan, plan.goal_body, knot)) for knot in moments]
     everything = np.concatenate(interesting)
     low, high = everything.min(axis=0), everything.max(axis=0)
     centre = (low + high) / 2
 
     joint = plan.object_joints.get(plan.bodies[plan.goal_body].name, "free")
     plane_views = {
-        "planar_xy": (np.array([0.0, -0.25, 1.0]), np.array([0.0, 0.0, 1.0])),
-        "planar_yz": (np.array([1.0, 0.12, 0.18]), np.array([0.0, 0.0, 1.0])),
-        "planar_xz": (np.array([-0.12, -1.0, 0.18]), np.array([0.0, 0.0, 1.0])),
+        "planar_xy": (np.array([0.0, -0.1, 1.0]), np.array([0.0, 0.0, 1.0])),
+        "planar_yz": (np.array([1.0, 0.07, 0.1]), np.array([0.0, 0.0, 1.0])),
+        "planar_xz": (np.array([0.07, -1.0, 0.1]), np.array([0.0, 0.0, 1.0])),
     }
+    fov = np.radians(40.0)
     if joint in plane_views:
         direction, up = plane_views[joint]
+        fov = np.radians(12.0)  # from far away, so that the near side of a body hides nothing beside it
     else:
         up = np.array([0.0, 0.0, 1.0])
         candidates = [
@@ -150,7 +158,6 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
     direction = direction / np.linalg.norm(direction)
 
     # Distance at which all points fit, for a page that is wider than high.
-    fov = np.radians(40.0)
     right = np.cross(up, direction)
     right /= np.linalg.norm(right)
     above = np.cross(direction, right)
@@ -160,7 +167,10 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
     horizontal = np.abs(offset @ right) / np.tan(1.1 * fov / 2) + depth
     distance = max(vertical.max(), horizontal.max())
     radius = float(np.linalg.norm(offset, axis=1).max())
-    return View(centre + distance * direction, centre, up, fov, radius, centre, float(low[2]))
+    label = centre + 1.08 * (offset @ above).max() * above
+    # A little to the right, because the panel with the figures is on the left.
+    look_at = centre - 0.2 * distance * np.tan(fov / 2) * right
+    return View(look_at + distance * direction, look_at, up, fov, radius, label)
 
 
 def _visible(plan: Plan, samples: dict[int, np.ndarray], knot: int, direction: np.ndarray) -> float:
@@ -206,7 +216,8 @@ class Drawing:
         self.plan = plan
         self.frames = choose_frames(plan)
         self.times = frame_times(self.frames)
-        parts = body_meshes(plan)
+        rods, self.loose_rods = links.find(plan)
+        parts = body_meshes(plan, rods)
         self.view = choose_view(plan, parts, self.frames)
         self.segment_shown = -1
         self.poses_shown: dict[int, np.ndarray] = {}
@@ -218,7 +229,7 @@ class Drawing:
         server.initial_camera.up = tuple(view.up)
         server.initial_camera.fov = view.fov
         server.initial_camera.near = float(0.01 * view.radius)
-        server.initial_camera.far = float(200 * view.radius)
+        server.initial_camera.far = float(300 * view.radius)
         server.initial_camera.look_at = tuple(view.look_at)
         server.initial_camera.position = tuple(view.position)
         scene.world_axes.visible = False
@@ -236,12 +247,18 @@ class Drawing:
                 color = FIXED if body.kind == "fixed" else ROBOT if body.moving is not None else ROBOT_BASE
                 vertices, triangles = part.mesh[:2]
                 # Fingers are a little transparent: what they touch and the arrow heads inside them can be seen.
-                opacity = 0.72 if body.kind == "robot" and body.moving is not None else None
+                opacity = ROBOT_OPACITY if body.kind == "robot" and body.moving is not None else None
                 handle = scene.add_mesh_simple(f"{node}/shape", vertices, triangles, color=color, opacity=opacity)
                 if body.kind == "robot" and body.moving is not None:
                     self.robot_meshes.append(handle)
             if body.moving is not None:
                 self.moving_nodes.append((part.body, frame))
+        self.loose_nodes = []
+        for number, rod in enumerate(self.loose_rods):
+            vertices, triangles, _ = meshes.capsule(rod.radius, rod.length / 2)
+            handle = scene.add_mesh_simple(f"/robot/rod{number}", vertices, triangles, color=ROBOT, opacity=ROBOT_OPACITY)
+            self.loose_nodes.append(handle)
+            self.robot_meshes.append(handle)
         self._add_planes(scene)
         self._add_goal(scene, parts)
 
@@ -258,7 +275,7 @@ class Drawing:
         self.label = scene.add_label(
             "/segment",
             " ",
-            position=tuple(view.look_at + 0.98 * view.radius * np.array([0.0, 0.0, 1.0])),
+            position=tuple(view.label),
             anchor="bottom-center",
             font_screen_scale=1.4,
         )
@@ -293,48 +310,52 @@ class Drawing:
                 plane_opacity=1.0,
                 fade_distance=float(14 * view.radius),
                 wxyz=_wxyz(rotation),
-                position=tuple(view.centre - normal * (normal @ (view.centre - origin))),
+                position=tuple(view.look_at - normal * (normal @ (view.look_at - origin))),
             )
 
     def _add_goal(self, scene: viser.SceneApi, parts: list[BodyMesh]) -> None:
         """The object at its goal as a green ghost, and two frames that must meet: thin at the goal, thick on the object."""
         plan, goal = self.plan, self.plan.goal
         part = next((p for p in parts if p.body == plan.goal_body), None)
-        extent = np.linalg.norm(part.mesh[0], axis=1).max() if part is not None else 0.3 * self.view.radius
+        extent = np.abs(part.mesh[0]).max() if part is not None else 0.3 * self.view.radius
         name = _slug(plan.bodies[plan.goal_body].name)
         scene.add_frame(
             "/goal",
             wxyz=goal.wxyz,
             position=goal.position,
-            axes_length=float(1.7 * extent),
+            axes_length=float(GOAL_AXES * extent),
             axes_radius=float(0.016 * extent),
             origin_radius=0.0,
         )
         if part is not None:
-            # Slightly larger than the object, so that the two do not flicker where they coincide.
+            # Only the far side of a slightly larger copy: it neither tints nor hides what is in front of it, and where object and goal
+            # coincide it is a rim around the object.
             middle = part.mesh[0].mean(axis=0)
-            vertices = middle + 1.03 * (part.mesh[0] - middle)
-            # Fainter where it lies around the object all the time.
-            start = pose_at(plan, plan.goal_body, int(self.frames[0]))
-            opacity = 0.12 if np.linalg.norm(goal.position - start.position) < 0.5 * extent else 0.35
             scene.add_mesh_simple(
-                "/goal/ghost", vertices, part.mesh[1], color=GOAL, opacity=opacity, cast_shadow=False, receive_shadow=False
+                "/goal/ghost",
+                middle + 1.05 * (part.mesh[0] - middle),
+                part.mesh[1],
+                color=GOAL,
+                opacity=0.42,
+                side="back",
+                cast_shadow=False,
+                receive_shadow=False,
             )
         scene.add_frame(
             f"/object/{name}/axes",
-            axes_length=float(1.35 * extent),
+            axes_length=float(OBJECT_AXES * extent),
             axes_radius=float(0.035 * extent),
             origin_radius=0.0,
         )
 
     def _force_scale(self, parts: list[BodyMesh]) -> tuple[float, float]:
-        """Metres per newton, and the length of the longest arrow [m]. The largest 2 % of the forces are cut to that length."""
+        """Metres per newton, and the length of the longest arrow [m]. The largest tenth of the forces is cut to that length."""
         part = next((p for p in parts if p.body == self.plan.goal_body), None)
         size = np.linalg.norm(part.mesh[0], axis=1).max() if part is not None else 0.3 * self.view.radius
         longest = float(np.clip(1.3 * size, 0.15 * self.view.radius, 0.6 * self.view.radius))
         newtons = [np.linalg.norm(c.force) for contacts in self.plan.contacts for c in contacts]
         newtons = [n for n in newtons if n > 1e-6]
-        largest = float(np.quantile(newtons, 0.98)) if newtons else 1.0
+        largest = float(np.quantile(newtons, 0.9)) if newtons else 1.0
         return longest / largest, longest
 
     def show(self, knot: int) -> None:
@@ -347,6 +368,12 @@ class Drawing:
                 node.position = row[:3]
                 node.wxyz = row[3:]
                 self.poses_shown[body] = row
+
+        for rod, node in zip(self.loose_rods, self.loose_nodes):
+            end = pose_at(plan, rod.child, knot).position
+            start = in_world(rod.p_P[None], pose_at(plan, rod.parent, knot))[0]
+            node.position = (start + end) / 2
+            node.wxyz = _wxyz(links.along(end - start))
 
         tails, heads = [], []
         for contact in plan.contacts[knot]:
@@ -384,7 +411,7 @@ class Drawing:
             ("seed", str(plan.seed)),
             ("segments", f"{len(kinds)}, of which {kinds.count('regrasp')} regrasps"),
             ("at the goal", f"{1000 * plan.error_position:.1f} mm, {plan.error_angle:.3f} rad off"),
-            ("longest arrow", f"{self.largest_force():.2g} N"),
+            ("longest arrow", f"{self.largest_force():.{0 if self.largest_force() >= 10 else 2}f} N"),
         ]
 
     def timeline(self) -> str:
