@@ -114,7 +114,7 @@ TEST_F(PlanFiles, Edits_AreNamed) {
       {"wrong type", [](json& j) { j["segments"][0]["knots"][0]["joints"][4] = "x"; }, {"segments[0].knots[0].joints[4]", "a number"}},
       {"null", [](json& j) { j["error"]["angle"] = nullptr; }, {"error.angle", "null", "a number"}},
       {"missing body pose", [](json& j) { j["segments"][0]["knots"][0]["bodies"].erase(0); }, {"segments[0].knots[0].bodies"}},
-      {"geometry index", [](json& j) { j["segments"][0]["knots"][5]["contacts"][0]["a"] = 1000; }, {"segments[0].knots[5].contacts[0].a", "1000"}},
+      {"geometry index", [](json& j) { j["segments"][0]["knots"][3]["contacts"][0]["a"] = 1000; }, {"segments[0].knots[3].contacts[0].a", "1000"}},
       {"scene text", [](json& j) { j["scene_text"] = "gravity: [0, 0, 0]"; }, {"scene_sha256", "SHA-256"}},
       {"tolerance", [](json& j) { j["goal"]["tolerance"]["angle"] = -1; }, {"goal.tolerance.angle", "> 0"}},
       {"goal quaternion", [](json& j) { j["goal"]["quaternion_wxyz"][0] = 5; }, {"goal.quaternion_wxyz", "unit quaternion"}},

@@ -58,7 +58,8 @@ class Checker {
     step_options_.smoothing = dynamics::Exact{};
     step_options_.with_B = false;
     step_options_.warm_start = false;   // every step depends on its input alone
-    threshold_ = force_threshold();
+    reference_force_ = reference_force();
+    threshold_ = limits_.force_threshold * reference_force_;
   }
 
   Status run(const core::RunControl& control, CheckReport& out) {
@@ -116,7 +117,7 @@ class Checker {
     add(out, "stored_position", stored_position_, limits_.stored_position, "m");
     add(out, "stored_angle", stored_angle_, limits_.stored_angle, "rad");
     add(out, "stored_force", stored_force_, limits_.stored_force, "of the largest force");
-    add(out, "stored_cone", stored_cone_, 1e-5, "N");
+    add(out, "stored_cone", stored_cone_, 2e-5, "of the force");   // six decimals of force and normal
     add(out, "display_poses", display_, limits_.display, "");
     add(out, "path_position", path_position_, std::nullopt, "m");
     add(out, "path_angle", path_angle_, std::nullopt, "rad");
@@ -152,9 +153,8 @@ class Checker {
     return model_.geometries()[static_cast<std::size_t>(p.geometry_a)].name + " – " + model_.geometries()[static_cast<std::size_t>(p.geometry_b)].name;
   }
 
-  /// Below this a contact force is of no consequence: a share of the heaviest object's weight, or of what moves the softest joint's
-  /// farthest point by 1 mm, whichever is larger.
-  double force_threshold() const {
+  /// The scale of forces: the heaviest object's weight, or what moves the softest joint's farthest point by 1 mm, whichever is larger.
+  double reference_force() const {
     double force = 0;
     for (const auto& object : model_.objects()) force = std::max(force, object.mass * model_.scene().gravity.norm());
     double softest = std::numeric_limits<double>::infinity();
@@ -164,7 +164,7 @@ class Checker {
       softest = std::min(softest, model_.stiffness()[j] / (arm * arm));
     }
     if (std::isfinite(softest)) force = std::max(force, softest * 1e-3);
-    return limits_.force_threshold * force;
+    return force;
   }
 
   PoseError goal_error(const Eigen::VectorXd& q) const {
@@ -330,7 +330,7 @@ class Checker {
       const double f_t = (c.force_W - f_n * c.normal_W).norm();
       const auto name = [&] { return here(plan_.geometries[static_cast<std::size_t>(c.a)].name); };
       stored_cone_.see(std::abs(c.normal_W.norm() - 1), name);
-      stored_cone_.see(f_t - step_options_.friction_scale * friction_of(c) * f_n, name);
+      stored_cone_.see((f_t - step_options_.friction_scale * friction_of(c) * f_n) / std::max(c.force_W.norm(), reference_force_), name);
     }
   }
 
@@ -344,7 +344,7 @@ class Checker {
   void check_stored_forces(const StoredKnot& knot) {
     const std::size_t n = model_.objects().size();
     std::vector<Eigen::Vector3d> stored(n, Eigen::Vector3d::Zero()), simulated(n, Eigen::Vector3d::Zero());
-    double largest = 10 * threshold_;
+    double largest = reference_force_;
     const auto add = [&](std::vector<Eigen::Vector3d>& sums, int a, int b, const Eigen::Vector3d& force) {
       for (const auto& [geometry, sign] : {std::pair{a, 1.0}, std::pair{b, -1.0}}) {
         const auto& body = model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)];
@@ -403,6 +403,7 @@ class Checker {
   dynamics::StepOptions step_options_;
   dynamics::StepResult result_;
   int goal_object_ = 0;
+  double reference_force_ = 0;
   double threshold_ = 0;
   double start_penetration_ = 0;
   long n_knots_ = 0;

@@ -38,12 +38,12 @@ struct CheckOptions {
   double penetration = 1e-3;           ///< allowed beyond that of the start [m]
   double joint_limit = 1e-6;           ///< allowed violation by joints and commands [rad or m]
   double force_gap = 1e-3;             ///< a force may not act across a gap larger than this [m]
-  double force_threshold = 1e-3;       ///< of the largest object weight, or of the force that moves the softest joint by 1 mm
+  double force_threshold = 1e-3;       ///< of the largest object weight, or of the force that moves the softest joint by 1 mm if that is larger
   double cone_excess = 1e-6;           ///< allowed excess of ‖f_t‖ over μ f_n, relative to f_n
   double quaternion_norm = 1e-6;       ///< allowed deviation from 1
   double stored_position = 1e-4;       ///< allowed difference between a stored knot and one full sub-step from the knot before it [m]
   double stored_angle = 1e-3;          ///< the same for angles and joints [rad]
-  double stored_force = 0.05;          ///< allowed difference of the stored net force on an object, relative to its largest contact force
+  double stored_force = 0.05;          ///< allowed difference of the stored net force on an object, relative to the largest force
   double display = 2e-6;               ///< allowed rounding of body poses
 };
 

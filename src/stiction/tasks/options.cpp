@@ -210,12 +210,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
       out.regularisation = dynamics::FixedEpsilon{value};
     }
   }
-  const auto substep = given(node, "substep");
-  if (substep) out.substep = read_substep(*substep);
-  if (const auto v = given(node, "single_step"); v && v->boolean()) {
-    if (substep) v->fail("true together with 'substep'", "one of the two");
-    out.substep.reset();
-  }
+  if (const auto v = given(node, "substep")) out.substep = read_substep(*v);
+  if (const auto v = given(node, "single_step"); v && v->boolean()) out.substep.reset();
   if (const auto v = given(node, "real_regrasps")) out.real_regrasps = v->boolean();
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_tol_position")) out.regrasp_tol_position = v->positive();

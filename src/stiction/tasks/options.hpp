@@ -8,7 +8,7 @@
 namespace stiction::tasks {
 
 /// Reads the `planner` section of a task file. Every field of PlannerOptions by its name; in addition
-///   single_step: true                       one step per extension (substep = nullopt)
+///   single_step: true                       one step per extension (substep = nullopt), whatever `substep` says
 ///   length: {capped: L} | {fixed: L}        regularisation: {ratio: r} | {epsilon: ε}
 ///   sample_box: {OBJECT: {lower: […], upper: […]}}
 ///   sampler: {generic: {whole_probability, near_probability, near_std, tries}}

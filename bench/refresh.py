@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Turns the output of `stiction bench --json` into docs/benchmarks.md.
+
+    build/release/stiction bench --json > bench.json
+    bench/refresh.py bench.json [end_to_end.json]
+"""
+
+import json
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+
+
+def milliseconds(seconds):
+    if seconds is None:
+        return "–"
+    value = 1e3 * seconds
+    return f"{value:.4f}" if value < 1 else f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+
+
+def times(other, ours):
+    if other is None:
+        return "–"
+    ratio = other / ours
+    return f"{ratio:.1f}" if ratio < 10 else f"{ratio:.0f}"
+
+
+def bench_table(data):
+    lines = [
+        "| row | median [ms] | p95 [ms] | published [ms] | times faster | peer [ms] | times faster | allocations |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for row in data["results"]:
+        cells = [
+            f"`{row['name']}`",
+            milliseconds(row["median_s"]),
+            milliseconds(row["p95_s"]),
+            milliseconds(row["published_s"]),
+            times(row["published_s"], row["median_s"]),
+            milliseconds(row["peer_s"]),
+            times(row["peer_s"], row["median_s"]),
+            "–" if row["allocations"] is None else str(row["allocations"]),
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def end_to_end_table(data):
+    lines = [
+        "| task | solved and accepted | median [s] | worst [s] | peak memory [MB] |",
+        "|---|---|---|---|---|",
+    ]
+    for row in data["results"]:
+        lines.append(
+            f"| `{row['task']}` | {row['accepted']} of {row['runs']} | {row['median_s']:.2f} | {row['worst_s']:.2f} | {row['peak_mb']:.0f} |"
+        )
+    return lines
+
+
+def main():
+    if len(sys.argv) not in (2, 3):
+        print(__doc__, file=sys.stderr)
+        return 2
+    data = json.loads(pathlib.Path(sys.argv[1]).read_text())
+    lines = [
+        "# Benchmarks",
+        "",
+        "Made by `bench/refresh.py` from `stiction bench --json`; do not edit.",
+        "",
+        f"Machine: {data['machine']}. Commit: {data['commit']}.",
+        "",
+        "* `step_exact/TASK`, `step_exact_B/TASK`, `step_smoothed_B/TASK`: one step with kinematics and contacts, and B where the name says so, at states",
+        "  with active contacts along plans of the task. Cold, that is without anything kept from another step; `/warm` rows follow the step before.",
+        "* `cone/…`: random but physical cone programs, seeded; the solve alone.",
+        "* `rrt_1000/…`: a tree of exactly 1000 extensions with the single-step settings of the published runs, no early stop, all cores.",
+        "* published: the thesis, Table 3.2 on 16 cores, and section 2.3 (an upper bound, commercial solver). peer: the thesis's research code on two",
+        "  cores; its steps include contacts and B.",
+        "",
+        *bench_table(data),
+    ]
+    if len(sys.argv) == 3:
+        runs = json.loads(pathlib.Path(sys.argv[2]).read_text())
+        lines += [
+            "",
+            "## End to end",
+            "",
+            f"`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0 … {runs['seeds'] - 1}, each plan judged by `stiction check`. Wall time of planning.",
+            "",
+            *end_to_end_table(runs),
+        ]
+    target = ROOT / "docs" / "benchmarks.md"
+    target.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print(f"wrote {target.relative_to(ROOT)}", file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,347 @@
+"""The program: exit codes, one message per mistake, JSON on stdout and nothing else, interruptions, repeatability."""
+
+import json
+import math
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import jsonschema
+import pytest
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = pathlib.Path(os.environ.get("STICTION_BIN", ROOT / "build/release/stiction"))
+
+pytestmark = pytest.mark.skipif(not PROGRAM.exists(), reason=f"{PROGRAM} does not exist: run `make build`")
+
+
+def run(*arguments, timeout=120):
+    return subprocess.run(
+        [str(PROGRAM), *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout
+    )
+
+
+def refused(done, *parts):
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    for part in parts:
+        assert part in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory):
+    """A plan of the planar hand, made once."""
+    folder = tmp_path_factory.mktemp("plans") / "hand"
+    done = run("plan", "planar_hand", "--seed", 0, "-o", folder, "--json")
+    assert done.returncode == 0, done.stderr
+    return folder / "plan.json"
+
+
+def task_file(folder, base, **changes):
+    path = folder / "task.yaml"
+    path.write_text(yaml.safe_dump({"base": str(ROOT / "tasks" / f"{base}.yaml"), **changes}))
+    return path
+
+
+# ---- what works
+
+
+def test_version_and_help():
+    assert run("--version").stdout.startswith("stiction ")
+    assert run("--help").returncode == 0
+    assert run("plan", "--help").returncode == 0
+
+
+def test_tasks_lists_every_task():
+    done = run("tasks", "--json")
+    assert done.returncode == 0
+    names = {task["name"] for task in json.loads(done.stdout)["tasks"]}
+    assert names == {path.stem for path in (ROOT / "tasks").glob("*.yaml")}
+    assert run("tasks").stdout == ""
+
+
+def test_plan_json_is_one_object(tmp_path):
+    done = run("plan", "planar_hand", "--seed", 1, "-o", tmp_path, "--json")
+    figures = json.loads(done.stdout)
+    assert {"status", "seed", "wall_s", "iterations", "error", "plan"} <= figures.keys()
+    assert figures["status"] == "Solved" and figures["seed"] == 1
+    assert pathlib.Path(figures["plan"]) == tmp_path / "plan.json"
+    assert "\r" not in done.stderr, "a progress line without a terminal"
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+
+
+def test_plan_file_follows_its_schema(plan):
+    schemas = {path.name: json.loads(path.read_text()) for path in (ROOT / "tasks/schema").glob("*.json")}
+    from referencing import Registry, Resource
+
+    registry = Registry().with_resources([(name, Resource.from_contents(schema)) for name, schema in schemas.items()])
+    for schema in schemas.values():
+        jsonschema.Draft202012Validator.check_schema(schema)
+    data = json.loads(plan.read_text())
+    jsonschema.Draft202012Validator(schemas["plan.schema.json"], registry=registry).validate(data)
+    assert plan.stat().st_size < 6e6
+    assert str(ROOT) not in plan.read_text(), "an absolute path"
+
+    validator = jsonschema.Draft202012Validator(schemas["task.schema.json"], registry=registry)
+    for path in (ROOT / "tasks").glob("*.yaml"):
+        task = yaml.safe_load(path.read_text())
+        if "base" in task:
+            base = yaml.safe_load((path.parent / task.pop("base")).read_text())
+            task = merge(base, task)
+        validator.validate(task)
+
+
+def merge(base, over):
+    if not isinstance(base, dict) or not isinstance(over, dict):
+        return over
+    return base | {key: merge(base[key], value) if key in base else value for key, value in over.items()}
+
+
+def test_check_json_is_one_object(plan):
+    done = run("check", plan.parent, "--json")
+    report = json.loads(done.stdout)
+    assert done.returncode == (0 if report["status"] == "Passed" else 1)
+    names = {item["name"] for item in report["checks"]}
+    assert {"goal_position", "goal_angle", "penetration", "joint_limits", "force_cone", "force_gap", "failed_steps"} <= names
+
+
+def test_own_task_is_found_from_its_plan(tmp_path):
+    path = task_file(tmp_path, "planar_hand", name="mine")
+    done = run("plan", path, "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    data = json.loads((tmp_path / "out/plan.json").read_text())
+    assert data["task"] == {"name": "mine", "builtin": False, "file": "../task.yaml"}
+    assert run("check", tmp_path / "out").returncode in (0, 1)
+
+
+def test_goal_of_the_command_line(tmp_path):
+    done = run("plan", "planar_hand", "--goal", "0.02 0.35 0.3", "-o", tmp_path)
+    assert done.returncode == 0, done.stderr
+    goal = json.loads((tmp_path / "plan.json").read_text())["goal"]
+    assert goal["position"] == pytest.approx([0, 0.02, 0.35]) and goal["from"] == "command_line"
+    assert goal["quaternion_wxyz"][1] == pytest.approx(math.sin(0.15))
+
+
+def test_same_seed_same_plan_for_any_number_of_threads(tmp_path):
+    plans = []
+    for threads in (1, 2):
+        done = run("plan", "planar_hand", "--seed", 3, "--threads", threads, "-o", tmp_path / str(threads))
+        assert done.returncode == 0, done.stderr
+        data = json.loads((tmp_path / str(threads) / "plan.json").read_text())
+        assert data.pop("timing")["threads"] == threads
+        plans.append(json.dumps(data))
+    assert plans[0] == plans[1]
+
+
+# ---- the budget and interruptions
+
+
+UNREACHABLE = ("plan", "planar_hand", "--goal", "3 3 0")
+
+
+def test_unreachable_goal_ends_at_the_timeout_with_the_best_plan(tmp_path):
+    start = time.monotonic()
+    done = run(*UNREACHABLE, "--timeout", 1, "-o", tmp_path, "--json")
+    assert done.returncode == 3, done.stderr
+    assert time.monotonic() - start < 30
+    assert json.loads(done.stdout)["status"] == "MaxIterations"
+    assert json.loads((tmp_path / "plan.json").read_text())["status"] == "MaxIterations"
+    assert run("check", tmp_path).returncode == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_run_keeps_the_best_plan(tmp_path, number):
+    words = [str(PROGRAM), *UNREACHABLE, "--timeout", "60", "-o", str(tmp_path), "--json"]
+    process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        process.communicate(timeout=3)
+        pytest.fail("the goal should be out of reach")
+    except subprocess.TimeoutExpired:
+        process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert json.loads(out)["status"] == "Cancelled"
+    assert json.loads((tmp_path / "plan.json").read_text())["status"] == "Cancelled"
+    assert run("check", tmp_path, "--json").returncode == 1
+
+
+# ---- mistakes: one clear message, exit code 2
+
+
+@pytest.mark.parametrize(
+    "arguments, parts",
+    [
+        ((), ("subcommand",)),
+        (("fly",), ("fly",)),
+        (("plan",), ("task",)),
+        (("plan", "planar_hnd"), ("'planar_hnd'", "did you mean 'planar_hand'")),
+        (("plan", "no/such.yaml"), ("no/such.yaml",)),
+        (("plan", "planar_hand", "--seed", "-1"), ("--seed",)),
+        (("plan", "planar_hand", "--timeout", "0"), ("--timeout",)),
+        (("plan", "planar_hand", "--threads", "-2"), ("--threads",)),
+        (("plan", "planar_hand", "--goal", "1 2"), ("goal", "2 numbers", "3")),
+        (("plan", "planar_hand", "--goal", "1 2 x"), ("--goal", "'x'", "a number")),
+        (("plan", "planar_hand", "--goal", "1 2 nan"), ("goal", "nan", "finite")),
+        (("plan", "allegro_ball", "--goal", "0 0 0"), ("goal", "6 (x y z roll pitch yaw of 'ball')")),
+        (("check", "no/such/plan"), ("no/such/plan",)),
+        (("view", "no/such/plan"), ("no/such/plan",)),
+        (("bench", "--filter", "no such row"), ("--filter", "no such row")),
+        (("bench", "--repeat", "0"), ("--repeat",)),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
+)
+def test_wrong_command_lines(arguments, parts):
+    refused(run(*arguments), *parts)
+
+
+def test_json_also_when_refused():
+    done = run("plan", "planar_hnd", "--json")
+    assert done.returncode == 2
+    assert json.loads(done.stdout)["status"] == "InvalidInput"
+    assert "planar_hnd" in json.loads(done.stdout)["message"]
+
+
+@pytest.mark.parametrize(
+    "base, changes, parts",
+    [
+        ("planar_hand", {"goals": {}}, ("task.yaml:", "goals", "unknown key")),
+        ("planar_hand", {"planner": {"goal_bais": 1}}, ("planner.goal_bais", "did you mean 'goal_bias'")),
+        ("planar_hand", {"planner": {"gamma": "much"}}, ("planner.gamma", "'much'", "a number")),
+        ("planar_hand", {"planner": {"h": float("inf")}}, ("planner.h", "finite")),
+        ("planar_hand", {"tolerance": {"angle": float("nan")}}, ("tolerance.angle", "finite")),
+        ("planar_hand", {"start": {"joints": [0, 0, 0, 9]}}, ("start.joints", "joint_2 = 9", "joint limits")),
+        ("planar_hand", {"start": {"joints": {"left/elbow": 0}}}, ("left/elbow",)),
+        ("planar_hand", {"goal": {"objects": {"left": {"coordinates": [0, 0, 0]}}}}, ("goal.objects",)),
+        ("planar_hand", {"goal": {"objects": {"ball": {"coordinates": [0, 0]}}}}, ("goal.objects.ball.coordinates", "3 numbers")),
+        ("allegro_ball", {"start": {"objects": {"ball": {"quaternion_wxyz": [1, 1, 1, 1]}}}}, ("quaternion_wxyz", "unit quaternion")),
+        ("allegro_ball", {"scene": {"gravity": [0, 0]}}, ("scene.gravity", "3 numbers")),
+        ("allegro_ball", {"scene": {"robots": [{"name": "hand", "urdf": "gone.urdf", "stiffness": 1}]}}, ("scene.robots[0].urdf", "gone.urdf")),
+        ("allegro_ball", {"scene": {"robots": [{"name": "hand", "urdf": "task.yaml", "stiffness": 1}]}}, ("task.yaml",)),
+        ("planar_pushing", {"scene": {"robots": [{"name": "hand", "urdf": str(ROOT / "models/planar_pusher.urdf"), "stiffness": -1}]}}, ("stiffness", "-1")),
+        (
+            "planar_pushing",
+            {"scene": {"objects": [{"name": "box", "joint": "planar_yz", "mass": -5, "shapes": [{"box": {"size": [1, 1, 1]}}]}]}},
+            ("scene.objects[0].mass", "-5"),
+        ),
+    ],
+    ids=lambda value: json.dumps(value)[:60] if isinstance(value, dict) else None,
+)
+def test_wrong_task_files(tmp_path, base, changes, parts):
+    refused(run("plan", task_file(tmp_path, base, **changes), "-o", tmp_path / "out"), *parts)
+    assert not (tmp_path / "out/plan.json").exists()
+
+
+def test_mesh_that_is_missing(tmp_path):
+    (tmp_path / "robot.urdf").write_text(
+        '<robot name="r"><link name="a"/><link name="b"><collision><geometry><mesh filename="gone.stl"/></geometry></collision></link>'
+        '<joint name="j" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    path = task_file(tmp_path, "planar_pushing", scene={"robots": [{"name": "hand", "urdf": "robot.urdf", "stiffness": 1}]})
+    refused(run("plan", path, "-o", tmp_path / "out"), "gone.stl")
+
+
+def test_output_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("x")
+    refused(run("plan", "planar_hand", "-o", tmp_path / "file" / "out"), str(tmp_path / "file"))
+
+
+def edited(plan, folder, change):
+    data = json.loads(plan.read_text())
+    change(data)
+    (folder / "plan.json").write_text(json.dumps(data))
+    return folder
+
+
+def set_item(*path_and_value):
+    *path, key, value = path_and_value
+
+    def change(data):
+        for step in path:
+            data = data[step]
+        data[key] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change, parts",
+    [
+        (set_item("format_version", 2), ("format_version", "2")),
+        (set_item("format", "x"), ("format",)),
+        (lambda data: data.pop("segments"), ("segments",)),
+        (set_item("extra", 1), ("extra",)),
+        (set_item("segments", 0, "knots", 0, "u", [1.0]), ("segments[0].knots[0].u", "1 numbers", "4")),
+        (set_item("scene_text", "nothing"), ("scene_sha256",)),
+        (set_item("task", "file", "planar_pushing.yaml"), ("scene_sha256", "planar_pushing")),
+        (set_item("task", "file", "../../x.yaml"), ("task.file",)),
+        (set_item("joints", ["a", "b", "c", "d"]), ("joints[0]", "'a'")),
+        (set_item("options", "goal_bias", 4), ("options.goal_bias", "4")),
+    ],
+)
+def test_plan_files_that_are_not_read(plan, tmp_path, change, parts):
+    refused(run("check", edited(plan, tmp_path, change)), "plan.json", *parts)
+
+
+def test_truncated_plan_file(plan, tmp_path):
+    text = plan.read_text()
+    (tmp_path / "plan.json").write_text(text[: len(text) // 2])
+    refused(run("check", tmp_path), "plan.json", "only part of it")
+
+
+def last_contact_knot(data):
+    return [knot for segment in data["segments"] for knot in segment["knots"] if knot["contacts"]][-1]
+
+
+def forge_command(data):
+    data["segments"][-1]["knots"][0]["u"][0] += 0.02
+
+
+def forge_state(data):
+    data["segments"][-1]["knots"][0]["objects"][0]["coordinates"][0] += 0.005
+
+
+def forge_force(data):
+    contact = max(last_contact_knot(data)["contacts"], key=lambda c: sum(f * f for f in c["force"]))
+    contact["force"] = [-10 * f for f in contact["force"]]
+
+
+def remove_knots(data):
+    del data["segments"][-1]
+
+
+def move_goal(data):
+    data["goal"]["position"][1] += 0.03
+
+
+@pytest.mark.parametrize("change", [forge_command, forge_state, forge_force, remove_knots, move_goal])
+def test_forged_plans_fail_the_check(plan, tmp_path, change):
+    before = {item["name"] for item in json.loads(run("check", plan, "--json").stdout)["checks"] if not item["pass"]}
+    done = run("check", edited(plan, tmp_path, change), "--json")
+    assert done.returncode == 1, done.stderr
+    report = json.loads(done.stdout)
+    assert report["status"] == "Failed"
+    assert {item["name"] for item in report["checks"] if not item["pass"]} - before, "no check fails that did not fail before"
+
+
+def test_start_in_penetration_is_planned_from_the_projected_state(tmp_path):
+    path = task_file(tmp_path, "planar_pushing", start={"joints": [0.0, 0.05]})
+    done = run("plan", path, "--goal", "0 0.55 0", "--timeout", 5, "-o", tmp_path / "out", "--json")
+    assert done.returncode in (0, 3), done.stderr
+    figures = json.loads(done.stdout)
+    assert figures["start_projected"] and figures["start_penetration"] > 0.01
+    kinds = [segment["kind"] for segment in json.loads((tmp_path / "out/plan.json").read_text())["segments"]]
+    assert kinds[0] == "settle"
+
+
+def test_bench_prints_the_agreed_object():
+    done = run("bench", "--filter", "cone/22dof_20contacts", "--repeat", 1, "--json")
+    assert done.returncode == 0, done.stderr
+    data = json.loads(done.stdout)
+    assert list(data) == ["machine", "commit", "results"]
+    for row in data["results"]:
+        assert list(row) == ["name", "median_s", "p95_s", "published_s", "peer_s", "ratio", "allocations"]
+        assert row["median_s"] > 0
