@@ -15,7 +15,7 @@ constexpr int kMostFeatures = 24;
 struct Feature {
   Vector3d point{0, 0, 0};
   int n_dirs = 0;
-  Vector3d dir[2];
+  Vector3d dir[2] = {Vector3d::Zero(), Vector3d::Zero()};
   double half[2] = {0, 0};
   bool disc = false;  // the two c_k lie in a circle of radius half[0]
   double rim = 0;
