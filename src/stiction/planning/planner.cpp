@@ -192,8 +192,8 @@ class Planner {
     item.grasp = random.chance(options_.grasp_probability);
     item.subgoal = q_goal_;
     const bool to_goal = random.chance(options_.goal_bias);
-    if (to_goal && !item.grasp) item.near = tree_.take_nearest_to_goal();
-    if (item.near < 0 && !(to_goal && item.grasp)) space_.sample(options_.sample_boxes, random, item.subgoal);
+    if (to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
+    if (item.near < 0) space_.sample(options_.sample_boxes, random, item.subgoal);
   }
 
   void work_on(Item& item, Worker& worker) {
@@ -369,7 +369,11 @@ class Planner {
 
   bool linearise(Node& node, Worker& worker, Totals& totals) {
     const Eigen::VectorXd u = node.q.tail(model_.n_a());
-    const Status status = dynamics::step(model_, {node.q, u}, smoothed_, worker.steps, worker.step_result);
+    // Far from the goal a smooth model sees far; near it the force at a distance would hide the last millimetres.
+    const double sharpening = std::clamp(options_.goal_sharpening / goal_ratio(node.q), 1.0, options_.goal_sharpening);
+    dynamics::StepOptions smoothed = smoothed_;
+    smoothed.smoothing = dynamics::Analytic{options_.smoothing.kappa * sharpening, options_.smoothing.self_sharpness};
+    const Status status = dynamics::step(model_, {node.q, u}, smoothed, worker.steps, worker.step_result);
     ++totals.linearisations;
     if (status != Status::Solved) {
       ++totals.failed_steps;
@@ -521,6 +525,9 @@ void PlannerOptions::validate(const Model& model) const {
   core::require_positive("planner.h", h);
   core::require_positive("planner.length", std::visit([](const auto& rule) { return rule.length; }, length));
   core::require_positive("planner.smoothing.kappa", smoothing.kappa);
+  if (!(std::isfinite(goal_sharpening) && goal_sharpening >= 1)) core::throw_invalid("planner.goal_sharpening", fmt::format("{}", goal_sharpening), "a finite number ≥ 1");
+  core::require_positive("planner.fidelity_edge", fidelity_edge);
+  core::require_positive("planner.fidelity_path", fidelity_path);
   if (substep) substep->validate();
   if (!(regrasp_friction > 0 && regrasp_friction <= 1)) core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
   core::require_positive("planner.regrasp_tol_position", regrasp_tol_position);

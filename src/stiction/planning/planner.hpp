@@ -52,6 +52,7 @@ struct PlannerOptions {
   double gamma = 1e-6;                ///< γ of the metric (3.5)
   LengthRule length = CappedLength{};
   dynamics::Analytic smoothing;       ///< local models (3.3)
+  double goal_sharpening = 10;        ///< κ grows up to this factor as the object comes within as many tolerances of the goal, ≥ 1
   double h = 0.1;                     ///< time step of every model [s]
   dynamics::Regularisation regularisation = dynamics::ByRule{};
   std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};   ///< nullopt: one single step per extension

@@ -30,6 +30,7 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal) {
   nodes_.push_back(std::move(node));
   const int i = size() - 1;
   goal_distance_.push_back(distance(i, q_goal.data()));
+  regrasps_.push_back(0);
   buried_.push_back(0);
   return i;
 }
@@ -78,6 +79,23 @@ int Tree::take_nearest_to_goal() {
   if (it == goal_distance_.end() || *it == kInfinity) return -1;
   *it = kInfinity;
   return static_cast<int>(it - goal_distance_.begin());
+}
+
+int Tree::take_for_regrasp() {
+  constexpr double kWear = 0.2;   // a node tried five times counts as twice as far from the goal
+  int best = -1;
+  double best_cost = kInfinity;
+  for (int i = 0; i < size(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (buried_[k] || nodes_[k].unsupported || nodes_[k].edge == SegmentKind::Regrasp) continue;
+    const double cost = (1 + nodes_[k].goal_ratio) * (1 + kWear * regrasps_[k]);
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = i;
+    }
+  }
+  if (best >= 0) ++regrasps_[static_cast<std::size_t>(best)];
+  return best;
 }
 
 std::vector<int> Tree::path_to(int i) const {

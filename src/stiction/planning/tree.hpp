@@ -46,6 +46,10 @@ class Tree {
   /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
   int take_nearest_to_goal();
 
+  /// The node to grasp anew from for the goal: what counts is how near the object is, since the robot's posture will change; every
+  /// earlier choice makes a node less attractive. Marks it. −1 when none is left.
+  int take_for_regrasp();
+
   void set_unsupported(int i) { nodes_[static_cast<std::size_t>(i)].unsupported = true; }
   void set_fine(int i, Eigen::VectorXd q_fine) { nodes_[static_cast<std::size_t>(i)].q_fine = std::move(q_fine); }
 
@@ -63,6 +67,7 @@ class Tree {
   std::vector<double> centres_;        // c_u, n_qu numbers per node
   std::vector<double> factors_;        // L_inv, lower triangle by rows, n_vu(n_vu+1)/2 numbers per node
   std::vector<double> goal_distance_;  // d(q_goal; node), infinite once taken
+  std::vector<int> regrasps_;          // choices by take_for_regrasp
   std::vector<char> buried_;
 };
 

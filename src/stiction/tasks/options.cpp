@@ -174,7 +174,7 @@ std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const w
 
 PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model) {
   node.require_map({"seed", "threads", "batch", "max_iterations", "stop_at_goal", "goal_bias", "grasp_probability", "gamma", "length",
-                    "smoothing", "h", "regularisation", "substep", "single_step", "real_regrasps", "regrasp_friction",
+                    "smoothing", "goal_sharpening", "h", "regularisation", "substep", "single_step", "real_regrasps", "regrasp_friction",
                     "regrasp_tol_position", "regrasp_tol_angle", "sampler", "sample_box", "fidelity_edge", "fidelity_path",
                     "tolerance_fraction"});
   PlannerOptions out;
@@ -201,6 +201,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     }
   }
   if (const auto v = given(node, "smoothing")) out.smoothing = read_smoothing(*v);
+  if (const auto v = given(node, "goal_sharpening")) out.goal_sharpening = v->positive();
   if (const auto v = given(node, "h")) out.h = v->positive();
   if (const auto v = given(node, "regularisation")) {
     const auto [by_rule, value] = one_of_two(*v, "ratio", "epsilon");
@@ -247,6 +248,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   }
   out["smoothing"]["kappa"] = o.smoothing.kappa;
   out["smoothing"]["self_sharpness"] = o.smoothing.self_sharpness;
+  out["goal_sharpening"] = o.goal_sharpening;
   out["h"] = o.h;
   if (const auto* rule = std::get_if<dynamics::ByRule>(&o.regularisation)) {
     out["regularisation"]["ratio"] = rule->ratio;
