@@ -82,7 +82,9 @@ struct State {
   Eigen::VectorXd q_before, u_before, q, u;
 };
 
-std::vector<State> contact_rich_states(const tasks::Task& task, ProgressLine& line) {
+std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::StepOptions& step_options, ProgressLine& line) {
+  dynamics::StepWorkspace work(task.model);
+  dynamics::StepResult step;
   std::vector<State> all;
   for (std::uint64_t seed = 0; seed < 3 && static_cast<int>(all.size()) < kStates; ++seed) {
     if (interrupted()) break;
@@ -98,7 +100,10 @@ std::vector<State> contact_rich_states(const tasks::Task& task, ProgressLine& li
     for (const auto& segment : result.plan.segments) {
       Eigen::VectorXd q_before = q, u_before = u;
       for (const auto& knot : segment.knots) {
-        if (!knot.contacts.empty()) all.push_back({q_before, u_before, q, knot.u});
+        work.forget();
+        (void)dynamics::step(*task.model, {q, knot.u}, step_options, work, step);
+        const bool touches = std::any_of(step.contacts.begin(), step.contacts.end(), [](const auto& c) { return c.active; });
+        if (touches) all.push_back({q_before, u_before, q, knot.u});
         q_before = q, u_before = u;
         q = knot.q, u = knot.u;
       }
@@ -162,6 +167,7 @@ class Bench {
     const Reference none;
     const Kind kinds[] = {{"step_exact/", false, false, &none}, {"step_exact_B/", false, true, &entry.exact_B}, {"step_smoothed_B/", true, true, &entry.smoothed_B}};
     std::optional<tasks::Task> task;
+    dynamics::StepOptions step_options;
     std::vector<State> states;
     for (const auto& kind : kinds) {
       for (const bool warm : {false, true}) {
@@ -169,16 +175,16 @@ class Bench {
         if (!wanted(name)) continue;
         if (!task) {
           task = tasks::load_task(entry.task, dirs_);
-          states = contact_rich_states(*task, line_);
+          step_options.h = task->options.h;
+          step_options.regularisation = task->options.regularisation;
+          states = contact_rich_states(*task, step_options, line_);
         }
         if (states.empty()) {
           if (interrupted()) return;
           core::throw_invalid("bench", fmt::format("no state in contact on a plan of '{}'", entry.task), "at least one");
         }
         line_.show("timing " + name);
-        dynamics::StepOptions options;
-        options.h = task->options.h;
-        options.regularisation = task->options.regularisation;
+        dynamics::StepOptions options = step_options;
         options.with_B = kind.with_B;
         if (kind.smoothed) options.smoothing = task->options.smoothing;
         add(time_steps(name, *task, states, options, warm, *kind.reference, arguments_.repeat));

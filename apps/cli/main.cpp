@@ -36,10 +36,17 @@ int main(int argc, char** argv) {
   auto* tasks = cli.add_subcommand("tasks", "Built-in tasks with their sizes");
   tasks->add_flag("--json", tasks_json, "One JSON object on stdout");
 
+  const CLI::Validator whole_number(
+      [](std::string& text) {
+        const bool good = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+        return good ? std::string() : fmt::format("got '{}', expected an integer ≥ 0", text);
+      },
+      "", "whole_number");
+
   app::PlanArguments plan_arguments;
   auto* plan = cli.add_subcommand("plan", "Plans a task and writes the plan file");
   plan->add_option("task", plan_arguments.task, "Name of a built-in task, or a task file (.yaml)")->required();
-  auto* seed = plan->add_option("--seed", plan_arguments.seed, "Seed; the same seed gives the same plan");
+  auto* seed = plan->add_option("--seed", plan_arguments.seed, "Seed; the same seed gives the same plan")->check(whole_number);
   plan->add_option("--goal", plan_arguments.goal, "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates")->expected(1);
   plan->add_option("--timeout", plan_arguments.timeout_s, "Wall-clock budget [s]")->capture_default_str()->check(CLI::PositiveNumber);
   auto* threads = plan->add_option("--threads", plan_arguments.threads, "Threads, 0 = all cores; the plan does not depend on it")->check(CLI::Range(0, 1024));
@@ -64,6 +71,15 @@ int main(int argc, char** argv) {
   bench->add_option("--repeat", bench_arguments.repeat, "Repetitions of each timing")->capture_default_str()->check(CLI::Range(1, 1000));
 
   try {
+    if (argc > 1 && argv[1][0] != '-') {
+      std::string names;
+      bool known = false;
+      for (const auto* command : cli.get_subcommands({})) {
+        known = known || command->get_name() == argv[1];
+        names += (names.empty() ? "" : ", ") + command->get_name();
+      }
+      if (!known) throw CLI::ValidationError("command", fmt::format("got '{}', expected one of {}", argv[1], names));
+    }
     cli.parse(argc, argv);
   } catch (const CLI::Success& e) {
     return cli.exit(e);

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(not PROGRAM.exists(), reason=f"{PROGRAM} does no
 
 def run(*arguments, timeout=120):
     return subprocess.run(
-        [str(PROGRAM), *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout
+        [str(PROGRAM), *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout, cwd=os.environ.get("TMPDIR", "/tmp")
     )
 
 
@@ -176,7 +176,7 @@ def test_interrupted_run_keeps_the_best_plan(tmp_path, number):
     "arguments, parts",
     [
         ((), ("subcommand",)),
-        (("fly",), ("fly",)),
+        (("fly",), ("'fly'", "plan")),
         (("plan",), ("task",)),
         (("plan", "planar_hnd"), ("'planar_hnd'", "did you mean 'planar_hand'")),
         (("plan", "no/such.yaml"), ("no/such.yaml",)),
