@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::atomic<bool> interrupted_flag{false};
-static_assert(std::atomic<bool>::is_always_lock_free);   // so that a signal handler may set it
+static_assert(std::atomic<bool>::is_always_lock_free);  // so that a signal handler may set it
 
 void on_signal(int) { interrupted_flag.store(true, std::memory_order_relaxed); }
 
@@ -44,7 +44,8 @@ std::vector<fs::path> data_dirs() {
 }
 
 fs::path python_dir() {
-  for (const fs::path& dir : {program_dir() / "../../python", program_dir() / "../share/stiction/python", fs::path(STICTION_SOURCE_DIR) / "python"}) {
+  for (const fs::path& dir :
+       {program_dir() / "../../python", program_dir() / "../share/stiction/python", fs::path(STICTION_SOURCE_DIR) / "python"}) {
     std::error_code error;
     if (fs::is_directory(dir / "stiction_view", error)) return fs::canonical(dir);
   }
@@ -65,7 +66,7 @@ void catch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
   sigemptyset(&action.sa_mask);
-  action.sa_flags = static_cast<int>(SA_RESETHAND);   // a second Ctrl-C ends the program at once
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }
@@ -85,8 +86,8 @@ void ProgressLine::show(std::string_view text) {
 
 void ProgressLine::show(const core::Progress& p) {
   if (!terminal_) return;
-  show(fmt::format("{:6.1f} s   {:3.0f} % of the budget   {} extensions   {} nodes   nearest to the goal {:.3g}", p.elapsed_s, 100 * p.fraction,
-                   p.iteration, p.size, p.best));
+  show(fmt::format("{:6.1f} s   {:3.0f} % of the budget   {} extensions   {} nodes   nearest to the goal {:.3g}", p.elapsed_s,
+                   100 * p.fraction, p.iteration, p.size, p.best));
 }
 
 void ProgressLine::clear() {

@@ -11,7 +11,13 @@
 namespace stiction::app {
 
 /// Exit codes of the program.
-enum ExitCode : int { kDone = 0, kCheckFailed = 1, kBadInput = 2, kNotSolved = 3, kInterrupted = 130 };
+enum ExitCode : int {
+  kDone = 0,
+  kCheckFailed = 1,
+  kBadInput = 2,
+  kNotSolved = 3,
+  kInterrupted = 130
+};
 
 /// Folders with built-in tasks: beside the program (of a build or of an installation), then the one compiled in.
 std::vector<std::filesystem::path> data_dirs();

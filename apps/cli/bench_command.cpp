@@ -40,8 +40,8 @@ constexpr TaskReference kSteps[] = {
     {"allegro_ball", {{}, 0.90e-3}, {{}, 1.38e-3}},
     {"allegro_ball_table_3_2", {{}, 0.90e-3}, {{}, 1.38e-3}},
 };
-constexpr Reference kCone22 = {{}, 0.90e-3};      // peer: exact step of the same hand, contacts and B included
-constexpr Reference kCone69 = {10e-3, 6.3e-3};    // peer: exact step of ten boxes and an arm, contacts and B included
+constexpr Reference kCone22 = {{}, 0.90e-3};    // peer: exact step of the same hand, contacts and B included
+constexpr Reference kCone69 = {10e-3, 6.3e-3};  // peer: exact step of ten boxes and an arm, contacts and B included
 struct TreeReference {
   const char* row;
   const char* task;
@@ -53,8 +53,8 @@ constexpr TreeReference kTrees[] = {
     {"rrt_1000/allegro_ball_table_3_2", "allegro_ball_table_3_2", {31.01, 3.9}},
 };
 constexpr int kTreeIterations = 1000;
-constexpr int kStates = 100;            // contact-rich states per task
-constexpr double kPlanTimeout_s = 20;   // of the plans they are taken from
+constexpr int kStates = 100;           // contact-rich states per task
+constexpr double kPlanTimeout_s = 20;  // of the plans they are taken from
 constexpr int kConeInstances = 2000;
 
 struct Row {
@@ -95,7 +95,7 @@ std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::
     control.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(Seconds(kPlanTimeout_s));
     control.on_progress = [&](const core::Progress&) { line.show(fmt::format("planning {}, seed {}, for its states", task.name, seed)); };
     planning::PlanResult result;
-    (void)planning::plan(task.problem, options, control, result);   // states of an unfinished plan are as good
+    (void)planning::plan(task.problem, options, control, result);  // states of an unfinished plan are as good
     Eigen::VectorXd q = result.plan.q_start, u = result.plan.u_start;
     for (const auto& segment : result.plan.segments) {
       Eigen::VectorXd q_before = q, u_before = u;
@@ -109,7 +109,7 @@ std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::
       }
     }
   }
-  std::vector<State> out;   // evenly over the plans
+  std::vector<State> out;  // evenly over the plans
   const int n = static_cast<int>(std::min<std::size_t>(all.size(), kStates));
   for (int i = 0; i < n; ++i) out.push_back(all[all.size() * static_cast<std::size_t>(i) / static_cast<std::size_t>(n)]);
   return out;
@@ -121,7 +121,7 @@ Row time_steps(const std::string& name, const tasks::Task& task, const std::vect
   dynamics::StepWorkspace work(task.model);
   dynamics::StepResult result;
   const world::Model& model = *task.model;
-  for (const auto& s : states) (void)dynamics::step(model, {s.q, s.u}, options, work, result);   // sizes the workspace
+  for (const auto& s : states) (void)dynamics::step(model, {s.q, s.u}, options, work, result);  // sizes the workspace
   std::vector<double> seconds;
   seconds.reserve(states.size() * static_cast<std::size_t>(repeat));
   long allocations = 0;
@@ -165,7 +165,9 @@ class Bench {
       const Reference* reference;
     };
     const Reference none;
-    const Kind kinds[] = {{"step_exact/", false, false, &none}, {"step_exact_B/", false, true, &entry.exact_B}, {"step_smoothed_B/", true, true, &entry.smoothed_B}};
+    const Kind kinds[] = {{"step_exact/", false, false, &none},
+                          {"step_exact_B/", false, true, &entry.exact_B},
+                          {"step_smoothed_B/", true, true, &entry.smoothed_B}};
     std::optional<tasks::Task> task;
     dynamics::StepOptions step_options;
     std::vector<State> states;
@@ -215,7 +217,9 @@ class Bench {
       options.stop_at_goal = false;
       core::RunControl control;
       control.cancel = &interrupted();
-      control.on_progress = [&](const core::Progress&) { line_.show(fmt::format("growing {}, tree {} of {}", entry.row, r + 1, arguments_.repeat)); };
+      control.on_progress = [&](const core::Progress&) {
+        line_.show(fmt::format("growing {}, tree {} of {}", entry.row, r + 1, arguments_.repeat));
+      };
       planning::PlanResult result;
       const auto start = Clock::now();
       const Status status = planning::plan(task.problem, options, control, result);
@@ -228,7 +232,9 @@ class Bench {
   void add(Row row) {
     line_.clear();
     const auto milliseconds = [](std::optional<double> s) { return s ? fmt::format("{:.4g}", 1e3 * *s) : std::string("–"); };
-    if (rows_.empty()) fmt::print(stderr, "{:42} {:>10} {:>10} {:>10} {:>10} {:>9}  allocations\n", "[ms]", "median", "p95", "published", "peer", "published/ours");
+    if (rows_.empty())
+      fmt::print(stderr, "{:42} {:>10} {:>10} {:>10} {:>10} {:>9}  allocations\n", "[ms]", "median", "p95", "published", "peer",
+                 "published/ours");
     const std::string ratio = row.reference.published ? fmt::format("{:.0f}", *row.reference.published / row.median_s) : "–";
     fmt::print(stderr, "{:42} {:>10} {:>10} {:>10} {:>10} {:>9}  {}{}\n", row.name, milliseconds(row.median_s), milliseconds(row.p95_s),
                milliseconds(row.reference.published), milliseconds(row.reference.peer), ratio,

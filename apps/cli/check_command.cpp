@@ -20,11 +20,15 @@ int run_check(const CheckArguments& arguments) {
   const core::Status status = tasks::check_plan(task, plan, {}, control, report);
   const std::string_view verdict = status == core::Status::Cancelled ? "Cancelled" : report.pass ? "Passed" : "Failed";
 
-  fmt::print(stderr, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots, report.wall_s, verdict);
+  fmt::print(stderr, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots,
+             report.wall_s, verdict);
   for (const auto& item : report.items) {
     const std::string limit = item.limit ? fmt::format("≤ {:<9.3g}", *item.limit) : fmt::format("{:11}", "");
-    fmt::print(stderr, "  {} {:16} {:>10.3g} {} {}{}\n", !item.limit ? "    " : item.pass ? "ok  " : "FAIL", item.name, item.value, limit, item.unit,
-               item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
+    fmt::print(stderr, "  {} {:16} {:>10.3g} {} {}{}\n",
+               !item.limit ? "    "
+               : item.pass ? "ok  "
+                           : "FAIL",
+               item.name, item.value, limit, item.unit, item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
   }
   fmt::print(stderr, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
 

@@ -1,5 +1,5 @@
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -47,9 +47,12 @@ int main(int argc, char** argv) {
   auto* plan = cli.add_subcommand("plan", "Plans a task and writes the plan file");
   plan->add_option("task", plan_arguments.task, "Name of a built-in task, or a task file (.yaml)")->required();
   auto* seed = plan->add_option("--seed", plan_arguments.seed, "Seed; the same seed gives the same plan")->check(whole_number);
-  plan->add_option("--goal", plan_arguments.goal, "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates")->expected(1);
+  plan->add_option("--goal", plan_arguments.goal,
+                   "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates")
+      ->expected(1);
   plan->add_option("--timeout", plan_arguments.timeout_s, "Wall-clock budget [s]")->capture_default_str()->check(CLI::PositiveNumber);
-  auto* threads = plan->add_option("--threads", plan_arguments.threads, "Threads, 0 = all cores; the plan does not depend on it")->check(CLI::Range(0, 1024));
+  auto* threads = plan->add_option("--threads", plan_arguments.threads, "Threads, 0 = all cores; the plan does not depend on it")
+                      ->check(CLI::Range(0, 1024));
   plan->add_option("-o,--out", plan_arguments.out_dir, "Folder for the results (default ./TASK-seedN)");
   plan->add_flag("--html", plan_arguments.html, "Also write a page to look at, plan.html");
   plan->add_flag("--json", plan_arguments.json, "One JSON object on stdout");

@@ -48,18 +48,20 @@ int run(const std::vector<std::string>& words, const fs::path& python_path) {
 
 int run_page_maker(const fs::path& plan, const fs::path& html) {
   const fs::path packages = python_dir();
-  if (packages.empty()) core::throw_invalid("page", "no package stiction_view beside the program", "an installation with the Python packages");
+  if (packages.empty())
+    core::throw_invalid("page", "no package stiction_view beside the program", "an installation with the Python packages");
   std::vector<std::string> words = {python_interpreter(), "-m", "stiction_view", plan.string()};
   if (!html.empty()) words.insert(words.end(), {"--html", html.string()});
   const int code = run(words, packages);
-  if (code == 127) core::throw_invalid("page", fmt::format("'{}', which cannot be started", words[0]), "a Python interpreter; `make setup` makes one");
+  if (code == 127)
+    core::throw_invalid("page", fmt::format("'{}', which cannot be started", words[0]), "a Python interpreter; `make setup` makes one");
   return code;
 }
 
 int run_view(const ViewArguments& arguments) {
   fs::path file = arguments.plan;
   if (fs::is_directory(file)) file /= "plan.json";
-  (void)tasks::read_plan(file);   // one clear message before anything is started
+  (void)tasks::read_plan(file);  // one clear message before anything is started
   const int code = run_page_maker(file, arguments.html);
   if (code == 128 + 2 || code == 128 + 15) return kInterrupted;
   return code == 0 ? kDone : kBadInput;

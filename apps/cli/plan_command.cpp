@@ -25,7 +25,8 @@ std::vector<double> parse_numbers(std::string_view field, const std::string& tex
     const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
     double value = 0;
     const auto [stop, error] = std::from_chars(first, text.data() + end, value);
-    if (error != std::errc() || stop != text.data() + end) core::throw_invalid(field, fmt::format("'{}'", text.substr(at, end - at)), "a number");
+    if (error != std::errc() || stop != text.data() + end)
+      core::throw_invalid(field, fmt::format("'{}'", text.substr(at, end - at)), "a number");
     out.push_back(value);
     at = text.find_first_not_of(separators, end);
   }
@@ -46,18 +47,20 @@ struct Counts {
 void print_summary(const tasks::Task& task, const planning::PlanResult& r, const fs::path& file) {
   const Counts counts(r.plan);
   const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
-  fmt::print(stderr, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
+  fmt::print(stderr, "{}, seed {}: {}\n", task.name, r.seed,
+             r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * r.plan.goal.tol_position,
-                                       r.plan.error.angle, r.plan.goal.tol_angle));
+  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
+                                       1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
   row("tree", fmt::format("{} extensions, {} nodes", r.iterations, r.nodes));
   row("work", fmt::format("{} steps, {} local models, {} failed steps", r.steps, r.linearisations, r.failed_steps));
   row("given up", fmt::format("{} edges where half the sub-step gave something else", r.distrusted));
   const auto& g = r.regrasps;
-  row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted, g.no_sample,
-                                    g.no_path, g.object_moved, g.failed_step));
-  if (r.start_projected) row("start", fmt::format("moved onto the constraints first ({:.2f} mm of penetration)", 1e3 * r.start_penetration));
+  row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted,
+                                    g.no_sample, g.no_path, g.object_moved, g.failed_step));
+  if (r.start_projected)
+    row("start", fmt::format("moved onto the constraints first ({:.2f} mm of penetration)", 1e3 * r.start_penetration));
   row("plan", file.string());
 }
 
@@ -74,8 +77,8 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["linearisations"] = r.linearisations;
   out["failed_steps"] = r.failed_steps;
   out["distrusted"] = r.distrusted;
-  out["regrasps"] = {{"in_plan", counts.regrasps},          {"tried", r.regrasps.tried},   {"accepted", r.regrasps.accepted},
-                     {"no_sample", r.regrasps.no_sample},   {"no_path", r.regrasps.no_path}, {"object_moved", r.regrasps.object_moved},
+  out["regrasps"] = {{"in_plan", counts.regrasps},           {"tried", r.regrasps.tried},     {"accepted", r.regrasps.accepted},
+                     {"no_sample", r.regrasps.no_sample},    {"no_path", r.regrasps.no_path}, {"object_moved", r.regrasps.object_moved},
                      {"failed_step", r.regrasps.failed_step}};
   out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
@@ -96,16 +99,17 @@ int run_plan(const PlanArguments& arguments) {
   planning::PlannerOptions options = task.options;
   if (arguments.seed_given) options.seed = arguments.seed;
   if (arguments.threads_given) options.threads = arguments.threads;
-  const fs::path dir = arguments.out_dir.empty() ? fs::path(fmt::format("{}-seed{}", task.name, options.seed)) : fs::path(arguments.out_dir);
+  const fs::path dir =
+      arguments.out_dir.empty() ? fs::path(fmt::format("{}-seed{}", task.name, options.seed)) : fs::path(arguments.out_dir);
   const fs::path file = dir / "plan.json";
-  tasks::require_writable(dir);   // before the work, not after it
+  tasks::require_writable(dir);  // before the work, not after it
 
   catch_signals();
   ProgressLine line;
   core::RunControl control;
   control.cancel = &interrupted();
-  control.deadline = core::RunControl::Clock::now() +
-                     std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
+  control.deadline = core::RunControl::Clock::now() + std::chrono::duration_cast<core::RunControl::Clock::duration>(
+                                                          std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
   control.on_progress = [&line](const core::Progress& progress) { line.show(progress); };
 
   planning::PlanResult result;

@@ -17,7 +17,8 @@ int run_tasks(bool json) {
   for (const auto& name : tasks::list_tasks(dirs)) {
     const tasks::Task task = tasks::load_task(name, dirs);
     const world::Model& model = *task.model;
-    fmt::print(stderr, "{:28} {:7} {:7} {:5} {:6}  {}\n", name, model.objects().size(), model.n_a(), model.n_v(), model.pairs().size(), task.description);
+    fmt::print(stderr, "{:28} {:7} {:7} {:5} {:6}  {}\n", name, model.objects().size(), model.n_a(), model.n_v(), model.pairs().size(),
+               task.description);
     nlohmann::ordered_json entry;
     entry["name"] = name;
     entry["description"] = task.description;

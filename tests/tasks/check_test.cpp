@@ -44,7 +44,7 @@ TEST_F(CheckTest, HonestPlans_Pass) {
     const CheckReport report = check(plan->task, plan->file);
     EXPECT_TRUE(report.pass) << failures(report);
     EXPECT_GT(report.knots, 5);
-    EXPECT_EQ(report.steps, 3 * report.knots);   // two half steps and one full one
+    EXPECT_EQ(report.steps, 3 * report.knots);  // two half steps and one full one
     long contacts = 0;
     for (const auto& segment : plan->file.segments) {
       for (const auto& knot : segment.knots) contacts += static_cast<long>(knot.contacts.size());
@@ -74,7 +74,8 @@ TEST_F(CheckTest, Forgeries_AreCaughtByTheRightCheck) {
   const std::vector<Forgery> forgeries = {
       {"goal moved", "goal_position", [](PlanFile& p) { p.goal_pose[1] += 0.1; }},
       {"goal moved", "goal", [](PlanFile& p) { p.goal_pose[1] += 0.001; }},
-      {"goal turned", "goal_angle", [](PlanFile& p) { p.goal_pose[3] = 0.6, p.goal_pose[4] = 0.8, p.goal_pose[5] = 0, p.goal_pose[6] = 0; }},
+      {"goal turned", "goal_angle",
+       [](PlanFile& p) { p.goal_pose[3] = 0.6, p.goal_pose[4] = 0.8, p.goal_pose[5] = 0, p.goal_pose[6] = 0; }},
       {"wider tolerance", "goal", [](PlanFile& p) { p.tol_position *= 100; }},
       {"error polished", "error", [](PlanFile& p) { p.error.position += 0.005; }},
       {"command changed", "stored_position", [](PlanFile& p) { middle(p).u[1] -= 0.05; }},
@@ -82,11 +83,13 @@ TEST_F(CheckTest, Forgeries_AreCaughtByTheRightCheck) {
       {"state changed", "stored_position", [](PlanFile& p) { middle(p).q[1] += 2e-3; }},
       {"angle changed", "stored_angle", [](PlanFile& p) { middle(p).q[2] += 5e-3; }},
       {"penetrating state", "penetration", [](PlanFile& p) { middle(p).q[1] -= 0.05; }},
-      {"knot removed", "stored_position", [](PlanFile& p) { p.segments[1].knots.erase(p.segments[1].knots.end() - 6, p.segments[1].knots.end() - 1); }},
+      {"knot removed", "stored_position",
+       [](PlanFile& p) { p.segments[1].knots.erase(p.segments[1].knots.end() - 6, p.segments[1].knots.end() - 1); }},
       {"end cut off", "goal_position", [](PlanFile& p) { p.segments.resize(1); }},
       {"force scaled", "stored_force", [](PlanFile& p) { middle(p).contacts[0].force_W *= 2; }},
       {"force removed", "stored_force", [](PlanFile& p) { middle(p).contacts.clear(); }},
-      {"force out of its cone", "stored_cone", [](PlanFile& p) { middle(p).contacts[0].force_W += 50 * middle(p).contacts[0].normal_W.unitOrthogonal(); }},
+      {"force out of its cone", "stored_cone",
+       [](PlanFile& p) { middle(p).contacts[0].force_W += 50 * middle(p).contacts[0].normal_W.unitOrthogonal(); }},
       {"pulling force", "stored_cone", [](PlanFile& p) { middle(p).contacts[0].force_W *= -1; }},
       {"other friction", "dynamics", [](PlanFile& p) { p.step.friction_scale = 3; }},
       {"other time step", "dynamics", [](PlanFile& p) { p.step.h *= 2; }},

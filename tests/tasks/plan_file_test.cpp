@@ -38,7 +38,8 @@ class PlanFiles : public testing::Test {
       ADD_FAILURE() << "accepted, expected a message with '" << parts.front() << "'";
     } catch (const core::InvalidInput& e) {
       EXPECT_TRUE(std::string(e.what()).starts_with("plan.json: ")) << e.what();
-      for (const auto& part : parts) EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << "no '" << part << "' in: " << e.what();
+      for (const auto& part : parts)
+        EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << "no '" << part << "' in: " << e.what();
     }
   }
 
@@ -58,7 +59,7 @@ TEST_F(PlanFiles, WriteAndRead_GivesTheSameBits) {
       const auto& original = plan->result.plan.segments[s].knots;
       ASSERT_EQ(again.segments[s].knots.size(), original.size());
       for (std::size_t k = 0; k < original.size(); ++k) {
-        EXPECT_EQ(again.segments[s].knots[k].u, original[k].u);   // bit by bit
+        EXPECT_EQ(again.segments[s].knots[k].u, original[k].u);  // bit by bit
         EXPECT_EQ(again.segments[s].knots[k].q, original[k].q);
         EXPECT_EQ(again.segments[s].knots[k].contacts.size(), original[k].contacts.size());
       }
@@ -114,7 +115,9 @@ TEST_F(PlanFiles, Edits_AreNamed) {
       {"wrong type", [](json& j) { j["segments"][0]["knots"][0]["joints"][4] = "x"; }, {"segments[0].knots[0].joints[4]", "a number"}},
       {"null", [](json& j) { j["error"]["angle"] = nullptr; }, {"error.angle", "null", "a number"}},
       {"missing body pose", [](json& j) { j["segments"][0]["knots"][0]["bodies"].erase(0); }, {"segments[0].knots[0].bodies"}},
-      {"geometry index", [](json& j) { j["segments"][0]["knots"][3]["contacts"][0]["a"] = 1000; }, {"segments[0].knots[3].contacts[0].a", "1000"}},
+      {"geometry index",
+       [](json& j) { j["segments"][0]["knots"][3]["contacts"][0]["a"] = 1000; },
+       {"segments[0].knots[3].contacts[0].a", "1000"}},
       {"scene text", [](json& j) { j["scene_text"] = "gravity: [0, 0, 0]"; }, {"scene_sha256", "SHA-256"}},
       {"tolerance", [](json& j) { j["goal"]["tolerance"]["angle"] = -1; }, {"goal.tolerance.angle", "> 0"}},
       {"goal quaternion", [](json& j) { j["goal"]["quaternion_wxyz"][0] = 5; }, {"goal.quaternion_wxyz", "unit quaternion"}},

@@ -74,7 +74,7 @@ TEST(Tasks, Table32Variants_AreTheThesis) {
 
 TEST(Tasks, SceneText_KnowsTheSceneAndNothingElse) {
   EXPECT_EQ(load_task("planar_pushing").scene_text, load_task("planar_pushing_table_3_2").scene_text);
-  EXPECT_NE(load_task("allegro_ball").scene_text, load_task("allegro_ball_table_3_2").scene_text);   // gravity
+  EXPECT_NE(load_task("allegro_ball").scene_text, load_task("allegro_ball_table_3_2").scene_text);  // gravity
 }
 
 TEST(Tasks, OptionsAsJson_ReadBackTheSame) {
@@ -131,20 +131,30 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing", "planner: {h: -0.1}\n", {"planner.h", "-0.1", "> 0"}},
         Mistake{"planar_pushing", "planner: {gamma: .nan}\n", {"planner.gamma", "finite"}},
         Mistake{"planar_pushing", "planner: {length: {fixed: 0.3}}\n", {"planner.length", "either 'capped' or 'fixed'"}},
-        Mistake{"planar_pushing", "planner: {sample_box: {bax: {lower: [0, 0, 0], upper: [1, 1, 1]}}}\n", {"planner.sample_box.bax", "did you mean 'box'"}},
-        Mistake{"planar_pushing", "planner: {sample_box: {box: {lower: [0, 9, 0], upper: [1, 1, 1]}}}\n", {"planner.sample_box.box", "lower ≤ upper"}},
+        Mistake{"planar_pushing",
+                "planner: {sample_box: {bax: {lower: [0, 0, 0], upper: [1, 1, 1]}}}\n",
+                {"planner.sample_box.bax", "did you mean 'box'"}},
+        Mistake{"planar_pushing",
+                "planner: {sample_box: {box: {lower: [0, 9, 0], upper: [1, 1, 1]}}}\n",
+                {"planner.sample_box.box", "lower ≤ upper"}},
         Mistake{"planar_pushing", "start: {joints: [0, 0, 0]}\n", {"start.joints", "2 numbers"}},
         Mistake{"planar_pushing", "start: {joints: {x: 0}}\n", {"mine.yaml:2", "start.joints.x", "y"}},
-        Mistake{"planar_pushing", "start: {objects: {ball: {coordinates: [0, 0, 0]}}}\n", {"start.objects.ball", "unknown object 'ball'", "box"}},
+        Mistake{"planar_pushing",
+                "start: {objects: {ball: {coordinates: [0, 0, 0]}}}\n",
+                {"start.objects.ball", "unknown object 'ball'", "box"}},
         Mistake{"planar_pushing", "start: {objects: {box: {coordinates: [0, .inf, 0]}}}\n", {"start.objects.box.coordinates[1]", "finite"}},
         Mistake{"planar_pushing", "goal: {objects: {box: {position: [0, 0, 0]}}}\n", {"goal.objects.box", "coordinates"}},
         Mistake{"planar_pushing", "tolerance: {angle: 0}\n", {"tolerance.angle", "> 0"}},
         Mistake{"allegro_ball", "goal: {objects: {ball: {coordinates: [0, 0, 0]}}}\n", {"goal.objects.ball", "unknown key"}},
         Mistake{"allegro_ball", "goal: {objects: {cube: {position: [0, 0, 0]}}}\n", {"goal.objects", "2 objects", "exactly one object"}},
-        Mistake{"allegro_ball", "start: {objects: {ball: {quaternion_wxyz: [1, 1, 0, 0]}}}\n", {"start.objects.ball.quaternion_wxyz", "norm", "unit quaternion"}},
+        Mistake{"allegro_ball",
+                "start: {objects: {ball: {quaternion_wxyz: [1, 1, 0, 0]}}}\n",
+                {"start.objects.ball.quaternion_wxyz", "norm", "unit quaternion"}},
         Mistake{"allegro_ball", "start: {joints: {hand/joint_13: 3}}\n", {"start.joints", "joint_13", "inside the joint limits"}},
         Mistake{"allegro_ball", "start: {joints: {hand/joint_99: 0}}\n", {"joint_99"}},
-        Mistake{"allegro_ball", "scene: {objects: [{name: ball, joint: free, mass: -1, shapes: [{sphere: {radius: 0.06}}]}]}\n", {"mass", "-1"}}));
+        Mistake{"allegro_ball",
+                "scene: {objects: [{name: ball, joint: free, mass: -1, shapes: [{sphere: {radius: 0.06}}]}]}\n",
+                {"mass", "-1"}}));
 
 TEST(Tasks, UnknownName_ListsWhatThereIs) {
   expect_refused([] { (void)load_task("alegro_ball"); }, {"task", "'alegro_ball'", "did you mean 'allegro_ball'"});

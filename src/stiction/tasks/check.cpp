@@ -57,7 +57,7 @@ class Checker {
         step_options_(plan.step) {
     step_options_.smoothing = dynamics::Exact{};
     step_options_.with_B = false;
-    step_options_.warm_start = false;   // every step depends on its input alone
+    step_options_.warm_start = false;  // every step depends on its input alone
     reference_force_ = reference_force();
     threshold_ = limits_.force_threshold * reference_force_;
   }
@@ -117,12 +117,13 @@ class Checker {
     add(out, "stored_position", stored_position_, limits_.stored_position, "m");
     add(out, "stored_angle", stored_angle_, limits_.stored_angle, "rad");
     add(out, "stored_force", stored_force_, limits_.stored_force, "of the largest force");
-    add(out, "stored_cone", stored_cone_, 2e-5, "of the force");   // six decimals of force and normal
+    add(out, "stored_cone", stored_cone_, 2e-5, "of the force");  // six decimals of force and normal
     add(out, "display_poses", display_, limits_.display, "");
     add(out, "path_position", path_position_, std::nullopt, "m");
     add(out, "path_angle", path_angle_, std::nullopt, "rad");
     add(out, "slide", slide_, std::nullopt, "m");
-    out.pass = out.status == Status::Solved && std::all_of(out.items.begin(), out.items.end(), [](const CheckItem& item) { return item.pass; });
+    out.pass =
+        out.status == Status::Solved && std::all_of(out.items.begin(), out.items.end(), [](const CheckItem& item) { return item.pass; });
   }
 
  private:
@@ -150,7 +151,8 @@ class Checker {
   const std::string& joint_name(int j) const { return plan_.joints[static_cast<std::size_t>(j)]; }
   std::string pair_name(int pair) const {
     const auto& p = model_.pairs()[static_cast<std::size_t>(pair)];
-    return model_.geometries()[static_cast<std::size_t>(p.geometry_a)].name + " – " + model_.geometries()[static_cast<std::size_t>(p.geometry_b)].name;
+    return model_.geometries()[static_cast<std::size_t>(p.geometry_a)].name + " – " +
+           model_.geometries()[static_cast<std::size_t>(p.geometry_b)].name;
   }
 
   /// The scale of forces: the heaviest object's weight, or what moves the softest joint's farthest point by 1 mm, whichever is larger.
@@ -196,7 +198,8 @@ class Checker {
     if (step.friction_scale > 1) differs("step.friction_scale above 1");
     if (!step.joint_limits) differs("step.joint_limits is off");
     if (step.tol_complementarity > 1e-8) differs("step.tol_complementarity above 1e-8");
-    if (step.regularisation.index() != task_.options.regularisation.index() || regularisation_value(step.regularisation) != regularisation_value(task_.options.regularisation)) {
+    if (step.regularisation.index() != task_.options.regularisation.index() ||
+        regularisation_value(step.regularisation) != regularisation_value(task_.options.regularisation)) {
       differs("step.regularisation is not that of the task");
     }
     if (plan_.substep.has_value() != task_.options.substep.has_value()) {
@@ -281,7 +284,7 @@ class Checker {
     if (!step(q, u)) return;
     q = result_.q_next;
     see_joint_limits(q);
-    const auto [depth, pair] = deepest(q);   // leaves the kinematics at q
+    const auto [depth, pair] = deepest(q);  // leaves the kinematics at q
     penetration_.see(depth, [&] { return here(pair_name(pair)); });
     for (const auto& c : result_.contacts) {
       const Eigen::Vector3d force = c.lambda / step_options_.h;
@@ -301,7 +304,7 @@ class Checker {
     see_quaternions(knot.q);
     see_joint_limits(knot.q);
     const Eigen::VectorXd q = normalised(knot.q);
-    const auto [depth, pair] = deepest(q);   // leaves the kinematics at q
+    const auto [depth, pair] = deepest(q);  // leaves the kinematics at q
     penetration_.see(depth, [&] { return here("stored " + pair_name(pair)); });
     check_display(knot);
     check_stored_cones(knot);
@@ -357,7 +360,8 @@ class Checker {
     }
     for (const auto& c : result_.contacts) {
       const auto& pair = model_.pairs()[static_cast<std::size_t>(c.contact.pair)];
-      const Eigen::Vector3d force = (c.contact.nhat_BA_W * c.lambda[0] + c.contact.t1_W * c.lambda[1] + c.contact.t2_W * c.lambda[2]) / step_options_.h;
+      const Eigen::Vector3d force =
+          (c.contact.nhat_BA_W * c.lambda[0] + c.contact.t1_W * c.lambda[1] + c.contact.t2_W * c.lambda[2]) / step_options_.h;
       add(simulated, pair.geometry_a, pair.geometry_b, force);
       largest = std::max(largest, force.norm());
     }
@@ -374,7 +378,7 @@ class Checker {
       if (!has_geometry[b] || model_.bodies()[b].dofs.empty()) continue;
       const PoseNumbers actual = to_numbers(kinematics_.X_WB[b]);
       const PoseNumbers& stored = knot.bodies[shown++];
-      double same = 0, opposite = 0;   // both signs of a quaternion are the same rotation
+      double same = 0, opposite = 0;  // both signs of a quaternion are the same rotation
       for (std::size_t i = 0; i < 7; ++i) {
         const double sign = i < 3 ? 1.0 : -1.0;
         same = std::max(same, std::abs(stored[i] - actual[i]));
@@ -411,8 +415,8 @@ class Checker {
   long failed_steps_ = 0;
   Place place_;
   PoseError end_{0, 0};
-  Worst penetration_, joint_limits_, command_limits_, command_step_, force_cone_, force_gap_, quaternion_norm_, start_, goal_, dynamics_, error_,
-      stored_position_, stored_angle_, stored_force_, stored_cone_, display_, path_position_, path_angle_, slide_;
+  Worst penetration_, joint_limits_, command_limits_, command_step_, force_cone_, force_gap_, quaternion_norm_, start_, goal_, dynamics_,
+      error_, stored_position_, stored_angle_, stored_force_, stored_cone_, display_, path_position_, path_angle_, slide_;
 };
 
 }  // namespace

@@ -15,36 +15,36 @@ namespace stiction::tasks {
 struct CheckItem {
   std::string name;
   double value = 0;
-  std::optional<double> limit;   ///< the largest good value; nullopt: reported, not judged
-  std::string unit;              ///< "m", "rad", "N", "" …
+  std::optional<double> limit;  ///< the largest good value; nullopt: reported, not judged
+  std::string unit;             ///< "m", "rad", "N", "" …
   bool pass = true;
-  std::string where;             ///< what and where the worst was, for people; may be empty
+  std::string where;  ///< what and where the worst was, for people; may be empty
 };
 
 struct CheckReport {
   bool pass = false;
-  core::Status status = core::Status::NumericalFailure;   ///< Solved: all checks were made; Cancelled: stopped before the end
+  core::Status status = core::Status::NumericalFailure;  ///< Solved: all checks were made; Cancelled: stopped before the end
   std::vector<CheckItem> items;
   long knots = 0;
-  long steps = 0;                ///< dynamics steps computed
-  double threshold_N = 0;        ///< contacts with less force than this are not looked at
+  long steps = 0;          ///< dynamics steps computed
+  double threshold_N = 0;  ///< contacts with less force than this are not looked at
   double wall_s = 0;
 
-  const CheckItem& at(std::string_view name) const;   ///< @throws core::InvalidInput: no such item
+  const CheckItem& at(std::string_view name) const;  ///< @throws core::InvalidInput: no such item
 };
 
 /// Limits of the check. Everything is judged against the plan's own tolerances and the task, not against what the planner aimed at.
 struct CheckOptions {
-  double penetration = 1e-3;           ///< allowed beyond that of the start [m]
-  double joint_limit = 1e-6;           ///< allowed violation by joints and commands [rad or m]
-  double force_gap = 1e-3;             ///< a force may not act across a gap larger than this [m]
-  double force_threshold = 1e-3;       ///< of the largest object weight, or of the force that moves the softest joint by 1 mm if that is larger
-  double cone_excess = 1e-6;           ///< allowed excess of ‖f_t‖ over μ f_n, relative to f_n
-  double quaternion_norm = 1e-6;       ///< allowed deviation from 1
-  double stored_position = 1e-4;       ///< allowed difference between a stored knot and one full sub-step from the knot before it [m]
-  double stored_angle = 1e-3;          ///< the same for angles and joints [rad]
-  double stored_force = 0.05;          ///< allowed difference of the stored net force on an object, relative to the largest force
-  double display = 2e-6;               ///< allowed rounding of body poses
+  double penetration = 1e-3;      ///< allowed beyond that of the start [m]
+  double joint_limit = 1e-6;      ///< allowed violation by joints and commands [rad or m]
+  double force_gap = 1e-3;        ///< a force may not act across a gap larger than this [m]
+  double force_threshold = 1e-3;  ///< of the largest object weight, or of the force that moves the softest joint by 1 mm if that is larger
+  double cone_excess = 1e-6;      ///< allowed excess of ‖f_t‖ over μ f_n, relative to f_n
+  double quaternion_norm = 1e-6;  ///< allowed deviation from 1
+  double stored_position = 1e-4;  ///< allowed difference between a stored knot and one full sub-step from the knot before it [m]
+  double stored_angle = 1e-3;     ///< the same for angles and joints [rad]
+  double stored_force = 0.05;     ///< allowed difference of the stored net force on an object, relative to the largest force
+  double display = 2e-6;          ///< allowed rounding of body poses
 };
 
 /// Re-simulates a plan from its start with the exact dynamics at half the planner's sub-step: the command of every knot is reached in
@@ -62,6 +62,7 @@ struct CheckOptions {
 /// @param plan  matches the task, see require_same_scene
 /// @returns Solved or Cancelled; `out.pass` is the verdict
 /// Tests: tests/tasks/check_test.cpp
-core::Status check_plan(const Task& task, const PlanFile& plan, const CheckOptions& options, const core::RunControl& control, CheckReport& out);
+core::Status check_plan(const Task& task, const PlanFile& plan, const CheckOptions& options, const core::RunControl& control,
+                        CheckReport& out);
 
 }  // namespace stiction::tasks

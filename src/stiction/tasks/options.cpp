@@ -138,7 +138,8 @@ nlohmann::ordered_json sampler_json(const planning::Sampler& sampler, const worl
     nlohmann::ordered_json direction;
     direction["joints"] = nlohmann::ordered_json::object();
     for (int j = 0; j < model.n_a(); ++j) {
-      if (synergy.directions(j, i) != 0) direction["joints"][model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name] = synergy.directions(j, i);
+      if (synergy.directions(j, i) != 0)
+        direction["joints"][model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name] = synergy.directions(j, i);
     }
     direction["mean"] = synergy.mean[i];
     direction["spread"] = synergy.spread[i];
@@ -163,7 +164,8 @@ std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const w
     box.lower = value.at("lower").vector(n);
     box.upper = value.at("upper").vector(n);
     for (int i = 0; i < n; ++i) {
-      if (box.lower[i] > box.upper[i]) value.fail(fmt::format("lower[{0}] = {1} above upper[{0}] = {2}", i, box.lower[i], box.upper[i]), "lower ≤ upper");
+      if (box.lower[i] > box.upper[i])
+        value.fail(fmt::format("lower[{0}] = {1} above upper[{0}] = {2}", i, box.lower[i], box.upper[i]), "lower ≤ upper");
     }
     out.push_back(std::move(box));
   }
@@ -173,9 +175,29 @@ std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const w
 }  // namespace
 
 PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model) {
-  node.require_map({"seed", "threads", "batch", "max_iterations", "stop_at_goal", "goal_bias", "grasp_probability", "gamma", "length",
-                    "smoothing", "goal_sharpening", "h", "regularisation", "substep", "single_step", "real_regrasps", "regrasp_friction",
-                    "regrasp_tol_position", "regrasp_tol_angle", "sampler", "sample_box", "fidelity_edge", "fidelity_path",
+  node.require_map({"seed",
+                    "threads",
+                    "batch",
+                    "max_iterations",
+                    "stop_at_goal",
+                    "goal_bias",
+                    "grasp_probability",
+                    "gamma",
+                    "length",
+                    "smoothing",
+                    "goal_sharpening",
+                    "h",
+                    "regularisation",
+                    "substep",
+                    "single_step",
+                    "real_regrasps",
+                    "regrasp_friction",
+                    "regrasp_tol_position",
+                    "regrasp_tol_angle",
+                    "sampler",
+                    "sample_box",
+                    "fidelity_edge",
+                    "fidelity_path",
                     "tolerance_fraction"});
   PlannerOptions out;
   if (const auto v = given(node, "seed")) {

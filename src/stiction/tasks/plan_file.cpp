@@ -75,15 +75,17 @@ void add_scene(const world::Model& model, const ShownBodies& shown, const world:
 
 }  // namespace
 
-PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result, const fs::path& file) {
+PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
+                        const fs::path& file) {
   const world::Model& model = *task.model;
   const planning::Plan& plan = result.plan;
   PlanFile out;
   out.code_version = core::version();
   out.task_name = task.name;
   out.task_builtin = task.builtin;
-  out.task_file = task.builtin ? task.file.filename().generic_string()
-                               : fs::weakly_canonical(task.file).lexically_proximate(fs::weakly_canonical(file).parent_path()).generic_string();
+  out.task_file = task.builtin
+                      ? task.file.filename().generic_string()
+                      : fs::weakly_canonical(task.file).lexically_proximate(fs::weakly_canonical(file).parent_path()).generic_string();
   out.scene_sha256 = task.scene_sha256;
   out.scene_text = task.scene_text;
   out.status = result.status;
@@ -95,7 +97,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   out.linearisations = result.linearisations;
   out.failed_steps = result.failed_steps;
   out.distrusted = result.distrusted;
- 
+
   out.regrasps = result.regrasps;
   out.start_penetration = result.start_penetration;
   out.start_projected = result.start_projected;
@@ -153,7 +155,8 @@ void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& 
          fmt::format("{}… (the scene of task '{}' as it is now, {})", task.scene_sha256.substr(0, 12), task.name, task.file.string()));
   }
   // The same scene has the same names and sizes: these are left to catch a file that was edited.
-  if (static_cast<int>(plan.joints.size()) != model.n_a()) fail(file, "joints", fmt::format("{} names", plan.joints.size()), fmt::format("{}", model.n_a()));
+  if (static_cast<int>(plan.joints.size()) != model.n_a())
+    fail(file, "joints", fmt::format("{} names", plan.joints.size()), fmt::format("{}", model.n_a()));
   for (int j = 0; j < model.n_a(); ++j) {
     const auto& name = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name;
     const auto& got = plan.joints[static_cast<std::size_t>(j)];
@@ -164,7 +167,8 @@ void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& 
   }
   for (std::size_t i = 0; i < plan.objects.size(); ++i) {
     const auto& object = model.objects()[i];
-    if (plan.objects[i].name != object.name || plan.objects[i].joint != model.scene().objects[i].joint || plan.objects[i].n_q != object.n_q) {
+    if (plan.objects[i].name != object.name || plan.objects[i].joint != model.scene().objects[i].joint ||
+        plan.objects[i].n_q != object.n_q) {
       fail(file, fmt::format("objects[{}]", i), fmt::format("'{}' with {} numbers", plan.objects[i].name, plan.objects[i].n_q),
            fmt::format("'{}' with {} numbers", object.name, object.n_q));
     }
@@ -173,10 +177,12 @@ void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& 
   const auto options = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", plan.options), file_of_plan(file));
   (void)read_planner_options(options.at("options"), model);
   const auto shown = ShownBodies(model);
-  if (plan.bodies.size() != shown.bodies.size()) fail(file, "bodies", fmt::format("{} bodies", plan.bodies.size()), fmt::format("{}", shown.bodies.size()));
+  if (plan.bodies.size() != shown.bodies.size())
+    fail(file, "bodies", fmt::format("{} bodies", plan.bodies.size()), fmt::format("{}", shown.bodies.size()));
   for (std::size_t i = 0; i < plan.bodies.size(); ++i) {
     const auto& body = model.bodies()[static_cast<std::size_t>(shown.bodies[i])];
-    if (plan.bodies[i].name != body.name || plan.bodies[i].kind != body.kind || plan.bodies[i].fixed_pose.has_value() != body.dofs.empty()) {
+    if (plan.bodies[i].name != body.name || plan.bodies[i].kind != body.kind ||
+        plan.bodies[i].fixed_pose.has_value() != body.dofs.empty()) {
       fail(file, fmt::format("bodies[{}]", i), fmt::format("'{}'", plan.bodies[i].name), fmt::format("'{}'", body.name));
     }
   }
@@ -196,7 +202,8 @@ Task load_task_of_plan(const PlanFile& plan, const fs::path& file, std::span<con
   if (plan.task_builtin) {
     const fs::path name(plan.task_file);
     const auto known = list_tasks(data_dirs);
-    if (name.extension() != ".yaml" || name != name.filename() || std::find(known.begin(), known.end(), name.stem().string()) == known.end()) {
+    if (name.extension() != ".yaml" || name != name.filename() ||
+        std::find(known.begin(), known.end(), name.stem().string()) == known.end()) {
       fail(file, "task.file", fmt::format("'{}'", plan.task_file), "the file name of a built-in task");
     }
     task = load_task(name.stem().string(), data_dirs);

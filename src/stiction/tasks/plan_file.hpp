@@ -20,17 +20,17 @@ inline constexpr int kPlanFormatVersion = 1;
 using PoseNumbers = std::array<double, 7>;
 
 struct StoredContact {
-  int a = -1, b = -1;               ///< indices of geometries; the force acts on a, its opposite on b
-  Eigen::Vector3d point_W, normal_W, force_W;   ///< [m], from b to a, [N]
+  int a = -1, b = -1;                          ///< indices of geometries; the force acts on a, its opposite on b
+  Eigen::Vector3d point_W, normal_W, force_W;  ///< [m], from b to a, [N]
   double friction = 0;
-  double gap = 0;                   ///< signed distance before the sub-step [m]
+  double gap = 0;  ///< signed distance before the sub-step [m]
 };
 
 struct StoredKnot {
-  Eigen::VectorXd u;                ///< (n_a), exact
-  Eigen::VectorXd q;                ///< (n_q), exact
-  std::vector<PoseNumbers> bodies;  ///< poses of the moving bodies, display
-  std::vector<StoredContact> contacts;   ///< active ones, display
+  Eigen::VectorXd u;                    ///< (n_a), exact
+  Eigen::VectorXd q;                    ///< (n_q), exact
+  std::vector<PoseNumbers> bodies;      ///< poses of the moving bodies, display
+  std::vector<StoredContact> contacts;  ///< active ones, display
 };
 
 struct StoredSegment {
@@ -41,18 +41,18 @@ struct StoredSegment {
 struct StoredObject {
   std::string name;
   world::ObjectJoint joint = world::ObjectJoint::Free;
-  int n_q = 7;                      ///< numbers in q: 7 for a free object, else the number of its coordinates
+  int n_q = 7;  ///< numbers in q: 7 for a free object, else the number of its coordinates
 };
 
 struct StoredBody {
   std::string name;
   world::BodyKind kind = world::BodyKind::Fixed;
-  std::optional<PoseNumbers> fixed_pose;   ///< of a body that does not move
+  std::optional<PoseNumbers> fixed_pose;  ///< of a body that does not move
 };
 
 struct StoredGeometry {
   std::string name;
-  int body = -1;                    ///< index into PlanFile::bodies
+  int body = -1;  ///< index into PlanFile::bodies
   world::Shape shape;
   PoseNumbers X_BG{};
   double friction = 0;
@@ -61,21 +61,21 @@ struct StoredGeometry {
 /// A plan file in memory: what docs/plan_file.md describes, field by field.
 struct PlanFile {
   std::string code_version;
-  std::string task_name, task_file;   ///< task_file: name in the data folder, or path relative to the folder of the plan file
+  std::string task_name, task_file;  ///< task_file: name in the data folder, or path relative to the folder of the plan file
   bool task_builtin = false;
   std::string scene_sha256, scene_text;
   core::Status status = core::Status::NumericalFailure;
   std::uint64_t seed = 0;
-  std::string options;              ///< JSON object, see planner_options_json
+  std::string options;  ///< JSON object, see planner_options_json
   long iterations = 0, nodes = 0, steps = 0, linearisations = 0, failed_steps = 0, distrusted = 0;
   planning::RegraspCounts regrasps;
-  double start_penetration = 0;     ///< [m]
+  double start_penetration = 0;  ///< [m]
   bool start_projected = false;
-  double wall_s = 0;                ///< of planning
+  double wall_s = 0;  ///< of planning
   int threads = 0;
-  std::string created;              ///< ISO 8601, UTC
+  std::string created;  ///< ISO 8601, UTC
   dynamics::StepOptions step;
-  std::optional<dynamics::SubstepLimits> substep;   ///< nullopt: single steps
+  std::optional<dynamics::SubstepLimits> substep;  ///< nullopt: single steps
   std::vector<std::string> joints;
   std::vector<StoredObject> objects;
   std::vector<StoredBody> bodies;

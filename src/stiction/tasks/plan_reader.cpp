@@ -42,7 +42,8 @@ class Value {
     }
     if (node_->size() == keys.size()) return;
     for (const auto& [key, unused] : node_->items()) {
-      if (std::find(keys.begin(), keys.end(), key) == keys.end()) fail(fmt::format("unknown key '{}'", key), fmt::format("only {}", fmt::join(keys, ", ")));
+      if (std::find(keys.begin(), keys.end(), key) == keys.end())
+        fail(fmt::format("unknown key '{}'", key), fmt::format("only {}", fmt::join(keys, ", ")));
     }
   }
   bool has(std::string_view key) const { return node_->is_object() && node_->contains(key); }
@@ -146,7 +147,8 @@ Eigen::VectorXd read_state(const Value& v, const PlanFile& plan) {
   for (const auto& object : plan.objects) n_q += object.n_q;
   Eigen::VectorXd q(n_q);
   const Value objects = v.at("objects");
-  if (objects.size() != plan.objects.size()) objects.fail(fmt::format("{} objects", objects.size()), fmt::format("{}", plan.objects.size()));
+  if (objects.size() != plan.objects.size())
+    objects.fail(fmt::format("{} objects", objects.size()), fmt::format("{}", plan.objects.size()));
   Eigen::Index at = 0;
   for (std::size_t i = 0; i < plan.objects.size(); ++i) {
     const Value object = objects[i];
@@ -252,8 +254,8 @@ dynamics::StepOptions read_step(const Value& v) {
 }
 
 void read_statistics(const Value& v, PlanFile& out) {
-  v.require_keys({"iterations", "nodes", "steps", "linearisations", "failed_steps", "distrusted", "regrasps",
-                  "start_penetration", "start_projected"});
+  v.require_keys(
+      {"iterations", "nodes", "steps", "linearisations", "failed_steps", "distrusted", "regrasps", "start_penetration", "start_projected"});
   out.iterations = v.at("iterations").integer();
   out.nodes = v.at("nodes").integer();
   out.steps = v.at("steps").integer();
@@ -366,8 +368,9 @@ PlanFile read(const Value& top) {
   if (const Value version = top.at("format_version"); version.integer() != kPlanFormatVersion) {
     version.fail(fmt::format("{}, the only version this program reads", kPlanFormatVersion));
   }
-  top.require_keys({"format", "format_version", "code_version", "task", "scene_sha256", "scene_text", "status", "seed", "options", "statistics",
-                    "timing", "step", "substep", "joints", "objects", "bodies", "geometries", "start", "goal", "error", "segments"});
+  top.require_keys({"format",  "format_version", "code_version", "task",   "scene_sha256", "scene_text", "status",
+                    "seed",    "options",        "statistics",   "timing", "step",         "substep",    "joints",
+                    "objects", "bodies",         "geometries",   "start",  "goal",         "error",      "segments"});
   PlanFile out;
   read_head(top, out);
   if (!top.at("options").node().is_object()) top.at("options").fail("an object");
@@ -377,7 +380,8 @@ PlanFile read(const Value& top) {
   out.u_start = start.at("u").vector(out.joints.size());
   out.q_start = read_state(start, out);
   read_goal(top, out);
-  const auto n_moving = static_cast<std::size_t>(std::count_if(out.bodies.begin(), out.bodies.end(), [](const auto& b) { return !b.fixed_pose; }));
+  const auto n_moving =
+      static_cast<std::size_t>(std::count_if(out.bodies.begin(), out.bodies.end(), [](const auto& b) { return !b.fixed_pose; }));
   top.at("segments").each([&](const Value& v) {
     v.require_keys({"kind", "knots"});
     StoredSegment& segment = out.segments.emplace_back();

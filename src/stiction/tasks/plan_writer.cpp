@@ -29,7 +29,7 @@ class Writer {
     core::require_finite("plan", value);
     raw("{}", value);
   }
-  void display(double value) { exact(std::round(value * 1e6) / 1e6 + 0.0); }   // + 0.0 turns −0 into 0
+  void display(double value) { exact(std::round(value * 1e6) / 1e6 + 0.0); }  // + 0.0 turns −0 into 0
 
   template <class Range, class Each>
   void list(const Range& values, Each&& each) {
@@ -71,7 +71,9 @@ struct ShapeWriter {
     w.exact_list(s.half_extents);
     w.raw("}}");
   }
-  void operator()(const world::Cylinder& s) const { w.raw(R"({{"type":"cylinder","radius":{},"half_length":{}}})", s.radius, s.half_length); }
+  void operator()(const world::Cylinder& s) const {
+    w.raw(R"({{"type":"cylinder","radius":{},"half_length":{}}})", s.radius, s.half_length);
+  }
   void operator()(const world::HalfSpace&) const { w.raw(R"({{"type":"half_space"}})"); }
   void operator()(const world::Mesh& s) const {
     w.raw(R"({{"type":"mesh","vertices":)");
@@ -139,8 +141,8 @@ void write_head(Writer& w, const PlanFile& p) {
   w.raw(",\n\"status\":\"{}\",\n\"seed\":{},\n\"options\":{},\n", core::to_string(p.status), p.seed, p.options);
   w.raw("\"statistics\":{{\"iterations\":{},\"nodes\":{},\"steps\":{},\"linearisations\":{},\"failed_steps\":{},\"distrusted\":{},",
         p.iterations, p.nodes, p.steps, p.linearisations, p.failed_steps, p.distrusted);
-  w.raw("\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},", p.regrasps.tried,
-        p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step);
+  w.raw("\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},",
+        p.regrasps.tried, p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step);
   w.raw("\"start_penetration\":");
   w.exact(p.start_penetration);
   w.raw(",\"start_projected\":{}}},\n\"timing\":{{\"wall_s\":", p.start_projected);

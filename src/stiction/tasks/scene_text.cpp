@@ -23,27 +23,37 @@ std::string list(const Range& values) {
 }
 
 std::string pose(const Pose& X) {
-  const Eigen::Matrix3d Rt = X.R.transpose();   // its columns in memory order are the rows of R
+  const Eigen::Matrix3d Rt = X.R.transpose();  // its columns in memory order are the rows of R
   return fmt::format("{{p: {}, R: {}}}", list(X.p), list(Rt.reshaped()));
 }
 
 std::string_view joint_name(world::ObjectJoint joint) {
   switch (joint) {
-    case world::ObjectJoint::Free: return "free";
-    case world::ObjectJoint::PlanarXY: return "planar_xy";
-    case world::ObjectJoint::PlanarYZ: return "planar_yz";
-    case world::ObjectJoint::PlanarXZ: return "planar_xz";
-    case world::ObjectJoint::Hinge: return "hinge";
-    case world::ObjectJoint::Slider: return "slider";
+    case world::ObjectJoint::Free:
+      return "free";
+    case world::ObjectJoint::PlanarXY:
+      return "planar_xy";
+    case world::ObjectJoint::PlanarYZ:
+      return "planar_yz";
+    case world::ObjectJoint::PlanarXZ:
+      return "planar_xz";
+    case world::ObjectJoint::Hinge:
+      return "hinge";
+    case world::ObjectJoint::Slider:
+      return "slider";
   }
   return "";
 }
 
 struct ShapeText {
   std::string operator()(const world::Sphere& s) const { return fmt::format("{{sphere: {}}}", number(s.radius)); }
-  std::string operator()(const world::Capsule& s) const { return fmt::format("{{capsule: [{}, {}]}}", number(s.radius), number(s.half_length)); }
+  std::string operator()(const world::Capsule& s) const {
+    return fmt::format("{{capsule: [{}, {}]}}", number(s.radius), number(s.half_length));
+  }
   std::string operator()(const world::Box& s) const { return fmt::format("{{box: {}}}", list(s.half_extents)); }
-  std::string operator()(const world::Cylinder& s) const { return fmt::format("{{cylinder: [{}, {}]}}", number(s.radius), number(s.half_length)); }
+  std::string operator()(const world::Cylinder& s) const {
+    return fmt::format("{{cylinder: [{}, {}]}}", number(s.radius), number(s.half_length));
+  }
   std::string operator()(const world::HalfSpace&) const { return "{half_space: true}"; }
   std::string operator()(const world::Mesh& s) const {
     std::string numbers = list(s.mesh->vertices.reshaped());
@@ -56,8 +66,8 @@ struct ShapeText {
 
 std::string make_scene_text(const world::Model& model) {
   const world::Scene& scene = model.scene();
-  std::string out = fmt::format("gravity: {}\ncontact_distance: {}\nmax_contacts: {}\n", list(scene.gravity), number(scene.contact_distance),
-                                scene.max_contacts ? std::to_string(*scene.max_contacts) : "~");
+  std::string out = fmt::format("gravity: {}\ncontact_distance: {}\nmax_contacts: {}\n", list(scene.gravity),
+                                number(scene.contact_distance), scene.max_contacts ? std::to_string(*scene.max_contacts) : "~");
   out += "robots:\n";
   for (const auto& robot : scene.robots) {
     out += fmt::format("- {{name: {}, urdf: {}, urdf_sha256: {}, base: {}}}\n", robot.name, robot.urdf.filename().string(),
@@ -73,11 +83,13 @@ std::string make_scene_text(const world::Model& model) {
   for (const auto& fixed : scene.fixed) out += fmt::format("- {{name: {}, pose: {}}}\n", fixed.name, pose(fixed.X_WB));
   out += "filters:\n";
   for (const auto& filter : scene.filters) {
-    out += fmt::format("- {{a: \"{}\", b: \"{}\", max_distance: {}}}\n", filter.a, filter.b, filter.max_distance ? number(*filter.max_distance) : "~");
+    out += fmt::format("- {{a: \"{}\", b: \"{}\", max_distance: {}}}\n", filter.a, filter.b,
+                       filter.max_distance ? number(*filter.max_distance) : "~");
   }
   out += "coordinates:\n";
   for (const auto& dof : model.dofs()) {
-    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}}}\n", dof.name, number(dof.lower), number(dof.upper), number(dof.stiffness));
+    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}}}\n", dof.name, number(dof.lower), number(dof.upper),
+                       number(dof.stiffness));
   }
   out += "geometries:\n";
   for (const auto& geometry : model.geometries()) {

@@ -15,14 +15,14 @@ namespace stiction::tasks {
 struct Task {
   std::string name;
   std::string description;
-  std::filesystem::path file;                     ///< as found
-  bool builtin = false;                           ///< found by its name in a data folder
-  std::shared_ptr<const world::Model> model;      ///< model->scene() is the scene
+  std::filesystem::path file;                 ///< as found
+  bool builtin = false;                       ///< found by its name in a data folder
+  std::shared_ptr<const world::Model> model;  ///< model->scene() is the scene
   planning::PlanningProblem problem;
   planning::PlannerOptions options;
-  std::string scene_text;                         ///< see make_scene_text
-  std::string scene_sha256;                       ///< of scene_text
-  bool goal_from_command_line = false;            ///< set_goal replaced the goal of the file
+  std::string scene_text;               ///< see make_scene_text
+  std::string scene_sha256;             ///< of scene_text
+  bool goal_from_command_line = false;  ///< set_goal replaced the goal of the file
 };
 
 /// The folders in which built-in tasks are looked up when none are given: the one that this library was built from or installed to.
