@@ -20,7 +20,7 @@ struct SubstepLimits {
 struct Knot {
   Eigen::VectorXd u;                        ///< command (n_a)
   Eigen::VectorXd q;                        ///< configuration reached (n_q)
-  std::vector<ContactImpulse> contacts;     ///< active ones: λ_n > 0 by more than the solver's tolerance
+  std::vector<ContactImpulse> contacts;     ///< the active ones
 };
 
 struct RolloutResult {

@@ -20,6 +20,14 @@ constexpr double kNearLimit = 0.02;     // [rad or m]
 constexpr double kMotionShare = 0.25;
 constexpr int kMaxRounds = 12;
 
+/// A contact is active when its normal force exceeds this share of the heaviest object's weight, or of what the softest joint gives for
+/// a millimetre, whichever is more.
+constexpr double kLeastForceShare = 1e-3;
+
+/// Complementarity to which an exact step with B is centred [J·s]: sharper, the factor of H loses the digits that B needs, since its
+/// entries grow with λ²/σ.
+constexpr double kSensitivityComplementarity = 1e-8;
+
 template <class... Ts>
 struct Overloaded : Ts... {
   using Ts::operator()...;
@@ -97,6 +105,9 @@ struct StepWorkspace::Impl {
     M_u.resize(max_object_dofs, max_object_dofs);
     for (int j = 0; j < model->n_a(); ++j) actuated.push_back(model->n_vu() + j);
     h_stiffness.resize(actuated.size());
+    double weight = 0;
+    for (const auto& object : model->objects()) weight = std::max(weight, object.mass * model->scene().gravity.norm());
+    least_force = kLeastForceShare * std::max(weight, softest * 1e-3);
     b.resize(model->n_v());
     object_radius.assign(model->objects().size(), 0.0);
     for (const auto& geometry : model->geometries()) {
@@ -120,6 +131,7 @@ struct StepWorkspace::Impl {
   std::optional<cone::Workspace> solver;
   cone::Result solution;
   double softest = 1.0;                 // [N/m]
+  double least_force = 0;               // below this a contact does not count as active [N]
   std::vector<double> object_radius;    // of the sphere about the body origin that holds the object [m]
   int max_object_dofs = 0;
   Eigen::VectorXd tau_u;
@@ -341,7 +353,7 @@ void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl&
       c.displacement = {w[0] - c.contact.phi, w[1] / mu, w[2] / mu};
       c.gap = w[0] - std::hypot(w[1], w[2]);
     }
-    c.active = c.lambda[0] > options.h * work.softest * std::max(c.gap, 0.0);
+    c.active = c.lambda[0] > options.h * work.least_force;
   }
 }
 
@@ -354,7 +366,11 @@ void calc_B(const Model& model, const StepOptions& options, StepWorkspace::Impl&
   for (const auto& object : model.objects()) {
     if (object.n_v != 6) continue;
     const int r = object.v_begin + 3;
-    B.middleRows<3>(r) = (right_jacobian(delta.segment<3>(r)) * B.middleRows<3>(r)).eval();
+    const Eigen::Matrix3d J_r = right_jacobian(delta.segment<3>(r));
+    for (Eigen::Index j = 0; j < B.cols(); ++j) {
+      const Eigen::Vector3d column = B.block<3, 1>(r, j);
+      B.block<3, 1>(r, j) = J_r * column;
+    }
   }
 }
 
@@ -380,21 +396,23 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
 
   const bool exact = analytic == nullptr;
+  const bool lazy = exact && !options.with_B;   // the derivative is that of the whole central path, every row included
   const double sigma = exact ? 0.0 : options.h / analytic->kappa;
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);
   work.included.resize(work.contacts.size());
   work.moved.resize(work.contacts.size());
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) work.included[i] = !exact || work.contacts[i].phi < near_contact;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) work.included[i] = !lazy || work.contacts[i].phi < near_contact;
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
     const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
-    work.limit_included[limit_id(variable, sign)] = options.joint_limits && (!exact || offset < kNearLimit + motion);
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && (!lazy || offset < kNearLimit + motion);
   });
 
   cone::Options solver_options;
   solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
-  solver_options.tol_complementarity = options.tol_complementarity;
+  solver_options.tol_complementarity =
+      exact && options.with_B ? std::max(options.tol_complementarity, kSensitivityComplementarity) : options.tol_complementarity;
   solver_options.warm_start = options.warm_start;
   solver_options.sensitivities = options.with_B;
   out.iterations = 0;
@@ -414,7 +432,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
     });
     out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
     out.iterations += work.solution.iterations;
-    if (out.status != Status::Solved || !exact || !add_violated(model, in, options, planar, work)) break;
+    if (out.status != Status::Solved || !lazy || !add_violated(model, in, options, planar, work)) break;
   }
   out.residuals = work.solution.residuals;
   if (out.status != Status::Solved) {

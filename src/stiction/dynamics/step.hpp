@@ -41,7 +41,7 @@ struct StepOptions {
   bool with_B = false;                     ///< also D_qnext_u
   bool joint_limits = true;
   bool warm_start = true;
-  double tol_complementarity = 1e-9;       ///< worst contact's |vᵀλ| [J·s] in exact mode
+  double tol_complementarity = 1e-9;       ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with B
   void validate() const;                   ///< @throws InvalidInput naming the field
 };
 
@@ -57,7 +57,7 @@ struct ContactImpulse {
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();  ///< (n, t1, t2) acting on A [N·s]
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
   double gap = 0;                          ///< φ + J_n δq − μ‖J_t δq‖ ≥ 0, the cone slack [m]
-  bool active = false;                     ///< λ_n > h K gap with the softest robot stiffness K: it carries force
+  bool active = false;                     ///< carries more than 1e-3 of the heaviest object's weight, or of softest stiffness · 1 mm
 
   double slide() const { return displacement.tail<2>().norm(); }
 };

@@ -148,7 +148,7 @@ class Planner {
     root.u = u_start_;
     root.commands = commands_of(settle_, model_.n_a());
     if (!linearise(root, worker, totals_)) return false;
-    if (refines() && !simulate_fine(problem_.q_start, u_start_, root.commands, worker, totals_, root.q_fine)) return false;
+    if (refines() && !simulate_fine(problem_.q_start, u_start_, root.commands, false, worker, totals_, root.q_fine)) return false;
     insert(std::move(root));
     return true;
   }
@@ -214,7 +214,7 @@ class Planner {
   bool refines() const { return options_.substep && options_.real_regrasps; }
 
   /// The state after the commands of an edge at half its sub-step.
-  bool simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, Worker& worker, Totals& totals,
+  bool simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_slide, Worker& worker, Totals& totals,
                      Eigen::VectorXd& q_fine) {
     worker.steps.forget();
     for (Eigen::Index k = 0; k < commands.cols(); ++k) {
@@ -226,6 +226,10 @@ class Planner {
           return false;
         }
         q = worker.step_result.q_next;
+        // A force across a gap is the relaxation's, not the world's: half the sub-step must slide half as far, with something to spare.
+        for (const auto& c : worker.step_result.contacts) {
+          if (limit_slide && c.active && c.slide() > 0.8 * options_.substep->slide) return false;
+        }
       }
       u_last = commands.col(k);
     }
@@ -239,7 +243,7 @@ class Planner {
     const Node& node = tree_[i];
     const Node& parent = tree_[node.parent];
     q_fine = node.q;   // says that it was tried, whatever comes out
-    if (!simulate_fine(parent.q_fine, parent.u, node.commands, worker, totals, q_fine)) return false;
+    if (!simulate_fine(parent.q_fine, parent.u, node.commands, true, worker, totals, q_fine)) return false;
     const Goal& goal = problem_.goal;
     const int n_vu = model_.n_vu();
     Eigen::VectorXd before(n_vu), after(n_vu);

@@ -1,0 +1,365 @@
+#include "stiction/dynamics/step.hpp"
+
+#include <atomic>
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+#include "dynamics/systems.hpp"
+#include "stiction/core/invalid_input.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace stiction::dynamics::test {
+namespace {
+
+using core::Status;
+using world::Model;
+
+struct System {
+  explicit System(const world::Scene& scene) : model(Model::make(scene)), work(model) {}
+  StepResult operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options) {
+    StepResult out;
+    EXPECT_EQ(step(*model, {q, u}, options, work, out), Status::Solved);
+    return out;
+  }
+  std::shared_ptr<const Model> model;
+  StepWorkspace work;
+};
+
+/// The pusher (K = 100 N/m) before a wall: its ball touches at z = 0.
+world::Scene wall_scene(double friction = 0) {
+  world::Scene scene = empty_scene();
+  scene.robots.push_back(pusher(friction));
+  scene.fixed.push_back(half_space(Eigen::Vector3d::UnitZ(), {0, 0, -0.1}, friction));
+  return scene;
+}
+
+/// max_j |Qδq + b − Σ Jᵀλ|_j and the worst violation of the cones, recomputed from kinematics, contacts and forces.
+struct Optimality {
+  double stationarity = 0, primal = 0, dual = 0, complementarity = 0;
+};
+
+Optimality recompute(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options, const StepResult& r) {
+  world::KinematicsWorkspace kinematics_work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, kinematics_work, kinematics);
+  Eigen::VectorXd residual = Eigen::VectorXd::Zero(model.n_v());
+  Eigen::VectorXd tau_u(model.n_vu());
+  world::calc_gravity(model, kinematics, tau_u);
+  residual.head(model.n_vu()) = -options.h * tau_u;
+  for (std::size_t o = 0; o < model.objects().size(); ++o) {
+    const auto& object = model.objects()[o];
+    Eigen::MatrixXd M(object.n_v, object.n_v);
+    world::calc_object_mass(model, kinematics, static_cast<int>(o), M);
+    residual.segment(object.v_begin, object.n_v) += r.epsilon[static_cast<Eigen::Index>(o)] / options.h * M * r.delta.segment(object.v_begin, object.n_v);
+  }
+  const Eigen::VectorXd q_a = q.tail(model.n_a());
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(model.n_v());   // of the terms that cancel, as in the solver's own residual
+  residual.tail(model.n_a()) += options.h * model.stiffness().cwiseProduct(r.delta.tail(model.n_a()) - (u - q_a));
+  Optimality out;
+  for (const auto& c : r.contacts) {
+    const auto& variables = model.supports()[static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(c.contact.pair)].support)];
+    const auto k = variables.size();
+    std::vector<double> J(3 * k);
+    contact::calc_jacobian(model, kinematics, c.contact, J.data());
+    Eigen::Vector3d v(c.contact.phi, 0, 0);
+    for (std::size_t i = 0; i < k; ++i) {
+      for (std::size_t row = 0; row < 3; ++row) {
+        scale[variables[i]] += std::abs(J[row * k + i] * c.lambda[static_cast<Eigen::Index>(row)]);
+        residual[variables[i]] -= J[row * k + i] * c.lambda[static_cast<Eigen::Index>(row)];
+        v[static_cast<Eigen::Index>(row)] += J[row * k + i] * r.delta[variables[i]];
+      }
+    }
+    const double mu = c.contact.friction * options.friction_scale;
+    const bool planar = model.planar_axis().has_value();
+    const double slip = planar ? std::abs(v[1]) : v.tail<2>().norm();
+    out.primal = std::max(out.primal, mu * slip - v[0]);
+    out.dual = std::max(out.dual, (planar ? std::abs(c.lambda[1]) : c.lambda.tail<2>().norm()) - mu * c.lambda[0]);
+    const double work = planar ? v[0] * c.lambda[0] + v[1] * c.lambda[1] : v.dot(c.lambda);
+    out.complementarity = std::max(out.complementarity, std::abs(work));
+  }
+  out.stationarity = residual.cwiseQuotient(scale).cwiseAbs().maxCoeff();
+  return out;
+}
+
+TEST(Step, NoContact_RobotGoesWhereCommandedAndObjectStays) {
+  System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
+  Eigen::VectorXd q(5), u(2);
+  q << 0, 2, 0, 0.3, -0.4;
+  u << 0.35, -0.45;
+  const auto r = system(q, u, {.with_B = true});
+  EXPECT_NEAR((r.q_next.tail(2) - u).norm(), 0, 1e-9);
+  EXPECT_LT((r.q_next.head(3) - q.head(3)).norm(), 1e-8);   // the box is 1.3 m away on the central path at σ ≈ 1e-10
+  EXPECT_NEAR((r.B.bottomRows(2) - Eigen::Matrix2d::Identity()).norm(), 0, 1e-9);
+  EXPECT_NEAR(r.B.topRows(3).norm(), 0, 1e-6);
+}
+
+TEST(Step, SpringAgainstWall_StopsAtWallWithSpringForce) {
+  System system(wall_scene());
+  const auto r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0, -0.05), {.h = 0.1});
+  EXPECT_NEAR(r.q_next[1], 0, 1e-7);
+  ASSERT_EQ(r.contacts.size(), 1u);
+  EXPECT_NEAR(r.contacts[0].lambda[0] / 0.1, 100 * 0.05, 1e-4);   // force = K · 50 mm
+}
+
+/// (2.34) corrected: stationarity k(q⁺ − u) = 2/(κ q⁺) of a contact whose barrier has degree 2 in total; the published
+/// q⁺ = (u + √(u² + a))/2 then has a = 4·2/(κk) in the weights used here.
+TEST(Step, SpringAgainstWallSmoothed_MatchesClosedForm) {
+  System system(wall_scene());
+  const double k = 100;
+  for (const double kappa : {1.0, 100.0, 1e4}) {
+    for (const double u : {-0.05, 0.0, 0.02, 0.3}) {
+      for (const double h : {0.01, 0.1, 1.0}) {
+        const auto r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0, u), {.h = h, .smoothing = Analytic{kappa, 1.0}});
+        const double expected = 0.5 * (u + std::sqrt(u * u + 8 / (kappa * k)));
+        EXPECT_NEAR(r.q_next[1], expected, 1e-9 * (1 + expected)) << "kappa " << kappa << " u " << u << " h " << h;
+      }
+    }
+  }
+}
+
+TEST(Step, SmoothedContact_WorkOfForceOverGapIsTwoOverKappa) {
+  System system(wall_scene(0.7));
+  const auto r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0.01, -0.05), {.h = 0.1, .smoothing = Analytic{100, 1}});
+  const auto& c = r.contacts.at(0);
+  const Eigen::Vector3d v = c.displacement + Eigen::Vector3d(c.contact.phi, 0, 0);
+  EXPECT_NEAR(v.dot(c.lambda) / 0.1, 2.0 / 100, 1e-9);   // vᵀλ/h = θ/κ with θ = 2, not the printed 1/κ
+}
+
+TEST(Step, KappaGrows_SmoothedGoesToExactAtRateOneOverKappa) {
+  System system(wall_scene());
+  const Eigen::Vector2d q(0, 0.01), u(0, -0.05);
+  const double exact = system(q, u, {}).q_next[1];
+  double last = 0;
+  for (const double kappa : {1e3, 1e4, 1e5}) {
+    const double error = system(q, u, {.smoothing = Analytic{kappa, 1}}).q_next[1] - exact;
+    if (last > 0) {
+      EXPECT_NEAR(last / error, 10, 0.2);
+    }
+    last = error;
+  }
+}
+
+TEST(Step, BallOnGround_GroundCarriesItsWeight) {
+  world::Scene scene = empty_scene();
+  scene.gravity = {0, 0, -9.81};
+  scene.robots.push_back(pusher());
+  scene.robots[0].X_WBase.p = {0, 3, 3};
+  scene.objects.push_back(ball(world::ObjectJoint::Free, 2.0, 0.05, 0.8));
+  scene.fixed.push_back(half_space(Eigen::Vector3d::UnitZ(), {0, 0, 0}, 0.8));
+  System system(scene);
+  Eigen::VectorXd q = system.model->neutral();
+  q[2] = 0.05;
+  Eigen::VectorXd moved = q;
+  for (int i = 0; i < 1000; ++i) {
+    const auto r = system(moved, Eigen::Vector2d(0, 0), {.h = 0.1});
+    double weight = 0;
+    for (const auto& c : r.contacts) weight += c.lambda[0] / 0.1;
+    ASSERT_NEAR(weight, 2.0 * 9.81, 1e-5);
+    moved = r.q_next;
+  }
+  EXPECT_LT((moved - q).cwiseAbs().maxCoeff(), 1e-6);   // it neither sinks nor creeps: < 1e-9 m per step
+}
+
+/// Anitescu's relaxation (2.3.4): a ball dragged along a wall lifts off by μ times its slip, so the gap vanishes with the step.
+TEST(Step, SlidingContact_OpensGapOfFrictionTimesSlip) {
+  for (const double mu : {0.2, 0.5, 1.0}) {
+    System system(wall_scene(mu));
+    double u_y = 0.02;
+    for (int halving = 0; halving < 4; ++halving, u_y *= 0.5) {
+      const auto r = system(Eigen::Vector2d(0, 0), Eigen::Vector2d(u_y, -1e-4 * u_y), {.h = 0.1});
+      const auto& c = r.contacts.at(0);
+      ASSERT_TRUE(c.active) << "not in contact: the test would say nothing";
+      EXPECT_NEAR(r.q_next[1], mu * c.slide(), 1e-7);
+      EXPECT_GT(c.slide(), 0.3 * u_y);
+    }
+  }
+}
+
+/// Coulomb: the tangential spring force sticks below μ times the normal one and slides above.
+TEST(Step, TangentialLoad_SticksBelowConeAndSlidesAbove) {
+  const double mu = 0.5, push = 0.01;
+  System system(wall_scene(mu));
+  for (const double ratio : {0.2, 0.9, 0.999}) {
+    const auto r = system(Eigen::Vector2d(0, 0), Eigen::Vector2d(ratio * mu * push, -push), {});
+    // complementarity to 1e-9 J·s: the slip times what the friction force could still grow by [N·s] is at most that
+    const double reserve = (1 - ratio) * mu * push * 100 * 0.1;
+    EXPECT_LT(r.contacts.at(0).slide(), 1e-9 / reserve) << ratio;
+  }
+  for (const double ratio : {1.1, 3.0}) {
+    const auto r = system(Eigen::Vector2d(0, 0), Eigen::Vector2d(ratio * mu * push, -push), {});
+    const auto& c = r.contacts.at(0);
+    EXPECT_GT(c.slide(), 1e-5) << ratio;
+    EXPECT_NEAR(std::abs(c.lambda[1]), mu * c.lambda[0], 1e-5);
+  }
+}
+
+TEST(Step, FrictionScaleZero_NoTangentialForce) {
+  System system(wall_scene(0.9));
+  const auto r = system(Eigen::Vector2d(0, 0), Eigen::Vector2d(0.02, -0.02), {.friction_scale = 0});
+  EXPECT_EQ(r.contacts.at(0).lambda[1], 0);
+  EXPECT_NEAR(r.q_next[0], 0.02, 1e-7);
+}
+
+TEST(Step, ObjectRegularisation_FollowsRuleAndIsReported) {
+  System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
+  Eigen::VectorXd q(5), u(2);
+  q << 0, 0.5, 0, 0, -0.1;
+  u << 0, 0;
+  // ε m/h = 0.1 h K with m = 5 kg and K = 100 N/m
+  EXPECT_NEAR(system(q, u, {.h = 0.1}).epsilon[0], 0.1 * 0.1 * 0.1 * 100 / 5, 1e-15);
+  EXPECT_EQ(system(q, u, {.regularisation = FixedEpsilon{1.0}}).epsilon[0], 1.0);
+  // with the rule the increment does not depend on h
+  u[1] = 0.05;
+  const Eigen::VectorXd a = system(q, u, {.h = 0.1}).delta, b = system(q, u, {.h = 0.01}).delta;
+  EXPECT_LT((a - b).norm(), 1e-6);
+  EXPECT_GT(a.norm(), 0.01);
+}
+
+TEST(Step, JointLimits_HoldAndPushBack) {
+  System system(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  const Model& model = *system.model;
+  Eigen::VectorXd q = model.neutral();
+  q.head<3>() << 1, 1, 1;
+  StepOptions options{.regularisation = FixedEpsilon{100}};
+  const Eigen::VectorXd beyond = model.upper().array() + 0.5;
+  const auto r = system(q, beyond, options);
+  EXPECT_LE((r.q_next.tail(16) - model.upper()).maxCoeff(), 1e-8);
+  options.joint_limits = false;
+  EXPECT_GT((system(q, beyond, options).q_next.tail(16) - model.upper()).maxCoeff(), 0.1);
+}
+
+/// The rows that an exact step leaves out at first must not change its result: optimality over all contacts of random grasps.
+TEST(Step, RandomStates_OptimalityHoldsOverAllContacts) {
+  for (const char* task : {"planar_pushing", "planar_hand", "allegro_ball"}) {
+    System system(world::load_scene(source_dir() / "tasks" / (std::string(task) + ".yaml")));
+    const Model& model = *system.model;
+    core::Random random(5, 0);
+    int in_contact = 0;
+    for (int sample = 0; sample < 300; ++sample) {
+      Eigen::VectorXd q = model.neutral();
+      for (int j = 0; j < model.n_a(); ++j) {
+        const double low = std::max(model.lower()[j], -0.6), high = std::min(model.upper()[j], 1.0);
+        q[model.n_qu() + j] = random.uniform(low, high);
+      }
+      if (std::string(task) == "allegro_ball") q.head<3>() << -0.081, 0.001, 0.071;
+      if (std::string(task) == "planar_hand") q[1] = 0.35;
+      if (std::string(task) == "planar_pushing") q[1] = 0.5;
+      Eigen::VectorXd u = q.tail(model.n_a());
+      for (Eigen::Index j = 0; j < u.size(); ++j) u[j] += 0.1 * random.normal();
+      StepResult r;
+      const StepOptions options{.joint_limits = false};   // limits carry forces that are not in the contact list
+      const Status status = step(model, {q, u}, options, system.work, r);
+      if (status == Status::Infeasible) continue;   // deep interpenetration of the fingers
+      ASSERT_EQ(status, Status::Solved);
+      const Optimality o = recompute(model, q, u, options, r);
+      EXPECT_LT(o.stationarity, 2e-8);
+      EXPECT_LT(o.primal, 1e-8);
+      EXPECT_LT(o.dual, 1e-8);
+      EXPECT_LT(o.complementarity, 1e-8);
+      for (const auto& c : r.contacts) in_contact += c.active ? 1 : 0;
+    }
+    EXPECT_GT(in_contact, 30) << task << ": too few contacts, the test says nothing";
+  }
+}
+
+TEST(Step, DeepPenetration_ProjectsOut) {
+  System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
+  Eigen::VectorXd q(5), u(2);
+  q << 0, 0.5, 0, 0, 0.0;   // the ball's centre lies on the face: 0.1 m deep
+  u << 0, 0;
+  const auto r = system(q, u, {});
+  EXPECT_NEAR(r.contacts.at(0).contact.phi, -0.1, 1e-12);
+  EXPECT_GT(r.contacts.at(0).gap, -1e-9);
+  const auto again = system(r.q_next, r.q_next.tail(2), {});
+  EXPECT_GT(again.contacts.at(0).contact.phi, -1e-6);
+}
+
+TEST(Step, WarmStart_GivesTheResultOfAColdOne) {
+  System warm(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  System cold(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  const Model& model = *warm.model;
+  Eigen::VectorXd q = model.neutral();
+  q.head<3>() << -0.081, 0.001, 0.071;
+  core::Random random(8, 0);
+  Eigen::VectorXd u = q.tail(16);
+  for (int i = 0; i < 60; ++i) {
+    for (int j = 0; j < 16; ++j) u[j] = std::clamp(u[j] + 0.03 * random.uniform(), model.lower()[j], model.upper()[j]);
+    const auto a = warm(q, u, {});
+    cold.work.forget();
+    const auto b = cold(q, u, {.warm_start = false});
+    // complementarity 1e-9 J·s leaves √(1e-9/(εm/h)) of freedom in a soft direction of the object
+    EXPECT_LT((a.delta - b.delta).cwiseAbs().maxCoeff(), 5e-5);
+    q = a.q_next;
+  }
+}
+
+TEST(Step, SameInput_SameBits) {
+  System a(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml")), b(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  Eigen::VectorXd q = a.model->neutral();
+  q.head<3>() << -0.081, 0.001, 0.071;
+  const Eigen::VectorXd u = q.tail(16).array() + 0.05;
+  b(q, q.tail(16), {});   // a different history, forgotten
+  b.work.forget();
+  EXPECT_EQ(a(q, u, {}).q_next, b(q, u, {}).q_next);
+}
+
+TEST(Step, AfterFirstCalls_AllocatesNothing) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers allocate on their own";
+#endif
+  System system(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  Eigen::VectorXd q = system.model->neutral();
+  q.head<3>() << -0.081, 0.001, 0.071;
+  const Eigen::VectorXd u = q.tail(16).array() + 0.02;
+  StepResult out;
+  for (const bool smooth : {false, true}) {
+    StepOptions options{.with_B = smooth};
+    if (smooth) options.smoothing = Analytic{};
+    for (int i = 0; i < 3; ++i) (void)step(*system.model, {q, u}, options, system.work, out);
+    const long before = allocations;
+    for (int i = 0; i < 20; ++i) (void)step(*system.model, {q, u}, options, system.work, out);
+    EXPECT_EQ(allocations - before, 0) << (smooth ? "smoothed" : "exact");
+  }
+}
+
+template <class F>
+std::string message_of(F&& f) {
+  try {
+    f();
+  } catch (const core::InvalidInput& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Step, BadInput_NamesFieldGivenAndExpected) {
+  System system(wall_scene());
+  StepResult out;
+  const auto run = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options) {
+    return message_of([&] { (void)step(*system.model, {q, u}, options, system.work, out); });
+  };
+  const Eigen::Vector2d ok(0, 0.1);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(run(Eigen::Vector3d::Zero(), ok, {}), "q: got 3 numbers, expected 2");
+  EXPECT_EQ(run(ok, Eigen::Vector3d::Zero(), {}), "u: got 3 numbers, expected 2");
+  EXPECT_EQ(run(Eigen::Vector2d(0, nan), ok, {}), "q: got a number that is not finite, expected finite numbers");
+  EXPECT_EQ(run(ok, Eigen::Vector2d(nan, 0), {}), "u: got a number that is not finite, expected finite numbers");
+  EXPECT_EQ(run(ok, ok, {.h = 0}), "h: got 0, expected a finite number > 0");
+  EXPECT_EQ(run(ok, ok, {.smoothing = Analytic{-1}}), "smoothing.kappa: got -1, expected a finite number > 0");
+  EXPECT_EQ(run(ok, ok, {.regularisation = ByRule{0}}), "regularisation.ratio: got 0, expected a finite number > 0");
+  EXPECT_EQ(run(ok, ok, {.friction_scale = -0.5}), "friction_scale: got -0.5, expected a finite number ≥ 0");
+}
+
+}  // namespace
+}  // namespace stiction::dynamics::test
