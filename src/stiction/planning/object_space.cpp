@@ -29,18 +29,23 @@ double angle_about(const Eigen::Matrix3d& R, const Eigen::Vector3d& axis) {
 
 double wrap(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
+/// 2·acos(w)/√(1 − w²) for 0 ≤ w ≤ 1, the factor from the vector part of a quaternion to its rotation vector, to 4e-8 [-]: with
+/// acos(w) = √(1 − w)·P(w) (Abramowitz & Stegun 4.4.46) nothing is singular and no trigonometric function is called, which the search
+/// for the nearest node would spend half its time in.
+double log_factor(double w) {
+  constexpr double kP[8] = {1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046, 0.0308918810, -0.0170881256, 0.0066700901, -0.0012624911};
+  double p = kP[7];
+  for (int i = 6; i >= 0; --i) p = p * w + kP[i];
+  return 2 * p / std::sqrt(1 + w);
+}
+
 /// Rotation vector of conj(a) · b for unit quaternions stored x, y, z, w: the shorter way round.
 void rotation_between(const double* a, const double* b, double* e) {
   const double w = a[3] * b[3] + a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  const double x = a[3] * b[0] - a[0] * b[3] - (a[1] * b[2] - a[2] * b[1]);
-  const double y = a[3] * b[1] - a[1] * b[3] - (a[2] * b[0] - a[0] * b[2]);
-  const double z = a[3] * b[2] - a[2] * b[3] - (a[0] * b[1] - a[1] * b[0]);
-  const double s = std::sqrt(x * x + y * y + z * z);
-  const double angle = 2.0 * std::atan2(s, std::abs(w));
-  const double k = (w < 0 ? -1.0 : 1.0) * (s > 1e-12 ? angle / s : 2.0);
-  e[0] = k * x;
-  e[1] = k * y;
-  e[2] = k * z;
+  const double k = std::copysign(log_factor(std::min(std::abs(w), 1.0)), w);
+  e[0] = k * (a[3] * b[0] - a[0] * b[3] - (a[1] * b[2] - a[2] * b[1]));
+  e[1] = k * (a[3] * b[1] - a[1] * b[3] - (a[2] * b[0] - a[0] * b[2]));
+  e[2] = k * (a[3] * b[2] - a[2] * b[3] - (a[0] * b[1] - a[1] * b[0]));
 }
 
 }  // namespace

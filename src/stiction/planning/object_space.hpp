@@ -18,7 +18,8 @@ class ObjectSpace {
   int n_q() const { return n_q_; }
   int n_v() const { return n_v_; }
 
-  /// e = to ⊖ from in the tangent of the objects, e of (3.5); the angle of a planar object is wrapped to (−π, π].
+  /// e = to ⊖ from in the tangent of the objects, e of (3.5); the angle of a planar object is wrapped to (−π, π];
+  /// rotation vectors are right to 4e-8 of their length.
   /// @param from, to  at least n_q() numbers each  @param e  n_v() numbers
   void error(const double* from, const double* to, double* e) const;
 

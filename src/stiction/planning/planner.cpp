@@ -24,6 +24,8 @@ using world::Model;
 
 /// Largest penetration that an edge may build up [m].
 constexpr double kMaxPenetration = 5e-4;
+/// Gap across which a force may act in a sub-step of half the length: Anitescu's relaxation opens μ · slide [m].
+constexpr double kMaxForceGap = 0.9e-3;
 /// The settling of the start stops when no object moves farther than this in a step [m or rad].
 constexpr double kSettled = 1e-6;
 constexpr int kMaxSettleSteps = 100;
@@ -226,9 +228,9 @@ class Planner {
           return false;
         }
         q = worker.step_result.q_next;
-        // A force across a gap is the relaxation's, not the world's: half the sub-step must slide half as far, with something to spare.
+        // A force across a gap is the relaxation's (2.3.4), not the world's.
         for (const auto& c : worker.step_result.contacts) {
-          if (limit_slide && c.active && c.slide() > 0.8 * options_.substep->slide) return false;
+          if (limit_slide && c.active && c.contact.friction * c.slide() > kMaxForceGap) return false;
         }
       }
       u_last = commands.col(k);
