@@ -208,8 +208,8 @@ bool retreat(const world::Model& model, const RobotChains& chains, ChainMask mov
   const auto joints = joint_flags(model, chains.joints_of(moving));
   chains.pairs_of(moving, work.pairs);
   const std::vector<int> pairs = work.pairs;
-  constexpr double kStep = 0.1;   // per round and joint [rad or m]
-  for (int round = 0; round < 12; ++round) {
+  constexpr double kStep = 0.04;   // per round and joint, so that the straight line between rounds stays clear [rad or m]
+  for (int round = 0; round < 30; ++round) {
     update_kinematics(model, q, work);
     contact::query_pairs(model, work.kinematics, pairs, clearance, work.contact_work, work.contacts);
     std::erase_if(work.contacts, [&](const auto& c) { return c.phi >= clearance; });

@@ -1,0 +1,174 @@
+#include "stiction/planning/planner.hpp"
+
+#include "planning/systems.hpp"
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::planning::test {
+namespace {
+
+using core::Status;
+
+/// Commands of a plan simulated from its start, each sub-step in `parts`.
+Eigen::VectorXd simulate(const PlanningProblem& problem, const Plan& plan, int parts) {
+  dynamics::StepWorkspace work(problem.model);
+  dynamics::StepResult result;
+  Eigen::VectorXd q = plan.q_start, u = plan.u_start;
+  for (const auto& segment : plan.segments) {
+    for (const auto& knot : segment.knots) {
+      for (int k = 1; k <= parts; ++k) {
+        const double s = static_cast<double>(k) / parts;
+        const Eigen::VectorXd command = (1 - s) * u + s * knot.u;
+        EXPECT_EQ(dynamics::step(*problem.model, {q, command}, plan.step, work, result), Status::Solved);
+        q = result.q_next;
+      }
+      u = knot.u;
+    }
+  }
+  return q;
+}
+
+TEST(Planner, PlanarHand_ReachesTheGoalAtBothResolutions) {
+  const PlanningProblem problem = hand_problem();
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    PlannerOptions options = hand_options();
+    options.seed = seed;
+    options.max_iterations = 20000;
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved) << "seed " << seed;
+    EXPECT_TRUE(result.plan.error.within(problem.goal));
+    for (const int parts : {1, 2}) {
+      const GoalError error = goal_error(*problem.model, simulate(problem, result.plan, parts), problem.goal);
+      EXPECT_TRUE(error.within(problem.goal)) << "in " << parts << " parts: " << error.position << " m " << error.angle << " rad";
+    }
+    Eigen::VectorXd u = result.plan.u_start;
+    SegmentKind last = SegmentKind::Settle;
+    for (const auto& segment : result.plan.segments) {
+      EXPECT_FALSE(segment.kind == SegmentKind::Regrasp && last == SegmentKind::Regrasp) << "consecutive regrasps";
+      last = segment.kind;
+      for (const auto& knot : segment.knots) {
+        EXPECT_LE((knot.u - u).cwiseAbs().maxCoeff(), options.substep->joint_angle * (1 + 1e-9));
+        u = knot.u;
+      }
+    }
+  }
+}
+
+TEST(Planner, SameSeed_SameBitsForAnyNumberOfThreads) {
+  const PlanningProblem problem = hand_problem();
+  std::vector<PlanResult> results(3);
+  for (int i = 0; i < 3; ++i) {
+    PlannerOptions options = hand_options();
+    options.seed = 3;
+    options.threads = 1 + i;
+    ASSERT_EQ(plan(problem, options, {}, results[static_cast<std::size_t>(i)]), Status::Solved);
+  }
+  for (int i = 1; i < 3; ++i) {
+    const PlanResult &a = results[0], &b = results[static_cast<std::size_t>(i)];
+    EXPECT_EQ(a.iterations, b.iterations);
+    EXPECT_EQ(a.steps, b.steps);
+    ASSERT_EQ(a.plan.segments.size(), b.plan.segments.size());
+    for (std::size_t s = 0; s < a.plan.segments.size(); ++s) {
+      ASSERT_EQ(a.plan.segments[s].knots.size(), b.plan.segments[s].knots.size());
+      for (std::size_t k = 0; k < a.plan.segments[s].knots.size(); ++k) {
+        EXPECT_EQ(a.plan.segments[s].knots[k].u, b.plan.segments[s].knots[k].u);
+        EXPECT_EQ(a.plan.segments[s].knots[k].q, b.plan.segments[s].knots[k].q);
+      }
+    }
+  }
+}
+
+TEST(Planner, UnreachableGoal_KeepsTheBestPath) {
+  PlanningProblem problem = hand_problem();
+  problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);
+  PlannerOptions options = hand_options();
+  options.max_iterations = 300;
+  PlanResult result;
+  EXPECT_EQ(plan(problem, options, {}, result), Status::MaxIterations);
+  EXPECT_EQ(result.iterations, 300);
+  EXPECT_FALSE(result.plan.segments.empty());
+  EXPECT_LT(result.plan.error.position, 3.0 + 1e-9);
+}
+
+TEST(Planner, CancelledAtOnce_ReturnsTheStart) {
+  const PlanningProblem problem = hand_problem();
+  const std::atomic<bool> cancel{true};
+  core::RunControl control;
+  control.cancel = &cancel;
+  PlanResult result;
+  EXPECT_EQ(plan(problem, hand_options(), control, result), Status::Cancelled);
+  EXPECT_EQ(result.iterations, 0);
+  EXPECT_NEAR(result.plan.error.angle, 1.5, 0.01);
+}
+
+TEST(Planner, DeadlineInThePast_EndsBeforeTheFirstRound) {
+  const PlanningProblem problem = hand_problem();
+  core::RunControl control;
+  control.deadline = core::RunControl::Clock::now();
+  PlanResult result;
+  EXPECT_EQ(plan(problem, hand_options(), control, result), Status::MaxIterations);
+  EXPECT_EQ(result.iterations, 0);
+}
+
+TEST(Planner, StartAtTheGoal_IsSolvedWithoutMoving) {
+  PlanningProblem problem = hand_problem();
+  problem.goal.X_WG = world::object_pose(*problem.model, problem.q_start, 0);
+  PlanResult result;
+  EXPECT_EQ(plan(problem, hand_options(), {}, result), Status::Solved);
+  EXPECT_EQ(result.iterations, 0);
+}
+
+TEST(Planner, StartInPenetration_IsProjectedAndReported) {
+  PlanningProblem problem = hand_problem();
+  problem.q_start[1] = 0.28;   // the ball deep in the arms
+  PlannerOptions options = hand_options();
+  options.max_iterations = 1;
+  PlanResult result;
+  (void)plan(problem, options, {}, result);
+  EXPECT_GT(result.start_penetration, 0.01);
+  EXPECT_TRUE(result.start_projected);
+  ASSERT_FALSE(result.plan.segments.empty());
+  EXPECT_EQ(result.plan.segments.front().kind, SegmentKind::Settle);
+}
+
+TEST(Planner, ProgressAndBudget_AreReported) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.stop_at_goal = false;
+  options.max_iterations = 100;
+  long calls = 0, last = 0;
+  core::RunControl control;
+  control.on_progress = [&](const core::Progress& p) {
+    ++calls;
+    EXPECT_GT(p.iteration, last);
+    last = p.iteration;
+  };
+  PlanResult result;
+  EXPECT_EQ(plan(problem, options, control, result), Status::MaxIterations);
+  EXPECT_EQ(result.iterations, 100);
+  EXPECT_EQ(last, 100);
+  EXPECT_EQ(calls, 13);   // rounds of 8
+}
+
+TEST(Planner, BadOptions_NameTheField) {
+  const PlanningProblem problem = hand_problem();
+  const auto message = [&](auto&& change) -> std::string {
+    PlannerOptions options = hand_options();
+    change(options);
+    PlanResult result;
+    try {
+      (void)plan(problem, options, {}, result);
+    } catch (const core::InvalidInput& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message([](auto& o) { o.goal_bias = 1.5; }), "planner.goal_bias: got 1.5, expected a probability in [0, 1]");
+  EXPECT_EQ(message([](auto& o) { o.gamma = 0; }), "planner.gamma: got 0, expected a finite number > 0");
+  EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
+  EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
+  EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
+  EXPECT_EQ(message([](auto& o) { o.regrasp_friction = 0; }), "planner.regrasp_friction: got 0, expected a number in (0, 1]");
+}
+
+}  // namespace
+}  // namespace stiction::planning::test

@@ -1,0 +1,133 @@
+#include "stiction/planning/regrasp.hpp"
+
+#include "planning/systems.hpp"
+#include "stiction/planning/object_space.hpp"
+
+namespace stiction::planning::test {
+namespace {
+
+/// Smallest gap of the pairs that the branches move, and the smallest one to an object.
+std::pair<double, double> gaps(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q, GeometryWorkspace& work) {
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  std::vector<int> pairs;
+  chains.pairs_of(moving, pairs);
+  double all = 1e9, object = 1e9;
+  for (const int pair : pairs) {
+    const double phi = contact::pair_distance(model, work.kinematics, pair, work.contact_work).phi;
+    all = std::min(all, phi);
+    if (chains.touches_object(pair)) object = std::min(object, phi);
+  }
+  return {all, object};
+}
+
+TEST(RobotChains, Allegro_HasFourFingersAndAllPairs) {
+  const auto model = load_model("allegro_ball");
+  const RobotChains chains(*model);
+  ASSERT_EQ(chains.size(), 4);
+  std::size_t with_object = 0;
+  for (int c = 0; c < 4; ++c) {
+    EXPECT_EQ(chains.joints(c).size(), 4u);
+    with_object += chains.object_pairs(c).size();
+  }
+  EXPECT_EQ(with_object, 18u);   // the palm's pair moves with no finger
+}
+
+TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
+  for (const char* task : {"planar_pushing", "planar_hand", "allegro_ball"}) {
+    const auto model = load_model(task);
+    const RobotChains chains(*model);
+    GeometryWorkspace work(*model);
+    Eigen::VectorXd q = model->neutral();
+    if (model->n_a() == 16) q = allegro_start();
+    if (model->n_a() == 4) q[1] = 0.35;
+    core::Random random(7, 0);
+    int found = 0;
+    for (int draw = 0; draw < 100; ++draw) {
+      const auto sample = sample_contact(*model, chains, GenericSampler{}, q, random, work);
+      if (!sample) continue;
+      ++found;
+      Eigen::VectorXd touching = q;
+      touching.tail(model->n_a()) = sample->q_a;
+      const auto [all, object] = gaps(*model, chains, sample->moved, touching, work);
+      EXPECT_GE(all, -1.01e-4);
+      EXPECT_LE(object, 1.01e-4);
+      EXPECT_TRUE((sample->q_a.array() >= model->lower().array()).all() && (sample->q_a.array() <= model->upper().array()).all());
+      for (int c = 0; c < chains.size(); ++c) {
+        if (sample->moved >> c & 1) continue;
+        for (const int j : chains.joints(c)) EXPECT_EQ(sample->q_a[j], q[model->n_qu() + j]);
+      }
+    }
+    EXPECT_GT(found, 60) << task;
+  }
+}
+
+TEST(FindPath, KeepsItsClearanceBetweenTheContacts) {
+  const auto model = load_model("allegro_ball");
+  const RobotChains chains(*model);
+  GeometryWorkspace work(*model);
+  const Eigen::VectorXd q = allegro_start();
+  core::Random random(8, 0);
+  int found = 0;
+  for (int draw = 0; draw < 60 && found < 15; ++draw) {
+    const auto sample = sample_contact(*model, chains, GenericSampler{}, q, random, work);
+    if (!sample) continue;
+    std::vector<Eigen::VectorXd> path;
+    const PathOptions options;
+    if (find_path(*model, chains, sample->moved, q, sample->q_a, options, random, work, path) != PathOutcome::Found) continue;
+    ++found;
+    EXPECT_EQ(path.back(), sample->q_a);
+    // Once clear of its first contacts a finger stays clear until it comes back: fine samples of the whole path.
+    Eigen::VectorXd at = q, from = q.tail(16);
+    bool clear = false, back = false;
+    for (const auto& posture : path) {
+      for (int k = 1; k <= 25; ++k) {
+        at.tail(16) = from + k / 25.0 * (posture - from);
+        const double gap = gaps(*model, chains, sample->moved, at, work).first;
+        EXPECT_GT(gap, -5e-4) << "leaving or reaching a contact";
+        if (gap > 0.9 * options.clearance) {
+          EXPECT_FALSE(back) << "touched something on the way";
+          clear = true;
+        } else if (clear) {
+          back = true;
+        }
+      }
+      from = posture;
+    }
+    EXPECT_TRUE(clear);
+  }
+  EXPECT_GE(found, 15);
+}
+
+TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
+  const auto model = load_model("allegro_ball");
+  const RobotChains chains(*model);
+  GeometryWorkspace geometry(*model);
+  dynamics::StepWorkspace steps(model);
+  const ObjectSpace space(*model);
+  PlannerOptions options;
+  const Eigen::VectorXd q = allegro_start();
+  RegraspCounts counts;
+  for (int attempt = 0; attempt < 40; ++attempt) {
+    core::Random random(9, static_cast<std::uint64_t>(attempt));
+    Regrasp regrasp;
+    if (!try_regrasp(*model, chains, options, q, q.tail(16), random, geometry, steps, regrasp, counts)) continue;
+    for (const double friction : {1.0, options.regrasp_friction}) {   // an own simulation of every knot
+      dynamics::StepOptions step_options;
+      step_options.friction_scale = friction;
+      Eigen::VectorXd now = q;
+      dynamics::StepResult result;
+      steps.forget();
+      for (const auto& knot : regrasp.knots) {
+        ASSERT_EQ(dynamics::step(*model, {now, knot.u}, step_options, steps, result), core::Status::Solved);
+        now = result.q_next;
+        EXPECT_TRUE(objects_agree(*model, space, q, now, options.regrasp_tol_position + 1e-5, options.regrasp_tol_angle + 1e-4));
+      }
+    }
+  }
+  EXPECT_GT(counts.accepted, 10);
+  EXPECT_EQ(counts.tried, 40);
+  EXPECT_EQ(counts.accepted + counts.no_sample + counts.no_path + counts.object_moved + counts.failed_step, 40);
+}
+
+}  // namespace
+}  // namespace stiction::planning::test

@@ -1,0 +1,92 @@
+#include "stiction/planning/tree.hpp"
+
+#include <Eigen/LU>
+
+#include "planning/systems.hpp"
+
+namespace stiction::planning::test {
+namespace {
+
+struct RandomTree {
+  explicit RandomTree(const std::string& task) : model(load_model(task)), space(*model), tree(space), random(6, 0) {
+    goal = model->neutral().head(model->n_qu());
+    for (int i = 0; i < 200; ++i) {
+      Node node;
+      node.parent = i == 0 ? -1 : random.index(i);
+      Eigen::VectorXd delta = Eigen::VectorXd::NullaryExpr(model->n_v(), [&] { return random.normal(); });
+      node.q.resize(model->n_q());
+      world::retract(*model, model->neutral(), delta, node.q);
+      const Eigen::MatrixXd B = Eigen::MatrixXd::NullaryExpr(model->n_v(), model->n_a(), [&] { return random.normal(); });
+      node.local.set(node.q, B, model->n_qu(), model->n_vu(), 1e-4);
+      node.goal_ratio = 10 * random.uniform();
+      tree.add(node, goal);
+    }
+  }
+  /// (3.5) from its definition, with the rotation from the model's own log map.
+  double distance(int i, const Eigen::VectorXd& q_u) {
+    Eigen::VectorXd from = model->neutral(), to = model->neutral(), e(model->n_v());
+    from.head(model->n_qu()) = tree[i].local.c_u;
+    to.head(model->n_qu()) = q_u;
+    world::local(*model, from, to, e);
+    if (model->n_vu() == 3) e[2] = std::remainder(e[2], 2 * std::numbers::pi);
+    const Eigen::MatrixXd S = tree[i].local.B_u * tree[i].local.B_u.transpose() + 1e-4 * Eigen::MatrixXd::Identity(model->n_vu(), model->n_vu());
+    const Eigen::VectorXd e_u = e.head(model->n_vu());
+    return e_u.dot(S.inverse() * e_u);
+  }
+  std::shared_ptr<const world::Model> model;
+  ObjectSpace space;
+  Tree tree;
+  core::Random random;
+  Eigen::VectorXd goal;
+};
+
+TEST(Tree, Nearest_IsTheBruteForceMinimum) {
+  for (const char* task : {"planar_pushing", "allegro_ball"}) {
+    RandomTree t(task);
+    for (int query = 0; query < 50; ++query) {
+      Eigen::VectorXd q(t.model->n_q());
+      world::retract(*t.model, t.model->neutral(), Eigen::VectorXd::NullaryExpr(t.model->n_v(), [&] { return t.random.normal(); }), q);
+      const Eigen::VectorXd q_u = q.head(t.model->n_qu());
+      int best = 0;
+      for (int i = 1; i < t.tree.size(); ++i) {
+        if (t.distance(i, q_u) < t.distance(best, q_u)) best = i;
+      }
+      EXPECT_NEAR(t.distance(t.tree.nearest(q_u), q_u), t.distance(best, q_u), 1e-5 * t.distance(best, q_u));
+    }
+  }
+}
+
+TEST(Tree, GoalNodes_AreTakenOnceInOrderOfDistance) {
+  RandomTree t("planar_pushing");
+  double last = 0;
+  std::vector<char> seen(200, 0);
+  for (int k = 0; k < 200; ++k) {
+    const int i = t.tree.take_nearest_to_goal();
+    ASSERT_GE(i, 0);
+    EXPECT_FALSE(seen[static_cast<std::size_t>(i)]);
+    seen[static_cast<std::size_t>(i)] = 1;
+    EXPECT_GE(t.distance(i, t.goal), last * (1 - 1e-6));
+    last = t.distance(i, t.goal);
+  }
+  EXPECT_EQ(t.tree.take_nearest_to_goal(), -1);
+}
+
+TEST(Tree, BuriedNode_IsNeverFoundAgain) {
+  RandomTree t("planar_pushing");
+  const int first = t.tree.nearest(t.goal);
+  t.tree.bury(first);
+  EXPECT_NE(t.tree.nearest(t.goal), first);
+  for (int k = 0; k < 199; ++k) EXPECT_NE(t.tree.take_nearest_to_goal(), first);
+  for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_for_regrasp(), first);
+}
+
+TEST(Tree, PathTo_GoesFromTheRootAlongParents) {
+  RandomTree t("planar_pushing");
+  const auto path = t.tree.path_to(199);
+  EXPECT_EQ(path.front(), 0);
+  EXPECT_EQ(path.back(), 199);
+  for (std::size_t k = 1; k < path.size(); ++k) EXPECT_EQ(t.tree[path[k]].parent, path[k - 1]);
+}
+
+}  // namespace
+}  // namespace stiction::planning::test
