@@ -41,7 +41,7 @@ struct StepOptions {
   bool with_B = false;                     ///< also D_qnext_u
   bool joint_limits = true;
   bool warm_start = true;
-  double tol_complementarity = 1e-9;       ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with B
+  double tol_complementarity = 1e-10;      ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with B
   void validate() const;                   ///< @throws InvalidInput naming the field
 };
 
