@@ -9,6 +9,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kStackDofs = 64;
+/// An extension that left the object farther from the goal than this share of before is not taken on towards the goal: its direction is
+/// used up, and chains of such nodes once swallowed the whole budget.
+constexpr double kProgress = 0.95;
 
 }  // namespace
 
@@ -29,7 +32,10 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal) {
   }
   nodes_.push_back(std::move(node));
   const int i = size() - 1;
-  goal_distance_.push_back(distance(i, q_goal.data()));
+  const Node& added = nodes_.back();
+  const bool stalled =
+      added.parent >= 0 && added.edge == SegmentKind::Contact && added.goal_ratio > kProgress * (*this)[added.parent].goal_ratio;
+  goal_distance_.push_back(stalled ? kInfinity : distance(i, q_goal.data()));
   regrasps_.push_back(0);
   buried_.push_back(0);
   return i;
