@@ -81,7 +81,7 @@ def box(half_extents: list[float]) -> Mesh:
             corners[:, u] = [-1, 1, 1, -1]
             corners[:, v] = [-1, -1, 1, 1]
             order = [[0, 1, 2], [0, 2, 3]] if sign > 0 else [[0, 2, 1], [0, 3, 2]]
-            patch = 1 if axis == 0 and sign > 0 else 2 if axis == 2 and sign > 0 else 0
+            patch = 1 if axis == 1 and sign > 0 else 2 if axis == 2 and sign > 0 else 0
             faces.append((corners * half_extents, np.array(order), np.full(2, patch)))
     return join(faces)
 
