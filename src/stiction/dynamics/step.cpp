@@ -22,7 +22,7 @@ constexpr int kMaxRounds = 12;
 
 /// A contact is active when its normal force exceeds this share of the heaviest object's weight, or of what the softest joint gives for
 /// a millimetre, whichever is more.
-constexpr double kLeastForceShare = 1e-3;
+constexpr double kLeastForceShare = 3e-4;
 
 /// Complementarity to which an exact step with B is centred [J·s]: sharper, the factor of H loses the digits that B needs, since its
 /// entries grow with λ²/σ.

@@ -57,7 +57,7 @@ struct ContactImpulse {
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();  ///< (n, t1, t2) acting on A [N·s]
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
   double gap = 0;                          ///< φ + J_n δq − μ‖J_t δq‖ ≥ 0, the cone slack [m]
-  bool active = false;                     ///< carries more than 1e-3 of the heaviest object's weight, or of softest stiffness · 1 mm
+  bool active = false;                     ///< carries more than 3e-4 of the heaviest object's weight, or of softest stiffness · 1 mm
 
   double slide() const { return displacement.tail<2>().norm(); }
 };

@@ -76,10 +76,15 @@ struct Item {
   Totals totals;
 };
 
-Eigen::MatrixXd commands_of(const std::vector<dynamics::Knot>& knots, int n_a) {
-  Eigen::MatrixXd commands(n_a, static_cast<Eigen::Index>(knots.size()));
-  for (std::size_t k = 0; k < knots.size(); ++k) commands.col(static_cast<Eigen::Index>(k)) = knots[k].u;
-  return commands;
+/// Stores the sub-steps of an edge in its node.
+void set_edge(const std::vector<dynamics::Knot>& knots, const Model& model, Node& node) {
+  const auto n = static_cast<Eigen::Index>(knots.size());
+  node.commands.resize(model.n_a(), n);
+  node.states.resize(model.n_q(), n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    node.commands.col(k) = knots[static_cast<std::size_t>(k)].u;
+    node.states.col(k) = knots[static_cast<std::size_t>(k)].q;
+  }
 }
 
 class Planner {
@@ -124,6 +129,7 @@ class Planner {
     Worker& worker = workers_[0];
     Eigen::VectorXd q = problem_.q_start;
     u_start_ = q.tail(model_.n_a()).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+    std::vector<dynamics::Knot> settle;
     worker.steps.forget();
     for (int k = 0; k < kMaxSettleSteps; ++k) {
       const Status status = dynamics::step(model_, {q, u_start_}, exact_, worker.steps, worker.step_result);
@@ -139,7 +145,7 @@ class Planner {
       const double moved = r.delta.cwiseAbs().maxCoeff();
       if (moved < kSettled) break;
       if (k == 0 && moved > 1e-3) result_.start_projected = true;
-      dynamics::Knot& knot = settle_.emplace_back();
+      dynamics::Knot& knot = settle.emplace_back();
       knot.u = u_start_;
       knot.q = r.q_next;
       q = r.q_next;
@@ -148,7 +154,7 @@ class Planner {
     root.edge = SegmentKind::Settle;
     root.q = q;
     root.u = u_start_;
-    root.commands = commands_of(settle_, model_.n_a());
+    set_edge(settle, model_, root);
     if (!linearise(root, worker, totals_)) return false;
     if (refines() && !simulate_fine(problem_.q_start, u_start_, root.commands, false, worker, totals_, root.q_fine)) return false;
     insert(std::move(root));
@@ -319,6 +325,7 @@ class Planner {
       to.q = worker.step_result.q_next;
       to.u = u;
       to.commands = u;
+      to.states = to.q;
       return true;
     }
     auto& r = worker.rollout_result;
@@ -331,7 +338,7 @@ class Planner {
     if (r.min_phi < -kMaxPenetration || r.max_slide > options_.substep->slide) return false;
     to.q = r.knots.back().q;
     to.u = u;
-    to.commands = commands_of(r.knots, model_.n_a());
+    set_edge(r.knots, model_, to);
     return true;
   }
 
@@ -357,6 +364,7 @@ class Planner {
       node.q.tail(model_.n_a()) = sample->q_a;
       node.u = sample->q_a;
       node.commands = sample->q_a;
+      node.states = node.q;
     } else {
       const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, random, worker.geometry, worker.steps, worker.regrasp,
                                     item.totals.regrasps);
@@ -366,7 +374,7 @@ class Planner {
       if (!held) return false;
       node.q = worker.regrasp.knots.back().q;
       node.u = worker.regrasp.knots.back().u;
-      node.commands = commands_of(worker.regrasp.knots, model_.n_a());
+      set_edge(worker.regrasp.knots, model_, node);
     }
     node.parent = item.near;
     node.edge = SegmentKind::Regrasp;
@@ -440,24 +448,16 @@ class Planner {
     plan.step = exact_;
     if (options_.substep) plan.substep = *options_.substep;
     plan.segments.clear();
-    if (!refines()) {
-      for (const int i : path) {   // the robot jumps in such a path: states as the tree has them
-        dynamics::Knot knot;
-        knot.u = tree_[i].u;
-        knot.q = tree_[i].q;
-        plan.segments.push_back({tree_[i].edge, {knot}});
-      }
-    } else {
-      for (const int i : path) plan.segments.push_back(simulate_edge(tree_[i]));
-      std::erase_if(plan.segments, [](const Segment& segment) { return segment.knots.empty(); });
+    for (const int i : path) {
+      if (tree_[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree_[i]));
     }
     cut_motionless_tail(plan);
     const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
     plan.error = goal_error(model_, q_end, problem_.goal);
   }
 
-  /// States and forces along an edge, from the state of its parent in the tree.
-  Segment simulate_edge(const Node& node) {
+  /// States along an edge, and the forces of every sub-step: the tree keeps no forces. A jump (regrasps of the thesis) has none.
+  Segment describe_edge(const Node& node) {
     Worker& worker = workers_[0];
     Segment segment{node.edge, {}};
     Eigen::VectorXd q = node.parent < 0 ? problem_.q_start : tree_[node.parent].q;
@@ -465,15 +465,18 @@ class Planner {
     for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
       dynamics::Knot knot;
       knot.u = node.commands.col(k);
-      ++totals_.steps;
-      if (dynamics::step(model_, {q, knot.u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
-        ++totals_.failed_steps;
-        break;
+      knot.q = node.states.col(k);
+      if (node.edge != SegmentKind::Regrasp || options_.real_regrasps) {
+        ++totals_.steps;
+        if (dynamics::step(model_, {q, knot.u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
+          ++totals_.failed_steps;
+        } else {
+          for (const auto& c : worker.step_result.contacts) {
+            if (c.active) knot.contacts.push_back(c);
+          }
+        }
       }
-      for (const auto& c : worker.step_result.contacts) {
-        if (c.active) knot.contacts.push_back(c);
-      }
-      q = knot.q = worker.step_result.q_next;
+      q = knot.q;
       segment.knots.push_back(std::move(knot));
     }
     return segment;
@@ -509,7 +512,6 @@ class Planner {
   dynamics::StepOptions exact_, smoothed_;
   Eigen::VectorXd q_goal_;     ///< qᵘ of the goal
   Eigen::VectorXd u_start_;
-  std::vector<dynamics::Knot> settle_;
   int best_ = -1;
 
  public:

@@ -25,6 +25,7 @@ struct Node {
   Eigen::VectorXd q;               ///< (n_q)
   Eigen::VectorXd u;               ///< command at q (n_a)
   Eigen::MatrixXd commands;        ///< of the edge's sub-steps, one column each (n_a × steps)
+  Eigen::MatrixXd states;          ///< after each of them (n_q × steps)
   LocalModel local;
   double goal_ratio = 0;           ///< worst of position and angle error, divided by the tolerance
   Eigen::VectorXd q_fine;          ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
