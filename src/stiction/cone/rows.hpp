@@ -9,10 +9,13 @@ namespace stiction::cone::detail {
 
 /// Y = VG of a run of rows, V read from the bank's lanes.
 inline void scale_rows(GeneralBank<3>& b, const Problem::Rows& rows, const Run& run, int tiles) {
+  double* to = b.Y.data() + run.y;
+  const double* G = rows.G.data();
+  const int* offset = b.g_offset.data();
+  const Group<3>* groups = b.group.data();
   for (int i = run.begin; i < run.end; ++i) {
-    const double* v = b.v.data() + (i / 4) * 24 + i % 4;
-    const double* from = rows.G.data() + b.g_offset[static_cast<std::size_t>(i)];
-    double* to = b.Y.data() + run.y + (i - run.begin) * run.stride;
+    const double* v = lane(groups[i / 4].v, i);
+    const double* from = G + offset[i];
     const V4 v00 = all(v[0]), v01 = all(v[4]), v02 = all(v[8]), v11 = all(v[12]), v12 = all(v[16]), v22 = all(v[20]);
     for (int t = 0; t < tiles; ++t, from += 12, to += 12) {
       const V4 g0 = load(from), g1 = load(from + 4), g2 = load(from + 8);
@@ -23,23 +26,26 @@ inline void scale_rows(GeneralBank<3>& b, const Problem::Rows& rows, const Run& 
   }
 }
 inline void scale_rows(GeneralBank<1>& b, const Problem::Rows& rows, const Run& run, int tiles) {
+  double* to = b.Y.data() + run.y;
+  const double* G = rows.G.data();
+  const int* offset = b.g_offset.data();
+  const Group<1>* groups = b.group.data();
   for (int i = run.begin; i < run.end; ++i) {
-    const double v = b.v[static_cast<std::size_t>(i)];
-    const double* from = rows.G.data() + b.g_offset[static_cast<std::size_t>(i)];
-    double* to = b.Y.data() + run.y + (i - run.begin) * run.stride;
-    for (int t = 0; t < tiles; ++t) store(to + 4 * t, load(from + 4 * t) * v);
+    const V4 v = all(*lane(groups[i / 4].v, i));
+    const double* from = G + offset[i];
+    for (int t = 0; t < tiles; ++t, from += 4, to += 4) store(to, load(from) * v);
   }
 }
 
-/// One or two tiles of H, of neighbouring slots i and i + 1 against slot j: += Σ rows left·rightᵀ.
+/// N tiles of H in one column, of neighbouring slots i … i + N − 1 against slot j: += Σ rows left·rightᵀ.
 template <int R, int N>
-inline void add_products(double* t0, double* t1, const double* left, const double* right, int n, int stride) {
+inline void add_products(double* const (&t)[N], const double* left, const double* right, int n, int stride) {
   V4 c[N][4];
-  for (int q = 0; q < 4; ++q) {
-    c[0][q] = load(t0 + 4 * q);
-    if constexpr (N == 2) c[1][q] = load(t1 + 4 * q);
+  for (int m = 0; m < N; ++m) {
+    for (int q = 0; q < 4; ++q) c[m][q] = load(t[m] + 4 * q);
   }
   for (int row = 0; row < n; ++row, left += stride, right += stride) {
+#pragma GCC unroll 3
     for (int r = 0; r < R; ++r) {
       V4 l[N];
       for (int m = 0; m < N; ++m) l[m] = load(left + 4 * (R * m + r));
@@ -49,78 +55,130 @@ inline void add_products(double* t0, double* t1, const double* left, const doubl
       }
     }
   }
-  for (int q = 0; q < 4; ++q) {
-    store(t0 + 4 * q, c[0][q]);
-    if constexpr (N == 2) store(t1 + 4 * q, c[1][q]);
+  for (int m = 0; m < N; ++m) {
+    for (int q = 0; q < 4; ++q) store(t[m] + 4 * q, c[m][q]);
   }
+}
+
+/// The three lower tiles of two neighbouring slots against each other.
+template <int R>
+inline void add_corner(double* t00, double* t10, double* t11, const double* y, int n, int stride) {
+  V4 a[4], b[4], c[4];
+  for (int q = 0; q < 4; ++q) a[q] = load(t00 + 4 * q), b[q] = load(t10 + 4 * q), c[q] = load(t11 + 4 * q);
+  for (int row = 0; row < n; ++row, y += stride) {
+#pragma GCC unroll 3
+    for (int r = 0; r < R; ++r) {
+      const double* y0 = y + 4 * r;
+      const double* y1 = y0 + 4 * R;
+      const V4 l0 = load(y0), l1 = load(y1);
+      for (int q = 0; q < 4; ++q) {
+        const V4 x = all(y0[q]);
+        a[q] += l0 * x;
+        b[q] += l1 * x;
+        c[q] += l1 * all(y1[q]);
+      }
+    }
+  }
+  for (int q = 0; q < 4; ++q) store(t00 + 4 * q, a[q]), store(t10 + 4 * q, b[q]), store(t11 + 4 * q, c[q]);
 }
 
 /// H += YᵀY over all rows; Y is made on the way.
 template <int R>
 inline void add_hessian(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout, TileFactor& h) {
   for (const Run& run : b.runs) {
-    const auto& tiles = layout.support(run.support).tiles;
-    const int k = static_cast<int>(tiles.size());
+    const auto& support = layout.support(run.support).tiles;
+    const int* tiles = support.data();
+    const int k = static_cast<int>(support.size());
     scale_rows(b, rows, run, k);
     const double* y = b.Y.data() + run.y;
-    const int n = run.end - run.begin;
-    const auto target = [&](int i, int j) {
-      return h.tile(h.index(tiles[static_cast<std::size_t>(i)], tiles[static_cast<std::size_t>(j)]));
-    };
-    for (int j = 0; j < k; ++j) {
+    const int n = run.end - run.begin, stride = run.stride;
+    const auto target = [&](int i, int j) { return h.tile(h.index(tiles[i], tiles[j])); };
+    int j = 0;
+    for (; j + 2 < k; ++j) {
+      const double* right = y + j * R * 4;
       int i = j;
-      for (; i + 1 < k; i += 2) add_products<R, 2>(target(i, j), target(i + 1, j), y + i * R * 4, y + j * R * 4, n, run.stride);
-      if (i < k) add_products<R, 1>(target(i, j), nullptr, y + i * R * 4, y + j * R * 4, n, run.stride);
+      for (; k - i >= 5 || k - i == 3; i += 3) {
+        add_products<R, 3>({target(i, j), target(i + 1, j), target(i + 2, j)}, y + i * R * 4, right, n, stride);
+      }
+      for (; k - i >= 2; i += 2) add_products<R, 2>({target(i, j), target(i + 1, j)}, y + i * R * 4, right, n, stride);
+      if (i < k) add_products<R, 1>({target(i, j)}, y + i * R * 4, right, n, stride);
     }
+    if (j + 1 < k) add_corner<R>(target(j, j), target(j + 1, j), target(j + 1, j + 1), y + j * R * 4, n, stride);
+    else add_products<R, 1>({target(j, j)}, y + j * R * 4, y + j * R * 4, n, stride);
   }
 }
 
-/// out += Yᵀa, a given in the lanes of the bank
+/// out += Yᵀa for a whole group, a given in its lanes
 template <int R>
-inline void add_transposed(const GeneralBank<R>& b, const Layout& layout, const AlignedVector& a, double* out) {
-  for (const Run& run : b.runs) {
-    const auto& tiles = layout.support(run.support).tiles;
-    const int k = static_cast<int>(tiles.size());
-    constexpr int kBlock = 4;   // rows at a time, their values side by side
-    for (int begin = run.begin; begin < run.end; begin += kBlock) {
-      const int n = run.end - begin < kBlock ? run.end - begin : kBlock;
-      double value[kBlock * R];
-      for (int i = 0; i < n; ++i) {
-        const double* from = a.data() + ((begin + i) / 4) * 4 * R + (begin + i) % 4;
-        for (int r = 0; r < R; ++r) value[R * i + r] = from[4 * r];
-      }
-      const double* rows = b.Y.data() + run.y + (begin - run.begin) * run.stride;
-      for (int j = 0; j < k; ++j, rows += 4 * R) {
-        double* to = out + 4 * tiles[static_cast<std::size_t>(j)];
-        V4 acc[R] = {};
-        acc[0] = load(to);
-        const double* y = rows;
-        for (int i = 0; i < n; ++i, y += run.stride) {
-          for (int r = 0; r < R; ++r) acc[r] += load(y + 4 * r) * value[R * i + r];
-        }
-        if constexpr (R == 3) store(to, acc[0] + (acc[1] + acc[2]));
-        else store(to, acc[0]);
-      }
-    }
+inline void add_transposed_group(const GeneralBank<R>& b, int g, const V4* a, double* out) {
+  const auto row = b.row[static_cast<std::size_t>(4 * g)];
+  const double* values = reinterpret_cast<const double*>(a);
+  V4 value[R][4];
+  for (int r = 0; r < R; ++r) {
+    for (int i = 0; i < 4; ++i) value[r][i] = all(values[4 * r + i]);
   }
+  const int stride = 4 * R * row.n_tiles;
+  const double* y = b.Y.data() + row.y;
+  for (int j = 0; j < row.n_tiles; ++j, y += 4 * R) {
+    double* to = out + 4 * row.tiles[j];
+    V4 acc[R] = {};
+    acc[0] = load(to);
+    for (int i = 0; i < 4; ++i) {
+      for (int r = 0; r < R; ++r) acc[r] += load(y + i * stride + 4 * r) * value[r][i];
+    }
+    if constexpr (R == 3) store(to, acc[0] + (acc[1] + acc[2]));
+    else store(to, acc[0]);
+  }
+}
+
+/// out += Yᵀa for one row, a in its lane
+template <int R>
+inline void add_transposed_row(const GeneralBank<R>& b, int i, const V4* a, double* out) {
+  const auto row = b.row[static_cast<std::size_t>(i)];
+  const double* value = lane(a, i);
+  const double* y = b.Y.data() + row.y;
+  for (int j = 0; j < row.n_tiles; ++j, y += 4 * R) {
+    double* to = out + 4 * row.tiles[j];
+    V4 acc = load(to);
+    for (int r = 0; r < R; ++r) acc += load(y + 4 * r) * value[4 * r];
+    store(to, acc);
+  }
+}
+
+/// out += Yᵀa over all rows, `member` gives a of a group
+template <int R, class Member>
+inline void add_transposed(const GeneralBank<R>& b, Member&& member, double* out) {
+  for (int g = 0; g < b.whole_groups; ++g) add_transposed_group<R>(b, g, member(b.group[static_cast<std::size_t>(g)]), out);
+  for (int i = 4 * b.whole_groups; i < b.n; ++i) add_transposed_row<R>(b, i, member(b.of(i)), out);
 }
 
 /// Y·d of the four rows of a group
 template <int R>
 inline Element<R> multiply_group(const GeneralBank<R>& b, int g, const double* d) {
   V4 acc[R][4] = {};
-#pragma GCC unroll 4
-  for (int lane = 0; lane < 4; ++lane) {
-    const int i = 4 * g + lane;
-    if (i >= b.n) break;
-    const auto& row = b.row[static_cast<std::size_t>(i)];
+  if (g < b.whole_groups) {
+    const auto row = b.row[static_cast<std::size_t>(4 * g)];
+    const int stride = 4 * R * row.n_tiles;
     const double* y = b.Y.data() + row.y;
-    V4 a[R] = {};
     for (int j = 0; j < row.n_tiles; ++j, y += 4 * R) {
       const V4 x = load(d + 4 * row.tiles[j]);
-      for (int r = 0; r < R; ++r) a[r] += load(y + 4 * r) * x;
+      for (int i = 0; i < 4; ++i) {
+        for (int r = 0; r < R; ++r) acc[r][i] += load(y + i * stride + 4 * r) * x;
+      }
     }
-    for (int r = 0; r < R; ++r) acc[r][lane] = a[r];
+  } else {
+#pragma GCC unroll 4
+    for (int i = 0; i < 4; ++i) {
+      if (4 * g + i >= b.n) break;
+      const auto row = b.row[static_cast<std::size_t>(4 * g + i)];
+      const double* y = b.Y.data() + row.y;
+      V4 a[R] = {};
+      for (int j = 0; j < row.n_tiles; ++j, y += 4 * R) {
+        const V4 x = load(d + 4 * row.tiles[j]);
+        for (int r = 0; r < R; ++r) a[r] += load(y + 4 * r) * x;
+      }
+      for (int r = 0; r < R; ++r) acc[r][i] = a[r];
+    }
   }
   Element<R> u;
   for (int r = 0; r < R; ++r) u.e[r] = sums(acc[r][0], acc[r][1], acc[r][2], acc[r][3]);

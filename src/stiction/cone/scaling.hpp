@@ -12,17 +12,15 @@ struct Element {
 };
 
 template <int R>
-inline Element<R> load_element(const AlignedVector& a, int group) {
+inline Element<R> load_element(const V4 (&a)[R]) {
   Element<R> x;
-  for (int r = 0; r < R; ++r) x.e[r] = load(a.data() + (group * R + r) * 4);
+  for (int r = 0; r < R; ++r) x.e[r] = a[r];
   return x;
 }
 template <int R>
-inline void store_element(AlignedVector& a, int group, const Element<R>& x) {
-  for (int r = 0; r < R; ++r) store(a.data() + (group * R + r) * 4, x.e[r]);
+inline void store_element(V4 (&a)[R], const Element<R>& x) {
+  for (int r = 0; r < R; ++r) a[r] = x.e[r];
 }
-inline V4 load_one(const AlignedVector& a, int group) { return load(a.data() + group * 4); }
-inline void store_one(AlignedVector& a, int group, V4 x) { store(a.data() + group * 4, x); }
 
 template <int R>
 inline V4 dot(const Element<R>& a, const Element<R>& b) {
@@ -55,12 +53,12 @@ struct Spread {
 
 /// Nesterov–Todd scaling of a group: V, λ and what the solver needs of them (eq. 4–7).
 template <int R>
-inline void scale_group(Bank<R>& b, int g, double t, Spread& spread) {
-  const auto w = load_element<R>(b.w, g);
-  const auto z = load_element<R>(b.z, g);
-  const V4 live = load_one(b.live, g);
-  const V4 weight = load_one(b.weight, g);
-  const V4 inv_weight = load_one(b.inv_weight, g);
+inline void scale_group(Group<R>& b, double t, Spread& spread) {
+  const auto w = load_element<R>(b.w);
+  const auto z = load_element<R>(b.z);
+  const V4 live = b.live;
+  const V4 weight = b.weight;
+  const V4 inv_weight = b.inv_weight;
   const V4 m = dot<R>(w, z);
   V4 off = abs(m - t * weight);
   if constexpr (R == 3) {
@@ -75,22 +73,21 @@ inline void scale_group(Bank<R>& b, int g, double t, Spread& spread) {
     const V4 p0 = (w.e[0] + r * z.e[0]) * iq, p1 = (w.e[1] - r * z.e[1]) * iq, p2 = (w.e[2] - r * z.e[2]) * iq;
     const V4 k = 1.0 / (p0 + eta);
     const V4 a = eta * ir, ki = k * ir;
-    double* v = b.v.data() + g * 24;
-    store(v, p0 * ir), store(v + 4, -p1 * ir), store(v + 8, -p2 * ir);
-    store(v + 12, a + p1 * p1 * ki), store(v + 16, p1 * p2 * ki), store(v + 20, a + p2 * p2 * ki);
+    b.v[0] = p0 * ir, b.v[1] = -p1 * ir, b.v[2] = -p2 * ir;
+    b.v[3] = a + p1 * p1 * ki, b.v[4] = p1 * p2 * ki, b.v[5] = a + p2 * p2 * ki;
     const V4 l0 = 0.5 * q;
     const V4 from_w = l0 + eta * z.e[0], from_z = eta * (eta * l0 + w.e[0]), scale = iq * k;
-    store_element<3>(b.lambda, g, {{l0, (from_w * w.e[1] + from_z * z.e[1]) * scale, (from_w * w.e[2] + from_z * z.e[2]) * scale}});
-    store_one(b.ratio, g, r);
-    store_one(b.inv_det, g, isp);
-    store_one(b.inv_lambda0, g, 2.0 * iq);
+    store_element<R>(b.lambda, {{l0, (from_w * w.e[1] + from_z * z.e[1]) * scale, (from_w * w.e[2] + from_z * z.e[2]) * scale}});
+    b.ratio = r;
+    b.inv_det = isp;
+    b.inv_lambda0 = 2.0 * iq;
   } else {
     const V4 l = sqrt(m);
     const V4 il = 1.0 / l;
-    store_one(b.lambda, g, l);
-    store_one(b.inv_lambda0, g, il);
-    store_one(b.v, g, z.e[0] * il);
-    store_one(b.ratio, g, w.e[0] * il);
+    b.lambda[0] = l;
+    b.inv_lambda0 = il;
+    b.v[0] = z.e[0] * il;
+    b.ratio = w.e[0] * il;
   }
   spread.mean += m * inv_weight;   // inv_weight is 0 at dead lanes
   spread.worst = max(spread.worst, m * live);
@@ -99,46 +96,44 @@ inline void scale_group(Bank<R>& b, int g, double t, Spread& spread) {
 
 /// p = V·r_p·factor
 template <int R>
-inline void scale_primal_residual(Bank<R>& b, int g, double factor) {
-  const auto r = load_element<R>(b.r_p, g);
+inline void scale_primal_residual(Group<R>& b, double factor) {
+  const auto r = load_element<R>(b.r_p);
   if constexpr (R == 3) {
-    const double* v = b.v.data() + g * 24;
-    const V4 entries[6] = {load(v), load(v + 4), load(v + 8), load(v + 12), load(v + 16), load(v + 20)};
-    auto p = apply<1>(entries, r);
+    auto p = apply<1>(b.v, r);
     for (auto& e : p.e) e *= factor;
-    store_element<3>(b.p, g, p);
+    store_element<R>(b.p, p);
   } else {
-    store_one(b.p, g, load_one(b.v, g) * r.e[0] * factor);
+    b.p[0] = b.v[0] * r.e[0] * factor;
   }
 }
 
 /// λ∖r: the solution d of λ∘d = r.
 template <int R>
-inline Element<R> divide(const Bank<R>& b, int g, const Element<R>& lambda, const Element<R>& r) {
-  const V4 il0 = load_one(b.inv_lambda0, g);
+inline Element<R> divide(const Group<R>& b, const Element<R>& lambda, const Element<R>& r) {
+  const V4 il0 = b.inv_lambda0;
   if constexpr (R == 1) {
     return {{r.e[0] * il0}};
   } else {
-    const V4 d0 = (lambda.e[0] * r.e[0] - (lambda.e[1] * r.e[1] + lambda.e[2] * r.e[2])) * load_one(b.inv_det, g);
+    const V4 d0 = (lambda.e[0] * r.e[0] - (lambda.e[1] * r.e[1] + lambda.e[2] * r.e[2])) * b.inv_det;
     return {{d0, (r.e[1] - d0 * lambda.e[1]) * il0, (r.e[2] - d0 * lambda.e[2]) * il0}};
   }
 }
 
 /// c = λ∖(t·weight·e − u∘s), u∘s only when Corrector.
 template <int R, bool Corrector>
-inline void centring_group(Bank<R>& b, int g, double t) {
-  const auto lambda = load_element<R>(b.lambda, g);
+inline void centring_group(Group<R>& b, double t) {
+  const auto lambda = load_element<R>(b.lambda);
   Element<R> r{};
-  r.e[0] = t * load_one(b.weight, g);
+  r.e[0] = t * b.weight;
   if constexpr (Corrector) {
-    const auto u = load_element<R>(b.u, g);
-    const auto s = load_element<R>(b.s, g);
+    const auto u = load_element<R>(b.u);
+    const auto s = load_element<R>(b.s);
     r.e[0] -= dot<R>(u, s);
     if constexpr (R == 3) {
       for (int k = 1; k < 3; ++k) r.e[k] = -(u.e[0] * s.e[k] + s.e[0] * u.e[k]);
     }
   }
-  store_element<R>(b.c, g, divide<R>(b, g, lambda, r));
+  store_element<R>(b.c, divide<R>(b, lambda, r));
 }
 
 /// Largest 1/α over the group for which λ + αd leaves the cone (eq. 9); `il` = 1/det λ, or 1/λ for R = 1.
@@ -158,23 +153,23 @@ inline V4 inverse_step(const Element<R>& lambda, const Element<R>& d, V4 il, V4 
 
 /// From u = Y·dx makes the scaled directions u ← u − p_part·p and s = c − λ − u; raises inverse_alpha.
 template <int R>
-inline void direction_group(Bank<R>& b, int g, Element<R> u, double p_part, bool has_c, V4& inverse_alpha) {
-  const auto lambda = load_element<R>(b.lambda, g);
-  const V4 live = load_one(b.live, g);
+inline void direction_group(Group<R>& b, Element<R> u, double p_part, bool has_c, V4& inverse_alpha) {
+  const auto lambda = load_element<R>(b.lambda);
+  const V4 live = b.live;
   if (p_part != 0) {
-    const auto p = load_element<R>(b.p, g);
+    const auto p = load_element<R>(b.p);
     for (int r = 0; r < R; ++r) u.e[r] -= p_part * p.e[r];
   }
   Element<R> s;
   for (int r = 0; r < R; ++r) s.e[r] = -lambda.e[r] - u.e[r];
   if (has_c) {
-    const auto c = load_element<R>(b.c, g);
+    const auto c = load_element<R>(b.c);
     for (int r = 0; r < R; ++r) s.e[r] += c.e[r];
   }
   for (int r = 0; r < R; ++r) s.e[r] *= live;
-  store_element<R>(b.u, g, u);
-  store_element<R>(b.s, g, s);
-  const V4 il = load_one(R == 3 ? b.inv_det : b.inv_lambda0, g);
+  store_element<R>(b.u, u);
+  store_element<R>(b.s, s);
+  const V4 il = R == 3 ? b.inv_det : b.inv_lambda0;
   V4 det_lambda{};
   if constexpr (R == 3) det_lambda = det(lambda);
   inverse_alpha = max(inverse_alpha, max(inverse_step<R>(lambda, u, il, det_lambda), inverse_step<R>(lambda, s, il, det_lambda)));
@@ -183,17 +178,17 @@ inline void direction_group(Bank<R>& b, int g, Element<R> u, double p_part, bool
 /// Smallest of (μ_min − floor) in a form without roots: both eigenvalues of the scaled point at step α are ≥ floor·weight iff
 /// the result is ≥ 0 (eq. 10).
 template <int R>
-inline V4 margin_group(const Bank<R>& b, int g, double alpha, double floor) {
-  const auto lambda = load_element<R>(b.lambda, g);
-  const auto u = load_element<R>(b.u, g);
-  const auto s = load_element<R>(b.s, g);
+inline V4 margin_group(const Group<R>& b, double alpha, double floor) {
+  const auto lambda = load_element<R>(b.lambda);
+  const auto u = load_element<R>(b.u);
+  const auto s = load_element<R>(b.s);
   Element<R> x, y;
   for (int r = 0; r < R; ++r) {
     x.e[r] = lambda.e[r] + alpha * u.e[r];
     y.e[r] = lambda.e[r] + alpha * s.e[r];
   }
   const V4 m = dot<R>(x, y);
-  const V4 tau = floor * load_one(b.weight, g);
+  const V4 tau = floor * b.weight;
   if constexpr (R == 1) {
     return m - tau;
   } else {
@@ -204,27 +199,25 @@ inline V4 margin_group(const Bank<R>& b, int g, double alpha, double floor) {
 
 /// w += αWu, z += αVs
 template <int R>
-inline void move_group(Bank<R>& b, int g, double alpha) {
-  auto w = load_element<R>(b.w, g);
-  auto z = load_element<R>(b.z, g);
-  const auto u = load_element<R>(b.u, g);
-  const auto s = load_element<R>(b.s, g);
+inline void move_group(Group<R>& b, double alpha) {
+  auto w = load_element<R>(b.w);
+  auto z = load_element<R>(b.z);
+  const auto u = load_element<R>(b.u);
+  const auto s = load_element<R>(b.s);
   if constexpr (R == 3) {
-    const double* v = b.v.data() + g * 24;
-    const V4 entries[6] = {load(v), load(v + 4), load(v + 8), load(v + 12), load(v + 16), load(v + 20)};
-    const auto du = apply<-1>(entries, u);
-    const auto ds = apply<1>(entries, s);
-    const V4 r = load_one(b.ratio, g) * alpha;
+    const auto du = apply<-1>(b.v, u);
+    const auto ds = apply<1>(b.v, s);
+    const V4 r = b.ratio * alpha;
     for (int k = 0; k < 3; ++k) {
       w.e[k] += r * du.e[k];
       z.e[k] += alpha * ds.e[k];
     }
   } else {
-    w.e[0] += alpha * load_one(b.ratio, g) * u.e[0];
-    z.e[0] += alpha * load_one(b.v, g) * s.e[0];
+    w.e[0] += alpha * b.ratio * u.e[0];
+    z.e[0] += alpha * b.v[0] * s.e[0];
   }
-  store_element<R>(b.w, g, w);
-  store_element<R>(b.z, g, z);
+  store_element<R>(b.w, w);
+  store_element<R>(b.z, z);
 }
 
 }  // namespace stiction::cone::detail

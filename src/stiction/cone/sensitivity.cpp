@@ -78,7 +78,7 @@ Eigen::Matrix3d D_cone(const Workspace& work, int cone) {
   require_factor(s);
   require_row("cone", cone, s.n_cones);
   const int i = s.cone_place[at(cone)];
-  const double* v = s.cones.v.data() + (i / 4) * 24 + i % 4;
+  const double* v = detail::lane(s.cones.of(i).v, i);
   Eigen::Matrix3d V;
   V << v[0], v[4], v[8], v[4], v[12], v[16], v[8], v[16], v[20];
   return V * V;
@@ -88,7 +88,8 @@ double D_half_line(const Workspace& work, int half_line) {
   const detail::State& s = work.state();
   require_factor(s);
   require_row("half_line", half_line, s.n_lines);
-  const double v = s.lines.v[at(s.line_place[at(half_line)])];
+  const int i = s.line_place[at(half_line)];
+  const double v = *detail::lane(s.lines.of(i).v, i);
   return v * v;
 }
 
@@ -96,7 +97,8 @@ double D_bound(const Workspace& work, int bound) {
   const detail::State& s = work.state();
   require_factor(s);
   require_row("bound", bound, s.n_bounds);
-  const double v = s.bounds.v[at(s.bound_slot[at(bound)])];
+  const int i = s.bound_slot[at(bound)];
+  const double v = *detail::lane(s.bounds.of(i).v, i);
   return v * v;
 }
 

@@ -37,6 +37,12 @@ constexpr double kExactEnd = 0.05;         // that point is at this part of the 
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+template <class B, class F>
+inline void each_group(B& bank, F&& f) {
+  auto* group = bank.group.data();
+  for (const auto* end = group + bank.groups; group != end; ++group) f(*group);
+}
+
 class Attempt {
  public:
   Attempt(const Problem& problem, const Options& options, State& s)
@@ -56,22 +62,25 @@ class Attempt {
 
  private:
   template <class F>
-  void for_each_bank(F&& f) {
-    f(s_.cones);
-    f(s_.lines);
-    f(s_.bounds);
+  void for_each_group(F&& f) {
+    each_group(s_.cones, f);
+    each_group(s_.lines, f);
+    each_group(s_.bounds, f);
   }
   Spread scale();
   void build();
   void calc_gradient();
   void subtract_product(const double* v, double* out) const;
   bool factorise();
-  void add_all_transposed(const AlignedVector& cones, const AlignedVector& lines, const AlignedVector& bounds, double* out) const;
+  template <class Member>
+  void add_all_transposed(Member&& member, double* out) const;
   template <class F>
   void for_each_product(const double* dx, F&& f);
   void refine(double* dx);
+  void set_rhs(double t, bool corrector, double reduction);
+  double finish_direction(double t, bool corrector, double reduction);
   double calc_direction(double t, bool corrector, double reduction);
-  double shorten(double alpha, double t) const;
+  double shorten(double alpha, double t);
   void move(double alpha, double reduction);
   bool measure();
   bool prove_infeasible();
@@ -94,19 +103,16 @@ class Attempt {
   bool centred_ = false;  // the last step was a centring step of good length
 };
 
-/// Calls f(kind, i, place, w pointer, z pointer) … with stride 4 between components.
-template <int R, class F>
-void for_each_row(Bank<R>& b, F&& f) {
-  for (int i = 0; i < b.n; ++i) {
-    const int base = (i / 4) * 4 * R + i % 4;
-    f(i, base);
-  }
+/// √(x² + y²) without the cost of std::hypot, except where the squares could leave the range
+double norm2(double x, double y) {
+  const double square = x * x + y * y;
+  return square > 1e-280 && square < 1e300 ? std::sqrt(square) : std::hypot(x, y);
 }
 
 template <int R>
 double slack_of(const double* w, int stride) {
   if constexpr (R == 1) return w[0];
-  else return w[0] - std::hypot(w[stride], w[2 * stride]);
+  else return w[0] - norm2(w[stride], w[2 * stride]);
 }
 
 /// z = value·w⁻¹ (Jordan inverse)
@@ -115,7 +121,8 @@ void set_inverse(double* z, const double* w, double value) {
   if constexpr (R == 1) {
     z[0] = value / w[0];
   } else {
-    const double f = value / ((w[0] - std::hypot(w[4], w[8])) * (w[0] + std::hypot(w[4], w[8])));
+    const double norm = norm2(w[4], w[8]);
+    const double f = value / ((w[0] - norm) * (w[0] + norm));
     z[0] = f * w[0];
     z[4] = -f * w[4];
     z[8] = -f * w[8];
@@ -123,16 +130,13 @@ void set_inverse(double* z, const double* w, double value) {
 }
 
 template <int R>
-void idle_lanes(Bank<R>& b) {
-  for (int i = b.n; i < 4 * b.groups; ++i) {
-    const int base = (i / 4) * 4 * R + i % 4;
-    for (int r = 0; r < R; ++r) {
-      const double e = r == 0 ? 1.0 : 0.0;
-      b.w[at(base + 4 * r)] = b.z[at(base + 4 * r)] = e;
-      b.r_p[at(base + 4 * r)] = b.u[at(base + 4 * r)] = 0.0;
-    }
-    b.weight[at(i)] = b.inv_weight[at(i)] = b.live[at(i)] = 0.0;
+void idle_lane(Bank<R>& b, int i) {
+  Group<R>& group = b.of(i);
+  for (V4* member : {group.w, group.z, group.r_p, group.u, group.p, group.c}) {
+    for (int r = 0; r < R; ++r) lane(member, i)[4 * r] = 0.0;
   }
+  *lane(group.w, i) = *lane(group.z, i) = 1.0;
+  *lane(&group.weight, i) = *lane(&group.inv_weight, i) = *lane(&group.live, i) = 0.0;
 }
 
 /// Sorts the rows by support and lays out Y.
@@ -140,39 +144,53 @@ template <int R>
 void arrange(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout, std::vector<int>& place) {
   b.resize(rows.n);
   const int n_supports = layout.n_supports();
-  if (static_cast<int>(b.count.size()) < n_supports + 1) b.count.resize(at(n_supports + 1));
+  if (static_cast<int>(b.places.size()) < n_supports) {
+    b.places.resize(at(n_supports));
+    b.runs.reserve(at(2 * n_supports));
+  }
   if (static_cast<int>(b.g_offset.size()) < rows.n) {
     b.g_offset.resize(rows.id.size());
     b.row.resize(rows.id.size());
     place.resize(rows.id.size());
   }
   if (b.Y.size() < rows.G.size()) b.Y.resize(rows.G.size());
-  std::fill_n(b.count.begin(), n_supports + 1, 0);
-  for (int i = 0; i < rows.n; ++i) ++b.count[at(rows.support[at(i)] + 1)];
+  auto* places = b.places.data();
+  for (int k = 0; k < n_supports; ++k) places[k].count = 0;
+  for (int i = 0; i < rows.n; ++i) ++places[rows.support[at(i)]].count;
   b.runs.clear();
-  int y = 0;
-  for (int k = 0; k < n_supports; ++k) {
-    const int begin = b.count[at(k)];
-    const int end = begin + b.count[at(k + 1)];
-    b.count[at(k + 1)] = end;
-    if (end == begin) continue;
-    const int stride = static_cast<int>(layout.support(k).tiles.size()) * R * kTile;
-    b.runs.push_back({k, begin, end, y, stride});
+  int j = 0, y = 0;
+  const auto add_run = [&](int k, int n) {
     const auto& tiles = layout.support(k).tiles;
-    for (int j = begin; j < end; ++j, y += stride) b.row[at(j)] = {tiles.data(), static_cast<int>(tiles.size()), y};
+    const int n_tiles = static_cast<int>(tiles.size());
+    const int stride = n_tiles * R * kTile;
+    b.runs.push_back({k, j, j + n, y, stride});
+    for (const int end = j + n; j < end; ++j, y += stride) b.row[at(j)] = {tiles.data(), n_tiles, y};
+  };
+  for (int k = 0; k < n_supports; ++k) {
+    places[k].whole = j;
+    if (places[k].count >= 4) add_run(k, places[k].count & ~3);
+    places[k].whole_end = j;
+  }
+  b.whole_groups = j / 4;
+  for (int k = 0; k < n_supports; ++k) {
+    places[k].rest = j;
+    if ((places[k].count & 3) != 0) add_run(k, places[k].count & 3);
   }
   for (int i = 0; i < rows.n; ++i) {
-    const int j = b.count[at(rows.support[at(i)])]++;
-    b.order[at(j)] = i;
-    place[at(i)] = j;
-    b.g_offset[at(j)] = rows.offset[at(i)];
+    auto& of = places[rows.support[at(i)]];
+    const int to = of.whole < of.whole_end ? of.whole++ : of.rest++;
+    b.order[at(to)] = i;
+    place[at(i)] = to;
+    b.g_offset[at(to)] = rows.offset[at(i)];
   }
 }
 
-void set_weight(AlignedVector& weight, AlignedVector& inverse, AlignedVector& live, int i, double value) {
-  weight[at(i)] = value;
-  inverse[at(i)] = 1.0 / value;
-  live[at(i)] = 1.0;
+template <int R>
+void set_weight(Bank<R>& b, int i, double value) {
+  Group<R>& group = b.of(i);
+  *lane(&group.weight, i) = value;
+  *lane(&group.inv_weight, i) = 1.0 / value;
+  *lane(&group.live, i) = 1.0;
 }
 
 /// Patterns, order and weights of a problem (everything but the start).
@@ -196,25 +214,25 @@ void prepare(const Problem& problem, const Options& options, State& s) {
   };
   for (int i = 0; i < s.n_cones; ++i) {
     const double sigma = problem.cones().sigma[at(s.cones.order[at(i)])];
-    set_weight(s.cones.weight, s.cones.inv_weight, s.cones.live, i, weight_of(sigma, 2.0));
+    set_weight(s.cones, i, weight_of(sigma, 2.0));
   }
   for (int i = 0; i < s.n_lines; ++i) {
     const double sigma = problem.half_lines().sigma[at(s.lines.order[at(i)])];
-    set_weight(s.lines.weight, s.lines.inv_weight, s.lines.live, i, weight_of(sigma, 1.0));
+    set_weight(s.lines, i, weight_of(sigma, 1.0));
   }
-  idle_lanes(s.cones);
-  idle_lanes(s.lines);
-  s.bounds.n = 0;
-  idle_lanes(s.bounds);
-  s.bounds.n = 4 * s.bounds.groups;
+  for (int i = s.n_cones; i < 4 * s.cones.groups; ++i) idle_lane(s.cones, i);
+  for (int i = s.n_lines; i < 4 * s.lines.groups; ++i) idle_lane(s.lines, i);
   for (int g = 0; g < s.bounds.groups; ++g) {
     const auto& group = problem.bound_groups()[at(g)];
     s.bound_tile[at(g)] = group.tile;
     for (int lane = 0; lane < kTile; ++lane) {
       s.bound_sign[at(4 * g + lane)] = group.sign[lane];
-      if (group.index[lane] < 0) continue;
+      if (group.index[lane] < 0) {
+        idle_lane(s.bounds, 4 * g + lane);
+        continue;
+      }
       s.bound_slot[at(group.index[lane])] = 4 * g + lane;
-      set_weight(s.bounds.weight, s.bounds.inv_weight, s.bounds.live, 4 * g + lane, weight_of(group.sigma[lane], 1.0));
+      set_weight(s.bounds, 4 * g + lane, weight_of(group.sigma[lane], 1.0));
     }
   }
   std::ranges::fill(s.below, 0);
@@ -229,7 +247,12 @@ void prepare(const Problem& problem, const Options& options, State& s) {
   for (const auto& q : layout.q_tiles()) {
     if (q.row != q.column) s.below[at(q.column)] |= std::uint64_t{1} << q.row;
   }
-  s.factor.analyse(s.below);
+  if (s.factor.analyse(s.below)) {
+    s.q_of.assign(at(s.factor.n_tiles_stored()), -1);
+    for (std::size_t q = 0; q < layout.q_tiles().size(); ++q) {
+      s.q_of[at(s.factor.index(layout.q_tiles()[q].row, layout.q_tiles()[q].column))] = static_cast<int>(q);
+    }
+  }
 }
 
 void Attempt::start_cold(double least_slack, bool careful) {
@@ -244,35 +267,33 @@ void Attempt::start_cold(double least_slack, bool careful) {
     for (const double offset : problem_.bound_groups()[at(g)].offset) violation = std::max(violation, -offset);
   }
   const double s0 = std::max(least_slack, 0.3 * violation);
-  double sharpest = 0;
-  for_each_bank([&](auto& b) {
-    for (int i = 0; i < 4 * b.groups; ++i) sharpest = std::max(sharpest, b.weight[at(i)]);
-  });
+  V4 sharpest_lanes{};
+  for_each_group([&](const auto& group) { sharpest_lanes = max(sharpest_lanes, group.weight); });
+  const double sharpest = largest(sharpest_lanes);
   const double centre = smoothed_ && sharpest > 0 ? std::max(1.0, kColdCentre * impulse_ / sharpest) : kColdCentre * impulse_;
-  for_each_row(s_.cones, [&](int i, int base) {
+  for (int i = 0; i < s_.n_cones; ++i) {
+    Group<3>& group = s_.cones.of(i);
     const double* g = cones.g.data() + 3 * s_.cones.order[at(i)];
-    double* w = s_.cones.w.data() + base;
-    w[0] = std::max(g[0], s0 + std::hypot(g[1], g[2]));
+    double* w = lane(group.w, i);
+    w[0] = std::max(g[0], s0 + norm2(g[1], g[2]));
     w[4] = g[1];
     w[8] = g[2];
-    double* r = s_.cones.r_p.data() + base;
+    double* r = lane(group.r_p, i);
     r[0] = w[0] - g[0];
     r[4] = r[8] = 0;
-    set_inverse<3>(s_.cones.z.data() + base, w, centre * s_.cones.weight[at(i)]);
-  });
-  for_each_row(s_.lines, [&](int i, int base) {
-    const double g = lines.g[at(s_.lines.order[at(i)])];
-    s_.lines.w[at(base)] = std::max(g, s0);
-    s_.lines.r_p[at(base)] = s_.lines.w[at(base)] - g;
-    s_.lines.z[at(base)] = centre * s_.lines.weight[at(i)] / s_.lines.w[at(base)];
-  });
-  for_each_row(s_.bounds, [&](int i, int base) {
-    if (s_.bounds.live[at(i)] == 0) return;
-    const double g = problem_.bound_groups()[at(i / 4)].offset[i % 4];
-    s_.bounds.w[at(base)] = std::max(g, s0);
-    s_.bounds.r_p[at(base)] = s_.bounds.w[at(base)] - g;
-    s_.bounds.z[at(base)] = centre * s_.bounds.weight[at(i)] / s_.bounds.w[at(base)];
-  });
+    set_inverse<3>(lane(group.z, i), w, centre * *lane(&group.weight, i));
+  }
+  const auto start_line = [&](Group<1>& group, int i, double g) {
+    double* w = lane(group.w, i);
+    *w = std::max(g, s0);
+    *lane(group.r_p, i) = *w - g;
+    *lane(group.z, i) = centre * *lane(&group.weight, i) / *w;
+  };
+  for (int i = 0; i < s_.n_lines; ++i) start_line(s_.lines.of(i), i, lines.g[at(s_.lines.order[at(i)])]);
+  for (int k = 0; k < s_.n_bounds; ++k) {
+    const int i = s_.bound_slot[at(k)];
+    start_line(s_.bounds.of(i), i, problem_.bound_groups()[at(i / 4)].offset[i % 4]);
+  }
   primal_ = 1.0;
 }
 
@@ -314,25 +335,27 @@ bool Attempt::try_start_warm() {
     return rows.z.data() + components * i;
   };
   const auto general = [&]<int R>(GeneralBank<R>& b, const Problem::Rows& rows, const Memory::Rows& memory) {
-    for_each_row(b, [&](int i, int base) {
+    for (int i = 0; i < b.n; ++i) {
+      Group<R>& group = b.of(i);
       const int original = b.order[at(i)];
       double gx[R];
       multiply_raw<R>(rows, original, layout_, s_.x.data(), gx);
-      for (int r = 0; r < R; ++r) b.w[at(base + 4 * r)] = gx[r] + rows.g[at(R * original + r)];
+      double* w = lane(group.w, i);
+      for (int r = 0; r < R; ++r) w[4 * r] = gx[r] + rows.g[at(R * original + r)];
       const double* z = look_up(memory, rows.id[at(original)], original, R);
-      worst = std::max(worst, start_row<R>(b.w.data() + base, b.z.data() + base, b.r_p.data() + base, z, centre * b.weight[at(i)],
-                                            smoothed_));
-    });
+      worst = std::max(worst, start_row<R>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i), smoothed_));
+    }
   };
   general(s_.cones, problem_.cones(), m.cones);
   general(s_.lines, problem_.half_lines(), m.lines);
   for (int k = 0; k < s_.n_bounds; ++k) {
     const int i = s_.bound_slot[at(k)];
+    Group<1>& group = s_.bounds.of(i);
     const int tile = s_.bound_tile[at(i / 4)];
-    s_.bounds.w[at(i)] = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)] + problem_.bound_groups()[at(i / 4)].offset[i % 4];
+    double* w = lane(group.w, i);
+    *w = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)] + problem_.bound_groups()[at(i / 4)].offset[i % 4];
     const double* z = look_up(m.bounds, problem_.bound_id(k), k, 1);
-    worst = std::max(worst, start_row<1>(&s_.bounds.w[at(i)], &s_.bounds.z[at(i)], &s_.bounds.r_p[at(i)], z,
-                                         centre * s_.bounds.weight[at(i)], smoothed_));
+    worst = std::max(worst, start_row<1>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i), smoothed_));
   }
   primal_ = 1.0;
   return hits > 0 && worst <= (smoothed_ ? 8.0 : 4.0);
@@ -340,34 +363,33 @@ bool Attempt::try_start_warm() {
 
 Spread Attempt::scale() {
   Spread spread;
-  for_each_bank([&]<int R>(Bank<R>& b) {
-    for (int g = 0; g < b.groups; ++g) scale_group<R>(b, g, t_end_, spread);
-  });
+  for_each_group([&]<int R>(Group<R>& group) { scale_group<R>(group, t_end_, spread); });
   return spread;
 }
 
 /// H = Q + YᵀY and, while w ≠ Gx + g, p = V·r_p.
 void Attempt::build() {
   TileFactor& h = s_.factor;
-  h.set_zero();
   const double* q = problem_.Q_tiles();
-  for (const auto& tile : layout_.q_tiles()) {
-    double* t = h.tile(h.index(tile.row, tile.column));
-    for (int k = 0; k < 16; k += 4) store(t + k, load(q + k));
-    q += 16;
+  int i = 0;
+  for (const int from : s_.q_of) {
+    double* t = h.tile(i++);
+    if (from < 0) {
+      for (int k = 0; k < 16; k += 4) store(t + k, V4{});
+    } else {
+      for (int k = 0; k < 16; k += 4) store(t + k, load(q + 16 * from + k));
+    }
   }
   add_hessian(s_.cones, problem_.cones(), layout_, h);
   add_hessian(s_.lines, problem_.half_lines(), layout_, h);
   for (int g = 0; g < s_.bounds.groups; ++g) {
     double* t = h.tile(h.index(s_.bound_tile[at(g)], s_.bound_tile[at(g)]));
-    const V4 y = load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g);
+    const V4 y = s_.bounds.group[at(g)].v[0] * load(s_.bound_sign.data() + 4 * g);
     const V4 d = y * y;
     for (int lane = 0; lane < kTile; ++lane) t[5 * lane] += d[lane];
   }
   if (primal_ == 0) return;
-  for_each_bank([&]<int R>(Bank<R>& b) {
-    for (int g = 0; g < b.groups; ++g) scale_primal_residual<R>(b, g, primal_);
-  });
+  for_each_group([&]<int R>(Group<R>& group) { scale_primal_residual<R>(group, primal_); });
 }
 
 /// out −= Qv
@@ -392,38 +414,43 @@ void Attempt::calc_gradient() {
   subtract_product(s_.x.data(), s_.gradient.data());
 }
 
-/// Factor of H; where rounding leaves a pivot that is not positive, of H with a slightly larger diagonal.
+/// Factor of H, and the first half of solving for dx, which holds the right-hand side (kept in scale); where rounding leaves a pivot that is not positive, of H with a slightly
+/// larger diagonal.
 bool Attempt::factorise() {
-  if (s_.factor.factorise()) return true;
+  std::ranges::copy(s_.dx, s_.scale.begin());
+  if (s_.factor.factorise(s_.dx.data())) return true;
   for (const double delta : {1e-15, 1e-13, 1e-11}) {
     build();
     for (int t = 0; t < layout_.tiles(); ++t) {
       double* d = s_.factor.tile(s_.factor.index(t, t));
       for (int lane = 0; lane < kTile; ++lane) d[5 * lane] *= 1 + delta;
     }
-    if (s_.factor.factorise()) return true;
+    std::ranges::copy(s_.scale, s_.dx.begin());
+    if (s_.factor.factorise(s_.dx.data())) return true;
   }
   return false;
 }
 
-/// out += Yᵀa, a[k] by bank
-void Attempt::add_all_transposed(const AlignedVector& cones, const AlignedVector& lines, const AlignedVector& bounds, double* out) const {
-  add_transposed(s_.cones, layout_, cones, out);
-  add_transposed(s_.lines, layout_, lines, out);
-  for (int g = 0; g < s_.bounds.groups; ++g) {
+/// out += Yᵀa, `member` gives a of a group
+template <class Member>
+void Attempt::add_all_transposed(Member&& member, double* out) const {
+  add_transposed(s_.cones, member, out);
+  add_transposed(s_.lines, member, out);
+  const Group<1>* group = s_.bounds.group.data();
+  for (int g = 0; g < s_.bounds.groups; ++g, ++group) {
     double* to = out + 4 * s_.bound_tile[at(g)];
-    store(to, load(to) + load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g) * load_one(bounds, g));
+    store(to, load(to) + group->v[0] * load(s_.bound_sign.data() + 4 * g) * member(*group)[0]);
   }
 }
 
-/// Calls f(bank, group, Y·dx of the group) for all groups.
+/// Calls f(group, Y·dx of the group) for all groups.
 template <class F>
 void Attempt::for_each_product(const double* dx, F&& f) {
-  for (int g = 0; g < s_.cones.groups; ++g) f(static_cast<Bank<3>&>(s_.cones), g, multiply_group(s_.cones, g, dx));
-  for (int g = 0; g < s_.lines.groups; ++g) f(static_cast<Bank<1>&>(s_.lines), g, multiply_group(s_.lines, g, dx));
-  for (int g = 0; g < s_.bounds.groups; ++g) {
-    const V4 y = load_one(s_.bounds.v, g) * load_one(s_.bound_sign, g);
-    f(s_.bounds, g, Element<1>{{y * load(dx + 4 * s_.bound_tile[at(g)])}});
+  for (int g = 0; g < s_.cones.groups; ++g) f(s_.cones.group[at(g)], multiply_group(s_.cones, g, dx));
+  for (int g = 0; g < s_.lines.groups; ++g) f(s_.lines.group[at(g)], multiply_group(s_.lines, g, dx));
+  Group<1>* group = s_.bounds.group.data();
+  for (int g = 0; g < s_.bounds.groups; ++g, ++group) {
+    f(*group, Element<1>{{group->v[0] * load(s_.bound_sign.data() + 4 * g) * load(dx + 4 * s_.bound_tile[at(g)])}});
   }
 }
 
@@ -433,74 +460,74 @@ void Attempt::refine(double* dx) {
   for (int k = 0; k < 2; ++k) {
     std::ranges::copy(s_.scale, s_.scratch.begin());
     subtract_product(dx, residual);
-    for_each_product(dx, [&]<int R>(Bank<R>& b, int g, Element<R> u) {
+    for_each_product(dx, [&]<int R>(Group<R>& group, Element<R> u) {
       for (auto& e : u.e) e = -e;
-      store_element<R>(b.u, g, u);
+      store_element<R>(group.u, u);
     });
-    add_all_transposed(s_.cones.u, s_.lines.u, s_.bounds.u, residual);
+    add_all_transposed([](const auto& group) -> const auto& { return group.u; }, residual);
     s_.factor.solve(residual);
     for (int i = 0; i < layout_.padded_size(); ++i) dx[i] += residual[i];
   }
 }
 
-/// Newton direction to t·weight·e (with Mehrotra's second-order term from the direction now in u, s when `corrector`) that takes
-/// away the part `reduction` of both infeasibilities; less than 1 only with t > 0.
-/// @returns the largest step that stays inside all cones
-double Attempt::calc_direction(double t, bool corrector, double reduction) {
+/// dx = the right-hand side of the Newton direction to t·weight·e (with Mehrotra's second-order term from the direction now in u, s
+/// when `corrector`) that takes away the part `reduction` of both infeasibilities; less than 1 only with t > 0.
+void Attempt::set_rhs(double t, bool corrector, double reduction) {
   const bool has_p = primal_ != 0 && reduction > 0;
   const bool has_c = t != 0 || corrector;
   double* dx = s_.dx.data();
   for (int k = 0; k < layout_.padded_size(); k += 4) store(dx + k, load(s_.gradient.data() + k) * reduction);
   if (has_c) {
-    for_each_bank([&]<int R>(Bank<R>& b) {
-      for (int g = 0; g < b.groups; ++g) {
-        if (corrector) centring_group<R, true>(b, g, t);
-        else centring_group<R, false>(b, g, t);
-        auto c = load_element<R>(b.c, g);
-        if (has_p) {
-          const auto p = load_element<R>(b.p, g);
-          for (int r = 0; r < R; ++r) c.e[r] += reduction * p.e[r];
-        }
-        if (reduction < 1) {
-          const auto lambda = load_element<R>(b.lambda, g);
-          for (int r = 0; r < R; ++r) c.e[r] -= (1 - reduction) * lambda.e[r];
-        }
-        store_element<R>(b.u, g, c);   // u is free here: the right-hand side c + p
+    for_each_group([&]<int R>(Group<R>& group) {
+      if (corrector) centring_group<R, true>(group, t);
+      else centring_group<R, false>(group, t);
+      auto c = load_element<R>(group.c);
+      if (has_p) {
+        for (int r = 0; r < R; ++r) c.e[r] += reduction * group.p[r];
       }
+      if (reduction < 1) {
+        for (int r = 0; r < R; ++r) c.e[r] -= (1 - reduction) * group.lambda[r];
+      }
+      store_element<R>(group.u, c);   // u is free here: the right-hand side c + p
     });
   }
-  if (has_c) add_all_transposed(s_.cones.u, s_.lines.u, s_.bounds.u, dx);
-  else if (has_p) add_all_transposed(s_.cones.p, s_.lines.p, s_.bounds.p, dx);
-  if (careful_) std::ranges::copy(s_.dx, s_.scale.begin());
-  s_.factor.solve(dx);
+  if (has_c) add_all_transposed([](const auto& group) -> const auto& { return group.u; }, dx);
+  else if (has_p) add_all_transposed([](const auto& group) -> const auto& { return group.p; }, dx);
+}
+
+/// From the solution dx of H·dx = rhs, the rest of that direction. @returns the largest step that stays inside all cones
+double Attempt::finish_direction(double t, bool corrector, double reduction) {
+  const bool has_p = primal_ != 0 && reduction > 0;
+  const bool has_c = t != 0 || corrector;
+  double* dx = s_.dx.data();
   if (careful_) refine(dx);
   V4 inverse = all(1e-30);
-  for_each_product(dx, [&]<int R>(Bank<R>& b, int g, const Element<R>& u) {
-    direction_group<R>(b, g, u, has_p ? reduction : 0.0, has_c, inverse);
+  for_each_product(dx, [&]<int R>(Group<R>& group, const Element<R>& u) {
+    direction_group<R>(group, u, has_p ? reduction : 0.0, has_c, inverse);
   });
   return 1.0 / largest(inverse);
 }
 
+double Attempt::calc_direction(double t, bool corrector, double reduction) {
+  set_rhs(t, corrector, reduction);
+  if (careful_) std::ranges::copy(s_.dx, s_.scale.begin());
+  s_.factor.solve(s_.dx.data());
+  return finish_direction(t, corrector, reduction);
+}
+
 /// Step inside the neighbourhood of the central path around t.
-double Attempt::shorten(double alpha, double t) const {
+double Attempt::shorten(double alpha, double t) {
   const double floor = (careful_ ? kCareful : kNeighbourhood) * t;
   for (int k = 0; k < 12; ++k, alpha *= kBacktrack) {
     V4 margin = all(1.0);
-    const auto look = [&]<int R>(const Bank<R>& b) {
-      for (int g = 0; g < b.groups; ++g) margin = min(margin, margin_group<R>(b, g, alpha, floor));
-    };
-    look(s_.cones);
-    look(s_.lines);
-    look(s_.bounds);
+    for_each_group([&]<int R>(const Group<R>& group) { margin = min(margin, margin_group<R>(group, alpha, floor)); });
     if (largest(-margin) <= 0) break;
   }
   return alpha;
 }
 
 void Attempt::move(double alpha, double reduction) {
-  for_each_bank([&]<int R>(Bank<R>& b) {
-    for (int g = 0; g < b.groups; ++g) move_group<R>(b, g, alpha);
-  });
+  for_each_group([&]<int R>(Group<R>& group) { move_group<R>(group, alpha); });
   for (int t = 0; t < layout_.tiles(); ++t) {
     store(s_.x.data() + 4 * t, load(s_.x.data() + 4 * t) + alpha * load(s_.dx.data() + 4 * t));
   }
@@ -510,7 +537,8 @@ void Attempt::move(double alpha, double reduction) {
 
 /// One predictor(–corrector) step. @returns false when no progress is possible
 bool Attempt::step() {
-  const double largest_affine = calc_direction(t_end_, false, 1.0);
+  s_.factor.solve_backward(s_.dx.data());   // factorise() has begun this direction
+  const double largest_affine = finish_direction(t_end_, false, 1.0);
   const double affine = std::min(1.0, kToBoundary * largest_affine);
   if (!(affine > 0)) return false;
   const bool plain = n_rows_ == 0 || (smoothed_ ? affine >= (careful_ ? 1.0 : kPlainStep) : t_ < kNear * t_end_);
@@ -547,30 +575,34 @@ bool Attempt::measure() {
   std::ranges::fill(s_.scale, 0.0);
   double primal = 0;
   const auto general = [&]<int R>(GeneralBank<R>& b, const Problem::Rows& rows) {
-    for_each_row(b, [&](int i, int base) {
+    for (int i = 0; i < b.n; ++i) {
+      Group<R>& group = b.of(i);
       const int original = b.order[at(i)];
       double gx[R], z[R], size = 1;
       multiply_raw<R>(rows, original, layout_, s_.x.data(), gx);
       for (int r = 0; r < R; ++r) size = std::max(size, std::abs(rows.g[at(R * original + r)]));
       for (int r = 0; r < R; ++r) {
-        b.r_p[at(base + 4 * r)] = b.w[at(base + 4 * r)] - (gx[r] + rows.g[at(R * original + r)]);
-        primal = std::max(primal, std::abs(b.r_p[at(base + 4 * r)]) / size);
-        z[r] = b.z[at(base + 4 * r)];
+        const double off = lane(group.w, i)[4 * r] - (gx[r] + rows.g[at(R * original + r)]);
+        lane(group.r_p, i)[4 * r] = off;
+        primal = std::max(primal, std::abs(off) / size);
+        z[r] = lane(group.z, i)[4 * r];
       }
       add_transposed_raw<R>(rows, original, layout_, z, s_.scratch.data(), s_.scale.data());
-    });
+    }
   };
   general(s_.cones, problem_.cones());
   general(s_.lines, problem_.half_lines());
-  for_each_row(s_.bounds, [&](int i, int) {
-    if (s_.bounds.live[at(i)] == 0) return;
+  for (int k = 0; k < s_.n_bounds; ++k) {
+    const int i = s_.bound_slot[at(k)];
+    Group<1>& group = s_.bounds.of(i);
     const int position = 4 * s_.bound_tile[at(i / 4)] + i % 4;
-    const double sign = s_.bound_sign[at(i)], g = problem_.bound_groups()[at(i / 4)].offset[i % 4];
-    s_.bounds.r_p[at(i)] = s_.bounds.w[at(i)] - (sign * s_.x[at(position)] + g);
-    primal = std::max(primal, std::abs(s_.bounds.r_p[at(i)]) / std::max(1.0, std::abs(g)));
-    s_.scratch[at(position)] += sign * s_.bounds.z[at(i)];
-    s_.scale[at(position)] += s_.bounds.z[at(i)];
-  });
+    const double sign = s_.bound_sign[at(i)], g = problem_.bound_groups()[at(i / 4)].offset[i % 4], z = *lane(group.z, i);
+    const double off = *lane(group.w, i) - (sign * s_.x[at(position)] + g);
+    *lane(group.r_p, i) = off;
+    primal = std::max(primal, std::abs(off) / std::max(1.0, std::abs(g)));
+    s_.scratch[at(position)] += sign * z;
+    s_.scale[at(position)] += z;
+  }
   double stationarity = 0;
   for (int i = 0; i < padded; ++i) {
     const double b = problem_.b_padded()[i];
@@ -588,25 +620,30 @@ bool Attempt::measure() {
 /// 1e-6 (the central path needs an interior). Call after measure(), which leaves Gᵀz in scratch.
 bool Attempt::prove_infeasible() {
   double gz = 0, norm = 0, size = 0;   // size: Σ z₀
-  for_each_row(s_.cones, [&](int i, int base) {
-    for (int r = 0; r < 3; ++r) gz += problem_.cones().g[at(3 * s_.cones.order[at(i)] + r)] * s_.cones.z[at(base + 4 * r)];
-    size += s_.cones.z[at(base)];
-  });
-  for_each_row(s_.lines, [&](int i, int base) {
-    gz += problem_.half_lines().g[at(s_.lines.order[at(i)])] * s_.lines.z[at(base)];
-    size += s_.lines.z[at(base)];
-  });
-  for_each_row(s_.bounds, [&](int i, int base) {
-    if (s_.bounds.live[at(i)] == 0) return;
-    gz += problem_.bound_groups()[at(i / 4)].offset[i % 4] * s_.bounds.z[at(base)];
-    size += s_.bounds.z[at(base)];
-  });
+  for (int i = 0; i < s_.n_cones; ++i) {
+    const double* z = lane(s_.cones.of(i).z, i);
+    for (int r = 0; r < 3; ++r) gz += problem_.cones().g[at(3 * s_.cones.order[at(i)] + r)] * z[4 * r];
+    size += z[0];
+  }
+  for (int i = 0; i < s_.n_lines; ++i) {
+    const double z = *lane(s_.lines.of(i).z, i);
+    gz += problem_.half_lines().g[at(s_.lines.order[at(i)])] * z;
+    size += z;
+  }
+  for (int k = 0; k < s_.n_bounds; ++k) {
+    const int i = s_.bound_slot[at(k)];
+    const double z = *lane(s_.bounds.of(i).z, i);
+    gz += problem_.bound_groups()[at(i / 4)].offset[i % 4] * z;
+    size += z;
+  }
   for (const double v : s_.scratch) norm += std::abs(v);
   return -gz > options_.infeasible_radius * norm - (smoothed_ ? kNoInterior * size : 0.0);
 }
 
 void Attempt::remember_z() {
-  for_each_bank([&]<int R>(Bank<R>& b) { std::copy_n(b.z.begin(), 4 * R * b.groups, b.z_saved.begin()); });
+  for_each_group([&]<int R>(Group<R>& group) {
+    for (int r = 0; r < R; ++r) group.z_saved[r] = group.z[r];
+  });
 }
 
 Status Attempt::run(int& iterations) {
@@ -650,6 +687,7 @@ Status Attempt::run(int& iterations) {
       return Status::MaxIterations;
     }
     build();
+    set_rhs(t_end_, false, 1.0);
     ++iterations;
     if (!factorise() || !step()) return good ? Status::Solved : Status::NumericalFailure;
   }
@@ -658,6 +696,7 @@ Status Attempt::run(int& iterations) {
 /// Factor of H at the final point, in the scaling that scale() has just made.
 void Attempt::leave_factor() {
   build();
+  std::ranges::fill(s_.dx, 0.0);
   s_.has_factor = factorise();
 }
 
@@ -669,11 +708,11 @@ void remember_rows(const Bank<R>& b, const std::vector<int>& place, int n, const
     out.z.resize(R * id.size());
   }
   out.n = n;
-  const AlignedVector& z = saved ? b.z_saved : b.z;
   for (int k = 0; k < n; ++k) {
     const int i = place[at(k)];
     out.id[at(k)] = id[at(k)];
-    for (int r = 0; r < R; ++r) out.z[at(R * k + r)] = z[at((i / 4) * 4 * R + 4 * r + i % 4)];
+    const double* z = lane(saved ? b.of(i).z_saved : b.of(i).z, i);
+    for (int r = 0; r < R; ++r) out.z[at(R * k + r)] = z[4 * r];
   }
 }
 
@@ -691,7 +730,8 @@ void remember(const Problem& problem, const Options& options, State& s) {
   s.memory.bounds.n = s.n_bounds;
   for (int k = 0; k < s.n_bounds; ++k) {
     s.memory.bounds.id[at(k)] = problem.bound_id(k);
-    s.memory.bounds.z[at(k)] = (saved ? s.bounds.z_saved : s.bounds.z)[at(s.bound_slot[at(k)])];
+    const Group<1>& group = s.bounds.of(s.bound_slot[at(k)]);
+    s.memory.bounds.z[at(k)] = *lane(saved ? group.z_saved : group.z, s.bound_slot[at(k)]);
   }
   std::ranges::copy(s.x, s.x_memory.begin());
   s.memory.mode = options.mode;
@@ -708,8 +748,8 @@ double write_result(const Problem& problem, const State& s, Result& result) {
   result.z_cone.resize_columns(problem.n_cones());
   for (int k = 0; k < problem.n_cones(); ++k) {
     const int i = s.cone_place[at(k)];
-    const double* w = s.cones.w.data() + (i / 4) * 12 + i % 4;
-    const double* z = s.cones.z.data() + (i / 4) * 12 + i % 4;
+    const double* w = lane(s.cones.of(i).w, i);
+    const double* z = lane(s.cones.of(i).z, i);
     for (int r = 0; r < 3; ++r) {
       result.w_cone(r, k) = w[4 * r];
       result.z_cone(r, k) = z[4 * r];
@@ -720,8 +760,9 @@ double write_result(const Problem& problem, const State& s, Result& result) {
     w.resize_numbers(n);
     z.resize_numbers(n);
     for (int k = 0; k < n; ++k) {
-      w[k] = b.w[at(place[at(k)])];
-      z[k] = b.z[at(place[at(k)])];
+      const int i = place[at(k)];
+      w[k] = *lane(b.of(i).w, i);
+      z[k] = *lane(b.of(i).z, i);
       outside = std::max({outside, -w[k], -z[k]});
     }
   };

@@ -6,28 +6,41 @@
 
 #include "stiction/cone/aligned.hpp"
 #include "stiction/cone/problem.hpp"
+#include "stiction/cone/simd.hpp"
 #include "stiction/cone/solver.hpp"
 #include "stiction/cone/tile_factor.hpp"
 
 namespace stiction::cone::detail {
 
-/// Iterates of all rows of one kind, R components each, as structure of arrays in groups of four rows: entry (row i, component r)
-/// lies at [(i/4)·R + r]·4 + i%4. Rows are sorted by support; `order` maps to the order of adding. Lanes beyond n hold
-/// w = z = e, have live = 0 and take no part in anything.
+/// Four rows of one kind, R components each, a row per lane; everything an iteration knows of them lies side by side.
+template <int R>
+struct Group {
+  static constexpr int kScaling = R == 3 ? 6 : 1;   // entries of the symmetric V = W⁻¹: 00 01 02 11 12 22
+  V4 w[R], z[R], lambda[R], u[R], s[R], c[R], p[R], r_p[R];
+  V4 v[kScaling];
+  V4 ratio, inv_det, inv_lambda0, weight, inv_weight, live;
+  V4 z_saved[R];
+};
+
+/// All rows of one kind. Rows are sorted by support; `order` maps to the order of adding. Lanes without a row hold w = z = e,
+/// have live = 0 and take no part in anything.
 template <int R>
 struct Bank {
-  static constexpr int kScaling = R == 3 ? 6 : 1;   // entries of the symmetric V = W⁻¹
   int n = 0;
   int groups = 0;
   std::vector<int> order;
-  AlignedVector w, z, z_saved, lambda, u, s, c, p, r_p;   // R components
-  AlignedVector v;                                        // kScaling components: 00 01 02 11 12 22
-  AlignedVector ratio, inv_det, inv_lambda0, weight, inv_weight, live;   // one
+  std::vector<Group<R>, AlignedAllocator<Group<R>>> group;
 
   void resize(int rows);
+  Group<R>& of(int row) { return group[static_cast<std::size_t>(row / 4)]; }
+  const Group<R>& of(int row) const { return group[static_cast<std::size_t>(row / 4)]; }
 };
 
-/// A run of consecutive rows with the same support.
+/// Component 0 of a row in a member of its group; component r is 4·r further on.
+inline double* lane(V4* member, int row) { return reinterpret_cast<double*>(member) + row % 4; }
+inline const double* lane(const V4* member, int row) { return reinterpret_cast<const double*>(member) + row % 4; }
+
+/// Consecutive rows with the same support: whole groups, or single rows of groups that mix supports.
 struct Run {
   int support;
   int begin;
@@ -36,10 +49,11 @@ struct Run {
   int stride;   // doubles per row
 };
 
-/// A bank whose rows have a general G.
+/// A bank whose rows have a general G. Groups of one support come first, then what is left over of each support.
 template <int R>
 struct GeneralBank : Bank<R> {
   std::vector<Run> runs;
+  int whole_groups = 0;                       // the first groups, each of one support
   struct Row {
     const int* tiles;   // of its support
     int n_tiles;
@@ -47,7 +61,10 @@ struct GeneralBank : Bank<R> {
   };
   std::vector<Row> row;                       // by sorted row
   std::vector<int> g_offset;                  // by sorted row, into Problem::Rows::G
-  std::vector<int> count;                     // scratch of the sort by support
+  struct Places {
+    int count, whole, whole_end, rest;
+  };
+  std::vector<Places> places;                 // scratch of the sort by support
   AlignedVector Y;                            // VG, as Problem::Rows::G
 };
 
@@ -71,12 +88,13 @@ struct State {
   std::shared_ptr<const Layout> layout;
   TileFactor factor;
   std::vector<std::uint64_t> below;
+  std::vector<int> q_of;           // stored tile of the factor → tile of Q, −1 where Q has none
   GeneralBank<3> cones;
   GeneralBank<1> lines;
   Bank<1> bounds;
   std::vector<int> bound_slot;     // index of the bound → place in the bank (group · 4 + lane)
   std::vector<int> bound_tile;     // by group
-  AlignedVector bound_sign;        // as the bank, 0 at dead lanes
+  AlignedVector bound_sign;        // four per group, 0 at dead lanes
   AlignedVector x, dx, gradient, scratch, scale;   // padded
   Memory memory;
   AlignedVector x_memory;

@@ -41,18 +41,19 @@ inline bool invert_factor(double* t) {
 TileFactor::TileFactor(int tiles)
     : n_(tiles), below_(static_cast<std::size_t>(tiles)), column_(below_), row_(below_),
       index_(static_cast<std::size_t>(tiles * tiles)), column_start_(static_cast<std::size_t>(tiles + 1)),
-      row_start_(column_start_) {
+      block_start_(column_start_), row_start_(column_start_) {
   const auto lower = static_cast<std::size_t>(tiles * (tiles + 1) / 2);
   targets_.reserve(lower);
   row_entries_.reserve(lower);
   std::size_t pairs = 0;
   for (int j = 0; j < tiles; ++j) pairs += static_cast<std::size_t>((tiles - j) * (tiles - j - 1) / 2);
-  pairs_.reserve(pairs);
+  terms_.reserve(2 * pairs);
+  blocks_.reserve(lower);
   values_.resize(lower * 16);
 }
 
-void TileFactor::analyse(const std::vector<std::uint64_t>& below) {
-  if (analysed_ && below == below_) return;
+bool TileFactor::analyse(const std::vector<std::uint64_t>& below) {
+  if (analysed_ && below == below_) return false;
   analysed_ = true;
   std::ranges::copy(below, below_.begin());
   std::ranges::copy(below, column_.begin());
@@ -70,20 +71,33 @@ void TileFactor::analyse(const std::vector<std::uint64_t>& below) {
     }
   }
   targets_.clear();
-  pairs_.clear();
+  blocks_.clear();
+  terms_.clear();
   row_entries_.clear();
   for (int k = 0; k < n_; ++k) {
     column_start_[static_cast<std::size_t>(k)] = static_cast<int>(targets_.size());
+    block_start_[static_cast<std::size_t>(k)] = static_cast<int>(blocks_.size());
     for (std::uint64_t m = bit(k) | column_[static_cast<std::size_t>(k)]; m != 0; m &= m - 1) {
       const int i = std::countr_zero(m);
-      const auto first = static_cast<std::uint16_t>(pairs_.size());
-      std::uint64_t shared = row_[static_cast<std::size_t>(i)] & row_[static_cast<std::size_t>(k)] & (bit(k) - 1);
-      for (; shared != 0; shared &= shared - 1) {
-        const int j = std::countr_zero(shared);
-        pairs_.push_back({static_cast<std::uint16_t>(index(i, j)), static_cast<std::uint16_t>(index(k, j))});
+      targets_.push_back({static_cast<std::uint16_t>(16 * index(i, k)), static_cast<std::uint16_t>(i)});
+    }
+    const auto shared = [&](std::size_t target) {
+      return row_[targets_[target].row] & row_[static_cast<std::size_t>(k)] & (bit(k) - 1);
+    };
+    for (std::size_t first = static_cast<std::size_t>(column_start_[static_cast<std::size_t>(k)]); first < targets_.size();) {
+      const std::uint64_t columns = shared(first);
+      std::size_t end = first + 1;
+      while (end < targets_.size() && end - first < 3 && shared(end) == columns) ++end;
+      if (columns != 0) {
+        blocks_.push_back({static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(end - first),
+                           static_cast<std::uint16_t>(std::popcount(columns)), static_cast<std::uint32_t>(terms_.size())});
+        for (std::uint64_t m = columns; m != 0; m &= m - 1) {
+          const int j = std::countr_zero(m);
+          terms_.push_back(static_cast<std::uint32_t>(16 * index(k, j)));
+          for (std::size_t t = first; t < end; ++t) terms_.push_back(static_cast<std::uint32_t>(16 * index(targets_[t].row, j)));
+        }
       }
-      targets_.push_back({static_cast<std::uint16_t>(index(i, k)), static_cast<std::uint16_t>(i), first,
-                          static_cast<std::uint16_t>(pairs_.size() - first)});
+      first = end;
     }
     row_start_[static_cast<std::size_t>(k)] = static_cast<int>(row_entries_.size());
     for (std::uint64_t m = row_[static_cast<std::size_t>(k)]; m != 0; m &= m - 1) {
@@ -92,71 +106,109 @@ void TileFactor::analyse(const std::vector<std::uint64_t>& below) {
     }
   }
   column_start_[static_cast<std::size_t>(n_)] = static_cast<int>(targets_.size());
+  block_start_[static_cast<std::size_t>(n_)] = static_cast<int>(blocks_.size());
   row_start_[static_cast<std::size_t>(n_)] = static_cast<int>(row_entries_.size());
+  return true;
 }
 
-void TileFactor::set_zero() { std::fill_n(values_.begin(), 16 * n_stored_, 0.0); }
+namespace {
 
-bool TileFactor::factorise() {
+/// N tiles t[m] −= Σ a[m]·bᵀ
+template <int N>
+inline void update(double* values, const std::uint32_t* term, int count, double* const (&t)[N]) {
+  V4 c[N][4];
+  for (int m = 0; m < N; ++m) {
+    for (int q = 0; q < 4; ++q) c[m][q] = load(t[m] + 4 * q);
+  }
+  for (; count > 0; --count, term += N + 1) {
+    const double* b = values + term[0];
+    const double* a[N];
+    for (int m = 0; m < N; ++m) a[m] = values + term[1 + m];
+#pragma GCC unroll 4
+    for (int p = 0; p < 4; ++p) {
+      V4 column[N];
+      for (int m = 0; m < N; ++m) column[m] = load(a[m] + 4 * p);
+      for (int q = 0; q < 4; ++q) {
+        const V4 x = all(b[4 * p + q]);
+        for (int m = 0; m < N; ++m) c[m][q] -= column[m] * x;
+      }
+    }
+  }
+  for (int m = 0; m < N; ++m) {
+    for (int q = 0; q < 4; ++q) store(t[m] + 4 * q, c[m][q]);
+  }
+}
+
+}  // namespace
+
+bool TileFactor::factorise(double* x) {
+  double* const values = values_.data();
+  const Target* target = targets_.data();
+  const Block* block = blocks_.data();
   for (int k = 0; k < n_; ++k) {
-    const double* inverse = nullptr;
-    for (int c = column_start_[static_cast<std::size_t>(k)]; c < column_start_[static_cast<std::size_t>(k + 1)]; ++c) {
-      const Target target = targets_[static_cast<std::size_t>(c)];
-      double* t = tile(target.tile);
-      V4 c0 = load(t), c1 = load(t + 4), c2 = load(t + 8), c3 = load(t + 12);
-      const Pair* pair = pairs_.data() + target.first;
-      for (int p = 0; p < target.count; ++p) {
-        const double* a = tile(pair[p].a);
-        const double* b = tile(pair[p].b);
-        for (int m = 0; m < 4; ++m) {
-          const V4 column = load(a + 4 * m);
-          c0 -= column * b[4 * m];
-          c1 -= column * b[4 * m + 1];
-          c2 -= column * b[4 * m + 2];
-          c3 -= column * b[4 * m + 3];
-        }
-      }
-      if (inverse == nullptr) {
-        store(t, c0), store(t + 4, c1), store(t + 8, c2), store(t + 12, c3);
-        if (!invert_factor(t)) return false;
-        inverse = t;
-        continue;
-      }
-      // tile ← tile · L⁻ᵀ: column q = Σ_m c_m · X(q, m), X lower triangular
-      const double* x = inverse;
-      store(t, c0 * x[0]);
-      store(t + 4, c0 * x[1] + c1 * x[5]);
-      store(t + 8, c0 * x[2] + c1 * x[6] + c2 * x[10]);
-      store(t + 12, (c0 * x[3] + c1 * x[7]) + (c2 * x[11] + c3 * x[15]));
+    for (const Block* end = blocks_.data() + block_start_[static_cast<std::size_t>(k + 1)]; block != end; ++block) {
+      const std::uint32_t* term = terms_.data() + block->first;
+      const Target* to = targets_.data() + block->target;
+      if (block->width == 1) update<1>(values, term, block->count, {values + to[0].tile});
+      else if (block->width == 2) update<2>(values, term, block->count, {values + to[0].tile, values + to[1].tile});
+      else update<3>(values, term, block->count, {values + to[0].tile, values + to[1].tile, values + to[2].tile});
+    }
+    double* d = values + target->tile;
+    if (!invert_factor(d)) return false;
+    const V4 r = load(x + 4 * k);
+    const V4 y = (load(d) * all(r[0]) + load(d + 4) * all(r[1])) + (load(d + 8) * all(r[2]) + load(d + 12) * all(r[3]));
+    store(x + 4 * k, y);
+    const V4 y0 = all(y[0]), y1 = all(y[1]), y2 = all(y[2]), y3 = all(y[3]);
+    const V4 d0 = all(d[0]), d1 = all(d[1]), d2 = all(d[2]), d3 = all(d[3]), d5 = all(d[5]), d6 = all(d[6]), d7 = all(d[7]),
+             d10 = all(d[10]), d11 = all(d[11]), d15 = all(d[15]);
+    // tile ← tile · L⁻ᵀ: column q = Σ_m c_m · X(q, m), X lower triangular
+    for (const Target* end = targets_.data() + column_start_[static_cast<std::size_t>(k + 1)]; ++target != end;) {
+      double* t = values + target->tile;
+      double* to = x + 4 * target->row;
+      const V4 c0 = load(t), c1 = load(t + 4), c2 = load(t + 8), c3 = load(t + 12);
+      const V4 l0 = c0 * d0, l1 = c0 * d1 + c1 * d5, l2 = c0 * d2 + c1 * d6 + c2 * d10, l3 = (c0 * d3 + c1 * d7) + (c2 * d11 + c3 * d15);
+      store(t, l0), store(t + 4, l1), store(t + 8, l2), store(t + 12, l3);
+      store(to, load(to) - ((l0 * y0 + l1 * y1) + (l2 * y2 + l3 * y3)));
     }
   }
   return true;
 }
 
 void TileFactor::solve(double* x) const {
+  const double* const values = values_.data();
+  const Target* target = targets_.data();
   for (int k = 0; k < n_; ++k) {
-    V4 acc = load(x + 4 * k);
-    for (int e = row_start_[static_cast<std::size_t>(k)]; e < row_start_[static_cast<std::size_t>(k + 1)]; ++e) {
-      const Entry entry = row_entries_[static_cast<std::size_t>(e)];
-      const double* t = tile(entry.tile);
-      const double* y = x + 4 * entry.other;
-      acc -= (load(t) * y[0] + load(t + 4) * y[1]) + (load(t + 8) * y[2] + load(t + 12) * y[3]);
+    const double* d = values + target->tile;
+    const V4 r = load(x + 4 * k);
+    const V4 y = (load(d) * all(r[0]) + load(d + 4) * all(r[1])) + (load(d + 8) * all(r[2]) + load(d + 12) * all(r[3]));
+    store(x + 4 * k, y);
+    const V4 y0 = all(y[0]), y1 = all(y[1]), y2 = all(y[2]), y3 = all(y[3]);
+    for (const Target* end = targets_.data() + column_start_[static_cast<std::size_t>(k + 1)]; ++target != end;) {
+      const double* t = values + target->tile;
+      double* to = x + 4 * target->row;
+      store(to, load(to) - ((load(t) * y0 + load(t + 4) * y1) + (load(t + 8) * y2 + load(t + 12) * y3)));
     }
-    const double* d = tile(index(k, k));
-    store(x + 4 * k, (load(d) * acc[0] + load(d + 4) * acc[1]) + (load(d + 8) * acc[2] + load(d + 12) * acc[3]));
   }
+  solve_backward(x);
+}
+
+void TileFactor::solve_backward(double* x) const {
+  const double* const values = values_.data();
   for (int k = n_ - 1; k >= 0; --k) {
+    const Target* target = targets_.data() + column_start_[static_cast<std::size_t>(k)];
+    const double* d = values + target->tile;
+    // The tiles are read from the last row on: what was found last comes last.
+    const Target* at = targets_.data() + column_start_[static_cast<std::size_t>(k + 1)];
     V4 s0{}, s1{}, s2{}, s3{};
-    for (int c = column_start_[static_cast<std::size_t>(k)] + 1; c < column_start_[static_cast<std::size_t>(k + 1)]; ++c) {
-      const double* t = tile(targets_[static_cast<std::size_t>(c)].tile);
-      const V4 y = load(x + 4 * targets_[static_cast<std::size_t>(c)].row);
+    while (--at != target) {
+      const double* t = values + at->tile;
+      const V4 y = load(x + 4 * at->row);
       s0 += load(t) * y;
       s1 += load(t + 4) * y;
       s2 += load(t + 8) * y;
       s3 += load(t + 12) * y;
     }
     const V4 acc = load(x + 4 * k) - sums(s0, s1, s2, s3);
-    const double* d = tile(index(k, k));
     store(x + 4 * k, sums(load(d) * acc, load(d + 4) * acc, load(d + 8) * acc, load(d + 12) * acc));
   }
 }
@@ -185,7 +237,7 @@ void TileFactor::solve4(double* x, int first) const {
     double* xk = x + 16 * k;
     V4 r[4] = {load(xk), load(xk + 4), load(xk + 8), load(xk + 12)};
     for (int c = column_start_[static_cast<std::size_t>(k)] + 1; c < column_start_[static_cast<std::size_t>(k + 1)]; ++c) {
-      const double* t = tile(targets_[static_cast<std::size_t>(c)].tile);
+      const double* t = values_.data() + targets_[static_cast<std::size_t>(c)].tile;
       const double* y = x + 16 * targets_[static_cast<std::size_t>(c)].row;
       for (int i = 0; i < 4; ++i) {
         const V4 yi = load(y + 4 * i);

@@ -18,16 +18,18 @@ class TileFactor {
   explicit TileFactor(int tiles);
 
   /// @param below  below[j]: bit i > j set where tile (i,j) of H may be non-zero. Cheap when equal to the previous call.
-  void analyse(const std::vector<std::uint64_t>& below);
+  /// @returns whether the tiles have moved
+  bool analyse(const std::vector<std::uint64_t>& below);
 
   int index(int row, int column) const { return index_[static_cast<std::size_t>(row * n_ + column)]; }   ///< −1: always zero
   int n_tiles_stored() const { return n_stored_; }
   double* tile(int i) { return values_.data() + 16 * i; }
   const double* tile(int i) const { return values_.data() + 16 * i; }
-  void set_zero();
 
-  /// @returns false when a pivot is not positive (or not a number)
-  bool factorise();
+  /// Factorises and does the first half of solve(x) on the way. @returns false when a pivot is not positive (or not a number)
+  bool factorise(double* x);
+  /// The second half of solve().
+  void solve_backward(double* x) const;
 
   /// x ← H⁻¹x, 4·tiles numbers.
   void solve(double* x) const;
@@ -36,10 +38,12 @@ class TileFactor {
 
  private:
   struct Target {
-    std::uint16_t tile, row, first, count;   // pairs_[first … first+count)
+    std::uint16_t tile, row;
   };
-  struct Pair {
-    std::uint16_t a, b;   // tile(target) −= tile(a)·tile(b)ᵀ
+  /// One to three targets of a column that are updated by the same columns: target m −= Σ tile(aₘ)·tile(b)ᵀ over `count` terms.
+  struct Block {
+    std::uint16_t target, width, count;
+    std::uint32_t first;   // terms_[first + t·(width + 1)] = b, then a of each target
   };
   struct Entry {
     std::uint16_t tile, other;
@@ -53,7 +57,9 @@ class TileFactor {
   std::vector<int> index_;
   std::vector<int> column_start_;       // first target of a column; the first target is the diagonal tile
   std::vector<Target> targets_;
-  std::vector<Pair> pairs_;
+  std::vector<int> block_start_;        // first block of a column
+  std::vector<Block> blocks_;
+  std::vector<std::uint32_t> terms_;    // offsets into values_
   std::vector<int> row_start_;
   std::vector<Entry> row_entries_;      // tiles left of the diagonal, by row
   AlignedVector values_;

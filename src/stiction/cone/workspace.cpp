@@ -8,12 +8,9 @@ template <int R>
 void Bank<R>::resize(int rows) {
   n = rows;
   groups = (rows + 3) / 4;
-  const auto lanes = static_cast<std::size_t>(4 * groups);
-  if (lanes <= weight.size()) return;
-  order.resize(lanes);
-  for (AlignedVector* a : {&w, &z, &z_saved, &lambda, &u, &s, &c, &p, &r_p}) a->resize(R * lanes);
-  v.resize(kScaling * lanes);
-  for (AlignedVector* a : {&ratio, &inv_det, &inv_lambda0, &weight, &inv_weight, &live}) a->resize(lanes);
+  if (groups <= static_cast<int>(group.size())) return;
+  order.resize(static_cast<std::size_t>(4 * groups));
+  group.resize(static_cast<std::size_t>(groups));
 }
 template struct Bank<1>;
 template struct Bank<3>;
@@ -32,6 +29,7 @@ State::State(std::shared_ptr<const Layout> l)
     : layout(std::move(l)), factor(layout->tiles()), below(static_cast<std::size_t>(layout->tiles())) {
   const auto padded = static_cast<std::size_t>(layout->padded_size());
   for (AlignedVector* a : {&x, &dx, &gradient, &scratch, &scale, &x_memory}) a->resize(padded);
+  q_of.reserve(static_cast<std::size_t>(layout->tiles() * (layout->tiles() + 1) / 2));
 }
 
 }  // namespace detail
