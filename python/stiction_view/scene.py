@@ -185,16 +185,12 @@ def _visible(plan: Plan, samples: dict[int, np.ndarray], knot: int, direction: n
     world = np.concatenate(points)
     target = world[is_object]
     cell = np.linalg.norm(np.ptp(target, axis=0)) / 14
-    key = np.round(np.column_stack([world @ right, world @ up]) / cell).astype(int)
-    depth = world @ direction
-    nearest: dict[tuple[int, int], tuple[float, bool]] = {}
-    object_cells = set()
-    for k, d, is_target in zip(map(tuple, key), depth, is_object):
-        if is_target:
-            object_cells.add(k)
-        if k not in nearest or d > nearest[k][0]:
-            nearest[k] = (d, bool(is_target))
-    return sum(nearest[k][1] for k in object_cells) / max(1, len(object_cells))
+    column, row = (np.round(world @ axis / cell).astype(int) for axis in (right, up))
+    key = (column - column.min()) * (np.ptp(row) + 1) + row - row.min()
+    # Sorted by cell and, within a cell, by depth: the last point of a cell is the one that is seen.
+    order = np.lexsort((world @ direction, key))
+    seen = order[np.append(np.diff(key[order]) > 0, True)]
+    return float(is_object[seen].sum() / len(np.unique(key[is_object])))
 
 
 # ---- drawing ----
