@@ -6,7 +6,8 @@ set(STICTION_LAYER_CHECK ${CMAKE_CURRENT_LIST_DIR}/check_layer.cmake)
 
 add_library(stiction_flags INTERFACE)
 target_compile_features(stiction_flags INTERFACE cxx_std_20)
-# The Pinocchio and Coal libraries were built for 16-byte alignment: every target that is compiled with AVX must agree.
+# Coal was built for 16-byte alignment: every target that is compiled with AVX must agree about the layout of Eigen members. Dynamic Eigen
+# objects must not cross that border all the same (docs/decisions/0001-dependencies.md).
 target_compile_definitions(stiction_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 target_compile_options(stiction_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor)
 if(STICTION_WERROR)
