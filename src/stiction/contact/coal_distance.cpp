@@ -88,7 +88,7 @@ void coal_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const
   const Vector3d middle = 0.5 * (p_a + p_b);
   out.p_WA = middle + 0.5 * distance * out.nhat_BA_W;
   out.p_WB = middle - 0.5 * distance * out.nhat_BA_W;
-  if (curved) polish(a, X_WA, b, X_WB, out);
+  if (curved || a.kind == Kind::Capsule || b.kind == Kind::Capsule) polish(a, X_WA, b, X_WB, out);
 }
 
 }  // namespace stiction::contact::detail
