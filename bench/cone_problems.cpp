@@ -82,6 +82,31 @@ Eigen::Matrix3Xd chain_jacobian(const std::vector<Vector3d>& axes, const std::ve
   return J;
 }
 
+std::shared_ptr<cone::Layout> make_layout(ConeFamily family) {
+  std::vector<std::vector<int>> groups;
+  if (family == ConeFamily::Hand22) {
+    for (int f = 0; f < 4; ++f) groups.push_back(range(4 * f, 4));
+    groups.push_back(range(16, 6));
+    auto layout = std::make_shared<cone::Layout>(22, groups);
+    for (int f = 0; f < 4; ++f) layout->add_support(joined(groups[static_cast<std::size_t>(f)], range(16, 6)));
+    layout->add_support(range(16, 6));
+    return layout;
+  }
+  for (int b = 0; b < 10; ++b) groups.push_back(range(6 * b, 6));
+  groups.push_back(range(60, 9));
+  auto layout = std::make_shared<cone::Layout>(69, groups);
+  for (int b = 0; b < 10; ++b) layout->add_support(b % 2 == 0 ? range(6 * b, 6) : joined(range(6 * (b - 1), 6), range(6 * b, 6)));
+  for (int s = 0; s < 4; ++s) layout->add_support(joined(range(12 * s, 6), range(12 * s + 12, 6)));
+  for (int b = 0; b < 10; ++b) layout->add_support(joined(range(6 * b, 6), range(60, 9)));
+  return layout;
+}
+
+/// One layout for all instances of a family, with every support that one of them may use.
+const std::shared_ptr<cone::Layout>& family_layout(ConeFamily family) {
+  static const std::shared_ptr<cone::Layout> hand = make_layout(ConeFamily::Hand22), boxes = make_layout(ConeFamily::Boxes69);
+  return family == ConeFamily::Hand22 ? hand : boxes;
+}
+
 }  // namespace
 
 ConeInstance::ConeInstance(ConeFamily family, std::uint64_t seed) : family_(family), seed_(seed) {
@@ -95,10 +120,7 @@ void ConeInstance::make_hand() {
   Random random(seed_, 1);
   constexpr double kRadius = 0.06;
   const double mass = random.uniform(0.1, 1.0);
-  std::vector<std::vector<int>> groups;
-  for (int f = 0; f < 4; ++f) groups.push_back(range(4 * f, 4));
-  groups.push_back(range(16, 6));
-  auto layout = std::make_shared<cone::Layout>(22, groups);
+  const auto layout = family_layout(family_);
   first_actuated_ = 0;
   first_object_ = 16;
   for (int i = 0; i < 16; ++i) {
@@ -138,10 +160,7 @@ void ConeInstance::make_hand() {
 void ConeInstance::make_boxes() {
   Random random(seed_, 2);
   constexpr double kHalf = 0.05;
-  std::vector<std::vector<int>> groups;
-  for (int b = 0; b < 10; ++b) groups.push_back(range(6 * b, 6));
-  groups.push_back(range(60, 9));
-  auto layout = std::make_shared<cone::Layout>(69, groups);
+  const auto layout = family_layout(family_);
   first_object_ = 0;
   first_actuated_ = 60;
   for (int i = 0; i < 9; ++i) {
@@ -242,15 +261,15 @@ struct Clock {
   double seconds() const { return std::chrono::duration<double>(C::now() - start).count(); }
 };
 
-void time_one(const ConeInstance& instance, const cone::Options& options, cone::Workspace& work, cone::Result& result,
+void time_one(const cone::Problem& problem, const cone::Options& options, cone::Workspace& work, cone::Result& result,
               ConeTiming& timing, const std::function<long()>& allocations, bool keep) {
   const long before = allocations ? allocations() : 0;
   const Clock clock;
-  const auto status = cone::solve(instance.problem(), options, work, result);
+  const auto status = cone::solve(problem, options, work, result);
   const double seconds = clock.seconds();
   const long after = allocations ? allocations() : 0;
-  if (status != core::Status::Solved) ++timing.failures;
   if (!keep) return;
+  if (status != core::Status::Solved) ++timing.failures;
   timing.allocations += after - before;
   timing.seconds.push_back(seconds);
   timing.iterations.push_back(result.iterations);
@@ -263,13 +282,19 @@ ConeTiming time_cone_cold(ConeFamily family, int n, std::uint64_t seed, cone::Op
   ConeTiming timing;
   timing.seconds.reserve(static_cast<std::size_t>(n));
   timing.iterations.reserve(static_cast<std::size_t>(n));
-  for (int i = 0; i < n; ++i) {
-    const ConeInstance instance(family, seed + static_cast<std::uint64_t>(i));
-    cone::Workspace work(instance.problem().layout_ptr());
-    cone::Result result;
-    // The first call sizes the workspace; the second is timed with code and data in the caches, as inside a planner.
-    time_one(instance, options, work, result, timing, allocations, false);
-    time_one(instance, options, work, result, timing, allocations, true);
+  std::vector<ConeInstance> instances;
+  instances.reserve(static_cast<std::size_t>(n));
+  for (int i = 0; i < n; ++i) instances.emplace_back(family, seed + static_cast<std::uint64_t>(i));
+  cone::Workspace work(family_layout(family));
+  cone::Result result;
+  cone::Problem problem(family_layout(family), 0, 0);   // refilled before each solve, as a planner does
+  // One pass over all problems sizes the workspace and brings in its pages; the next is timed.
+  for (const bool keep : {false, true}) {
+    for (const auto& instance : instances) {
+      problem = instance.problem();
+      work.forget();
+      time_one(problem, options, work, result, timing, allocations, keep);
+    }
   }
   if (!allocations) timing.allocations = -1;
   return timing;
@@ -280,15 +305,19 @@ ConeTiming time_cone_warm(ConeFamily family, int n, std::uint64_t seed, cone::Op
   ConeTiming timing;
   timing.seconds.reserve(static_cast<std::size_t>(n));
   timing.iterations.reserve(static_cast<std::size_t>(n));
-  for (std::uint64_t rollout = 0; static_cast<int>(timing.seconds.size()) < n; ++rollout) {
+  cone::Workspace work(family_layout(family));
+  cone::Result result;
+  const auto roll_out = [&](std::uint64_t rollout, bool keep) {
     ConeInstance instance(family, seed + rollout);
-    cone::Workspace work(instance.problem().layout_ptr());
-    cone::Result result;
+    work.forget();
     for (int step = 0; step <= 10 && static_cast<int>(timing.seconds.size()) < n; ++step) {
-      time_one(instance, options, work, result, timing, allocations, step > 0);
+      time_one(instance.problem(), options, work, result, timing, allocations, keep && step > 0);
       instance.follow(result);
     }
-  }
+  };
+  constexpr std::uint64_t kWarmUp = 20;   // rollouts
+  for (std::uint64_t rollout = 0; rollout < kWarmUp; ++rollout) roll_out(rollout, false);
+  for (std::uint64_t rollout = 0; static_cast<int>(timing.seconds.size()) < n; ++rollout) roll_out(rollout, true);
   if (!allocations) timing.allocations = -1;
   return timing;
 }

@@ -56,7 +56,8 @@ struct ConeTiming {
   int failures = 0;                 // solves that were not Solved
 };
 
-/// Times `n` instances, each from a cold start. @param allocations  running total of heap allocations, or empty
+/// Times `n` instances, each once and from a cold start, after one untimed pass over all of them. The problem is filled just before
+/// each solve; filling is not timed. @param allocations  running total of heap allocations, or empty
 ConeTiming time_cone_cold(ConeFamily family, int n, std::uint64_t seed, cone::Options options,
                           const std::function<long()>& allocations = {});
 /// Times rollouts of 10 warm steps, until `n` solves are timed (the first step of each rollout is not).

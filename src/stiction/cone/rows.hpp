@@ -197,20 +197,45 @@ inline void multiply_raw(const Problem::Rows& rows, int at, const Layout& layout
   for (int r = 0; r < R; ++r) out[r] = sum(acc[r]);
 }
 
-/// out += Gᵀz and size += |G|ᵀ|z| of row `at`, raw data.
+/// G·x of the four rows of a group, raw data.
 template <int R>
-inline void add_transposed_raw(const Problem::Rows& rows, int at, const Layout& layout, const double* z, double* out, double* size) {
-  const auto& tiles = layout.support(rows.support[static_cast<std::size_t>(at)]).tiles;
-  const double* from = rows.G.data() + rows.offset[static_cast<std::size_t>(at)];
-  for (const int t : tiles) {
-    V4 o = load(out + 4 * t), a = load(size + 4 * t);
-    for (int r = 0; r < R; ++r, from += 4) {
-      const V4 term = load(from) * z[r];
+inline Element<R> multiply_raw_group(const GeneralBank<R>& b, const Problem::Rows& rows, int g, const double* x) {
+  V4 acc[R][4] = {};
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; ++i) {
+    if (4 * g + i >= b.n) break;
+    const auto row = b.row[static_cast<std::size_t>(4 * g + i)];
+    const double* from = rows.G.data() + b.g_offset[static_cast<std::size_t>(4 * g + i)];
+    V4 a[R] = {};
+    for (int j = 0; j < row.n_tiles; ++j, from += 4 * R) {
+      const V4 y = load(x + 4 * row.tiles[j]);
+      for (int r = 0; r < R; ++r) a[r] += load(from + 4 * r) * y;
+    }
+    for (int r = 0; r < R; ++r) acc[r][i] = a[r];
+  }
+  Element<R> u;
+  for (int r = 0; r < R; ++r) u.e[r] = sums(acc[r][0], acc[r][1], acc[r][2], acc[r][3]);
+  return u;
+}
+
+/// out += Gᵀz and size += |G|ᵀ|z| of sorted row i, raw data.
+template <int R>
+inline void add_transposed_raw(const GeneralBank<R>& b, const Problem::Rows& rows, int i, double* out, double* size) {
+  const auto row = b.row[static_cast<std::size_t>(i)];
+  const double* from = rows.G.data() + b.g_offset[static_cast<std::size_t>(i)];
+  const double* z = lane(b.of(i).z, i);
+  V4 value[R];
+  for (int r = 0; r < R; ++r) value[r] = all(z[4 * r]);
+  for (int j = 0; j < row.n_tiles; ++j, from += 4 * R) {
+    const int t = 4 * row.tiles[j];
+    V4 o = load(out + t), a = load(size + t);
+    for (int r = 0; r < R; ++r) {
+      const V4 term = load(from + 4 * r) * value[r];
       o += term;
       a += abs(term);
     }
-    store(out + 4 * t, o);
-    store(size + 4 * t, a);
+    store(out + t, o);
+    store(size + t, a);
   }
 }
 

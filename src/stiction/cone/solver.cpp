@@ -103,16 +103,16 @@ class Attempt {
   bool centred_ = false;  // the last step was a centring step of good length
 };
 
-/// √(x² + y²) without the cost of std::hypot, except where the squares could leave the range
-double norm2(double x, double y) {
-  const double square = x * x + y * y;
-  return square > 1e-280 && square < 1e300 ? std::sqrt(square) : std::hypot(x, y);
-}
-
 template <int R>
 double slack_of(const double* w, int stride) {
   if constexpr (R == 1) return w[0];
-  else return w[0] - norm2(w[stride], w[2 * stride]);
+  else return w[0] - std::sqrt(w[stride] * w[stride] + w[2 * stride] * w[2 * stride]);
+}
+
+template <int R>
+V4 slack_of_group(const V4 (&w)[R]) {
+  if constexpr (R == 1) return w[0];
+  else return w[0] - sqrt(w[1] * w[1] + w[2] * w[2]);
 }
 
 /// z = value·w⁻¹ (Jordan inverse)
@@ -121,7 +121,7 @@ void set_inverse(double* z, const double* w, double value) {
   if constexpr (R == 1) {
     z[0] = value / w[0];
   } else {
-    const double norm = norm2(w[4], w[8]);
+    const double norm = std::sqrt(w[4] * w[4] + w[8] * w[8]);
     const double f = value / ((w[0] - norm) * (w[0] + norm));
     z[0] = f * w[0];
     z[4] = -f * w[4];
@@ -135,7 +135,8 @@ void idle_lane(Bank<R>& b, int i) {
   for (V4* member : {group.w, group.z, group.r_p, group.u, group.p, group.c}) {
     for (int r = 0; r < R; ++r) lane(member, i)[4 * r] = 0.0;
   }
-  *lane(group.w, i) = *lane(group.z, i) = 1.0;
+  for (int r = 0; r < R; ++r) lane(group.g, i)[4 * r] = 0.0;
+  *lane(group.w, i) = *lane(group.z, i) = *lane(group.g, i) = 1.0;
   *lane(&group.weight, i) = *lane(&group.inv_weight, i) = *lane(&group.live, i) = 0.0;
 }
 
@@ -182,6 +183,7 @@ void arrange(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout,
     b.order[at(to)] = i;
     place[at(i)] = to;
     b.g_offset[at(to)] = rows.offset[at(i)];
+    for (int r = 0; r < R; ++r) lane(b.of(to).g, to)[4 * r] = rows.g[at(R * i + r)];
   }
 }
 
@@ -232,6 +234,7 @@ void prepare(const Problem& problem, const Options& options, State& s) {
         continue;
       }
       s.bound_slot[at(group.index[lane])] = 4 * g + lane;
+      detail::lane(s.bounds.of(4 * g).g, lane)[0] = group.offset[lane];
       set_weight(s.bounds, 4 * g + lane, weight_of(group.sigma[lane], 1.0));
     }
   }
@@ -258,42 +261,30 @@ void prepare(const Problem& problem, const Options& options, State& s) {
 void Attempt::start_cold(double least_slack, bool careful) {
   careful_ = careful;
   std::ranges::fill(s_.x, 0.0);
-  double violation = 0;
-  const auto& cones = problem_.cones();
-  const auto& lines = problem_.half_lines();
-  for (int i = 0; i < cones.n; ++i) violation = std::max(violation, -slack_of<3>(cones.g.data() + 3 * i, 1));
-  for (int i = 0; i < lines.n; ++i) violation = std::max(violation, -lines.g[at(i)]);
-  for (int g = 0; g < s_.bounds.groups; ++g) {
-    for (const double offset : problem_.bound_groups()[at(g)].offset) violation = std::max(violation, -offset);
-  }
-  const double s0 = std::max(least_slack, 0.3 * violation);
+  V4 outside{};
+  for_each_group([&]<int R>(const Group<R>& group) { outside = max(outside, -slack_of_group<R>(group.g)); });
+  const double s0 = std::max(least_slack, 0.3 * largest(outside));
   V4 sharpest_lanes{};
   for_each_group([&](const auto& group) { sharpest_lanes = max(sharpest_lanes, group.weight); });
   const double sharpest = largest(sharpest_lanes);
   const double centre = smoothed_ && sharpest > 0 ? std::max(1.0, kColdCentre * impulse_ / sharpest) : kColdCentre * impulse_;
-  for (int i = 0; i < s_.n_cones; ++i) {
-    Group<3>& group = s_.cones.of(i);
-    const double* g = cones.g.data() + 3 * s_.cones.order[at(i)];
-    double* w = lane(group.w, i);
-    w[0] = std::max(g[0], s0 + norm2(g[1], g[2]));
-    w[4] = g[1];
-    w[8] = g[2];
-    double* r = lane(group.r_p, i);
-    r[0] = w[0] - g[0];
-    r[4] = r[8] = 0;
-    set_inverse<3>(lane(group.z, i), w, centre * *lane(&group.weight, i));
-  }
-  const auto start_line = [&](Group<1>& group, int i, double g) {
-    double* w = lane(group.w, i);
-    *w = std::max(g, s0);
-    *lane(group.r_p, i) = *w - g;
-    *lane(group.z, i) = centre * *lane(&group.weight, i) / *w;
-  };
-  for (int i = 0; i < s_.n_lines; ++i) start_line(s_.lines.of(i), i, lines.g[at(s_.lines.order[at(i)])]);
-  for (int k = 0; k < s_.n_bounds; ++k) {
-    const int i = s_.bound_slot[at(k)];
-    start_line(s_.bounds.of(i), i, problem_.bound_groups()[at(i / 4)].offset[i % 4]);
-  }
+  for_each_group([&]<int R>(Group<R>& group) {
+    const V4 value = centre * group.weight, dead = 1.0 - group.live;
+    const V4 norm = group.g[0] - slack_of_group<R>(group.g);
+    const V4 w0 = max(group.g[0], s0 + norm);
+    V4 f = value / w0;
+    if constexpr (R == 3) {
+      f = value / ((w0 - norm) * (w0 + norm));
+      for (int r = 1; r < 3; ++r) {
+        group.w[r] = group.g[r];
+        group.z[r] = -f * group.g[r];
+        group.r_p[r] = V4{};
+      }
+    }
+    group.w[0] = w0;
+    group.z[0] = (R == 3 ? f * w0 : f) + dead;
+    group.r_p[0] = (w0 - group.g[0]) * group.live;
+  });
   primal_ = 1.0;
 }
 
@@ -573,43 +564,41 @@ bool Attempt::measure() {
   const int padded = layout_.padded_size();
   std::ranges::fill(s_.scratch, 0.0);
   std::ranges::fill(s_.scale, 0.0);
-  double primal = 0;
-  const auto general = [&]<int R>(GeneralBank<R>& b, const Problem::Rows& rows) {
-    for (int i = 0; i < b.n; ++i) {
-      Group<R>& group = b.of(i);
-      const int original = b.order[at(i)];
-      double gx[R], z[R], size = 1;
-      multiply_raw<R>(rows, original, layout_, s_.x.data(), gx);
-      for (int r = 0; r < R; ++r) size = std::max(size, std::abs(rows.g[at(R * original + r)]));
-      for (int r = 0; r < R; ++r) {
-        const double off = lane(group.w, i)[4 * r] - (gx[r] + rows.g[at(R * original + r)]);
-        lane(group.r_p, i)[4 * r] = off;
-        primal = std::max(primal, std::abs(off) / size);
-        z[r] = lane(group.z, i)[4 * r];
-      }
-      add_transposed_raw<R>(rows, original, layout_, z, s_.scratch.data(), s_.scale.data());
+  double* gtz = s_.scratch.data();
+  double* size = s_.scale.data();
+  V4 primal_lanes{};
+  const auto look = [&primal_lanes]<int R>(Group<R>& group, const Element<R>& gx) {
+    V4 scale = all(1.0), largest_off{};
+    for (int r = 0; r < R; ++r) {
+      scale = max(abs(group.g[r]), scale);
+      const V4 off = (group.w[r] - (gx.e[r] + group.g[r])) * group.live;
+      group.r_p[r] = off;
+      largest_off = max(largest_off, abs(off));
     }
+    primal_lanes = max(primal_lanes, largest_off / scale);
+  };
+  const auto general = [&]<int R>(GeneralBank<R>& b, const Problem::Rows& rows) {
+    for (int g = 0; g < b.groups; ++g) look(b.group[at(g)], multiply_raw_group<R>(b, rows, g, s_.x.data()));
+    for (int i = 0; i < b.n; ++i) add_transposed_raw<R>(b, rows, i, gtz, size);
   };
   general(s_.cones, problem_.cones());
   general(s_.lines, problem_.half_lines());
-  for (int k = 0; k < s_.n_bounds; ++k) {
-    const int i = s_.bound_slot[at(k)];
-    Group<1>& group = s_.bounds.of(i);
-    const int position = 4 * s_.bound_tile[at(i / 4)] + i % 4;
-    const double sign = s_.bound_sign[at(i)], g = problem_.bound_groups()[at(i / 4)].offset[i % 4], z = *lane(group.z, i);
-    const double off = *lane(group.w, i) - (sign * s_.x[at(position)] + g);
-    *lane(group.r_p, i) = off;
-    primal = std::max(primal, std::abs(off) / std::max(1.0, std::abs(g)));
-    s_.scratch[at(position)] += sign * z;
-    s_.scale[at(position)] += z;
+  for (int g = 0; g < s_.bounds.groups; ++g) {
+    Group<1>& group = s_.bounds.group[at(g)];
+    const int position = 4 * s_.bound_tile[at(g)];
+    const V4 sign = load(s_.bound_sign.data() + 4 * g);
+    look(group, Element<1>{{sign * load(s_.x.data() + position)}});
+    store(gtz + position, load(gtz + position) + sign * group.z[0]);
+    store(size + position, load(size + position) + group.live * group.z[0]);
   }
-  double stationarity = 0;
-  for (int i = 0; i < padded; ++i) {
-    const double b = problem_.b_padded()[i];
-    const double minus = s_.gradient[at(i)];   // −(Qx + b)
-    const double size = std::max({1.0, std::abs(b), std::abs(minus + b), s_.scale[at(i)]});
-    stationarity = std::max(stationarity, std::abs(minus + s_.scratch[at(i)]) / size);
+  V4 stationarity_lanes{};
+  for (int i = 0; i < padded; i += 4) {
+    const V4 b = load(problem_.b_padded() + i);
+    const V4 minus = load(s_.gradient.data() + i);   // −(Qx + b)
+    const V4 scale = max(max(abs(b), abs(minus + b)), max(load(size + i), all(1.0)));
+    stationarity_lanes = max(stationarity_lanes, abs(minus + load(gtz + i)) / scale);
   }
+  const double stationarity = largest(stationarity_lanes), primal = largest(primal_lanes);
   residuals_.stationarity = stationarity;
   residuals_.primal = primal;
   primal_ = primal > 0 ? 1.0 : 0.0;
@@ -754,8 +743,13 @@ double write_result(const Problem& problem, const State& s, Result& result) {
       result.w_cone(r, k) = w[4 * r];
       result.z_cone(r, k) = z[4 * r];
     }
-    outside = std::max({outside, -slack_of<3>(w, 4), -slack_of<3>(z, 4)});
   }
+  V4 cones_outside{};
+  for (int g = 0; g < s.cones.groups; ++g) {
+    const Group<3>& group = s.cones.group[at(g)];
+    cones_outside = max(cones_outside, -min(slack_of_group<3>(group.w), slack_of_group<3>(group.z)));
+  }
+  outside = largest(cones_outside);
   const auto write = [&outside](int n, const std::vector<int>& place, const Bank<1>& b, Numbers& w, Numbers& z) {
     w.resize_numbers(n);
     z.resize_numbers(n);
