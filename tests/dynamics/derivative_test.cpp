@@ -41,8 +41,8 @@ struct StateSampler {
 };
 
 /// Fourth-order central difference of q_next in its own tangent.
-bool central_difference(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options, double step_size,
-                        StepWorkspace& work, const Eigen::VectorXd& q_next, Eigen::MatrixXd& B) {
+bool central_difference(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options,
+                        double step_size, StepWorkspace& work, const Eigen::VectorXd& q_next, Eigen::MatrixXd& B) {
   B.resize(model.n_v(), model.n_a());
   StepResult r;
   Eigen::VectorXd e(model.n_v());
@@ -65,7 +65,7 @@ bool central_difference(const Model& model, const Eigen::VectorXd& q, const Eige
 bool away_from_kinks(const Model& model, const StepOptions& options, const Eigen::VectorXd& u, const StepResult& r) {
   for (const auto& c : r.contacts) {
     const double mu = c.contact.friction;
-    const double force = c.lambda[0] / options.h;            // [N]
+    const double force = c.lambda[0] / options.h;  // [N]
     const double reserve = mu * force - c.lambda.tail<2>().norm() / options.h;
     const bool open = force < 1e-3 && c.gap > 4e-4;
     const bool sticking = force > 0.3 && reserve > 0.3 && c.slide() < 1e-6;
@@ -97,7 +97,7 @@ TEST_P(InputDerivative, Smoothed_MatchesCentralDifferences) {
     for (Eigen::Index j = 0; j < u.size(); ++j) u[j] += 0.02 * random.normal();
     StepResult r;
     work.forget();
-    if (step(*model, {q, u}, options, work, r) != Status::Solved) continue;   // starts that penetrate deeper than a barrier allows
+    if (step(*model, {q, u}, options, work, r) != Status::Solved) continue;  // starts that penetrate deeper than a barrier allows
     ++states;
     Eigen::MatrixXd B_fd;
     ASSERT_TRUE(central_difference(*model, q, u, options, 1e-5, work, r.q_next, B_fd));

@@ -18,7 +18,7 @@ struct Push {
 TEST(Rollout, FreeMotion_IsCutIntoEqualPartsByTheJointLimits) {
   Push push;
   RolloutResult r;
-  const Eigen::Vector2d u1(0.06, -0.35);   // away from the box, 0.25 m along z
+  const Eigen::Vector2d u1(0.06, -0.35);  // away from the box, 0.25 m along z
   ASSERT_EQ(rollout(*push.model, push.q, push.u0, u1, {}, {.joint_travel = 0.05}, push.work, r), Status::Solved);
   ASSERT_EQ(r.knots.size(), 5u);
   EXPECT_EQ(r.knots.back().u, u1);
@@ -28,7 +28,7 @@ TEST(Rollout, FreeMotion_IsCutIntoEqualPartsByTheJointLimits) {
 TEST(Rollout, SlidingContact_IsCutFurtherUntilItSlidesLessThanTheLimit) {
   Push push;
   RolloutResult r;
-  const Eigen::Vector2d u1(0.1, -0.09);   // drags along the face under light load
+  const Eigen::Vector2d u1(0.1, -0.09);  // drags along the face under light load
   const SubstepLimits limits{.joint_travel = 0.05, .slide = 4e-3};
   ASSERT_EQ(rollout(*push.model, push.q, push.u0, u1, {}, limits, push.work, r), Status::Solved);
   EXPECT_GT(r.knots.size(), 10u);

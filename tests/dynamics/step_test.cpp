@@ -49,7 +49,8 @@ struct Optimality {
   double stationarity = 0, primal = 0, dual = 0, complementarity = 0;
 };
 
-Optimality recompute(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options, const StepResult& r) {
+Optimality recompute(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options,
+                     const StepResult& r) {
   world::KinematicsWorkspace kinematics_work(model);
   world::Kinematics kinematics;
   world::calc_kinematics(model, q, kinematics_work, kinematics);
@@ -61,10 +62,11 @@ Optimality recompute(const Model& model, const Eigen::VectorXd& q, const Eigen::
     const auto& object = model.objects()[o];
     Eigen::MatrixXd M(object.n_v, object.n_v);
     world::calc_object_mass(model, kinematics, static_cast<int>(o), M);
-    residual.segment(object.v_begin, object.n_v) += r.epsilon[static_cast<Eigen::Index>(o)] / options.h * M * r.delta.segment(object.v_begin, object.n_v);
+    residual.segment(object.v_begin, object.n_v) +=
+        r.epsilon[static_cast<Eigen::Index>(o)] / options.h * M * r.delta.segment(object.v_begin, object.n_v);
   }
   const Eigen::VectorXd q_a = q.tail(model.n_a());
-  Eigen::VectorXd scale = Eigen::VectorXd::Ones(model.n_v());   // of the terms that cancel, as in the solver's own residual
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(model.n_v());  // of the terms that cancel, as in the solver's own residual
   residual.tail(model.n_a()) += options.h * model.stiffness().cwiseProduct(r.delta.tail(model.n_a()) - (u - q_a));
   Optimality out;
   for (const auto& c : r.contacts) {
@@ -99,7 +101,7 @@ TEST(Step, NoContact_RobotGoesWhereCommandedAndObjectStays) {
   u << 0.35, -0.45;
   const auto r = system(q, u, {.with_B = true});
   EXPECT_NEAR((r.q_next.tail(2) - u).norm(), 0, 1e-9);
-  EXPECT_LT((r.q_next.head(3) - q.head(3)).norm(), 1e-8);   // the box is 1.3 m away on the central path at σ ≈ 1e-10
+  EXPECT_LT((r.q_next.head(3) - q.head(3)).norm(), 1e-8);  // the box is 1.3 m away on the central path at σ ≈ 1e-10
   EXPECT_NEAR((r.B.bottomRows(2) - Eigen::Matrix2d::Identity()).norm(), 0, 1e-9);
   EXPECT_NEAR(r.B.topRows(3).norm(), 0, 1e-6);
 }
@@ -109,7 +111,7 @@ TEST(Step, SpringAgainstWall_StopsAtWallWithSpringForce) {
   const auto r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0, -0.05), {.h = 0.1});
   EXPECT_NEAR(r.q_next[1], 0, 1e-7);
   ASSERT_EQ(r.contacts.size(), 1u);
-  EXPECT_NEAR(r.contacts[0].lambda[0] / 0.1, 100 * 0.05, 1e-4);   // force = K · 50 mm
+  EXPECT_NEAR(r.contacts[0].lambda[0] / 0.1, 100 * 0.05, 1e-4);  // force = K · 50 mm
 }
 
 /// (2.34) corrected: stationarity k(q⁺ − u) = 2/(κ q⁺) of a contact whose barrier has degree 2 in total; the published
@@ -133,7 +135,7 @@ TEST(Step, SmoothedContact_WorkOfForceOverGapIsTwoOverKappa) {
   const auto r = system(Eigen::Vector2d(0, 0.01), Eigen::Vector2d(0.01, -0.05), {.h = 0.1, .smoothing = Analytic{100, 1}});
   const auto& c = r.contacts.at(0);
   const Eigen::Vector3d v = c.displacement + Eigen::Vector3d(c.contact.phi, 0, 0);
-  EXPECT_NEAR(v.dot(c.lambda) / 0.1, 2.0 / 100, 1e-9);   // vᵀλ/h = θ/κ with θ = 2, not the printed 1/κ
+  EXPECT_NEAR(v.dot(c.lambda) / 0.1, 2.0 / 100, 1e-9);  // vᵀλ/h = θ/κ with θ = 2, not the printed 1/κ
 }
 
 TEST(Step, KappaGrows_SmoothedGoesToExactAtRateOneOverKappa) {
@@ -168,7 +170,7 @@ TEST(Step, BallOnGround_GroundCarriesItsWeight) {
     ASSERT_NEAR(weight, 2.0 * 9.81, 1e-5);
     moved = r.q_next;
   }
-  EXPECT_LT((moved - q).cwiseAbs().maxCoeff(), 1e-6);   // it neither sinks nor creeps: < 1e-9 m per step
+  EXPECT_LT((moved - q).cwiseAbs().maxCoeff(), 1e-6);  // it neither sinks nor creeps: < 1e-9 m per step
 }
 
 /// Anitescu's relaxation (2.3.4): a ball dragged along a wall lifts off by μ times its slip, so the gap vanishes with the step.
@@ -258,9 +260,9 @@ TEST(Step, RandomStates_OptimalityHoldsOverAllContacts) {
       Eigen::VectorXd u = q.tail(model.n_a());
       for (Eigen::Index j = 0; j < u.size(); ++j) u[j] += 0.1 * random.normal();
       StepResult r;
-      const StepOptions options{.joint_limits = false};   // limits carry forces that are not in the contact list
+      const StepOptions options{.joint_limits = false};  // limits carry forces that are not in the contact list
       const Status status = step(model, {q, u}, options, system.work, r);
-      if (status == Status::Infeasible) continue;   // deep interpenetration of the fingers
+      if (status == Status::Infeasible) continue;  // deep interpenetration of the fingers
       ASSERT_EQ(status, Status::Solved);
       const Optimality o = recompute(model, q, u, options, r);
       EXPECT_LT(o.stationarity, 2e-8);
@@ -276,7 +278,7 @@ TEST(Step, RandomStates_OptimalityHoldsOverAllContacts) {
 TEST(Step, DeepPenetration_ProjectsOut) {
   System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
   Eigen::VectorXd q(5), u(2);
-  q << 0, 0.5, 0, 0, 0.0;   // the ball's centre lies on the face: 0.1 m deep
+  q << 0, 0.5, 0, 0, 0.0;  // the ball's centre lies on the face: 0.1 m deep
   u << 0, 0;
   const auto r = system(q, u, {});
   EXPECT_NEAR(r.contacts.at(0).contact.phi, -0.1, 1e-12);
@@ -305,11 +307,12 @@ TEST(Step, WarmStart_GivesTheResultOfAColdOne) {
 }
 
 TEST(Step, SameInput_SameBits) {
-  System a(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml")), b(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  System a(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml")),
+      b(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
   Eigen::VectorXd q = a.model->neutral();
   q.head<3>() << -0.081, 0.001, 0.071;
   const Eigen::VectorXd u = q.tail(16).array() + 0.05;
-  b(q, q.tail(16), {});   // a different history, forgotten
+  b(q, q.tail(16), {});  // a different history, forgotten
   b.work.forget();
   EXPECT_EQ(a(q, u, {}).q_next, b(q, u, {}).q_next);
 }

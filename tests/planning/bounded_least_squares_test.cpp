@@ -37,7 +37,7 @@ TEST(BoundedLeastSquares, RandomProblems_SatisfyKktConditions) {
     Eigen::VectorXd lower(n), upper(n), x;
     for (Eigen::Index j = 0; j < n; ++j) {
       lower[j] = -random.uniform();
-      upper[j] = lower[j] + (random.chance(0.1) ? 0.0 : random.uniform());   // some are fixed, some exclude 0
+      upper[j] = lower[j] + (random.chance(0.1) ? 0.0 : random.uniform());  // some are fixed, some exclude 0
     }
     ASSERT_TRUE(solve_bounded_least_squares(A, b, gamma, lower, upper, x));
     const Eigen::VectorXd gradient = A.transpose() * (A * x - b) + gamma * x;

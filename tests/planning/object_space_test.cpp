@@ -18,9 +18,9 @@ TEST(ObjectSpace, FreeObject_ErrorIsLocalOfTheModel) {
       world::local(*model, q1, q2, e);
       Eigen::VectorXd ours(6);
       space.error(q1.data(), q2.data(), ours.data());
-      if (e.segment<3>(3).norm() > 3.1) continue;   // at π the sign is a choice
+      if (e.segment<3>(3).norm() > 3.1) continue;  // at π the sign is a choice
       EXPECT_LT((ours - e.head(6)).norm(), 1e-9 + 4e-8 * e.head(6).norm());
-      q2.segment<4>(3) *= -1;   // the same rotation
+      q2.segment<4>(3) *= -1;  // the same rotation
       space.error(q1.data(), q2.data(), ours.data());
       EXPECT_LT((ours - e.head(6)).norm(), 1e-9 + 4e-8 * e.head(6).norm());
     }
@@ -69,7 +69,8 @@ TEST(ObjectSpace, Samples_StayInTheBox) {
     const double yaw = 2 * std::atan2(q_u[5], q_u[6]);
     EXPECT_GE(yaw, 1 - 1e-12);
     EXPECT_LE(yaw, 2 + 1e-12);
-    EXPECT_TRUE((q_u.head<3>().array() >= box.lower.head<3>().array()).all() && (q_u.head<3>().array() <= box.upper.head<3>().array()).all());
+    EXPECT_TRUE((q_u.head<3>().array() >= box.lower.head<3>().array()).all() &&
+                (q_u.head<3>().array() <= box.upper.head<3>().array()).all());
   }
 }
 

@@ -119,7 +119,7 @@ TEST(Planner, StartAtTheGoal_IsSolvedWithoutMoving) {
 
 TEST(Planner, StartInPenetration_IsProjectedAndReported) {
   PlanningProblem problem = hand_problem();
-  problem.q_start[1] = 0.28;   // the ball deep in the arms
+  problem.q_start[1] = 0.28;  // the ball deep in the arms
   PlannerOptions options = hand_options();
   options.max_iterations = 1;
   PlanResult result;
@@ -146,7 +146,7 @@ TEST(Planner, ProgressAndBudget_AreReported) {
   EXPECT_EQ(plan(problem, options, control, result), Status::MaxIterations);
   EXPECT_EQ(result.iterations, 100);
   EXPECT_EQ(last, 100);
-  EXPECT_EQ(calls, 13);   // rounds of 8
+  EXPECT_EQ(calls, 13);  // rounds of 8
 }
 
 TEST(Planner, BadOptions_NameTheField) {

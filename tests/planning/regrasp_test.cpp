@@ -7,7 +7,8 @@ namespace stiction::planning::test {
 namespace {
 
 /// Smallest gap of the pairs that the branches move, and the smallest one to an object.
-std::pair<double, double> gaps(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q, GeometryWorkspace& work) {
+std::pair<double, double> gaps(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q,
+                               GeometryWorkspace& work) {
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
   std::vector<int> pairs;
   chains.pairs_of(moving, pairs);
@@ -29,7 +30,7 @@ TEST(RobotChains, Allegro_HasFourFingersAndAllPairs) {
     EXPECT_EQ(chains.joints(c).size(), 4u);
     with_object += chains.object_pairs(c).size();
   }
-  EXPECT_EQ(with_object, 18u);   // the palm's pair moves with no finger
+  EXPECT_EQ(with_object, 18u);  // the palm's pair moves with no finger
 }
 
 TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
@@ -111,7 +112,7 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
     core::Random random(9, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
     if (!try_regrasp(*model, chains, options, q, q.tail(16), random, geometry, steps, regrasp, counts)) continue;
-    for (const double friction : {1.0, options.regrasp_friction}) {   // an own simulation of every knot
+    for (const double friction : {1.0, options.regrasp_friction}) {  // an own simulation of every knot
       dynamics::StepOptions step_options;
       step_options.friction_scale = friction;
       Eigen::VectorXd now = q;

@@ -18,7 +18,7 @@ struct RandomTree {
       world::retract(*model, model->neutral(), delta, node.q);
       const Eigen::MatrixXd B = Eigen::MatrixXd::NullaryExpr(model->n_v(), model->n_a(), [&] { return random.normal(); });
       node.local.set(node.q, B, model->n_qu(), model->n_vu(), 1e-4);
-      node.goal_ratio = i == 0 ? 10 : 0.9 * tree[node.parent].goal_ratio;   // every edge brought the object nearer
+      node.goal_ratio = i == 0 ? 10 : 0.9 * tree[node.parent].goal_ratio;  // every edge brought the object nearer
       tree.add(node, goal);
     }
   }
@@ -29,7 +29,8 @@ struct RandomTree {
     to.head(model->n_qu()) = q_u;
     world::local(*model, from, to, e);
     if (model->n_vu() == 3) e[2] = std::remainder(e[2], 2 * std::numbers::pi);
-    const Eigen::MatrixXd S = tree[i].local.B_u * tree[i].local.B_u.transpose() + 1e-4 * Eigen::MatrixXd::Identity(model->n_vu(), model->n_vu());
+    const Eigen::MatrixXd S =
+        tree[i].local.B_u * tree[i].local.B_u.transpose() + 1e-4 * Eigen::MatrixXd::Identity(model->n_vu(), model->n_vu());
     const Eigen::VectorXd e_u = e.head(model->n_vu());
     return e_u.dot(S.inverse() * e_u);
   }
@@ -77,7 +78,7 @@ TEST(Tree, ExtensionWithoutProgress_IsNotTakenToTheGoalButStaysInTheTree) {
     Node node = t.tree[0];
     node.parent = 0;
     node.goal_ratio = share * t.tree[0].goal_ratio;
-    node.local.c_u = t.goal;   // at distance 0: it would be the first to be taken
+    node.local.c_u = t.goal;  // at distance 0: it would be the first to be taken
     const int added = t.tree.add(node, t.goal);
     EXPECT_EQ(t.tree.take_nearest_to_goal() == added, share < 0.95);
   }

@@ -19,7 +19,7 @@ class InvalidInput : public std::invalid_argument {
 void require_size(std::string_view field, long got, long expected);
 void require_finite(std::string_view field, double value);
 void require_finite(std::string_view field, std::span<const double> values);
-void require_positive(std::string_view field, double value);      ///< finite and > 0
-void require_nonnegative(std::string_view field, double value);   ///< finite and ≥ 0
+void require_positive(std::string_view field, double value);     ///< finite and > 0
+void require_nonnegative(std::string_view field, double value);  ///< finite and ≥ 0
 
 }  // namespace stiction::core

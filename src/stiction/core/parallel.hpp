@@ -10,7 +10,7 @@ namespace stiction::core {
 /// An exception of a body is thrown again from run(), the one of the smallest item first.
 class ThreadPool {
  public:
-  explicit ThreadPool(int threads);   ///< ≥ 1; 1 runs everything on the calling thread
+  explicit ThreadPool(int threads);  ///< ≥ 1; 1 runs everything on the calling thread
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;

@@ -12,10 +12,10 @@ class Random {
   Random(std::uint64_t seed, std::uint64_t stream);
 
   std::uint64_t bits();
-  double uniform();                          ///< in [0, 1)
-  double uniform(double low, double high);   ///< in [low, high)
-  double normal();                           ///< mean 0, variance 1
-  int index(int n);                          ///< in {0 … n−1}, n ≥ 1
+  double uniform();                         ///< in [0, 1)
+  double uniform(double low, double high);  ///< in [low, high)
+  double normal();                          ///< mean 0, variance 1
+  int index(int n);                         ///< in {0 … n−1}, n ≥ 1
   bool chance(double probability) { return uniform() < probability; }
 
  private:

@@ -10,9 +10,9 @@ namespace stiction::core {
 /// What a long run reports between iterations.
 struct Progress {
   long iteration = 0;
-  double fraction = 0.0;   ///< of the budget used, in [0, 1]
-  double best = 0.0;       ///< figure of merit so far; smaller is better (for a planner: distance to the goal)
-  long size = 0;           ///< nodes, samples …
+  double fraction = 0.0;  ///< of the budget used, in [0, 1]
+  double best = 0.0;      ///< figure of merit so far; smaller is better (for a planner: distance to the goal)
+  long size = 0;          ///< nodes, samples …
   double elapsed_s = 0.0;
 };
 
@@ -20,7 +20,7 @@ struct Progress {
 struct RunControl {
   using Clock = std::chrono::steady_clock;
 
-  const std::atomic<bool>* cancel = nullptr;    ///< set from a signal handler or another thread
+  const std::atomic<bool>* cancel = nullptr;  ///< set from a signal handler or another thread
   std::optional<Clock::time_point> deadline;
   std::function<void(const Progress&)> on_progress;
 

@@ -9,26 +9,26 @@ namespace stiction::dynamics {
 /// How far one sub-step may go. A single large step lets friction act across the gap of Anitescu's relaxation (2.3.4) and freezes
 /// the contact geometry, so long moves are cut.
 struct SubstepLimits {
-  double joint_angle = 0.03;    ///< largest move of a revolute command [rad], > 0
-  double joint_travel = 0.01;   ///< largest move of a prismatic command [m], > 0
-  double slide = 1e-3;          ///< largest slip at an active contact [m], > 0
-  int max_substeps = 400;       ///< per call, ≥ 1
+  double joint_angle = 0.03;   ///< largest move of a revolute command [rad], > 0
+  double joint_travel = 0.01;  ///< largest move of a prismatic command [m], > 0
+  double slide = 1e-3;         ///< largest slip at an active contact [m], > 0
+  int max_substeps = 400;      ///< per call, ≥ 1
   void validate() const;
 };
 
 /// State after one sub-step.
 struct Knot {
-  Eigen::VectorXd u;                        ///< command (n_a)
-  Eigen::VectorXd q;                        ///< configuration reached (n_q)
-  std::vector<ContactImpulse> contacts;     ///< the active ones
+  Eigen::VectorXd u;                     ///< command (n_a)
+  Eigen::VectorXd q;                     ///< configuration reached (n_q)
+  std::vector<ContactImpulse> contacts;  ///< the active ones
 };
 
 struct RolloutResult {
   core::Status status = core::Status::NumericalFailure;
-  std::vector<Knot> knots;                  ///< up to and including the last good sub-step
-  int steps = 0;                            ///< steps computed, including those redone with a shorter command
-  double max_slide = 0;                     ///< [m] largest slip of an active contact in one accepted sub-step
-  double min_phi = 0;                       ///< [m] deepest signed distance met after the first sub-step, ≤ 0
+  std::vector<Knot> knots;  ///< up to and including the last good sub-step
+  int steps = 0;            ///< steps computed, including those redone with a shorter command
+  double max_slide = 0;     ///< [m] largest slip of an active contact in one accepted sub-step
+  double min_phi = 0;       ///< [m] deepest signed distance met after the first sub-step, ≤ 0
 };
 
 /// Number of equal parts into which the command must be cut so that no joint moves farther than the limits, ≥ 1.

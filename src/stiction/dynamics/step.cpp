@@ -15,8 +15,8 @@ using world::Model;
 /// An exact step first looks at the rows that it may reach: contacts nearer than this plus a share of the commanded motion, and joint
 /// limits likewise. Rows left out that the solution violates are added and the step is solved again, so that the result is that of
 /// the full problem: a row that holds with room has no multiplier.
-constexpr double kNearContact = 2e-3;   // [m]
-constexpr double kNearLimit = 0.02;     // [rad or m]
+constexpr double kNearContact = 2e-3;  // [m]
+constexpr double kNearLimit = 0.02;    // [rad or m]
 constexpr double kMotionShare = 0.25;
 constexpr int kMaxRounds = 12;
 
@@ -121,8 +121,8 @@ struct StepWorkspace::Impl {
 
   std::shared_ptr<const Model> model;
   std::shared_ptr<cone::Layout> layout;
-  std::vector<int> supports;            // Model::supports() → Layout support
-  std::vector<char> self_contact;       // per pair
+  std::vector<int> supports;       // Model::supports() → Layout support
+  std::vector<char> self_contact;  // per pair
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
   contact::Workspace contact_work;
@@ -130,22 +130,25 @@ struct StepWorkspace::Impl {
   std::optional<cone::Problem> problem;
   std::optional<cone::Workspace> solver;
   cone::Result solution;
-  double softest = 1.0;                 // [N/m]
-  double least_force = 0;               // below this a contact does not count as active [N]
-  std::vector<double> object_radius;    // of the sphere about the body origin that holds the object [m]
+  double softest = 1.0;               // [N/m]
+  double least_force = 0;             // below this a contact does not count as active [N]
+  std::vector<double> object_radius;  // of the sphere about the body origin that holds the object [m]
   int max_object_dofs = 0;
   Eigen::VectorXd tau_u;
   Eigen::MatrixXd M_u;
-  std::vector<double> J;                // contact Jacobian, 3 × k row-major
+  std::vector<double> J;  // contact Jacobian, 3 × k row-major
   std::vector<double> G;
-  std::vector<int> actuated;            // velocity indices of the commands
-  std::vector<double> h_stiffness;      // hK_a
-  struct Entry { int row, column; double value; };
-  std::vector<Entry> Q;                 // lower triangle
+  std::vector<int> actuated;        // velocity indices of the commands
+  std::vector<double> h_stiffness;  // hK_a
+  struct Entry {
+    int row, column;
+    double value;
+  };
+  std::vector<Entry> Q;  // lower triangle
   Eigen::VectorXd b;
-  std::vector<char> included;           // per contact: its rows are in the problem
-  std::vector<Eigen::Vector3d> moved;   // per contact that is not: J_c δq
-  std::vector<char> limit_included;     // per limit_id
+  std::vector<char> included;          // per contact: its rows are in the problem
+  std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
+  std::vector<char> limit_included;    // per limit_id
 };
 
 StepWorkspace::StepWorkspace(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
@@ -215,7 +218,7 @@ void for_each_limit(const Model& model, const StepInput& in, Visit&& visit) {
   };
   for (int j = 0; j < model.n_a(); ++j) both(model.n_vu() + j, in.q[model.n_qu() + j], model.lower()[j], model.upper()[j]);
   for (const auto& object : model.objects()) {
-    if (object.n_q != 1) continue;   // hinges and sliders are the objects with limits
+    if (object.n_q != 1) continue;  // hinges and sliders are the objects with limits
     const auto& dof = model.dofs()[static_cast<std::size_t>(object.v_begin)];
     both(object.v_begin, in.q[object.q_begin], dof.lower, dof.upper);
   }
@@ -256,7 +259,7 @@ void add_contact(const Model& model, const contact::Contact& contact, double mu,
       problem.add_half_line(2 * contact.id + (sign > 0 ? 0 : 1), row_support, work.G.data(), contact.phi, sigma);
     }
   } else if (mu == 0) {
-    problem.add_half_line(contact.id, row_support, J_n, contact.phi, 2 * sigma);   // limit of the cone, which has degree 2
+    problem.add_half_line(contact.id, row_support, J_n, contact.phi, 2 * sigma);  // limit of the cone, which has degree 2
   } else {
     for (std::size_t c = k; c < 3 * k; ++c) work.J[c] *= mu;
     const double g[3] = {contact.phi, 0, 0};
@@ -282,7 +285,7 @@ Eigen::Vector3d displacement(const Model& model, const contact::Contact& contact
 double motion_bound(const Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta) {
   double bound = 0;
   for (const auto& robot : model.robots()) {
-    double sum = 0;   // a branch may carry another one: their sum bounds all
+    double sum = 0;  // a branch may carry another one: their sum bounds all
     for (const auto& chain : robot.chains) {
       for (const int v : chain) sum += model.reach()[v - model.n_vu()] * std::abs(delta[v]);
     }
@@ -358,8 +361,7 @@ void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl&
 }
 
 /// D_qnext_u = J_r(δq) · H⁻¹ [0; hK_a]; J_r differs from 1 in the rotation rows of free objects only.
-void calc_B(const Model& model, const StepOptions& options, StepWorkspace::Impl& work, const Eigen::VectorXd& delta,
-            Eigen::MatrixXd& B) {
+void calc_B(const Model& model, const StepOptions& options, StepWorkspace::Impl& work, const Eigen::VectorXd& delta, Eigen::MatrixXd& B) {
   for (int j = 0; j < model.n_a(); ++j) work.h_stiffness[static_cast<std::size_t>(j)] = options.h * model.stiffness()[j];
   B.resize(model.n_v(), model.n_a());
   cone::calc_inverse_columns(*work.solver, work.actuated, work.h_stiffness, B);
@@ -396,7 +398,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
 
   const bool exact = analytic == nullptr;
-  const bool lazy = exact && !options.with_B;   // the derivative is that of the whole central path, every row included
+  const bool lazy = exact && !options.with_B;  // the derivative is that of the whole central path, every row included
   const double sigma = exact ? 0.0 : options.h / analytic->kappa;
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);

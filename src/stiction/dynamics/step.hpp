@@ -18,57 +18,57 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 /// Local model of the contact dynamics: exact (2.6) or smoothed by a log barrier (2.27).
 struct Exact {};
 struct Analytic {
-  double kappa = 100.0;       ///< barrier weight [1/J]; larger is closer to Exact
-  double self_sharpness = 10; ///< κ of self-contacts and joint limits is this times kappa: they bound motion, they do not push
+  double kappa = 100.0;        ///< barrier weight [1/J]; larger is closer to Exact
+  double self_sharpness = 10;  ///< κ of self-contacts and joint limits is this times kappa: they bound motion, they do not push
 };
 using Smoothing = std::variant<Exact, Analytic>;
 
 /// Regularisation ε M_u / h of the objects in (2.6c).
 struct ByRule {
-  double ratio = 0.1;     ///< λ_max(ε M_u/h) = ratio · λ_min(h K_a), see docs/theory/step.md; > 0
+  double ratio = 0.1;  ///< λ_max(ε M_u/h) = ratio · λ_min(h K_a), see docs/theory/step.md; > 0
 };
 struct FixedEpsilon {
-  double epsilon = 1.0;   ///< 1 = true mass (quasi-dynamic); > 0
+  double epsilon = 1.0;  ///< 1 = true mass (quasi-dynamic); > 0
 };
 using Regularisation = std::variant<ByRule, FixedEpsilon>;
 
 struct StepOptions {
-  double h = 0.1;                          ///< time step [s], > 0
+  double h = 0.1;  ///< time step [s], > 0
   Smoothing smoothing = Exact{};
   Regularisation regularisation = ByRule{};
-  double friction_scale = 1.0;             ///< multiplies every μ, ≥ 0
-  double contact_margin = 0.0;             ///< added to the model's contact distance [m], ≥ 0
-  bool with_B = false;                     ///< also D_qnext_u
+  double friction_scale = 1.0;  ///< multiplies every μ, ≥ 0
+  double contact_margin = 0.0;  ///< added to the model's contact distance [m], ≥ 0
+  bool with_B = false;          ///< also D_qnext_u
   bool joint_limits = true;
   bool warm_start = true;
-  double tol_complementarity = 1e-10;      ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with B
-  void validate() const;                   ///< @throws InvalidInput naming the field
+  double tol_complementarity = 1e-10;  ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with B
+  void validate() const;               ///< @throws InvalidInput naming the field
 };
 
 struct StepInput {
-  VectorRef q;                             ///< configuration (n_q)
-  VectorRef u;                             ///< commanded joint positions (n_a) [rad or m]
+  VectorRef q;                               ///< configuration (n_q)
+  VectorRef u;                               ///< commanded joint positions (n_a) [rad or m]
   const Eigen::VectorXd* tau_ext = nullptr;  ///< external generalised force (n_v) besides gravity [N, N·m]; may be null
 };
 
 /// One contact of a step with its impulse.
 struct ContactImpulse {
-  contact::Contact contact;                ///< geometry at q, before the step
-  Eigen::Vector3d lambda = Eigen::Vector3d::Zero();  ///< (n, t1, t2) acting on A [N·s]
+  contact::Contact contact;                                ///< geometry at q, before the step
+  Eigen::Vector3d lambda = Eigen::Vector3d::Zero();        ///< (n, t1, t2) acting on A [N·s]
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
-  double gap = 0;                          ///< φ + J_n δq − μ‖J_t δq‖ ≥ 0, the cone slack [m]
-  bool active = false;                     ///< carries more than 3e-4 of the heaviest object's weight, or of softest stiffness · 1 mm
+  double gap = 0;                                          ///< φ + J_n δq − μ‖J_t δq‖ ≥ 0, the cone slack [m]
+  bool active = false;  ///< carries more than 3e-4 of the heaviest object's weight, or of softest stiffness · 1 mm
 
   double slide() const { return displacement.tail<2>().norm(); }
 };
 
 struct StepResult {
   core::Status status = core::Status::NumericalFailure;
-  Eigen::VectorXd q_next;                  ///< (n_q); for a smoothed step this is c of (3.3)
-  Eigen::VectorXd delta;                   ///< δq (n_v)
+  Eigen::VectorXd q_next;  ///< (n_q); for a smoothed step this is c of (3.3)
+  Eigen::VectorXd delta;   ///< δq (n_v)
   std::vector<ContactImpulse> contacts;
-  Eigen::MatrixXd B;                       ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
-  Eigen::VectorXd epsilon;                 ///< regularisation used per object
+  Eigen::MatrixXd B;        ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
+  Eigen::VectorXd epsilon;  ///< regularisation used per object
   cone::Residuals residuals;
   int iterations = 0;
 };
@@ -79,7 +79,7 @@ class StepWorkspace {
   explicit StepWorkspace(std::shared_ptr<const world::Model> model);
   ~StepWorkspace();
   StepWorkspace(StepWorkspace&&) noexcept;
-  void forget();                           ///< drops warm starts, so that the next step depends on its input alone
+  void forget();  ///< drops warm starts, so that the next step depends on its input alone
   const world::Model& model() const;
   struct Impl;
   Impl& impl() { return *impl_; }
@@ -94,7 +94,6 @@ class StepWorkspace {
 ///
 /// @returns Solved | MaxIterations | Infeasible | NumericalFailure; unless Solved, q_next = q and B = 0
 /// @throws  InvalidInput: wrong size, q or u not finite, options out of range
-core::Status step(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& work,
-                                StepResult& out);
+core::Status step(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& work, StepResult& out);
 
 }  // namespace stiction::dynamics

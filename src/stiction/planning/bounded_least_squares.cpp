@@ -6,7 +6,11 @@
 namespace stiction::planning {
 namespace {
 
-enum class Side : char { Free, Lower, Upper };
+enum class Side : char {
+  Free,
+  Lower,
+  Upper
+};
 
 }  // namespace
 
@@ -16,7 +20,7 @@ bool solve_bounded_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& A, con
   const Eigen::Index m = A.rows();
   const Eigen::Index n = A.cols();
   std::vector<Side> side(static_cast<std::size_t>(n), Side::Free);
-  x = Eigen::VectorXd::Zero(n).cwiseMax(lower).cwiseMin(upper);   // feasible throughout
+  x = Eigen::VectorXd::Zero(n).cwiseMax(lower).cwiseMin(upper);  // feasible throughout
   Eigen::MatrixXd S(m, m);
   Eigen::VectorXd r(m), y(m), target(n);
 
@@ -31,7 +35,7 @@ bool solve_bounded_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& A, con
         r.noalias() -= A.col(j) * x[j];
       }
     }
-    y = S.ldlt().solve(r);   // residual of the free problem, divided by γ: (b − A x)/γ
+    y = S.ldlt().solve(r);  // residual of the free problem, divided by γ: (b − A x)/γ
 
     // Walk from x to the minimiser over the free variables; the first bound on the way becomes active.
     double t = 1.0;

@@ -9,10 +9,10 @@
 namespace stiction::planning {
 namespace {
 
-constexpr double kTouch = 1e-4;         // a gap this small counts as contact [m]
-constexpr double kSelfClearance = 5e-4; // between robot parts, and of the robot to fixed bodies [m]
+constexpr double kTouch = 1e-4;          // a gap this small counts as contact [m]
+constexpr double kSelfClearance = 5e-4;  // between robot parts, and of the robot to fixed bodies [m]
 constexpr int kNewtonSteps = 15;
-constexpr double kMaxStep = 0.3;        // per Newton step and joint [rad or m]
+constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad or m]
 
 void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
@@ -116,7 +116,8 @@ std::optional<ContactSample> sample_generic(const world::Model& model, const Rob
     if (!chains.object_pairs(c).empty()) order.push_back(c);
   }
   if (order.empty()) return std::nullopt;
-  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[static_cast<std::size_t>(random.index(static_cast<int>(i)))]);
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1], order[static_cast<std::size_t>(random.index(static_cast<int>(i)))]);
   if (!random.chance(options.whole_probability)) order.resize(std::min(order.size(), static_cast<std::size_t>(1 + random.index(2))));
 
   ContactSample sample;
@@ -142,7 +143,7 @@ std::optional<ContactSample> sample_synergy(const world::Model& model, const Rob
   direction /= largest;
   q.tail(n_a) = options.start.cwiseMax(model.lower()).cwiseMin(model.upper());
 
-  constexpr double kLongest = 0.05, kShortest = 1e-3;   // advance per round [rad or m]
+  constexpr double kLongest = 0.05, kShortest = 1e-3;  // advance per round [rad or m]
   chains.pairs_of(chains.all(), work.pairs);
   const std::vector<int> pairs = work.pairs;
   std::vector<char> closing(static_cast<std::size_t>(n_a), 1);
@@ -186,7 +187,7 @@ std::optional<ContactSample> sample_synergy(const world::Model& model, const Rob
   for (const auto& c : work.contacts) {
     if (c.phi < (chains.touches_object(c.pair) ? -kTouch : 0.0)) return std::nullopt;
   }
-  sample.moved = chains.all();   // the whole hand takes the new posture, whether or not each finger touches
+  sample.moved = chains.all();  // the whole hand takes the new posture, whether or not each finger touches
   sample.q_a = q.tail(n_a);
   return sample;
 }
@@ -208,7 +209,7 @@ bool retreat(const world::Model& model, const RobotChains& chains, ChainMask mov
   const auto joints = joint_flags(model, chains.joints_of(moving));
   chains.pairs_of(moving, work.pairs);
   const std::vector<int> pairs = work.pairs;
-  constexpr double kStep = 0.04;   // per round and joint, so that the straight line between rounds stays clear [rad or m]
+  constexpr double kStep = 0.04;  // per round and joint, so that the straight line between rounds stays clear [rad or m]
   for (int round = 0; round < 30; ++round) {
     update_kinematics(model, q, work);
     contact::query_pairs(model, work.kinematics, pairs, clearance, work.contact_work, work.contacts);

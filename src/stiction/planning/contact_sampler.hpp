@@ -25,7 +25,7 @@ struct GeometryWorkspace {
 
 /// A robot posture that touches the object, and which branches it moved.
 struct ContactSample {
-  Eigen::VectorXd q_a;     ///< (n_a)
+  Eigen::VectorXd q_a;  ///< (n_a)
   ChainMask moved = 0;
 };
 

@@ -12,10 +12,14 @@ using world::ObjectJoint;
 /// Axes (first, second, normal) of a planar joint, in cyclic order.
 std::array<int, 3> planar_axes(ObjectJoint joint) {
   switch (joint) {
-    case ObjectJoint::PlanarXY: return {0, 1, 2};
-    case ObjectJoint::PlanarYZ: return {1, 2, 0};
-    case ObjectJoint::PlanarXZ: return {0, 2, 1};
-    default: return {-1, -1, -1};
+    case ObjectJoint::PlanarXY:
+      return {0, 1, 2};
+    case ObjectJoint::PlanarYZ:
+      return {1, 2, 0};
+    case ObjectJoint::PlanarXZ:
+      return {0, 2, 1};
+    default:
+      return {-1, -1, -1};
   }
 }
 
@@ -33,7 +37,8 @@ double wrap(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi)
 /// acos(w) = √(1 − w)·P(w) (Abramowitz & Stegun 4.4.46) nothing is singular and no trigonometric function is called, which the search
 /// for the nearest node would spend half its time in.
 double log_factor(double w) {
-  constexpr double kP[8] = {1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046, 0.0308918810, -0.0170881256, 0.0066700901, -0.0012624911};
+  constexpr double kP[8] = {1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046,
+                            0.0308918810, -0.0170881256, 0.0066700901, -0.0012624911};
   double p = kP[7];
   for (int i = 6; i >= 0; --i) p = p * w + kP[i];
   return 2 * p / std::sqrt(1 + w);
@@ -105,7 +110,8 @@ void ObjectSpace::sample(const std::vector<SampleBox>& boxes, core::Random& rand
       q_u.segment(b.q_begin, x.size()) = x;
       continue;
     }
-    const Eigen::Quaterniond rotation = Eigen::AngleAxisd(x[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(x[4], Eigen::Vector3d::UnitY()) *
+    const Eigen::Quaterniond rotation = Eigen::AngleAxisd(x[5], Eigen::Vector3d::UnitZ()) *
+                                        Eigen::AngleAxisd(x[4], Eigen::Vector3d::UnitY()) *
                                         Eigen::AngleAxisd(x[3], Eigen::Vector3d::UnitX());
     q_u.segment<3>(b.q_begin) = x.head<3>();
     q_u.segment<4>(b.q_begin + 3) = rotation.coeffs();

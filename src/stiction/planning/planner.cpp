@@ -64,13 +64,13 @@ struct Worker {
 /// One extension of the tree, from the draw of the subgoal to the new node.
 struct Item {
   std::uint64_t stream = 0;
-  int near = -1;             ///< −1: to be found by the worker
+  int near = -1;  ///< −1: to be found by the worker
   bool grasp = false;
-  Eigen::VectorXd subgoal;   ///< qᵘ (n_qu)
-  Eigen::VectorXd near_fine; ///< Node::q_fine of `near`, when this item computed it
-  int refined = -1;          ///< the node that it belongs to
-  bool distrusted = false;   ///< it is too far from q to build on
-  int unsupported = -1;      ///< a node at which letting go moves the object
+  Eigen::VectorXd subgoal;    ///< qᵘ (n_qu)
+  Eigen::VectorXd near_fine;  ///< Node::q_fine of `near`, when this item computed it
+  int refined = -1;           ///< the node that it belongs to
+  bool distrusted = false;    ///< it is too far from q to build on
+  int unsupported = -1;       ///< a node at which letting go moves the object
   bool accepted = false;
   Node node;
   Totals totals;
@@ -222,8 +222,8 @@ class Planner {
   bool refines() const { return options_.substep && options_.real_regrasps; }
 
   /// The state after the commands of an edge at half its sub-step.
-  bool simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_slide, Worker& worker, Totals& totals,
-                     Eigen::VectorXd& q_fine) {
+  bool simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_slide, Worker& worker,
+                     Totals& totals, Eigen::VectorXd& q_fine) {
     worker.steps.forget();
     for (Eigen::Index k = 0; k < commands.cols(); ++k) {
       for (const double s : {0.5, 1.0}) {
@@ -250,7 +250,7 @@ class Planner {
   bool refine(int i, Worker& worker, Totals& totals, Eigen::VectorXd& q_fine) {
     const Node& node = tree_[i];
     const Node& parent = tree_[node.parent];
-    q_fine = node.q;   // says that it was tried, whatever comes out
+    q_fine = node.q;  // says that it was tried, whatever comes out
     if (!simulate_fine(parent.q_fine, parent.u, node.commands, true, worker, totals, q_fine)) return false;
     const Goal& goal = problem_.goal;
     const int n_vu = model_.n_vu();
@@ -275,7 +275,7 @@ class Planner {
   }
 
   void judge(Item& item) {
-    if (tree_[item.refined].q_fine.size() > 0) return;   // another item of the round was first, with the same outcome
+    if (tree_[item.refined].q_fine.size() > 0) return;  // another item of the round was first, with the same outcome
     tree_.set_fine(item.refined, std::move(item.near_fine));
     if (!item.distrusted) return;
     tree_.bury(item.refined);
@@ -289,7 +289,7 @@ class Planner {
     const Eigen::VectorXd q_a = near.q.tail(n_a);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
     space_.error(near.local.c_u.data(), item.subgoal.data(), e.data());
-    if (near.q_fine.size() > 0) {   // aim with the mean of the two resolutions
+    if (near.q_fine.size() > 0) {  // aim with the mean of the two resolutions
       Eigen::VectorXd difference(model_.n_vu());
       space_.error(near.q.data(), near.q_fine.data(), difference.data());
       e -= 0.5 * difference;
@@ -510,7 +510,7 @@ class Planner {
   core::ThreadPool pool_;
   std::vector<Worker> workers_;
   dynamics::StepOptions exact_, smoothed_;
-  Eigen::VectorXd q_goal_;     ///< qᵘ of the goal
+  Eigen::VectorXd q_goal_;  ///< qᵘ of the goal
   Eigen::VectorXd u_start_;
   int best_ = -1;
 
@@ -533,21 +533,26 @@ void PlannerOptions::validate(const Model& model) const {
   core::require_positive("planner.h", h);
   core::require_positive("planner.length", std::visit([](const auto& rule) { return rule.length; }, length));
   core::require_positive("planner.smoothing.kappa", smoothing.kappa);
-  if (!(std::isfinite(goal_sharpening) && goal_sharpening >= 1)) core::throw_invalid("planner.goal_sharpening", fmt::format("{}", goal_sharpening), "a finite number ≥ 1");
+  if (!(std::isfinite(goal_sharpening) && goal_sharpening >= 1))
+    core::throw_invalid("planner.goal_sharpening", fmt::format("{}", goal_sharpening), "a finite number ≥ 1");
   core::require_positive("planner.fidelity_edge", fidelity_edge);
   core::require_positive("planner.fidelity_path", fidelity_path);
   if (substep) substep->validate();
-  if (!(regrasp_friction > 0 && regrasp_friction <= 1)) core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
+  if (!(regrasp_friction > 0 && regrasp_friction <= 1))
+    core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
   core::require_positive("planner.regrasp_tol_position", regrasp_tol_position);
   core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
-  if (!(tolerance_fraction > 0 && tolerance_fraction <= 1)) core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
+  if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))
+    core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
   if (sample_boxes.empty()) core::throw_invalid("planner.sample_box", "none", "a box for at least one object");
   for (const auto& box : sample_boxes) {
-    if (box.object < 0 || box.object >= static_cast<int>(model.objects().size())) core::throw_invalid("planner.sample_box", std::to_string(box.object), "the index of an object");
+    if (box.object < 0 || box.object >= static_cast<int>(model.objects().size()))
+      core::throw_invalid("planner.sample_box", std::to_string(box.object), "the index of an object");
     const auto& object = model.objects()[static_cast<std::size_t>(box.object)];
     core::require_size("planner.sample_box.lower", box.lower.size(), object.n_v);
     core::require_size("planner.sample_box.upper", box.upper.size(), object.n_v);
-    if (!(box.lower.array() <= box.upper.array()).all()) core::throw_invalid("planner.sample_box", "a lower end above its upper end", "lower ≤ upper");
+    if (!(box.lower.array() <= box.upper.array()).all())
+      core::throw_invalid("planner.sample_box", "a lower end above its upper end", "lower ≤ upper");
   }
   if (const auto* synergy = std::get_if<GraspSynergySampler>(&sampler)) {
     core::require_size("planner.sampler.start", synergy->start.size(), model.n_a());

@@ -11,26 +11,30 @@
 namespace stiction::planning {
 
 /// Length rule of Extend (Alg. 3).
-struct FixedLength { double length = 0.3; };    ///< ‖δu‖ is always this [rad or m]
-struct CappedLength { double length = 0.3; };   ///< at most this
+struct FixedLength {
+  double length = 0.3;
+};  ///< ‖δu‖ is always this [rad or m]
+struct CappedLength {
+  double length = 0.3;
+};  ///< at most this
 using LengthRule = std::variant<CappedLength, FixedLength>;
 
 /// Contact sampler that works for any robot: branches are drawn and brought to the object one by one.
 struct GenericSampler {
-  double whole_probability = 0.5;   ///< probability that all branches move; otherwise one or two of them
-  double near_probability = 0.3;    ///< probability that a branch is drawn around its present posture
-  double near_std = 0.4;            ///< spread of such draws [rad or m]
-  int tries = 20;                   ///< draws per branch
+  double whole_probability = 0.5;  ///< probability that all branches move; otherwise one or two of them
+  double near_probability = 0.3;   ///< probability that a branch is drawn around its present posture
+  double near_std = 0.4;           ///< spread of such draws [rad or m]
+  int tries = 20;                  ///< draws per branch
 };
 
 /// Contact sampler of the thesis for hands: an open posture that closes along a random mix of joint-space directions (3.4.3).
 struct GraspSynergySampler {
-  Eigen::VectorXd start;        ///< open posture (n_a) [rad or m]
-  Eigen::MatrixXd directions;   ///< one column per direction (n_a × k) [rad or m per unit]
-  Eigen::VectorXd mean;         ///< of the weights (k)
-  Eigen::VectorXd spread;       ///< weights are mean + spread · uniform(−½, ½) (k)
-  double travel = 2.4;          ///< how far the hand may close, times the direction [-]
-  double generic_probability = 0.5;   ///< probability that the generic sampler is used instead, for variety
+  Eigen::VectorXd start;             ///< open posture (n_a) [rad or m]
+  Eigen::MatrixXd directions;        ///< one column per direction (n_a × k) [rad or m per unit]
+  Eigen::VectorXd mean;              ///< of the weights (k)
+  Eigen::VectorXd spread;            ///< weights are mean + spread · uniform(−½, ½) (k)
+  double travel = 2.4;               ///< how far the hand may close, times the direction [-]
+  double generic_probability = 0.5;  ///< probability that the generic sampler is used instead, for variety
 };
 using Sampler = std::variant<GenericSampler, GraspSynergySampler>;
 
@@ -38,66 +42,66 @@ using Sampler = std::variant<GenericSampler, GraspSynergySampler>;
 /// planar, hinged and sliding objects.
 struct SampleBox {
   int object = 0;
-  Eigen::VectorXd lower, upper;   ///< free object: x y z roll pitch yaw; others: their coordinates
+  Eigen::VectorXd lower, upper;  ///< free object: x y z roll pitch yaw; others: their coordinates
 };
 
 struct PlannerOptions {
   std::uint64_t seed = 0;
-  int threads = 0;                    ///< 0 = all cores; the result does not depend on it
-  int batch = 8;                      ///< extensions per round, ≥ 1; the result does depend on it
-  int max_iterations = 100000;        ///< extensions, ≥ 1
-  bool stop_at_goal = true;           ///< false: always run max_iterations (timing)
-  double goal_bias = 0.3;             ///< probability that the subgoal is the goal
-  double grasp_probability = 0.3;     ///< probability that a node gets a contact sample instead of an extension
-  double gamma = 1e-6;                ///< γ of the metric (3.5)
+  int threads = 0;                 ///< 0 = all cores; the result does not depend on it
+  int batch = 8;                   ///< extensions per round, ≥ 1; the result does depend on it
+  int max_iterations = 100000;     ///< extensions, ≥ 1
+  bool stop_at_goal = true;        ///< false: always run max_iterations (timing)
+  double goal_bias = 0.3;          ///< probability that the subgoal is the goal
+  double grasp_probability = 0.3;  ///< probability that a node gets a contact sample instead of an extension
+  double gamma = 1e-6;             ///< γ of the metric (3.5)
   LengthRule length = CappedLength{};
-  dynamics::Analytic smoothing;       ///< local models (3.3)
-  double goal_sharpening = 10;        ///< κ grows up to this factor as the object comes within as many tolerances of the goal, ≥ 1
-  double h = 0.1;                     ///< time step of every model [s]
+  dynamics::Analytic smoothing;  ///< local models (3.3)
+  double goal_sharpening = 10;   ///< κ grows up to this factor as the object comes within as many tolerances of the goal, ≥ 1
+  double h = 0.1;                ///< time step of every model [s]
   dynamics::Regularisation regularisation = dynamics::ByRule{};
-  std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};   ///< nullopt: one single step per extension
-  bool real_regrasps = true;          ///< false: the robot jumps to its contact sample, as in the thesis's trees
-  double regrasp_friction = 0.8;      ///< regrasps must hold with every μ times this
-  double regrasp_tol_position = 2e-3; ///< the object may move this much during a regrasp [m]
-  double regrasp_tol_angle = 0.02;    ///< [rad]
+  std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};  ///< nullopt: one single step per extension
+  bool real_regrasps = true;           ///< false: the robot jumps to its contact sample, as in the thesis's trees
+  double regrasp_friction = 0.8;       ///< regrasps must hold with every μ times this
+  double regrasp_tol_position = 2e-3;  ///< the object may move this much during a regrasp [m]
+  double regrasp_tol_angle = 0.02;     ///< [rad]
   Sampler sampler = GenericSampler{};
   std::vector<SampleBox> sample_boxes;
-  double fidelity_edge = 0.15;        ///< a node is built on only if half the sub-step moves the object to the same place, up to this
-                                      ///< share of the goal's tolerances on its own edge …
-  double fidelity_path = 0.8;         ///< … and up to this share on the whole path from the start
-  double tolerance_fraction = 0.9;    ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
+  double fidelity_edge = 0.15;      ///< a node is built on only if half the sub-step moves the object to the same place, up to this
+                                    ///< share of the goal's tolerances on its own edge …
+  double fidelity_path = 0.8;       ///< … and up to this share on the whole path from the start
+  double tolerance_fraction = 0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
   void validate(const world::Model& model) const;
 };
 
 struct PlanningProblem {
   std::shared_ptr<const world::Model> model;
-  Eigen::VectorXd q_start;            ///< (n_q)
+  Eigen::VectorXd q_start;  ///< (n_q)
   Goal goal;
 };
 
 /// How regrasp attempts ended.
 struct RegraspCounts {
   long tried = 0, accepted = 0;
-  long no_sample = 0;      ///< no posture in contact was found
-  long no_path = 0;        ///< no collision-free path
-  long object_moved = 0;   ///< the object did not stay where it was
-  long failed_step = 0;    ///< a step was not solved
+  long no_sample = 0;     ///< no posture in contact was found
+  long no_path = 0;       ///< no collision-free path
+  long object_moved = 0;  ///< the object did not stay where it was
+  long failed_step = 0;   ///< a step was not solved
 };
 
 struct PlanResult {
-  core::Status status = core::Status::NumericalFailure;   ///< Solved | MaxIterations (deadline or budget) | Cancelled | …
-  Plan plan;                  ///< best so far, also when not Solved
+  core::Status status = core::Status::NumericalFailure;  ///< Solved | MaxIterations (deadline or budget) | Cancelled | …
+  Plan plan;                                             ///< best so far, also when not Solved
   std::uint64_t seed = 0;
   long iterations = 0;
   long nodes = 0;
-  long steps = 0;             ///< exact steps computed
-  long linearisations = 0;    ///< smoothed steps with B
-  long failed_steps = 0;      ///< steps whose solve did not end in Solved
-  long distrusted = 0;        ///< edges given up because half the sub-step gave something else
+  long steps = 0;           ///< exact steps computed
+  long linearisations = 0;  ///< smoothed steps with B
+  long failed_steps = 0;    ///< steps whose solve did not end in Solved
+  long distrusted = 0;      ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
   double wall_s = 0;
-  double start_penetration = 0;   ///< [m] deepest penetration of the given start, ≥ 0
-  bool start_projected = false;   ///< the start was moved to the constraints first (Settle segment)
+  double start_penetration = 0;  ///< [m] deepest penetration of the given start, ≥ 0
+  bool start_projected = false;  ///< the start was moved to the constraints first (Settle segment)
 };
 
 /// Plans a path of the object to the goal with a tree through contact (Algorithms 2 and 3 with real regrasps).

@@ -40,7 +40,7 @@ class FreeSpace {
       joint_move = std::max(joint_move, std::abs(to[j] - from[j]));
     }
     if (speed < 1e-12) return true;
-    const double shortest = std::min(1.0, 0.02 / joint_move);   // below this resolution the clearance itself is the guard
+    const double shortest = std::min(1.0, 0.02 / joint_move);  // below this resolution the clearance itself is the guard
     for (double t = 0; t < 1.0;) {
       const double r = room((1 - t) * from + t * to);
       if (r < 0) return false;
@@ -119,7 +119,7 @@ bool connect(const world::Model& model, const Posture& start, const Posture& goa
     const int grown = extend(trees[side], target, options.step, space);
     if (grown < 0) continue;
     const Posture reached = trees[side].postures[static_cast<std::size_t>(grown)];
-    for (;;) {   // the other tree goes for it greedily
+    for (;;) {  // the other tree goes for it greedily
       const int other = extend(trees[1 - side], reached, options.step, space);
       if (other < 0) break;
       if ((trees[1 - side].postures[static_cast<std::size_t>(other)] - reached).cwiseAbs().maxCoeff() > 1e-12) continue;
@@ -140,7 +140,8 @@ void shortcut(const PathOptions& options, core::Random& random, FreeSpace& space
     const int n = static_cast<int>(path.size());
     const int a = random.index(n - 2);
     const int b = a + 2 + random.index(n - 2 - a);
-    if (space.line(path[static_cast<std::size_t>(a)], path[static_cast<std::size_t>(b)])) path.erase(path.begin() + a + 1, path.begin() + b);
+    if (space.line(path[static_cast<std::size_t>(a)], path[static_cast<std::size_t>(b)]))
+      path.erase(path.begin() + a + 1, path.begin() + b);
   }
 }
 
@@ -171,12 +172,17 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
 
 namespace {
 
-enum class Outcome { Held, Moved, Failed };
+enum class Outcome {
+  Held,
+  Moved,
+  Failed
+};
 
 /// Simulates the commands of a regrasp and watches the object.
 class RegraspRun {
  public:
-  RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, dynamics::StepWorkspace& steps, Regrasp& out)
+  RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, dynamics::StepWorkspace& steps,
+             Regrasp& out)
       : model_(model), options_(options), steps_(steps), space_(model), q0_(q0), out_(out) {
     step_.h = options.h;
     step_.regularisation = options.regularisation;
@@ -254,8 +260,8 @@ Eigen::VectorXd relaxed_command(const world::Model& model, const RobotChains& ch
 }  // namespace
 
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps,
-                 Regrasp& out, RegraspCounts& counts) {
+                 const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out,
+                 RegraspCounts& counts) {
   out.knots.clear();
   out.steps = 0;
   out.failed_steps = 0;
@@ -284,7 +290,7 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
         return false;
       }
       const auto joints = chains.joints_of(sample->moved);
-      for (const auto& posture : path) {   // commands: the moving joints follow the path, the others hold
+      for (const auto& posture : path) {  // commands: the moving joints follow the path, the others hold
         Eigen::VectorXd command = u_relaxed;
         for (const int j : joints) command[j] = posture[j];
         outcome = run.follow(q_now, u_now, command);

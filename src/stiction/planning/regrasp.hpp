@@ -9,13 +9,18 @@
 namespace stiction::planning {
 
 /// Joint-space path between two postures of the robot at a fixed object.
-enum class PathOutcome { Found, StartBlocked, GoalBlocked, NotFound };
+enum class PathOutcome {
+  Found,
+  StartBlocked,
+  GoalBlocked,
+  NotFound
+};
 
 struct PathOptions {
-  double clearance = 2e-3;     ///< kept to everything between leaving the first contacts and reaching the last [m]
-  double step = 0.3;           ///< length of a tree extension, largest joint [rad or m]
-  int max_extensions = 150;    ///< of either tree towards random postures
-  int shortcuts = 12;          ///< attempts
+  double clearance = 2e-3;   ///< kept to everything between leaving the first contacts and reaching the last [m]
+  double step = 0.3;         ///< length of a tree extension, largest joint [rad or m]
+  int max_extensions = 150;  ///< of either tree towards random postures
+  int shortcuts = 12;        ///< attempts
 };
 
 /// Collision-free path of the branches in `moving` from the robot posture in q to q_a_goal: out of contact (retreat), through free
@@ -27,10 +32,10 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
 
 /// A regrasp that was simulated and holds.
 struct Regrasp {
-  std::vector<dynamics::Knot> knots;   ///< at full friction
-  int steps = 0;                       ///< dynamics steps computed
+  std::vector<dynamics::Knot> knots;  ///< at full friction
+  int steps = 0;                      ///< dynamics steps computed
   long failed_steps = 0;
-  bool unsupported = false;            ///< the object moves as soon as every branch lets go: no sample can help at this node
+  bool unsupported = false;  ///< the object moves as soon as every branch lets go: no sample can help at this node
 };
 
 /// Tries one regrasp at (q, u): draws a contact sample, lets go, moves the drawn branches there and simulates it all with the
@@ -39,7 +44,7 @@ struct Regrasp {
 /// with that, everything lets go first.
 /// @param counts  the outcome is counted by cause
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps,
-                 Regrasp& out, RegraspCounts& counts);
+                 const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out,
+                 RegraspCounts& counts);
 
 }  // namespace stiction::planning

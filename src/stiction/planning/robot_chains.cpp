@@ -51,7 +51,8 @@ RobotChains::RobotChains(const world::Model& model) {
 std::vector<int> RobotChains::joints_of(ChainMask mask) const {
   std::vector<int> joints;
   for (int c = 0; c < size(); ++c) {
-    if (mask >> c & 1) joints.insert(joints.end(), joints_[static_cast<std::size_t>(c)].begin(), joints_[static_cast<std::size_t>(c)].end());
+    if (mask >> c & 1)
+      joints.insert(joints.end(), joints_[static_cast<std::size_t>(c)].begin(), joints_[static_cast<std::size_t>(c)].end());
   }
   std::sort(joints.begin(), joints.end());
   return joints;

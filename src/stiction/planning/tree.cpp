@@ -88,7 +88,7 @@ int Tree::take_nearest_to_goal() {
 }
 
 int Tree::take_for_regrasp() {
-  constexpr double kWear = 0.2;   // a node tried five times counts as twice as far from the goal
+  constexpr double kWear = 0.2;  // a node tried five times counts as twice as far from the goal
   int best = -1;
   double best_cost = kInfinity;
   for (int i = 0; i < size(); ++i) {

@@ -10,9 +10,9 @@ namespace stiction::planning {
 
 /// Smoothed local model of a node (3.3): object motion ≈ c_u ⊕ B_u δu around u = qᵃ.
 struct LocalModel {
-  Eigen::VectorXd c_u;      ///< smoothed next configuration of the objects (n_qu)
-  Eigen::MatrixXd B_u;      ///< (n_vu × n_a)
-  Eigen::MatrixXd L_inv;    ///< inverse of the Cholesky factor of B_u B_uᵀ + γI, lower triangular (n_vu × n_vu)
+  Eigen::VectorXd c_u;    ///< smoothed next configuration of the objects (n_qu)
+  Eigen::MatrixXd B_u;    ///< (n_vu × n_a)
+  Eigen::MatrixXd L_inv;  ///< inverse of the Cholesky factor of B_u B_uᵀ + γI, lower triangular (n_vu × n_vu)
 
   /// Factorises the metric. @param gamma > 0
   void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma);
@@ -22,14 +22,14 @@ struct LocalModel {
 struct Node {
   int parent = -1;
   SegmentKind edge = SegmentKind::Contact;
-  Eigen::VectorXd q;               ///< (n_q)
-  Eigen::VectorXd u;               ///< command at q (n_a)
-  Eigen::MatrixXd commands;        ///< of the edge's sub-steps, one column each (n_a × steps)
-  Eigen::MatrixXd states;          ///< after each of them (n_q × steps)
+  Eigen::VectorXd q;         ///< (n_q)
+  Eigen::VectorXd u;         ///< command at q (n_a)
+  Eigen::MatrixXd commands;  ///< of the edge's sub-steps, one column each (n_a × steps)
+  Eigen::MatrixXd states;    ///< after each of them (n_q × steps)
   LocalModel local;
-  double goal_ratio = 0;           ///< worst of position and angle error, divided by the tolerance
-  Eigen::VectorXd q_fine;          ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
-  bool unsupported = false;        ///< the object does not stay when the robot lets go
+  double goal_ratio = 0;     ///< worst of position and angle error, divided by the tolerance
+  Eigen::VectorXd q_fine;    ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
+  bool unsupported = false;  ///< the object does not stay when the robot lets go
 };
 
 /// Nodes with the data that the nearest-node search reads kept together.
