@@ -113,30 +113,42 @@ bool TileFactor::analyse(const std::vector<std::uint64_t>& below) {
 
 namespace {
 
-/// N tiles t[m] −= Σ a[m]·bᵀ
+/// Four columns of a tile, as named registers: GCC keeps an array of twelve vectors in memory.
+struct Columns4 {
+  V4 c0, c1, c2, c3;
+  explicit Columns4(const double* t) : c0(load(t)), c1(load(t + 4)), c2(load(t + 8)), c3(load(t + 12)) {}
+  void store_to(double* t) const { store(t, c0), store(t + 4, c1), store(t + 8, c2), store(t + 12, c3); }
+};
+
 template <int N>
-inline void update(double* values, const std::uint32_t* term, int count, double* const (&t)[N]) {
-  V4 c[N][4];
-  for (int m = 0; m < N; ++m) {
-    for (int q = 0; q < 4; ++q) c[m][q] = load(t[m] + 4 * q);
-  }
+inline void subtract(V4& x, V4& y, V4& z, V4 a, V4 b, V4 c, double factor) {
+  const V4 f = all(factor);
+  x -= a * f;
+  if constexpr (N > 1) y -= b * f;
+  if constexpr (N > 2) z -= c * f;
+}
+
+/// N = 1 … 3 tiles: tₘ −= Σ aₘbᵀ over `count` terms. Unused tiles are not touched.
+template <int N>
+inline void update(double* values, const std::uint32_t* term, int count, double* t0, double* t1, double* t2) {
+  Columns4 x(t0), y(N > 1 ? t1 : t0), z(N > 2 ? t2 : t0);
   for (; count > 0; --count, term += N + 1) {
     const double* b = values + term[0];
-    const double* a[N];
-    for (int m = 0; m < N; ++m) a[m] = values + term[1 + m];
+    const double* a0 = values + term[1];
+    const double* a1 = N > 1 ? values + term[2] : a0;
+    const double* a2 = N > 2 ? values + term[3] : a0;
 #pragma GCC unroll 4
-    for (int p = 0; p < 4; ++p) {
-      V4 column[N];
-      for (int m = 0; m < N; ++m) column[m] = load(a[m] + 4 * p);
-      for (int q = 0; q < 4; ++q) {
-        const V4 x = all(b[4 * p + q]);
-        for (int m = 0; m < N; ++m) c[m][q] -= column[m] * x;
-      }
+    for (int p = 0; p < 16; p += 4) {
+      const V4 c0 = load(a0 + p), c1 = load(a1 + p), c2 = load(a2 + p);
+      subtract<N>(x.c0, y.c0, z.c0, c0, c1, c2, b[p]);
+      subtract<N>(x.c1, y.c1, z.c1, c0, c1, c2, b[p + 1]);
+      subtract<N>(x.c2, y.c2, z.c2, c0, c1, c2, b[p + 2]);
+      subtract<N>(x.c3, y.c3, z.c3, c0, c1, c2, b[p + 3]);
     }
   }
-  for (int m = 0; m < N; ++m) {
-    for (int q = 0; q < 4; ++q) store(t[m] + 4 * q, c[m][q]);
-  }
+  x.store_to(t0);
+  if constexpr (N > 1) y.store_to(t1);
+  if constexpr (N > 2) z.store_to(t2);
 }
 
 }  // namespace
@@ -149,9 +161,9 @@ bool TileFactor::factorise(double* x) {
     for (const Block* end = blocks_.data() + block_start_[static_cast<std::size_t>(k + 1)]; block != end; ++block) {
       const std::uint32_t* term = terms_.data() + block->first;
       const Target* to = targets_.data() + block->target;
-      if (block->width == 1) update<1>(values, term, block->count, {values + to[0].tile});
-      else if (block->width == 2) update<2>(values, term, block->count, {values + to[0].tile, values + to[1].tile});
-      else update<3>(values, term, block->count, {values + to[0].tile, values + to[1].tile, values + to[2].tile});
+      if (block->width == 1) update<1>(values, term, block->count, values + to[0].tile, nullptr, nullptr);
+      else if (block->width == 2) update<2>(values, term, block->count, values + to[0].tile, values + to[1].tile, nullptr);
+      else update<3>(values, term, block->count, values + to[0].tile, values + to[1].tile, values + to[2].tile);
     }
     double* d = values + target->tile;
     if (!invert_factor(d)) return false;
