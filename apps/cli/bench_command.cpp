@@ -199,7 +199,8 @@ class Bench {
       const std::string name = base + (warm ? "/warm" : "");
       if (!wanted(name)) continue;
       line_.show("timing " + name);
-      const cone::Options options;
+      cone::Options options;
+      options.sensitivities = false;  // as in a step without B
       const auto timing = warm ? bench::time_cone_warm(family, kConeInstances, 0, options, bench::allocations)
                                : bench::time_cone_cold(family, kConeInstances, 0, options, bench::allocations);
       add(make_row(name, timing.seconds, reference, timing.allocations, timing.failures));

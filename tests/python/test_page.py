@@ -71,6 +71,12 @@ def scene(window: browser.Browser) -> np.ndarray:
     return picture[: int(0.85 * len(picture)), int(0.38 * picture.shape[1]) :]
 
 
+def scene_at(window: browser.Browser, fraction: float) -> np.ndarray:
+    """The scene after a click on the time bar. Asked again and again: on a slow machine the page drops clicks while it still loads."""
+    window.scrub(fraction)
+    return scene(window)
+
+
 def check_quiet(window: browser.Browser) -> None:
     assert window.errors == []
     outside = [url[:120] for url in window.requests if not url.startswith(("file:", "data:", "blob:"))]
@@ -90,15 +96,13 @@ def test_page_in_chromium_draws_object_forces_and_regrasp(page: Path) -> None:
         assert "2.0 mm" in window.evaluate("document.getElementById('stiction').innerText")
 
         # In the second push the ball and the force arrows show, and the fingers are grey.
-        window.scrub(0.95)
-        picture = window.wait_for(lambda: p if share(p := scene(window), ORANGE) > 0.02 else None, 180, "the ball")
-        pushing = window.wait_for(lambda: p if share(p := scene(window), PINK) > 0.001 else None, 180, "force arrows")
+        picture = window.wait_for(lambda: p if share(p := scene_at(window, 0.95), ORANGE) > 0.02 else None, 180, "the ball")
+        pushing = window.wait_for(lambda: p if share(p := scene_at(window, 0.95), PINK) > 0.001 else None, 180, "force arrows")
         assert share(pushing, BLUE) < 0.001
         assert (np.abs(picture.astype(int) - 255).max(axis=2) > 20).mean() > 0.1, "more than the background"
 
         # While regrasping the fingers are blue and there are no forces; going backwards works.
-        window.scrub(0.5)
-        regrasp = window.wait_for(lambda: p if share(p := scene(window), BLUE) > 0.006 else None, 180, "blue fingers")
+        regrasp = window.wait_for(lambda: p if share(p := scene_at(window, 0.5), BLUE) > 0.006 else None, 180, "blue fingers")
         assert share(regrasp, ORANGE) > 0.02
         assert share(regrasp, PINK) < 0.0005
         check_quiet(window)
@@ -120,8 +124,7 @@ def test_page_of_a_real_plan_is_drawn(root: Path, real_plan: Path, tmp_path: Pat
     assert file.stat().st_size < MAX_BYTES
     with browser.Browser() as window:
         open_page(window, file)
-        window.scrub(0.9)
-        window.wait_for(lambda: share(scene(window), ORANGE) > 0.003, 180, "the object")
+        window.wait_for(lambda: share(scene_at(window, 0.9), ORANGE) > 0.003, 180, "the object")
         check_quiet(window)
 
 
