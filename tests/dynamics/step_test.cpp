@@ -262,6 +262,35 @@ TEST(Step, RandomStates_OptimalityHoldsOverAllContacts) {
   }
 }
 
+TEST(Step, SmoothedLargeCommands_EveryContactStaysOpenWhetherItsRowWasInOrNot) {
+  System system(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
+  const Model& model = *system.model;
+  core::Random random(6, 0);
+  int left_out = 0, pushed_by_self = 0;
+  for (int sample = 0; sample < 300; ++sample) {
+    Eigen::VectorXd q = model.neutral();
+    q.head<3>() << -0.081, 0.001, 0.071;
+    q.tail(16) << 0.035, 0.753, 0.741, 0.833, -0.144, 0.747, 0.619, 0.701, -0.069, 0.785, 0.829, 0.904, 0.633, 1.024, 0.641, 0.824;
+    for (int j = 0; j < model.n_a(); ++j) q[model.n_qu() + j] += random.uniform(-0.1, 0.1);
+    Eigen::VectorXd u = q.tail(model.n_a());
+    for (Eigen::Index j = 0; j < u.size(); ++j) u[j] += 0.3 * random.normal();
+    StepResult r;
+    if (step(model, {q, u}, {.smoothing = Analytic{}}, system.work, r) != Status::Solved) continue;
+    for (const auto& c : r.contacts) {
+      EXPECT_GE(c.gap, 0.0);
+      const auto& pair = model.pairs()[static_cast<std::size_t>(c.contact.pair)];
+      const auto kind = [&](int g) {
+        return model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(g)].body)].kind;
+      };
+      const bool self = kind(pair.geometry_a) == world::BodyKind::Robot && kind(pair.geometry_b) == world::BodyKind::Robot;
+      left_out += c.lambda[0] == 0 ? 1 : 0;
+      pushed_by_self += self && c.lambda[0] > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(left_out, 300);
+  EXPECT_GT(pushed_by_self, 300);
+}
+
 TEST(Step, DeepPenetration_ProjectsOut) {
   System system(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"));
   Eigen::VectorXd q(5), u(2);

@@ -109,6 +109,7 @@ struct StepWorkspace::Impl {
     for (const auto& object : model->objects()) weight = std::max(weight, object.mass * model->scene().gravity.norm());
     least_force = kLeastForceShare * std::max(weight, softest * 1e-3);
     b.resize(model->n_v());
+    commanded.setZero(model->n_v());
     object_radius.assign(model->objects().size(), 0.0);
     for (const auto& geometry : model->geometries()) {
       const auto& body = model->bodies()[static_cast<std::size_t>(geometry.body)];
@@ -136,7 +137,7 @@ struct StepWorkspace::Impl {
   int max_object_dofs = 0;
   Eigen::VectorXd tau_u;
   Eigen::MatrixXd M_u;
-  std::vector<double> J;  // contact Jacobian, 3 × k row-major
+  contact::Jacobians J;
   std::vector<double> G;
   std::vector<int> actuated;        // velocity indices of the commands
   std::vector<double> h_stiffness;  // hK_a
@@ -146,6 +147,7 @@ struct StepWorkspace::Impl {
   };
   std::vector<Entry> Q;  // lower triangle
   Eigen::VectorXd b;
+  Eigen::VectorXd commanded;           // (0; u − qᵃ)
   std::vector<char> included;          // per contact: its rows are in the problem
   std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
   std::vector<char> limit_included;    // per limit_id
@@ -242,43 +244,51 @@ double commanded_motion(const Model& model, const StepInput& in) {
   return motion;
 }
 
+const double* jacobian(const StepWorkspace::Impl& work, std::size_t contact) { return work.J.values.data() + work.J.begin[contact]; }
+
 /// Rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or in the plane the half-lines (J_n ± μJ_t) δq + φ (2.10).
-void add_contact(const Model& model, const contact::Contact& contact, double mu, double sigma, bool planar, StepWorkspace::Impl& work) {
+void add_contact(const Model& model, std::size_t i, double mu, double sigma, bool planar, StepWorkspace::Impl& work) {
+  const contact::Contact& contact = work.contacts[i];
   const auto support = static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support);
   const auto k = model.supports()[support].size();
   const int row_support = work.supports[support];
   cone::Problem& problem = *work.problem;
-  work.J.resize(3 * k);
-  world::Kinematics& kinematics = work.kinematics;
-  contact::calc_jacobian(model, kinematics, contact, work.J.data());
-  const double* J_n = work.J.data();
+  const double* J = jacobian(work, i);
+  work.G.resize(3 * k);
   if (planar) {
-    work.G.resize(k);
     for (const double sign : {1.0, -1.0}) {
-      for (std::size_t c = 0; c < k; ++c) work.G[c] = J_n[c] + sign * mu * J_n[k + c];
+      for (std::size_t c = 0; c < k; ++c) work.G[c] = J[c] + sign * mu * J[k + c];
       problem.add_half_line(2 * contact.id + (sign > 0 ? 0 : 1), row_support, work.G.data(), contact.phi, sigma);
     }
   } else if (mu == 0) {
-    problem.add_half_line(contact.id, row_support, J_n, contact.phi, 2 * sigma);  // limit of the cone, which has degree 2
+    problem.add_half_line(contact.id, row_support, J, contact.phi, 2 * sigma);  // limit of the cone, which has degree 2
   } else {
-    for (std::size_t c = k; c < 3 * k; ++c) work.J[c] *= mu;
+    std::copy_n(J, k, work.G.data());
+    for (std::size_t c = k; c < 3 * k; ++c) work.G[c] = mu * J[c];
     const double g[3] = {contact.phi, 0, 0};
-    problem.add_cone(contact.id, row_support, work.J.data(), g, 2 * sigma);
+    problem.add_cone(contact.id, row_support, work.G.data(), g, 2 * sigma);
   }
 }
 
 /// J_c δq [m].
-Eigen::Vector3d displacement(const Model& model, const contact::Contact& contact, const Eigen::VectorXd& delta, StepWorkspace::Impl& work) {
-  const auto& variables = model.supports()[static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support)];
+Eigen::Vector3d displacement(const Model& model, std::size_t i, const Eigen::VectorXd& delta, const StepWorkspace::Impl& work) {
+  const auto pair = static_cast<std::size_t>(work.contacts[i].pair);
+  const auto& variables = model.supports()[static_cast<std::size_t>(model.pairs()[pair].support)];
   const std::size_t k = variables.size();
-  work.J.resize(3 * k);
-  contact::calc_jacobian(model, work.kinematics, contact, work.J.data());
+  const double* J = jacobian(work, i);
   Eigen::Vector3d v = Eigen::Vector3d::Zero();
   for (std::size_t c = 0; c < k; ++c) {
     const double x = delta[variables[c]];
-    for (std::size_t r = 0; r < 3; ++r) v[static_cast<Eigen::Index>(r)] += work.J[r * k + c] * x;
+    for (std::size_t r = 0; r < 3; ++r) v[static_cast<Eigen::Index>(r)] += J[r * k + c] * x;
   }
   return v;
+}
+
+/// Gap of a self-contact now or after the motion that the command asks for, whichever is less, first order [m].
+double least_commanded_gap(const Model& model, const StepOptions& options, std::size_t i, const StepWorkspace::Impl& work) {
+  const contact::Contact& contact = work.contacts[i];
+  const Eigen::Vector3d v = displacement(model, i, work.commanded, work);
+  return contact.phi + std::min(0.0, v[0] - contact.friction * options.friction_scale * v.tail<2>().norm());
 }
 
 /// No point of any body travels farther than this under δq, first order [m].
@@ -312,7 +322,7 @@ bool add_violated(const Model& model, const StepInput& in, const StepOptions& op
     const contact::Contact& contact = work.contacts[i];
     work.moved[i].setZero();
     if (contact.phi > (1 + contact.friction * options.friction_scale) * motion) continue;
-    work.moved[i] = displacement(model, contact, work.solution.x, work);
+    work.moved[i] = displacement(model, i, work.solution.x, work);
     const Eigen::Vector3d& v = work.moved[i];
     const double slip = planar ? std::abs(v[1]) : std::hypot(v[1], v[2]);
     if (contact.phi + v[0] - contact.friction * options.friction_scale * slip < 0) work.included[i] = 1, any = true;
@@ -396,15 +406,25 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   // An unsupported object must not fall through what it would have met: look as far as it can fall.
   const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
   contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
+  contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
 
   const bool exact = analytic == nullptr;
   const bool lazy = exact && !options.with_B;  // the derivative is that of the whole central path, every row included
   const double sigma = exact ? 0.0 : options.h / analytic->kappa;
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);
+  // Self-contacts enter where they push as hard as a contact with an object does where it enters: σ/φ is the same.
+  const double near_self = exact ? 0.0 : (model.scene().contact_distance + options.contact_margin) / analytic->self_sharpness;
+  if (!exact) work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
   work.included.resize(work.contacts.size());
   work.moved.resize(work.contacts.size());
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) work.included[i] = !lazy || work.contacts[i].phi < near_contact;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const bool self = work.self_contact[static_cast<std::size_t>(work.contacts[i].pair)] != 0;
+    if (exact)
+      work.included[i] = !lazy || work.contacts[i].phi < near_contact;
+    else
+      work.included[i] = !self || least_commanded_gap(model, options, i, work) < near_self;
+  }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
     const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
@@ -426,7 +446,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
       if (!work.included[i]) continue;
       const contact::Contact& contact = work.contacts[i];
       const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
-      add_contact(model, contact, contact.friction * options.friction_scale, self ? sigma_self : sigma, planar, work);
+      add_contact(model, i, contact.friction * options.friction_scale, self ? sigma_self : sigma, planar, work);
     }
     for_each_limit(model, in, [&](int variable, double sign, double offset) {
       const std::uint64_t id = limit_id(variable, sign);
@@ -434,7 +454,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
     });
     out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
     out.iterations += work.solution.iterations;
-    if (out.status != Status::Solved || !lazy || !add_violated(model, in, options, planar, work)) break;
+    if (out.status != Status::Solved || (exact && !lazy) || !add_violated(model, in, options, planar, work)) break;
   }
   out.residuals = work.solution.residuals;
   if (out.status != Status::Solved) {
