@@ -13,7 +13,7 @@ using core::Random;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kStep = 0.1;   // [s]
+constexpr double kStep = 0.1;  // [s]
 constexpr double kGravity = 9.81;
 
 Vector3d unit(Random& random) {
@@ -110,8 +110,10 @@ const std::shared_ptr<cone::Layout>& family_layout(ConeFamily family) {
 }  // namespace
 
 ConeInstance::ConeInstance(ConeFamily family, std::uint64_t seed) : family_(family), seed_(seed) {
-  if (family == ConeFamily::Hand22) make_hand();
-  else make_boxes();
+  if (family == ConeFamily::Hand22)
+    make_hand();
+  else
+    make_boxes();
   problem_ = std::make_unique<cone::Problem>(layout_, static_cast<int>(contacts_.size()), 0);
   fill();
 }
@@ -129,7 +131,7 @@ void ConeInstance::make_hand() {
     lower_.push_back(random.uniform(0.0, 1.0));
     upper_.push_back(random.uniform(0.0, 1.0));
   }
-  const double translation = random.uniform(0.2, 1.0);   // regularisation of the ball
+  const double translation = random.uniform(0.2, 1.0);  // regularisation of the ball
   for (int i = 0; i < 3; ++i) object_Q_.push_back(translation), object_b_.push_back(i == 2 ? kStep * mass * kGravity : 0.0);
   for (int i = 0; i < 3; ++i) object_Q_.push_back(translation * 0.4 * kRadius * kRadius), object_b_.push_back(0.0);
   for (int f = 0; f < 4; ++f) {
@@ -169,7 +171,7 @@ void ConeInstance::make_boxes() {
     lower_.push_back(random.uniform(0.0, 1.0));
     upper_.push_back(random.uniform(0.0, 1.0));
   }
-  std::vector<Vector3d> centre;   // boxes 2s (below) and 2s + 1 (on top of it), stacks in a row along x
+  std::vector<Vector3d> centre;  // boxes 2s (below) and 2s + 1 (on top of it), stacks in a row along x
   for (int b = 0; b < 10; ++b) {
     const double mass = random.uniform(0.1, 2.0), translation = random.uniform(0.2, 1.0);
     centre.emplace_back((b / 2) * 2 * kHalf, 0.004 * random.normal(), b % 2 == 0 ? kHalf : 3 * kHalf);
@@ -177,7 +179,7 @@ void ConeInstance::make_boxes() {
     for (int i = 0; i < 3; ++i) object_Q_.push_back(translation * 2.0 / 3.0 * kHalf * kHalf), object_b_.push_back(0.0);
   }
   const auto near_gap = [&random] { return random.chance(0.5) ? random.uniform(-5e-4, 5e-4) : random.uniform(0, 5e-3); };
-  const auto face = [&](int b, int on, const Vector3d& p, const Vector3d& n) {   // n points from `on` (−1: the world) to b
+  const auto face = [&](int b, int on, const Vector3d& p, const Vector3d& n) {  // n points from `on` (−1: the world) to b
     Rows rows{frame(n), random.uniform(0.3, 0.9)};
     std::vector<int> variables;
     if (on >= 0) {
@@ -238,7 +240,7 @@ void ConeInstance::fill() {
     problem_->add_bound(id++, v, -1, upper_[i], sigma_ / 2);
   }
   if (family_ != ConeFamily::Hand22) return;
-  for (int i = 0; i < 6; ++i) problem_->add_bound(id++, 16 + i, i % 2 == 0 ? 1 : -1, 0.5, sigma_ / 2);   // a workspace of the ball
+  for (int i = 0; i < 6; ++i) problem_->add_bound(id++, 16 + i, i % 2 == 0 ? 1 : -1, 0.5, sigma_ / 2);  // a workspace of the ball
 }
 
 void ConeInstance::follow(const cone::Result& solution) {
@@ -261,8 +263,8 @@ struct Clock {
   double seconds() const { return std::chrono::duration<double>(C::now() - start).count(); }
 };
 
-void time_one(const cone::Problem& problem, const cone::Options& options, cone::Workspace& work, cone::Result& result,
-              ConeTiming& timing, const std::function<long()>& allocations, bool keep) {
+void time_one(const cone::Problem& problem, const cone::Options& options, cone::Workspace& work, cone::Result& result, ConeTiming& timing,
+              const std::function<long()>& allocations, bool keep) {
   const long before = allocations ? allocations() : 0;
   const Clock clock;
   const auto status = cone::solve(problem, options, work, result);
@@ -287,7 +289,7 @@ ConeTiming time_cone_cold(ConeFamily family, int n, std::uint64_t seed, cone::Op
   for (int i = 0; i < n; ++i) instances.emplace_back(family, seed + static_cast<std::uint64_t>(i));
   cone::Workspace work(family_layout(family));
   cone::Result result;
-  cone::Problem problem(family_layout(family), 0, 0);   // refilled before each solve, as a planner does
+  cone::Problem problem(family_layout(family), 0, 0);  // refilled before each solve, as a planner does
   // One pass over all problems sizes the workspace and brings in its pages; the next is timed.
   for (const bool keep : {false, true}) {
     for (const auto& instance : instances) {
@@ -315,7 +317,7 @@ ConeTiming time_cone_warm(ConeFamily family, int n, std::uint64_t seed, cone::Op
       instance.follow(result);
     }
   };
-  constexpr std::uint64_t kWarmUp = 20;   // rollouts
+  constexpr std::uint64_t kWarmUp = 20;  // rollouts
   for (std::uint64_t rollout = 0; rollout < kWarmUp; ++rollout) roll_out(rollout, false);
   for (std::uint64_t rollout = 0; static_cast<int>(timing.seconds.size()) < n; ++rollout) roll_out(rollout, true);
   if (!allocations) timing.allocations = -1;

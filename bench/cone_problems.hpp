@@ -13,7 +13,10 @@ namespace stiction::bench {
 /// Two families of random but physical instances of (C): one quasi-static step, h = 0.1 s, SI units.
 /// Hand22: four 4-joint fingers around a free ball (22 variables), 20 contacts (16 link–ball, 4 palm–ball), 38 joint limits.
 /// Boxes69: ten boxes in stacks of two and a 9-joint arm (69 variables), 56 contacts, 18 joint limits.
-enum class ConeFamily { Hand22, Boxes69 };
+enum class ConeFamily {
+  Hand22,
+  Boxes69
+};
 
 /// One seeded instance and its continuation: follow() moves the gaps, springs and limits by a solution, as a rollout would.
 class ConeInstance {
@@ -26,7 +29,7 @@ class ConeInstance {
  private:
   struct Contact {
     int support = 0;
-    std::vector<double> G;   // 3×k, friction rows scaled by μ
+    std::vector<double> G;  // 3×k, friction rows scaled by μ
     double gap = 0;
   };
   void make_hand();
@@ -38,22 +41,22 @@ class ConeInstance {
   std::uint64_t step_ = 0;
   std::shared_ptr<const cone::Layout> layout_;
   std::unique_ptr<cone::Problem> problem_;
-  int first_actuated_ = 0;               // actuated variables are first_actuated_ … first_actuated_ + stiffness_.size() − 1
-  std::vector<double> stiffness_;        // h·K
-  std::vector<double> stretch_;          // u − q
-  std::vector<double> object_Q_;         // diagonal, by object variable
+  int first_actuated_ = 0;         // actuated variables are first_actuated_ … first_actuated_ + stiffness_.size() − 1
+  std::vector<double> stiffness_;  // h·K
+  std::vector<double> stretch_;    // u − q
+  std::vector<double> object_Q_;   // diagonal, by object variable
   std::vector<double> object_b_;
   int first_object_ = 0;
-  std::vector<double> lower_, upper_;    // q − q_min, q_max − q by actuated variable
+  std::vector<double> lower_, upper_;  // q − q_min, q_max − q by actuated variable
   std::vector<Contact> contacts_;
-  double sigma_ = 2e-3;                  // 2h/κ with κ = 100
+  double sigma_ = 2e-3;  // 2h/κ with κ = 100
 };
 
 struct ConeTiming {
-  std::vector<double> seconds;      // of each solve
+  std::vector<double> seconds;  // of each solve
   std::vector<int> iterations;
-  long allocations = 0;             // inside solve(), after the first call; −1 when nobody counts
-  int failures = 0;                 // solves that were not Solved
+  long allocations = 0;  // inside solve(), after the first call; −1 when nobody counts
+  int failures = 0;      // solves that were not Solved
 };
 
 /// Times `n` instances, each once and from a cold start, after one untimed pass over all of them. The problem is filled just before

@@ -76,7 +76,7 @@ TEST(Cone, SmoothedForce_ConvergesToExactAtRateOneOverKappa) {
   double last = 0;
   for (int i = 0; i < 4; ++i) {
     const double sigma = 1e-3 * std::pow(0.1, i);
-    const double error = solved(spring(10, 0.05, 0.02, sigma), Mode::Smoothed).w_bound[0];   // exact: 0
+    const double error = solved(spring(10, 0.05, 0.02, sigma), Mode::Smoothed).w_bound[0];  // exact: 0
     if (i > 1) {
       EXPECT_NEAR(last / error, 10.0, 0.6);
     }

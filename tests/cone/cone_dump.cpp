@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     const Problem problem = raw.make();
     Workspace work(problem.layout_ptr());
     Options options;
-    options.tol_complementarity = 1e-11;   // ‖x − x*‖ falls with it; 1e-9 would leave up to 1e-5
+    options.tol_complementarity = 1e-11;  // ‖x − x*‖ falls with it; 1e-9 would leave up to 1e-5
     Result r;
     const auto status = solve(problem, options, work, r);
     out.push_back({{"seed", seed},

@@ -19,7 +19,7 @@ TEST(ConeOracle, HalfLineProblems_AgreeWithProxQp) {
     const Problem problem = raw.make();
     Workspace work(problem.layout_ptr());
     Options options;
-    options.tol_complementarity = 1e-11;   // ‖x − x*‖ falls with it; 1e-9 would leave up to 1e-5
+    options.tol_complementarity = 1e-11;  // ‖x − x*‖ falls with it; 1e-9 would leave up to 1e-5
     Result r;
     if (solve(problem, options, work, r) != core::Status::Solved) continue;
     const Eigen::MatrixXd G = raw.stacked_G();

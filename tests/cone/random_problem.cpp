@@ -25,7 +25,7 @@ double leaves_cone(const Eigen::Ref<const VectorXd>& v) {
 }
 
 template <class F>
-void for_each_block(const RawProblem& raw, F&& f) {   // f(first row, components, sigma, g)
+void for_each_block(const RawProblem& raw, F&& f) {  // f(first row, components, sigma, g)
   int at = 0;
   for (const auto& r : raw.cones) f(at, 3, r.sigma), at += 3;
   for (const auto& r : raw.lines) f(at, 1, r.sigma), at += 1;
@@ -45,7 +45,7 @@ Problem RawProblem::make() const {
 
 void RawProblem::fill(Problem& problem) const {
   problem.clear();
-  Layout layout = problem.layout();   // a copy, only to look supports up
+  Layout layout = problem.layout();  // a copy, only to look supports up
   for (const auto& group : groups) {
     for (const int i : group) {
       for (const int j : group) {
@@ -168,7 +168,7 @@ RawProblem make_random(std::uint64_t seed, const RandomOptions& o) {
   }
   raw.Q = Eigen::Map<VectorXd>(diagonal.data(), raw.n).asDiagonal();
   raw.b = Eigen::Map<VectorXd>(b.data(), raw.n);
-  if (random.chance(0.5)) {   // coupled Q inside the groups
+  if (random.chance(0.5)) {  // coupled Q inside the groups
     for (const auto& part : parts) {
       const VectorXd d = raw.Q.diagonal().segment(part.first, part.n).cwiseSqrt();
       MatrixXd A = MatrixXd::Identity(part.n, part.n);
@@ -193,11 +193,11 @@ RawProblem make_random(std::uint64_t seed, const RandomOptions& o) {
       continue;
     }
     const auto& body = parts[static_cast<std::size_t>(n_chains + random.index(n_bodies))];
-    const int other = random.index(static_cast<int>(parts.size()) + 1);   // the last: the world
+    const int other = random.index(static_cast<int>(parts.size()) + 1);  // the last: the world
     const Vector3d r = 0.06 * unit(random), p = body.centre + r;
     Matrix3d R;
     const bool world = other >= static_cast<int>(parts.size());
-    R.col(0) = random.chance(world ? 0.95 : 0.2) ? Vector3d(0, 0, -1) : Vector3d(r.normalized());   // the world is mostly a floor
+    R.col(0) = random.chance(world ? 0.95 : 0.2) ? Vector3d(0, 0, -1) : Vector3d(r.normalized());  // the world is mostly a floor
     R.col(1) = R.col(0).unitOrthogonal();
     R.col(2) = R.col(0).cross(R.col(1));
     const double mu = random.chance(o.frictionless) ? 0.0 : random.uniform(0.05, 1.5);
@@ -232,7 +232,7 @@ RawProblem make_random(std::uint64_t seed, const RandomOptions& o) {
     if (random.chance(0.05)) gap = 0;
     if (random.chance(deep)) gap = -random.uniform(0, 0.2);
     row.id = id++;
-    if (planar) {   // w₀ ≥ |w₁| as two half-lines
+    if (planar) {  // w₀ ≥ |w₁| as two half-lines
       row.sigma = kStep / kappa;
       for (const double side : {1.0, -1.0}) {
         row.G = G.row(0) + side * G.row(1);

@@ -15,7 +15,7 @@ struct RawProblem {
   struct Row {
     std::uint64_t id = 0;
     std::vector<int> variables;
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> G;   // 3×k, or 1×k for a half-line
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> G;  // 3×k, or 1×k for a half-line
     Eigen::VectorXd g;
     double sigma = 1e-3;
   };
@@ -47,10 +47,10 @@ Eigen::VectorXd stacked_z(const Result& result);
 
 /// What is wrong with a solution, from the raw matrices alone; w is recomputed as Gx + g.
 struct Kkt {
-  double stationarity = 0;      // docs/theory/cone.md eq. 12
-  double cone = 0;              // distance of Gx + g outside K / max(1, |g|), and of z outside K
-  double consistency = 0;       // |w − Gx − g| / max(1, |g|)
-  double complementarity = 0;   // Exact: max wᵀz / max(1, ‖b‖∞). Smoothed: max ‖w∘z − σe‖∞/σ. With the returned w.
+  double stationarity = 0;     // docs/theory/cone.md eq. 12
+  double cone = 0;             // distance of Gx + g outside K / max(1, |g|), and of z outside K
+  double consistency = 0;      // |w − Gx − g| / max(1, |g|)
+  double complementarity = 0;  // Exact: max wᵀz / max(1, ‖b‖∞). Smoothed: max ‖w∘z − σe‖∞/σ. With the returned w.
 };
 Kkt recompute(const RawProblem& raw, const Result& result, Mode mode);
 
@@ -63,11 +63,11 @@ Certificate check_certificate(const RawProblem& raw, const Result& result, Mode 
 
 struct RandomOptions {
   int max_contacts = 60;
-  double mass_decades = 6;      // objects weigh 10^±(decades/2) kg
-  double deep = 0.1;            // part of contacts that start in deep penetration (to −0.2 m)
-  double duplicate = 0.15;      // part of contacts that repeat an earlier one
+  double mass_decades = 6;  // objects weigh 10^±(decades/2) kg
+  double deep = 0.1;        // part of contacts that start in deep penetration (to −0.2 m)
+  double duplicate = 0.15;  // part of contacts that repeat an earlier one
   double frictionless = 0.1;
-  bool planar = true;           // also problems whose contacts are pairs of half-lines
+  bool planar = true;  // also problems whose contacts are pairs of half-lines
   bool cones = true;
 };
 /// Robots (springs) and free bodies with random contacts, joint limits, redundancy and degeneracy.

@@ -29,8 +29,8 @@ RawProblem one_bound(double offset) {
 }
 
 TEST(ConeStatus, ContradictingRows_InfeasibleWithCertificate) {
-  RawProblem raw = one_bound(-0.1);                  // x ≥ 0.1
-  raw.bounds.push_back({2, 0, -1, 0.05, 1e-3});      // x ≤ 0.05
+  RawProblem raw = one_bound(-0.1);              // x ≥ 0.1
+  raw.bounds.push_back({2, 0, -1, 0.05, 1e-3});  // x ≤ 0.05
   for (const Mode mode : {Mode::Exact, Mode::Smoothed}) {
     const Problem problem = raw.make();
     Workspace work(problem.layout_ptr());
@@ -180,7 +180,7 @@ TEST(ConeDeterminism, SameInput_SameBits) {
     Result ra, rb;
     const Status sa = solve(problem, options, a, ra);
     (void)solve(problem, options, b, rb);
-    const Status sb = solve(problem, options, b, rb);   // b has solved before: no hidden state
+    const Status sb = solve(problem, options, b, rb);  // b has solved before: no hidden state
     EXPECT_EQ(sa, sb);
     EXPECT_TRUE((ra.x.array() == rb.x.array()).all());
     EXPECT_EQ(ra.iterations, rb.iterations);
@@ -220,8 +220,10 @@ TEST(ConeMemory, FewerRowsThanBefore_NoHeapUse) {
   Workspace work(problem.layout_ptr());
   Result r;
   (void)solve(problem, Options{}, work, r);
-  if (!raw.cones.empty()) raw.cones.pop_back();
-  else raw.lines.pop_back();
+  if (!raw.cones.empty())
+    raw.cones.pop_back();
+  else
+    raw.lines.pop_back();
   raw.fill(problem);
   const long before = bench::allocations();
   (void)solve(problem, Options{}, work, r);
@@ -308,7 +310,7 @@ int check_sensitivity(Mode mode, double tolerance, double step) {
     }
     core::Random random(seed, 5);
     Eigen::MatrixXd v(raw.n, 1);
-    for (int i = 0; i < raw.n; ++i) v(i) = raw.Q(i, i) * random.normal() * 0.01;   // moves every variable by about 1 %
+    for (int i = 0; i < raw.n; ++i) v(i) = raw.Q(i, i) * random.normal() * 0.01;  // moves every variable by about 1 %
     Eigen::MatrixXd D = -v;
     apply_inverse(work, D);
     RawProblem plus = raw, minus = raw;

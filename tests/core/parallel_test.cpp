@@ -54,7 +54,7 @@ TEST_P(ThreadPools, Run_WithSubstreams_DoesNotDependOnTheNumberOfThreads) {
     });
     return out;
   };
-  EXPECT_EQ(draw(1), draw(GetParam()));   // bit by bit
+  EXPECT_EQ(draw(1), draw(GetParam()));  // bit by bit
 }
 
 TEST_P(ThreadPools, Run_SeveralItemsThrow_TheSmallestOneIsReported) {

@@ -67,7 +67,7 @@ TEST(Random, Uniform_StaysInRangeWithTheRightMoments) {
     sum2 += x * x;
   }
   EXPECT_NEAR(sum / kN, 0.5, 5 / std::sqrt(12.0 * kN));
-  EXPECT_NEAR(sum2 / kN, 1.0 / 3.0, 5 * std::sqrt(4.0 / 45.0 / kN));   // Var(x²) = 1/5 − 1/9
+  EXPECT_NEAR(sum2 / kN, 1.0 / 3.0, 5 * std::sqrt(4.0 / 45.0 / kN));  // Var(x²) = 1/5 − 1/9
 }
 
 TEST(Random, UniformInRange_CoversItsEndsAndNothingElse) {
@@ -96,8 +96,8 @@ TEST(Random, Normal_HasTheRightMomentsAndIsFinite) {
     sum4 += x * x * x * x;
   }
   EXPECT_NEAR(sum / kN, 0.0, 5 / std::sqrt(kN));
-  EXPECT_NEAR(sum2 / kN, 1.0, 5 * std::sqrt(2.0 / kN));    // Var(x²) = 2
-  EXPECT_NEAR(sum4 / kN, 3.0, 5 * std::sqrt(96.0 / kN));   // Var(x⁴) = 105 − 9
+  EXPECT_NEAR(sum2 / kN, 1.0, 5 * std::sqrt(2.0 / kN));   // Var(x²) = 2
+  EXPECT_NEAR(sum4 / kN, 3.0, 5 * std::sqrt(96.0 / kN));  // Var(x⁴) = 105 − 9
 }
 
 TEST(Random, Index_HitsEveryValueEvenly) {

@@ -24,10 +24,10 @@ class Layout {
  public:
   /// The tiles that a registered set of variables touches.
   struct Support {
-    std::vector<int> variables;   ///< in the caller's column order
-    std::vector<int> tiles;       ///< increasing
-    std::vector<int> slot;        ///< column → index into `tiles`
-    std::vector<int> lane;        ///< column → lane
+    std::vector<int> variables;  ///< in the caller's column order
+    std::vector<int> tiles;      ///< increasing
+    std::vector<int> slot;       ///< column → index into `tiles`
+    std::vector<int> lane;       ///< column → lane
   };
 
   /// @param n       number of variables, ≥ 1
@@ -43,7 +43,7 @@ class Layout {
   int size() const { return n_; }
   int tiles() const { return n_tiles_; }
   int padded_size() const { return n_tiles_ * kTile; }
-  int position(int variable) const { return position_[static_cast<std::size_t>(variable)]; }   ///< tile · kTile + lane
+  int position(int variable) const { return position_[static_cast<std::size_t>(variable)]; }  ///< tile · kTile + lane
   int tile(int variable) const { return position(variable) / kTile; }
   int lane(int variable) const { return position(variable) % kTile; }
   int group(int variable) const { return group_[static_cast<std::size_t>(variable)]; }

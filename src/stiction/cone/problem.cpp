@@ -86,8 +86,7 @@ void Problem::set_b(int i, double v) {
   b_[static_cast<std::size_t>(layout_->position(i))] = v;
 }
 
-int Problem::add_row(Rows& rows, int components, std::uint64_t id, int support, const double* G, const double* g,
-                     double sigma) {
+int Problem::add_row(Rows& rows, int components, std::uint64_t id, int support, const double* G, const double* g, double sigma) {
   require_index("support", support, layout_->n_supports());
   const auto& where = layout_->support(support);
   const int k = static_cast<int>(where.variables.size());

@@ -48,7 +48,7 @@ class Problem {
   int n_cones() const { return cones_.n; }
   int n_half_lines() const { return lines_.n; }
   int n_bounds() const { return n_bounds_; }
-  int growths() const { return growths_; }   ///< how often a buffer had to be enlarged after construction
+  int growths() const { return growths_; }  ///< how often a buffer had to be enlarged after construction
 
   /// Rows of one kind with R components each, in order of adding. G of row i is [tile of its support][R][kTile] from
   /// G[offset[i]] on, with zeros at variables outside the support.
@@ -57,10 +57,10 @@ class Problem {
     std::vector<std::uint64_t> id;
     std::vector<int> support;
     std::vector<int> offset;
-    std::vector<double> g;       ///< R per row
+    std::vector<double> g;  ///< R per row
     std::vector<double> sigma;
     AlignedVector G;
-    int used = 0;                ///< doubles used in G
+    int used = 0;  ///< doubles used in G
   };
   /// Bounds of one tile, at most one per lane; lanes without a bound have sign 0.
   struct BoundGroup {
@@ -68,14 +68,14 @@ class Problem {
     double sign[kTile] = {};
     double offset[kTile] = {};
     double sigma[kTile] = {};
-    int index[kTile] = {-1, -1, -1, -1};   ///< index of the bound, in order of adding
+    int index[kTile] = {-1, -1, -1, -1};  ///< index of the bound, in order of adding
   };
   const Rows& cones() const { return cones_; }
   const Rows& half_lines() const { return lines_; }
   const std::vector<BoundGroup>& bound_groups() const { return bound_groups_; }
   int n_bound_groups() const { return n_bound_groups_; }
   std::uint64_t bound_id(int i) const { return bound_id_[static_cast<std::size_t>(i)]; }
-  const double* Q_tiles() const { return Q_.data(); }   ///< as Layout::q_tiles(), each column-major; unit diagonal at padding
+  const double* Q_tiles() const { return Q_.data(); }  ///< as Layout::q_tiles(), each column-major; unit diagonal at padding
   const double* b_padded() const { return b_.data(); }
 
  private:

@@ -103,8 +103,10 @@ inline void add_hessian(GeneralBank<R>& b, const Problem::Rows& rows, const Layo
       for (; k - i >= 2; i += 2) add_products<R, 2>({target(i, j), target(i + 1, j)}, y + i * R * 4, right, n, stride);
       if (i < k) add_products<R, 1>({target(i, j)}, y + i * R * 4, right, n, stride);
     }
-    if (j + 1 < k) add_corner<R>(target(j, j), target(j + 1, j), target(j + 1, j + 1), y + j * R * 4, n, stride);
-    else add_products<R, 1>({target(j, j)}, y + j * R * 4, y + j * R * 4, n, stride);
+    if (j + 1 < k)
+      add_corner<R>(target(j, j), target(j + 1, j), target(j + 1, j + 1), y + j * R * 4, n, stride);
+    else
+      add_products<R, 1>({target(j, j)}, y + j * R * 4, y + j * R * 4, n, stride);
   }
 }
 
@@ -126,8 +128,10 @@ inline void add_transposed_group(const GeneralBank<R>& b, int g, const V4* a, do
     for (int i = 0; i < 4; ++i) {
       for (int r = 0; r < R; ++r) acc[r] += load(y + i * stride + 4 * r) * value[r][i];
     }
-    if constexpr (R == 3) store(to, acc[0] + (acc[1] + acc[2]));
-    else store(to, acc[0]);
+    if constexpr (R == 3)
+      store(to, acc[0] + (acc[1] + acc[2]));
+    else
+      store(to, acc[0]);
   }
 }
 

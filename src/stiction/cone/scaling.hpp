@@ -24,8 +24,10 @@ inline void store_element(V4 (&a)[R], const Element<R>& x) {
 
 template <int R>
 inline V4 dot(const Element<R>& a, const Element<R>& b) {
-  if constexpr (R == 1) return a.e[0] * b.e[0];
-  else return a.e[0] * b.e[0] + (a.e[1] * b.e[1] + a.e[2] * b.e[2]);
+  if constexpr (R == 1)
+    return a.e[0] * b.e[0];
+  else
+    return a.e[0] * b.e[0] + (a.e[1] * b.e[1] + a.e[2] * b.e[2]);
 }
 inline V4 det(const Element<3>& a) { return a.e[0] * a.e[0] - (a.e[1] * a.e[1] + a.e[2] * a.e[2]); }
 
@@ -46,9 +48,9 @@ inline constexpr double kRounding = 1e-14;
 
 /// Where the iterate is, over all rows seen.
 struct Spread {
-  V4 mean{};     // Σ wᵀz / weight
-  V4 worst{};    // max wᵀz
-  V4 off{};      // max ‖w∘z − t·weight·e‖∞ / weight
+  V4 mean{};   // Σ wᵀz / weight
+  V4 worst{};  // max wᵀz
+  V4 off{};    // max ‖w∘z − t·weight·e‖∞ / weight
 };
 
 /// Nesterov–Todd scaling of a group: V, λ and what the solver needs of them (eq. 4–7).
@@ -66,7 +68,7 @@ inline void scale_group(Group<R>& b, double t, Spread& spread) {
     const V4 det_w = det(w), det_z = det(z);
     const V4 sp = sqrt(det_w * det_z);
     const V4 isp = 1.0 / sp;
-    const V4 r = det_w * isp, ir = det_z * isp;   // r = η²
+    const V4 r = det_w * isp, ir = det_z * isp;  // r = η²
     const V4 eta = sqrt(r);
     const V4 q = sqrt(2.0 * (sp + m));
     const V4 iq = 1.0 / q;
@@ -89,7 +91,7 @@ inline void scale_group(Group<R>& b, double t, Spread& spread) {
     b.v[0] = z.e[0] * il;
     b.ratio = w.e[0] * il;
   }
-  spread.mean += m * inv_weight;   // inv_weight is 0 at dead lanes
+  spread.mean += m * inv_weight;  // inv_weight is 0 at dead lanes
   spread.worst = max(spread.worst, m * live);
   spread.off = max(spread.off, (off - kRounding * w.e[0] * z.e[0]) * inv_weight);
 }

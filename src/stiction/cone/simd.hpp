@@ -10,11 +10,11 @@ namespace stiction::cone::detail {
 /// Four doubles. A compiler vector type: one AVX register where there is one, two of SSE or NEON elsewhere.
 using V4 = double __attribute__((vector_size(32), may_alias));
 
-inline V4 load(const double* p) { return *reinterpret_cast<const V4*>(p); }   // p aligned to 32 bytes
+inline V4 load(const double* p) { return *reinterpret_cast<const V4*>(p); }  // p aligned to 32 bytes
 inline void store(double* p, V4 v) { *reinterpret_cast<V4*>(p) = v; }
 inline V4 all(double x) { return V4{x, x, x, x}; }
 #ifdef __AVX__
-inline V4 max(V4 a, V4 b) { return _mm256_max_pd(a, b); }   // b where either is NaN
+inline V4 max(V4 a, V4 b) { return _mm256_max_pd(a, b); }  // b where either is NaN
 inline V4 min(V4 a, V4 b) { return _mm256_min_pd(a, b); }
 #else
 inline V4 max(V4 a, V4 b) { return a > b ? a : b; }

@@ -16,13 +16,13 @@ namespace {
 using core::Status;
 
 // Start of a cold attempt (docs/theory/cone.md §4).
-constexpr double kColdCentre = 0.003;      // w∘z = θ·S·kColdCentre·e
-constexpr double kColdSlack = 3e-3;        // smallest slack of w
-constexpr double kWarmSlack = 1e-4;        // the same for a warm attempt
-constexpr double kFarSlack = 1.0;          // slack of the retry
-constexpr double kWarmMemory = 1e-5;       // z is remembered where the mean of wᵀz/θ passes this
+constexpr double kColdCentre = 0.003;  // w∘z = θ·S·kColdCentre·e
+constexpr double kColdSlack = 3e-3;    // smallest slack of w
+constexpr double kWarmSlack = 1e-4;    // the same for a warm attempt
+constexpr double kFarSlack = 1.0;      // slack of the retry
+constexpr double kWarmMemory = 1e-5;   // z is remembered where the mean of wᵀz/θ passes this
 // Steps.
-constexpr double kToBoundary = 0.99;       // part of the way to the boundary
+constexpr double kToBoundary = 0.99;  // part of the way to the boundary
 constexpr double kBacktrack = 0.75;
 constexpr double kNeighbourhood = 1e-3;    // smallest eigenvalue of the scaled point against its target
 constexpr double kPlainStep = 0.5;         // a Newton step at least this long needs no corrector (Smoothed)
@@ -46,10 +46,14 @@ inline void each_group(B& bank, F&& f) {
 class Attempt {
  public:
   Attempt(const Problem& problem, const Options& options, State& s)
-      : problem_(problem), options_(options), s_(s), layout_(*s.layout), smoothed_(options.mode == Mode::Smoothed),
+      : problem_(problem),
+        options_(options),
+        s_(s),
+        layout_(*s.layout),
+        smoothed_(options.mode == Mode::Smoothed),
         n_rows_(problem.n_cones() + problem.n_half_lines() + problem.n_bounds()) {
     for (int i = 0; i < layout_.padded_size(); ++i) impulse_ = std::max(impulse_, std::abs(problem.b_padded()[i]));
-    impulse_ = std::exp2(std::floor(std::log2(impulse_)));   // constant in b almost everywhere, as derivatives need
+    impulse_ = std::exp2(std::floor(std::log2(impulse_)));  // constant in b almost everywhere, as derivatives need
   }
 
   /// @param careful  refine every direction (slower)
@@ -93,10 +97,10 @@ class Attempt {
   const Layout& layout_;
   bool smoothed_;
   int n_rows_;
-  double t_ = 0;          // where the iterate is: mean of wᵀz / weight
-  double t_end_ = 0;      // where it should go
-  double impulse_ = 1;    // S = max(1, ‖b‖∞) rounded down to a power of 2: the unit of z, by which complementarity is measured in Exact mode
-  double primal_ = 0;     // r_p = primal_ · (stored r_p)
+  double t_ = 0;      // where the iterate is: mean of wᵀz / weight
+  double t_end_ = 0;  // where it should go
+  double impulse_ = 1;  // S = max(1, ‖b‖∞) rounded down to a power of 2: the unit of z, by which complementarity is measured in Exact mode
+  double primal_ = 0;  // r_p = primal_ · (stored r_p)
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;
@@ -105,14 +109,18 @@ class Attempt {
 
 template <int R>
 double slack_of(const double* w, int stride) {
-  if constexpr (R == 1) return w[0];
-  else return w[0] - std::sqrt(w[stride] * w[stride] + w[2 * stride] * w[2 * stride]);
+  if constexpr (R == 1)
+    return w[0];
+  else
+    return w[0] - std::sqrt(w[stride] * w[stride] + w[2 * stride] * w[2 * stride]);
 }
 
 template <int R>
 V4 slack_of_group(const V4 (&w)[R]) {
-  if constexpr (R == 1) return w[0];
-  else return w[0] - sqrt(w[1] * w[1] + w[2] * w[2]);
+  if constexpr (R == 1)
+    return w[0];
+  else
+    return w[0] - sqrt(w[1] * w[1] + w[2] * w[2]);
 }
 
 /// z = value·w⁻¹ (Jordan inverse)
@@ -297,8 +305,10 @@ double start_row(double* w, double* z, double* r_p, const double* remembered, do
   if (remembered != nullptr) {
     for (int r = 0; r < R; ++r) z[4 * r] = remembered[r];
     if (slack < kWarmSlack) {
-      if (smoothed) set_inverse<R>(w, z, target);
-      else w[0] += kWarmSlack - slack;
+      if (smoothed)
+        set_inverse<R>(w, z, target);
+      else
+        w[0] += kWarmSlack - slack;
     }
   } else {
     if (slack < kColdSlack) w[0] += kColdSlack - slack;
@@ -455,7 +465,8 @@ void Attempt::refine(double* dx) {
       for (auto& e : u.e) e = -e;
       store_element<R>(group.u, u);
     });
-    add_all_transposed([](const auto& group) -> const auto& { return group.u; }, residual);
+    add_all_transposed(
+        [](const auto& group) -> const auto& { return group.u; }, residual);
     s_.factor.solve(residual);
     for (int i = 0; i < layout_.padded_size(); ++i) dx[i] += residual[i];
   }
@@ -470,8 +481,10 @@ void Attempt::set_rhs(double t, bool corrector, double reduction) {
   for (int k = 0; k < layout_.padded_size(); k += 4) store(dx + k, load(s_.gradient.data() + k) * reduction);
   if (has_c) {
     for_each_group([&]<int R>(Group<R>& group) {
-      if (corrector) centring_group<R, true>(group, t);
-      else centring_group<R, false>(group, t);
+      if (corrector)
+        centring_group<R, true>(group, t);
+      else
+        centring_group<R, false>(group, t);
       auto c = load_element<R>(group.c);
       if (has_p) {
         for (int r = 0; r < R; ++r) c.e[r] += reduction * group.p[r];
@@ -479,11 +492,15 @@ void Attempt::set_rhs(double t, bool corrector, double reduction) {
       if (reduction < 1) {
         for (int r = 0; r < R; ++r) c.e[r] -= (1 - reduction) * group.lambda[r];
       }
-      store_element<R>(group.u, c);   // u is free here: the right-hand side c + p
+      store_element<R>(group.u, c);  // u is free here: the right-hand side c + p
     });
   }
-  if (has_c) add_all_transposed([](const auto& group) -> const auto& { return group.u; }, dx);
-  else if (has_p) add_all_transposed([](const auto& group) -> const auto& { return group.p; }, dx);
+  if (has_c)
+    add_all_transposed(
+        [](const auto& group) -> const auto& { return group.u; }, dx);
+  else if (has_p)
+    add_all_transposed(
+        [](const auto& group) -> const auto& { return group.p; }, dx);
 }
 
 /// From the solution dx of H·dx = rhs, the rest of that direction. @returns the largest step that stays inside all cones
@@ -493,9 +510,8 @@ double Attempt::finish_direction(double t, bool corrector, double reduction) {
   double* dx = s_.dx.data();
   if (careful_) refine(dx);
   V4 inverse = all(1e-30);
-  for_each_product(dx, [&]<int R>(Group<R>& group, const Element<R>& u) {
-    direction_group<R>(group, u, has_p ? reduction : 0.0, has_c, inverse);
-  });
+  for_each_product(
+      dx, [&]<int R>(Group<R>& group, const Element<R>& u) { direction_group<R>(group, u, has_p ? reduction : 0.0, has_c, inverse); });
   return 1.0 / largest(inverse);
 }
 
@@ -522,13 +538,13 @@ void Attempt::move(double alpha, double reduction) {
   for (int t = 0; t < layout_.tiles(); ++t) {
     store(s_.x.data() + 4 * t, load(s_.x.data() + 4 * t) + alpha * load(s_.dx.data() + 4 * t));
   }
-  primal_ *= 1 - alpha * reduction;   // exactly 0 after a full step
+  primal_ *= 1 - alpha * reduction;  // exactly 0 after a full step
   calc_gradient();
 }
 
 /// One predictor(–corrector) step. @returns false when no progress is possible
 bool Attempt::step() {
-  s_.factor.solve_backward(s_.dx.data());   // factorise() has begun this direction
+  s_.factor.solve_backward(s_.dx.data());  // factorise() has begun this direction
   const double largest_affine = finish_direction(t_end_, false, 1.0);
   const double affine = std::min(1.0, kToBoundary * largest_affine);
   if (!(affine > 0)) return false;
@@ -539,7 +555,7 @@ bool Attempt::step() {
     alpha = shorten(affine, t_end_);
   } else {
     const double left = 1 - std::min(1.0, largest_affine);
-    double t = t_end_ + left * std::sqrt(left) * (t_ - t_end_);   // exponent 1.5: measured best of 0.8 … 3
+    double t = t_end_ + left * std::sqrt(left) * (t_ - t_end_);  // exponent 1.5: measured best of 0.8 … 3
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
     alpha = shorten(alpha, t);
     if (alpha < std::max(0.5 * affine, kShort)) {
@@ -594,7 +610,7 @@ bool Attempt::measure() {
   V4 stationarity_lanes{};
   for (int i = 0; i < padded; i += 4) {
     const V4 b = load(problem_.b_padded() + i);
-    const V4 minus = load(s_.gradient.data() + i);   // −(Qx + b)
+    const V4 minus = load(s_.gradient.data() + i);  // −(Qx + b)
     const V4 scale = max(max(abs(b), abs(minus + b)), max(load(size + i), all(1.0)));
     stationarity_lanes = max(stationarity_lanes, abs(minus + load(gtz + i)) / scale);
   }
@@ -608,7 +624,7 @@ bool Attempt::measure() {
 /// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 11). In Smoothed mode it is enough that none has all slacks above
 /// 1e-6 (the central path needs an interior). Call after measure(), which leaves Gᵀz in scratch.
 bool Attempt::prove_infeasible() {
-  double gz = 0, norm = 0, size = 0;   // size: Σ z₀
+  double gz = 0, norm = 0, size = 0;  // size: Σ z₀
   for (int i = 0; i < s_.n_cones; ++i) {
     const double* z = lane(s_.cones.of(i).z, i);
     for (int r = 0; r < 3; ++r) gz += problem_.cones().g[at(3 * s_.cones.order[at(i)] + r)] * z[4 * r];

@@ -12,41 +12,44 @@
 namespace stiction::cone {
 
 /// Where on the central path to stop. Exact: σ → 0, whatever the rows say. Smoothed: at the σ of each row.
-enum class Mode { Exact, Smoothed };
+enum class Mode {
+  Exact,
+  Smoothed
+};
 
 struct Options {
   Mode mode = Mode::Exact;
   /// Exact: largest wᵢᵀzᵢ / S [unit of w], in [1e-11, 1e-2]; S = max(1, ‖b‖∞) rounded down to a power of 2.
   /// Smoothed: largest ‖wᵢ∘zᵢ − σᵢe‖∞/σᵢ [-]; up to ten times that where rounding lets Newton's method get no further.
   double tol_complementarity = 1e-9;
-  double tol_kkt = 1e-8;          ///< largest scaled stationarity and primal residual [-], in [1e-12, 1e-2]
-  int max_iterations = 80;        ///< factorisations per attempt (there are at most three attempts: warm, cold, far), ≥ 1
-  bool warm_start = true;         ///< start from what the Workspace remembers of rows with the same id
+  double tol_kkt = 1e-8;    ///< largest scaled stationarity and primal residual [-], in [1e-12, 1e-2]
+  int max_iterations = 80;  ///< factorisations per attempt (there are at most three attempts: warm, cold, far), ≥ 1
+  bool warm_start = true;   ///< start from what the Workspace remembers of rows with the same id
   /// Leave a factor of H at the returned point, for apply_inverse and D_*. In Exact mode this also centres the point at
   /// wᵢ∘zᵢ = θᵢ·S·tol_complementarity/20, which costs one or two more iterations and makes x a smooth function of the data.
   bool sensitivities = true;
   double infeasible_radius = 10;  ///< Infeasible is proved for all ‖x‖∞ ≤ this [unit of x], > 0
   const std::atomic<bool>* cancel = nullptr;
-  void validate() const;          ///< @throws InvalidInput naming the field
+  void validate() const;  ///< @throws InvalidInput naming the field
 };
 
 /// Recomputed from the raw data at the returned point (docs/theory/cone.md, eq. 12–15).
 struct Residuals {
-  double stationarity = 0;      ///< max_j |Qx + b − Gᵀz|ⱼ / max(1, |b|ⱼ, |Qx|ⱼ, Σᵢ|Gᵢⱼzᵢ|)
-  double primal = 0;            ///< max |w − Gx − g| / max(1, |g|)
-  double complementarity = 0;   ///< as Options::tol_complementarity
-  double cone = 0;              ///< largest distance by which w or z leaves its cone (0 for an interior point)
+  double stationarity = 0;     ///< max_j |Qx + b − Gᵀz|ⱼ / max(1, |b|ⱼ, |Qx|ⱼ, Σᵢ|Gᵢⱼzᵢ|)
+  double primal = 0;           ///< max |w − Gx − g| / max(1, |g|)
+  double complementarity = 0;  ///< as Options::tol_complementarity
+  double cone = 0;             ///< largest distance by which w or z leaves its cone (0 for an interior point)
 };
 
 struct Result {
   core::Status status = core::Status::NumericalFailure;
-  Eigen::VectorXd x;              ///< n
-  Columns<3> w_cone, z_cone;      ///< 3 × n_cones; w = Gx + g and its multiplier, in order of adding
+  Eigen::VectorXd x;          ///< n
+  Columns<3> w_cone, z_cone;  ///< 3 × n_cones; w = Gx + g and its multiplier, in order of adding
   Numbers w_half_line, z_half_line;
   Numbers w_bound, z_bound;
   Residuals residuals;
-  int iterations = 0;             ///< factorisations, all attempts together
-  bool warm_started = false;      ///< the attempt that gave this result started from remembered rows
+  int iterations = 0;         ///< factorisations, all attempts together
+  bool warm_started = false;  ///< the attempt that gave this result started from remembered rows
 };
 
 namespace detail {
@@ -65,8 +68,8 @@ class Workspace {
   void forget();
 
   const Layout& layout() const;
-  detail::State& state() { return *state_; }               ///< for the implementation
-  const detail::State& state() const { return *state_; }   ///< for the implementation
+  detail::State& state() { return *state_; }              ///< for the implementation
+  const detail::State& state() const { return *state_; }  ///< for the implementation
 
  private:
   std::unique_ptr<detail::State> state_;

@@ -15,12 +15,12 @@ namespace stiction::cone::detail {
 /// Four rows of one kind, R components each, a row per lane; everything an iteration knows of them lies side by side.
 template <int R>
 struct Group {
-  static constexpr int kScaling = R == 3 ? 6 : 1;   // entries of the symmetric V = W⁻¹: 00 01 02 11 12 22
+  static constexpr int kScaling = R == 3 ? 6 : 1;  // entries of the symmetric V = W⁻¹: 00 01 02 11 12 22
   V4 w[R], z[R], lambda[R], u[R], s[R], c[R], p[R], r_p[R];
   V4 v[kScaling];
   V4 ratio, inv_det, inv_lambda0, weight, inv_weight, live;
   V4 z_saved[R];
-  V4 g[R];   // of w = Gx + g; e at lanes without a row
+  V4 g[R];  // of w = Gx + g; e at lanes without a row
 };
 
 /// All rows of one kind. Rows are sorted by support; `order` maps to the order of adding. Lanes without a row hold w = z = e,
@@ -46,27 +46,27 @@ struct Run {
   int support;
   int begin;
   int end;
-  int y;        // doubles before the first row in Y
-  int stride;   // doubles per row
+  int y;       // doubles before the first row in Y
+  int stride;  // doubles per row
 };
 
 /// A bank whose rows have a general G. Groups of one support come first, then what is left over of each support.
 template <int R>
 struct GeneralBank : Bank<R> {
   std::vector<Run> runs;
-  int whole_groups = 0;                       // the first groups, each of one support
+  int whole_groups = 0;  // the first groups, each of one support
   struct Row {
-    const int* tiles;   // of its support
+    const int* tiles;  // of its support
     int n_tiles;
-    int y;              // into Y
+    int y;  // into Y
   };
-  std::vector<Row> row;                       // by sorted row
-  std::vector<int> g_offset;                  // by sorted row, into Problem::Rows::G
+  std::vector<Row> row;       // by sorted row
+  std::vector<int> g_offset;  // by sorted row, into Problem::Rows::G
   struct Places {
     int count, whole, whole_end, rest;
   };
-  std::vector<Places> places;                 // scratch of the sort by support
-  AlignedVector Y;                            // VG, as Problem::Rows::G
+  std::vector<Places> places;  // scratch of the sort by support
+  AlignedVector Y;             // VG, as Problem::Rows::G
 };
 
 /// What is kept of a solve for the next one.
@@ -89,19 +89,19 @@ struct State {
   std::shared_ptr<const Layout> layout;
   TileFactor factor;
   std::vector<std::uint64_t> below;
-  std::vector<int> q_of;           // stored tile of the factor → tile of Q, −1 where Q has none
+  std::vector<int> q_of;  // stored tile of the factor → tile of Q, −1 where Q has none
   GeneralBank<3> cones;
   GeneralBank<1> lines;
   Bank<1> bounds;
-  std::vector<int> bound_slot;     // index of the bound → place in the bank (group · 4 + lane)
-  std::vector<int> bound_tile;     // by group
-  AlignedVector bound_sign;        // four per group, 0 at dead lanes
-  AlignedVector x, dx, gradient, scratch, scale;   // padded
+  std::vector<int> bound_slot;                    // index of the bound → place in the bank (group · 4 + lane)
+  std::vector<int> bound_tile;                    // by group
+  AlignedVector bound_sign;                       // four per group, 0 at dead lanes
+  AlignedVector x, dx, gradient, scratch, scale;  // padded
   Memory memory;
   AlignedVector x_memory;
   bool has_factor = false;
-  int n_cones = 0, n_lines = 0, n_bounds = 0;      // of the last solve
-  std::vector<int> cone_place, line_place;         // order of adding → sorted row
+  int n_cones = 0, n_lines = 0, n_bounds = 0;  // of the last solve
+  std::vector<int> cone_place, line_place;     // order of adding → sorted row
 };
 
 }  // namespace stiction::cone::detail

@@ -39,9 +39,14 @@ inline bool invert_factor(double* t) {
 }  // namespace
 
 TileFactor::TileFactor(int tiles)
-    : n_(tiles), below_(static_cast<std::size_t>(tiles)), column_(below_), row_(below_),
-      index_(static_cast<std::size_t>(tiles * tiles)), column_start_(static_cast<std::size_t>(tiles + 1)),
-      block_start_(column_start_), row_start_(column_start_) {
+    : n_(tiles),
+      below_(static_cast<std::size_t>(tiles)),
+      column_(below_),
+      row_(below_),
+      index_(static_cast<std::size_t>(tiles * tiles)),
+      column_start_(static_cast<std::size_t>(tiles + 1)),
+      block_start_(column_start_),
+      row_start_(column_start_) {
   const auto lower = static_cast<std::size_t>(tiles * (tiles + 1) / 2);
   targets_.reserve(lower);
   row_entries_.reserve(lower);
@@ -81,9 +86,7 @@ bool TileFactor::analyse(const std::vector<std::uint64_t>& below) {
       const int i = std::countr_zero(m);
       targets_.push_back({static_cast<std::uint16_t>(16 * index(i, k)), static_cast<std::uint16_t>(i)});
     }
-    const auto shared = [&](std::size_t target) {
-      return row_[targets_[target].row] & row_[static_cast<std::size_t>(k)] & (bit(k) - 1);
-    };
+    const auto shared = [&](std::size_t target) { return row_[targets_[target].row] & row_[static_cast<std::size_t>(k)] & (bit(k) - 1); };
     for (std::size_t first = static_cast<std::size_t>(column_start_[static_cast<std::size_t>(k)]); first < targets_.size();) {
       const std::uint64_t columns = shared(first);
       std::size_t end = first + 1;
@@ -161,9 +164,12 @@ bool TileFactor::factorise(double* x) {
     for (const Block* end = blocks_.data() + block_start_[static_cast<std::size_t>(k + 1)]; block != end; ++block) {
       const std::uint32_t* term = terms_.data() + block->first;
       const Target* to = targets_.data() + block->target;
-      if (block->width == 1) update<1>(values, term, block->count, values + to[0].tile, nullptr, nullptr);
-      else if (block->width == 2) update<2>(values, term, block->count, values + to[0].tile, values + to[1].tile, nullptr);
-      else update<3>(values, term, block->count, values + to[0].tile, values + to[1].tile, values + to[2].tile);
+      if (block->width == 1)
+        update<1>(values, term, block->count, values + to[0].tile, nullptr, nullptr);
+      else if (block->width == 2)
+        update<2>(values, term, block->count, values + to[0].tile, values + to[1].tile, nullptr);
+      else
+        update<3>(values, term, block->count, values + to[0].tile, values + to[1].tile, values + to[2].tile);
     }
     double* d = values + target->tile;
     if (!invert_factor(d)) return false;

@@ -21,7 +21,7 @@ class TileFactor {
   /// @returns whether the tiles have moved
   bool analyse(const std::vector<std::uint64_t>& below);
 
-  int index(int row, int column) const { return index_[static_cast<std::size_t>(row * n_ + column)]; }   ///< −1: always zero
+  int index(int row, int column) const { return index_[static_cast<std::size_t>(row * n_ + column)]; }  ///< −1: always zero
   int n_tiles_stored() const { return n_stored_; }
   double* tile(int i) { return values_.data() + 16 * i; }
   const double* tile(int i) const { return values_.data() + 16 * i; }
@@ -43,7 +43,7 @@ class TileFactor {
   /// One to three targets of a column that are updated by the same columns: target m −= Σ tile(aₘ)·tile(b)ᵀ over `count` terms.
   struct Block {
     std::uint16_t target, width, count;
-    std::uint32_t first;   // terms_[first + t·(width + 1)] = b, then a of each target
+    std::uint32_t first;  // terms_[first + t·(width + 1)] = b, then a of each target
   };
   struct Entry {
     std::uint16_t tile, other;
@@ -51,17 +51,17 @@ class TileFactor {
   int n_;
   int n_stored_ = 0;
   bool analysed_ = false;
-  std::vector<std::uint64_t> below_;    // pattern of H at the last analyse()
-  std::vector<std::uint64_t> column_;   // pattern of L below the diagonal
-  std::vector<std::uint64_t> row_;      // pattern of L left of the diagonal
+  std::vector<std::uint64_t> below_;   // pattern of H at the last analyse()
+  std::vector<std::uint64_t> column_;  // pattern of L below the diagonal
+  std::vector<std::uint64_t> row_;     // pattern of L left of the diagonal
   std::vector<int> index_;
-  std::vector<int> column_start_;       // first target of a column; the first target is the diagonal tile
+  std::vector<int> column_start_;  // first target of a column; the first target is the diagonal tile
   std::vector<Target> targets_;
-  std::vector<int> block_start_;        // first block of a column
+  std::vector<int> block_start_;  // first block of a column
   std::vector<Block> blocks_;
-  std::vector<std::uint32_t> terms_;    // offsets into values_
+  std::vector<std::uint32_t> terms_;  // offsets into values_
   std::vector<int> row_start_;
-  std::vector<Entry> row_entries_;      // tiles left of the diagonal, by row
+  std::vector<Entry> row_entries_;  // tiles left of the diagonal, by row
   AlignedVector values_;
 };
 

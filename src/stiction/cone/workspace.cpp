@@ -1,5 +1,5 @@
-#include "stiction/core/invalid_input.hpp"
 #include "stiction/cone/state.hpp"
+#include "stiction/core/invalid_input.hpp"
 
 namespace stiction::cone {
 namespace detail {
@@ -41,8 +41,7 @@ std::shared_ptr<const Layout> require_layout(std::shared_ptr<const Layout> layou
 }
 }  // namespace
 
-Workspace::Workspace(std::shared_ptr<const Layout> layout)
-    : state_(std::make_unique<detail::State>(require_layout(std::move(layout)))) {}
+Workspace::Workspace(std::shared_ptr<const Layout> layout) : state_(std::make_unique<detail::State>(require_layout(std::move(layout)))) {}
 Workspace::~Workspace() = default;
 Workspace::Workspace(Workspace&&) noexcept = default;
 Workspace& Workspace::operator=(Workspace&&) noexcept = default;
