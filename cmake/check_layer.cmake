@@ -1,5 +1,5 @@
-# cmake -DNAME=… -DUSES=a,b -DOWNED=library=layer,… -DFOLDER=… -DSTAMP=… -P check_layer.cmake
-# Refuses includes of layers that NAME does not use, of libraries that belong to another layer, and relative paths that would hide either.
+# cmake -DNAME=… -DUSES=a,b -DOWNED=library=layer+layer,… -DFOLDER=… -DSTAMP=… -P check_layer.cmake
+# Refuses includes of layers that NAME does not use, of libraries that belong to other layers, and relative paths that would hide either.
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" USES "${USES}")
 string(REPLACE "," ";" OWNED "${OWNED}")
@@ -18,8 +18,12 @@ foreach(file IN LISTS files)
     elseif(line MATCHES "include[ \t]*[<\"]([A-Za-z0-9_-]+)/")
       set(library ${CMAKE_MATCH_1})
       foreach(entry IN LISTS OWNED)
-        if(entry MATCHES "^${library}=(.*)$" AND NOT CMAKE_MATCH_1 STREQUAL NAME)
-          string(APPEND faults "${file}: only layer '${CMAKE_MATCH_1}' may include ${library}: ${line}\n")
+        if(entry MATCHES "^${library}=(.*)$")
+          string(REPLACE "+" ";" owners "${CMAKE_MATCH_1}")
+          if(NOT NAME IN_LIST owners)
+            string(REPLACE ";" "' or '" owners "${owners}")
+            string(APPEND faults "${file}: only layer '${owners}' may include ${library}: ${line}\n")
+          endif()
         endif()
       endforeach()
     endif()

@@ -15,3 +15,14 @@ find_package(yaml-cpp REQUIRED CONFIG)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
+
+# MuJoCo's wheel carries headers and library, but no CMake configuration.
+file(GLOB mujoco_folder "${STICTION_VENV}/lib/python3*/site-packages/mujoco")
+file(GLOB mujoco_library "${mujoco_folder}/libmujoco.so.*" "${mujoco_folder}/libmujoco.*.dylib")
+if(NOT mujoco_library)
+  message(FATAL_ERROR "no MuJoCo library under ${STICTION_VENV}: run `make setup`")
+endif()
+add_library(mujoco::mujoco SHARED IMPORTED)
+set_target_properties(mujoco::mujoco PROPERTIES
+  IMPORTED_LOCATION ${mujoco_library}
+  INTERFACE_INCLUDE_DIRECTORIES ${mujoco_folder}/include)
