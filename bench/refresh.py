@@ -28,14 +28,15 @@ def times(other, ours):
 
 def bench_table(data):
     lines = [
-        "| row | median [ms] | p95 [ms] | published [ms] | times faster | peer [ms] | times faster | allocations |",
-        "|---|---|---|---|---|---|---|---|",
+        "| row | median [ms] | p95 [ms] | p99 [ms] | published [ms] | times faster | peer [ms] | times faster | allocations |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     for row in data["results"]:
         cells = [
             f"`{row['name']}`",
             milliseconds(row["median_s"]),
             milliseconds(row["p95_s"]),
+            milliseconds(row["p99_s"]),
             milliseconds(row["published_s"]),
             times(row["published_s"], row["median_s"]),
             milliseconds(row["peer_s"]),
