@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "stiction/contact/contact.hpp"
+
+namespace stiction::contact {
+
+/// What a contact carries when its Jacobian is differentiated.
+struct ContactLoad {
+  Eigen::Vector3d lambda = Eigen::Vector3d::Zero();     ///< (n, t1, t2) [N·s]
+  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  ///< dλ = −stiffness · d(φ e₁ + J_c δq) [N·s/m]
+};
+
+namespace detail {
+
+/// Motion of the material point of a body at its witness point, in a contact frame (n, t1, t2).
+struct PointTwist {
+  Eigen::Vector3d w = Eigen::Vector3d::Zero(), v = Eigen::Vector3d::Zero();
+};
+
+/// One coordinate of a pair's support, in the contact frame.
+struct SupportColumn {
+  PointTwist a, b;          // of the two bodies; zero for one that it does not move
+  PointTwist sum_a, sum_b;  // of δq over the coordinates before this one
+  int first_above = 0;      // first coordinate whose axis this one turns: itself in a chain, the first rotation in a free object
+};
+
+}  // namespace detail
+
+/// Derivatives of contacts by the configuration, with k the number of coordinates in the support of the pair.
+struct ContactDerivatives {
+  std::vector<double> D_tau_q;                 ///< of τ_c = J_cᵀλ: contact i has k·k numbers from begin[i], column-major
+  std::vector<double> D_w_q;                   ///< of w_c = φ e₁ + J_c δq: 3·k numbers from Jacobians::begin[i], row-major as J_c
+  std::vector<int> begin;                      ///< n_c + 1 numbers
+  std::vector<detail::SupportColumn> columns;  ///< scratch
+  std::vector<double> angular;                 ///< scratch
+};
+
+/// For each contact the derivatives, through retract, of
+///
+///     τ_c(q) = J_c(q)ᵀ λ   (k)        w_c(q) = φ(q) e₁ + J_c(q) δq   (3)
+///
+/// at fixed components of δq and, but for `stiffness`, of λ: the components turn with the contact frame and with the tangent space at q.
+/// Witness points and normal move with the curvature of both surfaces, the frame with the normal, the axes with the bodies below them.
+/// O(k²) for each contact; no heap use once `out` has its size.
+///
+/// Exact where the distance has second derivatives. At a kink: the derivative of the feature that the witness point lies on (a vertex
+/// before an edge before a face); where two flat features lie on each other, the point of A stays where it is on A, and the normal
+/// stays with B.
+/// @param J      of the same contacts
+/// @param load   one for each contact
+/// @param delta  δq (n_v)
+/// @throws core::InvalidInput: sizes that do not fit
+/// Source: docs/theory/contact.md §8. Tests: tests/contact/derivatives_test.cpp
+void calc_derivatives(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, const Jacobians& J,
+                      std::span<const ContactLoad> load, const Eigen::VectorXd& delta, Workspace& work, ContactDerivatives& out);
+
+}  // namespace stiction::contact
