@@ -12,9 +12,12 @@
 #include "cone_problems.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
+#include "support/message_of.hpp"
 
 namespace stiction::cone::test {
 namespace {
+
+using stiction::test::message_of;
 
 using core::Status;
 
@@ -76,16 +79,6 @@ TEST(ConeStatus, IndefiniteQ_NumericalFailure) {
   Workspace work(problem.layout_ptr());
   Result r;
   EXPECT_EQ(solve(problem, Options{}, work, r), Status::NumericalFailure);
-}
-
-template <class F>
-std::string message_of(F&& f) {
-  try {
-    f();
-  } catch (const core::InvalidInput& e) {
-    return e.what();
-  }
-  return "no exception";
 }
 
 TEST(ConeInput, NotFinite_NamesTheField) {

@@ -7,10 +7,13 @@
 
 #include "contact/scenes.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "support/message_of.hpp"
 
 namespace {
+
+using stiction::test::message_of;
 std::atomic<long> allocations{0};
-}
+}  // namespace
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 constexpr bool kCountsAllocations = true;
@@ -340,16 +343,6 @@ TEST(Query, NoPairs_NoContacts) {
   Jacobians jacobians;
   calc_jacobians(*s.model, s.kinematics, {}, s.work, jacobians);
   EXPECT_EQ(jacobians.begin, std::vector<int>{0});
-}
-
-template <typename F>
-std::string message_of(F&& call) {
-  try {
-    call();
-  } catch (const core::InvalidInput& e) {
-    return e.what();
-  }
-  return "nothing thrown";
 }
 
 TEST(Query, BadInput_IsNamed) {

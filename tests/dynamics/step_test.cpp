@@ -5,9 +5,12 @@
 #include "cone_allocations.hpp"
 #include "dynamics/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "support/message_of.hpp"
 
 namespace stiction::dynamics::test {
 namespace {
+
+using stiction::test::message_of;
 
 using core::Status;
 using world::Model;
@@ -349,16 +352,6 @@ TEST(Step, AfterFirstCalls_AllocatesNothing) {
     for (int i = 0; i < 20; ++i) (void)step(*system.model, {q, u}, options, system.work, out);
     EXPECT_EQ(bench::allocations() - before, 0) << (smooth ? "smoothed" : "exact");
   }
-}
-
-template <class F>
-std::string message_of(F&& f) {
-  try {
-    f();
-  } catch (const core::InvalidInput& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(Step, BadInput_NamesFieldGivenAndExpected) {

@@ -1,6 +1,7 @@
 #include "stiction/planning/object_space.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -118,19 +119,24 @@ void ObjectSpace::sample(const std::vector<SampleBox>& boxes, core::Random& rand
   }
 }
 
-bool objects_agree(const world::Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
-                   double position, double angle) {
-  Eigen::VectorXd e(model.n_vu());
-  space.error(q0.data(), q1.data(), e.data());
+double largest_share(const world::Model& model, const Eigen::VectorXd& e, double position, double angle) {
+  double share = 0;
   for (const auto& object : model.objects()) {
     double position2 = 0, angle2 = 0;
     for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
       const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
       (revolute ? angle2 : position2) += e[i] * e[i];
     }
-    if (position2 > position * position || angle2 > angle * angle) return false;
+    share = std::max({share, std::sqrt(position2) / position, std::sqrt(angle2) / angle});
   }
-  return true;
+  return share;
+}
+
+bool objects_agree(const world::Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
+                   double position, double angle) {
+  Eigen::VectorXd e(model.n_vu());
+  space.error(q0.data(), q1.data(), e.data());
+  return largest_share(model, e, position, angle) <= 1;
 }
 
 GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {

@@ -40,6 +40,9 @@ class ObjectSpace {
   int n_q_ = 0, n_v_ = 0;
 };
 
+/// Worst displacement of an object in e (n_vu, tangent) as a share of the given distance [m] and angle [rad].
+double largest_share(const world::Model& model, const Eigen::VectorXd& e, double position, double angle);
+
 /// Every object is at q1 within the given distance [m] and angle [rad] of where it is at q0.
 bool objects_agree(const world::Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
                    double position, double angle);

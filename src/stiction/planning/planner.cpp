@@ -257,21 +257,8 @@ class Planner {
     Eigen::VectorXd before(n_vu), after(n_vu);
     space_.error(parent.q.data(), parent.q_fine.data(), before.data());
     space_.error(node.q.data(), q_fine.data(), after.data());
-    return largest_share(after, goal) <= options_.fidelity_path && largest_share(after - before, goal) <= options_.fidelity_edge;
-  }
-
-  /// Worst object displacement as a share of the goal's tolerances.
-  double largest_share(const Eigen::VectorXd& e, const Goal& goal) const {
-    double share = 0;
-    for (const auto& object : model_.objects()) {
-      double position2 = 0, angle2 = 0;
-      for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
-        const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-        (revolute ? angle2 : position2) += e[i] * e[i];
-      }
-      share = std::max({share, std::sqrt(position2) / goal.tol_position, std::sqrt(angle2) / goal.tol_angle});
-    }
-    return share;
+    const auto share = [&](const Eigen::VectorXd& e) { return largest_share(model_, e, goal.tol_position, goal.tol_angle); };
+    return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
   }
 
   void judge(Item& item) {
