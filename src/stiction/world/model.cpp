@@ -88,6 +88,7 @@ class Builder {
 
   int add_body(std::string name, BodyKind kind, int owner, std::vector<int> dofs) {
     m_.bodies.push_back({std::move(name), kind, owner, std::move(dofs)});
+    m_.inertias.emplace_back();
     group_.push_back(static_cast<int>(group_.size()));
     return static_cast<int>(m_.bodies.size()) - 1;
   }
@@ -172,6 +173,7 @@ class Builder {
     std::vector<int> dofs;
     for (int i = 0; i < node.n_v; ++i) dofs.push_back(m_.n_v + i);
     node.body = add_body(spec.name, BodyKind::Object, index, std::move(dofs));
+    m_.inertias.back() = {spec.mass, spec.p_BCom, spec.inertia};
     for (const auto& geometry : spec.geometries) add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction);
     m_.objects.push_back({spec.name, node.body, m_.n_v, node.n_v, m_.n_q, n_q, spec.mass});
     m_.object_nodes.push_back(node);
@@ -182,10 +184,10 @@ class Builder {
   void add_robot(const RobotSpec& spec, int index) {
     add_owner_name(spec.name);
     if (!is_rotation(spec.X_WBase.R) || !spec.X_WBase.p.allFinite()) core::throw_invalid("base", "no rigid transform", "one");
-    const UrdfRobot urdf = read_urdf(spec.urdf, spec.package_dirs, spec.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
+    const RobotTree urdf = read_urdf(spec.urdf, spec.package_dirs, spec.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
     RobotInfo info{.name = spec.name, .v_begin = m_.n_v, .n_v = 0, .q_begin = m_.n_q, .chains = {}};
     for (const auto& [link, value] : spec.link_friction) {
-      if (std::none_of(urdf.links.begin(), urdf.links.end(), [&](const UrdfLink& l) { return l.name == link; })) {
+      if (std::none_of(urdf.links.begin(), urdf.links.end(), [&](const RobotLink& l) { return l.name == link; })) {
         core::throw_invalid("link_friction", fmt::format("unknown link '{}'", link), "a link of the URDF");
       }
     }
@@ -208,16 +210,19 @@ class Builder {
     m_.robots.push_back(std::move(info));
   }
 
-  void add_link(const RobotSpec& spec, const UrdfRobot& urdf, std::size_t i, int index, int base,
+  void add_link(const RobotSpec& spec, const RobotTree& urdf, std::size_t i, int index, int base,
                 const std::map<std::string, double>& stiffness) {
-    const UrdfLink& link = urdf.links[i];
-    const UrdfJoint* joint = i == 0 ? nullptr : &urdf.joints[i - 1];
-    const bool movable = joint != nullptr && joint->kind != UrdfJoint::Kind::Fixed;
+    const RobotLink& link = urdf.links[i];
+    const RobotJoint* joint = i == 0 ? nullptr : &urdf.joints[i - 1];
+    const bool movable = joint != nullptr && joint->kind != RobotJoint::Kind::Fixed;
     const int parent = joint != nullptr ? base + joint->parent : -1;
     std::vector<int> dofs = parent >= 0 ? m_.bodies[at(parent)].dofs : std::vector<int>{};
     if (movable) dofs.push_back(m_.n_v);
     const bool constant = dofs.empty();
     const int body = add_body(fmt::format("{}/{}", spec.name, link.name), BodyKind::Robot, index, std::move(dofs));
+    m_.inertias.back() = link.inertia ? *link.inertia : calc_link_inertia(link);
+    m_.links.push_back({.body = body, .parent = parent, .dof = movable ? m_.n_v : -1, .X_PJ = joint ? joint->X_PJ : spec.X_WBase});
+    if (movable) m_.links.back().axis = joint->axis;
 
     double friction = spec.friction;
     for (const auto& [name, value] : spec.link_friction) {
@@ -238,7 +243,7 @@ class Builder {
     node.p_PJ = joint->X_PJ.p;
     node.C0 = joint->X_PJ.R;
     if (movable) {
-      const bool revolute = joint->kind == UrdfJoint::Kind::Revolute;
+      const bool revolute = joint->kind == RobotJoint::Kind::Revolute;
       node.kind = revolute ? LinkNode::Kind::Revolute : LinkNode::Kind::Prismatic;
       node.q = m_.n_q;
       node.v = m_.n_v;
@@ -261,6 +266,16 @@ class Builder {
     m_.link_nodes.push_back(node);
   }
 
+  /// Of the collision geometry, where the file states nothing.
+  static BodyInertia calc_link_inertia(const RobotLink& link) {
+    std::vector<GeometrySpec> solids;
+    for (const auto& c : link.collisions) {
+      if (!std::holds_alternative<HalfSpace>(c.shape)) solids.push_back({c.name, c.shape, c.X_LG, 0});
+    }
+    const VolumeProperties volume = calc_volume_properties(solids);
+    return {kLinkDensity * volume.volume, volume.center, kLinkDensity * volume.inertia};
+  }
+
   Pose constant_pose(int body) const {
     for (const auto& [index, pose] : m_.constant_poses) {
       if (index == body) return pose;
@@ -269,7 +284,7 @@ class Builder {
   }
 
   /// Bound on the distance from the origin of a link to any point of the geometry it moves, over all joint angles.
-  double calc_extent(const UrdfRobot& urdf, std::size_t link) const {
+  double calc_extent(const RobotTree& urdf, std::size_t link) const {
     double extent = 0;
     for (const auto& c : urdf.links[link].collisions) {
       const BoundingSphere sphere = calc_bounding_sphere(c.shape);
@@ -282,14 +297,14 @@ class Builder {
     return extent;
   }
 
-  static double slide(const UrdfJoint& joint) {
-    if (joint.kind != UrdfJoint::Kind::Prismatic) return 0;
+  static double slide(const RobotJoint& joint) {
+    if (joint.kind != RobotJoint::Kind::Prismatic) return 0;
     const double most = std::max(std::abs(joint.lower), std::abs(joint.upper));
     return std::isfinite(most) ? most : 0;
   }
 
   /// The same from the axis of the joint that moves the link.
-  double calc_reach(const UrdfRobot& urdf, std::size_t link) const {
+  double calc_reach(const RobotTree& urdf, std::size_t link) const {
     const Vector3d axis = urdf.joints[link - 1].axis;
     const auto from_axis = [&](const Vector3d& p) { return axis.cross(p).norm(); };
     double reach = 0;
@@ -305,11 +320,11 @@ class Builder {
   }
 
   /// Runs of joints without a branch between them; those farther out come first.
-  static std::vector<std::vector<int>> calc_chains(const UrdfRobot& urdf, int v_begin) {
+  static std::vector<std::vector<int>> calc_chains(const RobotTree& urdf, int v_begin) {
     std::vector<int> v_of_joint(urdf.joints.size(), -1);
     int v = v_begin;
     for (std::size_t j = 0; j < urdf.joints.size(); ++j) {
-      if (urdf.joints[j].kind != UrdfJoint::Kind::Fixed) v_of_joint[j] = v++;
+      if (urdf.joints[j].kind != RobotJoint::Kind::Fixed) v_of_joint[j] = v++;
     }
     std::vector<std::vector<int>> chains;
     // Nearest movable joints below a link.
@@ -493,6 +508,8 @@ std::span<const Pair> Model::pairs() const { return impl_->pairs; }
 std::span<const Dof> Model::dofs() const { return impl_->dofs; }
 std::span<const ObjectInfo> Model::objects() const { return impl_->objects; }
 std::span<const RobotInfo> Model::robots() const { return impl_->robots; }
+std::span<const Link> Model::links() const { return impl_->links; }
+std::span<const BodyInertia> Model::inertias() const { return impl_->inertias; }
 const std::vector<std::vector<int>>& Model::supports() const { return impl_->supports; }
 std::optional<int> Model::planar_axis() const { return impl_->planar_axis; }
 const Eigen::VectorXd& Model::stiffness() const { return impl_->stiffness; }

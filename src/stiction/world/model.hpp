@@ -64,6 +64,15 @@ struct Dof {
   double stiffness = 0;         ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
 };
 
+/// How a robot link hangs on its parent: X_PB(q) = X_PJ · rot(axis, q), X_PJ · trans(q · axis), or X_PJ where it is welded.
+struct Link {
+  int body = -1;
+  int parent = -1;                                  ///< body; −1 = the world, for the root link of a robot
+  int dof = -1;                                     ///< velocity index of its joint; −1 = welded
+  Pose X_PJ;                                        ///< joint frame in the parent
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint frame (and in the link's)
+};
+
 struct ObjectInfo {
   std::string name;
   int body = -1;
@@ -78,6 +87,9 @@ struct RobotInfo {
   int q_begin = 0;
   std::vector<std::vector<int>> chains;  ///< velocity indices grouped by branch (trunk, finger, …), in elimination order
 };
+
+/// Density of robot links whose file states no inertia [kg/m³].
+inline constexpr double kLinkDensity = 1000;
 
 /// Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.
 ///
@@ -105,6 +117,11 @@ class Model {
   std::span<const Dof> dofs() const;
   std::span<const ObjectInfo> objects() const;
   std::span<const RobotInfo> robots() const;
+  std::span<const Link> links() const;  ///< of all robots, parents first
+
+  /// Inertia per body. Of a robot link: as its file states it, else of its collision geometry at kLinkDensity (overlaps count twice),
+  /// else 0; of a fixed body 0. The quasi-static step does not use those of robots.
+  std::span<const BodyInertia> inertias() const;
 
   /// Distinct sets of velocity coordinates that pairs touch (union of the two bodies' dofs, ascending).
   const std::vector<std::vector<int>>& supports() const;

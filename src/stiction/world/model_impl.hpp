@@ -44,6 +44,8 @@ struct Model::Impl {
   std::vector<Dof> dofs;
   std::vector<ObjectInfo> objects;
   std::vector<RobotInfo> robots;
+  std::vector<Link> links;
+  std::vector<BodyInertia> inertias;  ///< per body
   std::vector<std::vector<int>> supports;
   std::optional<int> planar_axis;
   Eigen::VectorXd stiffness, lower, upper, reach, neutral;

@@ -203,7 +203,7 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   robot.friction = node.nonnegative_or("friction", 1.0);
   robot.convex_hulls = node.boolean_or("convex_hulls", false);
 
-  const UrdfRobot parsed = read_urdf(robot.urdf, robot.package_dirs, robot.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
+  const RobotTree parsed = read_urdf(robot.urdf, robot.package_dirs, robot.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
   std::vector<std::string> links;
   for (const auto& link : parsed.links) {
     links.push_back(link.name);

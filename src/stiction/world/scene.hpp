@@ -51,6 +51,13 @@ struct Mesh {
 };
 using Shape = std::variant<Sphere, Capsule, Box, Cylinder, HalfSpace, Mesh>;
 
+/// Mass distribution of a body.
+struct BodyInertia {
+  double mass = 0;                                    ///< [kg]
+  Eigen::Vector3d p_BCom = Eigen::Vector3d::Zero();   ///< centre of mass in the body frame [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, body axes [kg m²]
+};
+
 struct GeometrySpec {
   std::string name;  ///< unique within its body
   Shape shape;

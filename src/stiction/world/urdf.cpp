@@ -133,11 +133,29 @@ Shape read_geometry(const Reader& reader, const XMLElement& collision, const Mes
   reader.fail(*shape, "geometry", fmt::format("'{}'", kind), "sphere, box, cylinder, capsule or mesh");
 }
 
-UrdfLink read_link(const Reader& reader, const XMLElement& element, const MeshSource& source) {
-  UrdfLink link{.name = reader.required(element, "name"), .collisions = {}};
+/// Mass 0 states nothing: files write it for links that they have no figures for.
+std::optional<BodyInertia> read_inertia(const Reader& reader, const XMLElement& link) {
+  const XMLElement* inertial = link.FirstChildElement("inertial");
+  if (inertial == nullptr) return std::nullopt;
+  const XMLElement& mass = reader.child(*inertial, "mass");
+  const Pose X_LI = reader.origin(*inertial);
+  BodyInertia out{.mass = reader.number(mass, "value"), .p_BCom = X_LI.p};
+  if (out.mass < 0) reader.fail(mass, "mass value", fmt::format("{}", out.mass), "a number ≥ 0");
+  if (out.mass == 0) return std::nullopt;
+  const XMLElement& moments = reader.child(*inertial, "inertia");
+  const double xx = reader.number(moments, "ixx"), yy = reader.number(moments, "iyy"), zz = reader.number(moments, "izz");
+  const double xy = reader.number(moments, "ixy"), xz = reader.number(moments, "ixz"), yz = reader.number(moments, "iyz");
+  Eigen::Matrix3d about_com;
+  about_com << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  out.inertia = X_LI.R * about_com * X_LI.R.transpose();
+  return out;
+}
+
+RobotLink read_link(const Reader& reader, const XMLElement& element, const MeshSource& source) {
+  RobotLink link{.name = reader.required(element, "name"), .collisions = {}, .inertia = read_inertia(reader, element)};
   int number = 0;
   for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
-    UrdfCollision collision{.name = {}, .shape = read_geometry(reader, *c, source), .X_LG = reader.origin(*c)};
+    RobotCollision collision{.name = {}, .shape = read_geometry(reader, *c, source), .X_LG = reader.origin(*c)};
     const char* name = c->Attribute("name");
     collision.name = name && *name ? std::string(name) : fmt::format("{}_{}", shape_name(collision.shape), number);
     for (const auto& other : link.collisions) {
@@ -151,7 +169,7 @@ UrdfLink read_link(const Reader& reader, const XMLElement& element, const MeshSo
 }
 
 struct RawJoint {
-  UrdfJoint joint;
+  RobotJoint joint;
   std::string parent, child;
   const XMLElement* element = nullptr;
 };
@@ -159,7 +177,7 @@ struct RawJoint {
 RawJoint read_joint(const Reader& reader, const XMLElement& element) {
   RawJoint raw;
   raw.element = &element;
-  UrdfJoint& joint = raw.joint;
+  RobotJoint& joint = raw.joint;
   joint.name = reader.required(element, "name");
   const std::string what = reader.label(element);
   const std::string type = reader.required(element, "type");
@@ -171,7 +189,7 @@ RawJoint read_joint(const Reader& reader, const XMLElement& element) {
     reader.fail(element, what, fmt::format("type '{}'", type), "revolute, continuous, prismatic or fixed");
   }
   if (element.FirstChildElement("mimic") != nullptr) reader.fail(element, what, "a mimic joint", "joints that move by themselves");
-  joint.kind = type == "prismatic" ? UrdfJoint::Kind::Prismatic : UrdfJoint::Kind::Revolute;
+  joint.kind = type == "prismatic" ? RobotJoint::Kind::Prismatic : RobotJoint::Kind::Revolute;
   if (const XMLElement* axis = element.FirstChildElement("axis")) {
     joint.axis = reader.vector3(*axis, "xyz");
     if (!(joint.axis.norm() > 1e-6)) reader.fail(*axis, what, "axis 0 0 0", "an axis other than 0");
@@ -225,15 +243,15 @@ std::filesystem::path find_resource(std::string_view uri, const std::filesystem:
   return {};
 }
 
-std::vector<std::string> UrdfRobot::movable_joints() const {
+std::vector<std::string> RobotTree::movable_joints() const {
   std::vector<std::string> names;
   for (const auto& joint : joints) {
-    if (joint.kind != UrdfJoint::Kind::Fixed) names.push_back(joint.name);
+    if (joint.kind != RobotJoint::Kind::Fixed) names.push_back(joint.name);
   }
   return names;
 }
 
-UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs, NonConvex non_convex) {
+RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs, NonConvex non_convex) {
   tinyxml2::XMLDocument document;
   if (!std::filesystem::is_regular_file(file)) {
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
@@ -247,13 +265,13 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
   const XMLElement* root = document.RootElement();
   if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
 
-  std::vector<UrdfLink> links;
+  std::vector<RobotLink> links;
   const auto link_index = [&](const std::string& name) {
-    const auto found = std::find_if(links.begin(), links.end(), [&](const UrdfLink& link) { return link.name == name; });
+    const auto found = std::find_if(links.begin(), links.end(), [&](const RobotLink& link) { return link.name == name; });
     return found == links.end() ? -1 : static_cast<int>(found - links.begin());
   };
   for (const XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-    UrdfLink link = read_link(reader, *e, source);
+    RobotLink link = read_link(reader, *e, source);
     if (link_index(link.name) >= 0) reader.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
     links.push_back(std::move(link));
   }
@@ -261,7 +279,7 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
   std::vector<std::string> link_names;
   for (const auto& link : links) link_names.push_back(link.name);
 
-  std::vector<UrdfJoint> joints;
+  std::vector<RobotJoint> joints;
   std::vector<int> joint_of_child(links.size(), -1);
   for (const XMLElement* e = root->FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) {
     RawJoint raw = read_joint(reader, *e);
@@ -281,7 +299,7 @@ UrdfRobot read_urdf(const std::filesystem::path& file, std::span<const std::file
   const auto roots = std::count(joint_of_child.begin(), joint_of_child.end(), -1);
   if (roots != 1) reader.fail(*root, "robot", fmt::format("{} links without a parent", roots), "one");
 
-  UrdfRobot robot;
+  RobotTree robot;
   robot.name = root->Attribute("name") ? root->Attribute("name") : "";
   robot.file = file;
   const std::function<int(int)> visit = [&](int link) {  // depth first, children in file order
