@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/simulation/plant_impl.hpp"
+#include "stiction/world/call_mujoco.hpp"
+
+namespace stiction::simulation {
+
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// Where MuJoCo keeps what the model calls by other numbers.
+void find_addresses(Plant::Impl& plant) {
+  const world::Model& model = *plant.model;
+  const mjModel* m = plant.mujoco.get();
+  for (const auto& body : model.bodies()) plant.body_id.push_back(mj_name2id(m, mjOBJ_BODY, body.name.c_str()));
+  plant.geometry_of.assign(at(static_cast<int>(m->ngeom)), -1);
+  for (std::size_t i = 0; i < model.geometries().size(); ++i) {
+    plant.geometry_of[at(mj_name2id(m, mjOBJ_GEOM, model.geometries()[i].name.c_str()))] = static_cast<int>(i);
+  }
+  const std::size_t n = model.geometries().size();
+  plant.pair_of.assign(n * n, -1);
+  for (std::size_t i = 0; i < model.pairs().size(); ++i) {
+    const auto& pair = model.pairs()[i];
+    plant.pair_of[at(pair.geometry_a) * n + at(pair.geometry_b)] = static_cast<int>(i);
+  }
+  for (int v = 0; v < model.n_v();) {
+    const int joint = mj_name2id(m, mjOBJ_JOINT, model.dofs()[at(v)].name.c_str());
+    const int n_v = m->jnt_type[joint] == mjJNT_FREE ? 6 : 1;
+    plant.q_address.push_back(m->jnt_qposadr[joint]);
+    for (int k = 0; k < n_v; ++k) plant.v_address.push_back(m->jnt_dofadr[joint] + k);
+    v += n_v;
+  }
+  for (int j = 0; j < model.n_a(); ++j) {
+    plant.actuator_id.push_back(mj_name2id(m, mjOBJ_ACTUATOR, model.dofs()[at(model.n_vu() + j)].name.c_str()));
+  }
+}
+
+/// Diagonal of the joint-space inertia at neutral(), armature included (n_a).
+Eigen::VectorXd calc_joint_inertia(const Plant::Impl& plant) {
+  const mjModel* m = plant.mujoco.get();
+  const std::unique_ptr<mjData, DeleteMujoco> data(mj_makeData(m));
+  copy_to_qpos(plant, plant.model->neutral(), data->qpos);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(m->nv, m->nv);
+  const auto report = world::call_mujoco([&] {
+    mj_fwdPosition(m, data.get());
+    mj_fullM(m, data.get(), M.data());
+  });
+  if (report.failed) core::throw_invalid("scene", fmt::format("'{}'", report.error), "a scene that MuJoCo simulates");
+  Eigen::VectorXd inertia(plant.model->n_a());
+  for (int j = 0; j < plant.model->n_a(); ++j) {
+    const int v = plant.v_address[at(plant.model->n_vu() + j)];
+    inertia[j] = M(v, v);
+  }
+  return inertia;
+}
+
+}  // namespace
+
+void ContactOptions::validate(double timestep) const {
+  core::require_positive("contact.time_constant", time_constant);
+  if (time_constant < 2 * timestep) {
+    core::throw_invalid("contact.time_constant", fmt::format("{} s", time_constant), fmt::format("at least 2 timesteps of {} s", timestep));
+  }
+  core::require_positive("contact.friction_time_constant", friction_time_constant);
+  if (friction_time_constant < 2 * timestep) {
+    core::throw_invalid("contact.friction_time_constant", fmt::format("{} s", friction_time_constant),
+                        fmt::format("at least 2 timesteps of {} s", timestep));
+  }
+  if (!(impedance > 0 && impedance <= mjMAXIMP)) {
+    core::throw_invalid("contact.impedance", fmt::format("{}", impedance), fmt::format("a number in (0, {}]", mjMAXIMP));
+  }
+  if (!(friction_stiffening >= 1) || !std::isfinite(friction_stiffening)) {
+    core::throw_invalid("contact.friction_stiffening", fmt::format("{}", friction_stiffening), "a number ≥ 1");
+  }
+  if (noslip_iterations < 0) core::throw_invalid("contact.noslip_iterations", fmt::format("{}", noslip_iterations), "an integer ≥ 0");
+  core::require_nonnegative("contact.friction_scale", friction_scale);
+}
+
+void PlantOptions::validate() const {
+  core::require_positive("timestep", timestep);
+  core::require_nonnegative("damping_ratio", damping_ratio);
+  core::require_nonnegative("armature", armature);
+  core::require_positive("spring_resolution", spring_resolution);
+  contact.validate(timestep);
+}
+
+Plant::Plant(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Plant::~Plant() = default;
+
+std::shared_ptr<const Plant> Plant::make(std::shared_ptr<const world::Model> model, const PlantOptions& options) {
+  options.validate();
+  auto impl = std::make_unique<Impl>();
+  impl->model = std::move(model);
+  impl->options = options;
+  const Eigen::VectorXd& stiffness = impl->model->stiffness();
+  const double period = options.timestep / options.spring_resolution;
+  impl->armature = (stiffness * period * period).cwiseMax(options.armature);
+  impl->mujoco = compile_scene(*impl->model, options, impl->armature);
+  find_addresses(*impl);
+  impl->damping = 2 * options.damping_ratio * stiffness.cwiseProduct(calc_joint_inertia(*impl)).cwiseSqrt();
+  for (int j = 0; j < impl->model->n_a(); ++j) {
+    impl->mujoco->actuator_biasprm[impl->actuator_id[at(j)] * mjNBIAS + 2] = -impl->damping[j];
+  }
+  return std::shared_ptr<const Plant>(new Plant(std::move(impl)));
+}
+
+const world::Model& Plant::model() const { return *impl_->model; }
+const PlantOptions& Plant::options() const { return impl_->options; }
+const Eigen::VectorXd& Plant::damping() const { return impl_->damping; }
+const Eigen::VectorXd& Plant::armature() const { return impl_->armature; }
+
+void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos) {
+  Eigen::Index from = 0;
+  for (std::size_t j = 0, v = 0; j < plant.q_address.size(); ++j) {
+    mjtNum* to = qpos + plant.q_address[j];
+    const bool free = plant.mujoco->jnt_type[plant.mujoco->dof_jntid[plant.v_address[v]]] == mjJNT_FREE;
+    if (free) {
+      for (Eigen::Index k = 0; k < 3; ++k) to[k] = q[from + k];
+      to[3] = q[from + 6];
+      for (Eigen::Index k = 0; k < 3; ++k) to[4 + k] = q[from + 3 + k];
+    } else {
+      to[0] = q[from];
+    }
+    from += free ? 7 : 1;
+    v += free ? 6 : 1;
+  }
+}
+
+void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eigen::VectorXd> q) {
+  Eigen::Index to = 0;
+  for (std::size_t j = 0, v = 0; j < plant.q_address.size(); ++j) {
+    const mjtNum* from = qpos + plant.q_address[j];
+    const bool free = plant.mujoco->jnt_type[plant.mujoco->dof_jntid[plant.v_address[v]]] == mjJNT_FREE;
+    if (free) {
+      for (Eigen::Index k = 0; k < 3; ++k) q[to + k] = from[k];
+      q[to + 6] = from[3];
+      for (Eigen::Index k = 0; k < 3; ++k) q[to + 3 + k] = from[4 + k];
+    } else {
+      q[to] = from[0];
+    }
+    to += free ? 7 : 1;
+    v += free ? 6 : 1;
+  }
+}
+
+}  // namespace stiction::simulation

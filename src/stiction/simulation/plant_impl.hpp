@@ -1,0 +1,44 @@
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "stiction/simulation/simulation.hpp"
+
+// Inside of the layer: nothing that MuJoCo defines is seen by those who use simulation.hpp.
+
+namespace stiction::simulation {
+
+struct DeleteMujoco {
+  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+
+struct Plant::Impl {
+  std::shared_ptr<const world::Model> model;
+  PlantOptions options;
+  std::unique_ptr<mjModel, DeleteMujoco> mujoco;
+  Eigen::VectorXd damping, armature;
+
+  std::vector<int> body_id;      ///< per body of the model: of MuJoCo
+  std::vector<int> geometry_of;  ///< per MuJoCo geom: of the model
+  std::vector<int> pair_of;      ///< n_geometries × n_geometries, by (A, B): pair, −1 where there is none
+  std::vector<int> actuator_id;  ///< (n_a)
+  std::vector<int> q_address;    ///< per object and robot joint, see copy_* below
+  std::vector<int> v_address;    ///< (n_v)
+};
+
+/// The scene as MuJoCo's model, springs without damping. @throws core::InvalidInput with what its compiler says
+std::unique_ptr<mjModel, DeleteMujoco> compile_scene(const world::Model& model, const PlantOptions& options,
+                                                     const Eigen::VectorXd& armature);
+
+/// q in the layout of the model ↔ qpos. MuJoCo keeps the scalar of a quaternion first.
+void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos);
+void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eigen::VectorXd> q);
+
+}  // namespace stiction::simulation

@@ -1,0 +1,270 @@
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/simulation/plant_impl.hpp"
+#include "stiction/world/call_mujoco.hpp"
+
+namespace stiction::simulation {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using world::BodyInertia;
+using world::ObjectJoint;
+using world::Pose;
+
+namespace {
+
+// A moving link without mass moves with the others; MuJoCo wants numbers above 0.
+constexpr double kLeastMass = 1e-6;     // [kg]
+constexpr double kLeastMoment = 1e-10;  // [kg m²]
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+void copy(const Vector3d& from, double* to) { std::copy_n(from.data(), 3, to); }
+
+void set_pose(const Pose& X, double* position, double* quaternion) {
+  const Eigen::Quaterniond q(X.R);
+  copy(X.p, position);
+  quaternion[0] = q.w(), quaternion[1] = q.x(), quaternion[2] = q.y(), quaternion[3] = q.z();
+}
+
+void set_inertia(const BodyInertia& inertia, mjsBody* body) {
+  const Matrix3d& I = inertia.inertia;
+  body->explicitinertial = 1;
+  body->mass = inertia.mass;
+  copy(inertia.p_BCom, body->ipos);
+  const double full[] = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
+  std::copy(std::begin(full), std::end(full), body->fullinertia);
+}
+
+/// Files state inertias of links carelessly, and robots are compensated for gravity: what no rigid body can have is replaced by what is near.
+BodyInertia make_possible(const BodyInertia& link) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(0.5 * (link.inertia + link.inertia.transpose()));
+  Vector3d moments = axes.eigenvalues().cwiseMax(kLeastMoment);
+  if (moments[0] + moments[1] < moments[2]) moments.setConstant(moments.mean());
+  return {std::max(link.mass, kLeastMass), link.p_BCom, axes.eigenvectors() * moments.asDiagonal() * axes.eigenvectors().transpose()};
+}
+
+/// Writes a scene into an mjSpec.
+class SceneWriter {
+ public:
+  SceneWriter(const world::Model& model, const PlantOptions& options, mjSpec* spec) : model_(model), options_(options), spec_(spec) {
+    bodies_.resize(model.bodies().size());
+    const ContactOptions& c = options.contact;
+    solref_[0] = c.time_constant, solref_[1] = 1;
+    // The same at every depth: what is said about penetration and creep then holds at every load.
+    const double solimp[] = {c.impedance, c.impedance, 1e-3, 0.5, 2};
+    std::copy(std::begin(solimp), std::end(solimp), solimp_);
+  }
+
+  void write(const Eigen::VectorXd& armature) {
+    write_options();
+    mjsBody* world = mjs_findBody(spec_, "world");
+    for (std::size_t i = 0; i < model_.objects().size(); ++i) write_object(world, static_cast<int>(i));
+    for (const world::Link& link : model_.links()) write_link(world, link, armature);
+    for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
+      if (model_.bodies()[i].kind != world::BodyKind::Fixed) continue;
+      bodies_[i] = add_body(world, static_cast<int>(i));
+    }
+    write_fixed_poses();
+    for (std::size_t i = 0; i < model_.geometries().size(); ++i) write_geometry(static_cast<int>(i));
+    for (const world::Pair& pair : model_.pairs()) write_pair(pair);
+    for (int j = 0; j < model_.n_a(); ++j) write_spring(j);
+  }
+
+ private:
+  void write_options() {
+    mjOption& o = spec_->option;
+    o.timestep = options_.timestep;
+    o.integrator = mjINT_IMPLICITFAST;
+    o.cone = mjCONE_ELLIPTIC;
+    o.solver = mjSOL_NEWTON;
+    o.tolerance = 1e-12;  // of the cost, relative: forces are good to 1e-6 of it
+    o.iterations = 200;
+    o.impratio = options_.contact.friction_stiffening;
+    o.noslip_iterations = options_.contact.noslip_iterations;
+    copy(model_.scene().gravity, o.gravity);
+    o.disableflags |= mjDSBL_AUTORESET;  // a broken state is reported, not replaced
+    mjsCompiler& compiler = spec_->compiler;
+    compiler.degree = 0;
+    compiler.inertiafromgeom = mjINERTIAFROMGEOM_FALSE;
+    compiler.usethread = 0;  // messages of other threads would not come back with the call
+    compiler.alignfree = 0;
+    compiler.fusestatic = 0;
+    compiler.discardvisual = 0;
+  }
+
+  mjsBody* add_body(mjsBody* parent, int index) {
+    mjsBody* body = mjs_addBody(parent, nullptr);
+    mjs_setName(body->element, model_.bodies()[at(index)].name.c_str());
+    return body;
+  }
+
+  mjsJoint* add_joint(mjsBody* body, mjtJoint type, int dof, const Vector3d& axis) {
+    mjsJoint* joint = mjs_addJoint(body, nullptr);
+    joint->type = type;
+    joint->align = mjALIGNFREE_FALSE;
+    mjs_setName(joint->element, model_.dofs()[at(dof)].name.c_str());
+    copy(axis, joint->axis);
+    const world::Dof& limits = model_.dofs()[at(dof)];
+    const bool limited = type != mjJNT_FREE && (std::isfinite(limits.lower) || std::isfinite(limits.upper));
+    joint->limited = limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
+    if (limited) {  // a range of one point is refused, and infinity is not a number there
+      joint->range[0] = std::max(limits.lower, -1e9);
+      joint->range[1] = std::min(std::max(limits.upper, limits.lower + 1e-9), 1e9);
+      std::copy_n(solref_, mjNREF, joint->solref_limit);
+      std::copy_n(solimp_, mjNIMP, joint->solimp_limit);
+    }
+    return joint;
+  }
+
+  void write_object(mjsBody* world, int index) {
+    const world::ObjectSpec& spec = model_.scene().objects[at(index)];
+    const world::ObjectInfo& info = model_.objects()[at(index)];
+    mjsBody* body = add_body(world, info.body);
+    bodies_[at(info.body)] = body;
+    set_inertia(model_.inertias()[at(info.body)], body);
+    if (spec.joint != ObjectJoint::Free) set_pose(spec.X_WP, body->pos, body->quat);
+    const int v = info.v_begin;
+    const auto planar = [&](int first, int second) {
+      add_joint(body, mjJNT_SLIDE, v, Vector3d::Unit(first));
+      add_joint(body, mjJNT_SLIDE, v + 1, Vector3d::Unit(second));
+      add_joint(body, mjJNT_HINGE, v + 2, Vector3d::Unit(3 - first - second));
+    };
+    switch (spec.joint) {
+      case ObjectJoint::Free:
+        add_joint(body, mjJNT_FREE, v, Vector3d::UnitZ());
+        break;
+      case ObjectJoint::PlanarXY:
+        planar(0, 1);
+        break;
+      case ObjectJoint::PlanarYZ:
+        planar(1, 2);
+        break;
+      case ObjectJoint::PlanarXZ:
+        planar(0, 2);
+        break;
+      case ObjectJoint::Hinge:
+        add_joint(body, mjJNT_HINGE, v, spec.axis);
+        break;
+      case ObjectJoint::Slider:
+        add_joint(body, mjJNT_SLIDE, v, spec.axis);
+        break;
+    }
+  }
+
+  void write_link(mjsBody* world, const world::Link& link, const Eigen::VectorXd& armature) {
+    mjsBody* body = add_body(link.parent >= 0 ? bodies_[at(link.parent)] : world, link.body);
+    bodies_[at(link.body)] = body;
+    set_pose(link.X_PJ, body->pos, body->quat);
+    body->gravcomp = 1;
+    if (!model_.bodies()[at(link.body)].dofs.empty()) set_inertia(make_possible(model_.inertias()[at(link.body)]), body);
+    if (link.dof < 0) return;
+    const bool turns = model_.dofs()[at(link.dof)].kind == world::DofKind::Revolute;
+    mjsJoint* joint = add_joint(body, turns ? mjJNT_HINGE : mjJNT_SLIDE, link.dof, link.axis);
+    joint->armature = armature[link.dof - model_.n_vu()];
+  }
+
+  void write_fixed_poses() {
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
+      if (model_.bodies()[i].kind != world::BodyKind::Fixed) continue;
+      set_pose(model_.scene().fixed[next++].X_WB, bodies_[i]->pos, bodies_[i]->quat);
+    }
+  }
+
+  void write_geometry(int index) {
+    const world::Geometry& geometry = model_.geometries()[at(index)];
+    mjsGeom* geom = mjs_addGeom(bodies_[at(geometry.body)], nullptr);
+    mjs_setName(geom->element, geometry.name.c_str());
+    set_pose(geometry.X_BG, geom->pos, geom->quat);
+    geom->contype = geom->conaffinity = 0;  // only the pairs below
+    const auto size = [&](mjtGeom type, double a, double b = 0, double c = 0) {
+      geom->type = type;
+      geom->size[0] = a, geom->size[1] = b, geom->size[2] = c;
+    };
+    if (const auto* sphere = std::get_if<world::Sphere>(&geometry.shape)) {
+      size(mjGEOM_SPHERE, sphere->radius);
+    } else if (const auto* capsule = std::get_if<world::Capsule>(&geometry.shape)) {
+      size(mjGEOM_CAPSULE, capsule->radius, capsule->half_length);
+    } else if (const auto* box = std::get_if<world::Box>(&geometry.shape)) {
+      size(mjGEOM_BOX, box->half_extents[0], box->half_extents[1], box->half_extents[2]);
+    } else if (const auto* cylinder = std::get_if<world::Cylinder>(&geometry.shape)) {
+      size(mjGEOM_CYLINDER, cylinder->radius, cylinder->half_length);
+    } else if (std::holds_alternative<world::HalfSpace>(geometry.shape)) {
+      size(mjGEOM_PLANE, 0, 0, 1);
+    } else {
+      write_mesh(geometry, *std::get<world::Mesh>(geometry.shape).mesh, geom);
+    }
+  }
+
+  void write_mesh(const world::Geometry& geometry, const world::ConvexMesh& shape, mjsGeom* geom) {
+    mjsMesh* mesh = mjs_addMesh(spec_, nullptr);
+    mjs_setName(mesh->element, geometry.name.c_str());
+    const Eigen::Matrix3Xf vertices = shape.vertices.cast<float>();
+    mjs_setFloat(mesh->uservert, vertices.data(), static_cast<int>(vertices.size()));
+    mjs_setInt(mesh->userface, shape.triangles.data(), static_cast<int>(shape.triangles.size()));
+    geom->type = mjGEOM_MESH;
+    mjs_setString(geom->meshname, geometry.name.c_str());
+  }
+
+  void write_pair(const world::Pair& entry) {
+    mjsPair* pair = mjs_addPair(spec_, nullptr);
+    mjs_setString(pair->geomname1, model_.geometries()[at(entry.geometry_a)].name.c_str());
+    mjs_setString(pair->geomname2, model_.geometries()[at(entry.geometry_b)].name.c_str());
+    const double mu = entry.friction * options_.contact.friction_scale;
+    pair->condim = mu > 0 ? 3 : 1;
+    pair->friction[0] = pair->friction[1] = mu;
+    pair->friction[2] = pair->friction[3] = pair->friction[4] = 0;  // not of these contact dimensions
+    std::copy_n(solref_, mjNREF, pair->solref);
+    std::copy_n(solimp_, mjNIMP, pair->solimp);
+    pair->solreffriction[0] = options_.contact.friction_time_constant;
+    pair->solreffriction[1] = 1;
+    pair->margin = pair->gap = pair->adhesion = 0;
+  }
+
+  /// Its damping follows from the inertia of what is compiled here, see Plant::make.
+  void write_spring(int joint) {
+    const std::string& name = model_.dofs()[at(model_.n_vu() + joint)].name;
+    mjsActuator* spring = mjs_addActuator(spec_, nullptr);
+    mjs_setName(spring->element, name.c_str());
+    spring->trntype = mjTRN_JOINT;
+    mjs_setString(spring->target, name.c_str());
+    spring->ctrllimited = mjLIMITED_FALSE;
+    spring->forcelimited = mjLIMITED_FALSE;
+    mjs_setToPosition(spring, model_.stiffness()[joint], nullptr, nullptr, nullptr, 0);
+  }
+
+  const world::Model& model_;
+  const PlantOptions& options_;
+  mjSpec* spec_;
+  std::vector<mjsBody*> bodies_;  ///< per body of the model
+  mjtNum solref_[mjNREF] = {};
+  mjtNum solimp_[mjNIMP] = {};
+};
+
+}  // namespace
+
+std::unique_ptr<mjModel, DeleteMujoco> compile_scene(const world::Model& model, const PlantOptions& options,
+                                                     const Eigen::VectorXd& armature) {
+  const std::unique_ptr<mjSpec, DeleteMujoco> spec(mj_makeSpec());
+  SceneWriter(model, options, spec.get()).write(armature);
+  mjModel* compiled = nullptr;
+  const auto report = world::call_mujoco([&] { compiled = mj_compile(spec.get(), nullptr); });
+  if (compiled == nullptr) {
+    const char* error = mjs_getError(spec.get());
+    core::throw_invalid("scene",
+                        fmt::format("'{}'", report.failed ? report.error
+                                            : error       ? error
+                                                          : "no reason"),
+                        "a scene that MuJoCo compiles");
+  }
+  return std::unique_ptr<mjModel, DeleteMujoco>(compiled);
+}
+
+}  // namespace stiction::simulation

@@ -1,0 +1,209 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/simulation/plant_impl.hpp"
+#include "stiction/world/call_mujoco.hpp"
+
+namespace stiction::simulation {
+
+using core::Status;
+
+struct Workspace::Impl {
+  std::shared_ptr<const Plant> plant;
+  std::unique_ptr<mjData, DeleteMujoco> data;
+};
+
+Workspace::Workspace(std::shared_ptr<const Plant> plant) : impl_(std::make_unique<Impl>()) { impl_->plant = std::move(plant); }
+Workspace::~Workspace() = default;
+Workspace::Workspace(Workspace&&) noexcept = default;
+
+void SimulationOptions::validate() const { core::require_positive("record_interval", record_interval); }
+
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+void validate(const world::Model& model, const SimulationInput& in) {
+  world::require_configuration(model, "q0", in.q0);
+  if (in.times.size() < 1) core::throw_invalid("times", "no knot", "at least one");
+  core::require_size("u.cols", in.u.cols(), in.times.size());
+  core::require_size("u.rows", in.u.rows(), model.n_a());
+  core::require_finite("times", std::span(in.times.data(), static_cast<std::size_t>(in.times.size())));
+  if (!in.u.allFinite()) core::throw_invalid("u", "a number that is not finite", "finite numbers");
+  if (in.times[0] != 0) core::throw_invalid("times[0]", fmt::format("{}", in.times[0]), "0");
+  for (Eigen::Index k = 1; k < in.times.size(); ++k) {
+    if (!(in.times[k] > in.times[k - 1])) {
+      core::throw_invalid(fmt::format("times[{}]", k), fmt::format("{}", in.times[k]), fmt::format("more than {}", in.times[k - 1]));
+    }
+  }
+  if (in.v0 == nullptr) return;
+  core::require_size("v0", in.v0->size(), model.n_v());
+  if (!in.v0->allFinite()) core::throw_invalid("v0", "a number that is not finite", "finite numbers");
+}
+
+/// u(t), looked up forwards only.
+class Commands {
+ public:
+  explicit Commands(const SimulationInput& in) : in_(in) {}
+
+  double operator()(int joint, double t) {
+    const Eigen::Index last = in_.times.size() - 1;
+    while (knot_ < last && t >= in_.times[knot_ + 1]) ++knot_;
+    if (knot_ == last) return in_.u(joint, last);
+    const double s = (t - in_.times[knot_]) / (in_.times[knot_ + 1] - in_.times[knot_]);
+    return (1 - s) * in_.u(joint, knot_) + s * in_.u(joint, knot_ + 1);
+  }
+
+ private:
+  const SimulationInput& in_;
+  Eigen::Index knot_ = 0;
+};
+
+/// Contact forces of the state that was last evaluated, by pair.
+void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairForce>& out) {
+  out.clear();
+  const std::size_t n = plant.model->geometries().size();
+  for (int c = 0; c < data->ncon; ++c) {
+    const mjContact& contact = data->contact[c];
+    if (contact.efc_address < 0) continue;
+    const std::size_t g0 = at(plant.geometry_of[at(contact.geom[0])]), g1 = at(plant.geometry_of[at(contact.geom[1])]);
+    const bool forward = plant.pair_of[g1 * n + g0] >= 0;  // the normal points from geom 0 to geom 1: B to A
+    const int pair = forward ? plant.pair_of[g1 * n + g0] : plant.pair_of[g0 * n + g1];
+    mjtNum local[6];
+    mj_contactForce(plant.mujoco.get(), data, c, local);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> frame(contact.frame);
+    const Eigen::Vector3d force = (forward ? 1.0 : -1.0) * (frame.transpose() * Eigen::Map<const Eigen::Vector3d>(local));
+    auto entry = std::find_if(out.begin(), out.end(), [&](const PairForce& f) { return f.pair == pair; });
+    if (entry == out.end()) entry = out.insert(entry, PairForce{.pair = pair});
+    const Eigen::Vector3d normal = (forward ? local[0] : -local[0]) * frame.row(0).transpose();
+    entry->normal += local[0];
+    entry->force_W += force;
+    entry->friction_W += force - normal;
+    entry->depth = std::max(entry->depth, -contact.dist);
+  }
+  for (PairForce& f : out) f.tangential = f.friction_W.norm();
+  std::sort(out.begin(), out.end(), [](const PairForce& a, const PairForce& b) { return a.pair < b.pair; });
+}
+
+/// One simulation in progress.
+class Run {
+ public:
+  Run(const Plant::Impl& plant, const SimulationInput& in, const SimulationOptions& options, mjData* data, SimulationResult& out)
+      : plant_(plant), in_(in), options_(options), d_(data), out_(out), commands_(in) {
+    const double h = plant.options.timestep, end = in.times[in.times.size() - 1];
+    steps_ = static_cast<long>(std::ceil(end / h * (1 - 1e-12)));
+    stride_ = std::max(1L, std::lround(options.record_interval / h));
+    const auto samples = static_cast<std::size_t>(steps_ / stride_ + 2);
+    out.times.clear(), out.forces.clear();
+    out.times.reserve(samples), out.forces.reserve(samples);
+    out.q.resize(plant.model->n_q(), static_cast<Eigen::Index>(samples));
+    out.v.resize(plant.model->n_v(), static_cast<Eigen::Index>(samples));
+    out.message.clear();
+    out.max_depth = 0;
+    out.steps = 0;
+    start();
+  }
+
+  Status go() {
+    const Status status = loop();
+    const auto n = static_cast<Eigen::Index>(out_.times.size());
+    out_.q.conservativeResize(Eigen::NoChange, n);
+    out_.v.conservativeResize(Eigen::NoChange, n);
+    return status;
+  }
+
+ private:
+  void start() {
+    copy_to_qpos(plant_, in_.q0, d_->qpos);
+    if (in_.v0 == nullptr) return;
+    for (int i = 0; i < plant_.model->n_v(); ++i) d_->qvel[plant_.v_address[at(i)]] = (*in_.v0)[i];
+  }
+
+  Status loop() {
+    const double h = plant_.options.timestep;
+    for (long k = 0;; ++k) {
+      if (options_.control != nullptr && options_.control->cancelled()) return Status::Cancelled;
+      if (options_.control != nullptr && options_.control->expired()) return Status::MaxIterations;
+      // Times are counted, not summed, so that knots are met exactly.
+      const double t = static_cast<double>(k) * h;
+      for (int j = 0; j < plant_.model->n_a(); ++j) d_->ctrl[plant_.actuator_id[at(j)]] = commands_(j, t);
+      const bool last = k == steps_;
+      const auto report = world::call_mujoco([this] { mj_forward(plant_.mujoco.get(), d_); });
+      if (!is_good(report)) return Status::NumericalFailure;
+      for (int c = 0; c < d_->ncon; ++c) out_.max_depth = std::max(out_.max_depth, -d_->contact[c].dist);
+      if (k % stride_ == 0 || last) record(t);
+      if (last) return Status::Solved;
+      const auto integrated = world::call_mujoco([this] { mj_implicit(plant_.mujoco.get(), d_); });
+      if (!is_good(integrated)) return Status::NumericalFailure;
+      ++out_.steps;
+    }
+  }
+
+  /// MuJoCo counts its warnings in the data, whether or not it also says them.
+  bool is_good(const world::MujocoReport& report) {
+    if (report.failed) {
+      out_.message = report.error;
+      return false;
+    }
+    mjtNum largest = 0;
+    for (int i = 0; i < plant_.mujoco->nq; ++i) largest = std::max(largest, std::isfinite(d_->qpos[i]) ? std::abs(d_->qpos[i]) : mjMAXVAL);
+    for (int i = 0; i < plant_.mujoco->nv; ++i) largest = std::max(largest, std::isfinite(d_->qvel[i]) ? std::abs(d_->qvel[i]) : mjMAXVAL);
+    if (largest >= mjMAXVAL) {
+      out_.message =
+          fmt::format("positions or velocities out of range after {:.6g} s", static_cast<double>(out_.steps) * plant_.options.timestep);
+      return false;
+    }
+    for (int w = 0; w < mjNWARNING; ++w) {
+      if (d_->warning[w].number == 0) continue;
+      out_.message = mju_warningText(w, static_cast<size_t>(d_->warning[w].lastinfo));
+      return false;
+    }
+    if (!report.warnings.empty()) out_.message = report.warnings.front();
+    return report.warnings.empty();
+  }
+
+  void record(double t) {
+    const auto column = static_cast<Eigen::Index>(out_.times.size());
+    out_.times.push_back(t);
+    copy_from_qpos(plant_, d_->qpos, out_.q.col(column));
+    for (int i = 0; i < plant_.model->n_v(); ++i) out_.v(i, column) = d_->qvel[plant_.v_address[at(i)]];
+    read_forces(plant_, d_, out_.forces.emplace_back());
+  }
+
+  const Plant::Impl& plant_;
+  const SimulationInput& in_;
+  const SimulationOptions& options_;
+  mjData* d_;
+  SimulationResult& out_;
+  Commands commands_;
+  long steps_ = 0;
+  long stride_ = 1;
+};
+
+}  // namespace
+
+Status simulate(const Plant& plant, const SimulationInput& input, const SimulationOptions& options, Workspace& work,
+                SimulationResult& out) {
+  options.validate();
+  validate(plant.model(), input);
+  Workspace::Impl& w = work.impl();
+  if (w.plant.get() != &plant) core::throw_invalid("work", "a workspace of another plant", "one of this plant");
+  const auto started = std::chrono::steady_clock::now();
+  const mjModel* m = plant.impl().mujoco.get();
+  if (w.data == nullptr) {
+    w.data.reset(mj_makeData(m));
+  } else {
+    mj_resetData(m, w.data.get());
+  }
+  out.status = Run(plant.impl(), input, options, w.data.get(), out).go();
+  // After an error MuJoCo's scratch is in no known state.
+  if (out.status == Status::NumericalFailure) w.data.reset();
+  out.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return out.status;
+}
+
+}  // namespace stiction::simulation

@@ -1,0 +1,145 @@
+#include "simulation/scenes.hpp"
+
+namespace stiction::simulation::test {
+namespace {
+
+using core::Status;
+using Eigen::Vector3d;
+using world::ObjectJoint;
+
+constexpr double kG = 9.81;
+
+/// A flat block on a slope of friction μ whose angle has the tangent `ratio` μ. The axes of W lie along the slope: z normal, x downhill.
+struct Slope {
+  static constexpr double kMass = 0.5;
+
+  Slope(double mu, double ratio) : theta(std::atan(ratio * mu)), rig(make_scene(mu, theta)) {
+    q0.setZero();
+    q0[2] = 0.015;
+    q0[6] = 1;
+  }
+
+  static world::Scene make_scene(double mu, double theta) {
+    world::Scene scene = empty_scene(kG * Vector3d(std::sin(theta), 0, -std::cos(theta)));
+    scene.objects.push_back(solid(ObjectJoint::Free, world::Box{Vector3d(0.05, 0.05, 0.015)}, kMass, mu));
+    scene.fixed.push_back(ground(mu));
+    return scene;
+  }
+
+  double theta;
+  Rig rig;
+  Eigen::VectorXd q0{7};
+};
+
+TEST(Contact, SlopeTwoPercentBelowFriction_Sticks) {
+  for (const double mu : {0.2, 0.5, 1.0}) {
+    Slope s(mu, 0.98);
+    ASSERT_EQ(s.rig.hold(s.q0, {}, 1.0), Status::Solved) << s.rig.result.message;
+    const Eigen::Index half = s.rig.result.q.cols() / 2;
+    const double creep =
+        (s.rig.q_end() - s.rig.result.q.col(half)).head<3>().norm() / (1.0 - s.rig.result.times[static_cast<std::size_t>(half)]);
+    EXPECT_LT(creep, 1e-4) << "μ = " << mu;
+    const PairForce force = s.rig.force();
+    EXPECT_NEAR(force.normal, s.kMass * kG * std::cos(s.theta), 1e-3 * s.kMass * kG);
+    EXPECT_NEAR(force.tangential, s.kMass * kG * std::sin(s.theta), 1e-3 * s.kMass * kG);
+    EXPECT_NEAR(force.force_W.x(), -s.kMass * kG * std::sin(s.theta), 1e-3 * s.kMass * kG) << "acts on the block, uphill";
+  }
+}
+
+TEST(Contact, SlopeTwoPercentAboveFriction_SlidesWithTheAccelerationOfCoulomb) {
+  for (const double mu : {0.2, 0.5, 1.0}) {
+    for (const double ratio : {1.02, 1.1, 1.5}) {
+      Slope s(mu, ratio);
+      ASSERT_EQ(s.rig.hold(s.q0, {}, 1.0), Status::Solved) << s.rig.result.message;
+      // From 0.2 s on: the onset is smooth and loses a few mm/s of friction (theory: "Contacts").
+      const SimulationResult& r = s.rig.result;
+      const Eigen::Index from = 20;
+      ASSERT_NEAR(r.times[from], 0.2, 1e-9);
+      const double got = (s.rig.v_end()[0] - r.v(0, from)) / (1.0 - 0.2);
+      const double coulomb = kG * (std::sin(s.theta) - mu * std::cos(s.theta));
+      EXPECT_NEAR(got, coulomb, 0.02 * coulomb) << "μ = " << mu << ", ratio " << ratio;
+      EXPECT_NEAR(r.v(0, from), coulomb * 0.2, 0.005);
+      EXPECT_LT(r.q.row(2).maxCoeff() - 0.015, ratio < 1.3 ? 5e-5 : 2e-3) << "hops";
+    }
+  }
+}
+
+/// On ground and at rest: force is weight and penetration what (1 − d) a T² says, for every shape.
+TEST(Contact, ObjectAtRest_IsCarriedByItsWeightAndDoesNotSinkIn) {
+  Eigen::Matrix3Xd corners(3, 8);
+  for (int i = 0; i < 8; ++i) corners.col(i) = 0.05 * Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+  const world::Mesh cube{std::make_shared<const world::ConvexMesh>(world::make_convex_hull(corners))};
+  const std::pair<world::Shape, double> shapes[] = {{world::Sphere{0.06}, 0.06},
+                                                    {world::Box{Vector3d(0.1, 0.05, 0.02)}, 0.02},
+                                                    {world::Cylinder{0.05, 0.1}, 0.1},
+                                                    {world::Capsule{0.05, 0.1}, 0.15},
+                                                    {cube, 0.05}};
+  for (const auto& [shape, height] : shapes) {
+    for (const double mass : {0.1, 5.0}) {
+      world::Scene scene = empty_scene({0, 0, -10});
+      scene.objects.push_back(solid(ObjectJoint::Free, shape, mass, 0.8));
+      scene.fixed.push_back(ground(0.8));
+      Rig rig(scene);
+      Eigen::VectorXd q0(7);
+      q0 << 0, 0, height, 0, 0, 0, 1;
+      ASSERT_EQ(rig.hold(q0, {}, 0.5), Status::Solved) << rig.result.message;
+      EXPECT_NEAR(rig.force().normal, 10 * mass, 1e-3 * 10 * mass) << world::shape_name(shape);
+      EXPECT_LT(rig.result.max_depth, 1e-4) << world::shape_name(shape);
+      EXPECT_GT(rig.force().depth, 0);
+    }
+  }
+}
+
+TEST(Contact, BallOfTheAllegroTask_RestsInThePalmWithoutSinkingIn) {
+  auto model = load_task("allegro_ball");
+  Rig rig(model);
+  Eigen::VectorXd q0 = model->neutral();
+  q0.head<7>() << -0.081, 0.001, 0.0721, 0, 0, 0, 1;
+  q0.tail(16) << 0.03501504, 0.75276565, 0.74146232, 0.83261002, -0.1438725, 0.74696812, 0.61908827, 0.70064279, -0.06922541, 0.78533142,
+      0.82942863, 0.90415436, 0.63256269, 1.02378254, 0.64089555, 0.82444782;
+  rig.run.record_interval = rig.plant->options().timestep;
+  ASSERT_EQ(rig.hold(q0, q0.tail(16), 1.0), Status::Solved) << rig.result.message;
+  // It rolls a little in its seat, so that its momentum is counted too, over the second half.
+  const SimulationResult& r = rig.result;
+  const std::size_t from = r.times.size() / 2;
+  Vector3d impulse = Vector3d::Zero();
+  double depth = 0;
+  for (std::size_t k = from; k + 1 < r.times.size(); ++k) {
+    for (const auto& f : r.forces[k]) {
+      const auto& pair = model->pairs()[static_cast<std::size_t>(f.pair)];
+      if (model->geometries()[static_cast<std::size_t>(pair.geometry_a)].body != model->objects()[0].body) continue;
+      impulse += f.force_W * rig.run.record_interval;
+      depth = std::max(depth, f.depth);
+    }
+  }
+  const Vector3d gained = rig.v_end().head<3>() - r.v.col(static_cast<Eigen::Index>(from)).head<3>();
+  const double duration = r.times.back() - r.times[from];
+  EXPECT_NEAR((impulse / duration - gained / duration - Vector3d(0, 0, 10)).norm(), 0, 0.01) << "0.1 % of the weight";
+  EXPECT_LT(depth, 1e-4);
+  EXPECT_GT(depth, 1e-7);
+}
+
+TEST(Contact, FrictionlessSlope_SlidesFreely) {
+  Slope s(0.0, 1.0);
+  world::Scene scene = Slope::make_scene(0.0, 0.3);
+  Rig rig(scene);
+  ASSERT_EQ(rig.hold(s.q0, {}, 0.5), Status::Solved);
+  EXPECT_NEAR(rig.v_end()[0], 0.5 * kG * std::sin(0.3), 1e-6);
+  EXPECT_EQ(rig.force().tangential, 0);
+}
+
+TEST(Contact, ExcludedPair_PassesThrough) {
+  world::Scene scene = empty_scene({0, 0, -10});
+  scene.objects.push_back(solid(ObjectJoint::Free, world::Sphere{0.06}, 1, 1));
+  scene.fixed.push_back(ground(1));
+  scene.filters.push_back({"solid", "ground", std::nullopt});
+  Rig rig(scene);
+  Eigen::VectorXd q0(7);
+  q0 << 0, 0, 0.06, 0, 0, 0, 1;
+  ASSERT_EQ(rig.hold(q0, {}, 1.0), Status::Solved);
+  EXPECT_NEAR(rig.q_end()[2], 0.06 - 5, 2e-3);
+  EXPECT_TRUE(rig.result.forces.back().empty());
+}
+
+}  // namespace
+}  // namespace stiction::simulation::test

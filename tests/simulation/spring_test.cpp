@@ -1,0 +1,85 @@
+#include "simulation/scenes.hpp"
+
+namespace stiction::simulation::test {
+namespace {
+
+using core::Status;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Robots are gravity compensated: without contact a joint ends at its command, whatever gravity is.
+TEST(Spring, NoContact_EndsAtTheCommand) {
+  auto model = load_task("allegro_ball");
+  Rig rig(model);
+  Eigen::VectorXd q0 = model->neutral();
+  q0[2] = 5;  // the ball falls far away
+  const Eigen::VectorXd u = Eigen::VectorXd::Constant(16, 0.3);
+  ASSERT_EQ(rig.hold(q0, u, 0.9), Status::Solved) << rig.result.message;
+  for (int j = 0; j < 16; ++j) {
+    const double reachable = std::clamp(u[j], model->lower()[j], model->upper()[j]);
+    EXPECT_NEAR(rig.q_end().tail(16)[j], reachable, reachable == u[j] ? 1e-6 : 1e-2) << model->dofs()[static_cast<std::size_t>(6 + j)].name;
+  }
+  EXPECT_LT(rig.v_end().tail(16).norm(), 1e-5);
+}
+
+TEST(Spring, StepOfTheCommand_IsCriticallyDamped) {
+  world::Scene scene = empty_scene({0, 0, -9.81});
+  scene.robots.push_back(pusher(100));
+  PlantOptions options;
+  options.timestep = 5e-5;
+  Rig rig(scene, options);
+  ASSERT_EQ(rig.hold(Vector2d(0, 0), Vector2d(0.1, -0.2), 1.0), Status::Solved);
+  const double omega = 10;  // √(100 N/m / 1 kg)
+  for (std::size_t k = 0; k < rig.result.times.size(); ++k) {
+    const double s = omega * rig.result.times[k];
+    const double want = 1 - (1 + s) * std::exp(-s);
+    EXPECT_NEAR(rig.result.q(0, static_cast<Eigen::Index>(k)), 0.1 * want, 2e-4 * 0.1) << "first-order integrator: error ~ ω h";
+    EXPECT_NEAR(rig.result.q(1, static_cast<Eigen::Index>(k)), -0.2 * want, 2e-4 * 0.2);
+  }
+  EXPECT_NEAR(rig.plant->damping()[0], 20, 1e-3);
+}
+
+TEST(Spring, AgainstWall_PushesWithStiffnessTimesDeflection) {
+  for (const double stiffness : {100.0, 2000.0}) {
+    world::Scene scene = empty_scene({0, 0, -9.81});
+    scene.robots.push_back(pusher(stiffness));
+    world::Pose X_WB{Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitX()).toRotationMatrix(), {0, 0.15, 0}};  // faces −y
+    scene.fixed.push_back(ground(0.5, X_WB));
+    Rig rig(scene);
+    ASSERT_EQ(rig.hold(Vector2d(0, 0), Vector2d(0.2, 0), 3.0), Status::Solved);
+    const double deflection = 0.2 - rig.q_end()[0];
+    EXPECT_NEAR(deflection, 0.15, 1e-4);
+    EXPECT_NEAR(rig.force().normal, stiffness * deflection, 1e-5 * stiffness * deflection);
+    EXPECT_NEAR(rig.force().force_W.y(), -rig.force().normal, 1e-9 * stiffness);
+  }
+}
+
+TEST(Spring, JointLimit_IsKept) {
+  auto model = load_task("planar_hand");
+  Rig rig(model);
+  Eigen::VectorXd q0 = model->neutral();
+  q0.head<3>() << 0, 5, 0;
+  const Eigen::Vector4d u(0.5, 0.5, -0.5, -0.5);  // 0.5 rad beyond the limits at 0
+  ASSERT_EQ(rig.hold(q0, u, 2.0), Status::Solved);
+  for (int j = 0; j < 4; ++j) EXPECT_NEAR(rig.q_end().tail(4)[j], 0, 2e-3);
+}
+
+/// Knots are followed linearly: a spring of high stiffness shows the command itself.
+TEST(Spring, KnotsOfTheCommand_AreInterpolated) {
+  world::Scene scene = empty_scene(Vector3d::Zero());
+  scene.robots.push_back(pusher(1e4));
+  Rig rig(scene);
+  Eigen::MatrixXd u(2, 4);
+  u << 0, 0, 0.3, 0.3, 0, -0.1, -0.1, -0.1;
+  const Eigen::Vector4d times(0, 0.5, 1.5, 2.5);
+  ASSERT_EQ(simulate(*rig.plant, {Vector2d(0, 0), times, u}, rig.run, rig.work, rig.result), Status::Solved);
+  const auto at = [&](double t) { return Vector2d(rig.result.q.col(std::lround(t / 0.01))); };
+  const double lag = 2 / 100.0;  // of a critically damped spring behind a ramp: 2/ω
+  EXPECT_LT((at(0.3) - Vector2d(0, -0.2 * (0.3 - lag))).norm(), 1e-4);
+  EXPECT_LT((at(1.0) - Vector2d(0.3 * (0.5 - lag), -0.1)).norm(), 1e-4);
+  EXPECT_LT((at(2.5) - Vector2d(0.3, -0.1)).norm(), 1e-6);
+  EXPECT_NEAR(rig.result.times.back(), 2.5, 1e-12);
+}
+
+}  // namespace
+}  // namespace stiction::simulation::test
