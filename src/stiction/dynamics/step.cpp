@@ -3,8 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/dynamics/linearisation.hpp"
 
 namespace stiction::dynamics {
 namespace {
@@ -19,12 +21,13 @@ constexpr double kNearContact = 2e-3;  // [m]
 constexpr double kNearLimit = 0.02;    // [rad or m]
 constexpr double kMotionShare = 0.25;
 constexpr int kMaxRounds = 12;
+constexpr int kMostRays = 64;
 
 /// A contact is active when its normal force exceeds this share of the heaviest object's weight, or of what the softest joint gives for
 /// a millimetre, whichever is more.
 constexpr double kLeastForceShare = 3e-4;
 
-/// Complementarity to which an exact step with B is centred [J·s]: sharper, the factor of H loses the digits that B needs, since its
+/// Complementarity to which an exact step with A or B is centred [J·s]: sharper, the factor of H loses the digits that B needs, since its
 /// entries grow with λ²/σ.
 constexpr double kSensitivityComplementarity = 1e-8;
 
@@ -53,17 +56,6 @@ std::vector<std::vector<int>> elimination_groups(const Model& model) {
   return groups;
 }
 
-/// Right Jacobian of SO(3): exp(θ + dθ) ≈ exp(θ) exp(J_r(θ) dθ).
-Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& theta) {
-  const double angle2 = theta.squaredNorm();
-  const double angle = std::sqrt(angle2);
-  const double a = angle < 1e-4 ? 0.5 - angle2 / 24 : (1 - std::cos(angle)) / angle2;
-  const double b = angle < 1e-4 ? 1.0 / 6 - angle2 / 120 : (angle - std::sin(angle)) / (angle2 * angle);
-  Eigen::Matrix3d K;
-  K << 0, -theta.z(), theta.y(), theta.z(), 0, -theta.x(), -theta.y(), theta.x(), 0;
-  return Eigen::Matrix3d::Identity() - a * K + b * K * K;
-}
-
 bool is_self_contact(const Model& model, const world::Pair& pair) {
   const auto& a = model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(pair.geometry_a)].body)];
   const auto& b = model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(pair.geometry_b)].body)];
@@ -72,20 +64,34 @@ bool is_self_contact(const Model& model, const world::Pair& pair) {
 
 }  // namespace
 
+Eigen::Matrix<double, 6, 1> calc_wrench(const ContactImpulse& c, double h) {
+  const contact::Contact& geometry = c.contact;
+  Eigen::Matrix<double, 6, 1> wrench;
+  wrench.head<3>() = (geometry.nhat_BA_W * c.lambda[0] + geometry.t1_W * c.lambda[1] + geometry.t2_W * c.lambda[2]) / h;
+  wrench.tail<3>() = geometry.p_WA.cross(wrench.head<3>());
+  return wrench;
+}
+
 void StepOptions::validate() const {
   core::require_positive("h", h);
   core::require_nonnegative("friction_scale", friction_scale);
   core::require_nonnegative("contact_margin", contact_margin);
   core::require_positive("tol_complementarity", tol_complementarity);
+  if (with_force_derivatives && !with_A && !with_B) core::throw_invalid("with_force_derivatives", "true", "with_A or with_B as well");
   std::visit(Overloaded{[](const Exact&) {},
                         [](const Analytic& a) {
                           core::require_positive("smoothing.kappa", a.kappa);
                           core::require_positive("smoothing.self_sharpness", a.self_sharpness);
+                          core::require_positive("smoothing.limit_sharpness", a.limit_sharpness);
                         }},
              smoothing);
   std::visit(Overloaded{[](const ByRule& r) { core::require_positive("regularisation.ratio", r.ratio); },
                         [](const FixedEpsilon& f) { core::require_positive("regularisation.epsilon", f.epsilon); }},
              regularisation);
+  const auto* pyramid = std::get_if<PolyhedralCone>(&friction_cone);
+  if (pyramid != nullptr && (pyramid->rays < 3 || pyramid->rays > kMostRays)) {
+    core::throw_invalid("friction_cone.rays", std::to_string(pyramid->rays), "a number in [3, " + std::to_string(kMostRays) + "]");
+  }
 }
 
 struct StepWorkspace::Impl {
@@ -103,8 +109,6 @@ struct StepWorkspace::Impl {
     tau_u.resize(model->n_vu());
     for (const auto& object : model->objects()) max_object_dofs = std::max(max_object_dofs, object.n_v);
     M_u.resize(max_object_dofs, max_object_dofs);
-    for (int j = 0; j < model->n_a(); ++j) actuated.push_back(model->n_vu() + j);
-    h_stiffness.resize(actuated.size());
     double weight = 0;
     for (const auto& object : model->objects()) weight = std::max(weight, object.mass * model->scene().gravity.norm());
     least_force = kLeastForceShare * std::max(weight, softest * 1e-3);
@@ -139,8 +143,7 @@ struct StepWorkspace::Impl {
   Eigen::MatrixXd M_u;
   contact::Jacobians J;
   std::vector<double> G;
-  std::vector<int> actuated;        // velocity indices of the commands
-  std::vector<double> h_stiffness;  // hK_a
+  std::vector<Eigen::Vector2d> rays;  // of the friction cone in (t1, t2); none: second order
   struct Entry {
     int row, column;
     double value;
@@ -151,6 +154,8 @@ struct StepWorkspace::Impl {
   std::vector<char> included;          // per contact: its rows are in the problem
   std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
   std::vector<char> limit_included;    // per limit_id
+  std::vector<int> bound_variables;    // of the limits in the problem, in order of adding
+  detail::LinearisationWorkspace linearisation;
 };
 
 StepWorkspace::StepWorkspace(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
@@ -169,6 +174,7 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
   world::calc_gravity(model, work.kinematics, work.tau_u);
   if (in.tau_ext) work.tau_u += in.tau_ext->head(model.n_vu());
 
+  const auto damping = [&](int i) { return in.damping ? (*in.damping)[i] : 0.0; };
   const auto objects = model.objects();
   epsilon.resize(static_cast<Eigen::Index>(objects.size()));
   work.Q.clear();
@@ -186,7 +192,8 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
     double force2 = 0;
     for (int i = 0; i < object.n_v; ++i) {
       for (int j = 0; j <= i; ++j) {
-        if (M_u(i, j) != 0) work.Q.push_back({object.v_begin + i, object.v_begin + j, eps / h * M_u(i, j)});
+        const double value = eps / h * M_u(i, j) + (i == j ? damping(object.v_begin + i) : 0.0);
+        if (value != 0) work.Q.push_back({object.v_begin + i, object.v_begin + j, value});
       }
       const double tau = work.tau_u[object.v_begin + i];
       work.b[object.v_begin + i] = -h * tau;
@@ -200,7 +207,7 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
   for (int j = 0; j < model.n_a(); ++j) {
     const double K = model.stiffness()[j];
     const double tau_a = in.tau_ext ? (*in.tau_ext)[n_vu + j] : 0.0;
-    work.Q.push_back({n_vu + j, n_vu + j, h * K});
+    work.Q.push_back({n_vu + j, n_vu + j, h * K + damping(n_vu + j)});
     work.b[n_vu + j] = -h * (K * (in.u[j] - in.q[n_qu + j]) + tau_a);
   }
   return fall;
@@ -246,8 +253,21 @@ double commanded_motion(const Model& model, const StepInput& in) {
 
 const double* jacobian(const StepWorkspace::Impl& work, std::size_t contact) { return work.J.values.data() + work.J.begin[contact]; }
 
-/// Rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or in the plane the half-lines (J_n ± μJ_t) δq + φ (2.10).
-void add_contact(const Model& model, std::size_t i, double mu, double sigma, bool planar, StepWorkspace::Impl& work) {
+/// Rays of (2.10): ±t1 in the plane, n_d around the cone of a polyhedral model, none for the second-order cone.
+void set_rays(const Model& model, const StepOptions& options, std::vector<Eigen::Vector2d>& rays) {
+  rays.clear();
+  if (model.planar_axis()) {
+    rays.assign({{1, 0}, {-1, 0}});
+  } else if (const auto* pyramid = std::get_if<PolyhedralCone>(&options.friction_cone)) {
+    for (int k = 0; k < pyramid->rays; ++k) {
+      const double angle = 2 * std::numbers::pi * k / pyramid->rays;
+      rays.emplace_back(std::cos(angle), std::sin(angle));
+    }
+  }
+}
+
+/// Rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or half-lines (J_n + μ dᵀJ_t) δq + φ for every ray d (2.10).
+void add_contact(const Model& model, std::size_t i, double mu, double sigma, StepWorkspace::Impl& work) {
   const contact::Contact& contact = work.contacts[i];
   const auto support = static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support);
   const auto k = model.supports()[support].size();
@@ -255,19 +275,28 @@ void add_contact(const Model& model, std::size_t i, double mu, double sigma, boo
   cone::Problem& problem = *work.problem;
   const double* J = jacobian(work, i);
   work.G.resize(3 * k);
-  if (planar) {
-    for (const double sign : {1.0, -1.0}) {
-      for (std::size_t c = 0; c < k; ++c) work.G[c] = J[c] + sign * mu * J[k + c];
-      problem.add_half_line(2 * contact.id + (sign > 0 ? 0 : 1), row_support, work.G.data(), contact.phi, sigma);
+  if (!work.rays.empty()) {
+    for (std::size_t r = 0; r < work.rays.size(); ++r) {
+      const double m1 = mu * work.rays[r].x(), m2 = mu * work.rays[r].y();
+      for (std::size_t c = 0; c < k; ++c) work.G[c] = J[c] + m1 * J[k + c] + m2 * J[2 * k + c];
+      problem.add_half_line(kMostRays * contact.id + r, row_support, work.G.data(), contact.phi, sigma);
     }
   } else if (mu == 0) {
-    problem.add_half_line(contact.id, row_support, J, contact.phi, 2 * sigma);  // limit of the cone, which has degree 2
+    problem.add_half_line(kMostRays * contact.id, row_support, J, contact.phi, 2 * sigma);  // limit of the cone, which has degree 2
   } else {
     std::copy_n(J, k, work.G.data());
     for (std::size_t c = k; c < 3 * k; ++c) work.G[c] = mu * J[c];
     const double g[3] = {contact.phi, 0, 0};
     problem.add_cone(contact.id, row_support, work.G.data(), g, 2 * sigma);
   }
+}
+
+/// Slack of the rows of a contact that is displaced by v, J_c δq.
+double slack(const StepWorkspace::Impl& work, double phi, double mu, const Eigen::Vector3d& v) {
+  if (work.rays.empty()) return phi + v[0] - mu * v.tail<2>().norm();
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& d : work.rays) least = std::min(least, phi + v[0] + mu * d.dot(v.tail<2>()));
+  return least;
 }
 
 /// J_c δq [m].
@@ -314,7 +343,7 @@ double motion_bound(const Model& model, const StepWorkspace::Impl& work, const E
 }
 
 /// Puts rows that the solution violates into the problem of the next round; true when there are any.
-bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, bool planar, StepWorkspace::Impl& work) {
+bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
   bool any = false;
   const double motion = 2 * motion_bound(model, work, work.solution.x);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
@@ -323,9 +352,7 @@ bool add_violated(const Model& model, const StepInput& in, const StepOptions& op
     work.moved[i].setZero();
     if (contact.phi > (1 + contact.friction * options.friction_scale) * motion) continue;
     work.moved[i] = displacement(model, i, work.solution.x, work);
-    const Eigen::Vector3d& v = work.moved[i];
-    const double slip = planar ? std::abs(v[1]) : std::hypot(v[1], v[2]);
-    if (contact.phi + v[0] - contact.friction * options.friction_scale * slip < 0) work.included[i] = 1, any = true;
+    if (slack(work, contact.phi, contact.friction * options.friction_scale, work.moved[i]) < 0) work.included[i] = 1, any = true;
   }
   if (!options.joint_limits) return any;
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
@@ -335,7 +362,7 @@ bool add_violated(const Model& model, const StepInput& in, const StepOptions& op
   return any;
 }
 
-void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl& work, std::vector<ContactImpulse>& out) {
+void read_contacts(const Model& model, const StepOptions& options, StepWorkspace::Impl& work, std::vector<ContactImpulse>& out) {
   const cone::Result& s = work.solution;
   out.resize(work.contacts.size());
   Eigen::Index cone = 0;
@@ -347,17 +374,18 @@ void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl&
     if (!work.included[i]) {
       c.lambda.setZero();
       c.displacement = work.moved[i];
-      c.gap = c.contact.phi + c.displacement[0] - mu * (planar ? std::abs(c.displacement[1]) : c.slide());
-    } else if (planar) {
-      const double zp = s.z_half_line[half], zm = s.z_half_line[half + 1];
-      const double wp = s.w_half_line[half], wm = s.w_half_line[half + 1];
-      half += 2;
-      c.lambda = {zp + zm, mu * (zp - zm), 0};
-      c.displacement = {0.5 * (wp + wm) - c.contact.phi, mu > 0 ? 0.5 * (wp - wm) / mu : 0.0, 0};
-      c.gap = std::min(wp, wm);
+      c.gap = slack(work, c.contact.phi, mu, c.displacement);
+    } else if (!work.rays.empty()) {
+      c.lambda.setZero();
+      c.displacement = displacement(model, i, s.x, work);
+      c.gap = std::numeric_limits<double>::infinity();
+      for (const auto& d : work.rays) {
+        c.lambda += s.z_half_line[half] * Eigen::Vector3d(1, mu * d.x(), mu * d.y());
+        c.gap = std::min(c.gap, s.w_half_line[half++]);
+      }
     } else if (mu == 0) {
       c.lambda = {s.z_half_line[half], 0, 0};
-      c.displacement = {s.w_half_line[half] - c.contact.phi, 0, 0};
+      c.displacement = displacement(model, i, s.x, work);
       c.gap = s.w_half_line[half++];
     } else {
       const auto w = s.w_cone.col(cone), z = s.z_cone.col(cone);
@@ -370,22 +398,6 @@ void read_contacts(const StepOptions& options, bool planar, StepWorkspace::Impl&
   }
 }
 
-/// D_qnext_u = J_r(δq) · H⁻¹ [0; hK_a]; J_r differs from 1 in the rotation rows of free objects only.
-void calc_B(const Model& model, const StepOptions& options, StepWorkspace::Impl& work, const Eigen::VectorXd& delta, Eigen::MatrixXd& B) {
-  for (int j = 0; j < model.n_a(); ++j) work.h_stiffness[static_cast<std::size_t>(j)] = options.h * model.stiffness()[j];
-  B.resize(model.n_v(), model.n_a());
-  cone::calc_inverse_columns(*work.solver, work.actuated, work.h_stiffness, B);
-  for (const auto& object : model.objects()) {
-    if (object.n_v != 6) continue;
-    const int r = object.v_begin + 3;
-    const Eigen::Matrix3d J_r = right_jacobian(delta.segment<3>(r));
-    for (Eigen::Index j = 0; j < B.cols(); ++j) {
-      const Eigen::Vector3d column = B.block<3, 1>(r, j);
-      B.block<3, 1>(r, j) = J_r * column;
-    }
-  }
-}
-
 }  // namespace
 
 Status step(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& workspace, StepResult& out) {
@@ -395,11 +407,15 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   if (!in.q.allFinite()) core::throw_invalid("q", "a number that is not finite", "finite numbers");
   if (!in.u.allFinite()) core::throw_invalid("u", "a number that is not finite", "finite numbers");
   if (in.tau_ext) core::require_size("tau_ext", in.tau_ext->size(), model.n_v());
+  if (in.damping) {
+    core::require_size("damping", in.damping->size(), model.n_v());
+    for (const double d : *in.damping) core::require_nonnegative("damping", d);
+  }
 
   StepWorkspace::Impl& work = workspace.impl();
   const auto* analytic = std::get_if<Analytic>(&options.smoothing);
-  const bool planar = model.planar_axis().has_value();
 
+  set_rays(model, options, work.rays);
   world::calc_kinematics(model, in.q, work.kinematics_work, work.kinematics);
   const double fall = calc_objective(model, in, options, work, out.epsilon);
 
@@ -409,9 +425,11 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
 
   const bool exact = analytic == nullptr;
-  const bool lazy = exact && !options.with_B;  // the derivative is that of the whole central path, every row included
+  const bool derivatives = options.with_A || options.with_B;
+  const bool lazy = exact && !derivatives;  // the derivative is that of the whole central path, every row included
   const double sigma = exact ? 0.0 : options.h / analytic->kappa;
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
+  const double sigma_limit = exact ? 0.0 : sigma / analytic->limit_sharpness;
   const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);
   // Self-contacts enter where they push as hard as a contact with an object does where it enters: σ/φ is the same.
   const double near_self = exact ? 0.0 : (model.scene().contact_distance + options.contact_margin) / analytic->self_sharpness;
@@ -436,39 +454,48 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   solver_options.tol_complementarity =
       exact && options.with_B ? std::max(options.tol_complementarity, kSensitivityComplementarity) : options.tol_complementarity;
   solver_options.warm_start = options.warm_start;
-  solver_options.sensitivities = options.with_B;
+  solver_options.sensitivities = derivatives;
   out.iterations = 0;
   for (int round = 0; round < kMaxRounds; ++round) {
     cone::Problem& problem = *work.problem;
     problem.clear();
+    work.bound_variables.clear();
     add_objective(work, problem);
     for (std::size_t i = 0; i < work.contacts.size(); ++i) {
       if (!work.included[i]) continue;
       const contact::Contact& contact = work.contacts[i];
       const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
-      add_contact(model, i, contact.friction * options.friction_scale, self ? sigma_self : sigma, planar, work);
+      add_contact(model, i, contact.friction * options.friction_scale, self ? sigma_self : sigma, work);
     }
     for_each_limit(model, in, [&](int variable, double sign, double offset) {
       const std::uint64_t id = limit_id(variable, sign);
-      if (work.limit_included[id]) problem.add_bound(id, variable, sign, offset, sigma_self);
+      if (!work.limit_included[id]) return;
+      problem.add_bound(id, variable, sign, offset, sigma_limit);
+      work.bound_variables.push_back(variable);
     });
     out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
     out.iterations += work.solution.iterations;
-    if (out.status != Status::Solved || (exact && !lazy) || !add_violated(model, in, options, planar, work)) break;
+    if (out.status != Status::Solved || (exact && !lazy) || !add_violated(model, in, options, work)) break;
   }
   out.residuals = work.solution.residuals;
   if (out.status != Status::Solved) {
     out.q_next = in.q;
     out.delta.setZero(model.n_v());
     out.contacts.clear();
+    if (options.with_A) out.A.setZero(model.n_v(), model.n_v());
     if (options.with_B) out.B.setZero(model.n_v(), model.n_a());
+    out.D_lambda_q.resize(0, 0);
+    out.D_lambda_u.resize(0, 0);
     return out.status;
   }
   out.delta = work.solution.x;
   out.q_next.resize(model.n_q());
   world::retract(model, in.q, out.delta, out.q_next);
-  read_contacts(options, planar, work, out.contacts);
-  if (options.with_B) calc_B(model, options, work, out.delta, out.B);
+  read_contacts(model, options, work, out.contacts);
+  if (derivatives) {
+    const detail::SolvedStep solved{model, options, work.kinematics, work.J, work.included, work.rays, work.bound_variables, *work.solver};
+    detail::linearise(solved, work.contact_work, work.linearisation, out);
+  }
   return out.status;
 }
 

@@ -18,10 +18,21 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 /// Local model of the contact dynamics: exact (2.6) or smoothed by a log barrier (2.27).
 struct Exact {};
 struct Analytic {
-  double kappa = 100.0;        ///< barrier weight [1/J]; larger is closer to Exact
-  double self_sharpness = 10;  ///< κ of self-contacts and joint limits is this times kappa: they bound motion, they do not push
+  double kappa = 100.0;  ///< barrier weight [1/J]; larger is closer to Exact
+  double self_sharpness =
+      10;  ///< κ of contacts among robot parts and fixed bodies is this times kappa: they bound motion, they do not push
+  double limit_sharpness = 10;  ///< the same for joint limits
 };
 using Smoothing = std::variant<Exact, Analytic>;
+
+/// Friction of spatial models; planar ones have two rays, which is exact.
+struct SecondOrderCone {};  ///< φ + J_n δq ≥ μ‖J_t δq‖
+/// φ + J_n δq ≥ μ d_kᵀJ_t δq for rays d_k = (cos 2πk/n, sin 2πk/n) in (t1, t2): the force lies in the pyramid spanned by n + μ d_k,
+/// inside the cone.
+struct PolyhedralCone {
+  int rays = 4;  ///< n_d, in [3, 64]
+};
+using FrictionCone = std::variant<SecondOrderCone, PolyhedralCone>;
 
 /// Regularisation ε M_u / h of the objects in (2.6c).
 struct ByRule {
@@ -36,12 +47,15 @@ struct StepOptions {
   double h = 0.1;  ///< time step [s], > 0
   Smoothing smoothing = Exact{};
   Regularisation regularisation = ByRule{};
-  double friction_scale = 1.0;  ///< multiplies every μ, ≥ 0
-  double contact_margin = 0.0;  ///< added to the model's contact distance [m], ≥ 0
-  bool with_B = false;          ///< also D_qnext_u
+  FrictionCone friction_cone = SecondOrderCone{};
+  double friction_scale = 1.0;          ///< multiplies every μ, ≥ 0
+  double contact_margin = 0.0;          ///< added to the model's contact distance [m], ≥ 0
+  bool with_B = false;                  ///< also D_qnext_u
+  bool with_A = false;                  ///< also D_qnext_q
+  bool with_force_derivatives = false;  ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
   bool joint_limits = true;
   bool warm_start = true;
-  double tol_complementarity = 1e-10;  ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with B
+  double tol_complementarity = 1e-10;  ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with A or B
   void validate() const;               ///< @throws InvalidInput naming the field
 };
 
@@ -49,6 +63,7 @@ struct StepInput {
   VectorRef q;                               ///< configuration (n_q)
   VectorRef u;                               ///< commanded joint positions (n_a) [rad or m]
   const Eigen::VectorXd* tau_ext = nullptr;  ///< external generalised force (n_v) besides gravity [N, N·m]; may be null
+  const Eigen::VectorXd* damping = nullptr;  ///< viscous force −damping·δq/h per coordinate (n_v), ≥ 0 [N·s/m, N·m·s/rad]; may be null
 };
 
 /// One contact of a step with its impulse.
@@ -56,10 +71,34 @@ struct ContactImpulse {
   contact::Contact contact;                                ///< geometry at q, before the step
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();        ///< (n, t1, t2) acting on A [N·s]
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
-  double gap = 0;                                          ///< φ + J_n δq − μ‖J_t δq‖ ≥ 0, the cone slack [m]
+  double gap = 0;                                          ///< slack of the row: φ + J_n δq − μ‖J_t δq‖ ≥ 0 for a cone [m]
   bool active = false;  ///< carries more than 3e-4 of the heaviest object's weight, or of softest stiffness · 1 mm
 
   double slide() const { return displacement.tail<2>().norm(); }
+  /// Distance at which the force acts after the step, φ + J_n δq: μ·slide() at a sliding contact, Anitescu's gap [m].
+  double anitescu_gap() const { return contact.phi + displacement[0]; }
+};
+
+/// Force on A and its moment about the world origin (force; moment) in W [N, N·m]; on B the opposite. h: step [s].
+Eigen::Matrix<double, 6, 1> calc_wrench(const ContactImpulse& contact, double h);
+
+/// Derivatives of the contact impulses, 3 × n for each contact, rows (n, t1, t2) in the frame of the contact, which turns with q.
+class ImpulseDerivatives {
+ public:
+  using Block = Eigen::Map<Eigen::Matrix3Xd>;
+  using ConstBlock = Eigen::Map<const Eigen::Matrix3Xd>;
+  void resize(std::size_t contacts, Eigen::Index columns) {
+    columns_ = columns;
+    values_.resize(3 * contacts * static_cast<std::size_t>(columns));
+  }
+  std::size_t size() const { return columns_ == 0 ? 0 : values_.size() / (3 * static_cast<std::size_t>(columns_)); }
+  Block operator[](std::size_t contact) { return {values_.data() + offset(contact), 3, columns_}; }
+  ConstBlock operator[](std::size_t contact) const { return {values_.data() + offset(contact), 3, columns_}; }
+
+ private:
+  std::size_t offset(std::size_t contact) const { return 3 * contact * static_cast<std::size_t>(columns_); }
+  std::vector<double> values_;
+  Eigen::Index columns_ = 0;
 };
 
 struct StepResult {
@@ -67,8 +106,13 @@ struct StepResult {
   Eigen::VectorXd q_next;  ///< (n_q); for a smoothed step this is c of (3.3)
   Eigen::VectorXd delta;   ///< δq (n_v)
   std::vector<ContactImpulse> contacts;
-  Eigen::MatrixXd B;        ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
-  Eigen::VectorXd epsilon;  ///< regularisation used per object
+  Eigen::MatrixXd B;  ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
+  /// D_qnext_q (n_v × n_v): from the tangent space at q to the one at q_next, when asked for. At a kink (a contact that starts to carry,
+  /// to slide or to leave its feature) one of the one-sided derivatives, or one between them.
+  Eigen::MatrixXd A;
+  ImpulseDerivatives D_lambda_q;  ///< per contact, 3 × n_v [N·s/m, N·s/rad], when asked for
+  ImpulseDerivatives D_lambda_u;  ///< per contact, 3 × n_a
+  Eigen::VectorXd epsilon;        ///< regularisation used per object
   cone::Residuals residuals;
   int iterations = 0;
 };
@@ -89,10 +133,11 @@ class StepWorkspace {
 };
 
 /// One quasi-static step:  δq = argmin ½δqᵀQδq + bᵀδq  s.t.  J_c δq + φ e₁ ∈ K*_c,  Q = blkdiag(εM_u/h, hK_a),
-/// b = −h (τ_u ; K_a(u − qᵃ) + τ_a); planar models use pairs of half-lines (2.10); joint limits are rows.
+/// b = −h (τ_u ; K_a(u − qᵃ) + τ_a); planar models and polyhedral cones use half-lines (2.10); joint limits are rows; damping D adds
+/// D to Q.
 /// Analytic: the central path at σ = θ h/κ, θ = 2 per cone and 1 per half-line (2.27).
 ///
-/// @returns Solved | MaxIterations | Infeasible | NumericalFailure; unless Solved, q_next = q and B = 0
+/// @returns Solved | MaxIterations | Infeasible | NumericalFailure; unless Solved, q_next = q and A = B = 0
 /// @throws  InvalidInput: wrong size, q or u not finite, options out of range
 core::Status step(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& work, StepResult& out);
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "stiction/contact/derivatives.hpp"
+#include "stiction/dynamics/step.hpp"
+
+// Internal to the layer: derivatives of a solved step. docs/theory/step.md, (S.5) and (S.7) – (S.10).
+
+namespace stiction::dynamics::detail {
+
+/// What a solved step leaves behind, which its derivatives are made of.
+struct SolvedStep {
+  const world::Model& model;
+  const StepOptions& options;
+  const world::Kinematics& kinematics;
+  const contact::Jacobians& J;
+  std::span<const char> included;         ///< per contact: its rows are in the program
+  std::span<const Eigen::Vector2d> rays;  ///< of the half-lines of a contact, none for second-order cones
+  std::span<const int> bound_variables;   ///< of the joint limits in the program, in order of adding
+  const cone::Workspace& solver;
+};
+
+/// Scratch; sized by the first call.
+struct LinearisationWorkspace {
+  std::vector<int> actuated;        // velocity indices of the commands
+  std::vector<double> h_stiffness;  // hK_a
+  std::vector<contact::Contact> contacts;
+  std::vector<contact::ContactLoad> loads;
+  contact::ContactDerivatives derivatives;
+};
+
+/// Fills out.A, out.B and the derivatives of the impulses, whichever the options ask for, at the solution in `out`.
+void linearise(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out);
+
+}  // namespace stiction::dynamics::detail
