@@ -1,7 +1,8 @@
 #include "stiction/dynamics/linearisation.hpp"
 
 #include <Eigen/Geometry>
-#include <cmath>
+
+#include "stiction/dynamics/so3.hpp"
 
 namespace stiction::dynamics::detail {
 namespace {
@@ -11,24 +12,6 @@ using Eigen::Vector3d;
 using world::Model;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-/// Parts of exp(θ) = 1 + sin‖θ‖/‖θ‖ K + a K² and of the right Jacobian 1 − aK + bK²: exp(θ + dθ) ≈ exp(θ) exp(J_r dθ).
-struct So3 {
-  explicit So3(const Vector3d& theta) {
-    const double angle2 = theta.squaredNorm();
-    const double angle = std::sqrt(angle2);
-    const bool small = angle < 1e-4;
-    const double s = small ? 1 - angle2 / 6 : std::sin(angle) / angle;
-    const double a = small ? 0.5 - angle2 / 24 : (1 - std::cos(angle)) / angle2;
-    const double b = small ? 1.0 / 6 - angle2 / 120 : (angle - std::sin(angle)) / (angle2 * angle);
-    Matrix3d K;
-    K << 0, -theta.z(), theta.y(), theta.z(), 0, -theta.x(), -theta.y(), theta.x(), 0;
-    const Matrix3d K2 = K * K;
-    exp_transposed = Matrix3d::Identity() - s * K + a * K2;
-    right_jacobian = Matrix3d::Identity() - a * K + b * K2;
-  }
-  Matrix3d exp_transposed, right_jacobian;
-};
 
 /// From the tangent space at q, where δq lives, to the one at q ⊕ δq: rows of free rotations get J_r.
 template <class Visit>
@@ -155,7 +138,7 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
   transport(step.model, out.delta, out.A);
   out.A.diagonal().array() += 1.0;
   for_each_free_rotation(step.model, out.delta,
-                         [&](int row, const So3& so3) { out.A.block<3, 3>(row, row) += so3.exp_transposed - Matrix3d::Identity(); });
+                         [&](int row, const So3& so3) { out.A.block<3, 3>(row, row) += so3.exp.transpose() - Matrix3d::Identity(); });
 }
 
 /// B = J_r H⁻¹ [0; hK_a] (S.5).

@@ -52,10 +52,11 @@ dynamics::SubstepLimits read_substep(const YamlNode& node) {
 }
 
 dynamics::Analytic read_smoothing(const YamlNode& node) {
-  node.require_map({"kappa", "self_sharpness"});
+  node.require_map({"kappa", "self_sharpness", "limit_sharpness"});
   dynamics::Analytic out;
   out.kappa = node.positive_or("kappa", out.kappa);
   out.self_sharpness = node.positive_or("self_sharpness", out.self_sharpness);
+  out.limit_sharpness = node.positive_or("limit_sharpness", out.limit_sharpness);
   return out;
 }
 
@@ -270,6 +271,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   }
   out["smoothing"]["kappa"] = o.smoothing.kappa;
   out["smoothing"]["self_sharpness"] = o.smoothing.self_sharpness;
+  out["smoothing"]["limit_sharpness"] = o.smoothing.limit_sharpness;
   out["goal_sharpening"] = o.goal_sharpening;
   out["h"] = o.h;
   if (const auto* rule = std::get_if<dynamics::ByRule>(&o.regularisation)) {

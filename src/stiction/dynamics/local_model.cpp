@@ -1,0 +1,234 @@
+#include "stiction/dynamics/local_model.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/parallel.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/dynamics/so3.hpp"
+
+namespace stiction::dynamics {
+namespace {
+
+using core::Status;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using world::Model;
+
+template <class... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+struct Sample {
+  VectorXd w_q, w_u;  // disturbance
+  VectorXd q, u;      // disturbed point
+  StepResult step;
+  VectorXd r;  // of q_next, from the nominal one
+};
+
+void require_std(const char* field, const VectorXd& std, Eigen::Index size) {
+  if (std.size() != 1) core::require_size(field, std.size(), size);
+  for (const double s : std) core::require_nonnegative(field, s);
+}
+
+void validate(const Model& model, const Sampling& s) {
+  require_std("std_q", s.std_q, model.n_v());
+  require_std("std_u", s.std_u, model.n_a());
+  if (s.std_q.maxCoeff() == 0 && s.std_u.maxCoeff() == 0) core::throw_invalid("std_u", "0, and std_q too", "a disturbance");
+  if (s.samples < 1) core::throw_invalid("samples", std::to_string(s.samples), "at least 1");
+}
+
+double entry(const VectorXd& std, Eigen::Index i) { return std.size() == 1 ? std[0] : std[i]; }
+
+}  // namespace
+
+struct LocalModelWorkspace::Impl {
+  Impl(std::shared_ptr<const Model> model, int threads) : pool(threads) {
+    for (int i = 0; i < threads; ++i) steps.emplace_back(model);
+  }
+  core::ThreadPool pool;
+  std::vector<StepWorkspace> steps;  // per thread
+  std::vector<Sample> samples;
+  StepResult nominal;
+};
+
+LocalModelWorkspace::LocalModelWorkspace(std::shared_ptr<const Model> model, int threads)
+    : impl_(std::make_unique<Impl>(std::move(model), threads)) {}
+LocalModelWorkspace::~LocalModelWorkspace() = default;
+LocalModelWorkspace::LocalModelWorkspace(LocalModelWorkspace&&) noexcept = default;
+
+namespace {
+
+/// Calls visit(row) with the first row of every free rotation.
+template <class Visit>
+void for_each_free_rotation(const Model& model, Visit&& visit) {
+  for (const auto& object : model.objects()) {
+    if (object.n_v == 6) visit(object.v_begin + 3);
+  }
+}
+
+/// Exact steps from all disturbed points; sample i depends on the seed and on i alone.
+void calc_samples(const Model& model, const StepInput& in, const Sampling& sampling, const StepOptions& options,
+                  LocalModelWorkspace::Impl& work) {
+  work.samples.resize(static_cast<std::size_t>(sampling.samples));
+  work.pool.run(sampling.samples, [&](int item, int worker) {
+    Sample& s = work.samples[static_cast<std::size_t>(item)];
+    core::Random random(sampling.seed, static_cast<std::uint64_t>(item));
+    s.w_q.resize(model.n_v());
+    s.w_u.resize(model.n_a());
+    for (Eigen::Index i = 0; i < s.w_q.size(); ++i) s.w_q[i] = entry(sampling.std_q, i) * random.normal();
+    for (Eigen::Index i = 0; i < s.w_u.size(); ++i) s.w_u[i] = entry(sampling.std_u, i) * random.normal();
+    s.q.resize(model.n_q());
+    world::retract(model, in.q, s.w_q, s.q);
+    s.u = in.u + s.w_u;
+    StepWorkspace& step_work = work.steps[static_cast<std::size_t>(worker)];
+    step_work.forget();  // what another sample left there must not count
+    s.step.status = step(model, {s.q, s.u, in.tau_ext, in.damping}, options, step_work, s.step);
+  });
+}
+
+/// c of (2.22c): the mean of q_next in the tangent space at q_ref, twice, and every sample's r = q_next ⊖ c.
+void calc_mean(const Model& model, const VectorXd& q_ref, LocalModelWorkspace::Impl& work, LocalModel& out) {
+  out.c = q_ref;
+  VectorXd mean(model.n_v());
+  for (int pass = 0; pass < 2; ++pass) {
+    mean.setZero();
+    int n = 0;
+    for (auto& s : work.samples) {
+      if (s.step.status != Status::Solved) continue;
+      s.r.resize(model.n_v());
+      world::local(model, out.c, s.step.q_next, s.r);
+      mean += s.r;
+      ++n;
+    }
+    mean /= n;
+    world::retract(model, out.c, mean, out.c);
+  }
+  for (auto& s : work.samples) {
+    if (s.step.status == Status::Solved) world::local(model, out.c, s.step.q_next, s.r);
+  }
+}
+
+/// (2.22a, b) with the transports of (S.11): D_r_q_next = J_r(r)⁻¹ at the end, exp(w)ᵀ at the start.
+void average_derivatives(const Model& model, bool with_A, LocalModelWorkspace::Impl& work, LocalModel& out) {
+  if (with_A) out.A.setZero(model.n_v(), model.n_v());
+  out.B.setZero(model.n_v(), model.n_a());
+  int n = 0;
+  for (auto& s : work.samples) {
+    if (s.step.status != Status::Solved) continue;
+    ++n;
+    for_each_free_rotation(model, [&](int row) {
+      const Eigen::Matrix3d back = right_jacobian(s.r.segment<3>(row)).inverse();
+      if (with_A) {
+        s.step.A.middleCols<3>(row) = (s.step.A.middleCols<3>(row) * exp_so3(s.w_q.segment<3>(row)).transpose()).eval();
+        s.step.A.middleRows<3>(row) = (back * s.step.A.middleRows<3>(row)).eval();
+      }
+      s.step.B.middleRows<3>(row) = (back * s.step.B.middleRows<3>(row)).eval();
+    });
+    if (with_A) out.A += s.step.A;
+    out.B += s.step.B;
+  }
+  if (with_A) out.A /= n;
+  out.B /= n;
+}
+
+/// (2.23): min Σ ‖r − A w_q − B w_u‖², by QR; coordinates that are not disturbed get no column.
+Status fit(const Model& model, const Sampling& sampling, bool with_A, LocalModelWorkspace::Impl& work, LocalModel& out) {
+  std::vector<int> columns;  // of w = (w_q, w_u)
+  for (int i = 0; i < model.n_v(); ++i) {
+    if (entry(sampling.std_q, i) > 0) columns.push_back(i);
+  }
+  for (int i = 0; i < model.n_a(); ++i) {
+    if (entry(sampling.std_u, i) > 0) columns.push_back(model.n_v() + i);
+  }
+  const auto n = static_cast<Eigen::Index>(work.samples.size()) - out.failed;
+  if (sampling.samples < static_cast<int>(columns.size())) {
+    core::throw_invalid("samples", std::to_string(sampling.samples), "at least " + std::to_string(columns.size()) + ", one per unknown");
+  }
+  if (n < static_cast<Eigen::Index>(columns.size())) return Status::NumericalFailure;
+  MatrixXd W(n, static_cast<Eigen::Index>(columns.size())), R(n, model.n_v());
+  Eigen::Index i = 0;
+  for (const auto& s : work.samples) {
+    if (s.step.status != Status::Solved) continue;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const int c = columns[k];
+      W(i, static_cast<Eigen::Index>(k)) = c < model.n_v() ? s.w_q[c] : s.w_u[c - model.n_v()];
+    }
+    R.row(i++) = s.r.transpose();
+  }
+  const MatrixXd X = W.colPivHouseholderQr().solve(R);
+  if (with_A) out.A.setZero(model.n_v(), model.n_v());
+  out.B.setZero(model.n_v(), model.n_a());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const int c = columns[k];
+    if (c >= model.n_v())
+      out.B.col(c - model.n_v()) = X.row(static_cast<Eigen::Index>(k)).transpose();
+    else if (with_A)
+      out.A.col(c) = X.row(static_cast<Eigen::Index>(k)).transpose();
+  }
+  return Status::Solved;
+}
+
+Status randomized(const Model& model, const StepInput& in, const Sampling& sampling, bool first_order, StepOptions options, bool with_A,
+                  LocalModelWorkspace::Impl& work, LocalModel& out) {
+  validate(model, sampling);
+  if (!first_order && with_A && !(sampling.std_q.minCoeff() > 0)) {
+    core::throw_invalid("std_q", "0", "greater than 0 for A by least squares");
+  }
+  options.smoothing = Exact{};
+  options.with_A = options.with_B = false;
+  options.with_force_derivatives = false;
+  work.steps[0].forget();
+  const Status status = step(model, in, options, work.steps[0], work.nominal);
+  if (status != Status::Solved) return status;
+  options.with_A = first_order && with_A;
+  options.with_B = first_order;
+  calc_samples(model, in, sampling, options, work);
+  for (const auto& s : work.samples) out.failed += s.step.status == Status::Solved ? 0 : 1;
+  if (out.failed == sampling.samples) return Status::NumericalFailure;
+  calc_mean(model, work.nominal.q_next, work, out);
+  if (!first_order) return fit(model, sampling, with_A, work, out);
+  average_derivatives(model, with_A, work, out);
+  return Status::Solved;
+}
+
+Status single_step(const Model& model, const StepInput& in, const Smoothing& smoothing, StepOptions options, bool with_A,
+                   LocalModelWorkspace::Impl& work, LocalModel& out) {
+  options.smoothing = smoothing;
+  options.with_A = with_A;
+  options.with_B = true;
+  options.with_force_derivatives = false;
+  work.steps[0].forget();
+  const Status status = step(model, in, options, work.steps[0], work.nominal);
+  out.c = work.nominal.q_next;
+  out.B = work.nominal.B;
+  if (with_A) out.A = work.nominal.A;
+  return status;
+}
+
+}  // namespace
+
+Status calc_local_model(const Model& model, const StepInput& in, const LocalModelScheme& scheme, const StepOptions& options, bool with_A,
+                        LocalModelWorkspace& workspace, LocalModel& out) {
+  LocalModelWorkspace::Impl& work = workspace.impl();
+  out.failed = 0;
+  out.status =
+      std::visit(Overloaded{[&](const Exact& s) { return single_step(model, in, s, options, with_A, work, out); },
+                            [&](const Analytic& s) { return single_step(model, in, s, options, with_A, work, out); },
+                            [&](const RandomizedFirstOrder& s) { return randomized(model, in, s, true, options, with_A, work, out); },
+                            [&](const RandomizedZerothOrder& s) { return randomized(model, in, s, false, options, with_A, work, out); }},
+                 scheme);
+  if (out.status != Status::Solved) {
+    out.c = in.q;
+    if (with_A) out.A.setZero(model.n_v(), model.n_v());
+    out.B.setZero(model.n_v(), model.n_a());
+  }
+  return out.status;
+}
+
+}  // namespace stiction::dynamics
