@@ -7,7 +7,9 @@ namespace stiction::simulation::test {
 namespace {
 
 std::shared_ptr<const world::Model> load(const std::string& name) {
-  return name == "zoo" ? world::Model::make(world::test::make_zoo()) : load_task(name);
+  if (name == "zoo") return world::Model::make(world::test::make_zoo());
+  if (name == "odd_mjcf") return world::Model::make(world::load_scene(source_dir() / "tests/world/data/odd_mjcf.yaml"));
+  return load_task(name);
 }
 
 class PlantOf : public testing::TestWithParam<const char*> {};
@@ -89,7 +91,7 @@ TEST_P(PlantOf, Pairs_AreThoseOfTheModelWithItsFriction) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, PlantOf, testing::Values("planar_pushing", "planar_hand", "allegro_ball", "zoo"),
+INSTANTIATE_TEST_SUITE_P(Scenes, PlantOf, testing::Values("planar_pushing", "planar_hand", "allegro_ball", "zoo", "odd_mjcf"),
                          [](const auto& param) { return std::string(param.param); });
 
 TEST(Plant, LinkWithoutInertial_HasThatOfItsShapesAtTheStatedDensity) {

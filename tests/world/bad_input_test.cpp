@@ -160,6 +160,22 @@ TEST_F(BadInput, UrdfThatIsMissingOrMalformed_IsNamed) {
   EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:1: robot: got no link, expected at least one");
 }
 
+TEST_F(BadInput, MjcfRobots_TakeOnlyWhatTheirFileDoesNotSay) {
+  const auto robot = [](const std::string& more) { return "robots:\n  - name: arm\n    mjcf: arm.xml\n" + more; };
+  EXPECT_EQ(message(robot("")), "scene.yaml:3: robots[0].mjcf: got 'arm.xml', which does not exist, expected an MJCF file");
+  write("arm.xml", R"(<mujoco><worldbody><body name="b"><joint name="j"/><geom size="1"/></body></worldbody></mujoco>)");
+  EXPECT_EQ(message(robot("")),
+            "scene.yaml:2: robots[0]: got no stiffness for joint 'j', which has no position actuator, expected it under stiffness");
+  EXPECT_EQ(message(robot("    stiffness: {j: 3}\n")), "");
+  EXPECT_EQ(message(robot("    stiffness: 3\n")), "");
+  EXPECT_EQ(message(robot("    stiffness: {k: 3}\n")),
+            "scene.yaml:4: robots[0].stiffness.k: got unknown joint 'k', expected one of j; did you mean 'j'?");
+  EXPECT_EQ(message(robot("    stiffness: 3\n    friction: 1\n")),
+            "scene.yaml:5: robots[0].friction: got friction beside mjcf, expected it only for URDF robots");
+  EXPECT_EQ(message(robot("    stiffness: 3\n    urdf: arm.urdf\n")),
+            "scene.yaml:5: robots[0].urdf: got urdf beside mjcf, expected it only for URDF robots");
+}
+
 TEST_F(BadInput, UrdfContent_IsNamedWithItsLine) {
   const auto with_joint = [&](const std::string& joint) {
     write("arm.urdf", "<robot name='arm'>\n<link name='a'/>\n<link name='b'/>\n" + joint + "\n</robot>\n");

@@ -70,8 +70,9 @@ std::string make_scene_text(const world::Model& model) {
                                 number(scene.contact_distance), scene.max_contacts ? std::to_string(*scene.max_contacts) : "~");
   out += "robots:\n";
   for (const auto& robot : scene.robots) {
-    out += fmt::format("- {{name: {}, urdf: {}, urdf_sha256: {}, base: {}}}\n", robot.name, robot.urdf.filename().string(),
-                       sha256_of_file(robot.urdf), pose(robot.X_WBase));
+    const char* kind = robot.mjcf.empty() ? "urdf" : "mjcf";
+    out += fmt::format("- {{name: {}, {}: {}, {}_sha256: {}, base: {}}}\n", robot.name, kind, robot.file().filename().string(), kind,
+                       sha256_of_file(robot.file()), pose(robot.X_WBase));
   }
   out += "objects:\n";
   for (const auto& object : scene.objects) {

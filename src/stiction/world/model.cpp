@@ -12,8 +12,8 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/model_impl.hpp"
 #include "stiction/world/read.hpp"
+#include "stiction/world/robot_tree.hpp"
 #include "stiction/world/shapes.hpp"
-#include "stiction/world/urdf.hpp"
 
 namespace stiction::world {
 
@@ -93,7 +93,7 @@ class Builder {
     return static_cast<int>(m_.bodies.size()) - 1;
   }
 
-  void add_geometry(int body, const std::string& name, const Shape& shape, const Pose& X_BG, double friction) {
+  void add_geometry(int body, const std::string& name, const Shape& shape, const Pose& X_BG, double friction, ContactMask mask) {
     const std::string full = fmt::format("{}/{}", m_.bodies[at(body)].name, name);
     if (!geometry_names_.insert(full).second) core::throw_invalid("geometry", fmt::format("'{}' twice", full), "each name once");
     require_shape(name, shape);
@@ -104,6 +104,7 @@ class Builder {
     }
     const BoundingSphere sphere = calc_bounding_sphere(shape);
     m_.geometries.push_back({full, body, shape, X_BG, friction, X_BG * sphere.center, sphere.radius});
+    masks_.push_back(mask);
   }
 
   void add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness) {
@@ -174,7 +175,8 @@ class Builder {
     for (int i = 0; i < node.n_v; ++i) dofs.push_back(m_.n_v + i);
     node.body = add_body(spec.name, BodyKind::Object, index, std::move(dofs));
     m_.inertias.back() = {spec.mass, spec.p_BCom, spec.inertia};
-    for (const auto& geometry : spec.geometries) add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction);
+    for (const auto& geometry : spec.geometries)
+      add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask);
     m_.objects.push_back({spec.name, node.body, m_.n_v, node.n_v, m_.n_q, n_q, spec.mass});
     m_.object_nodes.push_back(node);
     m_.n_v += node.n_v;
@@ -184,14 +186,15 @@ class Builder {
   void add_robot(const RobotSpec& spec, int index) {
     add_owner_name(spec.name);
     if (!is_rotation(spec.X_WBase.R) || !spec.X_WBase.p.allFinite()) core::throw_invalid("base", "no rigid transform", "one");
-    const RobotTree urdf = read_urdf(spec.urdf, spec.package_dirs, spec.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
+    const RobotTree tree = read_robot_tree(spec);
     RobotInfo info{.name = spec.name, .v_begin = m_.n_v, .n_v = 0, .q_begin = m_.n_q, .chains = {}};
     for (const auto& [link, value] : spec.link_friction) {
-      if (std::none_of(urdf.links.begin(), urdf.links.end(), [&](const RobotLink& l) { return l.name == link; })) {
-        core::throw_invalid("link_friction", fmt::format("unknown link '{}'", link), "a link of the URDF");
+      if (std::none_of(tree.links.begin(), tree.links.end(), [&](const RobotLink& l) { return l.name == link; })) {
+        core::throw_invalid("link_friction", fmt::format("unknown link '{}'", link),
+                            spec.mjcf.empty() ? "a link of the URDF" : "a body of the MJCF");
       }
     }
-    const auto joints = urdf.movable_joints();
+    const auto joints = tree.movable_joints();
     std::map<std::string, double> stiffness;
     for (const auto& [joint, value] : spec.stiffness) {
       if (std::find(joints.begin(), joints.end(), joint) == joints.end())
@@ -202,18 +205,18 @@ class Builder {
     }
 
     const int base = static_cast<int>(m_.bodies.size());
-    for (std::size_t i = 0; i < urdf.links.size(); ++i) {
-      add_link(spec, urdf, i, index, base, stiffness);
+    for (std::size_t i = 0; i < tree.links.size(); ++i) {
+      add_link(spec, tree, i, index, base, stiffness);
     }
     info.n_v = m_.n_v - info.v_begin;
-    info.chains = calc_chains(urdf, info.v_begin);
+    info.chains = calc_chains(tree, info.v_begin);
     m_.robots.push_back(std::move(info));
   }
 
-  void add_link(const RobotSpec& spec, const RobotTree& urdf, std::size_t i, int index, int base,
+  void add_link(const RobotSpec& spec, const RobotTree& tree, std::size_t i, int index, int base,
                 const std::map<std::string, double>& stiffness) {
-    const RobotLink& link = urdf.links[i];
-    const RobotJoint* joint = i == 0 ? nullptr : &urdf.joints[i - 1];
+    const RobotLink& link = tree.links[i];
+    const RobotJoint* joint = i == 0 ? nullptr : &tree.joints[i - 1];
     const bool movable = joint != nullptr && joint->kind != RobotJoint::Kind::Fixed;
     const int parent = joint != nullptr ? base + joint->parent : -1;
     std::vector<int> dofs = parent >= 0 ? m_.bodies[at(parent)].dofs : std::vector<int>{};
@@ -224,11 +227,13 @@ class Builder {
     m_.links.push_back({.body = body, .parent = parent, .dof = movable ? m_.n_v : -1, .X_PJ = joint ? joint->X_PJ : spec.X_WBase});
     if (movable) m_.links.back().axis = joint->axis;
 
-    double friction = spec.friction;
+    std::optional<double> friction;
     for (const auto& [name, value] : spec.link_friction) {
       if (name == link.name) friction = value;
     }
-    for (const auto& collision : link.collisions) add_geometry(body, collision.name, collision.shape, collision.X_LG, friction);
+    for (const auto& c : link.collisions) {
+      add_geometry(body, c.name, c.shape, c.X_LG, friction.value_or(c.friction.value_or(spec.friction)), c.mask);
+    }
 
     if (joint != nullptr && !movable) group_[at(body)] = group_[at(parent)];
     if (movable) adjacent_.insert({group_[at(parent)], group_[at(body)]});
@@ -255,11 +260,12 @@ class Builder {
         node.C2 = joint->X_PJ.R * cross_matrix(joint->axis);
       }
       const auto found = stiffness.find(joint->name);
-      if (found == stiffness.end())
+      if (found == stiffness.end() && !joint->stiffness)
         core::throw_invalid("stiffness", fmt::format("nothing for joint '{}'", joint->name), "every movable joint");
+      const double spring = found != stiffness.end() ? found->second : *joint->stiffness;
       add_dof(fmt::format("{}/{}", spec.name, joint->name), revolute ? DofKind::Revolute : DofKind::Prismatic, BodyKind::Robot, index,
-              joint->lower, joint->upper, found->second);
-      reach_.push_back(revolute ? calc_reach(urdf, i) : 1.0);
+              joint->lower, joint->upper, spring);
+      reach_.push_back(revolute ? calc_reach(tree, i) : 1.0);
       ++m_.n_v;
       ++m_.n_q;
     }
@@ -284,15 +290,15 @@ class Builder {
   }
 
   /// Bound on the distance from the origin of a link to any point of the geometry it moves, over all joint angles.
-  double calc_extent(const RobotTree& urdf, std::size_t link) const {
+  double calc_extent(const RobotTree& tree, std::size_t link) const {
     double extent = 0;
-    for (const auto& c : urdf.links[link].collisions) {
+    for (const auto& c : tree.links[link].collisions) {
       const BoundingSphere sphere = calc_bounding_sphere(c.shape);
       extent = std::max(extent, (c.X_LG * sphere.center).norm() + sphere.radius);
     }
-    for (const auto& joint : urdf.joints) {
+    for (const auto& joint : tree.joints) {
       if (joint.parent == static_cast<int>(link))
-        extent = std::max(extent, joint.X_PJ.p.norm() + slide(joint) + calc_extent(urdf, at(joint.child)));
+        extent = std::max(extent, joint.X_PJ.p.norm() + slide(joint) + calc_extent(tree, at(joint.child)));
     }
     return extent;
   }
@@ -304,38 +310,38 @@ class Builder {
   }
 
   /// The same from the axis of the joint that moves the link.
-  double calc_reach(const RobotTree& urdf, std::size_t link) const {
-    const Vector3d axis = urdf.joints[link - 1].axis;
+  double calc_reach(const RobotTree& tree, std::size_t link) const {
+    const Vector3d axis = tree.joints[link - 1].axis;
     const auto from_axis = [&](const Vector3d& p) { return axis.cross(p).norm(); };
     double reach = 0;
-    for (const auto& c : urdf.links[link].collisions) {
+    for (const auto& c : tree.links[link].collisions) {
       const BoundingSphere sphere = calc_bounding_sphere(c.shape);
       reach = std::max(reach, from_axis(c.X_LG * sphere.center) + sphere.radius);
     }
-    for (const auto& joint : urdf.joints) {
+    for (const auto& joint : tree.joints) {
       if (joint.parent == static_cast<int>(link))
-        reach = std::max(reach, from_axis(joint.X_PJ.p) + slide(joint) + calc_extent(urdf, at(joint.child)));
+        reach = std::max(reach, from_axis(joint.X_PJ.p) + slide(joint) + calc_extent(tree, at(joint.child)));
     }
     return reach > 0 ? reach : 1.0;
   }
 
   /// Runs of joints without a branch between them; those farther out come first.
-  static std::vector<std::vector<int>> calc_chains(const RobotTree& urdf, int v_begin) {
-    std::vector<int> v_of_joint(urdf.joints.size(), -1);
+  static std::vector<std::vector<int>> calc_chains(const RobotTree& tree, int v_begin) {
+    std::vector<int> v_of_joint(tree.joints.size(), -1);
     int v = v_begin;
-    for (std::size_t j = 0; j < urdf.joints.size(); ++j) {
-      if (urdf.joints[j].kind != RobotJoint::Kind::Fixed) v_of_joint[j] = v++;
+    for (std::size_t j = 0; j < tree.joints.size(); ++j) {
+      if (tree.joints[j].kind != RobotJoint::Kind::Fixed) v_of_joint[j] = v++;
     }
     std::vector<std::vector<int>> chains;
     // Nearest movable joints below a link.
     const auto below = [&](auto&& self, int link) -> std::vector<std::size_t> {
       std::vector<std::size_t> out;
-      for (std::size_t j = 0; j < urdf.joints.size(); ++j) {
-        if (urdf.joints[j].parent != link) continue;
+      for (std::size_t j = 0; j < tree.joints.size(); ++j) {
+        if (tree.joints[j].parent != link) continue;
         if (v_of_joint[j] >= 0) {
           out.push_back(j);
         } else {
-          const auto more = self(self, urdf.joints[j].child);
+          const auto more = self(self, tree.joints[j].child);
           out.insert(out.end(), more.begin(), more.end());
         }
       }
@@ -343,10 +349,10 @@ class Builder {
     };
     const auto visit = [&](auto&& self, std::size_t joint) -> void {
       std::vector<int> chain{v_of_joint[joint]};
-      auto next = below(below, urdf.joints[joint].child);
+      auto next = below(below, tree.joints[joint].child);
       while (next.size() == 1) {
         chain.push_back(v_of_joint[next[0]]);
-        next = below(below, urdf.joints[next[0]].child);
+        next = below(below, tree.joints[next[0]].child);
       }
       for (const std::size_t j : next) self(self, j);
       chains.push_back(std::move(chain));
@@ -360,7 +366,8 @@ class Builder {
     if (!is_rotation(spec.X_WB.R) || !spec.X_WB.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
     const int body = add_body(spec.name, BodyKind::Fixed, -1, {});
     m_.constant_poses.emplace_back(body, spec.X_WB);
-    for (const auto& geometry : spec.geometries) add_geometry(body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction);
+    for (const auto& geometry : spec.geometries)
+      add_geometry(body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask);
   }
 
   void finish_vectors() {
@@ -411,6 +418,9 @@ class Builder {
     const Body& body_a = m_.bodies[at(a.body)];
     const Body& body_b = m_.bodies[at(b.body)];
     if (body_a.dofs.empty() && body_b.dofs.empty()) return false;
+    const ContactMask& mask_a = masks_[static_cast<std::size_t>(&a - m_.geometries.data())];
+    const ContactMask& mask_b = masks_[static_cast<std::size_t>(&b - m_.geometries.data())];
+    if (((mask_a.type & mask_b.affinity) | (mask_b.type & mask_a.affinity)) == 0) return false;
     const int group_a = group_[at(a.body)], group_b = group_[at(b.body)];
     return group_a != group_b && !adjacent_.contains({group_a, group_b}) && !adjacent_.contains({group_b, group_a});
   }
@@ -467,6 +477,7 @@ class Builder {
   std::unique_ptr<Model::Impl> impl_;
   Model::Impl& m_;
   std::set<std::string> owner_names_, geometry_names_;
+  std::vector<ContactMask> masks_;          ///< per geometry
   std::vector<int> group_;                  ///< per body: bodies with the same number are welded together
   std::set<std::pair<int, int>> adjacent_;  ///< groups joined by a movable joint
   std::vector<double> reach_;

@@ -13,7 +13,9 @@ namespace stiction::world {
 struct RobotCollision {
   std::string name;  ///< of the element, or KIND_NUMBER; unique within its link
   Shape shape;
-  Pose X_LG;  ///< geometry in link
+  Pose X_LG;                         ///< geometry in link
+  std::optional<double> friction{};  ///< μ, where the file states it
+  ContactMask mask{};
 };
 
 struct RobotLink {
@@ -34,6 +36,7 @@ struct RobotJoint {
   Pose X_PJ;                                        ///< joint in parent link at zero
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the child frame
   double lower = 0, upper = 0;                      ///< [rad or m]; infinite for continuous joints
+  std::optional<double> stiffness{};                ///< K_a, where the file states it [N/m or N·m/rad]
 };
 
 /// What a robot file says about kinematics, collision geometry and inertia.
@@ -46,5 +49,8 @@ struct RobotTree {
 
   std::vector<std::string> movable_joints() const;  ///< names, in order
 };
+
+/// Reads the file of a robot, URDF or MJCF. @throws core::InvalidInput
+RobotTree read_robot_tree(const RobotSpec& robot);
 
 }  // namespace stiction::world

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/mjcf.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/urdf.hpp"
@@ -163,22 +164,28 @@ FixedSpec read_fixed(const YamlNode& node) {
   return fixed;
 }
 
-/// One number for all names, or a map with an entry for each (`all`) or for some of them.
+/// What a map from names to numbers has to hold.
+enum class Entries {
+  All,          ///< a positive number for each name; one number stands for all
+  Some,         ///< a positive number for some; one number stands for all
+  SomeFriction  ///< a number ≥ 0 for some
+};
+
 std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, std::string_view what, std::span<const std::string> known,
-                                                          bool all) {
+                                                          Entries entries) {
   std::vector<std::pair<std::string, double>> out;
   if (node.is_map()) {
     for (const auto& [name, value] : node.entries()) {
       if (std::find(known.begin(), known.end(), name) == known.end()) value.fail_unknown(what, name, known);
-      out.emplace_back(name, all ? value.positive() : value.nonnegative());
+      out.emplace_back(name, entries == Entries::SomeFriction ? value.nonnegative() : value.positive());
     }
-  } else if (all) {
+  } else if (entries != Entries::SomeFriction) {
     const double value = node.positive();
     for (const auto& name : known) out.emplace_back(name, value);
   } else {
     node.fail(fmt::format("a map from {} to number", what));
   }
-  if (!all) return out;
+  if (entries != Entries::All) return out;
   std::vector<std::pair<std::string, double>> sorted;
   for (const auto& name : known) {
     const auto found = std::find_if(out.begin(), out.end(), [&](const auto& entry) { return entry.first == name; });
@@ -188,31 +195,64 @@ std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, 
   return sorted;
 }
 
-RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, std::vector<std::string>& names) {
-  node.require_map({"name", "urdf", "package_dirs", "base", "stiffness", "friction", "link_friction", "convex_hulls"});
+/// What is said in the file of the robot and cannot be said again beside it.
+void require_urdf_keys(const YamlNode& node, bool mjcf) {
+  if (!mjcf) return;
+  for (const std::string_view key : {"urdf", "package_dirs", "friction", "convex_hulls"}) {
+    if (node.has(key)) node.at(key).fail(fmt::format("{} beside mjcf", key), "it only for URDF robots");
+  }
+}
+
+/// The robot without what its own file says.
+RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {
+  node.require_map({"name", "urdf", "mjcf", "package_dirs", "base", "stiffness", "friction", "link_friction", "convex_hulls"});
   RobotSpec robot;
   robot.name = read_name(node);
+  const bool mjcf = node.has("mjcf");
+  require_urdf_keys(node, mjcf);
   if (const auto dirs = node.find("package_dirs")) {
     for (const YamlNode& dir : dirs->items()) robot.package_dirs.push_back(dir.file().parent_path() / dir.string());
   }
   robot.package_dirs.insert(robot.package_dirs.end(), package_dirs.begin(), package_dirs.end());
-  const YamlNode urdf = node.at("urdf");
-  robot.urdf = find_resource(urdf.string(), urdf.file().parent_path(), robot.package_dirs);
-  if (robot.urdf.empty()) urdf.fail(fmt::format("'{}', which does not exist", urdf.string()), "a URDF file");
+  const YamlNode file = node.at(mjcf ? "mjcf" : "urdf");
+  const auto found = find_resource(file.string(), file.file().parent_path(), robot.package_dirs);
+  if (found.empty()) file.fail(fmt::format("'{}', which does not exist", file.string()), mjcf ? "an MJCF file" : "a URDF file");
+  (mjcf ? robot.mjcf : robot.urdf) = found;
   if (const auto base = node.find("base")) robot.X_WBase = read_pose(*base);
   robot.friction = node.nonnegative_or("friction", 1.0);
   robot.convex_hulls = node.boolean_or("convex_hulls", false);
+  return robot;
+}
 
-  const RobotTree parsed = read_urdf(robot.urdf, robot.package_dirs, robot.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
+/// Adds a robot, with what else its file brings, to the scene.
+void add_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene, std::vector<std::string>& names) {
+  RobotSpec robot = read_robot(node, package_dirs);
+  const RobotTree tree = read_robot_tree(robot);
   std::vector<std::string> links;
-  for (const auto& link : parsed.links) {
+  for (const auto& link : tree.links) {
     links.push_back(link.name);
     names.push_back(fmt::format("{}/{}", robot.name, link.name));
     for (const auto& collision : link.collisions) names.push_back(fmt::format("{}/{}/{}", robot.name, link.name, collision.name));
   }
-  robot.stiffness = read_per_name(node.at("stiffness"), "joint", parsed.movable_joints(), true);
-  if (const auto friction = node.find("link_friction")) robot.link_friction = read_per_name(*friction, "link", links, false);
-  return robot;
+  const bool mjcf = !robot.mjcf.empty();
+  if (!mjcf) {
+    robot.stiffness = read_per_name(node.at("stiffness"), "joint", tree.movable_joints(), Entries::All);
+  } else if (const auto stiffness = node.find("stiffness")) {
+    robot.stiffness = read_per_name(*stiffness, "joint", tree.movable_joints(), Entries::Some);
+  }
+  if (const auto friction = node.find("link_friction"))
+    robot.link_friction = read_per_name(*friction, "link", links, Entries::SomeFriction);
+  if (mjcf) {
+    add_mjcf(scene, robot);
+    for (const auto& joint : tree.joints) {
+      const bool stated =
+          joint.kind == RobotJoint::Kind::Fixed || joint.stiffness ||
+          std::any_of(robot.stiffness.begin(), robot.stiffness.end(), [&](const auto& entry) { return entry.first == joint.name; });
+      if (!stated) node.fail(fmt::format("no stiffness for joint '{}', which has no position actuator", joint.name), "it under stiffness");
+    }
+  } else {
+    scene.robots.push_back(std::move(robot));
+  }
 }
 
 FilterSpec read_filter(const YamlNode& node, std::span<const std::string> names) {
@@ -294,8 +334,17 @@ Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> pa
     add_geometries(scene.objects.back().name, scene.objects.back().geometries);
   }
   for (const YamlNode& item : items("robots")) {
-    scene.robots.push_back(read_robot(item, package_dirs, names));
+    const std::size_t objects = scene.objects.size(), fixed = scene.fixed.size();
+    add_robot(item, package_dirs, scene, names);
     add_owner(item, scene.robots.back().name);
+    for (std::size_t i = objects; i < scene.objects.size(); ++i) {  // those that an MJCF brings
+      add_owner(item, scene.objects[i].name);
+      add_geometries(scene.objects[i].name, scene.objects[i].geometries);
+    }
+    for (std::size_t i = fixed; i < scene.fixed.size(); ++i) {
+      add_owner(item, scene.fixed[i].name);
+      add_geometries(scene.fixed[i].name, scene.fixed[i].geometries);
+    }
   }
   for (const YamlNode& item : items("fixed")) {
     scene.fixed.push_back(read_fixed(item));

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -58,11 +59,17 @@ struct BodyInertia {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, body axes [kg m²]
 };
 
+/// Two geometries may touch when one's `type` and the other's `affinity` have a bit in common.
+struct ContactMask {
+  std::uint32_t type = ~0u, affinity = ~0u;
+};
+
 struct GeometrySpec {
   std::string name;  ///< unique within its body
   Shape shape;
   Pose X_BG;              ///< geometry in body
   double friction = 1.0;  ///< μ of the surface, ≥ 0
+  ContactMask mask{};
 };
 
 /// How an object may move relative to the world (or, for hinges and sliders, about the placed frame).
@@ -90,12 +97,16 @@ struct ObjectSpec {
 struct RobotSpec {
   std::string name;
   std::filesystem::path urdf;                       ///< resolved file
+  std::filesystem::path mjcf;                       ///< instead of `urdf`; see add_mjcf in mjcf.hpp
   std::vector<std::filesystem::path> package_dirs;  ///< where package:// is looked up
   Pose X_WBase;
-  std::vector<std::pair<std::string, double>> stiffness;  ///< joint → K_a [N/m or N·m/rad]; every movable joint once
-  double friction = 1.0;                                  ///< of every collision geometry that has no own entry
+  std::vector<std::pair<std::string, double>>
+      stiffness;          ///< joint → K_a [N/m or N·m/rad]; every movable joint once, of an MJCF those without a position actuator
+  double friction = 1.0;  ///< of every collision geometry that has no own entry
   std::vector<std::pair<std::string, double>> link_friction;
   bool convex_hulls = false;  ///< replace meshes that are not convex by their convex hulls instead of refusing them
+
+  const std::filesystem::path& file() const { return mjcf.empty() ? urdf : mjcf; }
 };
 
 struct FixedSpec {

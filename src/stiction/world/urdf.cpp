@@ -243,14 +243,6 @@ std::filesystem::path find_resource(std::string_view uri, const std::filesystem:
   return {};
 }
 
-std::vector<std::string> RobotTree::movable_joints() const {
-  std::vector<std::string> names;
-  for (const auto& joint : joints) {
-    if (joint.kind != RobotJoint::Kind::Fixed) names.push_back(joint.name);
-  }
-  return names;
-}
-
 RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs, NonConvex non_convex) {
   tinyxml2::XMLDocument document;
   if (!std::filesystem::is_regular_file(file)) {

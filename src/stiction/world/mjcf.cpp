@@ -1,0 +1,383 @@
+#include "stiction/world/mjcf.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <set>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/call_mujoco.hpp"
+#include "stiction/world/shapes.hpp"
+
+namespace stiction::world {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Delete {
+  void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+using CompiledModel = std::unique_ptr<mjModel, Delete>;
+
+[[noreturn]] void fail(const std::filesystem::path& file, std::string_view got, std::string_view expected) {
+  throw core::InvalidInput(fmt::format("{}: mjcf: got {}, expected {}", file.string(), got, expected));
+}
+
+CompiledModel compile(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an MJCF file");
+  char error[1024] = "";
+  mjSpec* parsed = nullptr;
+  auto report = call_mujoco([&] { parsed = mj_parseXML(file.c_str(), nullptr, error, sizeof(error)); });
+  const std::unique_ptr<mjSpec, Delete> spec(parsed);
+  const auto refuse = [&](std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    while (text.ends_with(' ')) text.pop_back();
+    fail(file, fmt::format("'{}'", text), "a file that MuJoCo compiles");
+  };
+  if (parsed == nullptr) refuse(report.failed ? report.error : error);
+  parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
+  mjModel* compiled = nullptr;
+  report = call_mujoco([&] { compiled = mj_compile(parsed, nullptr); });
+  if (compiled == nullptr) {
+    const char* reason = mjs_getError(parsed);
+    refuse(report.failed ? report.error : reason ? reason : "");
+  }
+  return CompiledModel(compiled);
+}
+
+Vector3d vector3(const mjtNum* p) { return {p[0], p[1], p[2]}; }
+
+Pose pose(const mjtNum* position, const mjtNum* wxyz) {
+  return {Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().toRotationMatrix(), vector3(position)};
+}
+
+Pose shift(const Vector3d& p) { return {Matrix3d::Identity(), p}; }
+
+/// Reads one compiled model.
+class MjcfReader {
+ public:
+  MjcfReader(const mjModel* m, const std::filesystem::path& file) : m_(m), file_(file) {}
+
+  MjcfModel read() {
+    require_supported();
+    find_springs();
+    out_.robot.name = m_->names[0] != '\0' ? std::string(m_->names) : file_.stem().string();
+    out_.robot.file = file_;
+    link_of_.assign(static_cast<std::size_t>(m_->nbody), -1);
+    link_of_[0] = add_link("world");
+    for (int body = 1; body < m_->nbody; ++body) {  // parents first, depth first
+      const int top = m_->body_weldid[body];
+      if (top != 0 && is_free(top)) {
+        if (top == body) read_object(body);
+      } else {
+        read_body(body);
+      }
+    }
+    read_geoms(0, Pose{}, nullptr);
+    for (int i = 0; i < m_->nexclude; ++i) {
+      const int signature = m_->exclude_signature[i];
+      out_.excludes.emplace_back(exclude_name(signature >> 16), exclude_name(signature & 0xffff));
+    }
+    return std::move(out_);
+  }
+
+ private:
+  std::string given_name(mjtObj type, int id) const {
+    const char* name = mj_id2name(m_, type, id);
+    return name != nullptr ? name : "";
+  }
+
+  /// Names become parts of other names here.
+  static std::string usable(std::string name) {
+    for (char& c : name) {
+      if (c == '/' || c == '*' || c == ' ') c = '_';
+    }
+    return name;
+  }
+
+  std::string body_name(int body) const {
+    const std::string given = usable(given_name(mjOBJ_BODY, body));
+    return given.empty() ? fmt::format("body_{}", body) : given;
+  }
+
+  std::string joint_name(int joint) const {
+    const std::string given = usable(given_name(mjOBJ_JOINT, joint));
+    const int body = m_->jnt_bodyid[joint];
+    return given.empty() ? fmt::format("{}_joint_{}", body_name(body), joint - m_->body_jntadr[body]) : given;
+  }
+
+  std::string exclude_name(int body) const {
+    return body_name(m_->body_weldid[body] != 0 && is_free(m_->body_weldid[body]) ? m_->body_weldid[body] : body);
+  }
+
+  bool is_free(int body) const { return m_->body_jntnum[body] == 1 && m_->jnt_type[m_->body_jntadr[body]] == mjJNT_FREE; }
+  bool collides(int geom) const { return (m_->geom_contype[geom] | m_->geom_conaffinity[geom]) != 0; }
+
+  // ---- what is not supported ----
+
+  void refuse(std::string_view element, mjtObj type, int id, std::string_view reason) {
+    const std::string name = given_name(type, id);
+    faults_.push_back(name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason));
+  }
+
+  void require_supported() {
+    for (int j = 0; j < m_->njnt; ++j) {
+      if (m_->jnt_type[j] == mjJNT_BALL) refuse("joint", mjOBJ_JOINT, j, "a ball joint");
+      bool spring = m_->jnt_stiffness[j] != 0;
+      for (int k = 0; k < mjNPOLY; ++k) spring = spring || m_->jnt_stiffnesspoly[j * mjNPOLY + k] != 0;
+      if (spring) refuse("joint", mjOBJ_JOINT, j, "a passive spring");
+    }
+    for (int b = 1; b < m_->nbody; ++b) {
+      if (m_->body_mocapid[b] >= 0) refuse("body", mjOBJ_BODY, b, "a mocap body");
+      const int above = m_->body_weldid[m_->body_parentid[b]];
+      if (m_->body_jntnum[b] > 0 && above != 0 && is_on_free_body(above))
+        refuse("body", mjOBJ_BODY, b, "a joint on a body with a free joint");
+    }
+    for (int g = 0; g < m_->ngeom; ++g) {
+      for (int k = 0; k < 6; ++k) {
+        if (m_->geom_surfacevel[6 * g + k] == 0) continue;
+        refuse("geom", mjOBJ_GEOM, g, "a moving surface");
+        break;
+      }
+      if (!collides(g)) continue;  // only seen
+      if (m_->geom_type[g] == mjGEOM_ELLIPSOID) refuse("geom", mjOBJ_GEOM, g, "an ellipsoid");
+      if (m_->geom_type[g] == mjGEOM_HFIELD) refuse("geom", mjOBJ_GEOM, g, "a height field");
+      if (m_->geom_type[g] == mjGEOM_SDF) refuse("geom", mjOBJ_GEOM, g, "a signed distance field");
+    }
+    for (int i = 0; i < m_->neq; ++i) refuse("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
+    for (int i = 0; i < m_->ntendon; ++i) refuse("tendon", mjOBJ_TENDON, i, "a tendon");
+    for (int i = 0; i < m_->nflex; ++i) refuse("flex", mjOBJ_FLEX, i, "a deformable body");
+    for (int i = 0; i < m_->npair; ++i) refuse("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
+    for (int i = 0; i < m_->nplugin; ++i) refuse("plugin", mjOBJ_PLUGIN, i, "a plugin");
+    for (int i = 0; i < m_->nactuator; ++i) {
+      const int type = m_->actuator_trntype[i];
+      if (type != mjTRN_JOINT && type != mjTRN_JOINTINPARENT) refuse("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
+    }
+    if (faults_.empty()) return;
+    fail(file_, fmt::format("{} unsupported element{}: {}", faults_.size(), faults_.size() == 1 ? "" : "s", fmt::join(faults_, "; ")),
+         "hinge, slide and free joints; sphere, capsule, box, cylinder, plane and mesh geoms; actuators on joints");
+  }
+
+  bool is_on_free_body(int body) const {
+    for (; body != 0; body = m_->body_weldid[m_->body_parentid[body]]) {
+      if (is_free(body)) return true;
+    }
+    return false;
+  }
+
+  // ---- actuators ----
+
+  /// A position servo of gain k_p through gear g holds its joint with the stiffness k_p g².
+  void find_springs() {
+    spring_.resize(static_cast<std::size_t>(m_->njnt));
+    for (int i = 0; i < m_->nactuator; ++i) {
+      const mjtNum* gain = m_->actuator_gainprm + i * mjNGAIN;
+      const mjtNum* bias = m_->actuator_biasprm + i * mjNBIAS;
+      const bool servo = m_->actuator_gaintype[i] == mjGAIN_FIXED && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] > 0 &&
+                         bias[0] == 0 && bias[1] == -gain[0] && m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
+      if (!servo) continue;
+      const int joint = m_->actuator_trnid[2 * i];
+      const double gear = m_->actuator_gear[6 * m_->actuator_outadr[i]];
+      auto& spring = spring_[static_cast<std::size_t>(joint)];
+      spring = spring.value_or(0) + gain[0] * gear * gear;
+    }
+  }
+
+  // ---- bodies ----
+
+  int add_link(std::string name) {
+    if (!link_names_.insert(name).second) fail(file_, fmt::format("the name '{}' twice", name), "each name once");
+    out_.robot.links.push_back({.name = std::move(name), .collisions = {}, .inertia = std::nullopt});
+    return static_cast<int>(out_.robot.links.size()) - 1;
+  }
+
+  int add_joint(RobotJoint joint, int parent, std::string link) {
+    joint.parent = parent;
+    joint.child = add_link(std::move(link));
+    out_.robot.joints.push_back(std::move(joint));
+    return out_.robot.joints.back().child;
+  }
+
+  RobotJoint make_joint(int j, const Pose& X_PB) const {
+    RobotJoint joint;
+    joint.name = joint_name(j);
+    joint.axis = vector3(m_->jnt_axis + 3 * j);
+    // MuJoCo measures from the reference value, the pose of the file.
+    const double reference = m_->qpos0[m_->jnt_qposadr[j]];
+    if (m_->jnt_type[j] == mjJNT_HINGE) {
+      joint.kind = RobotJoint::Kind::Revolute;
+      joint.X_PJ =
+          X_PB * shift(vector3(m_->jnt_pos + 3 * j)) * Pose{Eigen::AngleAxisd(-reference, joint.axis).toRotationMatrix(), Vector3d::Zero()};
+    } else {
+      joint.kind = RobotJoint::Kind::Prismatic;
+      joint.X_PJ = X_PB * shift(-reference * joint.axis);
+    }
+    joint.lower = m_->jnt_limited[j] ? m_->jnt_range[2 * j] : -kInfinity;
+    joint.upper = m_->jnt_limited[j] ? m_->jnt_range[2 * j + 1] : kInfinity;
+    joint.stiffness = spring_[static_cast<std::size_t>(j)];
+    return joint;
+  }
+
+  /// A link per joint. The body is the last one, or is welded to it where the joint's anchor is not its origin.
+  void read_body(int body) {
+    const std::string name = body_name(body);
+    int link = link_of_[static_cast<std::size_t>(m_->body_parentid[body])];
+    Pose X_PB = pose(m_->body_pos + 3 * body, m_->body_quat + 4 * body);
+    const int n = m_->body_jntnum[body];
+    bool welded = true;
+    for (int k = 0; k < n; ++k) {
+      const int j = m_->body_jntadr[body] + k;
+      const bool hinge = m_->jnt_type[j] == mjJNT_HINGE;
+      const Vector3d anchor = hinge ? vector3(m_->jnt_pos + 3 * j) : Vector3d::Zero();
+      welded = !(k == n - 1 && anchor.isZero(0));
+      RobotJoint joint = make_joint(j, X_PB);
+      const std::string moved = welded ? fmt::format("{}.{}", name, joint.name) : name;
+      link = add_joint(std::move(joint), link, moved);
+      X_PB = shift(-anchor);
+    }
+    if (welded) link = add_joint({.name = fmt::format("{}.weld", name), .X_PJ = X_PB}, link, name);
+    link_of_[static_cast<std::size_t>(body)] = link;
+    RobotLink& made = out_.robot.links[static_cast<std::size_t>(link)];
+    if (m_->body_mass[body] > 0) made.inertia = inertia_of(body);
+    read_geoms(body, Pose{}, &made);
+  }
+
+  BodyInertia inertia_of(int body) const {
+    const Matrix3d R = pose(m_->body_ipos + 3 * body, m_->body_iquat + 4 * body).R;
+    const Matrix3d moments = vector3(m_->body_inertia + 3 * body).asDiagonal();
+    return {m_->body_mass[body], vector3(m_->body_ipos + 3 * body), R * moments * R.transpose()};
+  }
+
+  /// A free body with what is welded to it; our frame is that of the body, moved to the centre of mass of all.
+  void read_object(int body) {
+    ObjectSpec object;
+    object.name = body_name(body);
+    std::vector<std::pair<int, Pose>> parts;  // body, pose in the free body
+    for (int b = body; b < m_->nbody; ++b) {
+      if (m_->body_weldid[b] != body) continue;
+      Pose X;
+      for (int up = b; up != body; up = m_->body_parentid[up]) X = pose(m_->body_pos + 3 * up, m_->body_quat + 4 * up) * X;
+      parts.emplace_back(b, X);
+    }
+    Vector3d first = Vector3d::Zero();
+    for (const auto& [b, X] : parts) {
+      object.mass += m_->body_mass[b];
+      first += m_->body_mass[b] * (X * vector3(m_->body_ipos + 3 * b));
+    }
+    const Vector3d center = first / object.mass;
+    for (const auto& [b, X] : parts) {
+      const BodyInertia part = inertia_of(b);
+      const Vector3d d = X * part.p_BCom - center;
+      object.inertia += X.R * part.inertia * X.R.transpose() + part.mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
+      RobotLink link;
+      read_geoms(b, shift(-center) * X, &link);
+      for (auto& c : link.collisions) {
+        c.name = b == body ? c.name : fmt::format("{}.{}", body_name(b), c.name);
+        object.geometries.push_back({c.name, c.shape, c.X_LG, *c.friction, c.mask});
+      }
+    }
+    if (object.geometries.empty())
+      fail(file_, fmt::format("body '{}' with a free joint and no geom that collides", object.name), "at least one");
+    out_.objects.push_back(std::move(object));
+  }
+
+  // ---- geoms ----
+
+  /// Geoms of a body that collide, posed in the link's frame by X_LB; those of the world and planes go to the fixed body.
+  void read_geoms(int body, const Pose& X_LB, RobotLink* link) {
+    for (int g = m_->body_geomadr[body]; g >= 0 && g < m_->body_geomadr[body] + m_->body_geomnum[body]; ++g) {
+      if (!collides(g)) continue;
+      RobotCollision c{.name = usable(given_name(mjOBJ_GEOM, g)),
+                       .shape = read_shape(g),
+                       .X_LG = X_LB * pose(m_->geom_pos + 3 * g, m_->geom_quat + 4 * g)};
+      c.friction = m_->geom_friction[3 * g];
+      c.mask = {static_cast<std::uint32_t>(m_->geom_contype[g]), static_cast<std::uint32_t>(m_->geom_conaffinity[g])};
+      if (c.name.empty()) c.name = fmt::format("{}_{}", shape_name(c.shape), g - m_->body_geomadr[body]);
+      const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
+      if (plane && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);
+      if (plane && m_->body_weldid[body] != 0)
+        fail(file_, fmt::format("geom '{}', a plane on a body that moves", c.name), "planes that stand still");
+      if (link != nullptr && !plane) {
+        link->collisions.push_back(std::move(c));
+        continue;
+      }
+      Pose X_WB;
+      for (int up = body; up != 0; up = m_->body_parentid[up]) X_WB = pose(m_->body_pos + 3 * up, m_->body_quat + 4 * up) * X_WB;
+      out_.fixed.push_back({c.name, c.shape, X_WB * c.X_LG, *c.friction, c.mask});
+    }
+  }
+
+  Shape read_shape(int g) const {
+    const mjtNum* size = m_->geom_size + 3 * g;
+    switch (m_->geom_type[g]) {
+      case mjGEOM_PLANE:
+        return HalfSpace{};
+      case mjGEOM_SPHERE:
+        return Sphere{size[0]};
+      case mjGEOM_CAPSULE:
+        return Capsule{size[0], size[1]};
+      case mjGEOM_CYLINDER:
+        return Cylinder{size[0], size[1]};
+      case mjGEOM_BOX:
+        return Box{vector3(size)};
+      default:
+        break;
+    }
+    const int mesh = m_->geom_dataid[g];
+    const Eigen::Map<const Eigen::Matrix3Xf> vertices(m_->mesh_vert + 3 * m_->mesh_vertadr[mesh], 3, m_->mesh_vertnum[mesh]);
+    try {
+      auto hull = std::make_shared<ConvexMesh>(make_convex_hull(vertices.cast<double>()));
+      hull->source = file_.string();
+      return Mesh{std::move(hull)};
+    } catch (const core::InvalidInput& e) {
+      fail(file_, fmt::format("mesh '{}': {}", given_name(mjOBJ_MESH, mesh), e.what()), "a mesh with a convex hull");
+    }
+  }
+
+  const mjModel* m_;
+  const std::filesystem::path& file_;
+  MjcfModel out_;
+  std::vector<int> link_of_;                   ///< per body of the file
+  std::vector<std::optional<double>> spring_;  ///< per joint of the file
+  std::set<std::string> link_names_;
+  std::vector<std::string> faults_;
+};
+
+}  // namespace
+
+MjcfModel read_mjcf(const std::filesystem::path& file) {
+  const CompiledModel model = compile(file);
+  return MjcfReader(model.get(), file).read();
+}
+
+void add_mjcf(Scene& scene, const RobotSpec& robot) {
+  MjcfModel model = read_mjcf(robot.mjcf);
+  scene.robots.push_back(robot);
+  const std::string fixed = robot.name + "_world";
+  const auto is_object = [&](const std::string& name) {
+    return std::any_of(model.objects.begin(), model.objects.end(), [&](const ObjectSpec& object) { return object.name == name; });
+  };
+  const auto full = [&](const std::string& body) {
+    if (body == "world") return fixed;
+    return is_object(body) ? body : fmt::format("{}/{}", robot.name, body);
+  };
+  for (const auto& [a, b] : model.excludes) {
+    if ((a == "world" || b == "world") && model.fixed.empty()) continue;
+    scene.filters.push_back({full(a), full(b), std::nullopt});
+  }
+  for (auto& object : model.objects) scene.objects.push_back(std::move(object));
+  if (!model.fixed.empty()) scene.fixed.push_back({fixed, robot.X_WBase, std::move(model.fixed)});
+}
+
+}  // namespace stiction::world
