@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cone/random_problem.hpp"
+#include "support/message_of.hpp"
 
 namespace stiction::cone::test {
 namespace {
@@ -41,6 +42,35 @@ TEST(Cone, NoRows_GivesUnconstrainedMinimiserInOneIteration) {
     EXPECT_LE((r.x + raw.Q.llt().solve(raw.b)).norm(), 1e-13 * r.x.norm());
     EXPECT_EQ(r.iterations, 1);
   }
+}
+
+/// A tower of n bodies of weight 1 on the ground, one on the other: the row under body i carries all that is above it, in every order of
+/// elimination.
+TEST(Cone, TowerOf600_EveryRowCarriesWhatIsAboveIt) {
+  constexpr int n = 600;  // 150 tiles: more than one word of a mask has bits
+  for (const bool top_first : {false, true}) {
+    RawProblem raw = empty_problem(n);
+    raw.groups.clear();
+    for (int i = 0; i < n; ++i) raw.groups.push_back({top_first ? n - 1 - i : i});
+    raw.b = Eigen::VectorXd::Ones(n);
+    for (int i = 0; i < n; ++i) {
+      RawProblem::Row row;
+      row.id = static_cast<std::uint64_t>(i);
+      row.variables = i == 0 ? std::vector<int>{0} : std::vector<int>{i - 1, i};
+      row.G.setOnes(1, static_cast<Eigen::Index>(row.variables.size()));
+      if (i > 0) row.G(0, 0) = -1;
+      row.g.setZero(1);
+      raw.lines.push_back(row);
+    }
+    const Result r = solved(raw, Mode::Exact);
+    for (int i = 0; i < n; ++i) EXPECT_NEAR(r.z_half_line[i], n - i, 1e-4 * (n - i)) << i;
+  }
+}
+
+TEST(Cone, LayoutOfMoreThan256Tiles_IsRefused) {
+  std::vector<std::vector<int>> groups;
+  for (int i = 0; i < 1025; ++i) groups.push_back({i});
+  EXPECT_NE(stiction::test::message_of([&] { Layout(1025, groups); }).find("256 tiles"), std::string::npos);
 }
 
 /// A spring k pulled to u, wall at x ≤ gap: row gap − x ≥ 0.

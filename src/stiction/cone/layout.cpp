@@ -36,7 +36,8 @@ Layout::Layout(int n, const std::vector<std::vector<int>>& groups)
   }
   if (n_placed != n) core::throw_invalid("groups", std::to_string(n_placed) + " variables", std::to_string(n) + " variables");
   n_tiles_ = (next + kTile - 1) / kTile;
-  if (n_tiles_ > kMaxTiles) core::throw_invalid("groups", std::to_string(n_tiles_) + " tiles", "at most 64 tiles of 4 variables");
+  if (n_tiles_ > kMaxTiles)
+    core::throw_invalid("groups", std::to_string(n_tiles_) + " tiles", "at most " + std::to_string(kMaxTiles) + " tiles of 4 variables");
 
   q_index_.assign(static_cast<std::size_t>(n_tiles_ * n_tiles_), -1);
   const auto add_tile = [this](int row, int column) {

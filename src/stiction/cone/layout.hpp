@@ -9,8 +9,8 @@ namespace stiction::cone {
 
 /// Lanes of a tile: variables are stored, eliminated and vectorised four at a time.
 inline constexpr int kTile = 4;
-/// Most tiles of a layout: one 64-bit mask per column of the factor.
-inline constexpr int kMaxTiles = 64;
+/// Most tiles of a layout, a multiple of 64.
+inline constexpr int kMaxTiles = 256;
 
 /// Where each variable of (C) lives. Built once per model and shared.
 ///
@@ -32,7 +32,7 @@ class Layout {
 
   /// @param n       number of variables, ≥ 1
   /// @param groups  each variable 0 … n−1 exactly once, in elimination order
-  /// @throws InvalidInput when groups do not partition the variables, or more than 64 tiles would be needed
+  /// @throws InvalidInput when groups do not partition the variables, or more than 256 tiles would be needed
   Layout(int n, const std::vector<std::vector<int>>& groups);
 
   /// Registers the set of variables that a row touches; returns its index (the same list gives the same index).

@@ -246,17 +246,17 @@ void prepare(const Problem& problem, const Options& options, State& s) {
       set_weight(s.bounds, 4 * g + lane, weight_of(group.sigma[lane], 1.0));
     }
   }
-  std::ranges::fill(s.below, 0);
+  std::ranges::fill(s.below, TileMask{});
   const auto couple = [&](const Run& run) {
     const auto& tiles = layout.support(run.support).tiles;
     for (std::size_t j = 0; j < tiles.size(); ++j) {
-      for (std::size_t i = j + 1; i < tiles.size(); ++i) s.below[at(tiles[j])] |= std::uint64_t{1} << tiles[i];
+      for (std::size_t i = j + 1; i < tiles.size(); ++i) s.below[at(tiles[j])].set(tiles[i]);
     }
   };
   for (const Run& run : s.cones.runs) couple(run);
   for (const Run& run : s.lines.runs) couple(run);
   for (const auto& q : layout.q_tiles()) {
-    if (q.row != q.column) s.below[at(q.column)] |= std::uint64_t{1} << q.row;
+    if (q.row != q.column) s.below[at(q.column)].set(q.row);
   }
   if (s.factor.analyse(s.below)) {
     s.q_of.assign(at(s.factor.n_tiles_stored()), -1);

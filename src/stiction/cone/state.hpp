@@ -88,7 +88,7 @@ struct State {
 
   std::shared_ptr<const Layout> layout;
   TileFactor factor;
-  std::vector<std::uint64_t> below;
+  std::vector<TileMask> below;
   std::vector<int> q_of;  // stored tile of the factor → tile of Q, −1 where Q has none
   GeneralBank<3> cones;
   GeneralBank<1> lines;

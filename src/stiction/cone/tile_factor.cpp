@@ -1,14 +1,13 @@
 #include "stiction/cone/tile_factor.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #include "stiction/cone/simd.hpp"
 
 namespace stiction::cone::detail {
 namespace {
 
-std::uint64_t bit(int i) { return std::uint64_t{1} << i; }
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// A (column-major, symmetric, both halves filled) ← L⁻¹ of its Cholesky factor A = LLᵀ, column-major, zeros above.
 /// LDLᵀ without square roots on the critical path, then one vector square root.
@@ -57,61 +56,63 @@ TileFactor::TileFactor(int tiles)
   values_.resize(lower * 16);
 }
 
-bool TileFactor::analyse(const std::vector<std::uint64_t>& below) {
+bool TileFactor::analyse(const std::vector<TileMask>& below) {
   if (analysed_ && below == below_) return false;
   analysed_ = true;
   std::ranges::copy(below, below_.begin());
   std::ranges::copy(below, column_.begin());
-  std::ranges::fill(row_, 0);
+  std::ranges::fill(row_, TileMask{});
   std::ranges::fill(index_, -1);
   n_stored_ = 0;
   for (int j = 0; j < n_; ++j) {
-    const std::uint64_t rows = column_[static_cast<std::size_t>(j)];
-    if (rows != 0) column_[static_cast<std::size_t>(std::countr_zero(rows))] |= rows & (rows - 1);
-    index_[static_cast<std::size_t>(j * n_ + j)] = n_stored_++;
-    for (std::uint64_t m = rows; m != 0; m &= m - 1) {
-      const int i = std::countr_zero(m);
-      index_[static_cast<std::size_t>(i * n_ + j)] = n_stored_++;
-      row_[static_cast<std::size_t>(i)] |= bit(j);
+    TileMask rows = column_[at(j)];
+    index_[at(j * n_ + j)] = n_stored_++;
+    rows.for_each([&](int i) {
+      index_[at(i * n_ + j)] = n_stored_++;
+      row_[at(i)].set(j);
+    });
+    if (const int parent = rows.first(); parent >= 0) {  // fill: what is below here is below the first of them
+      rows.reset(parent);
+      column_[at(parent)] |= rows;
     }
   }
+  plan();
+  return true;
+}
+
+/// The order in which factorise() and solve4() go through the tiles.
+void TileFactor::plan() {
   targets_.clear();
   blocks_.clear();
   terms_.clear();
   row_entries_.clear();
   for (int k = 0; k < n_; ++k) {
-    column_start_[static_cast<std::size_t>(k)] = static_cast<int>(targets_.size());
-    block_start_[static_cast<std::size_t>(k)] = static_cast<int>(blocks_.size());
-    for (std::uint64_t m = bit(k) | column_[static_cast<std::size_t>(k)]; m != 0; m &= m - 1) {
-      const int i = std::countr_zero(m);
-      targets_.push_back({static_cast<std::uint16_t>(16 * index(i, k)), static_cast<std::uint16_t>(i)});
-    }
-    const auto shared = [&](std::size_t target) { return row_[targets_[target].row] & row_[static_cast<std::size_t>(k)] & (bit(k) - 1); };
-    for (std::size_t first = static_cast<std::size_t>(column_start_[static_cast<std::size_t>(k)]); first < targets_.size();) {
-      const std::uint64_t columns = shared(first);
+    column_start_[at(k)] = static_cast<int>(targets_.size());
+    block_start_[at(k)] = static_cast<int>(blocks_.size());
+    const auto add_target = [&](int i) { targets_.push_back({offset(i, k), static_cast<std::uint32_t>(i)}); };
+    add_target(k);
+    column_[at(k)].for_each(add_target);
+    const TileMask& left = row_[at(k)];  // columns before k only
+    for (std::size_t first = at(column_start_[at(k)]); first < targets_.size();) {
+      const TileMask columns = row_[targets_[first].row] & left;
       std::size_t end = first + 1;
-      while (end < targets_.size() && end - first < 3 && shared(end) == columns) ++end;
-      if (columns != 0) {
-        blocks_.push_back({static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(end - first),
-                           static_cast<std::uint16_t>(std::popcount(columns)), static_cast<std::uint32_t>(terms_.size())});
-        for (std::uint64_t m = columns; m != 0; m &= m - 1) {
-          const int j = std::countr_zero(m);
-          terms_.push_back(static_cast<std::uint32_t>(16 * index(k, j)));
-          for (std::size_t t = first; t < end; ++t) terms_.push_back(static_cast<std::uint32_t>(16 * index(targets_[t].row, j)));
-        }
+      while (end < targets_.size() && end - first < 3 && (row_[targets_[end].row] & left) == columns) ++end;
+      if (!columns.empty()) {
+        blocks_.push_back({static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(end - first),
+                           static_cast<std::uint32_t>(columns.count()), static_cast<std::uint32_t>(terms_.size())});
+        columns.for_each([&](int j) {
+          terms_.push_back(offset(k, j));
+          for (std::size_t t = first; t < end; ++t) terms_.push_back(offset(static_cast<int>(targets_[t].row), j));
+        });
       }
       first = end;
     }
-    row_start_[static_cast<std::size_t>(k)] = static_cast<int>(row_entries_.size());
-    for (std::uint64_t m = row_[static_cast<std::size_t>(k)]; m != 0; m &= m - 1) {
-      const int j = std::countr_zero(m);
-      row_entries_.push_back({static_cast<std::uint16_t>(index(k, j)), static_cast<std::uint16_t>(j)});
-    }
+    row_start_[at(k)] = static_cast<int>(row_entries_.size());
+    left.for_each([&](int j) { row_entries_.push_back({index(k, j), j}); });
   }
-  column_start_[static_cast<std::size_t>(n_)] = static_cast<int>(targets_.size());
-  block_start_[static_cast<std::size_t>(n_)] = static_cast<int>(blocks_.size());
-  row_start_[static_cast<std::size_t>(n_)] = static_cast<int>(row_entries_.size());
-  return true;
+  column_start_[at(n_)] = static_cast<int>(targets_.size());
+  block_start_[at(n_)] = static_cast<int>(blocks_.size());
+  row_start_[at(n_)] = static_cast<int>(row_entries_.size());
 }
 
 namespace {

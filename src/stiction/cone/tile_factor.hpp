@@ -5,6 +5,7 @@
 
 #include "stiction/cone/aligned.hpp"
 #include "stiction/cone/layout.hpp"
+#include "stiction/cone/tile_mask.hpp"
 
 namespace stiction::cone::detail {
 
@@ -17,9 +18,9 @@ class TileFactor {
  public:
   explicit TileFactor(int tiles);
 
-  /// @param below  below[j]: bit i > j set where tile (i,j) of H may be non-zero. Cheap when equal to the previous call.
+  /// @param below  below[j]: the i > j for which tile (i,j) of H may be non-zero. Cheap when equal to the previous call.
   /// @returns whether the tiles have moved
-  bool analyse(const std::vector<std::uint64_t>& below);
+  bool analyse(const std::vector<TileMask>& below);
 
   int index(int row, int column) const { return index_[static_cast<std::size_t>(row * n_ + column)]; }  ///< −1: always zero
   int n_tiles_stored() const { return n_stored_; }
@@ -37,23 +38,26 @@ class TileFactor {
   void solve4(double* x, int first) const;
 
  private:
+  void plan();
+  std::uint32_t offset(int row, int column) const { return static_cast<std::uint32_t>(16 * index(row, column)); }
+
   struct Target {
-    std::uint16_t tile, row;
+    std::uint32_t tile, row;
   };
   /// One to three targets of a column that are updated by the same columns: target m −= Σ tile(aₘ)·tile(b)ᵀ over `count` terms.
   struct Block {
-    std::uint16_t target, width, count;
+    std::uint32_t target, width, count;
     std::uint32_t first;  // terms_[first + t·(width + 1)] = b, then a of each target
   };
   struct Entry {
-    std::uint16_t tile, other;
+    int tile, other;
   };
   int n_;
   int n_stored_ = 0;
   bool analysed_ = false;
-  std::vector<std::uint64_t> below_;   // pattern of H at the last analyse()
-  std::vector<std::uint64_t> column_;  // pattern of L below the diagonal
-  std::vector<std::uint64_t> row_;     // pattern of L left of the diagonal
+  std::vector<TileMask> below_;   // pattern of H at the last analyse()
+  std::vector<TileMask> column_;  // pattern of L below the diagonal
+  std::vector<TileMask> row_;     // pattern of L left of the diagonal
   std::vector<int> index_;
   std::vector<int> column_start_;  // first target of a column; the first target is the diagonal tile
   std::vector<Target> targets_;
