@@ -1,5 +1,8 @@
 #include "stiction/simulation/plant_impl.hpp"
 
+#include <algorithm>
+#include <filesystem>
+
 #include "simulation/scenes.hpp"
 #include "stiction/core/invalid_input.hpp"
 
@@ -8,11 +11,22 @@ namespace {
 
 std::shared_ptr<const world::Model> load(const std::string& name) {
   if (name == "zoo") return world::Model::make(world::test::make_zoo());
+  if (name == "stacking") return world::Model::make(world::load_scene(source_dir() / "models/stacking.yaml"));
   if (name == "odd_mjcf") return world::Model::make(world::load_scene(source_dir() / "tests/world/data/odd_mjcf.yaml"));
   return load_task(name);
 }
 
-class PlantOf : public testing::TestWithParam<const char*> {};
+/// All task scenes, and two with every kind of joint.
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names{"zoo", "odd_mjcf", "stacking"};
+  for (const auto& entry : std::filesystem::directory_iterator(source_dir() / "tasks")) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class PlantOf : public testing::TestWithParam<std::string> {};
 
 /// Two programs that share no code place every body alike.
 TEST_P(PlantOf, RandomConfigurations_BodiesAreWhereTheModelSays) {
@@ -91,8 +105,7 @@ TEST_P(PlantOf, Pairs_AreThoseOfTheModelWithItsFriction) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, PlantOf, testing::Values("planar_pushing", "planar_hand", "allegro_ball", "zoo", "odd_mjcf"),
-                         [](const auto& param) { return std::string(param.param); });
+INSTANTIATE_TEST_SUITE_P(Scenes, PlantOf, testing::ValuesIn(scene_names()), [](const auto& param) { return param.param; });
 
 TEST(Plant, LinkWithoutInertial_HasThatOfItsShapesAtTheStatedDensity) {
   auto model = load("zoo");

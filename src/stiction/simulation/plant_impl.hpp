@@ -28,7 +28,7 @@ struct Plant::Impl {
   std::vector<int> body_id;      ///< per body of the model: of MuJoCo
   std::vector<int> geometry_of;  ///< per MuJoCo geom: of the model
   std::vector<int> pair_of;      ///< n_geometries × n_geometries, by (A, B): pair, −1 where there is none
-  std::vector<int> actuator_id;  ///< (n_a)
+  std::vector<int> actuator_id;  ///< (n_a); each has one control, of the same number
   std::vector<int> q_address;    ///< per object and robot joint, see copy_* below
   std::vector<int> v_address;    ///< (n_v)
 };
