@@ -71,11 +71,11 @@ BENCHMARK(jacobians)->Name("contact/jacobians/allegro_ball");
 void derivatives(benchmark::State& state) {
   Grasp g;
   contact::calc_jacobians(*g.model, g.kinematics, g.contacts, g.work, g.jacobians);
-  const std::vector<contact::ContactLoad> load(g.contacts.size(), {Eigen::Vector3d(0.1, 0.02, 0.03), Eigen::Matrix3d::Identity()});
+  const std::vector<Eigen::Vector3d> lambda(g.contacts.size(), Eigen::Vector3d(0.1, 0.02, 0.03));
   const Eigen::VectorXd delta = Eigen::VectorXd::LinSpaced(g.model->n_v(), -0.01, 0.01);
   contact::ContactDerivatives out;
   for (auto _ : state) {
-    contact::calc_derivatives(*g.model, g.kinematics, g.contacts, g.jacobians, load, delta, g.work, out);
+    contact::calc_derivatives(*g.model, g.kinematics, g.contacts, g.jacobians, lambda, delta, g.work, out);
     benchmark::DoNotOptimize(out.D_tau_q.data());
   }
 }
