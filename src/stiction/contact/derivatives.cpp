@@ -23,7 +23,7 @@ struct Pass {
   const Workspace::Impl& work;
   const PairData& pair;
   const Contact& contact;
-  const ContactLoad& load;
+  const Vector3d& lambda;
   const double* J;
   detail::Rolling rolling;
   Vector2d spin;
@@ -135,8 +135,8 @@ void calc_column(const Pass& pass, int j, const Run& moved, double* D_tau, doubl
   dw[0] += pass.J[j];
   for (int r = 0; r < 3; ++r) D_w[r * k + j] = dw[r];
 
-  const Vector3d& f = pass.load.lambda;
-  const Vector3d df = go.frame.cross(f) - pass.load.stiffness * dw;
+  const Vector3d& f = pass.lambda;
+  const Vector3d df = go.frame.cross(f);
   const Vector3d turned = f.cross(moved.moves_a ? c.a.w : c.b.w);  // f·(w_j × c_i) = c_i·(f × w_j)
   for (int r = pass.pair.run_begin; r < pass.pair.run_end; ++r) {
     const Run& run = pass.work.column_runs[static_cast<std::size_t>(r)];
@@ -150,11 +150,11 @@ void calc_column(const Pass& pass, int j, const Run& moved, double* D_tau, doubl
   }
 }
 
-void require_sizes(const world::Model& model, std::span<const Contact> contacts, const Jacobians& J, std::span<const ContactLoad> load,
+void require_sizes(const world::Model& model, std::span<const Contact> contacts, const Jacobians& J, std::span<const Vector3d> lambda,
                    const Eigen::VectorXd& delta, const Workspace::Impl& w) {
   core::require_size("work.pairs", static_cast<long>(w.pairs.size()), static_cast<long>(model.pairs().size()));
   core::require_size("delta", delta.size(), model.n_v());
-  core::require_size("load", static_cast<long>(load.size()), static_cast<long>(contacts.size()));
+  core::require_size("lambda", static_cast<long>(lambda.size()), static_cast<long>(contacts.size()));
   core::require_size("J.begin", static_cast<long>(J.begin.size()), static_cast<long>(contacts.size()) + 1);
   for (const Contact& c : contacts) {
     if (c.pair >= 0 && c.pair < static_cast<int>(w.pairs.size())) continue;
@@ -165,9 +165,9 @@ void require_sizes(const world::Model& model, std::span<const Contact> contacts,
 }  // namespace
 
 void calc_derivatives(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, const Jacobians& J,
-                      std::span<const ContactLoad> load, const Eigen::VectorXd& delta, Workspace& work, ContactDerivatives& out) {
+                      std::span<const Vector3d> lambda, const Eigen::VectorXd& delta, Workspace& work, ContactDerivatives& out) {
   const Workspace::Impl& w = work.impl();
-  require_sizes(model, contacts, J, load, delta, w);
+  require_sizes(model, contacts, J, lambda, delta, w);
   out.begin.resize(contacts.size() + 1);
   int size = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -190,7 +190,7 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
     Pass pass{w,
               pair,
               contact,
-              load[i],
+              lambda[i],
               J.values.data() + J.begin[i],
               detail::calc_rolling(surfaces.a, surfaces.b, contact, surfaces.length),
               detail::calc_frame_spin(contact, w.planar_axis),

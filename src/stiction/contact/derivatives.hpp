@@ -8,12 +8,6 @@
 
 namespace stiction::contact {
 
-/// What a contact carries when its Jacobian is differentiated.
-struct ContactLoad {
-  Eigen::Vector3d lambda = Eigen::Vector3d::Zero();     ///< (n, t1, t2) [N·s]
-  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  ///< dλ = −stiffness · d(φ e₁ + J_c δq) [N·s/m]
-};
-
 namespace detail {
 
 /// Motion of the material point of a body at its witness point, in a contact frame (n, t1, t2).
@@ -43,7 +37,7 @@ struct ContactDerivatives {
 ///
 ///     τ_c(q) = J_c(q)ᵀ λ   (k)        w_c(q) = φ(q) e₁ + J_c(q) δq   (3)
 ///
-/// at fixed components of δq and, but for `stiffness`, of λ: the components turn with the contact frame and with the tangent space at q.
+/// at fixed components of λ and δq: the components turn with the contact frame and with the tangent space at q.
 /// Witness points and normal move with the curvature of both surfaces, the frame with the normal, the axes with the bodies below them.
 /// O(k²) for each contact; no heap use once `out` has its size.
 ///
@@ -51,11 +45,11 @@ struct ContactDerivatives {
 /// before an edge before a face); where two flat features lie on each other, the point of A stays where it is on A, and the normal
 /// stays with B.
 /// @param J      of the same contacts
-/// @param load   one for each contact
+/// @param lambda impulse of each contact (n, t1, t2)
 /// @param delta  δq (n_v)
 /// @throws core::InvalidInput: sizes that do not fit
 /// Source: docs/theory/contact.md §8. Tests: tests/contact/derivatives_test.cpp
 void calc_derivatives(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, const Jacobians& J,
-                      std::span<const ContactLoad> load, const Eigen::VectorXd& delta, Workspace& work, ContactDerivatives& out);
+                      std::span<const Eigen::Vector3d> lambda, const Eigen::VectorXd& delta, Workspace& work, ContactDerivatives& out);
 
 }  // namespace stiction::contact

@@ -31,15 +31,15 @@ void transport(const Model& model, const Eigen::VectorXd& delta, Eigen::MatrixXd
 }
 
 /// λ and S = −∂λ/∂w_c of every contact at the solution, with w_c = φe₁ + J_c δq (S.7); both 0 where the rows are not in the program.
-void fill_loads(const SolvedStep& step, const StepResult& out, std::vector<contact::ContactLoad>& loads) {
+void fill_impulses(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work) {
   int cone = 0, half = 0;
-  loads.assign(out.contacts.size(), {});
-  for (std::size_t i = 0; i < loads.size(); ++i) {
+  work.lambda.assign(out.contacts.size(), Vector3d::Zero());
+  work.stiffness.assign(out.contacts.size(), Matrix3d::Zero());
+  for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     if (!step.included[i]) continue;
     const double mu = out.contacts[i].contact.friction * step.options.friction_scale;
-    contact::ContactLoad& load = loads[i];
-    load.lambda = out.contacts[i].lambda;
-    Matrix3d& S = load.stiffness;
+    work.lambda[i] = out.contacts[i].lambda;
+    Matrix3d& S = work.stiffness[i];
     if (!step.rays.empty()) {
       for (const auto& d : step.rays) {
         const Vector3d row(1, mu * d.x(), mu * d.y());
@@ -80,60 +80,116 @@ void subtract_objective(const SolvedStep& step, const StepResult& out, Eigen::Ma
   }
 }
 
-/// dλ = −S (D_w_q dq + J_c D_δq) (S.9), for D_δq (n_v × n) of all coordinates; D_w_q null where w_c is not moved by itself.
-void calc_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, const Eigen::MatrixXd& D_delta,
-                   bool with_q, ImpulseDerivatives& D_lambda) {
-  using RowMajor = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
-  const Model& model = step.model;
-  D_lambda.resize(out.contacts.size(), D_delta.cols());
+/// One contact's coordinates and Jacobian.
+struct Rows {
+  Rows(const SolvedStep& step, const StepResult& out, std::size_t i)
+      : support(step.model.supports()[at(step.model.pairs()[at(out.contacts[i].contact.pair)].support)]),
+        J(step.J.values.data() + step.J.begin[i], 3, static_cast<Eigen::Index>(support.size())) {}
+  using Matrix = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>>;
+  const std::vector<int>& support;
+  Matrix J;
+};
+
+/// dλ = −S (D_w_q + J_c X) (S.9) of every contact, X (n_v × n) the derivative of δq; without D_w_q for derivatives by u.
+void calc_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, const Eigen::MatrixXd& X, bool by_q,
+                   ImpulseDerivatives& D_lambda) {
+  D_lambda.resize(out.contacts.size(), X.cols());
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     auto D = D_lambda[i];
     D.setZero();
     if (!step.included[i]) continue;
-    const auto& support = model.supports()[at(model.pairs()[at(out.contacts[i].contact.pair)].support)];
-    const auto k = static_cast<Eigen::Index>(support.size());
-    const Eigen::Map<const RowMajor> J(step.J.values.data() + step.J.begin[i], 3, k);
+    const Rows rows(step, out, i);
+    const auto k = static_cast<Eigen::Index>(rows.support.size());
+    if (by_q) {
+      const Rows::Matrix D_w(work.derivatives.D_w_q.data() + step.J.begin[i], 3, k);
+      for (Eigen::Index c = 0; c < k; ++c) D.col(rows.support[static_cast<std::size_t>(c)]) = D_w.col(c);
+    }
+    const Matrix3d minus_S = -work.stiffness[i];
     for (Eigen::Index j = 0; j < D.cols(); ++j) {
-      Vector3d dw = Vector3d::Zero();
-      for (Eigen::Index c = 0; c < k; ++c) dw += J.col(c) * D_delta(support[static_cast<std::size_t>(c)], j);
-      D.col(j) = dw;
+      Vector3d dw = D.col(j);
+      for (Eigen::Index c = 0; c < k; ++c) dw += X(rows.support[static_cast<std::size_t>(c)], j) * rows.J.col(c);
+      D.col(j).noalias() = minus_S * dw;
     }
-    if (with_q) {
-      const Eigen::Map<const RowMajor> D_w(work.derivatives.D_w_q.data() + step.J.begin[i], 3, k);
-      for (Eigen::Index c = 0; c < k; ++c) D.col(support[static_cast<std::size_t>(c)]) += D_w.col(c);
-    }
-    const Matrix3d& S = work.loads[i].stiffness;
-    for (Eigen::Index j = 0; j < D.cols(); ++j) D.col(j) = -(S * Vector3d(D.col(j))).eval();
   }
 }
 
-/// R = −∂/∂q of the stationarity condition Qδq + b − Σ J_cᵀλ at fixed components of δq, λ following w_c (S.8).
-void calc_stationarity(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, const StepResult& out,
-                       Eigen::MatrixXd& R) {
-  const Model& model = step.model;
-  R.setZero(model.n_v(), model.n_v());
-  work.contacts.resize(out.contacts.size());
-  for (std::size_t i = 0; i < out.contacts.size(); ++i) work.contacts[i] = out.contacts[i].contact;
-  contact::calc_derivatives(model, step.kinematics, work.contacts, step.J, work.loads, out.delta, contact_work, work.derivatives);
+/// R += J_cᵀ dλ over all contacts.
+void add_impulses(const SolvedStep& step, const StepResult& out, const ImpulseDerivatives& D_lambda, Eigen::MatrixXd& R) {
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     if (!step.included[i]) continue;
-    const auto& support = model.supports()[at(model.pairs()[at(work.contacts[i].pair)].support)];
-    const double* D = work.derivatives.D_tau_q.data() + work.derivatives.begin[i];
-    for (const int j : support) {
-      for (const int row : support) R(row, j) += *D++;
+    const Rows rows(step, out, i);
+    const auto D = D_lambda[i];
+    for (Eigen::Index j = 0; j < D.cols(); ++j) {
+      const Vector3d d = D.col(j);
+      for (std::size_t c = 0; c < rows.support.size(); ++c) R(rows.support[c], j) += rows.J.col(static_cast<Eigen::Index>(c)).dot(d);
     }
   }
-  for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
-    const int variable = step.bound_variables[i];
-    R(variable, variable) -= cone::D_bound(step.solver, static_cast<int>(i));
-  }
-  subtract_objective(step, out, R);
 }
 
-/// A = T + J_r H⁻¹R, T the transport of the tangent space: exp(δθ)ᵀ for free rotations, else 1 (S.10).
+/// R += J_cᵀ dλ for dλ = −S D_w_q, the impulses' answer while δq stays.
+void add_first_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, Eigen::MatrixXd& R) {
+  for (std::size_t i = 0; i < out.contacts.size(); ++i) {
+    if (!step.included[i]) continue;
+    const Rows rows(step, out, i);
+    const auto k = static_cast<Eigen::Index>(rows.support.size());
+    const Rows::Matrix D_w(work.derivatives.D_w_q.data() + step.J.begin[i], 3, k);
+    for (Eigen::Index j = 0; j < k; ++j) {
+      const Vector3d d = work.stiffness[i] * D_w.col(j);
+      double* column = R.col(rows.support[static_cast<std::size_t>(j)]).data();
+      for (Eigen::Index c = 0; c < k; ++c) column[rows.support[static_cast<std::size_t>(c)]] -= rows.J.col(c).dot(d);
+    }
+  }
+}
+
+/// One round of refinement of H X = fixed + J_cᵀ(impulses that do not depend on X). H has entries of λ²/σ and its factor loses their digits;
+/// here they meet in dλ, before J_cᵀ, and cancel there.
+void refine(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, bool by_q, Eigen::MatrixXd& X) {
+  calc_impulses(step, out, work, X, by_q, work.D_lambda);
+  work.residual = work.fixed;
+  add_impulses(step, out, work.D_lambda, work.residual);
+  for (const QEntry& e : step.Q) {
+    work.residual.row(e.row) -= e.value * X.row(e.column);
+    if (e.row != e.column) work.residual.row(e.column) -= e.value * X.row(e.row);
+  }
+  for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
+    const int v = step.bound_variables[i];
+    const double D = cone::D_bound(step.solver, static_cast<int>(i));
+    work.residual.row(v) -= D * X.row(v);
+    if (by_q) work.residual(v, v) -= D;
+  }
+  cone::apply_inverse(step.solver, work.residual);
+  X += work.residual;
+}
+
+/// −∂/∂q of Qδq + b − Σ J_cᵀλ at fixed components of δq and λ (S.8).
+void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, const StepResult& out) {
+  const Model& model = step.model;
+  work.fixed.setZero(model.n_v(), model.n_v());
+  work.contacts.resize(out.contacts.size());
+  for (std::size_t i = 0; i < out.contacts.size(); ++i) work.contacts[i] = out.contacts[i].contact;
+  contact::calc_derivatives(model, step.kinematics, work.contacts, step.J, work.lambda, out.delta, contact_work, work.derivatives);
+  for (std::size_t i = 0; i < out.contacts.size(); ++i) {
+    if (!step.included[i]) continue;
+    const Rows rows(step, out, i);
+    const double* D = work.derivatives.D_tau_q.data() + work.derivatives.begin[i];
+    for (const int j : rows.support) {
+      for (const int row : rows.support) work.fixed(row, j) += *D++;
+    }
+  }
+  subtract_objective(step, out, work.fixed);
+}
+
+/// A = T + J_r D_δq_q, T the transport of the tangent space: exp(δθ)ᵀ for free rotations, else 1 (S.10).
 void calc_A(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out) {
-  calc_stationarity(step, contact_work, work, out, out.A);
+  calc_fixed(step, contact_work, work, out);
+  out.A = work.fixed;
+  add_first_impulses(step, out, work, out.A);
+  for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
+    const int v = step.bound_variables[i];
+    out.A(v, v) -= cone::D_bound(step.solver, static_cast<int>(i));
+  }
   cone::apply_inverse(step.solver, out.A);
+  if (std::holds_alternative<Exact>(step.options.smoothing)) refine(step, out, work, true, out.A);
   if (step.options.with_force_derivatives) calc_impulses(step, out, work, out.A, true, out.D_lambda_q);
   transport(step.model, out.delta, out.A);
   out.A.diagonal().array() += 1.0;
@@ -141,7 +197,7 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
                          [&](int row, const So3& so3) { out.A.block<3, 3>(row, row) += so3.exp.transpose() - Matrix3d::Identity(); });
 }
 
-/// B = J_r H⁻¹ [0; hK_a] (S.5).
+/// B = J_r D_δq_u (S.5).
 void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& out) {
   const Model& model = step.model;
   work.actuated.resize(at(model.n_a()));
@@ -152,6 +208,11 @@ void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& ou
   }
   out.B.resize(model.n_v(), model.n_a());
   cone::calc_inverse_columns(step.solver, work.actuated, work.h_stiffness, out.B);
+  if (step.options.with_A && std::holds_alternative<Exact>(step.options.smoothing)) {
+    work.fixed.setZero(model.n_v(), model.n_a());
+    for (int j = 0; j < model.n_a(); ++j) work.fixed(work.actuated[at(j)], j) = work.h_stiffness[at(j)];
+    refine(step, out, work, false, out.B);
+  }
   if (step.options.with_force_derivatives) calc_impulses(step, out, work, out.B, false, out.D_lambda_u);
   transport(model, out.delta, out.B);
 }
@@ -159,7 +220,7 @@ void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& ou
 }  // namespace
 
 void linearise(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out) {
-  if (step.options.with_A || step.options.with_force_derivatives) fill_loads(step, out, work.loads);
+  if (step.options.with_A || step.options.with_force_derivatives) fill_impulses(step, out, work);
   if (step.options.with_A) calc_A(step, contact_work, work, out);
   if (step.options.with_B) calc_B(step, work, out);
 }

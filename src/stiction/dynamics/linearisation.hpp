@@ -11,6 +11,12 @@
 
 namespace stiction::dynamics::detail {
 
+/// Entry of the lower triangle of Q.
+struct QEntry {
+  int row, column;
+  double value;
+};
+
 /// What a solved step leaves behind, which its derivatives are made of.
 struct SolvedStep {
   const world::Model& model;
@@ -20,16 +26,21 @@ struct SolvedStep {
   std::span<const char> included;         ///< per contact: its rows are in the program
   std::span<const Eigen::Vector2d> rays;  ///< of the half-lines of a contact, none for second-order cones
   std::span<const int> bound_variables;   ///< of the joint limits in the program, in order of adding
+  std::span<const QEntry> Q;
   const cone::Workspace& solver;
 };
 
 /// Scratch; sized by the first call.
 struct LinearisationWorkspace {
+  std::vector<contact::Contact> contacts;
+  std::vector<Eigen::Vector3d> lambda;
+  std::vector<Eigen::Matrix3d> stiffness;  // S = −∂λ/∂w_c per contact
+  contact::ContactDerivatives derivatives;
+  Eigen::MatrixXd fixed;     // right-hand sides at constant impulses
+  Eigen::MatrixXd residual;  // and what is left of them
+  ImpulseDerivatives D_lambda;
   std::vector<int> actuated;        // velocity indices of the commands
   std::vector<double> h_stiffness;  // hK_a
-  std::vector<contact::Contact> contacts;
-  std::vector<contact::ContactLoad> loads;
-  contact::ContactDerivatives derivatives;
 };
 
 /// Fills out.A, out.B and the derivatives of the impulses, whichever the options ask for, at the solution in `out`.

@@ -144,11 +144,7 @@ struct StepWorkspace::Impl {
   contact::Jacobians J;
   std::vector<double> G;
   std::vector<Eigen::Vector2d> rays;  // of the friction cone in (t1, t2); none: second order
-  struct Entry {
-    int row, column;
-    double value;
-  };
-  std::vector<Entry> Q;  // lower triangle
+  std::vector<detail::QEntry> Q;      // lower triangle
   Eigen::VectorXd b;
   Eigen::VectorXd commanded;           // (0; u − qᵃ)
   std::vector<char> included;          // per contact: its rows are in the problem
@@ -452,7 +448,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   cone::Options solver_options;
   solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
   solver_options.tol_complementarity =
-      exact && options.with_B ? std::max(options.tol_complementarity, kSensitivityComplementarity) : options.tol_complementarity;
+      exact && derivatives ? std::max(options.tol_complementarity, kSensitivityComplementarity) : options.tol_complementarity;
   solver_options.warm_start = options.warm_start;
   solver_options.sensitivities = derivatives;
   out.iterations = 0;
@@ -493,7 +489,8 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   world::retract(model, in.q, out.delta, out.q_next);
   read_contacts(model, options, work, out.contacts);
   if (derivatives) {
-    const detail::SolvedStep solved{model, options, work.kinematics, work.J, work.included, work.rays, work.bound_variables, *work.solver};
+    const detail::SolvedStep solved{model,  options,     work.kinematics, work.J, work.included, work.rays, work.bound_variables,
+                                    work.Q, *work.solver};
     detail::linearise(solved, work.contact_work, work.linearisation, out);
   }
   return out.status;
