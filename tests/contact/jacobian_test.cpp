@@ -85,15 +85,17 @@ TEST_P(EveryShapePair, RowN_IsTheGradientOfPhi) {
   for (int i = 0; i < 60; ++i) {
     s.move_to_random(random, i % 2 ? 0.05 : 0.15);
     const auto contacts = s.query_contacts();
-    ASSERT_EQ(contacts.size(), 1u);
+    const auto nearest =
+        std::min_element(contacts.begin(), contacts.end(), [](const Contact& c, const Contact& d) { return c.phi < d.phi; });
+    ASSERT_NE(nearest, contacts.end());
     const Slope slope = difference_phi(s, 0, step);
     if (slope.turn > 1e-4) continue;  // a kink within a step
-    const VectorXd J_n = full_jacobian(s, contacts[0]).row(0);
-    EXPECT_LE((slope.gradient - J_n).norm(), 1e-7) << "#" << i << " phi " << contacts[0].phi << "\n  differences "
-                                                   << slope.gradient.transpose() << "\n  row n       " << J_n.transpose();
+    const VectorXd J_n = full_jacobian(s, *nearest).row(0);
+    EXPECT_LE((slope.gradient - J_n).norm(), 1e-7)
+        << "#" << i << " phi " << nearest->phi << "\n  differences " << slope.gradient.transpose() << "\n  row n       " << J_n.transpose();
     EXPECT_GT(J_n.norm(), 0.9);
     ++compared;
-    apart += contacts[0].phi > 0;
+    apart += nearest->phi > 0;
   }
   EXPECT_GT(compared, 45);
   EXPECT_GT(apart, 10);

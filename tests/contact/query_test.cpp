@@ -62,6 +62,19 @@ void expect_same(const std::vector<Contact>& got, const std::vector<Contact>& wa
   }
 }
 
+/// The nearest point of each pair.
+std::vector<Contact> nearest_of_pairs(const std::vector<Contact>& contacts) {
+  std::vector<Contact> out;
+  for (const Contact& c : contacts) {
+    if (out.empty() || out.back().pair != c.pair) {
+      out.push_back(c);
+    } else if (c.phi < out.back().phi) {
+      out.back() = c;
+    }
+  }
+  return out;
+}
+
 void expect_identical(const std::vector<Contact>& a, const std::vector<Contact>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -85,7 +98,7 @@ TEST(Query, RandomConfigurations_EqualBruteForce) {
     const double margin = i % 2 ? 0.03 : 0.0, cutoff = i % 3 ? 1e300 : 0.01;
     const auto contacts = s.query_contacts({.margin = margin, .cutoff = cutoff});
     // The composed pose of a geometry differs by rounding from the test's, and flat features amplify it.
-    expect_same(contacts, brute_force(s, margin, cutoff), 1e-8);
+    expect_same(nearest_of_pairs(contacts), brute_force(s, margin, cutoff), 1e-8);
     found += contacts.size();
   }
   EXPECT_GT(found, 2000u);
@@ -94,15 +107,15 @@ TEST(Query, RandomConfigurations_EqualBruteForce) {
 TEST(Query, Contacts_HaveStableIdsFrictionAndRightHandedFrames) {
   Fixture s(test::make_busy_scene());
   Random random(2);
-  std::vector<std::uint64_t> ids(s.model->pairs().size(), ~0ull);
+  std::vector<char> met(s.model->pairs().size(), 0);
   for (int i = 0; i < 100; ++i) {
     s.move_to_random(random);
-    int last = -1;
-    for (const Contact& c : s.query_contacts()) {
-      EXPECT_GT(c.pair, last);
-      last = c.pair;
-      EXPECT_TRUE(ids[c.pair] == ~0ull || ids[c.pair] == c.id);
-      ids[c.pair] = c.id;
+    const auto contacts = s.query_contacts();
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      const Contact& c = contacts[k];
+      EXPECT_EQ(c.id >> 8, static_cast<std::uint64_t>(c.pair));
+      EXPECT_TRUE(k == 0 || contacts[k - 1].id < c.id);
+      met[c.pair] = 1;
       EXPECT_EQ(c.friction, s.model->pairs()[c.pair].friction);
       Eigen::Matrix3d F;
       F << c.nhat_BA_W, c.t1_W, c.t2_W;
@@ -111,9 +124,7 @@ TEST(Query, Contacts_HaveStableIdsFrictionAndRightHandedFrames) {
       EXPECT_LE((c.p_WA - c.p_WB - c.phi * c.nhat_BA_W).norm(), 1e-14);
     }
   }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  EXPECT_GT(ids.size(), 40u) << "ids must name their pairs";
+  EXPECT_GT(std::count(met.begin(), met.end(), 1), 40);
 }
 
 TEST(Query, TurningNormal_FrameIsContinuousOutsideTheCapAroundMinusZ) {
@@ -156,7 +167,7 @@ TEST(Query, MaxContacts_KeepsTheNearestInOrderOfPair) {
       want.resize(5);
       ++cut;
     }
-    std::sort(want.begin(), want.end(), [](const Contact& a, const Contact& b) { return a.pair < b.pair; });
+    std::sort(want.begin(), want.end(), [](const Contact& a, const Contact& b) { return a.id < b.id; });
     expect_identical(got, want);
   }
   EXPECT_GT(cut, 50);
@@ -205,7 +216,7 @@ TEST(QueryPairs, Subset_IsInTheGivenOrderAndIgnoresMaxDistance) {
     std::vector<int> pairs = s.all_pairs();
     std::reverse(pairs.begin(), pairs.end());
     query_pairs(*s.model, s.kinematics, pairs, 0.15, s.work, out);
-    std::reverse(out.begin(), out.end());
+    std::stable_sort(out.begin(), out.end(), [](const Contact& a, const Contact& b) { return a.pair < b.pair; });
     expect_same(out, s.query_contacts({.margin = 1.0, .cutoff = 0.15}), 1e-14);
   }
 }
@@ -283,8 +294,8 @@ TEST(Query, AfterTheFirstCall_NothingIsAllocated) {
   Jacobians jacobians;
   std::vector<double> J(3 * static_cast<std::size_t>(s.model->n_v()));
   const std::vector<int> pairs = s.all_pairs();
-  jacobians.values.reserve(pairs.size() * J.size());
-  jacobians.begin.reserve(pairs.size() + 1);
+  jacobians.values.reserve(8 * pairs.size() * J.size());  // a patch has up to eight points
+  jacobians.begin.reserve(8 * pairs.size() + 1);
   double sum = 0;
   const auto everything = [&] {
     query(*s.model, s.kinematics, {.margin = 0.1}, s.work, out);

@@ -19,14 +19,32 @@ struct Distance {
   Eigen::Vector3d nhat_BA_W;   ///< unit normal from B to A: p_WA − p_WB = phi · nhat
 };
 
+/// Body that carries the reference face of a patch: the normal of the point turns with it.
+enum class PatchSide : unsigned char {
+  None,  ///< not a point of a patch: normal and points are those of the nearest surfaces
+  A,
+  B
+};
+
+/// What holds a point of a patch, with I the body that is not the reference R. Its point on R is the foot of its point on I.
+enum class PatchPoint : unsigned char {
+  Vertex,    ///< the point of I is fixed in I
+  Crossing,  ///< the point of I slides along an edge of I, direction edge_W, so as to stay on a side plane of R, normal side_W
+  Corner     ///< the point of R is fixed in R; that of I slides on a face of I, outward normal edge_W
+};
+
 /// One contact candidate of a configuration.
 struct Contact {
   int pair = -1;                          ///< index into Model::pairs()
-  std::uint64_t id = 0;                   ///< stable over time: names the pair (and later the point of a patch)
+  PatchSide reference = PatchSide::None;  ///< of a point of a patch
+  PatchPoint kind = PatchPoint::Vertex;   ///< of a point of a patch
+  std::uint64_t id = 0;                   ///< stable over time: pair · 256 + number of the features that meet in the point
   double phi = 0;                         ///< [m]
   Eigen::Vector3d p_WA, p_WB;             ///< witness points [m]
   Eigen::Vector3d nhat_BA_W, t1_W, t2_W;  ///< right-handed frame, n × t1 = t2; in planar models t1 = axis × n and t2 = axis
   double friction = 0;                    ///< μ of the pair
+  Eigen::Vector3d edge_W{0, 0, 0};        ///< unit, see PatchPoint; zero where it has no use
+  Eigen::Vector3d side_W{0, 0, 0};        ///< unit, see PatchPoint; zero where it has no use
 };
 
 struct QueryOptions {
@@ -49,17 +67,18 @@ class Workspace {
   std::unique_ptr<Impl> impl_;
 };
 
-/// All contacts at a configuration: every pair with phi < min(max_distance + margin, cutoff), in order of pair index. With
-/// scene.max_contacts only the nearest so many, ties by pair index, still in order of pair index.
+/// All contacts at a configuration: every point with phi < min(max_distance + margin, cutoff), in order of id, that is of pair index
+/// and then of features. A pair touches in one point, or, where one of the two has a flat face that looks at the other, in a patch of
+/// up to eight (docs/theory/contact.md §9). With scene.max_contacts only the nearest so many, ties by id, still in order of id.
 ///
 /// Broad phase by bounding spheres, phi ≥ ‖p_WCenter,A − p_WCenter,B‖ − r_A − r_B; it never drops a contact.
-/// @param out  capacity is kept: no heap use after the first call with the same `out` and `work`
+/// @param out  capacity is kept: no heap use after the first call with the same `out` and `work` up to 4096 contacts
 /// @throws core::InvalidInput: margin negative or not finite, cutoff NaN, `work` or `kinematics` of another model
 /// Tests: tests/contact/query_test.cpp
 void query(const world::Model& model, const world::Kinematics& kinematics, const QueryOptions& options, Workspace& work,
            std::vector<Contact>& out);
 
-/// Contacts of the given pairs with phi < cutoff [m], in the given order; max_distance and max_contacts do not apply.
+/// Contacts of the given pairs with phi < cutoff [m], pairs in the given order; max_distance and max_contacts do not apply.
 void query_pairs(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double cutoff,
                  Workspace& work, std::vector<Contact>& out);
 
@@ -79,7 +98,8 @@ double calc_pair_lower_bound(const world::Model& model, const world::Kinematics&
 ///     v_c = J_c δq = [n t1 t2]ᵀ (v_A(p_WA) − v_B(p_WB)) ,
 ///
 /// the displacement of A at its witness point relative to B at its own. Row n is the gradient of phi, exactly:
-/// phi(q ⊕ δ) = phi(q) + J_n δ + O(δ²) wherever the witness points are unique.
+/// phi(q ⊕ δ) = phi(q) + J_n δ + O(δ²) wherever the witness points are unique, and in points of a patch that are fixed in the body
+/// opposite its reference. In the others (PatchPoint::Crossing, Corner) it is the gradient of the height of the material point.
 /// @param J row-major, 3·k numbers, k = supports()[pair.support].size()
 /// Source: docs/theory/contact.md §7. Tests: tests/contact/jacobian_test.cpp
 void calc_jacobian(const world::Model& model, const world::Kinematics& kinematics, const Contact& contact, double* J);

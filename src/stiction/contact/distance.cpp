@@ -7,6 +7,7 @@
 
 #include "stiction/contact/closed_form.hpp"
 #include "stiction/contact/coal_distance.hpp"
+#include "stiction/contact/polytope.hpp"
 #include "stiction/core/invalid_input.hpp"
 
 namespace stiction::contact {
@@ -95,6 +96,7 @@ ShapeData make_shape_data(const world::Shape& shape) {
   Flatten flatten;
   std::visit(flatten, shape);
   flatten.out.coal = make_coal_shape(flatten.out);
+  flatten.out.polytope = make_polytope(flatten.out);
   return flatten.out;
 }
 

@@ -27,7 +27,19 @@ void require_pair(const Workspace::Impl& w, int pair) {
   }
 }
 
-constexpr std::uint64_t make_id(int pair) { return static_cast<std::uint64_t>(pair) << 8; }
+constexpr std::uint64_t make_id(int pair, int point = 0) { return (static_cast<std::uint64_t>(pair) << 8) + static_cast<unsigned>(point); }
+
+/// Room kept for contacts from the first query on, beyond one for each pair.
+constexpr std::size_t kReservedContacts = 4096;
+
+/// Of an earlier contact in the same place: only points of a patch have anything in these fields.
+inline void forget_patch(Contact& c) {
+  if (c.reference == PatchSide::None) return;
+  c.reference = PatchSide::None;
+  c.kind = PatchPoint::Vertex;
+  c.edge_W.setZero();
+  c.side_W.setZero();
+}
 
 void require_length(std::string_view field, double value) {
   if (std::isnan(value)) core::throw_invalid(field, "nan", "a length [m]");
@@ -71,6 +83,8 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     data.radius_a = a.radius;
     data.radius_b = b.radius;
     data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
+    data.patch = detail::has_patch(geometries[data.first].shape, geometries[data.second].shape);
+    data.boxes = a.kind == Kind::Box && b.kind == Kind::Box;
     if (a.kind != Kind::Sphere || b.kind != Kind::Sphere) {
       data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
       if (!data.kernel) {
@@ -110,12 +124,14 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     pairs.push_back(data);
   }
   if (planar_axis) find_planes(model);
+  reserve_scratch();
   center_distance2.assign(n_p + kPadding, 0.0);
   excess.assign(n_p + kPadding, 0.0);
   candidates.assign(n_p + kPadding, 0);
   center_distance.assign(n_p + kPadding, 0.0);
   center_inverse.assign(n_p + kPadding, 0.0);
-  nearest.reserve(n_p);
+  for (int i = 0; i < n_p; ++i) n_patch_points += static_cast<std::size_t>(slots(i) - 1);
+  nearest.reserve(n_p + std::min(n_patch_points, kReservedContacts));
   screw.assign(8 * static_cast<std::size_t>(n_v), 0.0);
 }
 
@@ -138,9 +154,27 @@ void Workspace::Impl::find_planes(const world::Model& model) {
       if (straight && std::abs(X_WG[i].R(*planar_axis, k)) > 1.0 - 1e-9) g.extruded.half[k] += 10.0 * longest;
     }
     g.extruded.coal = detail::make_coal_shape(g.extruded);
+    g.extruded.polytope = detail::make_polytope(g.extruded);
   }
   const std::vector<double>& height = *planar_axis == 0 ? center_x : *planar_axis == 1 ? center_y : center_z;
-  for (PairData& p : pairs) p.in_plane = std::abs(height[p.a] - height[p.b]) < 1e-9 * longest;
+  for (PairData& p : pairs) {
+    p.in_plane = std::abs(height[p.a] - height[p.b]) < 1e-9 * longest;
+    if (!p.in_plane && p.half_space < 0) p.patch = false;
+  }
+}
+
+void Workspace::Impl::reserve_scratch() {
+  std::size_t most = 2 * detail::kCapPoints, vertices = 0;
+  for (const GeometryData& g : geometries) {
+    if (!g.shape.polytope) continue;
+    vertices = std::max(vertices, g.shape.polytope->vertices.size());
+    for (const detail::Polytope::Face& f : g.shape.polytope->faces) most = std::max(most, static_cast<std::size_t>(f.count));
+  }
+  patch_scratch.polygon.reserve(2 * most + 2);  // a convex polygon gains at most one corner from each side that cuts it
+  patch_scratch.clipped.reserve(2 * most + 2);
+  patch_scratch.corner_W.reserve(most);
+  patch_scratch.vertex.reserve(std::max(most, vertices));
+  patch_scratch.gathered.reserve(2 * most + vertices + 4);
 }
 
 Workspace::Workspace(const world::Model& model) : impl_(std::make_unique<Impl>(model)) {}
@@ -186,6 +220,16 @@ void Workspace::Impl::flatten(const PairData& p, Distance& out) const {
   out.p_WB = middle - 0.5 * out.phi * out.nhat_BA_W;
 }
 
+const detail::ShapeData& Workspace::Impl::shape_of(const PairData& p, int geometry) const {
+  const GeometryData& g = geometries[geometry];
+  return p.in_plane && g.shape.kind != Kind::Sphere ? g.extruded : g.shape;
+}
+
+const world::Pose& Workspace::Impl::pose_of(int g) {
+  if (geometries[g].shape.kind == Kind::Sphere) X_WG[g].p = {center_x[g], center_y[g], center_z[g]};
+  return X_WG[g];
+}
+
 void Workspace::Impl::narrow(int pair, Distance& out) {
   const PairData& p = pairs[pair];
   if (!p.kernel) {
@@ -193,37 +237,72 @@ void Workspace::Impl::narrow(int pair, Distance& out) {
                           p.radius_b, coincident_normal, out);
     return;
   }
-  const auto pose = [&](int g) -> const world::Pose& {
-    if (geometries[g].shape.kind == Kind::Sphere) X_WG[g].p = {center_x[g], center_y[g], center_z[g]};
-    return X_WG[g];
-  };
-  const GeometryData &first = geometries[p.first], &second = geometries[p.second];
-  if (!p.in_plane) {
-    p.kernel(first.shape, pose(p.first), second.shape, pose(p.second), context, out);
-  } else {
-    const auto planar = [](const GeometryData& g) -> const detail::ShapeData& {
-      return g.shape.kind == Kind::Sphere ? g.shape : g.extruded;
-    };
-    p.kernel(planar(first), pose(p.first), planar(second), pose(p.second), context, out);
-    flatten(p, out);
-  }
+  p.kernel(shape_of(p, p.first), pose_of(p.first), shape_of(p, p.second), pose_of(p.second), context, out);
   if (p.first != p.a) detail::swap_roles(out);
+  if (p.in_plane) flatten(p, out);
 }
 
-bool Workspace::Impl::fill(int pair, double limit, Contact& out) {
+int Workspace::Impl::fill_patch(int pair, double limit, Contact* out) {
   const PairData& p = pairs[pair];
-  if (p.half_space >= 0 && lower_bound(pair) >= limit) return false;
+  const detail::Placed first{shape_of(p, p.first), X_WG[p.first], geometries[p.first].shape};
+  const detail::Placed second{shape_of(p, p.second), X_WG[p.second], geometries[p.second].shape};
+  detail::PatchOptions options{.limit = limit};
+  if (planar_axis) {
+    options.planar_axis = *planar_axis;
+    options.planar_level = (*planar_axis == 0 ? center_x : *planar_axis == 1 ? center_y : center_z)[p.first];
+  }
+  const bool swapped = p.first != p.a;
+  Distance d;
+  bool done = false;
+  if (p.boxes) {
+    const bool certain = box_box(first.shape, first.X_W, second.shape, second.X_W, limit, d);
+    if (!(d.phi < limit)) return 0;
+    done = calc_patch(first, second, d, certain, options, patch_scratch, patch);
+  }
+  if (!done) {
+    narrow(pair, d);
+    if (!(d.phi < limit)) return 0;
+    if (swapped) detail::swap_roles(d);
+    calc_patch(first, second, d, true, options, patch_scratch, patch);
+  }
+  for (int i = 0; i < patch.n; ++i) {
+    detail::Patch::Point& from = patch.points[i];
+    Contact& to = out[i];
+    if (swapped) {
+      detail::swap_roles(from.at);
+      if (from.reference != PatchSide::None) from.reference = from.reference == PatchSide::A ? PatchSide::B : PatchSide::A;
+    }
+    to.pair = pair;
+    to.id = make_id(pair, from.code);
+    to.phi = from.at.phi;
+    to.p_WA = from.at.p_WA;
+    to.p_WB = from.at.p_WB;
+    to.friction = p.friction;
+    to.reference = from.reference;
+    to.kind = from.kind;
+    to.edge_W = from.edge_W;
+    to.side_W = from.side_W;
+    detail::set_frame(from.at.nhat_BA_W, planar_axis, to);
+  }
+  return patch.n;
+}
+
+int Workspace::Impl::fill(int pair, double limit, Contact* out) {
+  const PairData& p = pairs[pair];
+  if (p.half_space >= 0 && lower_bound(pair) >= limit) return 0;
+  if (p.patch) return fill_patch(pair, limit, out);
   Distance d;
   narrow(pair, d);
-  if (!(d.phi < limit)) return false;
-  out.pair = pair;
-  out.id = make_id(pair);
-  out.phi = d.phi;
-  out.p_WA = d.p_WA;
-  out.p_WB = d.p_WB;
-  out.friction = p.friction;
-  detail::set_frame(d.nhat_BA_W, planar_axis, out);
-  return true;
+  if (!(d.phi < limit)) return 0;
+  out->pair = pair;
+  out->id = make_id(pair);
+  out->phi = d.phi;
+  out->p_WA = d.p_WA;
+  out->p_WB = d.p_WB;
+  out->friction = p.friction;
+  forget_patch(*out);
+  detail::set_frame(d.nhat_BA_W, planar_axis, *out);
+  return 1;
 }
 
 // The same for two spheres whose centres are `length` apart.
@@ -239,6 +318,7 @@ inline bool Workspace::Impl::fill_spheres(int pair, double limit, double length,
   out.p_WA = a - p.radius_a * n;
   out.p_WB = b + p.radius_b * n;
   out.friction = p.friction;
+  forget_patch(out);
   detail::set_frame(n, planar_axis, out);
   return true;
 }
@@ -283,23 +363,25 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   lengths = lengths.sqrt();
   inverse_lengths = lengths.inverse();
 
-  out.reserve(w.pairs.size());
-  out.resize(static_cast<std::size_t>(n));
+  out.reserve(w.pairs.size() + std::min(w.n_patch_points, kReservedContacts));
+  auto slots = static_cast<std::size_t>(n);
+  for (int k = 0; k < n && w.n_patch_points > 0; ++k) slots += static_cast<std::size_t>(w.slots(candidates[k]) - 1);
+  out.resize(slots);
   Contact* next = out.data();
   for (int k = 0; k < n; ++k) {
     const int i = candidates[k];
     const double limit = std::min(max_distance[i] + margin, cutoff);
-    next += w.pairs[i].kernel ? w.fill(i, limit, *next) : w.fill_spheres(i, limit, length[k], inverse_lengths[k], *next);
+    next += w.pairs[i].kernel ? w.fill(i, limit, next) : w.fill_spheres(i, limit, length[k], inverse_lengths[k], *next);
   }
   out.resize(static_cast<std::size_t>(next - out.data()));
 
   const std::optional<int>& most = model.scene().max_contacts;
   if (most && static_cast<int>(out.size()) > *most) {
     w.nearest.clear();
-    for (const Contact& c : out) w.nearest.emplace_back(c.phi, c.pair);
+    for (const Contact& c : out) w.nearest.emplace_back(c.phi, c.id);
     std::nth_element(w.nearest.begin(), w.nearest.begin() + *most, w.nearest.end());
-    const std::pair<double, int> first_dropped = w.nearest[*most];
-    std::erase_if(out, [&](const Contact& c) { return std::pair(c.phi, c.pair) >= first_dropped; });
+    const std::pair<double, std::uint64_t> first_dropped = w.nearest[*most];
+    std::erase_if(out, [&](const Contact& c) { return std::pair(c.phi, c.id) >= first_dropped; });
   }
 }
 
@@ -309,12 +391,16 @@ void query_pairs(const world::Model& model, const world::Kinematics& kinematics,
   require_match(w, model, kinematics);
   require_length("cutoff", cutoff);
   w.set_kinematics(kinematics);
-  for (const int i : pair_indices) require_pair(w, i);
-  out.resize(pair_indices.size());
+  std::size_t slots = 0;
+  for (const int i : pair_indices) {
+    require_pair(w, i);
+    slots += static_cast<std::size_t>(w.slots(i));
+  }
+  out.resize(slots);
   Contact* next = out.data();
   for (const int i : pair_indices) {
     const double reach = (w.radius_sum[i] + cutoff) * (1.0 + 1e-12);
-    if (w.distance2(i) <= reach * std::abs(reach)) next += w.fill(i, cutoff, *next);
+    if (w.distance2(i) <= reach * std::abs(reach)) next += w.fill(i, cutoff, next);
   }
   out.resize(static_cast<std::size_t>(next - out.data()));
 }

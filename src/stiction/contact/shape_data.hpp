@@ -36,14 +36,16 @@ struct MeshData {
 std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh);
 
 struct CoalShape;  // coal_distance.cpp
+struct Polytope;   // polytope.hpp
 
 struct ShapeData {
   Kind kind = Kind::Sphere;
   double radius = 0;       // sphere, capsule, cylinder
   Vector3d half{0, 0, 0};  // box: half extents; capsule, cylinder: half length in z
   std::shared_ptr<const MeshData> mesh;
-  std::shared_ptr<const CoalShape> coal;  // of the kinds that need it
-  Vector3d p_GCenter{0, 0, 0};            // bounding sphere in the geometry frame
+  std::shared_ptr<const CoalShape> coal;     // of the kinds that need it
+  std::shared_ptr<const Polytope> polytope;  // flat faces, of the kinds that have any
+  Vector3d p_GCenter{0, 0, 0};               // bounding sphere in the geometry frame
   double bounding_radius = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "stiction/contact/coal_distance.hpp"
+#include "stiction/contact/patch.hpp"
 
 // Internal to the layer: what a Workspace holds. docs/theory/contact.md §6.
 
@@ -25,6 +26,8 @@ struct Workspace::Impl {
     int first = -1, second = -1;        // the same in the order of the kernel
     double radius_a = 0, radius_b = 0;  // of two spheres
     double friction = 0;
+    bool patch = false;              // may touch in several points
+    bool boxes = false;              // two boxes, not of a planar model
     bool in_plane = false;           // planar models: both centres lie in one plane, so that only motion in it parts them
     int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
@@ -48,7 +51,12 @@ struct Workspace::Impl {
   double lower_bound(int pair) const;  // of phi [m]
   void narrow(int pair, Distance& out);
   void flatten(const PairData& pair, Distance& out) const;
-  bool fill(int pair, double limit, Contact& out);  // true if phi < limit
+  void reserve_scratch();
+  const detail::ShapeData& shape_of(const PairData& pair, int geometry) const;
+  const world::Pose& pose_of(int geometry);
+  int fill(int pair, double limit, Contact* out);  // number of points with phi < limit, at most slots(pair)
+  int fill_patch(int pair, double limit, Contact* out);
+  int slots(int pair) const { return pairs[pair].patch ? detail::Patch::kMost : 1; }
   bool fill_spheres(int pair, double limit, double length, double inverse_length, Contact& out);
 
   std::vector<GeometryData> geometries;
@@ -57,6 +65,7 @@ struct Workspace::Impl {
   std::vector<ColumnRun> column_runs;
   std::vector<int> posed;                        // geometries whose orientation matters
   std::vector<double> radius_sum, max_distance;  // per pair
+  std::size_t n_patch_points = 0;                // that all patches together may have beyond one per pair
   int n_v = 0;
   std::optional<int> planar_axis;
   detail::KernelContext context;
@@ -68,10 +77,12 @@ struct Workspace::Impl {
   std::vector<double> center_distance2;              // per pair
   std::vector<double> excess;                        // per pair: squared distance beyond which it is out of reach, taken off
   std::vector<int> candidates;
-  std::vector<double> center_distance, center_inverse;  // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
-  std::vector<std::pair<double, int>> nearest;          // for max_contacts
-  std::vector<double> screw;                            // 8 per coordinate, see jacobian.cpp
+  std::vector<double> center_distance, center_inverse;    // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
+  std::vector<std::pair<double, std::uint64_t>> nearest;  // for max_contacts
+  std::vector<double> screw;                              // 8 per coordinate, see jacobian.cpp
   detail::CoalScratch coal;
+  detail::PatchScratch patch_scratch;
+  detail::Patch patch;
 };
 
 namespace detail {

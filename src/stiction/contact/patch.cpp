@@ -1,0 +1,498 @@
+#include "stiction/contact/patch.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stiction::contact::detail {
+namespace {
+
+/// Rounding of a distance, of the bounding radii [-]: points and normals this near count as one.
+constexpr double kSame = 1e-9;
+/// Side planes are moved outwards by this share of the reference's radius, so that faces of equal size on each other keep their own
+/// corners and do not trade them for the crossings beside them. Less the more the faces are tilted, none from kSlackTilt on [rad]:
+/// heights err by at most a quarter of the product.
+constexpr double kSlack = 1e-6, kSlackTilt = 1e-3;
+/// Cosine of the angle up to which a face is the reference of a pair whose normal is not that of a face (18°).
+constexpr double kReferenceCosine = 0.95;
+/// Cosine of the angle up to which a face or an edge looks at a plane (60°, so that a box has such a face in every orientation).
+constexpr double kLooks = 0.5;
+constexpr double kLevel = 1e-7;  // as in closed_form.cpp: height differences that count as level, of the bounding radius
+/// Which of many points stay: those that would touch first if the bodies tilted by this on each other [rad].
+constexpr double kTilt = 0.1;
+
+constexpr int kLowestCode = 250, kWitnessCode = 255;
+enum class Owner {
+  First,
+  Second
+};
+
+int vertex_code(Owner owner, int vertex) { return (owner == Owner::First ? 0 : 64) + vertex % 64; }
+int crossing_code(int edge_first, int edge_second) { return 128 + (edge_first % 11) * 11 + edge_second % 11; }
+
+double support(const ShapeData& s, const Pose& X, const Vector3d& d) {
+  const Vector3d l = X.R.transpose() * d;
+  const double h = d.dot(X.p);
+  switch (s.kind) {
+    case Kind::Sphere:
+      return h + s.radius;
+    case Kind::Capsule:
+      return h + s.radius + s.half.z() * std::abs(l.z());
+    case Kind::Box:
+      return h + s.half.dot(l.cwiseAbs());
+    case Kind::Cylinder:
+      return h + s.half.z() * std::abs(l.z()) + s.radius * std::hypot(l.x(), l.y());
+    case Kind::Mesh:
+      return h + (l.transpose() * s.mesh->vertices).maxCoeff();
+    case Kind::HalfSpace:
+      break;
+  }
+  return h;
+}
+
+/// Point of the rim of the cap on the side `end` (±1) that lies farthest along d, in W. Where the cap is level to rounding it moves to
+/// the middle of the cap, so that it has no jump when the cylinder tilts the other way.
+Vector3d rim_point(const ShapeData& s, const Pose& X, const Vector3d& d, double end) {
+  const Vector3d l = X.R.transpose() * d;
+  const double least = kLevel * s.bounding_radius / (2 * std::max(s.radius, 1e-300));
+  const double scale = s.radius / std::max(std::hypot(l.x(), l.y()), std::max(least, 1e-300));
+  return X * Vector3d(scale * l.x(), scale * l.y(), end * s.half.z());
+}
+
+Vector3d cap_point(const ShapeData& s, const Pose& X, double end, int k) {
+  static const double kInside = std::cos(std::numbers::pi / kCapCorners);
+  const double angle = 2 * std::numbers::pi * k / kCapPoints;
+  return X * Vector3d(kInside * s.radius * std::cos(angle), end * kInside * s.radius * std::sin(angle), end * s.half.z());
+}
+
+/// Collects the points of one pair.
+class Gatherer {
+ public:
+  Gatherer(const Placed& a, const Placed& b, const Distance& d, const PatchOptions& options, PatchScratch& scratch)
+      : a_(a), b_(b), d_(d), options_(options), scratch_(scratch), points_(scratch.gathered), scale_(a.solid.bounding_radius) {
+    if (b.shape.kind != Kind::HalfSpace) scale_ += b.solid.bounding_radius;
+    points_.clear();
+  }
+
+  void half_space();
+  bool faces(bool certain);
+  void choose(Patch& out);
+
+ private:
+  bool find_reference();
+  void clip_incident();
+  void set_slack(double tilt) { slack_ = kSlack * std::max(0.0, 1 - tilt / kSlackTilt) * placed(owner_).solid.bounding_radius; }
+  void clip_face(const Polytope& polytope, const Pose& X);
+  void clip_cylinder(const ShapeData& s, const Pose& X);
+  void clip_polygon(const Vector3d& normal);
+  void add_corners(const Vector3d& normal);
+  void clip_segment(const Vector3d& p, const Vector3d& q, double radius, int code_p, int code_q);
+  void add_rim_point(const ShapeData& s, const Pose& X, double end);
+  void add_looking_vertices(const ShapeData& s, const Pose& X);
+  void add(double x, double y, double z, PatchPoint kind, const Vector3d& edge, const Vector3d& side, int code);
+  void add_witness();
+  bool is_attained() const;
+  bool is_inside(double x, double y) const;
+  void flatten();
+  void keep_extremes_of_section();
+  void keep_most();
+
+  Owner incident() const { return owner_ == Owner::First ? Owner::Second : Owner::First; }
+  const Placed& placed(Owner owner) const { return owner == Owner::First ? a_ : b_; }
+  Vector3d to_local(const Vector3d& p_W) const {
+    const Vector3d r = p_W - origin_;
+    return {e1_.dot(r), e2_.dot(r), m_.dot(r)};
+  }
+  /// (s, c) of side k of the reference face.
+  const Vector3d& side(int k) const { return placed(owner_).shape.polytope->sides[face_->begin + k]; }
+  Vector3d side_normal_W(int k) const { return side(k).x() * e1_ + side(k).y() * e2_; }
+  double outside(int k, double x, double y) const { return side(k).x() * x + side(k).y() * y - side(k).z() - slack_; }
+  int edge_code(int incident_edge, int k) const {
+    return owner_ == Owner::First ? crossing_code(k, incident_edge) : crossing_code(incident_edge, k);
+  }
+
+  const Placed &a_, &b_;
+  Distance d_;
+  const PatchOptions& options_;
+  PatchScratch& scratch_;
+  std::vector<Patch::Point>& points_;
+  double scale_;  // sum of the sizes [m]
+
+  // The reference face, or the plane of the half-space (face_ null).
+  Owner owner_ = Owner::Second;
+  const Polytope::Face* face_ = nullptr;
+  Vector3d origin_{0, 0, 0}, e1_{0, 0, 0}, e2_{0, 0, 0}, m_{0, 0, 0};
+  double slack_ = 0;
+};
+
+/// Of the two faces best aligned with the normal the one that separates more. Where its separation is the distance of the pair, its
+/// normal is that of the pair and replaces it: near touching the distance alone does not tell a good normal.
+bool Gatherer::find_reference() {
+  double most = -1e300;
+  for (const Owner owner : {Owner::Second, Owner::First}) {
+    const Placed &self = placed(owner), &other = placed(owner == Owner::First ? Owner::Second : Owner::First);
+    const Polytope* polytope = self.shape.polytope.get();
+    if (!polytope || polytope->faces.empty()) continue;
+    const Vector3d d = owner == Owner::First ? Vector3d(-d_.nhat_BA_W) : d_.nhat_BA_W;
+    const Polytope::Face& face = polytope->faces[find_face(*polytope, self.X_W.R.transpose() * d)];
+    const Vector3d m = self.X_W.R * face.normal;
+    if (m.dot(d) < kReferenceCosine) continue;
+    const double separation = -support(other.shape, other.X_W, -m) - (face.d + m.dot(self.X_W.p));
+    if (face_ && separation <= most + 1e-12 * scale_) continue;
+    most = separation;
+    owner_ = owner;
+    face_ = &face;
+    m_ = m;
+  }
+  if (!face_) return false;
+  const Placed& reference = placed(owner_);
+  origin_ = reference.X_W.p + face_->d * m_;
+  e1_ = reference.X_W.R * face_->e1;
+  e2_ = reference.X_W.R * face_->e2;
+  if (most >= d_.phi - kSame * scale_) {
+    d_.phi = most;
+    d_.nhat_BA_W = owner_ == Owner::First ? Vector3d(-m_) : m_;
+  }
+  return true;
+}
+
+void Gatherer::add(double x, double y, double z, PatchPoint kind, const Vector3d& edge, const Vector3d& side, int code) {
+  if (z >= options_.limit) return;
+  // No point of a body that lies over the face is nearer than the pair. In deep penetration along another normal it may seem to be.
+  if (z < d_.phi - kSame * scale_) return;
+  Patch::Point& p = points_.emplace_back();
+  const Vector3d foot = origin_ + x * e1_ + y * e2_;
+  p.at.phi = z;
+  p.at.p_WB = owner_ == Owner::Second ? foot : Vector3d(foot + z * m_);
+  p.at.p_WA = owner_ == Owner::Second ? Vector3d(foot + z * m_) : foot;
+  p.at.nhat_BA_W = owner_ == Owner::Second ? m_ : Vector3d(-m_);
+  // The lowest point of a rim rolls: it is that of the nearest surfaces.
+  p.reference = code >= kLowestCode ? PatchSide::None : owner_ == Owner::First ? PatchSide::A : PatchSide::B;
+  p.kind = kind;
+  p.edge_W = edge;
+  p.side_W = side;
+  p.code = code;
+}
+
+void Gatherer::add_witness() {
+  if (d_.phi >= options_.limit) return;
+  Patch::Point& p = points_.emplace_back();
+  p.at = d_;
+  const Vector3d middle = 0.5 * (d_.p_WA + d_.p_WB);  // the normal may have been replaced
+  p.at.p_WA = middle + 0.5 * d_.phi * d_.nhat_BA_W;
+  p.at.p_WB = middle - 0.5 * d_.phi * d_.nhat_BA_W;
+  p.code = kWitnessCode;
+}
+
+bool Gatherer::is_attained() const {
+  if (1 - std::abs(m_.dot(d_.nhat_BA_W)) > 1e-12) return false;
+  return std::any_of(points_.begin(), points_.end(), [&](const Patch::Point& p) { return p.at.phi <= d_.phi + kSame * scale_; });
+}
+
+bool Gatherer::is_inside(double x, double y) const {
+  for (int k = 0; face_ && k < face_->count; ++k) {
+    if (outside(k, x, y) > 0) return false;
+  }
+  return true;
+}
+
+/// Sutherland and Hodgman: the incident polygon cut by the side planes of the reference face, one after the other.
+void Gatherer::clip_polygon(const Vector3d& normal) {
+  std::vector<ClipCorner>&from = scratch_.polygon, &to = scratch_.clipped;
+  for (int k = 0; face_ && k < face_->count && !from.empty(); ++k) {
+    to.clear();
+    bool cut = false;
+    ClipCorner p = from.back();
+    double d_p = outside(k, p.x, p.y);
+    for (const ClipCorner& q : from) {
+      const double d_q = outside(k, q.x, q.y);
+      if ((d_p <= 0) != (d_q <= 0)) {
+        const double t = d_p / (d_p - d_q);
+        to.push_back({p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), p.z + t * (q.z - p.z), d_p <= 0 ? ~k : p.edge});
+      }
+      if (d_q <= 0) {
+        to.push_back(q);
+      } else {
+        cut = true;
+      }
+      p = q;
+      d_p = d_q;
+    }
+    if (cut) from.swap(to);
+  }
+  add_corners(normal);
+}
+
+/// What each corner of the clipped polygon is follows from the edges that meet in it.
+void Gatherer::add_corners(const Vector3d& normal) {
+  const std::vector<ClipCorner>& polygon = scratch_.polygon;
+  const int n = static_cast<int>(scratch_.vertex.size());
+  const Vector3d zero = Vector3d::Zero();
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const ClipCorner& c = polygon[i];
+    const int in = polygon[i > 0 ? i - 1 : polygon.size() - 1].edge, out = c.edge;
+    if (in >= 0 && out >= 0) {
+      add(c.x, c.y, c.z, PatchPoint::Vertex, zero, zero, vertex_code(incident(), scratch_.vertex[out]));
+    } else if (in < 0 && out < 0) {
+      const int k = ~in == (~out + 1) % face_->count ? ~in : ~out;  // the corner between two sides is where the later one begins
+      const int vertex = placed(owner_).shape.polytope->loop[face_->begin + k];
+      add(c.x, c.y, c.z, PatchPoint::Corner, normal, zero, vertex_code(owner_, vertex));
+    } else {
+      const int edge = std::max(in, out), k = ~std::min(in, out);
+      const Vector3d along = scratch_.corner_W[(edge + 1) % n] - scratch_.corner_W[edge];
+      add(c.x, c.y, c.z, PatchPoint::Crossing, along.normalized(), side_normal_W(k), edge_code(edge, k));
+    }
+  }
+}
+
+/// A segment of points, as the axis of a capsule of that radius or a generator of a cylinder.
+void Gatherer::clip_segment(const Vector3d& p_W, const Vector3d& q_W, double radius, int code_p, int code_q) {
+  const Vector3d p = to_local(p_W), q = to_local(q_W);
+  double from = 0, to = 1;
+  int cut_p = -1, cut_q = -1;
+  for (int k = 0; face_ && k < face_->count; ++k) {
+    const double d_p = outside(k, p.x(), p.y()), d_q = outside(k, q.x(), q.y());
+    if (d_p > 0 && d_q > 0) return;
+    const double t = d_p / (d_p - d_q);
+    if (d_p > 0 && t > from) from = t, cut_p = k;
+    if (d_q > 0 && t < to) to = t, cut_q = k;
+  }
+  if (from > to) return;
+  const Vector3d along = (q_W - p_W).normalized();
+  const auto add_end = [&](double t, int cut, int code) {
+    const Vector3d x = p + t * (q - p);
+    if (cut < 0) {
+      add(x.x(), x.y(), x.z() - radius, PatchPoint::Vertex, Vector3d::Zero(), Vector3d::Zero(), code);
+    } else {
+      add(x.x(), x.y(), x.z() - radius, PatchPoint::Crossing, along, side_normal_W(cut), edge_code(10, cut));
+    }
+  };
+  add_end(from, cut_p, code_p);
+  add_end(to, cut_q, code_q);
+}
+
+void Gatherer::clip_face(const Polytope& polytope, const Pose& X) {
+  const Polytope::Face& face = polytope.faces[find_face(polytope, X.R.transpose() * -m_)];
+  set_slack(m_.cross(X.R * face.normal).norm());
+  scratch_.polygon.clear();
+  scratch_.vertex.clear();
+  scratch_.corner_W.clear();
+  for (int i = 0; i < face.count; ++i) {
+    const int v = polytope.loop[face.begin + i];
+    const Vector3d p_W = X * polytope.vertices[v], p = to_local(p_W);
+    scratch_.polygon.push_back({p.x(), p.y(), p.z(), i});
+    scratch_.vertex.push_back(v);
+    scratch_.corner_W.push_back(p_W);
+  }
+  clip_polygon(X.R * face.normal);
+}
+
+/// The lowest point of a rim, with its exact height.
+void Gatherer::add_rim_point(const ShapeData& s, const Pose& X, double end) {
+  const Vector3d p = to_local(rim_point(s, X, -m_, end)), l = X.R.transpose() * m_;
+  const double z = m_.dot(X.p - origin_) + end * s.half.z() * l.z() - s.radius * std::hypot(l.x(), l.y());
+  if (!is_inside(p.x(), p.y())) return;
+  add(p.x(), p.y(), z, PatchPoint::Vertex, Vector3d::Zero(), Vector3d::Zero(), kLowestCode + (end > 0 ? 1 : 0));
+}
+
+/// Fixed points of the cap that looks at the plane, and the lowest points of the rims that do.
+void Gatherer::clip_cylinder(const ShapeData& s, const Pose& X) {
+  const double slope = X.R.col(2).dot(m_), end = slope > 0 ? -1.0 : 1.0;
+  const double upright = std::sqrt(std::max(0.0, 1 - slope * slope));
+  if (face_) set_slack(std::abs(slope) > kLooks ? upright : std::abs(slope));
+  if (std::abs(slope) > kLooks) {
+    scratch_.polygon.clear();
+    scratch_.vertex.clear();
+    scratch_.corner_W.clear();
+    for (int k = 0; k < kCapPoints; ++k) {
+      const Vector3d p_W = cap_point(s, X, end, k), p = to_local(p_W);
+      scratch_.polygon.push_back({p.x(), p.y(), p.z(), k});
+      scratch_.vertex.push_back(k + (end > 0 ? kCapPoints : 0));
+      scratch_.corner_W.push_back(p_W);
+    }
+    clip_polygon(end * X.R.col(2));
+  }
+  if (upright > kLooks) {
+    if (face_) {
+      clip_segment(rim_point(s, X, -m_, end), rim_point(s, X, -m_, -end), 0.0, kLowestCode + (end > 0), kLowestCode + (end < 0));
+    } else {
+      add_rim_point(s, X, end);
+      add_rim_point(s, X, -end);
+    }
+  } else {
+    add_rim_point(s, X, end);
+  }
+}
+
+void Gatherer::clip_incident() {
+  const Placed& body = placed(incident());
+  const ShapeData& s = body.shape;
+  const Pose& X = body.X_W;
+  if (s.kind == Kind::Capsule) {
+    const Vector3d reach = s.half.z() * X.R.col(2);
+    const double slope = X.R.col(2).dot(m_);
+    const bool looks = 1 - slope * slope > kLooks * kLooks;
+    if (face_) set_slack(std::abs(slope));
+    const double end = slope > 0 ? -1.0 : 1.0;  // upright only the lower end counts
+    const Vector3d p = X.p + end * reach, q = looks ? Vector3d(X.p - end * reach) : p;
+    const int code = vertex_code(incident(), end > 0 ? 1 : 0);
+    clip_segment(p, q, s.radius, code, looks ? vertex_code(incident(), end > 0 ? 0 : 1) : code);
+    if (!looks && points_.size() > 1) points_.pop_back();
+  } else if (s.kind == Kind::Cylinder) {
+    clip_cylinder(s, X);
+  } else {
+    clip_face(*s.polytope, X);
+  }
+}
+
+bool Gatherer::faces(bool certain) {
+  if (find_reference()) {
+    clip_incident();
+    if (is_attained()) return true;
+  }
+  if (certain) add_witness();
+  return certain;
+}
+
+/// Corners of all faces that look at the plane; the lowest one always does.
+void Gatherer::add_looking_vertices(const ShapeData& s, const Pose& X) {
+  const Polytope& polytope = *s.polytope;
+  const Vector3d down = X.R.transpose() * -m_;
+  scratch_.vertex.assign(polytope.vertices.size(), 0);
+  for (const Polytope::Face& f : polytope.faces) {
+    if (f.normal.dot(down) < kLooks) continue;
+    for (int k = 0; k < f.count; ++k) scratch_.vertex[polytope.loop[f.begin + k]] = 1;
+  }
+  int lowest = 0;
+  for (std::size_t v = 0; v < polytope.vertices.size(); ++v) {
+    if (down.dot(polytope.vertices[v]) > down.dot(polytope.vertices[lowest])) lowest = static_cast<int>(v);
+  }
+  scratch_.vertex[lowest] = 1;
+  for (std::size_t v = 0; v < polytope.vertices.size(); ++v) {
+    if (!scratch_.vertex[v]) continue;
+    const Vector3d p = to_local(X * polytope.vertices[v]);
+    add(p.x(), p.y(), p.z(), PatchPoint::Vertex, Vector3d::Zero(), Vector3d::Zero(), vertex_code(Owner::First, static_cast<int>(v)));
+  }
+}
+
+void Gatherer::half_space() {
+  const Pose& X = b_.X_W;
+  origin_ = X.p;
+  e1_ = X.R.col(0);
+  e2_ = X.R.col(1);
+  m_ = X.R.col(2);
+  if (a_.solid.kind == Kind::Box || a_.solid.kind == Kind::Mesh) {
+    add_looking_vertices(a_.solid, a_.X_W);
+  } else {
+    clip_incident();
+  }
+  if (points_.empty()) add_witness();
+}
+
+/// Takes what is left across the plane of a planar model out of the points: there a face is an edge and an edge a corner.
+void Gatherer::flatten() {
+  const int k = options_.planar_axis;
+  for (Patch::Point& p : points_) {
+    Vector3d& n = p.at.nhat_BA_W;
+    if (std::abs(n[k]) > 1e-5) continue;  // a mesh that is not straight across the plane
+    n[k] = 0;
+    n.normalize();
+    Vector3d middle = 0.5 * (p.at.p_WA + p.at.p_WB);
+    middle[k] = options_.planar_level;
+    p.at.p_WA = middle + 0.5 * p.at.phi * n;
+    p.at.p_WB = middle - 0.5 * p.at.phi * n;
+  }
+  std::sort(points_.begin(), points_.end(), [](const Patch::Point& p, const Patch::Point& q) { return p.code < q.code; });
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    bool seen = false;
+    for (std::size_t j = 0; j < n && !seen; ++j) {
+      seen = (points_[i].at.p_WA - points_[j].at.p_WA).norm() + (points_[i].at.p_WB - points_[j].at.p_WB).norm() <= kSame * scale_;
+    }
+    if (!seen) points_[n++] = points_[i];
+  }
+  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(n), points_.end());
+  if (points_.size() > 2) keep_extremes_of_section();
+}
+
+/// The two ends of what is left along the reference, and the lowest point.
+void Gatherer::keep_extremes_of_section() {
+  const Vector3d t = Vector3d::Unit(options_.planar_axis).cross(m_);
+  const auto along = [&](const Patch::Point& p) { return t.dot(p.at.p_WA); };
+  const auto lower = [&](const Patch::Point& p, const Patch::Point& q) { return p.at.phi < q.at.phi - kSame * scale_; };
+  const auto shorter = [&](const Patch::Point& p, const Patch::Point& q) { return along(p) < along(q) - kSame * scale_; };
+  const int least = std::min_element(points_.begin(), points_.end(), shorter)->code;
+  const int most = std::max_element(points_.begin(), points_.end(), shorter)->code;
+  const Patch::Point& lowest = *std::min_element(points_.begin(), points_.end(), lower);
+  const double level = lowest.at.phi + kSame * scale_;
+  const bool is_end = std::any_of(points_.begin(), points_.end(),
+                                  [&](const Patch::Point& p) { return (p.code == least || p.code == most) && p.at.phi <= level; });
+  const int code = is_end ? least : lowest.code;
+  std::erase_if(points_, [&](const Patch::Point& p) { return p.code != least && p.code != most && p.code != code; });
+}
+
+/// The lowest point, and those that would be the lowest if the bodies tilted a little on each other, in evenly spread directions that
+/// are fixed in the reference. At a tie the lower code, so that rounding does not choose.
+void Gatherer::keep_most() {
+  std::sort(points_.begin(), points_.end(), [](const Patch::Point& p, const Patch::Point& q) { return p.code < q.code; });
+  const double tie = kSame * scale_;
+  int kept = 0;
+  const auto keep_lowest = [&](const Vector3d& tilt) {
+    const auto height = [&](const Patch::Point& p) { return p.at.phi - tilt.dot(p.at.p_WA); };
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < points_.size(); ++i) {
+      if (height(points_[i]) < height(points_[best]) - tie) best = i;
+    }
+    if (static_cast<int>(best) < kept) return;
+    std::rotate(points_.begin() + kept, points_.begin() + static_cast<std::ptrdiff_t>(best),
+                points_.begin() + static_cast<std::ptrdiff_t>(best) + 1);
+    ++kept;
+  };
+  keep_lowest(Vector3d::Zero());
+  for (int k = 1; k < Patch::kMost; ++k) {
+    const double angle = 2 * std::numbers::pi * k / (Patch::kMost - 1);
+    keep_lowest(kTilt * (std::cos(angle) * e1_ + std::sin(angle) * e2_));
+  }
+  points_.resize(static_cast<std::size_t>(kept));
+}
+
+void Gatherer::choose(Patch& out) {
+  if (options_.planar_axis >= 0) {
+    flatten();
+  } else if (points_.size() > Patch::kMost) {
+    keep_most();
+  }
+  out.n = 0;
+  for (Patch::Point& p : points_) {
+    // Codes of large meshes may coincide.
+    const auto is_taken = [&] {
+      return std::any_of(out.points.begin(), out.points.begin() + out.n, [&](const Patch::Point& q) { return q.code == p.code; });
+    };
+    while (is_taken()) p.code = (p.code + 1) % kWitnessCode;
+    int at = out.n++;
+    for (; at > 0 && out.points[at - 1].code > p.code; --at) out.points[at] = out.points[at - 1];
+    out.points[at] = p;
+  }
+}
+
+}  // namespace
+
+bool has_patch(const ShapeData& a, const ShapeData& b) {
+  if (a.kind == Kind::Sphere || b.kind == Kind::Sphere) return false;
+  return b.kind == Kind::HalfSpace || a.polytope || b.polytope;
+}
+
+bool calc_patch(const Placed& a, const Placed& b, const Distance& d, bool certain, const PatchOptions& options, PatchScratch& scratch,
+                Patch& out) {
+  Gatherer gatherer(a, b, d, options, scratch);
+  if (b.shape.kind == Kind::HalfSpace) {
+    gatherer.half_space();
+  } else if (!gatherer.faces(certain)) {
+    return false;
+  }
+  gatherer.choose(out);
+  return true;
+}
+
+}  // namespace stiction::contact::detail

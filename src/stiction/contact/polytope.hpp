@@ -1,0 +1,33 @@
+#pragma once
+
+#include "stiction/contact/shape_data.hpp"
+
+// Internal to the layer: flat faces of shapes, merged from coplanar triangles once at load. docs/theory/contact.md §9.
+
+namespace stiction::contact::detail {
+
+/// Vertices and plane faces of a shape in its own frame: all of a box or mesh, the two caps of a cylinder.
+struct Polytope {
+  struct Face {
+    Vector3d normal, e1, e2;   // outward; e1 × e2 = normal
+    double d = 0;              // normal · x = d on the face, ≥ everywhere else on the shape
+    int begin = 0, count = 0;  // corners loop[begin], …, anticlockwise seen from outside
+  };
+  std::vector<Vector3d> vertices;
+  std::vector<Face> faces;
+  std::vector<int> loop;
+  std::vector<Vector3d> sides;  // with `loop`: the side from corner k to the next, s·(x, y) ≤ c inside, as (s, c) in e1, e2
+};
+
+/// Corners of a cap as a reference face: a polygon inscribed in the rim, which covers all but 1 % of the radius.
+inline constexpr int kCapCorners = 24;
+/// Points of a cap that are fixed in the body: on a circle that the polygon above contains in every orientation.
+inline constexpr int kCapPoints = 6;
+
+/// Faces of a box, cylinder or mesh; nullptr for shapes without any.
+std::shared_ptr<const Polytope> make_polytope(const ShapeData& shape);
+
+/// Face whose normal is nearest to the unit vector d, in the shape's frame.
+int find_face(const Polytope& polytope, const Vector3d& d);
+
+}  // namespace stiction::contact::detail

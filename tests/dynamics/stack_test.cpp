@@ -1,0 +1,116 @@
+// Objects that rest on flat faces: stacks, single bodies on a plane, tipping over an edge, deep starts, continuity of the step.
+#include <numeric>
+
+#include "dynamics/systems.hpp"
+
+namespace stiction::dynamics::test {
+namespace {
+
+using core::Status;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using world::Model;
+
+constexpr double kGravity = 9.81;
+
+world::ObjectSpec make_object(const std::string& name, const world::Shape& shape, double mass, const Vector3d& half) {
+  world::ObjectSpec object;
+  object.name = name;
+  object.mass = mass;
+  object.inertia = mass / 3 *
+                   Vector3d(half.y() * half.y() + half.z() * half.z(), half.x() * half.x() + half.z() * half.z(),
+                            half.x() * half.x() + half.y() * half.y())
+                       .asDiagonal();
+  object.geometries = {{"g", shape, {}, 0.5}};
+  return object;
+}
+
+world::Scene table_scene(double friction = 0.5) {
+  world::Scene scene;
+  scene.name = "stack";
+  scene.contact_distance = 0.02;
+  scene.robots.push_back(pusher(friction));
+  scene.fixed.push_back(half_space(Vector3d::UnitZ(), Vector3d::Zero(), friction));
+  return scene;
+}
+
+/// Objects over a table, with the pusher out of the way: steps with a command that never changes.
+struct Scene {
+  explicit Scene(const world::Scene& scene) : model(Model::make(scene)), work(model) {
+    q = model->neutral();
+    q.tail(2) << 5, 5;
+    u = q.tail(2);
+    options.h = 0.05;
+  }
+  void place(int object, const Eigen::Matrix3d& R, const Vector3d& p) {
+    const Eigen::Quaterniond quaternion(R);
+    q.segment<7>(model->objects()[static_cast<std::size_t>(object)].q_begin) << p, quaternion.coeffs();
+  }
+  Status go() {
+    const Status status = step(*model, {q, u}, options, work, result);
+    q = result.q_next;
+    return status;
+  }
+  Vector3d force_on(int object) const {
+    Vector3d sum = Vector3d::Zero();
+    for (const auto& c : result.contacts) {
+      const auto& pair = model->pairs()[static_cast<std::size_t>(c.contact.pair)];
+      const Vector3d f = (c.contact.nhat_BA_W * c.lambda[0] + c.contact.t1_W * c.lambda[1] + c.contact.t2_W * c.lambda[2]) / options.h;
+      if (model->geometries()[static_cast<std::size_t>(pair.geometry_a)].body == object_body(object)) sum += f;
+      if (model->geometries()[static_cast<std::size_t>(pair.geometry_b)].body == object_body(object)) sum -= f;
+    }
+    return sum;
+  }
+  Vector3d torque_on(int object) const {
+    Vector3d sum = Vector3d::Zero();
+    const Vector3d centre = q.segment<3>(model->objects()[static_cast<std::size_t>(object)].q_begin);
+    for (const auto& c : result.contacts) {
+      const auto& pair = model->pairs()[static_cast<std::size_t>(c.contact.pair)];
+      const Vector3d f = (c.contact.nhat_BA_W * c.lambda[0] + c.contact.t1_W * c.lambda[1] + c.contact.t2_W * c.lambda[2]) / options.h;
+      if (model->geometries()[static_cast<std::size_t>(pair.geometry_a)].body == object_body(object))
+        sum += (c.contact.p_WA - centre).cross(f);
+      if (model->geometries()[static_cast<std::size_t>(pair.geometry_b)].body == object_body(object))
+        sum -= (c.contact.p_WB - centre).cross(f);
+    }
+    return sum;
+  }
+  int object_body(int object) const { return model->objects()[static_cast<std::size_t>(object)].body; }
+
+  std::shared_ptr<const Model> model;
+  StepWorkspace work;
+  StepOptions options;
+  StepResult result;
+  VectorXd q, u;
+};
+
+/// Largest displacement of the objects in one step, angles at 0.1 m [m].
+double motion(const Scene& s) {
+  double most = 0;
+  for (int i = 0; i < s.model->n_vu(); ++i) most = std::max(most, std::abs(s.result.delta[i]) * (i % 6 < 3 ? 1.0 : 0.1));
+  return most;
+}
+
+TEST(Stack, TenBoxes_StandForAThousandSteps) {
+  for (const double mass : {0.1, 1.0}) {
+    world::Scene scene = table_scene();
+    const Vector3d half(0.05, 0.04, 0.03);
+    for (int i = 0; i < 10; ++i) scene.objects.push_back(make_object("box" + std::to_string(i), world::Box{half}, mass, half));
+    Scene s(scene);
+    for (int i = 0; i < 10; ++i) s.place(i, Eigen::Matrix3d::Identity(), {0, 0, half.z() * (2 * i + 1)});
+    const VectorXd q0 = s.q;
+    double most = 0;
+    for (int i = 0; i < 1000; ++i) {
+      ASSERT_EQ(s.go(), Status::Solved) << i;
+      most = std::max(most, motion(s));
+    }
+    EXPECT_LT(most, 1e-8) << "back and forth, as far as the complementarity of one step lets it";
+    VectorXd moved(s.model->n_v());
+    world::local(*s.model, q0, s.q, moved);
+    EXPECT_LT(moved.cwiseAbs().maxCoeff(), 1e-9) << "in all, not per step";
+    // Each box carries those above it.
+    for (int i = 0; i < 10; ++i) EXPECT_LE((s.force_on(i) - Vector3d(0, 0, mass * kGravity)).norm(), 1e-4 * mass * kGravity);
+  }
+}
+
+}  // namespace
+}  // namespace stiction::dynamics::test
