@@ -112,5 +112,100 @@ TEST(Stack, TenBoxes_StandForAThousandSteps) {
   }
 }
 
+world::Mesh make_block_mesh(const Vector3d& half) {
+  auto m = std::make_shared<world::ConvexMesh>();
+  m->vertices.resize(3, 8);
+  for (int i = 0; i < 8; ++i) m->vertices.col(i) = half.cwiseProduct(Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+  m->triangles.resize(3, 12);
+  m->triangles << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
+      2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7,              //
+      3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
+  return {m};
+}
+
+const Vector3d kHalf(0.05, 0.04, 0.03);
+const Vector3d kTable(0.2, 0.15, 0.05);
+
+/// One object on the plane z = 0, or on the top of a fixed block there.
+world::Scene one_object(const world::Shape& shape, bool on_block, double friction = 0.5) {
+  world::Scene scene = table_scene(friction);
+  scene.objects.push_back(make_object("object", shape, 1.0, kHalf));
+  if (on_block) {
+    scene.fixed = {{"block", {Eigen::Matrix3d::Identity(), {0, 0, -kTable.z()}}, {{"g", world::Box{kTable}, {}, friction}}}};
+  }
+  return scene;
+}
+
+TEST(Rest, AnyShapeFlatOnAPlane_StaysWithItsWeightBalanced) {
+  const std::pair<world::Shape, double> shapes[] = {
+      {world::Box{kHalf}, 0.03}, {world::Cylinder{0.04, 0.03}, 0.03}, {make_block_mesh(kHalf), 0.03}};
+  for (const auto& [shape, height] : shapes) {
+    for (const bool on_block : {false, true}) {
+      Scene s(one_object(shape, on_block));
+      s.place(0, Eigen::AngleAxisd(0.4, Vector3d::UnitZ()).toRotationMatrix(), {0.01, 0.02, height});
+      const VectorXd q0 = s.q;
+      for (int i = 0; i < 100; ++i) ASSERT_EQ(s.go(), Status::Solved);
+      VectorXd moved(s.model->n_v());
+      world::local(*s.model, q0, s.q, moved);
+      const std::string what = "shape " + std::to_string(shape.index()) + (on_block ? " on a block" : " on a plane");
+      EXPECT_LT(moved.cwiseAbs().maxCoeff(), 1e-8) << what;
+      EXPECT_LE((s.force_on(0) - Vector3d(0, 0, kGravity)).norm(), 1e-6 * kGravity) << what;
+      EXPECT_LE(s.torque_on(0).norm(), 1e-6 * kGravity * 0.05) << what;
+    }
+  }
+}
+
+TEST(Rest, FiveMillimetresDeep_ComesStraightOut) {
+  for (const bool on_block : {false, true}) {
+    Scene s(one_object(world::Box{kHalf}, on_block));
+    s.place(0, Eigen::Matrix3d::Identity(), {0.01, 0.02, kHalf.z() - 5e-3});
+    ASSERT_EQ(s.go(), Status::Solved);
+    EXPECT_LE((s.q.head<3>() - Vector3d(0.01, 0.02, kHalf.z())).norm(), 1e-6);
+    EXPECT_LE(s.result.delta.segment<3>(3).norm(), 1e-6);
+  }
+}
+
+TEST(Rest, CentreBeyondTheEdge_Tips) {
+  for (const double beyond : {-5e-3, 5e-3}) {
+    Scene s(one_object(world::Box{kHalf}, true));
+    s.place(0, Eigen::Matrix3d::Identity(), {kTable.x() + beyond, 0, kHalf.z()});
+    s.options.h = 0.01;
+    for (int i = 0; i < 5; ++i) ASSERT_EQ(s.go(), Status::Solved);
+    const Eigen::Quaterniond turned(s.q.segment<4>(3));
+    const double angle = 2 * std::asin(turned.y());  // about +y the far side goes down
+    if (beyond < 0) {
+      EXPECT_NEAR(angle, 0, 1e-7);
+    } else {
+      EXPECT_GT(angle, 1e-3);
+    }
+  }
+}
+
+/// The box hangs over the edges of the block, its centre does not: there it would fall, and far.
+/// A point that enters or leaves the patch, or changes its features, does not change the step.
+TEST(Rest, TinyMotionOfABoxOnABlock_TinyChangeOfTheStep) {
+  Scene s(one_object(world::Box{kHalf}, true));
+  core::Random random(7, 0);
+  const auto draw = [&](double half) { return half * (2 * random.uniform() - 1); };
+  double worst = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double tilt = std::pow(10.0, -9 + 7 * random.uniform());
+    const Vector3d axis = Vector3d(draw(1), draw(1), 0).normalized();
+    const Eigen::Matrix3d R = (Eigen::AngleAxisd(tilt, axis) * Eigen::AngleAxisd(draw(3), Vector3d::UnitZ())).toRotationMatrix();
+    s.place(0, R, {draw(0.19), draw(0.14), kHalf.z() + 0.05 * tilt + 1e-4 * random.uniform()});
+    const VectorXd q0 = s.q;
+    s.work.forget();
+    ASSERT_EQ(s.go(), Status::Solved) << i;
+    const VectorXd before = s.result.delta;
+    VectorXd small(s.model->n_v());
+    for (Eigen::Index k = 0; k < small.size(); ++k) small[k] = draw(1e-9);
+    world::retract(*s.model, q0, small, s.q);
+    s.work.forget();
+    ASSERT_EQ(s.go(), Status::Solved) << i;
+    worst = std::max(worst, (s.result.delta - before).norm());
+    EXPECT_LE((s.result.delta - before).norm(), 1e-6) << i << " tilt " << tilt << " at " << q0.head<3>().transpose();
+  }
+}
+
 }  // namespace
 }  // namespace stiction::dynamics::test
