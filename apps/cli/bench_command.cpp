@@ -9,10 +9,13 @@
 #include <optional>
 
 #include "app.hpp"
+#include "bench_scenes.hpp"
 #include "commit.hpp"
 #include "cone_allocations.hpp"
 #include "cone_problems.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/parallel.hpp"
+#include "stiction/dynamics/local_model.hpp"
 #include "stiction/dynamics/step.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/task.hpp"
@@ -32,14 +35,19 @@ struct Reference {
 };
 struct TaskReference {
   const char* task;
-  Reference exact_B, smoothed_B;
+  Reference exact_B, smoothed_B, smoothed_AB;
 };
 constexpr TaskReference kSteps[] = {
-    {"planar_pushing", {{}, 0.15e-3}, {{}, 0.18e-3}},
-    {"planar_hand", {{}, 0.64e-3}, {{}, 0.75e-3}},
-    {"allegro_ball", {{}, 0.90e-3}, {{}, 1.38e-3}},
-    {"allegro_ball_table_3_2", {{}, 0.90e-3}, {{}, 1.38e-3}},
+    {"planar_pushing", {{}, 0.15e-3}, {{}, 0.18e-3}, {}},
+    {"planar_hand", {{}, 0.64e-3}, {{}, 0.75e-3}, {}},
+    {"allegro_ball", {{}, 0.90e-3}, {{}, 1.38e-3}, {{}, 4.2e-3}},
+    {"allegro_ball_table_3_2", {{}, 0.90e-3}, {{}, 1.38e-3}, {{}, 4.2e-3}},
 };
+constexpr Reference kStacking = {10e-3, 6.3e-3};
+constexpr double kStackingStep_s = 0.1;
+constexpr int kFeet[] = {1, 2, 5, 10, 20, 50, 100, 200};
+constexpr int kTower[] = {1, 2, 5, 10, 20, 50};
+constexpr int kSamples = 100;                   // of the randomised local model
 constexpr Reference kCone22 = {{}, 0.90e-3};    // peer: exact step of the same hand, contacts and B included
 constexpr Reference kCone69 = {10e-3, 6.3e-3};  // peer: exact step of ten boxes and an arm, contacts and B included
 struct TreeReference {
@@ -63,7 +71,17 @@ struct Row {
   Reference reference;
   std::optional<long> allocations;
   int failures = 0;
+  std::optional<double> contacts;  // median number of a step
 };
+
+/// The folder of robots and scenes beside that of the tasks.
+std::filesystem::path models_dir(const std::vector<std::filesystem::path>& task_dirs) {
+  for (const auto& dir : task_dirs) {
+    const auto models = dir.parent_path() / "models";
+    if (std::filesystem::exists(models / "stacking.yaml")) return models;
+  }
+  core::throw_invalid("stacking.yaml", "not found", "a folder models/ beside that of the tasks");
+}
 
 double quantile(std::vector<double>& values, double p) {
   std::sort(values.begin(), values.end());
@@ -71,17 +89,16 @@ double quantile(std::vector<double>& values, double p) {
 }
 
 Row make_row(std::string name, std::vector<double> seconds, const Reference& reference, std::optional<long> allocations, int failures) {
-  Row row{.name = std::move(name), .reference = reference, .allocations = allocations, .failures = failures};
+  Row row;
+  row.name = std::move(name);
+  row.reference = reference;
+  row.allocations = allocations;
+  row.failures = failures;
   row.median_s = quantile(seconds, 0.5);
   row.p95_s = quantile(seconds, 0.95);
   row.p99_s = quantile(seconds, 0.99);
   return row;
 }
-
-/// A sub-step of a plan that has active contacts, and the one before it.
-struct State {
-  Eigen::VectorXd q_before, u_before, q, u;
-};
 
 std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::StepOptions& step_options, ProgressLine& line) {
   dynamics::StepWorkspace work(task.model);
@@ -116,15 +133,17 @@ std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::
   return out;
 }
 
-/// Times step() over the states: kinematics, contacts, solve and, when asked for, B.
-Row time_steps(const std::string& name, const tasks::Task& task, const std::vector<State>& states, dynamics::StepOptions options, bool warm,
+/// Times step() over the states: kinematics, contacts, solve and, when asked for, A and B.
+Row time_steps(const std::string& name, const Scenario& scenario, const dynamics::StepOptions& options, bool warm,
                const Reference& reference, int repeat) {
-  dynamics::StepWorkspace work(task.model);
+  const world::Model& model = *scenario.model;
+  const std::vector<State>& states = scenario.states;
+  dynamics::StepWorkspace work(scenario.model);
   dynamics::StepResult result;
-  const world::Model& model = *task.model;
   for (const auto& s : states) (void)dynamics::step(model, {s.q, s.u}, options, work, result);  // sizes the workspace
   std::vector<double> seconds;
   seconds.reserve(states.size() * static_cast<std::size_t>(repeat));
+  std::vector<double> contacts;
   long allocations = 0;
   int failures = 0;
   for (int r = 0; r < repeat; ++r) {
@@ -137,10 +156,13 @@ Row time_steps(const std::string& name, const tasks::Task& task, const std::vect
       const auto end = Clock::now();
       allocations = std::max(allocations, bench::allocations() - before);
       if (r == 0 && status != Status::Solved) ++failures;
+      if (r == 0) contacts.push_back(static_cast<double>(result.contacts.size()));
       seconds.push_back(Seconds(end - start).count());
     }
   }
-  return make_row(name, std::move(seconds), reference, allocations, failures);
+  Row row = make_row(name, std::move(seconds), reference, allocations, failures);
+  row.contacts = quantile(contacts, 0.5);
+  return row;
 }
 
 class Bench {
@@ -149,6 +171,10 @@ class Bench {
 
   const std::vector<Row>& run() {
     for (const auto& entry : kSteps) steps(entry);
+    stacking();
+    randomized("allegro_ball");
+    for (const int n : kFeet) scaling(fmt::format("scaling_contacts/{}", n), [n] { return make_feet(n); });
+    for (const int n : kTower) scaling(fmt::format("scaling_bodies/{}", n), [n] { return make_tower(n); });
     cone("cone/22dof_20contacts", bench::ConeFamily::Hand22, kCone22);
     cone("cone/69dof_56contacts", bench::ConeFamily::Boxes69, kCone69);
     for (const auto& entry : kTrees) tree(entry);
@@ -162,16 +188,18 @@ class Bench {
   void steps(const TaskReference& entry) {
     struct Kind {
       const char* prefix;
-      bool smoothed, with_B;
+      bool smoothed, with_A, with_B;
       const Reference* reference;
     };
     const Reference none;
-    const Kind kinds[] = {{"step_exact/", false, false, &none},
-                          {"step_exact_B/", false, true, &entry.exact_B},
-                          {"step_smoothed_B/", true, true, &entry.smoothed_B}};
+    const Kind kinds[] = {{"step_exact/", false, false, false, &none},
+                          {"step_exact_B/", false, false, true, &entry.exact_B},
+                          {"step_smoothed/", true, false, false, &none},
+                          {"step_smoothed_B/", true, false, true, &entry.smoothed_B},
+                          {"step_smoothed_AB/", true, true, true, &entry.smoothed_AB}};
     std::optional<tasks::Task> task;
     dynamics::StepOptions step_options;
-    std::vector<State> states;
+    Scenario scenario;
     for (const auto& kind : kinds) {
       for (const bool warm : {false, true}) {
         const std::string name = std::string(kind.prefix) + entry.task + (warm ? "/warm" : "");
@@ -180,19 +208,70 @@ class Bench {
           task = tasks::load_task(entry.task, dirs_);
           step_options.h = task->options.h;
           step_options.regularisation = task->options.regularisation;
-          states = contact_rich_states(*task, step_options, line_);
+          scenario = {task->model, contact_rich_states(*task, step_options, line_)};
         }
-        if (states.empty()) {
+        if (scenario.states.empty()) {
           if (interrupted()) return;
           core::throw_invalid("bench", fmt::format("no state in contact on a plan of '{}'", entry.task), "at least one");
         }
         line_.show("timing " + name);
         dynamics::StepOptions options = step_options;
+        options.with_A = kind.with_A;
         options.with_B = kind.with_B;
         if (kind.smoothed) options.smoothing = task->options.smoothing;
-        add(time_steps(name, *task, states, options, warm, *kind.reference, arguments_.repeat));
+        add(time_steps(name, scenario, options, warm, *kind.reference, arguments_.repeat));
       }
     }
+  }
+
+  void stacking() {
+    std::optional<Scenario> scenario;
+    for (const bool warm : {false, true}) {
+      const std::string name = std::string("stacking_69dof/step") + (warm ? "/warm" : "");
+      if (!wanted(name)) continue;
+      line_.show("timing " + name);
+      if (!scenario) scenario = make_stacking(models_dir(dirs_), kStackingStep_s);
+      add(time_steps(name, *scenario, {.h = kStackingStep_s}, warm, kStacking, arguments_.repeat));
+    }
+  }
+
+  template <class Make>
+  void scaling(const std::string& base, Make&& make) {
+    for (const bool warm : {false, true}) {
+      const std::string name = base + (warm ? "/warm" : "");
+      if (!wanted(name)) continue;
+      line_.show("timing " + name);
+      // True mass: the rule for ε needs a robot. The body falls 4 mm in a step, less than the contact distance.
+      const dynamics::StepOptions options{.h = 0.02, .regularisation = dynamics::FixedEpsilon{1}};
+      add(time_steps(name, make(), options, warm, {}, arguments_.repeat));
+    }
+  }
+
+  /// (2.22) with kSamples samples on all threads, without A, as a tree extension needs it.
+  void randomized(const std::string& name) {
+    const std::string row = fmt::format("randomized_{}/{}", kSamples, name);
+    if (!wanted(row)) return;
+    const tasks::Task task = tasks::load_task(name, dirs_);
+    dynamics::StepOptions options;
+    options.h = task.options.h;
+    options.regularisation = task.options.regularisation;
+    const auto states = contact_rich_states(task, options, line_);
+    line_.show("timing " + row);
+    dynamics::LocalModelWorkspace work(task.model, core::hardware_threads());
+    dynamics::LocalModel local;
+    std::vector<double> seconds;
+    int failures = 0;
+    for (int r = 0; r < arguments_.repeat && !interrupted(); ++r) {
+      for (const auto& s : states) {
+        dynamics::RandomizedFirstOrder scheme;
+        scheme.samples = kSamples;
+        const auto start = Clock::now();
+        const Status status = dynamics::calc_local_model(*task.model, {s.q, s.u}, scheme, options, false, work, local);
+        seconds.push_back(Seconds(Clock::now() - start).count());
+        if (status != Status::Solved) ++failures;
+      }
+    }
+    if (!seconds.empty()) add(make_row(row, std::move(seconds), {}, {}, failures));
   }
 
   void cone(const std::string& base, bench::ConeFamily family, const Reference& reference) {
@@ -235,10 +314,11 @@ class Bench {
     line_.clear();
     const auto milliseconds = [](std::optional<double> s) { return s ? fmt::format("{:.4g}", 1e3 * *s) : std::string("–"); };
     if (rows_.empty())
-      fmt::print(stderr, "{:42} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  allocations\n", "[ms]", "median", "p95", "p99", "published", "peer",
-                 "published/ours");
+      fmt::print(stderr, "{:42} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  allocations\n", "[ms]", "contacts", "median", "p95", "p99",
+                 "published", "peer", "published/ours");
     const std::string ratio = row.reference.published ? fmt::format("{:.0f}", *row.reference.published / row.median_s) : "–";
-    fmt::print(stderr, "{:42} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  {}{}\n", row.name, milliseconds(row.median_s), milliseconds(row.p95_s),
+    fmt::print(stderr, "{:42} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  {}{}\n", row.name,
+               row.contacts ? fmt::format("{:.0f}", *row.contacts) : "–", milliseconds(row.median_s), milliseconds(row.p95_s),
                milliseconds(row.p99_s), milliseconds(row.reference.published), milliseconds(row.reference.peer), ratio,
                row.allocations ? std::to_string(*row.allocations) : "–", row.failures ? fmt::format("  {} not solved", row.failures) : "");
     rows_.push_back(std::move(row));
@@ -286,6 +366,7 @@ int run_bench(const BenchArguments& arguments) {
       entry["peer_s"] = number(row.reference.peer);
       entry["ratio"] = number(row.reference.published ? std::optional(row.median_s / *row.reference.published) : std::nullopt);
       entry["allocations"] = row.allocations ? nlohmann::ordered_json(*row.allocations) : nlohmann::ordered_json();
+      entry["contacts"] = number(row.contacts);
       out["results"].push_back(std::move(entry));
     }
     fmt::print("{}\n", out.dump());

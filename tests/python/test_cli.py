@@ -343,5 +343,5 @@ def test_bench_prints_the_agreed_object():
     data = json.loads(done.stdout)
     assert list(data) == ["machine", "commit", "results"]
     for row in data["results"]:
-        assert list(row) == ["name", "median_s", "p95_s", "p99_s", "published_s", "peer_s", "ratio", "allocations"]
+        assert list(row) == ["name", "median_s", "p95_s", "p99_s", "published_s", "peer_s", "ratio", "allocations", "contacts"]
         assert row["median_s"] > 0
