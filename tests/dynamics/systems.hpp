@@ -24,7 +24,8 @@ inline world::RobotSpec pusher(double friction = 1.0) {
   world::RobotSpec robot;
   robot.name = "hand";
   robot.urdf = source_dir() / "models" / "planar_pusher.urdf";
-  for (const auto& dof : world::Model::make(world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml"))->dofs()) {
+  const auto model = load_task("planar_pushing");
+  for (const auto& dof : model->dofs()) {
     if (dof.owner_kind == world::BodyKind::Robot) robot.stiffness.emplace_back(dof.name.substr(dof.name.rfind('/') + 1), 100.0);
   }
   robot.friction = friction;
