@@ -101,7 +101,7 @@ void calc_full(Fixture& s, const Contact& c, const Vector3d& lambda, const Vecto
   Jacobians J;
   ContactDerivatives out;
   calc_jacobians(*s.model, s.kinematics, std::array{c}, s.work, J);
-  calc_derivatives(*s.model, s.kinematics, std::array{c}, J, std::array{lambda}, delta, s.work, out);
+  calc_derivatives(*s.model, s.kinematics, std::array{c}, J, std::array{lambda}, delta, {}, s.work, out);
   const std::vector<int>& support = s.model->supports()[s.model->pairs()[c.pair].support];
   const std::size_t k = support.size();
   D_tau = MatrixXd::Zero(s.model->n_v(), s.model->n_v());
@@ -109,7 +109,7 @@ void calc_full(Fixture& s, const Contact& c, const Vector3d& lambda, const Vecto
   ASSERT_EQ(out.D_tau_q.size(), k * k);
   ASSERT_EQ(out.D_w_q.size(), 3 * k);
   for (std::size_t j = 0; j < k; ++j) {
-    for (std::size_t i = 0; i < k; ++i) D_tau(support[i], support[j]) = out.D_tau_q[i + k * j];
+    for (std::size_t i = 0; i < k; ++i) D_tau(support[i], support[j]) = out.D_tau_q[k * i + j];
     for (std::size_t r = 0; r < 3; ++r) D_w(static_cast<Eigen::Index>(r), support[j]) = out.D_w_q[r * k + j];
   }
 }
@@ -316,9 +316,9 @@ TEST(Derivatives, WrongSizes_Throw) {
   ContactDerivatives out;
   calc_jacobians(*s.model, s.kinematics, contacts, s.work, J);
   std::vector<Vector3d> lambda(contacts.size(), Vector3d::Zero());
-  EXPECT_THROW(calc_derivatives(*s.model, s.kinematics, contacts, J, lambda, VectorXd::Zero(5), s.work, out), core::InvalidInput);
+  EXPECT_THROW(calc_derivatives(*s.model, s.kinematics, contacts, J, lambda, VectorXd::Zero(5), {}, s.work, out), core::InvalidInput);
   lambda.emplace_back(0, 0, 0);
-  EXPECT_THROW(calc_derivatives(*s.model, s.kinematics, contacts, J, lambda, VectorXd::Zero(6), s.work, out), core::InvalidInput);
+  EXPECT_THROW(calc_derivatives(*s.model, s.kinematics, contacts, J, lambda, VectorXd::Zero(6), {}, s.work, out), core::InvalidInput);
 }
 
 }  // namespace

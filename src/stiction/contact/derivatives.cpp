@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstring>
 
 #include "stiction/contact/curvature.hpp"
 #include "stiction/contact/workspace.hpp"
@@ -13,10 +14,55 @@ namespace {
 using detail::ShapeData;
 using detail::Vector3d;
 using Eigen::Vector2d;
-using Column = detail::SupportColumn;
-using Twist = detail::PointTwist;
 using PairData = Workspace::Impl::PairData;
 using Run = Workspace::Impl::ColumnRun;
+
+/// Four coordinates side by side.
+using Four = double __attribute__((vector_size(32)));
+
+inline Four all(double x) { return Four{x, x, x, x}; }
+
+inline Four load(const double* from) {
+  Four x;
+  std::memcpy(&x, from, sizeof x);
+  return x;
+}
+
+inline void store(double* to, const Four& x) { std::memcpy(to, &x, sizeof x); }
+
+/// A vector in the contact frame (n, t1, t2), of four coordinates or the same for all.
+struct Vec {
+  Four n, t1, t2;
+};
+
+inline Vec all(const Vector3d& v) { return {all(v[0]), all(v[1]), all(v[2])}; }
+inline Vec operator+(const Vec& a, const Vec& b) { return {a.n + b.n, a.t1 + b.t1, a.t2 + b.t2}; }
+inline Vec operator-(const Vec& a, const Vec& b) { return {a.n - b.n, a.t1 - b.t1, a.t2 - b.t2}; }
+inline Vec operator*(const Four& s, const Vec& a) { return {s * a.n, s * a.t1, s * a.t2}; }
+inline Vec cross(const Vec& a, const Vec& b) { return {a.t1 * b.t2 - a.t2 * b.t1, a.t2 * b.n - a.n * b.t2, a.n * b.t1 - a.t1 * b.n}; }
+
+/// What is known of every coordinate of a support, and comes of it: rows of numbers, one for each coordinate.
+enum Row {
+  kSpinA = 0,  // angular part of what it moves, for A and for B; 0 where it does not move that body
+  kMoveA = 3,  // linear part, at the witness point
+  kSpinB = 6,
+  kMoveB = 9,
+  kSumSpinA = 12,  // of δq over the coordinates whose axes it leaves alone, those before first_above
+  kSumMoveA = 15,
+  kSumSpinB = 18,
+  kSumMoveB = 21,
+  kSpin = 24,        // angular part, whatever it moves
+  kFirstAbove = 27,  // first coordinate whose axis it turns: itself in a chain, the first rotation in a free object
+  kMovesA = 28,      // 0 or 1
+  kMovesB = 29,
+  kTurnFrame = 30,  // W × f
+  kTurnAxes = 33,   // f × w_j
+  kSlipA = 36,      // s × f for both bodies
+  kSlipB = 39,
+  kCarryA = 42,  // c_j × f
+  kCarryB = 45,
+  kRows = 48
+};
 
 /// One contact on its way through the computation.
 struct Pass {
@@ -27,9 +73,17 @@ struct Pass {
   const double* J;
   detail::Rolling rolling;
   Vector2d spin;
-  std::span<Column> columns;
-  double* w[3];        // angular part of the columns, a row of k for each component
-  Twist sum_a, sum_b;  // of δq over all coordinates
+  double* rows;                       // kRows × padded
+  int padded = 0;                     // columns, a multiple of four
+  Vector3d sum_spin[2], sum_move[2];  // of δq over all coordinates, for A and B
+
+  double* row(int r) const { return rows + r * padded; }
+  Vec get(int r, int j) const { return {load(row(r) + j), load(row(r + 1) + j), load(row(r + 2) + j)}; }
+  void set(int r, int j, const Vec& v) const {
+    store(row(r) + j, v.n);
+    store(row(r + 1) + j, v.t1);
+    store(row(r + 2) + j, v.t2);
+  }
 };
 
 struct Surfaces {
@@ -57,96 +111,128 @@ int first_above(const world::Model& model, int dof, int column) {
   return object.n_v == 6 ? column - (dof - object.v_begin - 3) : column;
 }
 
-void fill_columns(const world::Model& model, const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Pass& pass) {
+void put(const Pass& pass, int r, int column, const Vector3d& v) {
+  for (int x = 0; x < 3; ++x) pass.row(r + x)[column] = v[x];
+}
+
+void fill_coordinates(const world::Model& model, const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Pass& pass) {
   Eigen::Matrix3d F;  // rows n, t1, t2
   F << pass.contact.nhat_BA_W.transpose(), pass.contact.t1_W.transpose(), pass.contact.t2_W.transpose();
   const int k = pass.pair.n_columns;
+  std::fill_n(pass.rows, kRows * pass.padded, 0.0);
+  const Vector3d zero = Vector3d::Zero();
+  Vector3d spin[2] = {zero, zero}, move[2] = {zero, zero}, below_spin[2], below_move[2];
   for (int r = pass.pair.run_begin; r < pass.pair.run_end; ++r) {
     const Run& run = pass.work.column_runs[static_cast<std::size_t>(r)];
     for (int i = run.column; i < run.column + run.count; ++i) {
       const int dof = run.dof + i - run.column;
       const bool revolute = model.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute;
-      Twist move{Vector3d::Zero(), {pass.J[i], pass.J[i + k], pass.J[i + 2 * k]}};
-      const Vector3d relative = move.v;
-      if (revolute) move.w = F * kinematics.axis_W.col(dof);
-      Column& c = pass.columns[static_cast<std::size_t>(i)];
-      c = {};
+      const Vector3d relative(pass.J[i], pass.J[i + k], pass.J[i + 2 * k]), axis = kinematics.axis_W.col(dof);
+      const Vector3d w = revolute ? Vector3d(F * axis) : zero;
+      Vector3d a = relative;  // of A's point; of B's it is that minus `relative`
       if (run.moves_a && run.moves_b) {
-        const Vector3d axis = kinematics.axis_W.col(dof);
-        move.v = F * (revolute ? Vector3d(axis.cross(pass.contact.p_WA - kinematics.origin_W.col(dof))) : axis);
-        c.b = {move.w, move.v - relative};
+        a = F * (revolute ? Vector3d(axis.cross(pass.contact.p_WA - kinematics.origin_W.col(dof))) : axis);
       } else if (!run.moves_a) {
-        c.b = {move.w, -relative};
+        a = zero;
       }
-      if (run.moves_a) c.a = move;
-      c.first_above = first_above(model, dof, i);
-      c.sum_a = pass.sum_a;
-      c.sum_b = pass.sum_b;
-      pass.sum_a.w += delta[dof] * c.a.w, pass.sum_a.v += delta[dof] * c.a.v;
-      pass.sum_b.w += delta[dof] * c.b.w, pass.sum_b.v += delta[dof] * c.b.v;
-      for (int x = 0; x < 3; ++x) pass.w[x][i] = move.w[x];
+      const bool moves[2] = {run.moves_a, run.moves_b};
+      const Vector3d c[2] = {a, a - relative};
+      const int above = first_above(model, dof, i);
+      for (int side = 0; side < 2; ++side) {
+        if (above == i) below_spin[side] = spin[side], below_move[side] = move[side];
+        const int to = side * kSpinB;
+        put(pass, kSumSpinA + to, i, below_spin[side]);
+        put(pass, kSumMoveA + to, i, below_move[side]);
+        if (!moves[side]) continue;
+        put(pass, kSpinA + to, i, w);
+        put(pass, kMoveA + to, i, c[side]);
+        spin[side] += delta[dof] * w;
+        move[side] += delta[dof] * c[side];
+      }
+      put(pass, kSpin, i, w);
+      pass.row(kFirstAbove)[i] = above;
+      pass.row(kMovesA)[i] = run.moves_a;
+      pass.row(kMovesB)[i] = run.moves_b;
     }
   }
+  for (int side = 0; side < 2; ++side) pass.sum_spin[side] = spin[side], pass.sum_move[side] = move[side];
 }
 
-/// How frame and points follow one coordinate.
+/// How the frame and the points follow four coordinates.
 struct Follow {
-  Vector3d frame;     // angular velocity of the contact frame (D.5)
-  Vector3d s_a, s_b;  // slip of the witness points over the bodies (D.3)
+  Vec frame;     // angular velocity of the contact frame (D.5)
+  Vec s_a, s_b;  // slip of the witness points over the bodies (D.3)
 };
 
-Follow follow(const Pass& pass, const Column& c) {
-  const auto turn = [](const Twist& t) { return Vector2d(t.w[2], -t.w[1]); };  // [ω × n]_t
-  const Vector2d turn_b = turn(c.b);
-  Eigen::Vector4d rates;
-  rates << turn(c.a) - turn_b, pass.contact.phi * turn_b - (c.a.v - c.b.v).tail<2>();
-  const Eigen::Matrix<double, 6, 1> moved = pass.rolling * rates;
-  const Vector2d dn = turn_b + moved.head<2>();
-  return {{pass.spin.dot(dn), -dn[1], dn[0]}, {0, moved[2], moved[3]}, {0, moved[4], moved[5]}};
+inline Follow follow(const Pass& pass, int j) {
+  const Vec w_a = pass.get(kSpinA, j), w_b = pass.get(kSpinB, j), v = pass.get(kMoveA, j) - pass.get(kMoveB, j);
+  const Four phi = all(pass.contact.phi);
+  // [ω × n]_t = (ω_t2, −ω_t1)
+  const Four rates[4] = {w_a.t2 - w_b.t2, w_b.t1 - w_a.t1, phi * w_b.t2 - v.t1, -phi * w_b.t1 - v.t2};
+  const auto row = [&](int r) {
+    const detail::Rolling& D = pass.rolling;
+    return all(D(r, 0)) * rates[0] + all(D(r, 1)) * rates[1] + all(D(r, 2)) * rates[2] + all(D(r, 3)) * rates[3];
+  };
+  const Four dn1 = w_b.t2 + row(0), dn2 = row(1) - w_b.t1, zero = all(0.0);
+  return {{all(pass.spin[0]) * dn1 + all(pass.spin[1]) * dn2, -dn2, dn1}, {zero, row(2), row(3)}, {zero, row(4), row(5)}};
 }
 
 /// d/dq_j of the velocity V = Σ c_i δq_i of the witness point of one body (D.7).
-/// @param below  the part of the sum over the coordinates whose axes j leaves alone
-Vector3d velocity_change(const Twist& column, const Twist& sum, const Twist& below, const Vector3d& slip) {
-  return column.w.cross(sum.v - below.v) + below.w.cross(column.v) + sum.w.cross(slip);
+inline Vec velocity_change(const Pass& pass, int side, int j, const Vec& slip) {
+  const int from = side * kSpinB;
+  return cross(pass.get(kSpinA + from, j), all(pass.sum_move[side]) - pass.get(kSumMoveA + from, j)) +
+         cross(pass.get(kSumSpinA + from, j), pass.get(kMoveA + from, j)) + cross(all(pass.sum_spin[side]), slip);
 }
 
-/// Row i of column j is J_i·force + w_i·torque, with its own force and torque below and from first_above on (D.8).
-struct Wrench {
-  Vector3d force, torque;
-};
-
-void fill(const Pass& pass, const Wrench& wrench, int begin, int end, double* column) {
+/// D_w_q, and the rows from kTurnFrame on.
+void calc_gaps(const Pass& pass, double* D_w) {
   const int k = pass.pair.n_columns;
-  const double *n = pass.J, *t1 = n + k, *t2 = t1 + k, *x = pass.w[0], *y = pass.w[1], *z = pass.w[2];
-  const double f0 = wrench.force[0], f1 = wrench.force[1], f2 = wrench.force[2];
-  const double m0 = wrench.torque[0], m1 = wrench.torque[1], m2 = wrench.torque[2];
-  for (int i = begin; i < end; ++i) column[i] = (n[i] * f0 + t1[i] * f1 + t2[i] * f2) + (x[i] * m0 + y[i] * m1 + z[i] * m2);
+  const Vec f = all(pass.lambda), relative = all(Vector3d(pass.sum_move[0] - pass.sum_move[1]));
+  for (int j = 0; j < k; j += 4) {
+    const Follow go = follow(pass, j);
+    Vec dw = velocity_change(pass, 0, j, go.s_a) - velocity_change(pass, 1, j, go.s_b) - cross(go.frame, relative);
+    const int n = std::min(4, k - j);
+    for (int x = 0; x < n; ++x) {
+      D_w[j + x] = dw.n[x] + pass.J[j + x];
+      D_w[k + j + x] = dw.t1[x];
+      D_w[2 * k + j + x] = dw.t2[x];
+    }
+    pass.set(kTurnFrame, j, cross(go.frame, f));
+    pass.set(kTurnAxes, j, cross(f, pass.get(kSpin, j)));
+    pass.set(kSlipA, j, cross(go.s_a, f));
+    pass.set(kSlipB, j, cross(go.s_b, f));
+    pass.set(kCarryA, j, cross(pass.get(kMoveA, j), f));
+    pass.set(kCarryB, j, cross(pass.get(kMoveB, j), f));
+  }
 }
 
-void calc_column(const Pass& pass, int j, const Run& moved, double* D_tau, double* D_w) {
+/// D_tau_q: entry (i, j) is J_i·force + w_i·torque, with one force and torque from first_above on and others below it (D.8).
+void calc_wrenches(const Pass& pass, double* D_tau) {
   const int k = pass.pair.n_columns;
-  const Column& c = pass.columns[static_cast<std::size_t>(j)];
-  const Column& above = pass.columns[static_cast<std::size_t>(c.first_above)];
-  const Follow go = follow(pass, c);
-
-  Vector3d dw = velocity_change(c.a, pass.sum_a, above.sum_a, go.s_a) - velocity_change(c.b, pass.sum_b, above.sum_b, go.s_b) -
-                go.frame.cross(pass.sum_a.v - pass.sum_b.v);
-  dw[0] += pass.J[j];
-  for (int r = 0; r < 3; ++r) D_w[r * k + j] = dw[r];
-
-  const Vector3d& f = pass.lambda;
-  const Vector3d df = go.frame.cross(f);
-  const Vector3d turned = f.cross(moved.moves_a ? c.a.w : c.b.w);  // f·(w_j × c_i) = c_i·(f × w_j)
+  const Four zero = all(0.0), one = all(1.0);
   for (int r = pass.pair.run_begin; r < pass.pair.run_end; ++r) {
     const Run& run = pass.work.column_runs[static_cast<std::size_t>(r)];
-    const bool together = (moved.moves_a || !run.moves_a) && (moved.moves_b || !run.moves_b);  // j moves all that i moves
-    Vector3d below = Vector3d::Zero(), slip = Vector3d::Zero();
-    if (run.moves_a) below += c.a.v, slip += go.s_a;
-    if (run.moves_b) below -= c.b.v, slip -= go.s_b;
-    const int end = run.column + run.count, split = std::clamp(c.first_above, run.column, end);
-    fill(pass, {df, (below + slip).cross(f)}, run.column, split, D_tau);
-    fill(pass, {together ? Vector3d(df + turned) : df, slip.cross(f)}, split, end, D_tau);
+    const Four a = all(run.moves_a), b = all(run.moves_b);
+    for (int j = 0; j < k; j += 4) {
+      // Only where j moves all that the run moves do its coordinates turn with j.
+      const Four together = (one - a * (one - load(pass.row(kMovesA) + j))) * (one - b * (one - load(pass.row(kMovesB) + j)));
+      const Vec force = pass.get(kTurnFrame, j), turn = together * pass.get(kTurnAxes, j);
+      const Vec slip = a * pass.get(kSlipA, j) - b * pass.get(kSlipB, j), carry = a * pass.get(kCarryA, j) - b * pass.get(kCarryB, j);
+      const Four first = load(pass.row(kFirstAbove) + j);
+      const int n = std::min(4, k - j);
+      for (int i = run.column; i < run.column + run.count; ++i) {
+        const Four above = all(i) >= first ? one : zero;
+        const Vec F = force + above * turn, M = slip + (one - above) * carry;
+        const Four value = all(pass.J[i]) * F.n + all(pass.J[k + i]) * F.t1 + all(pass.J[2 * k + i]) * F.t2 +
+                           all(pass.row(kSpin)[i]) * M.n + all(pass.row(kSpin + 1)[i]) * M.t1 + all(pass.row(kSpin + 2)[i]) * M.t2;
+        double* to = D_tau + i * k + j;
+        if (n == 4) {
+          store(to, value);
+        } else {
+          for (int x = 0; x < n; ++x) to[x] = value[x];
+        }
+      }
+    }
   }
 }
 
@@ -165,9 +251,11 @@ void require_sizes(const world::Model& model, std::span<const Contact> contacts,
 }  // namespace
 
 void calc_derivatives(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, const Jacobians& J,
-                      std::span<const Vector3d> lambda, const Eigen::VectorXd& delta, Workspace& work, ContactDerivatives& out) {
+                      std::span<const Vector3d> lambda, const Eigen::VectorXd& delta, std::span<const char> wanted, Workspace& work,
+                      ContactDerivatives& out) {
   const Workspace::Impl& w = work.impl();
   require_sizes(model, contacts, J, lambda, delta, w);
+  if (!wanted.empty()) core::require_size("wanted", static_cast<long>(wanted.size()), static_cast<long>(contacts.size()));
   out.begin.resize(contacts.size() + 1);
   int size = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -178,15 +266,13 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
   out.begin[contacts.size()] = size;
   out.D_tau_q.resize(static_cast<std::size_t>(size));
   out.D_w_q.resize(J.values.size());
-  out.columns.resize(static_cast<std::size_t>(model.n_v()));
-  out.angular.resize(3 * static_cast<std::size_t>(model.n_v()));
+  out.scratch.resize(static_cast<std::size_t>(kRows * ((model.n_v() + 3) / 4 * 4)));
 
   for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (!wanted.empty() && !wanted[i]) continue;
     const Contact& contact = contacts[i];
     const PairData& pair = w.pairs[static_cast<std::size_t>(contact.pair)];
-    const int k = pair.n_columns;
     const Surfaces surfaces = calc_surfaces(w, kinematics, pair, contact);
-    double* angular = out.angular.data();
     Pass pass{w,
               pair,
               contact,
@@ -194,17 +280,13 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
               J.values.data() + J.begin[i],
               detail::calc_rolling(surfaces.a, surfaces.b, contact, surfaces.length),
               detail::calc_frame_spin(contact, w.planar_axis),
-              out.columns,
-              {angular, angular + k, angular + 2 * k},
+              out.scratch.data(),
+              (pair.n_columns + 3) / 4 * 4,
               {},
               {}};
-    fill_columns(model, kinematics, delta, pass);
-    for (int r = pair.run_begin; r < pair.run_end; ++r) {
-      const Run& run = w.column_runs[static_cast<std::size_t>(r)];
-      for (int j = run.column; j < run.column + run.count; ++j) {
-        calc_column(pass, j, run, out.D_tau_q.data() + out.begin[i] + k * j, out.D_w_q.data() + J.begin[i]);
-      }
-    }
+    fill_coordinates(model, kinematics, delta, pass);
+    calc_gaps(pass, out.D_w_q.data() + J.begin[i]);
+    calc_wrenches(pass, out.D_tau_q.data() + out.begin[i]);
   }
 }
 

@@ -8,29 +8,12 @@
 
 namespace stiction::contact {
 
-namespace detail {
-
-/// Motion of the material point of a body at its witness point, in a contact frame (n, t1, t2).
-struct PointTwist {
-  Eigen::Vector3d w = Eigen::Vector3d::Zero(), v = Eigen::Vector3d::Zero();
-};
-
-/// One coordinate of a pair's support, in the contact frame.
-struct SupportColumn {
-  PointTwist a, b;          // of the two bodies; zero for one that it does not move
-  PointTwist sum_a, sum_b;  // of δq over the coordinates before this one
-  int first_above = 0;      // first coordinate whose axis this one turns: itself in a chain, the first rotation in a free object
-};
-
-}  // namespace detail
-
 /// Derivatives of contacts by the configuration, with k the number of coordinates in the support of the pair.
 struct ContactDerivatives {
-  std::vector<double> D_tau_q;                 ///< of τ_c = J_cᵀλ: contact i has k·k numbers from begin[i], column-major
-  std::vector<double> D_w_q;                   ///< of w_c = φ e₁ + J_c δq: 3·k numbers from Jacobians::begin[i], row-major as J_c
-  std::vector<int> begin;                      ///< n_c + 1 numbers
-  std::vector<detail::SupportColumn> columns;  ///< scratch
-  std::vector<double> angular;                 ///< scratch
+  std::vector<double> D_tau_q;  ///< of τ_c = J_cᵀλ: contact i has k·k numbers from begin[i], row-major
+  std::vector<double> D_w_q;    ///< of w_c = φ e₁ + J_c δq: 3·k numbers from Jacobians::begin[i], row-major as J_c
+  std::vector<int> begin;       ///< n_c + 1 numbers
+  std::vector<double> scratch;
 };
 
 /// For each contact the derivatives, through retract, of
@@ -44,12 +27,14 @@ struct ContactDerivatives {
 /// Exact where the distance has second derivatives. At a kink: the derivative of the feature that the witness point lies on (a vertex
 /// before an edge before a face); where two flat features lie on each other, the point of A stays where it is on A, and the normal
 /// stays with B.
-/// @param J      of the same contacts
-/// @param lambda impulse of each contact (n, t1, t2)
-/// @param delta  δq (n_v)
+/// @param J       of the same contacts
+/// @param lambda  impulse of each contact (n, t1, t2)
+/// @param delta   δq (n_v)
+/// @param wanted  contacts to look at, empty for all; the numbers of the others are left as they are
 /// @throws core::InvalidInput: sizes that do not fit
 /// Source: docs/theory/contact.md §8. Tests: tests/contact/derivatives_test.cpp
 void calc_derivatives(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, const Jacobians& J,
-                      std::span<const Eigen::Vector3d> lambda, const Eigen::VectorXd& delta, Workspace& work, ContactDerivatives& out);
+                      std::span<const Eigen::Vector3d> lambda, const Eigen::VectorXd& delta, std::span<const char> wanted, Workspace& work,
+                      ContactDerivatives& out);
 
 }  // namespace stiction::contact

@@ -91,9 +91,9 @@ struct Rows {
 };
 
 /// dλ = −S (D_w_q + J_c X) (S.9) of every contact, X (n_v × n) the derivative of δq; without D_w_q for derivatives by u.
-void calc_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, const Eigen::MatrixXd& X, bool by_q,
+void calc_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, bool by_q,
                    ImpulseDerivatives& D_lambda) {
-  D_lambda.resize(out.contacts.size(), X.cols());
+  D_lambda.resize(out.contacts.size(), work.X.cols());
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     auto D = D_lambda[i];
     D.setZero();
@@ -104,24 +104,27 @@ void calc_impulses(const SolvedStep& step, const StepResult& out, const Linearis
       const Rows::Matrix D_w(work.derivatives.D_w_q.data() + step.J.begin[i], 3, k);
       for (Eigen::Index c = 0; c < k; ++c) D.col(rows.support[static_cast<std::size_t>(c)]) = D_w.col(c);
     }
-    const Matrix3d minus_S = -work.stiffness[i];
+    for (Eigen::Index c = 0; c < k; ++c) {
+      const auto x = work.X.row(rows.support[static_cast<std::size_t>(c)]);
+      for (int r = 0; r < 3; ++r) D.row(r) += rows.J(r, c) * x;
+    }
+    const Matrix3d& S = work.stiffness[i];
     for (Eigen::Index j = 0; j < D.cols(); ++j) {
-      Vector3d dw = D.col(j);
-      for (Eigen::Index c = 0; c < k; ++c) dw += X(rows.support[static_cast<std::size_t>(c)], j) * rows.J.col(c);
-      D.col(j).noalias() = minus_S * dw;
+      const double n = D(0, j), t1 = D(1, j), t2 = D(2, j);
+      for (int r = 0; r < 3; ++r) D(r, j) = -(S(r, 0) * n + S(r, 1) * t1 + S(r, 2) * t2);
     }
   }
 }
 
 /// R += J_cᵀ dλ over all contacts.
-void add_impulses(const SolvedStep& step, const StepResult& out, const ImpulseDerivatives& D_lambda, Eigen::MatrixXd& R) {
+void add_impulses(const SolvedStep& step, const StepResult& out, const ImpulseDerivatives& D_lambda, RowMatrix& R) {
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     if (!step.included[i]) continue;
     const Rows rows(step, out, i);
     const auto D = D_lambda[i];
-    for (Eigen::Index j = 0; j < D.cols(); ++j) {
-      const Vector3d d = D.col(j);
-      for (std::size_t c = 0; c < rows.support.size(); ++c) R(rows.support[c], j) += rows.J.col(static_cast<Eigen::Index>(c)).dot(d);
+    for (std::size_t c = 0; c < rows.support.size(); ++c) {
+      const auto j = static_cast<Eigen::Index>(c);
+      R.row(rows.support[c]) += rows.J(0, j) * D.row(0) + rows.J(1, j) * D.row(1) + rows.J(2, j) * D.row(2);
     }
   }
 }
@@ -144,21 +147,23 @@ void add_first_impulses(const SolvedStep& step, const StepResult& out, const Lin
 /// One round of refinement of H X = fixed + J_cᵀ(impulses that do not depend on X). H has entries of λ²/σ and its factor loses their digits;
 /// here they meet in dλ, before J_cᵀ, and cancel there.
 void refine(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, bool by_q, Eigen::MatrixXd& X) {
-  calc_impulses(step, out, work, X, by_q, work.D_lambda);
+  work.X = X;
+  calc_impulses(step, out, work, by_q, work.D_lambda);
   work.residual = work.fixed;
   add_impulses(step, out, work.D_lambda, work.residual);
   for (const QEntry& e : step.Q) {
-    work.residual.row(e.row) -= e.value * X.row(e.column);
-    if (e.row != e.column) work.residual.row(e.column) -= e.value * X.row(e.row);
+    work.residual.row(e.row) -= e.value * work.X.row(e.column);
+    if (e.row != e.column) work.residual.row(e.column) -= e.value * work.X.row(e.row);
   }
   for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
     const int v = step.bound_variables[i];
     const double D = cone::D_bound(step.solver, static_cast<int>(i));
-    work.residual.row(v) -= D * X.row(v);
+    work.residual.row(v) -= D * work.X.row(v);
     if (by_q) work.residual(v, v) -= D;
   }
-  cone::apply_inverse(step.solver, work.residual);
-  X += work.residual;
+  work.correction = work.residual;
+  cone::apply_inverse(step.solver, work.correction);
+  X += work.correction;
 }
 
 /// −∂/∂q of Qδq + b − Σ J_cᵀλ at fixed components of δq and λ (S.8).
@@ -167,13 +172,14 @@ void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, Linear
   work.fixed.setZero(model.n_v(), model.n_v());
   work.contacts.resize(out.contacts.size());
   for (std::size_t i = 0; i < out.contacts.size(); ++i) work.contacts[i] = out.contacts[i].contact;
-  contact::calc_derivatives(model, step.kinematics, work.contacts, step.J, work.lambda, out.delta, contact_work, work.derivatives);
+  contact::calc_derivatives(model, step.kinematics, work.contacts, step.J, work.lambda, out.delta, step.included, contact_work,
+                            work.derivatives);
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     if (!step.included[i]) continue;
     const Rows rows(step, out, i);
     const double* D = work.derivatives.D_tau_q.data() + work.derivatives.begin[i];
-    for (const int j : rows.support) {
-      for (const int row : rows.support) work.fixed(row, j) += *D++;
+    for (const int row : rows.support) {
+      for (const int j : rows.support) work.fixed(row, j) += *D++;
     }
   }
   subtract_objective(step, out, work.fixed);
@@ -190,7 +196,10 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
   }
   cone::apply_inverse(step.solver, out.A);
   if (std::holds_alternative<Exact>(step.options.smoothing)) refine(step, out, work, true, out.A);
-  if (step.options.with_force_derivatives) calc_impulses(step, out, work, out.A, true, out.D_lambda_q);
+  if (step.options.with_force_derivatives) {
+    work.X = out.A;
+    calc_impulses(step, out, work, true, out.D_lambda_q);
+  }
   transport(step.model, out.delta, out.A);
   out.A.diagonal().array() += 1.0;
   for_each_free_rotation(step.model, out.delta,
@@ -213,7 +222,10 @@ void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& ou
     for (int j = 0; j < model.n_a(); ++j) work.fixed(work.actuated[at(j)], j) = work.h_stiffness[at(j)];
     refine(step, out, work, false, out.B);
   }
-  if (step.options.with_force_derivatives) calc_impulses(step, out, work, out.B, false, out.D_lambda_u);
+  if (step.options.with_force_derivatives) {
+    work.X = out.B;
+    calc_impulses(step, out, work, false, out.D_lambda_u);
+  }
   transport(model, out.delta, out.B);
 }
 

@@ -30,14 +30,18 @@ struct SolvedStep {
   const cone::Workspace& solver;
 };
 
+/// Rows of these are combined.
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Scratch; sized by the first call.
 struct LinearisationWorkspace {
   std::vector<contact::Contact> contacts;
   std::vector<Eigen::Vector3d> lambda;
   std::vector<Eigen::Matrix3d> stiffness;  // S = −∂λ/∂w_c per contact
   contact::ContactDerivatives derivatives;
-  Eigen::MatrixXd fixed;     // right-hand sides at constant impulses
-  Eigen::MatrixXd residual;  // and what is left of them
+  Eigen::MatrixXd fixed;  // right-hand sides at constant impulses
+  RowMatrix X, residual;  // solution, and what is left of the right-hand sides
+  Eigen::MatrixXd correction;
   ImpulseDerivatives D_lambda;
   std::vector<int> actuated;        // velocity indices of the commands
   std::vector<double> h_stiffness;  // hK_a

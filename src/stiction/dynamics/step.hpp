@@ -85,8 +85,9 @@ Eigen::Matrix<double, 6, 1> calc_wrench(const ContactImpulse& contact, double h)
 /// Derivatives of the contact impulses, 3 × n for each contact, rows (n, t1, t2) in the frame of the contact, which turns with q.
 class ImpulseDerivatives {
  public:
-  using Block = Eigen::Map<Eigen::Matrix3Xd>;
-  using ConstBlock = Eigen::Map<const Eigen::Matrix3Xd>;
+  using Matrix = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+  using Block = Eigen::Map<Matrix>;
+  using ConstBlock = Eigen::Map<const Matrix>;
   void resize(std::size_t contacts, Eigen::Index columns) {
     columns_ = columns;
     values_.resize(3 * contacts * static_cast<std::size_t>(columns));
