@@ -74,7 +74,8 @@ bool touch(const world::Model& model, int pair, const std::vector<char>& moving,
     update_kinematics(model, q, work);
     contact::query_pairs(model, work.kinematics, pairs, std::numeric_limits<double>::infinity(), work.contact_work, work.contacts);
     if (work.contacts.empty()) return false;
-    const auto& c = work.contacts.front();
+    const auto& c =
+        *std::min_element(work.contacts.begin(), work.contacts.end(), [](const auto& a, const auto& b) { return a.phi < b.phi; });
     if (std::abs(c.phi) < 0.5 * kTouch) return true;
     gap_gradient(model, c, moving, work, gradient);
     const double slope2 = gradient.squaredNorm();
