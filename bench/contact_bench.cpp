@@ -75,7 +75,7 @@ void derivatives(benchmark::State& state) {
   const Eigen::VectorXd delta = Eigen::VectorXd::LinSpaced(g.model->n_v(), -0.01, 0.01);
   contact::ContactDerivatives out;
   for (auto _ : state) {
-    contact::calc_derivatives(*g.model, g.kinematics, g.contacts, g.jacobians, lambda, delta, {}, g.work, out);
+    contact::calc_derivatives(*g.model, g.kinematics, g.contacts, g.jacobians, lambda, delta, g.work, out);
     benchmark::DoNotOptimize(out.D_tau_q.data());
   }
 }
@@ -124,6 +124,32 @@ void shape_pair(benchmark::State& state, world::Shape a, world::Shape b) {
     benchmark::DoNotOptimize(&d);
   }
 }
+// All points of one pair, the first shape flat on the second or `tilt` away from that.
+void flat_pair(benchmark::State& state, world::Shape a, world::Shape b, double height, double tilt) {
+  world::Scene scene;
+  world::ObjectSpec object;
+  object.name = "a";
+  object.mass = 1;
+  object.inertia = Eigen::Matrix3d::Identity();
+  object.geometries = {{"g", a, {}, 1.0}};
+  scene.objects.push_back(object);
+  scene.fixed.push_back({"b", {}, {{"g", b, {}, 1.0}}});
+  const auto model = world::Model::make(scene);
+  world::KinematicsWorkspace kinematics_work(*model);
+  world::Kinematics kinematics;
+  Eigen::VectorXd q = model->neutral();
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(tilt, Eigen::Vector3d(1, 0.3, 0).normalized()) *
+                                  Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()));
+  q.head<7>() << 0.01, 0.02, height, turned.coeffs();
+  world::calc_kinematics(*model, q, kinematics_work, kinematics);
+  contact::Workspace work(*model);
+  std::vector<contact::Contact> contacts;
+  for (auto _ : state) {
+    contact::query(*model, kinematics, {}, work, contacts);
+    benchmark::DoNotOptimize(contacts.data());
+  }
+  state.counters["contacts"] = static_cast<double>(contacts.size());
+}
 const world::Box kBox{{0.05, 0.04, 0.06}};
 const world::Capsule kCapsule{0.02, 0.05};
 const world::Cylinder kCylinder{0.04, 0.05};
@@ -132,6 +158,11 @@ BENCHMARK_CAPTURE(shape_pair, capsule_capsule, kCapsule, kCapsule)->Name("contac
 BENCHMARK_CAPTURE(shape_pair, capsule_box, kCapsule, kBox)->Name("contact/distance/capsule_box");
 BENCHMARK_CAPTURE(shape_pair, box_box, kBox, kBox)->Name("contact/distance/box_box");
 BENCHMARK_CAPTURE(shape_pair, box_cylinder, kBox, kCylinder)->Name("contact/distance/box_cylinder");
+BENCHMARK_CAPTURE(flat_pair, box_box, kBox, kBox, 0.12, 0.0)->Name("contact/patch/box_box");
+BENCHMARK_CAPTURE(flat_pair, box_box_tilted, kBox, kBox, 0.123, 0.05)->Name("contact/patch/box_box_tilted");
+BENCHMARK_CAPTURE(flat_pair, box_halfspace, kBox, world::HalfSpace{}, 0.06, 0.0)->Name("contact/patch/box_halfspace");
+BENCHMARK_CAPTURE(flat_pair, cylinder_halfspace, kCylinder, world::HalfSpace{}, 0.05, 0.0)->Name("contact/patch/cylinder_halfspace");
+BENCHMARK_CAPTURE(flat_pair, box_cylinder, kBox, kCylinder, 0.11, 0.0)->Name("contact/patch/box_cylinder");
 
 }  // namespace
 
