@@ -75,7 +75,7 @@ void derivatives(benchmark::State& state) {
   const Eigen::VectorXd delta = Eigen::VectorXd::LinSpaced(g.model->n_v(), -0.01, 0.01);
   contact::ContactDerivatives out;
   for (auto _ : state) {
-    contact::calc_derivatives(*g.model, g.kinematics, g.contacts, g.jacobians, lambda, delta, g.work, out);
+    contact::calc_derivatives(*g.model, g.kinematics, g.contacts, g.jacobians, lambda, delta, {}, g.work, out);
     benchmark::DoNotOptimize(out.D_tau_q.data());
   }
 }
