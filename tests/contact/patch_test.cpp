@@ -142,6 +142,24 @@ TEST(Patch, HalfSpace_LowestFaceOfEveryShape) {
   EXPECT_EQ(count(test::make_mesh(), turn(0.3), 0.06), 1u);
 }
 
+TEST(Patch, PlanarModel_TwoPointsInThePlane) {
+  for (const world::Shape& floor :
+       {world::Shape{kLarge}, world::Shape{test::make_box_mesh({0.2, 0.15, 0.1})}, world::Shape{world::HalfSpace{}}}) {
+    const double top = std::holds_alternative<world::HalfSpace>(floor) ? 0.0 : 0.1;
+    for (const world::Shape& shape : {world::Shape{kSmall}, world::Shape{test::make_box_mesh(kSmall.half_extents)}}) {
+      Two s(shape, floor, {}, world::ObjectJoint::PlanarXZ);
+      ASSERT_EQ(s.model->planar_axis(), 1);
+      s.move_to(Eigen::Vector3d(0.01, top + 0.02, 0));
+      const auto contacts = s.query_contacts({.cutoff = 0.01});
+      expect_points(contacts, {{-0.04, 0, top}, {0.06, 0, top}}, 1e-6);  // the slack of side planes
+      for (const Contact& c : contacts) {
+        EXPECT_NEAR(c.phi, 0, 1e-12);
+        EXPECT_LE((c.nhat_BA_W - Vector3d::UnitZ()).norm(), 1e-12);
+      }
+    }
+  }
+}
+
 world::Mesh make_prism(int sides, double radius, double half) {
   Eigen::Matrix3Xd points(3, 2 * sides);
   for (int i = 0; i < sides; ++i) {
