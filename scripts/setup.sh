@@ -17,6 +17,13 @@ find_python() {
   return 1
 }
 
+# The module is compiled against the headers of that Python.
+has_headers() {
+  local python
+  python=$(find_python) || return 1
+  "$python" -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.h")))'
+}
+
 # ---- system packages ----
 is_installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
@@ -24,6 +31,7 @@ missing=()
 if command -v dpkg-query >/dev/null; then
   while read -r package; do
     case "$package" in
+      python3-dev) has_headers || missing+=("$package") ;;
       python3-venv) find_python >/dev/null || missing+=("$package") ;;
       # Any Chromium or Chrome will do: Ubuntu's package is a stub for a snap.
       chromium) is_installed chromium || command -v chromium chromium-browser google-chrome >/dev/null || missing+=("$package") ;;

@@ -1,0 +1,332 @@
+#include <fmt/format.h>
+
+#include "bindings.hpp"
+#include "stiction/dynamics/local_model.hpp"
+#include "stiction/dynamics/rollout.hpp"
+
+namespace stiction::python {
+
+std::vector<StepContact> with_names(const ModelPtr& model, const std::vector<dynamics::ContactImpulse>& contacts, double h) {
+  std::vector<StepContact> out;
+  out.reserve(contacts.size());
+  for (const auto& contact : contacts) out.push_back({model, contact, h});
+  return out;
+}
+
+namespace {
+
+using dynamics::Sampling;
+using dynamics::StepOptions;
+
+/// dynamics::StepWorkspace that two threads cannot use at once.
+struct StepWorkspace {
+  explicit StepWorkspace(const ModelPtr& model) : work(model) {}
+  dynamics::StepWorkspace work;
+  std::atomic<bool> busy{false};
+};
+
+struct StepResult {
+  ModelPtr model;
+  double h = 0.1;
+  dynamics::StepResult result;
+};
+
+struct RolloutResult {
+  ModelPtr model;
+  double h = 0.1;
+  dynamics::RolloutResult result;
+};
+
+struct Knot {
+  Eigen::VectorXd u, q;
+  std::vector<StepContact> contacts;
+};
+
+/// Defines `name` with the arguments of `function` followed by those of the step, which are the same everywhere.
+/// @param arguments  names of the arguments before them, nb::kw_only() among them
+template <class R, class... Head, class... Arguments>
+void def_with_step_options(nb::module_& m, const char* name, R (*function)(const StepOptions&, Head...), const char* doc,
+                           const Arguments&... arguments) {
+  const StepOptions standard;
+  const dynamics::Analytic analytic;
+  m.def(
+      name,
+      [function](Head... head, double h, std::optional<double> kappa, double self_sharpness, double limit_sharpness,
+                 std::optional<double> epsilon, double regularisation_ratio, double friction_scale, std::optional<int> rays,
+                 double contact_margin, bool joint_limits, double tol_complementarity) {
+        StepOptions options;
+        options.h = h;
+        if (kappa) options.smoothing = dynamics::Analytic{*kappa, self_sharpness, limit_sharpness};
+        if (epsilon)
+          options.regularisation = dynamics::FixedEpsilon{*epsilon};
+        else
+          options.regularisation = dynamics::ByRule{regularisation_ratio};
+        options.friction_scale = friction_scale;
+        if (rays) options.friction_cone = dynamics::PolyhedralCone{*rays};
+        options.contact_margin = contact_margin;
+        options.joint_limits = joint_limits;
+        options.tol_complementarity = tol_complementarity;
+        return function(options, head...);
+      },
+      arguments..., "h"_a = standard.h, "kappa"_a = nb::none(), "self_sharpness"_a = analytic.self_sharpness,
+      "limit_sharpness"_a = analytic.limit_sharpness, "epsilon"_a = nb::none(), "regularisation_ratio"_a = dynamics::ByRule{}.ratio,
+      "friction_scale"_a = standard.friction_scale, "rays"_a = nb::none(), "contact_margin"_a = standard.contact_margin,
+      "joint_limits"_a = standard.joint_limits, "tol_complementarity"_a = standard.tol_complementarity, doc);
+}
+
+StepResult step(const StepOptions& given, ModelPtr model, Vector q, Vector u, std::optional<Vector> tau_ext, std::optional<Vector> damping,
+                bool with_A, bool with_B, bool with_force_derivatives, bool warm_start, StepWorkspace* workspace) {
+  StepOptions options = given;
+  options.with_A = with_A;
+  options.with_B = with_B;
+  options.with_force_derivatives = with_force_derivatives;
+  options.warm_start = warm_start;
+  StepResult out{model, options.h, {}};
+  dynamics::StepInput in{q.value, u.value};
+  if (tau_ext) in.tau_ext = &tau_ext->value;
+  if (damping) in.damping = &damping->value;
+  const nb::gil_scoped_release unlocked;
+  std::optional<StepWorkspace> own;
+  if (workspace == nullptr) workspace = &own.emplace(model);
+  const Occupied occupied(workspace->busy);
+  (void)dynamics::step(*model, in, options, workspace->work, out.result);  // the status is in the result
+  return out;
+}
+
+dynamics::LocalModel calc_local_model(const StepOptions& options, ModelPtr model, Vector q, Vector u,
+                                      std::optional<dynamics::LocalModelScheme> scheme, std::optional<Vector> tau_ext,
+                                      std::optional<Vector> damping, bool with_A, int threads) {
+  dynamics::LocalModel out;
+  dynamics::StepInput in{q.value, u.value};
+  if (tau_ext) in.tau_ext = &tau_ext->value;
+  if (damping) in.damping = &damping->value;
+  // kappa of the step stands for the scheme where none is given.
+  const auto chosen = scheme ? *scheme : std::visit([](const auto& s) { return dynamics::LocalModelScheme(s); }, options.smoothing);
+  const nb::gil_scoped_release unlocked;
+  dynamics::LocalModelWorkspace work(model, threads);
+  (void)dynamics::calc_local_model(*model, in, chosen, options, with_A, work, out);
+  return out;
+}
+
+RolloutResult rollout(const StepOptions& options, ModelPtr model, Vector q, Vector u_start, Vector u_end, double joint_angle,
+                      double joint_travel, double slide, int max_substeps, StepWorkspace* workspace) {
+  RolloutResult out{model, options.h, {}};
+  const dynamics::SubstepLimits limits{joint_angle, joint_travel, slide, max_substeps};
+  const nb::gil_scoped_release unlocked;
+  std::optional<StepWorkspace> own;
+  if (workspace == nullptr) workspace = &own.emplace(model);
+  const Occupied occupied(workspace->busy);
+  (void)dynamics::rollout(*model, q.value, u_start.value, u_end.value, options, limits, workspace->work, out.result);
+  return out;
+}
+
+template <class F>
+auto of_impulse(F field) {
+  return [field](const StepContact& c) { return c.impulse.*field; };
+}
+
+template <class F>
+auto of_contact(F field) {
+  return [field](const StepContact& c) { return c.impulse.contact.*field; };
+}
+
+Eigen::Matrix3d frame(const StepContact& c) {
+  Eigen::Matrix3d R;
+  R << c.impulse.contact.nhat_BA_W, c.impulse.contact.t1_W, c.impulse.contact.t2_W;
+  return R;
+}
+
+const world::Pair& pair_of(const StepContact& c) { return c.model->pairs()[static_cast<std::size_t>(c.impulse.contact.pair)]; }
+
+void bind_contact(nb::module_& m) {
+  using dynamics::ContactImpulse;
+  nb::class_<StepContact>(m, "ContactImpulse", "One contact of a step; the impulse acts on geometry a, its opposite on b.")
+      .def_prop_ro(
+          "a", [](const StepContact& c) { return name_of_geometry(*c.model, pair_of(c).geometry_a); }, "name, as body/geometry")
+      .def_prop_ro("b", [](const StepContact& c) { return name_of_geometry(*c.model, pair_of(c).geometry_b); })
+      .def_prop_ro("pair", of_contact(&contact::Contact::pair), "index into Model.pairs")
+      .def_prop_ro("id", of_contact(&contact::Contact::id), "stable over time")
+      .def_prop_ro("phi", of_contact(&contact::Contact::phi), "signed distance before the step [m]")
+      .def_prop_ro("p_WA", of_contact(&contact::Contact::p_WA), "[m]")
+      .def_prop_ro("p_WB", of_contact(&contact::Contact::p_WB), "[m]")
+      .def_prop_ro("nhat_BA_W", of_contact(&contact::Contact::nhat_BA_W), "unit normal from b to a")
+      .def_prop_ro("t1_W", of_contact(&contact::Contact::t1_W))
+      .def_prop_ro("t2_W", of_contact(&contact::Contact::t2_W))
+      .def_prop_ro("friction", of_contact(&contact::Contact::friction))
+      .def_prop_ro("lambda_", of_impulse(&ContactImpulse::lambda), "impulse (n, t1, t2) [N s]")
+      .def_prop_ro(
+          "force", [](const StepContact& c) -> Eigen::Vector3d { return c.impulse.lambda / c.h; }, "force (n, t1, t2) [N]")
+      .def_prop_ro(
+          "force_W", [](const StepContact& c) -> Eigen::Vector3d { return frame(c) * c.impulse.lambda / c.h; }, "[N]")
+      .def_prop_ro("displacement", of_impulse(&ContactImpulse::displacement), "J_c δq in (n, t1, t2) [m]")
+      .def_prop_ro("gap", of_impulse(&ContactImpulse::gap), "slack of the row, φ + J_n δq - μ‖J_t δq‖ [m]")
+      .def_prop_ro("active", of_impulse(&ContactImpulse::active))
+      .def_prop_ro(
+          "slide", [](const StepContact& c) { return c.impulse.slide(); }, "‖J_t δq‖ [m]")
+      .def_prop_ro(
+          "anitescu_gap", [](const StepContact& c) { return c.impulse.anitescu_gap(); }, "φ + J_n δq [m]")
+      .def(
+          "calc_wrench", [](const StepContact& c) { return Eigen::VectorXd(dynamics::calc_wrench(c.impulse, c.h)); },
+          "force on a and its moment about the world origin, in W [N, N m] (6)")
+      .def("__repr__", [](const StepContact& c) {
+        const auto& l = c.impulse.lambda;
+        return fmt::format("ContactImpulse({} on {}, phi={:.6g}, lambda_=[{:.6g}, {:.6g}, {:.6g}])",
+                           name_of_geometry(*c.model, pair_of(c).geometry_b), name_of_geometry(*c.model, pair_of(c).geometry_a),
+                           c.impulse.contact.phi, l[0], l[1], l[2]);
+      });
+}
+
+template <class T, class Get>
+Eigen::Matrix<T, Eigen::Dynamic, 1> column(const StepResult& r, Get get) {
+  Eigen::Matrix<T, Eigen::Dynamic, 1> out(static_cast<Eigen::Index>(r.result.contacts.size()));
+  for (std::size_t i = 0; i < r.result.contacts.size(); ++i) out[static_cast<Eigen::Index>(i)] = get(r.result.contacts[i]);
+  return out;
+}
+
+std::optional<std::vector<Eigen::MatrixXd>> blocks(const dynamics::ImpulseDerivatives& derivatives) {
+  if (derivatives.size() == 0) return std::nullopt;
+  std::vector<Eigen::MatrixXd> out;
+  for (std::size_t i = 0; i < derivatives.size(); ++i) out.emplace_back(derivatives[i]);
+  return out;
+}
+
+void bind_results(nb::module_& m) {
+  nb::class_<cone::Residuals>(m, "Residuals")
+      .def_ro("stationarity", &cone::Residuals::stationarity)
+      .def_ro("primal", &cone::Residuals::primal)
+      .def_ro("complementarity", &cone::Residuals::complementarity)
+      .def_ro("cone", &cone::Residuals::cone);
+  nb::class_<StepResult>(m, "StepResult")
+      .def_prop_ro("status", [](const StepResult& r) { return r.result.status; })
+      .def_prop_ro(
+          "q_next", [](const StepResult& r) { return r.result.q_next; }, "(n_q)")
+      .def_prop_ro(
+          "delta", [](const StepResult& r) { return r.result.delta; }, "δq (n_v)")
+      .def_prop_ro("contacts", [](const StepResult& r) { return with_names(r.model, r.result.contacts, r.h); })
+      .def_prop_ro(
+          "phi", [](const StepResult& r) { return column<double>(r, [](const auto& c) { return c.contact.phi; }); },
+          "signed distances before the step [m] (n_c)")
+      .def_prop_ro(
+          "gap", [](const StepResult& r) { return column<double>(r, [](const auto& c) { return c.gap; }); }, "[m] (n_c)")
+      .def_prop_ro(
+          "active", [](const StepResult& r) { return column<bool>(r, [](const auto& c) { return c.active; }); }, "(n_c)")
+      .def_prop_ro(
+          "lambda_",
+          [](const StepResult& r) {
+            Eigen::MatrixXd out(static_cast<Eigen::Index>(r.result.contacts.size()), 3);
+            for (Eigen::Index i = 0; i < out.rows(); ++i) out.row(i) = r.result.contacts[static_cast<std::size_t>(i)].lambda;
+            return out;
+          },
+          "impulses [N s] (n_c, 3)")
+      .def_prop_ro(
+          "A", [](const StepResult& r) { return unless_empty(r.result.A); }, "D_qnext_q (n_v, n_v), None unless asked for")
+      .def_prop_ro(
+          "B", [](const StepResult& r) { return unless_empty(r.result.B); }, "D_qnext_u (n_v, n_a), None unless asked for")
+      .def_prop_ro(
+          "D_lambda_q", [](const StepResult& r) { return blocks(r.result.D_lambda_q); }, "per contact (3, n_v)")
+      .def_prop_ro(
+          "D_lambda_u", [](const StepResult& r) { return blocks(r.result.D_lambda_u); }, "per contact (3, n_a)")
+      .def_prop_ro(
+          "epsilon", [](const StepResult& r) { return r.result.epsilon; }, "regularisation used per object")
+      .def_prop_ro("residuals", [](const StepResult& r) { return r.result.residuals; })
+      .def_prop_ro("iterations", [](const StepResult& r) { return r.result.iterations; })
+      .def_ro("h", &StepResult::h, "[s]")
+      .def("__repr__", [](const StepResult& r) {
+        return fmt::format("<stiction.StepResult: {}, {} contacts, {} iterations>", core::to_string(r.result.status),
+                           r.result.contacts.size(), r.result.iterations);
+      });
+  nb::class_<dynamics::LocalModel>(m, "LocalModel", "q_next(q ⊕ δq, u + δu) ≈ c ⊕ (A δq + B δu).")
+      .def_ro("status", &dynamics::LocalModel::status)
+      .def_ro("c", &dynamics::LocalModel::c)
+      .def_prop_ro(
+          "A", [](const dynamics::LocalModel& l) { return unless_empty(l.A); }, "None unless asked for")
+      .def_ro("B", &dynamics::LocalModel::B)
+      .def_ro("failed", &dynamics::LocalModel::failed, "samples whose step had no solution");
+  nb::class_<Knot>(m, "Knot", "State after one sub-step.")
+      .def_ro("u", &Knot::u)
+      .def_ro("q", &Knot::q)
+      .def_ro("contacts", &Knot::contacts, "the active ones");
+  nb::class_<RolloutResult>(m, "RolloutResult")
+      .def_prop_ro("status", [](const RolloutResult& r) { return r.result.status; })
+      .def_prop_ro("knots",
+                   [](const RolloutResult& r) {
+                     std::vector<Knot> out;
+                     for (const auto& knot : r.result.knots) out.push_back({knot.u, knot.q, with_names(r.model, knot.contacts, r.h)});
+                     return out;
+                   })
+      .def_prop_ro("steps", [](const RolloutResult& r) { return r.result.steps; })
+      .def_prop_ro(
+          "max_slide", [](const RolloutResult& r) { return r.result.max_slide; }, "[m]")
+      .def_prop_ro(
+          "min_phi", [](const RolloutResult& r) { return r.result.min_phi; }, "[m]");
+}
+
+template <class Scheme>
+void bind_sampling(nb::module_& m, const char* name, const char* doc) {
+  const Sampling standard;
+  nb::class_<Scheme>(m, name, doc)
+      .def(
+          "__init__",
+          [](Scheme* self, const Vector& std_q, const Vector& std_u, int samples, std::uint64_t seed) {
+            new (self) Scheme{{std_q.value, std_u.value, samples, seed}};
+          },
+          nb::kw_only(), "std_q"_a, "std_u"_a, "samples"_a = standard.samples, "seed"_a = standard.seed)
+      .def_ro("std_q", &Scheme::std_q)
+      .def_ro("std_u", &Scheme::std_u)
+      .def_ro("samples", &Scheme::samples)
+      .def_ro("seed", &Scheme::seed);
+}
+
+void bind_schemes(nb::module_& m) {
+  const dynamics::Analytic standard;
+  nb::class_<dynamics::Exact>(m, "Exact", "The contact dynamics themselves (2.6).").def(nb::init<>());
+  nb::class_<dynamics::Analytic>(m, "Analytic", "Smoothed by a log barrier of weight kappa [1/J] (2.27).")
+      .def(
+          "__init__",
+          [](dynamics::Analytic* self, double kappa, double self_sharpness, double limit_sharpness) {
+            new (self) dynamics::Analytic{kappa, self_sharpness, limit_sharpness};
+          },
+          nb::kw_only(), "kappa"_a = standard.kappa, "self_sharpness"_a = standard.self_sharpness,
+          "limit_sharpness"_a = standard.limit_sharpness)
+      .def_ro("kappa", &dynamics::Analytic::kappa)
+      .def_ro("self_sharpness", &dynamics::Analytic::self_sharpness)
+      .def_ro("limit_sharpness", &dynamics::Analytic::limit_sharpness);
+  bind_sampling<dynamics::RandomizedFirstOrder>(m, "RandomizedFirstOrder", "Averages of exact steps and their derivatives (2.22).");
+  bind_sampling<dynamics::RandomizedZerothOrder>(m, "RandomizedZerothOrder", "Least-squares fit to exact steps (2.23).");
+}
+
+}  // namespace
+
+void bind_dynamics(nb::module_& m) {
+  bind_contact(m);
+  bind_results(m);
+  bind_schemes(m);
+  nb::class_<StepWorkspace>(m, "StepWorkspace", "Scratch and warm starts of steps; for one thread at a time.")
+      .def(nb::init<const ModelPtr&>(), "model"_a)
+      .def(
+          "forget",
+          [](StepWorkspace& self) {
+            const Occupied occupied(self.busy);
+            self.work.forget();
+          },
+          "drops warm starts, so that the next step depends on its input alone");
+
+  const dynamics::SubstepLimits limits;
+  def_with_step_options(
+      m, "step", &step,
+      "One quasi-static step from q with command u. Exact, or smoothed where kappa [1/J] is given; the objects are regularised by the rule "
+      "of docs/theory/step.md or by epsilon; friction is a second-order cone or a pyramid of `rays`. Without a workspace every call makes "
+      "one.",
+      "model"_a, "q"_a, "u"_a, nb::kw_only(), "tau_ext"_a = nb::none(), "damping"_a = nb::none(), "with_A"_a = false, "with_B"_a = false,
+      "with_force_derivatives"_a = false, "warm_start"_a = true, "workspace"_a = nb::none());
+  def_with_step_options(m, "calc_local_model", &calc_local_model,
+                        "Local model around (q, u) by one of the four schemes; without `scheme`, Exact or Analytic as kappa says.",
+                        "model"_a, "q"_a, "u"_a, nb::kw_only(), "scheme"_a = nb::none(), "tau_ext"_a = nb::none(), "damping"_a = nb::none(),
+                        "with_A"_a = false, "threads"_a = 1);
+  def_with_step_options(m, "rollout", &rollout, "Moves the command from u_start to u_end in sub-steps small enough for the limits.",
+                        "model"_a, "q"_a, "u_start"_a, "u_end"_a, nb::kw_only(), "joint_angle"_a = limits.joint_angle,
+                        "joint_travel"_a = limits.joint_travel, "slide"_a = limits.slide, "max_substeps"_a = limits.max_substeps,
+                        "workspace"_a = nb::none());
+}
+
+}  // namespace stiction::python

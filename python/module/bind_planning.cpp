@@ -1,0 +1,156 @@
+#include <fmt/format.h>
+#include <nanobind/stl/unique_ptr.h>
+
+#include <chrono>
+#include <exception>
+
+#include "bindings.hpp"
+#include "stiction/planning/planner.hpp"
+#include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::python {
+namespace {
+
+using Callback = std::optional<nb::typed<nb::callable, void(core::Progress)>>;
+
+struct PlanResult {
+  tasks::Task task;
+  planning::PlannerOptions options;
+  planning::PlanResult result;
+};
+
+/// Lets Ctrl-C and the caller's function stop a run that goes on without Python's lock.
+class Watcher {
+ public:
+  explicit Watcher(const Callback& callback) : callback_(callback) {}
+
+  void operator()(const core::Progress& progress) {
+    if (error_) return;
+    const nb::gil_scoped_acquire locked;
+    try {
+      if (PyErr_CheckSignals() != 0) throw nb::python_error();
+      if (callback_) (*callback_)(progress);
+    } catch (...) {
+      error_ = std::current_exception();
+      cancel_.store(true);
+    }
+  }
+  const std::atomic<bool>& cancel() const { return cancel_; }
+  void rethrow() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  const Callback& callback_;
+  std::exception_ptr error_;
+  std::atomic<bool> cancel_{false};
+};
+
+std::unique_ptr<PlanResult> plan(const tasks::Task& task, std::optional<std::uint64_t> seed, double timeout_s, int threads,
+                                 const Callback& on_progress) {
+  core::require_positive("timeout_s", timeout_s);
+  auto out = std::make_unique<PlanResult>(PlanResult{task, task.options, {}});
+  if (seed) out->options.seed = *seed;
+  out->options.threads = threads;
+  Watcher watcher(on_progress);
+  core::RunControl control;
+  control.cancel = &watcher.cancel();
+  control.deadline = core::RunControl::Clock::now() +
+                     std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(std::min(timeout_s, 1e8)));
+  control.on_progress = [&watcher](const core::Progress& progress) { watcher(progress); };
+  {
+    const nb::gil_scoped_release unlocked;
+    (void)planning::plan(task.problem, out->options, control, out->result);
+  }
+  watcher.rethrow();
+  return out;
+}
+
+/// All knots of a plan, the start first, as columns.
+template <class Get>
+Eigen::MatrixXd path(const planning::Plan& plan, const Eigen::VectorXd& start, Get get) {
+  Eigen::Index columns = 1;
+  for (const auto& segment : plan.segments) columns += static_cast<Eigen::Index>(segment.knots.size());
+  Eigen::MatrixXd out(start.size(), columns);
+  out.col(0) = start;
+  Eigen::Index at = 1;
+  for (const auto& segment : plan.segments) {
+    for (const auto& knot : segment.knots) out.col(at++) = get(knot);
+  }
+  return out;
+}
+
+void bind_task(nb::module_& m) {
+  using tasks::Task;
+  nb::class_<planning::Goal>(m, "Goal")
+      .def_ro("object", &planning::Goal::object, "index of the object")
+      .def_ro("X_WG", &planning::Goal::X_WG)
+      .def_ro("tol_position", &planning::Goal::tol_position, "[m]")
+      .def_ro("tol_angle", &planning::Goal::tol_angle, "[rad]");
+  nb::class_<planning::GoalError>(m, "GoalError")
+      .def_ro("position", &planning::GoalError::position, "[m]")
+      .def_ro("angle", &planning::GoalError::angle, "[rad]");
+  nb::class_<Task>(m, "Task", "A scene, a start, a goal and how to plan.")
+      .def_ro("name", &Task::name)
+      .def_ro("description", &Task::description)
+      .def_ro("file", &Task::file)
+      .def_ro("model", &Task::model)
+      .def_prop_ro(
+          "q_start", [](const Task& task) { return task.problem.q_start; }, "(n_q)")
+      .def_prop_ro("goal", [](const Task& task) { return task.problem.goal; })
+      .def_ro("scene_sha256", &Task::scene_sha256)
+      .def(
+          "set_goal",
+          [](Task& task, const Vector& values) {
+            tasks::set_goal(task, {values.value.data(), static_cast<std::size_t>(values.value.size())});
+          },
+          "values"_a, "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other");
+  m.def(
+      "list_tasks", [] { return tasks::list_tasks(tasks::default_data_dirs()); }, "Names of the built-in tasks.");
+  m.def(
+      "load_task", [](const std::string& task) { return tasks::load_task(task); }, "name_or_file"_a,
+      nb::call_guard<nb::gil_scoped_release>(), "A built-in task by its name, or a file.");
+}
+
+}  // namespace
+
+void bind_planning(nb::module_& m) {
+  bind_task(m);
+  nb::class_<core::Progress>(m, "Progress")
+      .def_ro("iteration", &core::Progress::iteration)
+      .def_ro("fraction", &core::Progress::fraction, "of the budget used, in [0, 1]")
+      .def_ro("best", &core::Progress::best, "distance to the goal so far; smaller is better")
+      .def_ro("size", &core::Progress::size)
+      .def_ro("elapsed_s", &core::Progress::elapsed_s);
+  nb::class_<PlanResult>(m, "PlanResult")
+      .def_prop_ro("status", [](const PlanResult& r) { return r.result.status; })
+      .def_prop_ro("seed", [](const PlanResult& r) { return r.result.seed; })
+      .def_prop_ro(
+          "error", [](const PlanResult& r) { return r.result.plan.error; }, "of the object at the last knot")
+      .def_prop_ro(
+          "q", [](const PlanResult& r) { return path(r.result.plan, r.result.plan.q_start, [](const auto& k) { return k.q; }); },
+          "configurations of the best path, the start first (n_q, knots + 1)")
+      .def_prop_ro(
+          "u", [](const PlanResult& r) { return path(r.result.plan, r.result.plan.u_start, [](const auto& k) { return k.u; }); },
+          "commands (n_a, knots + 1)")
+      .def_prop_ro("iterations", [](const PlanResult& r) { return r.result.iterations; })
+      .def_prop_ro("nodes", [](const PlanResult& r) { return r.result.nodes; })
+      .def_prop_ro("steps", [](const PlanResult& r) { return r.result.steps; })
+      .def_prop_ro("failed_steps", [](const PlanResult& r) { return r.result.failed_steps; })
+      .def_prop_ro("wall_s", [](const PlanResult& r) { return r.result.wall_s; })
+      .def(
+          "write",
+          [](const PlanResult& r, const std::filesystem::path& file) {
+            tasks::write_plan(tasks::make_plan_file(r.task, r.options, r.result, file), file);
+          },
+          "file"_a, "writes the plan file that `stiction check` and `stiction view` read")
+      .def("__repr__", [](const PlanResult& r) {
+        return fmt::format("<stiction.PlanResult: {}, {:.4g} m and {:.4g} rad from the goal>", core::to_string(r.result.status),
+                           r.result.plan.error.position, r.result.plan.error.angle);
+      });
+  m.def("plan", &plan, "task"_a, nb::kw_only(), "seed"_a = nb::none(), "timeout_s"_a = 20.0, "threads"_a = 0, "on_progress"_a = nb::none(),
+        "Plans a path of the object to the goal. Ctrl-C and an error in on_progress stop it.");
+}
+
+}  // namespace stiction::python

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "bindings.hpp"
+#include "stiction/simulation/simulation.hpp"
+
+namespace stiction::python {
+namespace {
+
+using simulation::Plant;
+using simulation::PlantOptions;
+
+std::shared_ptr<const Plant> make_plant(const ModelPtr& model, double timestep, double damping_ratio, double armature,
+                                        double spring_resolution, double time_constant, double friction_time_constant, double impedance,
+                                        double friction_stiffening, int noslip_iterations, double friction_scale) {
+  const nb::gil_scoped_release unlocked;
+  PlantOptions options;
+  options.timestep = timestep;
+  options.damping_ratio = damping_ratio;
+  options.armature = armature;
+  options.spring_resolution = spring_resolution;
+  options.contact = {time_constant, friction_time_constant, impedance, friction_stiffening, noslip_iterations, friction_scale};
+  return Plant::make(model, options);
+}
+
+simulation::SimulationResult simulate(const std::shared_ptr<const Plant>& plant, const Vector& q0, const Vector& times, const Matrix& u,
+                                      const std::optional<Vector>& v0, double record_interval, std::optional<double> timeout_s) {
+  simulation::SimulationResult out;
+  simulation::SimulationInput in{q0.value, times.value, u.value};
+  if (v0) in.v0 = &v0->value;
+  core::RunControl control;
+  if (timeout_s) {
+    core::require_positive("timeout_s", *timeout_s);
+    control.deadline = core::RunControl::Clock::now() +
+                       std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(*timeout_s));
+  }
+  const nb::gil_scoped_release unlocked;
+  simulation::Workspace work(plant);
+  (void)simulation::simulate(*plant, in, {record_interval, &control}, work, out);
+  return out;
+}
+
+void bind_results(nb::module_& m) {
+  using simulation::PairForce;
+  nb::class_<PairForce>(m, "PairForce", "Force of one pair, its contact points together.")
+      .def_ro("pair", &PairForce::pair, "index into Model.pairs")
+      .def_ro("normal", &PairForce::normal, "[N]")
+      .def_ro("tangential", &PairForce::tangential, "[N]")
+      .def_ro("force_W", &PairForce::force_W, "on A [N]")
+      .def_ro("friction_W", &PairForce::friction_W, "[N]")
+      .def_ro("depth", &PairForce::depth, "deepest penetration [m]");
+  using Result = simulation::SimulationResult;
+  nb::class_<Result>(m, "SimulationResult")
+      .def_ro("status", &Result::status)
+      .def_ro("message", &Result::message)
+      .def_prop_ro(
+          "times",
+          [](const Result& r) -> Eigen::VectorXd {
+            return Eigen::Map<const Eigen::VectorXd>(r.times.data(), static_cast<Eigen::Index>(r.times.size()));
+          },
+          "[s] (samples)")
+      .def_ro("q", &Result::q, "(n_q, samples)")
+      .def_ro("v", &Result::v, "(n_v, samples)")
+      .def_ro("forces", &Result::forces, "per sample, by pair index; only pairs that touch")
+      .def_ro("max_depth", &Result::max_depth, "[m]")
+      .def_ro("steps", &Result::steps)
+      .def_ro("wall_s", &Result::wall_s);
+}
+
+}  // namespace
+
+void bind_simulation(nb::module_& m) {
+  const PlantOptions options;
+  const auto& contact = options.contact;
+  bind_results(m);
+  nb::class_<Plant>(m, "Plant", "A model as MuJoCo simulates it; contacts as docs/theory/simulation.md says.")
+      .def(nb::new_(&make_plant), "model"_a, nb::kw_only(), "timestep"_a = options.timestep, "damping_ratio"_a = options.damping_ratio,
+           "armature"_a = options.armature, "spring_resolution"_a = options.spring_resolution, "time_constant"_a = contact.time_constant,
+           "friction_time_constant"_a = contact.friction_time_constant, "impedance"_a = contact.impedance,
+           "friction_stiffening"_a = contact.friction_stiffening, "noslip_iterations"_a = contact.noslip_iterations,
+           "friction_scale"_a = contact.friction_scale)
+      .def_prop_ro(
+          "timestep", [](const Plant& plant) { return plant.options().timestep; }, "[s]")
+      .def_prop_ro("damping", &Plant::damping, nb::rv_policy::copy, "of the joint springs (n_a) [N s/m or N m s/rad]")
+      .def_prop_ro("armature", &Plant::armature, nb::rv_policy::copy, "(n_a) [kg or kg m^2]");
+  m.def("simulate", &simulate, "plant"_a, "q0"_a, "times"_a, "u"_a, nb::kw_only(), "v0"_a = nb::none(),
+        "record_interval"_a = simulation::SimulationOptions{}.record_interval, "timeout_s"_a = nb::none(),
+        "Second-order simulation of commands u (n_a, knots), linear between the knots at `times`, from q0 to the last knot.");
+}
+
+}  // namespace stiction::python

@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+
+#include <span>
+
+#include "bindings.hpp"
+
+namespace stiction::python {
+namespace {
+
+using world::Model;
+using world::Pose;
+
+Eigen::VectorXd retract(const Model& model, const Vector& q, const Vector& delta) {
+  world::require_configuration(model, "q", q.value);
+  core::require_size("delta", delta.value.size(), model.n_v());
+  Eigen::VectorXd out(model.n_q());
+  world::retract(model, q.value, delta.value, out);
+  return out;
+}
+
+Eigen::VectorXd local(const Model& model, const Vector& q0, const Vector& q1) {
+  world::require_configuration(model, "q0", q0.value);
+  world::require_configuration(model, "q1", q1.value);
+  Eigen::VectorXd out(model.n_v());
+  world::local(model, q0.value, q1.value, out);
+  return out;
+}
+
+Pose object_pose(const Model& model, const Vector& q, const std::string& object) {
+  world::require_configuration(model, "q", q.value);
+  return world::object_pose(model, q.value, model.object_index(object));
+}
+
+world::Kinematics calc_kinematics(const Model& model, const Vector& q) {
+  world::require_configuration(model, "q", q.value);
+  world::KinematicsWorkspace work(model);
+  world::Kinematics out;
+  world::calc_kinematics(model, q.value, work, out);
+  return out;
+}
+
+nb::dict body_poses(const Model& model, const Vector& q) {
+  const world::Kinematics kinematics = calc_kinematics(model, q);
+  nb::dict out;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) out[nb::str(model.bodies()[i].name.c_str())] = nb::cast(kinematics.X_WB[i]);
+  return out;
+}
+
+template <class T>
+std::vector<T> list_of(std::span<const T> items) {
+  return {items.begin(), items.end()};
+}
+
+std::vector<std::string> joint_names(const Model& model) {
+  std::vector<std::string> out;
+  for (const auto& dof : model.dofs().subspan(static_cast<std::size_t>(model.n_vu()))) out.push_back(dof.name);
+  return out;
+}
+
+std::vector<std::string> object_names(const Model& model) {
+  std::vector<std::string> out;
+  for (const auto& object : model.objects()) out.push_back(object.name);
+  return out;
+}
+
+void bind_records(nb::module_& m) {
+  nb::class_<Pose>(m, "Pose", "Rigid transform X_AB: a point p_B in B is at R p_B + p in A.")
+      .def(
+          "__init__",
+          [](Pose* self, const Matrix& R, const Vector& p) {
+            core::require_size("R", R.value.size(), 9);
+            core::require_size("p", p.value.size(), 3);
+            new (self) Pose{R.value, p.value};
+          },
+          "R"_a, "p"_a)
+      .def_ro("R", &Pose::R, "rotation (3, 3)")
+      .def_ro("p", &Pose::p, "position [m] (3)")
+      .def("__matmul__", [](const Pose& a, const Pose& b) { return a * b; })
+      .def("inverse", &Pose::inverse)
+      .def("__repr__", [](const Pose& X) { return fmt::format("Pose(p=[{:.6g}, {:.6g}, {:.6g}])", X.p[0], X.p[1], X.p[2]); });
+  nb::class_<world::Body>(m, "Body")
+      .def_ro("name", &world::Body::name)
+      .def_prop_ro("kind",
+                   [](const world::Body& b) {
+                     return b.kind == world::BodyKind::Object ? "object" : b.kind == world::BodyKind::Robot ? "robot" : "fixed";
+                   })
+      .def_ro("dofs", &world::Body::dofs, "velocity indices that move it");
+  nb::class_<world::Geometry>(m, "Geometry")
+      .def_ro("name", &world::Geometry::name)
+      .def_ro("body", &world::Geometry::body)
+      .def_ro("X_BG", &world::Geometry::X_BG)
+      .def_ro("friction", &world::Geometry::friction);
+  nb::class_<world::Pair>(m, "Pair")
+      .def_ro("geometry_a", &world::Pair::geometry_a)
+      .def_ro("geometry_b", &world::Pair::geometry_b)
+      .def_ro("friction", &world::Pair::friction)
+      .def_ro("max_distance", &world::Pair::max_distance, "[m]");
+  nb::class_<world::Dof>(m, "Dof")
+      .def_ro("name", &world::Dof::name)
+      .def_prop_ro("revolute", [](const world::Dof& d) { return d.kind == world::DofKind::Revolute; })
+      .def_ro("lower", &world::Dof::lower)
+      .def_ro("upper", &world::Dof::upper)
+      .def_ro("stiffness", &world::Dof::stiffness, "K_a [N/m or N m/rad], 0 for objects");
+  nb::class_<world::ObjectInfo>(m, "ObjectInfo")
+      .def_ro("name", &world::ObjectInfo::name)
+      .def_ro("body", &world::ObjectInfo::body)
+      .def_ro("v_begin", &world::ObjectInfo::v_begin)
+      .def_ro("n_v", &world::ObjectInfo::n_v)
+      .def_ro("q_begin", &world::ObjectInfo::q_begin)
+      .def_ro("n_q", &world::ObjectInfo::n_q)
+      .def_ro("mass", &world::ObjectInfo::mass, "[kg]");
+  nb::class_<world::Kinematics>(m, "Kinematics", "Poses of all bodies and axes of all coordinates at one configuration.")
+      .def_ro("X_WB", &world::Kinematics::X_WB)
+      .def_ro("axis_W", &world::Kinematics::axis_W, "unit axes (3, n_v)")
+      .def_ro("origin_W", &world::Kinematics::origin_W, "a point on each axis [m] (3, n_v)");
+}
+
+}  // namespace
+
+void bind_world(nb::module_& m) {
+  bind_records(m);
+  nb::class_<world::Scene>(m, "Scene", "What there is, as a scene file says.")
+      .def_ro("name", &world::Scene::name)
+      .def_ro("gravity", &world::Scene::gravity, "[m/s^2], acts on objects only")
+      .def_ro("contact_distance", &world::Scene::contact_distance, "[m]");
+  m.def(
+      "load_scene", [](const std::filesystem::path& file) { return world::load_scene(file); }, "file"_a, "Reads a scene file (YAML).");
+  m.def(
+      "load_model", [](const std::filesystem::path& file) { return world::Model::make(world::load_scene(file)); }, "file"_a,
+      nb::call_guard<nb::gil_scoped_release>(), "The model of a scene file.");
+
+  nb::class_<Model>(m, "Model", "Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.")
+      .def_static("make", &Model::make, "scene"_a)
+      .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal)
+      .def_prop_ro("n_q", &Model::n_q)
+      .def_prop_ro("n_v", &Model::n_v)
+      .def_prop_ro("n_vu", &Model::n_vu, "velocity coordinates of the objects")
+      .def_prop_ro("n_qu", &Model::n_qu, "configuration numbers of the objects")
+      .def_prop_ro("n_a", &Model::n_a, "actuated joints, the length of u")
+      .def_prop_ro("stiffness", &Model::stiffness, nb::rv_policy::copy, "K_a (n_a) [N/m or N m/rad]")
+      .def_prop_ro("lower", &Model::lower, nb::rv_policy::copy, "joint limits (n_a) [m or rad]")
+      .def_prop_ro("upper", &Model::upper, nb::rv_policy::copy)
+      .def_prop_ro("reach", &Model::reach, nb::rv_policy::copy, "bound on the lever of each joint (n_a) [m]")
+      .def_prop_ro("joint_names", &joint_names, "as robot/joint, in the order of u")
+      .def_prop_ro("object_names", &object_names)
+      .def_prop_ro("bodies", [](const Model& model) { return list_of(model.bodies()); })
+      .def_prop_ro("geometries", [](const Model& model) { return list_of(model.geometries()); })
+      .def_prop_ro("pairs", [](const Model& model) { return list_of(model.pairs()); })
+      .def_prop_ro("dofs", [](const Model& model) { return list_of(model.dofs()); })
+      .def_prop_ro("objects", [](const Model& model) { return list_of(model.objects()); })
+      .def_prop_ro("planar_axis", &Model::planar_axis, "axis normal to the plane in which everything moves, or None")
+      .def("neutral", &Model::neutral, "every object at its placed frame, every joint as near to 0 as its limits allow (n_q)")
+      .def("joint_index", &Model::joint_index, "name"_a)
+      .def("object_index", &Model::object_index, "name"_a)
+      .def("retract", &retract, "q"_a, "delta"_a, "q ⊕ δ: the only way to move (n_q)")
+      .def("local", &local, "q0"_a, "q1"_a, "q1 ⊖ q0 (n_v)")
+      .def("object_pose", &object_pose, "q"_a, "object"_a, "X_WB of a named object")
+      .def("calc_kinematics", &calc_kinematics, "q"_a)
+      .def("body_poses", &body_poses, "q"_a, "X_WB by name of the body",
+           nb::sig("def body_poses(self, q: numpy.typing.ArrayLike) -> dict[str, Pose]"))
+      .def("__repr__", [](const Model& model) {
+        return fmt::format("<stiction.Model '{}': n_q {}, n_v {}, n_a {}, {} pairs>", model.scene().name, model.n_q(), model.n_v(),
+                           model.n_a(), model.pairs().size());
+      });
+}
+
+}  // namespace stiction::python

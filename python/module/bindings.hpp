@@ -1,0 +1,70 @@
+#pragma once
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/variant.h>
+#include <nanobind/stl/vector.h>
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "arrays.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/dynamics/step.hpp"
+#include "stiction/world/model.hpp"
+
+// One function per layer. Names, shapes, units and meaning are those of the C++ headers.
+
+namespace stiction::python {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+using ModelPtr = std::shared_ptr<const world::Model>;
+
+void bind_world(nb::module_& m);
+void bind_dynamics(nb::module_& m);
+void bind_simulation(nb::module_& m);
+void bind_planning(nb::module_& m);
+
+/// Keeps a workspace to one thread at a time: steps run without Python's lock, so a second thread could enter.
+class Occupied {
+ public:
+  explicit Occupied(std::atomic<bool>& flag) : flag_(flag) {
+    if (flag_.exchange(true)) core::throw_invalid("workspace", "one that another thread is using", "a workspace of this thread alone");
+  }
+  ~Occupied() { flag_.store(false); }
+  Occupied(const Occupied&) = delete;
+  Occupied& operator=(const Occupied&) = delete;
+
+ private:
+  std::atomic<bool>& flag_;
+};
+
+/// A contact together with what gives its numbers names and units.
+struct StepContact {
+  ModelPtr model;
+  dynamics::ContactImpulse impulse;
+  double h = 0.1;
+};
+
+/// None where a matrix was not asked for.
+inline std::optional<Eigen::MatrixXd> unless_empty(const Eigen::MatrixXd& matrix) {
+  if (matrix.size() == 0) return std::nullopt;
+  return matrix;
+}
+
+inline std::string name_of_geometry(const world::Model& model, int index) {
+  return model.geometries()[static_cast<std::size_t>(index)].name;
+}
+
+std::vector<StepContact> with_names(const ModelPtr& model, const std::vector<dynamics::ContactImpulse>& contacts, double h);
+
+}  // namespace stiction::python

@@ -1,0 +1,21 @@
+#include "bindings.hpp"
+#include "stiction/core/status.hpp"
+#include "stiction/core/version.hpp"
+
+NB_MODULE(_core, m) {
+  namespace nb = nanobind;
+  using stiction::core::Status;
+  m.doc() = "Robot motion through contact.";
+  m.def("version", &stiction::core::version, "of the library, as MAJOR.MINOR.PATCH");
+  nb::exception<stiction::core::InvalidInput>(m, "InvalidInput", PyExc_ValueError);
+  nb::enum_<Status>(m, "Status", "Outcome of a numerical procedure; mistakes of the caller are InvalidInput.")
+      .value("Solved", Status::Solved, "the stated tolerance holds")
+      .value("MaxIterations", Status::MaxIterations, "stopped at the iteration, node or time budget; the best result so far is returned")
+      .value("Infeasible", Status::Infeasible, "proved by a certificate")
+      .value("NumericalFailure", Status::NumericalFailure, "arithmetic broke down; results are not to be used")
+      .value("Cancelled", Status::Cancelled, "the caller asked to stop; the best result so far is returned");
+  stiction::python::bind_world(m);
+  stiction::python::bind_dynamics(m);
+  stiction::python::bind_simulation(m);
+  stiction::python::bind_planning(m);
+}

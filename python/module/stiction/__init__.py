@@ -1,0 +1,13 @@
+"""Plans, senses and controls robot motion through contact.
+
+    import stiction as st
+    task = st.load_task("planar_pushing")
+    result = st.step(task.model, task.q_start, u, h=0.1)
+
+Names, units and meaning are those of the C++ headers; arrays are NumPy's, options are keyword-only, long calls release Python's lock.
+"""
+
+from ._core import *  # noqa: F403
+from ._core import version
+
+__version__ = version()
