@@ -26,6 +26,15 @@ fs::path program_dir() {
   return error ? fs::path() : program.parent_path();
 }
 
+/// The first of the folders that holds the package; empty where none does.
+fs::path first_with(const fs::path& package, std::initializer_list<fs::path> folders) {
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    if (fs::is_regular_file(folder / package / "__init__.py", error)) return fs::canonical(folder);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<fs::path> data_dirs() {
@@ -44,12 +53,14 @@ std::vector<fs::path> data_dirs() {
 }
 
 fs::path python_dir() {
-  for (const fs::path& dir :
-       {program_dir() / "../../python", program_dir() / "../share/stiction/python", fs::path(STICTION_SOURCE_DIR) / "python"}) {
-    std::error_code error;
-    if (fs::is_directory(dir / "stiction_view", error)) return fs::canonical(dir);
-  }
-  return {};
+  return first_with("stiction_view",
+                    {program_dir() / "../../python", program_dir() / "../share/stiction/python", fs::path(STICTION_SOURCE_DIR) / "python"});
+}
+
+fs::path module_dir() { return first_with("stiction", {program_dir() / "python", program_dir() / "../share/stiction/python"}); }
+
+fs::path experiments_dir() {
+  return first_with("experiments", {program_dir() / "../..", program_dir() / "../share/stiction", STICTION_SOURCE_DIR});
 }
 
 std::string python_interpreter() {

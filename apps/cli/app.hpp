@@ -22,8 +22,11 @@ enum ExitCode : int {
 /// Folders with built-in tasks: beside the program (of a build or of an installation), then the one compiled in.
 std::vector<std::filesystem::path> data_dirs();
 
-/// Folder of the Python packages and the interpreter that has their dependencies.
+/// Folder of the Python packages, that of the built module `stiction`, that of the package `experiments`, each empty where there is none,
+/// and the interpreter that has their dependencies.
 std::filesystem::path python_dir();
+std::filesystem::path module_dir();
+std::filesystem::path experiments_dir();
 std::string python_interpreter();
 
 /// Set by SIGINT and SIGTERM once catch_signals() was called.
@@ -68,6 +71,13 @@ struct ViewArguments {
   std::string plan;
   std::string html;
 };
+struct ReproduceArguments {
+  std::string name;
+  std::string out_dir = "reproduction";
+  std::string docs;
+  bool quick = false;
+  bool json = false;
+};
 struct BenchArguments {
   std::string filter;
   int repeat = 5;
@@ -79,6 +89,14 @@ int run_plan(const PlanArguments& arguments);
 int run_check(const CheckArguments& arguments);
 int run_view(const ViewArguments& arguments);
 int run_bench(const BenchArguments& arguments);
+int run_reproduce(const ReproduceArguments& arguments);
+
+/// Names of the experiments: the files figure_*, table_* and errata_* of the package, figure_2_13.py as "figure-2.13".
+std::vector<std::string> list_experiments();
+
+/// Runs a program with PYTHONPATH set and its stdout on our stderr; waits for it.
+/// @returns its exit code, 128 + signal, or 127 when it could not be started
+int run_program(const std::vector<std::string>& words, const std::string& python_path);
 
 /// Runs the page maker on a plan file; its output goes to stderr. @returns its exit code, 127 when it could not be started
 int run_page_maker(const std::filesystem::path& plan, const std::filesystem::path& html);

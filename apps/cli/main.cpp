@@ -73,6 +73,16 @@ int main(int argc, char** argv) {
   bench->add_option("--filter", bench_arguments.filter, "Only the rows whose name contains this");
   bench->add_option("--repeat", bench_arguments.repeat, "Repetitions of each timing")->capture_default_str()->check(CLI::Range(1, 1000));
 
+  std::string experiments;
+  for (const auto& name : app::list_experiments()) experiments += (experiments.empty() ? "" : ", ") + name;
+  app::ReproduceArguments reproduce_arguments;
+  auto* reproduce = cli.add_subcommand("reproduce", "Computes figures and tables of the thesis, beside the published numbers");
+  reproduce->add_option("name", reproduce_arguments.name, fmt::format("One of {}, or 'all'", experiments))->required();
+  reproduce->add_option("-o,--out", reproduce_arguments.out_dir, "Folder for data, pictures and report.html")->capture_default_str();
+  reproduce->add_flag("--quick", reproduce_arguments.quick, "Fewer and coarser points, in seconds");
+  reproduce->add_option("--docs", reproduce_arguments.docs, "Also write this Markdown page, its pictures beside it");
+  reproduce->add_flag("--json", reproduce_arguments.json, "One JSON object on stdout");
+
   try {
     if (argc > 1 && argv[1][0] != '-') {
       std::string names;
@@ -94,12 +104,13 @@ int main(int argc, char** argv) {
   plan_arguments.seed_given = seed->count() > 0;
   plan_arguments.threads_given = threads->count() > 0;
 
-  const bool json = tasks_json || plan_arguments.json || check_arguments.json || bench_arguments.json;
+  const bool json = tasks_json || plan_arguments.json || check_arguments.json || bench_arguments.json || reproduce_arguments.json;
   try {
     if (*tasks) return app::run_tasks(tasks_json);
     if (*plan) return app::run_plan(plan_arguments);
     if (*check) return app::run_check(check_arguments);
     if (*view) return app::run_view(view_arguments);
+    if (*reproduce) return app::run_reproduce(reproduce_arguments);
     return app::run_bench(bench_arguments);
   } catch (const core::InvalidInput& e) {
     return fail(json, "InvalidInput", e.what());

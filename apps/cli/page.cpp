@@ -11,12 +11,10 @@
 #include "stiction/tasks/plan_file.hpp"
 
 namespace stiction::app {
-namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs a program with PYTHONPATH set and its stdout on our stderr; waits for it.
-int run(const std::vector<std::string>& words, const fs::path& python_path) {
+int run_program(const std::vector<std::string>& words, const std::string& python_path) {
   std::vector<char*> argv;
   for (const auto& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
@@ -25,7 +23,7 @@ int run(const std::vector<std::string>& words, const fs::path& python_path) {
   for (char** entry = environ; *entry != nullptr; ++entry) {
     if (!std::string_view(*entry).starts_with("PYTHONPATH=")) variables.emplace_back(*entry);
   }
-  variables.push_back("PYTHONPATH=" + python_path.string());
+  variables.push_back("PYTHONPATH=" + python_path);
   std::vector<char*> envp;
   for (auto& variable : variables) envp.push_back(variable.data());
   envp.push_back(nullptr);
@@ -44,15 +42,13 @@ int run(const std::vector<std::string>& words, const fs::path& python_path) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-}  // namespace
-
 int run_page_maker(const fs::path& plan, const fs::path& html) {
   const fs::path packages = python_dir();
   if (packages.empty())
     core::throw_invalid("page", "no package stiction_view beside the program", "an installation with the Python packages");
   std::vector<std::string> words = {python_interpreter(), "-m", "stiction_view", plan.string()};
   if (!html.empty()) words.insert(words.end(), {"--html", html.string()});
-  const int code = run(words, packages);
+  const int code = run_program(words, packages.string());
   if (code == 127)
     core::throw_invalid("page", fmt::format("'{}', which cannot be started", words[0]), "a Python interpreter; `make setup` makes one");
   return code;

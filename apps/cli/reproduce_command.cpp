@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Numbers of a name, so that figure-2.3 comes before figure-2.13.
+std::vector<int> numbers_of(const std::string& name) {
+  std::vector<int> out;
+  for (std::size_t at = name.find('-'); at != std::string::npos; at = name.find('.', at + 1))
+    out.push_back(std::atoi(name.c_str() + at + 1));
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> list_experiments() {
+  std::vector<std::string> out;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(experiments_dir() / "experiments", error)) {
+    std::string name = entry.path().stem().string();
+    const bool known = name.starts_with("figure_") || name.starts_with("table_") || name.starts_with("errata_");
+    if (!known || entry.path().extension() != ".py") continue;
+    std::replace(name.begin(), name.end(), '_', '.');
+    name[name.find('.')] = '-';
+    out.push_back(name);
+  }
+  std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) {
+    const auto x = numbers_of(a), y = numbers_of(b);
+    return x != y ? x < y : a < b;
+  });
+  return out;
+}
+
+int run_reproduce(const ReproduceArguments& arguments) {
+  const auto names = list_experiments();
+  if (arguments.name != "all" && std::find(names.begin(), names.end(), arguments.name) == names.end())
+    core::throw_invalid("name", fmt::format("'{}'", arguments.name), fmt::format("one of {}, or 'all'", fmt::join(names, ", ")));
+  const fs::path module = module_dir();
+  if (module.empty())
+    core::throw_invalid("reproduce", "no Python module 'stiction' beside the program", "a build with STICTION_BUILD_PYTHON (`make build`)");
+
+  std::vector<std::string> words = {python_interpreter(), "-m", "experiments", arguments.name, "-o", arguments.out_dir};
+  if (arguments.quick) words.emplace_back("--quick");
+  if (!arguments.docs.empty()) words.insert(words.end(), {"--docs", arguments.docs});
+  catch_signals();  // the child ends on Ctrl-C and says so; what was computed until then stays
+  const int code = run_program(words, experiments_dir().string() + ":" + module.string());
+  if (code == 127)
+    core::throw_invalid("reproduce", fmt::format("'{}', which cannot be started", words[0]),
+                        "a Python interpreter; `make setup` makes one");
+  if (code == 128 + 2 || code == 128 + 15 || code == kInterrupted) return kInterrupted;
+  if (code != kDone && code != kCheckFailed) return kBadInput;
+  if (arguments.json) {
+    std::ifstream file(fs::path(arguments.out_dir) / "report.json");
+    fmt::print("{}\n", nlohmann::ordered_json::parse(file).dump());
+  }
+  return code;
+}
+
+}  // namespace stiction::app

@@ -1,0 +1,88 @@
+"""python -m experiments NAME|all [-o DIR] [--quick] [--docs FILE]"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import re
+import sys
+import time
+from pathlib import Path
+
+FOLDER = Path(__file__).resolve().parent
+
+HEADING = """
+# Chapter 2, reproduced
+
+Made by `build/release/stiction reproduce all --docs docs/reproduction/chapter2.md`. ✓ marks what was checked and holds. Figures 2-2, 2-9 and 2-11 are pictures of
+systems.
+"""
+
+
+def names() -> list[str]:
+    """Experiments in the order of the thesis: figure_2_13.py is "figure-2.13"."""
+    stems = [path.stem for path in FOLDER.glob("*.py") if re.match(r"(figure|table|errata)_\d", path.stem)]
+    return [name_of(stem) for stem in sorted(stems, key=lambda stem: ([int(n) for n in re.findall(r"\d+", stem)], stem))]
+
+
+def name_of(stem: str) -> str:
+    kind, *numbers = stem.split("_")
+    return f"{kind}-{'.'.join(numbers)}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="experiments", description="Figures and tables of the thesis, beside ours.")
+    parser.add_argument("name", choices=[*names(), "all"])
+    parser.add_argument("-o", "--out", type=Path, default=Path("reproduction"), help="folder for the results")
+    parser.add_argument("--quick", action="store_true", help="fewer and coarser points")
+    parser.add_argument("--docs", type=Path, help="also write this Markdown page")
+    arguments = parser.parse_args()
+    try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        print(f"error: {arguments.out}: cannot be written ({error.strerror})", file=sys.stderr)
+        return 2
+
+    import stiction
+
+    from . import report
+
+    experiments = []
+    for name in names() if arguments.name == "all" else [arguments.name]:
+        module = importlib.import_module("experiments." + re.sub(r"[-.]", "_", name))
+        started = time.perf_counter()
+        result = module.run(arguments.quick)
+        done = report.Done(name, module.TITLE, result, time.perf_counter() - started)
+        report.write_data(arguments.out, done)
+        experiments.append(done)
+        print_rows(done)
+        # After each one: an interrupted run leaves what it has.
+        report.write_text(arguments.out / "report.json", report.to_json(experiments, stiction.__version__, arguments.quick))
+        report.write_text(arguments.out / "report.html", report.to_html(experiments, stiction.__version__, arguments.quick))
+    print(f"report  {arguments.out / 'report.html'}")
+    if arguments.docs:
+        write_docs(arguments.docs, experiments)
+    return 0 if all(done.result.passed for done in experiments) else 1
+
+
+def print_rows(done) -> None:
+    verdicts = {True: "ok  ", False: "FAIL", None: "    "}
+    print(f"{done.name}: {done.title}  ({done.wall_s:.1f} s)")
+    for row in done.result.rows:
+        print(f"  {verdicts[row.passed]} {row.quantity}: thesis {row.thesis} | ours {row.ours}" + (f"  ({row.note})" if row.note else ""))
+
+
+def write_docs(page: Path, experiments: list) -> None:
+    from . import report
+
+    report.write_text(page, report.to_markdown(experiments, HEADING, page.stem))
+    for done in experiments:
+        for picture in done.result.pictures:
+            report.write_text(page.parent / page.stem / f"{done.name}-{picture.name}.svg", picture.svg)
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,101 @@
+"""Writes models/iiwa_primitives.urdf: an iiwa 7 of capsules, with inertias computed from shape and mass.
+
+    python -m experiments.make_iiwa
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+FILE = Path(__file__).resolve().parents[1] / "models" / "iiwa_primitives.urdf"
+HALF, PI = 1.5707963267948966, 3.141592653589793
+
+
+@dataclass
+class Link:
+    """A capsule from `start` to `end` (a sphere where they are equal), and the joint that carries it."""
+
+    mass: float  # [kg]
+    start: tuple[float, float, float]  # [m]
+    end: tuple[float, float, float]
+    radius: float
+    xyz: tuple[float, float, float] = (0, 0, 0)  # of the joint in the parent
+    rpy: tuple[float, float, float] = (0, 0, 0)
+    limit: float = 0.0  # [rad], both ways
+
+
+LINKS = [
+    Link(3.863, (0, 0, 0.06), (0, 0, 0.09), 0.08),
+    Link(2.7025, (0, 0, 0.04), (0, -0.05, 0.175), 0.067, (0, 0, 0.1575), (0, 0, 0), 2.96706),
+    Link(2.7258, (0, 0.01, 0.05), (0, 0.18, 0), 0.065, (0, 0, 0.183), (HALF, 0, -PI), 2.0944),
+    Link(3.175, (0, 0, 0.035), (0, 0.05, 0.21), 0.063, (0, 0.184, 0), (HALF, 0, -PI), 2.96706),
+    Link(2.73, (0, 0.01, 0.052), (0, 0.177, 0), 0.063, (0, 0, 0.2155), (HALF, 0, 0), 2.0944),
+    Link(1.69, (0, 0, 0.03), (0, 0.045, 0.2), 0.055, (0, 0.184, 0), (HALF, 0, PI), 2.96706),
+    Link(1.8, (0, -0.03, 0.007), (0, 0.05, 0), 0.055, (0, 0, 0.2155), (HALF, 0, 0), 2.0944),
+    Link(0.4, (0, 0, 0.06), (0, 0, 0.06), 0.031, (0, 0.0805, 0), (HALF, 0, -PI), 3.05433),
+]
+
+
+def capsule_inertia(mass: float, radius: float, length: float) -> tuple[float, float]:
+    """Moments of a uniform capsule about its centre, across and along its axis [kg m²]."""
+    cylinder = length * radius**2
+    caps = 4 / 3 * radius**3
+    m_cylinder, m_caps = mass * cylinder / (cylinder + caps), mass * caps / (cylinder + caps)
+    along = m_cylinder * radius**2 / 2 + m_caps * 2 * radius**2 / 5
+    across = m_cylinder * (length**2 / 12 + radius**2 / 4)
+    across += m_caps * (2 * radius**2 / 5 + length**2 / 4 + 3 * length * radius / 8)  # two half-balls, their centres 3r/8 beyond the ends
+    return across, along
+
+
+def triple(values: np.ndarray | tuple[float, ...]) -> str:
+    return " ".join(f"{value:.10g}" for value in values)
+
+
+def write_link(index: int, link: Link) -> str:
+    start, end = np.array(link.start), np.array(link.end)
+    length = float(np.linalg.norm(end - start))
+    axis = (end - start) / length if length > 0 else np.array([0.0, 0.0, 1.0])
+    across, along = capsule_inertia(link.mass, link.radius, length)
+    inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
+    # All capsules lie in the y-z plane of their link: a turn about x takes z to their axis.
+    roll = float(np.arctan2(-axis[1], axis[2])) + 0.0
+    shape = f'<sphere radius="{link.radius:g}"/>' if length == 0 else f'<capsule radius="{link.radius:g}" length="{length:.10g}"/>'
+    names = [("ixx", 0, 0), ("iyy", 1, 1), ("izz", 2, 2), ("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2)]
+    moments = " ".join(f'{name}="{inertia[i, j]:.8g}"' for name, i, j in names)
+    return f"""  <link name="link_{index}">
+    <inertial>
+      <origin xyz="{triple((start + end) / 2)}"/>
+      <mass value="{link.mass:g}"/>
+      <inertia {moments}/>
+    </inertial>
+    <collision name="body">
+      <origin xyz="{triple((start + end) / 2)}" rpy="{roll:.10g} 0 0"/>
+      <geometry>{shape}</geometry>
+    </collision>
+  </link>
+"""
+
+
+def write_joint(index: int, link: Link) -> str:
+    return f"""  <joint name="joint_{index}" type="revolute">
+    <origin xyz="{triple(link.xyz)}" rpy="{triple(link.rpy)}"/>
+    <parent link="link_{index - 1}"/>
+    <child link="link_{index}"/>
+    <axis xyz="0 0 1"/>
+    <limit lower="{-link.limit:g}" upper="{link.limit:g}" effort="300" velocity="10"/>
+  </joint>
+"""
+
+
+def make() -> str:
+    links = "".join(write_link(i, link) for i, link in enumerate(LINKS))
+    joints = "".join(write_joint(i, link) for i, link in enumerate(LINKS) if i > 0)
+    comment = "<!-- A KUKA iiwa 7 of capsules. Made by experiments/make_iiwa.py: inertias follow from shape and mass. SI units. -->"
+    return f'<?xml version="1.0"?>\n{comment}\n<robot name="iiwa_primitives">\n{links}{joints}</robot>\n'
+
+
+if __name__ == "__main__":
+    FILE.write_text(make(), encoding="utf-8")

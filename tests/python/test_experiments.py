@@ -1,0 +1,69 @@
+"""`stiction reproduce`: every experiment passes in quick mode, and the pages are whole."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENES = sorted((ROOT / "experiments" / "scenes").glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def report(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reproduction")
+    done = stiction("reproduce", "all", "--quick", "--json", "-o", folder, "--docs", folder / "chapter.md")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == json.loads((folder / "report.json").read_text())
+    return folder
+
+
+def test_every_experiment_passes_and_leaves_its_files(report: Path) -> None:
+    out = json.loads((report / "report.json").read_text())
+    assert out["status"] == "Done" and out["quick"] is True and out["code_version"]
+    assert len(out["experiments"]) >= 7
+    for experiment in out["experiments"]:
+        assert experiment["passed"] and experiment["rows"], experiment["name"]
+        assert any(row["passed"] for row in experiment["rows"]), experiment["name"]
+        for file in experiment["files"]:
+            assert (report / file).stat().st_size > 0
+
+
+def test_page_holds_everything_itself(report: Path) -> None:
+    page = (report / "report.html").read_text()
+    pictures = len(list(report.glob("*/*.svg")))
+    assert page.count("data:image/svg+xml;base64,") == pictures - len(list(report.glob("chapter/*.svg")))
+    assert not re.search(r"""(src|href)=['"](?!data:)""", page)
+
+
+def test_document_is_small_and_its_pictures_exist(report: Path) -> None:
+    text = (report / "chapter.md").read_text()
+    pictures = re.findall(r"\]\((chapter/[^)]+\.svg)\)", text)
+    assert pictures and all((report / picture).exists() for picture in pictures)
+    assert sum((report / picture).stat().st_size for picture in pictures) < 300_000
+
+
+def test_unknown_name_is_refused_with_the_list(stiction) -> None:
+    done = stiction("reproduce", "figure-9.9")
+    assert done.returncode == 2 and done.stdout == ""
+    assert "figure-9.9" in done.stderr and "figure-2.1, " in done.stderr
+    assert "figure-2.13" in stiction("reproduce", "--help").stdout
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda p: p.stem)
+def test_every_scene_is_valid(path: Path) -> None:
+    schema = json.loads((ROOT / "tasks/schema/scene.schema.json").read_text())
+    jsonschema.Draft202012Validator(schema).validate(yaml.safe_load(path.read_text())["scene"])
+
+
+def test_arm_is_what_its_script_writes() -> None:
+    sys.path.insert(0, str(ROOT))
+    from experiments.make_iiwa import FILE, make
+
+    assert FILE.read_text(encoding="utf-8") == make(), "run `python -m experiments.make_iiwa`"
