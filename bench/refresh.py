@@ -2,7 +2,9 @@
 """Turns the output of `stiction bench --json` into docs/benchmarks.md.
 
     build/release/stiction bench --json > bench.json
-    bench/refresh.py bench.json [end_to_end.json]
+    bench/end_to_end.py --seeds 20 > end_to_end.json
+    bench/cone_vs.py > cone_vs.json
+    bench/refresh.py bench.json [end_to_end.json [cone_vs.json]]
 """
 
 import json
@@ -28,12 +30,13 @@ def times(other, ours):
 
 def bench_table(data):
     lines = [
-        "| row | median [ms] | p95 [ms] | p99 [ms] | published [ms] | times faster | peer [ms] | times faster | allocations |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| row | contacts | median [ms] | p95 [ms] | p99 [ms] | published [ms] | times faster | peer [ms] | times faster | allocations |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in data["results"]:
         cells = [
             f"`{row['name']}`",
+            "–" if row["contacts"] is None else f"{row['contacts']:.0f}",
             milliseconds(row["median_s"]),
             milliseconds(row["p95_s"]),
             milliseconds(row["p99_s"]),
@@ -59,8 +62,21 @@ def end_to_end_table(data):
     return lines
 
 
+def cone_table(data):
+    lines = [
+        "| row | ours [ms] | theirs [ms] | times faster | largest residual, ours | theirs |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in data["results"]:
+        lines.append(
+            f"| `{row['name']}` | {milliseconds(row['ours_s'])} | {milliseconds(row['theirs_s'])} | {times(row['theirs_s'], row['ours_s'])} "
+            f"| {row['residual_ours']:.0e} | {row['residual_theirs']:.0e} |"
+        )
+    return lines
+
+
 def main():
-    if len(sys.argv) not in (2, 3):
+    if len(sys.argv) not in (2, 3, 4):
         print(__doc__, file=sys.stderr)
         return 2
     data = json.loads(pathlib.Path(sys.argv[1]).read_text())
@@ -73,6 +89,9 @@ def main():
         "",
         "* `step_exact/TASK`, `step_exact_B/TASK`, `step_smoothed_B/TASK`: one step with kinematics and contacts, and B where the name says so, at states",
         "  with active contacts along plans of the task. Cold, that is without anything kept from another step; `/warm` rows follow the step before.",
+        "* `step_smoothed_AB/…`: the same with A and B. `randomized_100/…`: a first-order randomised local model, 100 samples on all threads.",
+        "* `stacking_69dof/step`: ten boxes, arm and gripper along the published motion at h = 0.1 s. `scaling_contacts/N`: one body on N feet;",
+        "  `scaling_bodies/N`: a tower of N boxes, four contacts each. contacts: median number of candidates of a step.",
         "* `cone/…`: random but physical cone programs, seeded; the solve alone.",
         "* `rrt_1000/…`: a tree of exactly 1000 extensions with the single-step settings of the published runs, no early stop, all cores.",
         "* published: the thesis, Table 3.2 on 16 cores, and section 2.3 (an upper bound, commercial solver). peer: the thesis's research code on two",
@@ -80,7 +99,7 @@ def main():
         "",
         *bench_table(data),
     ]
-    if len(sys.argv) == 3:
+    if len(sys.argv) > 2:
         runs = json.loads(pathlib.Path(sys.argv[2]).read_text())
         lines += [
             "",
@@ -89,6 +108,17 @@ def main():
             f"`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0 … {runs['seeds'] - 1}, each plan judged by `stiction check`. Wall time of planning.",
             "",
             *end_to_end_table(runs),
+        ]
+    if len(sys.argv) > 3:
+        cones = json.loads(pathlib.Path(sys.argv[3]).read_text())
+        lines += [
+            "",
+            "## The cone solver beside others",
+            "",
+            f"`bench/cone_vs.py`: {cones['instances']} seeded problems of each kind, cold, one run. Cones as they are, and with pyramids of four rays. Largest residual: of",
+            "stationarity, cones and complementarity over all rows, recomputed from the raw matrices.",
+            "",
+            *cone_table(cones),
         ]
     target = ROOT / "docs" / "benchmarks.md"
     target.write_text("\n".join(lines) + "\n", encoding="utf-8")
