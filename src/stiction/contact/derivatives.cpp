@@ -73,6 +73,8 @@ struct Pass {
   const double* J;
   detail::Rolling rolling;
   Vector2d spin;
+  Vector3d edge, side;                // of a point of a patch, in the contact frame
+  Eigen::Matrix2d roll;               // and how it rolls
   double* rows;                       // kRows × padded
   int padded = 0;                     // columns, a multiple of four
   Vector3d sum_spin[2], sum_move[2];  // of δq over all coordinates, for A and B
@@ -86,21 +88,30 @@ struct Pass {
   }
 };
 
-struct Surfaces {
-  detail::Surface a, b;
-  double length = 0;
-};
-
-Surfaces calc_surfaces(const Workspace::Impl& w, const world::Kinematics& kinematics, const PairData& pair, const Contact& contact) {
-  const auto one = [&](int index, const Vector3d& p_W, const Vector3d& m_W) {
+detail::Rolling calc_rolling(const Workspace::Impl& w, const world::Kinematics& kinematics, const PairData& pair, const Contact& contact) {
+  const auto surface = [&](int index, const Vector3d& p_W, const Vector3d& m_W) {
     const auto& g = w.geometries[static_cast<std::size_t>(index)];
     if (g.shape.kind == detail::Kind::Sphere) return detail::Surface{g.shape.radius, g.shape.radius, Vector3d::Zero()};
     const ShapeData& shape = pair.in_plane ? g.extruded : g.shape;
     return detail::calc_surface(shape, kinematics.X_WB[static_cast<std::size_t>(g.body)] * g.X_BG, p_W, m_W);
   };
   const auto radius = [&](int index) { return w.geometries[static_cast<std::size_t>(index)].shape.bounding_radius; };
-  return {one(pair.a, contact.p_WA, -contact.nhat_BA_W), one(pair.b, contact.p_WB, contact.nhat_BA_W),
-          std::min(radius(pair.a), radius(pair.b))};
+  return detail::calc_rolling(surface(pair.a, contact.p_WA, -contact.nhat_BA_W), surface(pair.b, contact.p_WB, contact.nhat_BA_W), contact,
+                              std::min(radius(pair.a), radius(pair.b)));
+}
+
+/// How far a point of a patch rolls over body I as the normal turns, in (t1, t2): the ends of a capsule and the points of its axis, by its
+/// radius, and those of a generator of a cylinder, around it.
+Eigen::Matrix2d calc_roll(const Workspace::Impl& w, const world::Kinematics& kinematics, const PairData& pair, const Contact& contact) {
+  if (contact.reference == PatchSide::None) return Eigen::Matrix2d::Zero();
+  const auto& g = w.geometries[static_cast<std::size_t>(contact.reference == PatchSide::A ? pair.b : pair.a)];
+  if (g.shape.kind == detail::Kind::Capsule) return g.shape.radius * Eigen::Matrix2d::Identity();
+  if (g.shape.kind != detail::Kind::Cylinder || contact.kind != PatchPoint::Crossing) return Eigen::Matrix2d::Zero();
+  const Vector3d axis = kinematics.X_WB[static_cast<std::size_t>(g.body)].R * g.X_BG.R.col(2);
+  if (std::abs(axis.dot(contact.edge_W)) < 0.5) return Eigen::Matrix2d::Zero();  // an edge between points of the cap
+  const Vector3d t = axis.cross(contact.nhat_BA_W);                              // as long as the radial part of the normal
+  const Vector2d in_frame(contact.t1_W.dot(t), contact.t2_W.dot(t));
+  return g.shape.radius / (t.norm() * t.squaredNorm()) * in_frame * in_frame.transpose();
 }
 
 /// Coordinates of a free object's rotation turn each other's axes, whatever their order: δθ is in body axes, and R exp(δθ).
@@ -160,9 +171,39 @@ void fill_coordinates(const world::Model& model, const world::Kinematics& kinema
 
 /// How the frame and the points follow four coordinates.
 struct Follow {
-  Vec frame;     // angular velocity of the contact frame (D.5)
-  Vec s_a, s_b;  // slip of the witness points over the bodies (D.3)
+  Vec frame;         // angular velocity of the contact frame (D.5)
+  Vec s_a, s_b;      // slip of the witness points over the bodies (D.3), (D.9)
+  Four beyond = {};  // what φ changes by beyond J_n
 };
+
+inline Four dot(const Vec& a, const Vec& b) { return a.n * b.n + a.t1 * b.t1 + a.t2 * b.t2; }
+
+/// A point of a patch (D.9): the normal turns with the body R of the reference face, the other one is I.
+inline Follow follow_patch(const Pass& pass, int j) {
+  const bool b_is_reference = pass.contact.reference == PatchSide::B;
+  const Vec w_r = pass.get(b_is_reference ? kSpinB : kSpinA, j), w = pass.get(b_is_reference ? kSpinA : kSpinB, j) - w_r,
+            v = pass.get(kMoveA, j) - pass.get(kMoveB, j);
+  const Four dn1 = w_r.t2, dn2 = -w_r.t1, zero = all(0.0), phi = all(pass.contact.phi);
+  const Four outwards = all(b_is_reference ? 1.0 : -1.0);
+  const Vec u = outwards * Vec{v.n, v.t1 - phi * dn1, v.t2 - phi * dn2};  // of the point of I relative to R where it is
+  // (ω_R − ω_I) × (the outward normal of I)
+  const Four turn1 = outwards * w.t2, turn2 = -outwards * w.t1;
+  const auto roll = [&](int r) { return all(pass.roll(r, 0)) * turn1 + all(pass.roll(r, 1)) * turn2; };
+  Vec s_i{zero, roll(0), roll(1)};
+  Vec s_r{zero, u.t1 + s_i.t1, u.t2 + s_i.t2};
+  if (pass.contact.kind == PatchPoint::Crossing) {
+    const Vec edge = all(pass.edge), side = all(pass.side);
+    s_i = s_i + (-dot(side, u + s_i) / dot(side, edge)) * edge;
+    s_r = {zero, u.t1 + s_i.t1, u.t2 + s_i.t2};
+  } else if (pass.contact.kind == PatchPoint::Corner) {
+    const Vec face = all(pass.edge);
+    s_i = {dot(face, u) / face.n - u.n, -u.t1, -u.t2};
+    s_r = {zero, zero, zero};
+  }
+  const Vec frame{all(pass.spin[0]) * dn1 + all(pass.spin[1]) * dn2, -dn2, dn1};
+  const Four beyond = outwards * s_i.n;
+  return b_is_reference ? Follow{frame, s_i, s_r, beyond} : Follow{frame, s_r, s_i, beyond};
+}
 
 inline Follow follow(const Pass& pass, int j) {
   const Vec w_a = pass.get(kSpinA, j), w_b = pass.get(kSpinB, j), v = pass.get(kMoveA, j) - pass.get(kMoveB, j);
@@ -187,13 +228,14 @@ inline Vec velocity_change(const Pass& pass, int side, int j, const Vec& slip) {
 /// D_w_q, and the rows from kTurnFrame on.
 void calc_gaps(const Pass& pass, double* D_w) {
   const int k = pass.pair.n_columns;
+  const bool of_patch = pass.contact.reference != PatchSide::None;
   const Vec f = all(pass.lambda), relative = all(Vector3d(pass.sum_move[0] - pass.sum_move[1]));
   for (int j = 0; j < k; j += 4) {
-    const Follow go = follow(pass, j);
+    const Follow go = of_patch ? follow_patch(pass, j) : follow(pass, j);
     Vec dw = velocity_change(pass, 0, j, go.s_a) - velocity_change(pass, 1, j, go.s_b) - cross(go.frame, relative);
     const int n = std::min(4, k - j);
     for (int x = 0; x < n; ++x) {
-      D_w[j + x] = dw.n[x] + pass.J[j + x];
+      D_w[j + x] = dw.n[x] + pass.J[j + x] + go.beyond[x];
       D_w[k + j + x] = dw.t1[x];
       D_w[2 * k + j + x] = dw.t2[x];
     }
@@ -272,14 +314,19 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
     if (!wanted.empty() && !wanted[i]) continue;
     const Contact& contact = contacts[i];
     const PairData& pair = w.pairs[static_cast<std::size_t>(contact.pair)];
-    const Surfaces surfaces = calc_surfaces(w, kinematics, pair, contact);
+    const auto in_frame = [&](const Vector3d& v_W) {
+      return Vector3d(contact.nhat_BA_W.dot(v_W), contact.t1_W.dot(v_W), contact.t2_W.dot(v_W));
+    };
     Pass pass{w,
               pair,
               contact,
               lambda[i],
               J.values.data() + J.begin[i],
-              detail::calc_rolling(surfaces.a, surfaces.b, contact, surfaces.length),
+              contact.reference != PatchSide::None ? detail::Rolling() : calc_rolling(w, kinematics, pair, contact),
               detail::calc_frame_spin(contact, w.planar_axis),
+              in_frame(contact.edge_W),
+              in_frame(contact.side_W),
+              calc_roll(w, kinematics, pair, contact),
               out.scratch.data(),
               (pair.n_columns + 3) / 4 * 4,
               {},

@@ -25,8 +25,8 @@ struct ContactDerivatives {
 /// O(k²) for each contact; no heap use once `out` has its size.
 ///
 /// Exact where the distance has second derivatives. At a kink: the derivative of the feature that the witness point lies on (a vertex
-/// before an edge before a face); where two flat features lie on each other, the point of A stays where it is on A, and the normal
-/// stays with B.
+/// before an edge before a face); where two flat features lie on each other without a patch, the point of A stays where it is on A, and
+/// the normal stays with B. Points of patches move as their kind says.
 /// @param J       of the same contacts
 /// @param lambda  impulse of each contact (n, t1, t2)
 /// @param delta   δq (n_v)
