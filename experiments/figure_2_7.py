@@ -50,6 +50,22 @@ def second_order(model: st.Model, h: float) -> tuple[float, float]:
     return mean_error(result.times, result.q), float(np.max(plant.armature))
 
 
+def draw_arm(result: Result, model: st.Model) -> None:
+    """Figure 2-7: lines through the origins of the links, from the side and from above."""
+    figure, axes = plt.subplots(1, 2, figsize=(5, 2.6))
+    for q, label in ((START, "start"), (START + TRAVEL, "end")):
+        poses = model.body_poses(q)
+        x, y, z = np.array([poses[f"arm/link_{i}"].p for i in range(8)]).T
+        axes[0].plot(x, z, "o-", ms=3, label=label)
+        axes[1].plot(x, y, "o-", ms=3, label=label)
+    for ax, name in zip(axes, ("z", "y"), strict=True):
+        ax.set_aspect("equal", adjustable="datalim")
+        ax.set_xlabel("x [m]")
+        ax.set_ylabel(f"{name} [m]")
+    axes[0].legend()
+    result.draw("arm", figure, "Figure 2-7: the arm at the start and at the end of the reference, from the side and from above.")
+
+
 def run(quick: bool) -> Result:
     model = load("iiwa")
     steps = np.array([0.01, 0.1, 0.5] if quick else [1e-4, 1e-3, 3.125e-3, 0.01, 0.03125, 0.1, 0.25, 0.5])
@@ -71,6 +87,7 @@ def run(quick: bool) -> Result:
     result.add("second order at h = 0.5 s", "small, stable", f"{number(theirs[-1])} rad, with {number(armature[-1])} kg m² of armature", None, "explicit springs: not the SAP of the thesis")
     result.add("quasi-static if commands are held instead of reached: exponent of the error in h", "–", f"{slope(steps[steps >= 0.01], held):.3f}", None, f"{1e3 * held[-1]:.1f} mrad at 0.5 s: one step of lag")
 
+    draw_arm(result, model)
     figure, axes = plt.subplots(figsize=(4.4, 2.8))
     axes.loglog(steps, ours, "o-", ms=4, label="quasi-static")
     axes.loglog(steps[steps >= 0.01], held, "o:", ms=3, color="C0", label="quasi-static, command held")

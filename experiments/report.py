@@ -101,6 +101,10 @@ def smaller(svg: str) -> str:
         (r"> <", ">\n<"),
     ):
         svg = re.sub(pattern, replacement, svg, flags=re.DOTALL)
+    # Marks of one line share their style; those of the axes have it already.
+    svg = re.sub(r'(<use [^>]*) style="stroke: #000000; stroke-width: 0\.\d+"/>', r"\1/>", svg)
+    marks = r'<g (clip-path="[^"]*")>((?:\s*<use [^>]* style="([^"]*)"/>)+)\s*</g>'
+    svg = re.sub(marks, lambda m: f'<g {m[1]} style="{m[3]}">' + re.sub(r' style="[^"]*"/>', "/>", m[2]) + "</g>", svg)
     # Only inside of tags: labels keep their digits.
     return re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d+\.\d)\d+", r"\1", tag.group()), svg)
 
