@@ -14,8 +14,8 @@ FOLDER = Path(__file__).resolve().parent
 HEADING = """
 # Chapter 2, reproduced
 
-Made by `build/release/stiction reproduce all --docs docs/reproduction/chapter2.md`. ✓ marks what was checked and holds. Figures 2-2, 2-9 and 2-11 are pictures of
-systems.
+Made by `build/release/stiction reproduce all --docs docs/reproduction/chapter2.md`. ✓ marks what was checked and holds. Figures 2-2, 2-9
+and 2-11 are pictures of systems.
 """
 
 

@@ -26,7 +26,13 @@ def add_complementarity(result: Result) -> None:
     (contact,) = step.contacts
     v = contact.displacement + [contact.phi, 0, 0]
     cone = float(v @ contact.lambda_) * kappa / H
-    result.add("§2.4.3  κ_thesis vᵀλ of a frictional contact in space", "1", f"{cone:.8f}", abs(cone - 2) < 1e-6, "2: the barrier of the cone has degree 2")
+    result.add(
+        "§2.4.3  κ_thesis vᵀλ of a frictional contact in space",
+        "1",
+        f"{cone:.8f}",
+        abs(cone - 2) < 1e-6,
+        "2: the barrier of the cone has degree 2",
+    )
 
     limit = load("cart_limit")
     u = -0.05
@@ -61,13 +67,24 @@ def add_variance(result: Result) -> None:
     w = np.linspace(-0.3, 0.3, 7)
     student = 1 / (scale * (2 + (w / scale) ** 2) ** 1.5)
     error = float(np.max(np.abs(kernel(w, kappa) / student - 1)))
-    result.add("(2.35)  against Student's t, two degrees of freedom, scale √(2/σ)", "an elliptical distribution", f"{error:.1e} apart", error < 1e-12)
+    result.add(
+        "(2.35)  against Student's t, two degrees of freedom, scale √(2/σ)",
+        "an elliptical distribution",
+        f"{error:.1e} apart",
+        error < 1e-12,
+    )
 
     # ∫ w² ρ over |w| < L, by the substitution w = √(4/σ) sinh(s).
     lengths = np.geomspace(0.01, 100, 41)
     moments = np.array([second_moment(kappa, length) for length in lengths])
     rise = float(moments[-1] - moments[-11]) / (4 / sigma * math.log(lengths[-1] / lengths[-11]))
-    result.add("(2.35)  growth of the second moment per e-fold of L, times σ/4", "–", f"{rise:.6f}", abs(rise - 1) < 1e-3, "does not end: infinite variance")
+    result.add(
+        "(2.35)  growth of the second moment per e-fold of L, times σ/4",
+        "–",
+        f"{rise:.6f}",
+        abs(rise - 1) < 1e-3,
+        "does not end: infinite variance",
+    )
 
     figure, axes = plt.subplots(figsize=(4.2, 2.6))
     axes.semilogx(lengths, 1e4 * moments)

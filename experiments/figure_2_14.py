@@ -64,7 +64,13 @@ def add_spring(result: Result, quick: bool) -> None:
     result.add("mean of the exact step over the kernel (2.35) against the analytic step", "equal", f"{error:.1e} m", error < 1e-6)
     printed = (commands + np.sqrt(commands**2 + 4 * THETA / ((kappas[0] / H) * H**2 * STIFFNESS**2))) / 2
     gap = float(np.max(np.abs(printed - means[0])))
-    result.add("(2.34) as printed, 4/(κ_thesis h² k²), against that mean", "equal", f"{1e3 * gap:.1f} mm off at κ = {kappas[0]:g}/J", gap > 1e-3, "erratum")
+    result.add(
+        "(2.34) as printed, 4/(κ_thesis h² k²), against that mean",
+        "equal",
+        f"{1e3 * gap:.1f} mm off at κ = {kappas[0]:g}/J",
+        gap > 1e-3,
+        "erratum",
+    )
     # A joint limit is a plain half-line, θ = 1, the very barrier of (2.31).
     half_line = max(abs(smoothed(limit, u, 100.0) - (u + np.sqrt(u * u + 4 / (100.0 * STIFFNESS))) / 2) for u in commands)
     result.add("the same with a joint limit for a wall, θ = 1", "equal", f"{half_line:.1e} m", half_line < 1e-8)
@@ -116,8 +122,8 @@ def add_cart(result: Result, quick: bool) -> None:
     u = np.linspace(-0.3, 0.3, 13 if quick else 31)
     samples = 100 if quick else 1000
 
-    def cart(**options: float) -> np.ndarray:
-        return np.array([solved(st.step(model, [0, 0, 0], [x, -DEPTH], h=H, epsilon=1.0, **options)).q_next[0] for x in u])
+    def cart(kappa: float | None = None) -> np.ndarray:
+        return np.array([solved(st.step(model, [0, 0, 0], [x, -DEPTH], h=H, epsilon=1.0, kappa=kappa)).q_next[0] for x in u])
 
     def gaussian(std: float) -> np.ndarray:
         scheme = st.RandomizedFirstOrder(std_q=[0.0], std_u=[std, 0.0], samples=samples, seed=0)
@@ -130,17 +136,29 @@ def add_cart(result: Result, quick: bool) -> None:
     stick = float(np.polyfit(u[inside], exact[inside], 1)[0])
     flat = float(np.polyfit(u[u > 0.15], exact[u > 0.15], 1)[0])
     result.add("slope where the contact sticks", "linear", f"{stick:.4f}", abs(stick - 0.5) < 1e-3)
-    result.add("slope where it slides", "flat", f"{flat:.4f}", flat < 0.15 * stick, "not 0: Anitescu's gap lifts the ball and presses harder")
+    result.add(
+        "slope where it slides", "flat", f"{flat:.4f}", flat < 0.15 * stick, "not 0: Anitescu's gap lifts the ball and presses harder"
+    )
     kappas = (20.0, 100.0, 500.0, 2500.0)
-    curves = {kappa: cart(kappa=kappa) for kappa in kappas}
+    curves = {kappa: cart(kappa) for kappa in kappas}
     errors = [float(np.max(np.abs(curves[kappa] - exact))) for kappa in kappas]
-    result.add("analytic step towards the exact one as κ grows", "converges", " → ".join(number(1e3 * e) for e in errors) + " mm", bool(np.all(np.diff(errors) < 0)))
+    result.add(
+        "analytic step towards the exact one as κ grows",
+        "converges",
+        " → ".join(number(1e3 * e) for e in errors) + " mm",
+        bool(np.all(np.diff(errors) < 0)),
+    )
     stds = (0.03, 0.06, 0.12)
     means = {std: gaussian(std) for std in stds}
     best = {kappa: min(stds, key=lambda std: float(np.max(np.abs(means[std] - curves[kappa])))) for kappa in kappas}
     apart = {kappa: float(np.max(np.abs(means[best[kappa]] - curves[kappa]))) for kappa in kappas}
     kappa = min(kappas, key=lambda k: apart[k])
-    result.add("closest pair of an analytic and a Gaussian curve", "qualitatively similar", f"{1e3 * apart[kappa]:.1f} mm apart (κ = {kappa:g}/J, {best[kappa]} m)", None)
+    result.add(
+        "closest pair of an analytic and a Gaussian curve",
+        "qualitatively similar",
+        f"{1e3 * apart[kappa]:.1f} mm apart (κ = {kappa:g}/J, {best[kappa]} m)",
+        None,
+    )
 
     figure, axes = plt.subplots(figsize=(4.4, 2.8))
     axes.plot(u, exact, color="0.5", label="exact")

@@ -36,7 +36,9 @@ def add_free_body(result: Result, ours: Ours, quick: bool) -> None:
     x = np.array([state.q[3] for state in states])
     force = np.array([state.force[0, 0] for state in states])
     away = commands < -RADIUS - 1e-9
-    result.add("(a) away from the ball: x_l - u_l", "0", f"{np.max(np.abs(x - commands)[away]):.1e} m", np.max(np.abs(x - commands)[away]) < 1e-6)
+    result.add(
+        "(a) away from the ball: x_l - u_l", "0", f"{np.max(np.abs(x - commands)[away]):.1e} m", np.max(np.abs(x - commands)[away]) < 1e-6
+    )
     balance = float(np.max(np.abs(force - STIFFNESS * (commands - x))))
     result.add("(b) contact force against k (u_l - x_l)", "equal (2.14)", f"{balance:.1e} N", balance < 1e-4)
     penetration = float(np.max(x + RADIUS))
@@ -60,9 +62,20 @@ def add_lifting(result: Result, ours: Ours, quick: bool) -> None:
     increment = 2e-4 if quick else 1e-4
     weak, strong = squeeze(ours, 0.005), squeeze(ours, 0.02)
     same = float(np.max(np.abs(weak - strong)))
-    result.add("configurations of a weak (5 mm) and a strong (20 mm) squeeze", "equal: motion alone cannot tell them apart", f"{same:.1e} m apart", same < 1e-6)
+    result.add(
+        "configurations of a weak (5 mm) and a strong (20 mm) squeeze",
+        "equal: motion alone cannot tell them apart",
+        f"{same:.1e} m apart",
+        same < 1e-6,
+    )
     low, high = (lift(ours, depth, 0.03, increment) for depth in (0.005, 0.02))
-    result.add("… and the ball after the gripper is commanded 30 mm up", "stays | is lifted", f"{1e3 * low:.2f} | {1e3 * high:.2f} mm", abs(low) < 1e-5 and abs(high - 0.02) < 1e-4, "20 mm: the spring gives way by weight/k")
+    result.add(
+        "… and the ball after the gripper is commanded 30 mm up",
+        "stays | is lifted",
+        f"{1e3 * low:.2f} | {1e3 * high:.2f} mm",
+        abs(low) < 1e-5 and abs(high - 0.02) < 1e-4,
+        "20 mm: the spring gives way by weight/k",
+    )
     lower, upper = 0.005, 0.02
     for _ in range(8 if quick else 10):
         depth = (lower + upper) / 2
@@ -89,8 +102,15 @@ def add_wall(result: Result) -> None:
     error = float(np.max(np.abs(np.array(forces) / (stiffnesses * depth) - 1)))
     result.add("2-4 (b) impedance: force on the wall against k · depth", "determined", f"{error:.1e} relative", error < 1e-4)
     still = float(np.max(np.abs(speeds)))
-    result.add("2-4 (b) speed of the robot while the command is 1 m/s into the wall", "that of the wall, 0", f"{still:.1e} m/s", still < 1e-3)
-    result.add("2-4 (a) admittance is k → ∞: force per micrometre of command", "not determined", f"{stiffnesses[0] * 1e-6:g} N at {stiffnesses[0]:g} N/m … {stiffnesses[-1] * 1e-6:g} N at {stiffnesses[-1]:g} N/m, without bound", None)
+    result.add(
+        "2-4 (b) speed of the robot while the command is 1 m/s into the wall", "that of the wall, 0", f"{still:.1e} m/s", still < 1e-3
+    )
+    result.add(
+        "2-4 (a) admittance is k → ∞: force per micrometre of command",
+        "not determined",
+        f"{stiffnesses[0] * 1e-6:g} N at {stiffnesses[0]:g} N/m … {stiffnesses[-1] * 1e-6:g} N at {stiffnesses[-1]:g} N/m, without bound",
+        None,
+    )
     result.data["wall"] = {"stiffness_N_m": stiffnesses, "force_N": forces}
 
 

@@ -12,7 +12,14 @@ from .systems import slope
 TITLE = "Figures 2-5 and 2-6: gripper and ball, cones against Coulomb's law"
 H = 0.01
 KNOT_TIMES = [0.0, 0.08, 0.23, 0.35]
-KNOTS = np.array([[0, -1.06 * RADIUS, 1.06 * RADIUS], [0, -0.9 * RADIUS, 0.9 * RADIUS], [-0.03, -0.9 * RADIUS, 0.9 * RADIUS], [-0.03, -0.9 * RADIUS, 0.9 * RADIUS]])
+KNOTS = np.array(
+    [
+        [0, -1.06 * RADIUS, 1.06 * RADIUS],
+        [0, -0.9 * RADIUS, 0.9 * RADIUS],
+        [-0.03, -0.9 * RADIUS, 0.9 * RADIUS],
+        [-0.03, -0.9 * RADIUS, 0.9 * RADIUS],
+    ]
+)
 CHANGES = (0.03, 0.13, 0.23)  # printed: contact, slip, end of slip [s]
 
 
@@ -26,7 +33,11 @@ def mode_changes(states: list[State], times: np.ndarray, h: float) -> list[float
     touching = np.array([state.phi[0] < 1e-5 for state in states])
     # After the stop the layer closes within a few steps, ever slower; half the commanded speed counts as sliding.
     sliding = np.array([abs(state.slip[0]) > 0.5 * 0.2 * h and state.force[0, 0] > 1e-3 for state in states])
-    return [float(times[np.argmax(touching)]), float(times[np.argmax(sliding)] - h), float(times[len(times) - 1 - np.argmax(sliding[::-1])])]
+    return [
+        float(times[np.argmax(touching)]),
+        float(times[np.argmax(sliding)] - h),
+        float(times[len(times) - 1 - np.argmax(sliding[::-1])]),
+    ]
 
 
 def series(states: list[State]) -> dict[str, np.ndarray]:
@@ -45,7 +56,13 @@ def add_mode_changes(result: Result, times: np.ndarray, ours: list[State], their
     ours_at, theirs_at = mode_changes(ours, times, H), mode_changes(theirs, times, H)
     for i, what in enumerate(("touch", "start of slip", "end of slip")):
         good = abs(ours_at[i] - CHANGES[i]) < 0.011 and abs(theirs_at[i] - CHANGES[i]) < 0.011
-        result.add(f"mode change: {what}", f"{CHANGES[i]} s", f"{ours_at[i]:.2f} s (Coulomb: {theirs_at[i]:.2f} s)", good, "the layer closes within three steps" if i == 2 else "")
+        result.add(
+            f"mode change: {what}",
+            f"{CHANGES[i]} s",
+            f"{ours_at[i]:.2f} s (Coulomb: {theirs_at[i]:.2f} s)",
+            good,
+            "the layer closes within three steps" if i == 2 else "",
+        )
 
 
 def add_forces(result: Result, times: np.ndarray, a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> None:
@@ -59,9 +76,19 @@ def add_forces(result: Result, times: np.ndarray, a: dict[str, np.ndarray], b: d
     slide = (times > 0.155) & (times < 0.225)
     gap = float(np.mean(a["phi_1_m"][slide]))
     predicted = FRICTION * 0.2 * H  # the gripper is pulled down at 0.2 m/s
-    result.add("φ_1 while the fingers slide", "small increase", f"{1e3 * gap:.3f} mm (μ h |v_t| = {1e3 * predicted:g} mm)", abs(gap / predicted - 1) < 0.02)
+    result.add(
+        "φ_1 while the fingers slide",
+        "small increase",
+        f"{1e3 * gap:.3f} mm (μ h |v_t| = {1e3 * predicted:g} mm)",
+        abs(gap / predicted - 1) < 0.02,
+    )
     extra = float(np.mean((a["c_n1_N"] - b["c_n1_N"])[slide]))
-    result.add("c_n1 while they slide, more than Coulomb's", "Coulomb's stays constant", f"{extra:.3f} N = k φ_1: {100 * extra / 10:.0f} %", abs(extra - STIFFNESS * gap) < 0.02)
+    result.add(
+        "c_n1 while they slide, more than Coulomb's",
+        "Coulomb's stays constant",
+        f"{extra:.3f} N = k φ_1: {100 * extra / 10:.0f} %",
+        abs(extra - STIFFNESS * gap) < 0.02,
+    )
     after = float(abs(a["phi_1_m"][-1]))
     result.add("φ_1 at the end", "layer disappears", f"{after:.1e} m", after < 1e-5)
 
@@ -75,7 +102,12 @@ def add_refinement(result: Result, quick: bool) -> None:
         a, b = (series(simulate(model, u, float(h)))["c_n1_N"][slide] for model in (Ours(), Coulomb()))
         errors.append(float(np.mean(np.abs(a - b))))
     exponent = slope(steps, np.array(errors))
-    result.add("difference in c_n1 while sliding, as h shrinks", "vanishes with h", " → ".join(number(e) for e in errors) + f" N, exponent {exponent:.3f}", abs(exponent - 1) < 0.1)
+    result.add(
+        "difference in c_n1 while sliding, as h shrinks",
+        "vanishes with h",
+        " → ".join(number(e) for e in errors) + f" N, exponent {exponent:.3f}",
+        abs(exponent - 1) < 0.1,
+    )
 
 
 def draw(result: Result, times: np.ndarray, u: np.ndarray, a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> None:

@@ -82,10 +82,27 @@ def run(quick: bool) -> Result:
     # At the smallest steps what is left is the tolerance of the step itself.
     result.add("quasi-static: error grows with h", "yes", " → ".join(number(e) for e in ours) + " rad", bool(np.all(np.diff(ours) > -1e-6)))
     result.add("quasi-static: error at h = 0.5 s", "small", f"{1e3 * ours[-1]:.2f} mrad", ours[-1] < 0.01)
-    result.add("quasi-static against second order", "slightly better, more so as h gets smaller", f"better at {int(np.sum(ours < theirs))} of {len(steps)} steps", bool(np.all(ours < theirs)))
+    result.add(
+        "quasi-static against second order",
+        "slightly better, more so as h gets smaller",
+        f"better at {int(np.sum(ours < theirs))} of {len(steps)} steps",
+        bool(np.all(ours < theirs)),
+    )
     result.add("second order at the smallest h", "–", f"{1e3 * theirs[0]:.2f} mrad: the lag of its damping", None)
-    result.add("second order at h = 0.5 s", "small, stable", f"{number(theirs[-1])} rad, with {number(armature[-1])} kg m² of armature", None, "explicit springs: not the SAP of the thesis")
-    result.add("quasi-static if commands are held instead of reached: exponent of the error in h", "–", f"{slope(steps[steps >= 0.01], held):.3f}", None, f"{1e3 * held[-1]:.1f} mrad at 0.5 s: one step of lag")
+    result.add(
+        "second order at h = 0.5 s",
+        "small, stable",
+        f"{number(theirs[-1])} rad, with {number(armature[-1])} kg m² of armature",
+        None,
+        "explicit springs: not the SAP of the thesis",
+    )
+    result.add(
+        "quasi-static if commands are held instead of reached: exponent of the error in h",
+        "–",
+        f"{slope(steps[steps >= 0.01], held):.3f}",
+        None,
+        f"{1e3 * held[-1]:.1f} mrad at 0.5 s: one step of lag",
+    )
 
     draw_arm(result, model)
     figure, axes = plt.subplots(figsize=(4.4, 2.8))

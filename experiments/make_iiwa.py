@@ -1,6 +1,6 @@
 """Writes models/iiwa_primitives.urdf: an iiwa 7 of capsules, with inertias computed from shape and mass.
 
-    python -m experiments.make_iiwa
+python -m experiments.make_iiwa
 """
 
 from __future__ import annotations

@@ -243,7 +243,7 @@ def test_lives_beside_coal_pinocchio_and_mujoco(order: str) -> None:
     libraries = ["coal", "pinocchio", "mujoco"]
     names = ["stiction", *libraries] if order == "stiction first" else [*libraries, "stiction"]
     script = f"""
-import {', '.join(names)}
+import {", ".join(names)}
 import numpy as np, stiction as st
 task = st.load_task("planar_pushing")
 assert st.step(task.model, task.q_start, [0, 0.1]).status == st.Status.Solved
