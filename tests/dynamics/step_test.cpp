@@ -351,6 +351,11 @@ TEST(Step, AfterFirstCalls_AllocatesNothing) {
     const long before = bench::allocations();
     for (int i = 0; i < 20; ++i) (void)step(*system.model, {q, u}, options, system.work, out);
     EXPECT_EQ(bench::allocations() - before, 0) << (smooth ? "smoothed" : "exact");
+    options.with_A = options.with_B = options.with_force_derivatives = true;
+    for (int i = 0; i < 3; ++i) (void)step(*system.model, {q, u}, options, system.work, out);
+    const long before_A = bench::allocations();
+    for (int i = 0; i < 20; ++i) (void)step(*system.model, {q, u}, options, system.work, out);
+    EXPECT_EQ(bench::allocations() - before_A, 0) << (smooth ? "smoothed, with A" : "exact, with A");
   }
 }
 

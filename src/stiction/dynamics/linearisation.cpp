@@ -93,7 +93,8 @@ struct Rows {
 /// dλ = −S (D_w_q + J_c X) (S.9) of every contact, X (n_v × n) the derivative of δq; without D_w_q for derivatives by u.
 void calc_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, bool by_q,
                    ImpulseDerivatives& D_lambda) {
-  D_lambda.resize(out.contacts.size(), work.X.cols());
+  const RowMatrix& X = by_q ? work.by_q.X : work.by_u.X;
+  D_lambda.resize(out.contacts.size(), X.cols());
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     auto D = D_lambda[i];
     D.setZero();
@@ -105,7 +106,7 @@ void calc_impulses(const SolvedStep& step, const StepResult& out, const Linearis
       for (Eigen::Index c = 0; c < k; ++c) D.col(rows.support[static_cast<std::size_t>(c)]) = D_w.col(c);
     }
     for (Eigen::Index c = 0; c < k; ++c) {
-      const auto x = work.X.row(rows.support[static_cast<std::size_t>(c)]);
+      const auto x = X.row(rows.support[static_cast<std::size_t>(c)]);
       for (int r = 0; r < 3; ++r) D.row(r) += rows.J(r, c) * x;
     }
     const Matrix3d& S = work.stiffness[i];
@@ -147,29 +148,31 @@ void add_first_impulses(const SolvedStep& step, const StepResult& out, const Lin
 /// One round of refinement of H X = fixed + J_cᵀ(impulses that do not depend on X). H has entries of λ²/σ and its factor loses their digits;
 /// here they meet in dλ, before J_cᵀ, and cancel there.
 void refine(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, bool by_q, Eigen::MatrixXd& X) {
-  work.X = X;
-  calc_impulses(step, out, work, by_q, work.D_lambda);
-  work.residual = work.fixed;
-  add_impulses(step, out, work.D_lambda, work.residual);
+  LinearSystem& system = by_q ? work.by_q : work.by_u;
+  ImpulseDerivatives& D_lambda = by_q ? work.D_lambda_q : work.D_lambda_u;
+  system.X = X;
+  calc_impulses(step, out, work, by_q, D_lambda);
+  system.residual = system.fixed;
+  add_impulses(step, out, D_lambda, system.residual);
   for (const QEntry& e : step.Q) {
-    work.residual.row(e.row) -= e.value * work.X.row(e.column);
-    if (e.row != e.column) work.residual.row(e.column) -= e.value * work.X.row(e.row);
+    system.residual.row(e.row) -= e.value * system.X.row(e.column);
+    if (e.row != e.column) system.residual.row(e.column) -= e.value * system.X.row(e.row);
   }
   for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
     const int v = step.bound_variables[i];
     const double D = cone::D_bound(step.solver, static_cast<int>(i));
-    work.residual.row(v) -= D * work.X.row(v);
-    if (by_q) work.residual(v, v) -= D;
+    system.residual.row(v) -= D * system.X.row(v);
+    if (by_q) system.residual(v, v) -= D;
   }
-  work.correction = work.residual;
-  cone::apply_inverse(step.solver, work.correction);
-  X += work.correction;
+  system.correction = system.residual;
+  cone::apply_inverse(step.solver, system.correction);
+  X += system.correction;
 }
 
 /// −∂/∂q of Qδq + b − Σ J_cᵀλ at fixed components of δq and λ (S.8).
 void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, const StepResult& out) {
   const Model& model = step.model;
-  work.fixed.setZero(model.n_v(), model.n_v());
+  work.by_q.fixed.setZero(model.n_v(), model.n_v());
   work.contacts.resize(out.contacts.size());
   for (std::size_t i = 0; i < out.contacts.size(); ++i) work.contacts[i] = out.contacts[i].contact;
   contact::calc_derivatives(model, step.kinematics, work.contacts, step.J, work.lambda, out.delta, step.included, contact_work,
@@ -179,16 +182,16 @@ void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, Linear
     const Rows rows(step, out, i);
     const double* D = work.derivatives.D_tau_q.data() + work.derivatives.begin[i];
     for (const int row : rows.support) {
-      for (const int j : rows.support) work.fixed(row, j) += *D++;
+      for (const int j : rows.support) work.by_q.fixed(row, j) += *D++;
     }
   }
-  subtract_objective(step, out, work.fixed);
+  subtract_objective(step, out, work.by_q.fixed);
 }
 
 /// A = T + J_r D_δq_q, T the transport of the tangent space: exp(δθ)ᵀ for free rotations, else 1 (S.10).
 void calc_A(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out) {
   calc_fixed(step, contact_work, work, out);
-  out.A = work.fixed;
+  out.A = work.by_q.fixed;
   add_first_impulses(step, out, work, out.A);
   for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
     const int v = step.bound_variables[i];
@@ -197,7 +200,7 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
   cone::apply_inverse(step.solver, out.A);
   if (std::holds_alternative<Exact>(step.options.smoothing)) refine(step, out, work, true, out.A);
   if (step.options.with_force_derivatives) {
-    work.X = out.A;
+    work.by_q.X = out.A;
     calc_impulses(step, out, work, true, out.D_lambda_q);
   }
   transport(step.model, out.delta, out.A);
@@ -218,12 +221,12 @@ void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& ou
   out.B.resize(model.n_v(), model.n_a());
   cone::calc_inverse_columns(step.solver, work.actuated, work.h_stiffness, out.B);
   if (step.options.with_A && std::holds_alternative<Exact>(step.options.smoothing)) {
-    work.fixed.setZero(model.n_v(), model.n_a());
-    for (int j = 0; j < model.n_a(); ++j) work.fixed(work.actuated[at(j)], j) = work.h_stiffness[at(j)];
+    work.by_u.fixed.setZero(model.n_v(), model.n_a());
+    for (int j = 0; j < model.n_a(); ++j) work.by_u.fixed(work.actuated[at(j)], j) = work.h_stiffness[at(j)];
     refine(step, out, work, false, out.B);
   }
   if (step.options.with_force_derivatives) {
-    work.X = out.B;
+    work.by_u.X = out.B;
     calc_impulses(step, out, work, false, out.D_lambda_u);
   }
   transport(model, out.delta, out.B);
@@ -232,6 +235,8 @@ void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& ou
 }  // namespace
 
 void linearise(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out) {
+  out.D_lambda_q.resize(0, 0);
+  out.D_lambda_u.resize(0, 0);
   if (step.options.with_A || step.options.with_force_derivatives) fill_impulses(step, out, work);
   if (step.options.with_A) calc_A(step, contact_work, work, out);
   if (step.options.with_B) calc_B(step, work, out);

@@ -33,16 +33,21 @@ struct SolvedStep {
 /// Rows of these are combined.
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// The system for derivatives by q or by u, each with its own storage.
+struct LinearSystem {
+  Eigen::MatrixXd fixed;  // right-hand sides at constant impulses
+  RowMatrix X, residual;  // solution, and what is left of the right-hand sides
+  Eigen::MatrixXd correction;
+};
+
 /// Scratch; sized by the first call.
 struct LinearisationWorkspace {
   std::vector<contact::Contact> contacts;
   std::vector<Eigen::Vector3d> lambda;
   std::vector<Eigen::Matrix3d> stiffness;  // S = −∂λ/∂w_c per contact
   contact::ContactDerivatives derivatives;
-  Eigen::MatrixXd fixed;  // right-hand sides at constant impulses
-  RowMatrix X, residual;  // solution, and what is left of the right-hand sides
-  Eigen::MatrixXd correction;
-  ImpulseDerivatives D_lambda;
+  LinearSystem by_q, by_u;
+  ImpulseDerivatives D_lambda_q, D_lambda_u;
   std::vector<int> actuated;        // velocity indices of the commands
   std::vector<double> h_stiffness;  // hK_a
 };
