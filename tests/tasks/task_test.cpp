@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/tasks/options.hpp"
-#include "stiction/tasks/sha256.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
@@ -55,7 +55,7 @@ TEST(Tasks, BuiltIn_AllLoadAndAreComplete) {
     EXPECT_TRUE(task.builtin);
     EXPECT_FALSE(task.description.empty());
     EXPECT_EQ(task.problem.q_start.size(), task.model->n_q());
-    EXPECT_EQ(task.scene_sha256, sha256(task.scene_text));
+    EXPECT_EQ(task.scene_sha256, core::sha256(task.scene_text));
     EXPECT_EQ(task.scene_text.find(STICTION_SOURCE_DIR), std::string::npos) << "an absolute path";
   }
 }

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
-#include "stiction/tasks/sha256.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -283,7 +283,7 @@ void read_head(const Value& top, PlanFile& out) {
   out.task_file = task.at("file").string();
   out.scene_sha256 = top.at("scene_sha256").string();
   out.scene_text = top.at("scene_text").string();
-  if (const std::string actual = sha256(out.scene_text); actual != out.scene_sha256) {
+  if (const std::string actual = core::sha256(out.scene_text); actual != out.scene_sha256) {
     top.at("scene_sha256").fail(fmt::format("'{}'", out.scene_sha256), fmt::format("'{}', the SHA-256 of scene_text", actual));
   }
   constexpr std::array kStatuses = {core::Status::Solved, core::Status::MaxIterations, core::Status::Cancelled, core::Status::Infeasible,

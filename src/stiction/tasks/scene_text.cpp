@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "stiction/tasks/sha256.hpp"
+#include "stiction/core/sha256.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -58,7 +58,7 @@ struct ShapeText {
   std::string operator()(const world::Mesh& s) const {
     std::string numbers = list(s.mesh->vertices.reshaped());
     for (const int index : s.mesh->triangles.reshaped()) numbers += fmt::format(" {}", index);
-    return fmt::format("{{mesh: {}}}", sha256(numbers));
+    return fmt::format("{{mesh: {}}}", core::sha256(numbers));
   }
 };
 
@@ -72,7 +72,7 @@ std::string make_scene_text(const world::Model& model) {
   for (const auto& robot : scene.robots) {
     const char* kind = robot.mjcf.empty() ? "urdf" : "mjcf";
     out += fmt::format("- {{name: {}, {}: {}, {}_sha256: {}, base: {}}}\n", robot.name, kind, robot.file().filename().string(), kind,
-                       sha256_of_file(robot.file()), pose(robot.X_WBase));
+                       core::sha256_of_file(robot.file()), pose(robot.X_WBase));
   }
   out += "objects:\n";
   for (const auto& object : scene.objects) {

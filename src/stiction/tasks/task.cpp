@@ -7,9 +7,9 @@
 #include <system_error>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
-#include "stiction/tasks/sha256.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
@@ -150,7 +150,7 @@ Task read_task(const fs::path& file, std::string name, bool builtin) {
     task.options.validate(model);
   }
   task.scene_text = make_scene_text(model);
-  task.scene_sha256 = sha256(task.scene_text);
+  task.scene_sha256 = core::sha256(task.scene_text);
   return task;
 }
 

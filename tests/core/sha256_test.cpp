@@ -1,4 +1,4 @@
-#include "stiction/tasks/sha256.hpp"
+#include "stiction/core/sha256.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 
-namespace stiction::tasks {
+namespace stiction::core {
 namespace {
 
 // The examples of FIPS 180-4 and, for every way in which the tail can fall, values of `sha256sum`.
@@ -32,10 +32,10 @@ TEST(Sha256, MissingFile_NamesIt) {
   try {
     (void)sha256_of_file("no/such/file");
     FAIL() << "accepted";
-  } catch (const core::InvalidInput& e) {
+  } catch (const InvalidInput& e) {
     EXPECT_NE(std::string(e.what()).find("no/such/file"), std::string::npos);
   }
 }
 
 }  // namespace
-}  // namespace stiction::tasks
+}  // namespace stiction::core

@@ -1,4 +1,4 @@
-#include "stiction/tasks/sha256.hpp"
+#include "stiction/core/sha256.hpp"
 
 #include <array>
 #include <bit>
@@ -8,7 +8,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 
-namespace stiction::tasks {
+namespace stiction::core {
 namespace {
 
 constexpr std::array<std::uint32_t, 64> kRound = {
@@ -70,9 +70,9 @@ std::string sha256(std::string_view bytes) {
 
 std::string sha256_of_file(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) core::throw_invalid(file.string(), "a file that cannot be read", "a readable file");
+  if (!in) throw_invalid(file.string(), "a file that cannot be read", "a readable file");
   const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   return sha256(bytes);
 }
 
-}  // namespace stiction::tasks
+}  // namespace stiction::core
