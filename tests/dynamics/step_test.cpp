@@ -359,6 +359,32 @@ TEST(Step, AfterFirstCalls_AllocatesNothing) {
   }
 }
 
+/// A plate on 100 balls, more contacts than a workspace is made for.
+TEST(Step, MoreContactsThanTheWorkspaceWasMadeFor_GrowsOnceAndSaysSo) {
+  world::Scene scene = empty_scene();
+  scene.gravity = {0, 0, -9.81};
+  scene.contact_distance = 0.02;
+  scene.fixed.push_back(half_space(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Zero(), 0.5));
+  world::ObjectSpec plate = ball(world::ObjectJoint::Free, 1, 0.1, 0.5);
+  plate.geometries.clear();
+  for (int i = 0; i < 100; ++i) {
+    plate.geometries.push_back({.name = "foot_" + std::to_string(i), .shape = world::Sphere{0.004}, .X_BG = {}, .friction = 0.5});
+    plate.geometries.back().X_BG.p = Eigen::Vector3d(0.02 * (i % 10), 0.02 * (i / 10), 0);
+  }
+  scene.objects.push_back(plate);
+  System system(scene);
+  Eigen::VectorXd q = system.model->neutral();
+  q[2] = 0.004;
+  const StepOptions options{.h = 0.01, .regularisation = FixedEpsilon{1}};
+  const StepResult first = system(q, Eigen::VectorXd(0), options), second = system(q, Eigen::VectorXd(0), options);
+  EXPECT_EQ(first.contacts.size(), 100u);
+  EXPECT_GT(first.growths, 0);
+  EXPECT_EQ(second.growths, 0);
+  double force = 0;
+  for (const auto& c : first.contacts) force += c.lambda[0] / options.h;
+  EXPECT_NEAR(force, 9.81, 1e-4);
+}
+
 TEST(Step, BadInput_NamesFieldGivenAndExpected) {
   System system(wall_scene());
   StepResult out;

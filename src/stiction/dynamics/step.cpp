@@ -452,6 +452,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   solver_options.warm_start = options.warm_start;
   solver_options.sensitivities = derivatives;
   out.iterations = 0;
+  const int growths = work.problem->growths();
   for (int round = 0; round < kMaxRounds; ++round) {
     cone::Problem& problem = *work.problem;
     problem.clear();
@@ -474,6 +475,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
     if (out.status != Status::Solved || (exact && !lazy) || !add_violated(model, in, options, work)) break;
   }
   out.residuals = work.solution.residuals;
+  out.growths = work.problem->growths() - growths;
   if (out.status != Status::Solved) {
     out.q_next = in.q;
     out.delta.setZero(model.n_v());

@@ -116,6 +116,7 @@ struct StepResult {
   Eigen::VectorXd epsilon;        ///< regularisation used per object
   cone::Residuals residuals;
   int iterations = 0;
+  int growths = 0;  ///< buffers that this call had to enlarge: 0 again once the workspace has seen as many contacts
 };
 
 /// Scratch, warm starts and kinematics; one per thread.
