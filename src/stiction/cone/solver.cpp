@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <string>
 
 #include "stiction/cone/rows.hpp"
@@ -784,9 +785,14 @@ double write_result(const Problem& problem, const State& s, Result& result) {
 }  // namespace detail
 
 void Options::validate() const {
-  const auto in = [](const char* field, double value, double low, double high) {
+  const auto text = [](double x) {
+    std::ostringstream out;
+    out << x;
+    return out.str();
+  };
+  const auto in = [&](const char* field, double value, double low, double high) {
     if (!(value >= low && value <= high)) {
-      core::throw_invalid(field, std::to_string(value), "a number in [" + std::to_string(low) + ", " + std::to_string(high) + "]");
+      core::throw_invalid(field, text(value), "a number in [" + text(low) + ", " + text(high) + "]");
     }
   };
   in("tol_complementarity", tol_complementarity, 1e-11, 1e-2);

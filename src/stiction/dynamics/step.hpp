@@ -55,7 +55,7 @@ struct StepOptions {
   bool with_force_derivatives = false;  ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
   bool joint_limits = true;
   bool warm_start = true;
-  double tol_complementarity = 1e-10;  ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with A or B
+  double tol_complementarity = 1e-10;  ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with A or B; in [1e-11, 1e-2]
   void validate() const;               ///< @throws InvalidInput naming the field
 };
 
