@@ -26,3 +26,11 @@ add_library(mujoco::mujoco SHARED IMPORTED)
 set_target_properties(mujoco::mujoco PROPERTIES
   IMPORTED_LOCATION ${mujoco_library}
   INTERFACE_INCLUDE_DIRECTORIES ${mujoco_folder}/include)
+
+# CoACD's wheel is a Python package over one shared library. It is loaded at its first use and never linked: docs/decisions/0009-convex-decomposition.md.
+file(GLOB coacd_library "${STICTION_VENV}/lib/python3*/site-packages/coacd/lib_coacd.*")
+file(GLOB coacd_metadata "${STICTION_VENV}/lib/python3*/site-packages/coacd-*.dist-info")
+if(NOT coacd_library OR NOT coacd_metadata MATCHES "coacd-([0-9.]+)\\.dist-info")
+  message(FATAL_ERROR "no CoACD library under ${STICTION_VENV}: run `make setup`")
+endif()
+set(coacd_version ${CMAKE_MATCH_1})

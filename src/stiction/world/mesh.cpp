@@ -3,14 +3,21 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/decomposition.hpp"
 #include "stiction/world/shapes.hpp"
 
 // After the others: its macros are not shy.
@@ -20,9 +27,14 @@ extern "C" {
 
 namespace stiction::world {
 
+using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 namespace {
+
+constexpr double kConvexTolerance = 0.01;  ///< share of the hull that a convex mesh may miss
+constexpr double kLeastShare = 1e-6;       ///< of the hull; less is a surface folded onto itself
+constexpr std::string_view kHullKeys = "with convex_hull of the shape or convex_hulls of the robot";
 
 /// Triangles as triples of points (3 × 3n), as read.
 using Soup = std::vector<Vector3d>;
@@ -44,7 +56,10 @@ Soup read_triangles(const std::filesystem::path& file) {
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       if (mesh.mFaces[f].mNumIndices != 3) continue;
       for (unsigned k = 0; k < 3; ++k) {
-        const aiVector3D& p = mesh.mVertices[mesh.mFaces[f].mIndices[k]];
+        const unsigned index = mesh.mFaces[f].mIndices[k];
+        if (index >= mesh.mNumVertices)
+          fail(file, fmt::format("a face with vertex {}", index), fmt::format("indices below {}", mesh.mNumVertices));
+        const aiVector3D& p = mesh.mVertices[index];
         soup.emplace_back(p.x, p.y, p.z);
       }
     }
@@ -52,12 +67,117 @@ Soup read_triangles(const std::filesystem::path& file) {
   return soup;
 }
 
-double calc_soup_volume(const Eigen::Matrix3Xd& points, const Vector3d& reference) {
+/// Corners of the triangles (3 × 3n), scaled.
+Matrix3Xd read_points(const std::filesystem::path& file, const Vector3d& scale) {
+  if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
+  if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
+  const Soup soup = read_triangles(file);
+  if (soup.size() < 12) fail(file, fmt::format("{} triangles", soup.size() / 3), "a closed convex mesh");
+  Matrix3Xd points(3, static_cast<Eigen::Index>(soup.size()));
+  for (std::size_t i = 0; i < soup.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = soup[i].cwiseProduct(scale);
+  if (!points.allFinite()) fail(file, "a vertex that is not finite", "finite vertices");
+  return points;
+}
+
+/// Signed, when the triangles close: positive when they wind outwards.
+double calc_soup_volume(const Matrix3Xd& points, const Vector3d& reference) {
   double volume = 0;
   for (Eigen::Index i = 0; i + 2 < points.cols(); i += 3) {
     volume += (points.middleCols<3>(i).colwise() - reference).determinant() / 6;
   }
-  return std::abs(volume);
+  return volume;
+}
+
+struct Surface {
+  Matrix3Xd vertices;  ///< each point once, in the order of the coordinates
+  Eigen::Matrix3Xi triangles;
+};
+
+/// Gives each point one number: files repeat a point for every triangle (STL) or normal. Triangles with a corner twice go, which leaves
+/// a closed surface closed. @param inside_out  turn the triangles around
+Surface weld(const Matrix3Xd& points, bool inside_out) {
+  std::map<std::array<double, 3>, int> index;
+  const auto key = [&](Eigen::Index i) {
+    return std::array<double, 3>{points(0, i) + 0.0, points(1, i) + 0.0, points(2, i) + 0.0};
+  };  // −0 → 0
+  for (Eigen::Index i = 0; i < points.cols(); ++i) index.emplace(key(i), 0);
+  Surface out;
+  out.vertices.resize(3, static_cast<Eigen::Index>(index.size()));
+  int n = 0;
+  for (auto& [point, number] : index) {
+    out.vertices.col(n) = Eigen::Map<const Vector3d>(point.data());
+    number = n++;
+  }
+  std::vector<Eigen::Vector3i> triangles;
+  for (Eigen::Index i = 0; i + 2 < points.cols(); i += 3) {
+    Eigen::Vector3i t(index.at(key(i)), index.at(key(i + 1)), index.at(key(i + 2)));
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+    if (inside_out) std::swap(t[1], t[2]);
+    triangles.push_back(t);
+  }
+  out.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
+  for (std::size_t t = 0; t < triangles.size(); ++t) out.triangles.col(static_cast<Eigen::Index>(t)) = triangles[t];
+  return out;
+}
+
+/// Every edge has as many triangles on one side as on the other.
+void require_closed(const std::filesystem::path& file, const Surface& surface) {
+  struct Uses {
+    int forward = 0, backward = 0;
+  };
+  std::map<std::pair<int, int>, Uses> edges;
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = surface.triangles(k, t), b = surface.triangles((k + 1) % 3, t);
+      Uses& uses = edges[std::minmax(a, b)];
+      ++(a < b ? uses.forward : uses.backward);
+    }
+  }
+  const auto open =
+      std::count_if(edges.begin(), edges.end(), [](const auto& e) { return (e.second.forward + e.second.backward) % 2 != 0; });
+  if (open > 0) {
+    fail(file, fmt::format("an open mesh that is not convex: {} of {} edges have a triangle on one side only", open, edges.size()),
+         fmt::format("a closed mesh (or its hull, {})", kHullKeys));
+  }
+  const auto turned = std::count_if(edges.begin(), edges.end(), [](const auto& e) { return e.second.forward != e.second.backward; });
+  if (turned > 0) {
+    fail(file, fmt::format("triangles that wind against each other at {} of {} edges", turned, edges.size()),
+         fmt::format("normals that all point outwards (or its hull, {})", kHullKeys));
+  }
+}
+
+/// The surfaces that hang together by their vertices, in the order of their first vertices.
+std::vector<Surface> split(const Surface& surface) {
+  std::vector<int> parent(static_cast<std::size_t>(surface.vertices.cols()));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      int& up = parent[static_cast<std::size_t>(i)];
+      up = parent[static_cast<std::size_t>(up)];
+      i = up;
+    }
+    return i;
+  };
+  for (const auto& t : surface.triangles.colwise()) {
+    for (int k = 1; k < 3; ++k) {
+      const int a = root(t[0]), b = root(t[k]);
+      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  }
+  std::map<int, std::vector<Eigen::Index>> triangles;
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) triangles[root(surface.triangles(0, t))].push_back(t);
+  if (triangles.size() == 1) return {surface};
+  std::vector<Surface> out;
+  for (const auto& [first, mine] : triangles) {
+    Matrix3Xd points(3, 3 * static_cast<Eigen::Index>(mine.size()));
+    for (std::size_t i = 0; i < mine.size(); ++i)
+      points.middleCols<3>(3 * static_cast<Eigen::Index>(i)) = surface.vertices(Eigen::all, surface.triangles.col(mine[i]));
+    out.push_back(weld(points, false));
+  }
+  return out;
 }
 
 /// Runs qhull and frees what it took, whatever happens.
@@ -115,7 +235,7 @@ class Qhull {
 
 }  // namespace
 
-ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points) {
+ConvexMesh make_convex_hull(const Matrix3Xd& points) {
   if (!points.allFinite()) core::throw_invalid("points", "a coordinate that is not finite", "finite points");
   if (points.cols() < 4) core::throw_invalid("points", fmt::format("{} points", points.cols()), "at least 4");
   std::vector<double> copy(points.data(), points.data() + points.size());
@@ -124,32 +244,79 @@ ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points) {
   return hull.mesh();
 }
 
-ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Vector3d& scale, NonConvex non_convex) {
-  if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
-  if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
-  const Soup soup = read_triangles(file);
-  if (soup.size() < 12) fail(file, fmt::format("{} triangles", soup.size() / 3), "a closed convex mesh");
-  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(soup.size()));
-  for (std::size_t i = 0; i < soup.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = soup[i].cwiseProduct(scale);
-  if (!points.allFinite()) fail(file, "a vertex that is not finite", "finite vertices");
+namespace {
 
-  ConvexMesh hull;
+struct Hull {
+  ConvexMesh mesh;
+  double share = 0;  ///< of its volume that the triangles enclose; negative when they wind inwards
+
+  bool is_mesh() const { return std::abs(std::abs(share) - 1) <= kConvexTolerance; }
+};
+
+Hull calc_hull(const std::filesystem::path& file, const Matrix3Xd& points) {
+  Hull out;
   try {
-    hull = make_convex_hull(points);
+    out.mesh = make_convex_hull(points);
   } catch (const core::InvalidInput&) {
     fail(file, "a flat mesh", "a body with a volume");
   }
-  const double hull_volume = calc_volume_properties(Shape{Mesh{std::make_shared<const ConvexMesh>(hull)}}).volume;
-  const double volume = calc_soup_volume(points, hull.vertices.rowwise().mean());
-  if (non_convex == NonConvex::Refuse && std::abs(hull_volume - volume) > 0.01 * hull_volume) {
-    fail(file, fmt::format("a mesh that encloses {:.1f} % of its convex hull", 100 * volume / hull_volume),
-         "a closed convex mesh (split it into convex parts, or ask for its hull)");
+  out.mesh.source = file.string();
+  const double volume = calc_volume_properties(Shape{Mesh{std::make_shared<const ConvexMesh>(out.mesh)}}).volume;
+  out.share = calc_soup_volume(points, out.mesh.vertices.rowwise().mean()) / volume;
+  return out;
+}
+
+/// Files hold several solids, often pushed into each other. Each is split for itself: the library would first make one surface of them,
+/// on a grid, which moves faces by a percent of the size. With a surface that bounds a hollow it has to see all of them at once.
+std::vector<ConvexMesh> decompose_pieces(const std::filesystem::path& file, const Surface& surface, const Decomposition& options) {
+  std::vector<Surface> pieces = split(surface);
+  std::vector<Hull> hulls;
+  for (const Surface& piece : pieces) hulls.push_back(calc_hull(file, piece.vertices(Eigen::all, piece.triangles.reshaped())));
+  if (std::any_of(hulls.begin(), hulls.end(), [](const Hull& hull) { return hull.share < kLeastShare; })) {
+    pieces = {surface};
+    hulls.assign(1, Hull{});
   }
-  hull.source = file.string();
-  return hull;
+  std::vector<ConvexMesh> all;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (hulls[i].is_mesh()) {
+      all.push_back(std::move(hulls[i].mesh));
+      continue;
+    }
+    try {
+      for (ConvexMesh& part : decompose(pieces[i].vertices, pieces[i].triangles, options, default_cache_dir()))
+        all.push_back(std::move(part));
+    } catch (const core::InvalidInput& e) {
+      throw core::InvalidInput(fmt::format("{}: {}", file.string(), e.what()));
+    }
+  }
+  for (ConvexMesh& part : all) part.source = file.string();
+  return all;
+}
+
+}  // namespace
+
+std::string part_name(const std::string& name, std::size_t k, std::size_t parts) {
+  return parts == 1 ? name : fmt::format("{}/part_{}", name, k);
+}
+
+std::vector<ConvexMesh> load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
+  const Matrix3Xd points = read_points(file, scale);
+  Hull whole = calc_hull(file, points);
+  if (whole.is_mesh() || options.non_convex == NonConvex::TakeHull) return {std::move(whole.mesh)};
+  const Surface surface = weld(points, whole.share < 0);
+  require_closed(file, surface);
+  if (options.non_convex == NonConvex::Refuse) {
+    fail(file, fmt::format("a mesh that encloses {:.1f} % of its convex hull", 100 * std::abs(whole.share)),
+         fmt::format("a closed convex mesh (or its parts, with convex_decomposition, or its hull, {})", kHullKeys));
+  }
+  if (std::abs(whole.share) < kLeastShare) fail(file, "a mesh that encloses no volume", "a body with a volume");
+  return decompose_pieces(file, surface, options.decomposition);
+}
+
+ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Vector3d& scale, NonConvex non_convex) {
+  auto parts = load_mesh(file, scale, {non_convex, {}});
+  if (parts.size() != 1) fail(file, fmt::format("{} parts", parts.size()), "one");
+  return std::move(parts.front());
 }
 
 }  // namespace stiction::world

@@ -1,6 +1,7 @@
 #include "stiction/world/robot_tree.hpp"
 
 #include "stiction/world/mjcf.hpp"
+#include "stiction/world/shapes.hpp"
 #include "stiction/world/urdf.hpp"
 
 namespace stiction::world {
@@ -15,7 +16,10 @@ std::vector<std::string> RobotTree::movable_joints() const {
 
 RobotTree read_robot_tree(const RobotSpec& robot) {
   if (!robot.mjcf.empty()) return read_mjcf(robot.mjcf).robot;
-  return read_urdf(robot.urdf, robot.package_dirs, robot.convex_hulls ? NonConvex::TakeHull : NonConvex::Refuse);
+  MeshOptions options;
+  if (robot.convex_hulls) options.non_convex = NonConvex::TakeHull;
+  if (robot.decomposition) options = {NonConvex::Decompose, *robot.decomposition};
+  return read_urdf(robot.urdf, robot.package_dirs, options);
 }
 
 }  // namespace stiction::world

@@ -41,62 +41,97 @@ std::string read_name(const YamlNode& node) {
   return name;
 }
 
-Shape read_shape(const YamlNode& node, std::string_view kind, bool half_space_allowed) {
-  if (kind == "sphere") {
-    node.require_map({"radius"});
-    return Sphere{node.at("radius").positive()};
+std::optional<Decomposition> read_decomposition(const YamlNode& node, std::string_view hull_key) {
+  const auto found = node.find("convex_decomposition");
+  if (!found) return std::nullopt;
+  Decomposition out;
+  if (found->is_map()) {
+    found->require_map({"threshold", "max_parts"});
+    out.threshold = found->number_or("threshold", out.threshold);
+    if (!(out.threshold >= Decomposition::kMinThreshold && out.threshold <= 1)) found->at("threshold").fail("a number from 0.01 to 1");
+    const auto parts = found->integer_or("max_parts", out.max_parts);
+    if (parts < 1 || parts > std::numeric_limits<int>::max()) found->at("max_parts").fail("an integer ≥ 1");
+    out.max_parts = static_cast<int>(parts);
+  } else if (!found->is_scalar()) {
+    found->fail("true, false or a map with threshold and max_parts");
+  } else if (!found->boolean()) {
+    return std::nullopt;
   }
-  if (kind == "box") {
-    node.require_map({"size"});
-    const Eigen::Vector3d size = node.at("size").vector3();
-    if (!(size.minCoeff() > 0)) node.at("size").fail(fmt::format("{}, {}, {}", size[0], size[1], size[2]), "three numbers > 0");
-    return Box{size / 2};
-  }
-  if (kind == "capsule" || kind == "cylinder") {
-    node.require_map({"radius", "length"});
-    const double radius = node.at("radius").positive(), half_length = node.at("length").positive() / 2;
-    if (kind == "capsule") return Capsule{radius, half_length};
-    return Cylinder{radius, half_length};
-  }
-  if (kind == "half_space") {
-    if (!half_space_allowed) node.fail("a half-space", "a shape with a finite volume (half-spaces are for fixed bodies)");
-    if (node.kind() != YamlNode::Kind::Null) node.require_map({});
-    return HalfSpace{};
-  }
-  node.require_map({"file", "scale", "convex_hull"});
+  if (node.boolean_or(hull_key, false)) found->fail(fmt::format("convex_decomposition beside {}", hull_key), "one of the two");
+  return out;
+}
+
+/// The convex parts of a mesh file.
+std::vector<Shape> read_mesh(const YamlNode& node) {
+  node.require_map({"file", "scale", "convex_hull", "convex_decomposition"});
   const YamlNode file = node.at("file");
   const auto path = find_resource(file.string(), file.file().parent_path(), {});
   if (path.empty()) file.fail(fmt::format("'{}', which does not exist", file.string()), "a mesh file");
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   if (const auto given = node.find("scale")) scale = given->is_sequence() ? given->vector3() : Eigen::Vector3d::Constant(given->positive());
+  MeshOptions options;
+  if (node.boolean_or("convex_hull", false)) options.non_convex = NonConvex::TakeHull;
+  if (const auto decomposition = read_decomposition(node, "convex_hull")) options = {NonConvex::Decompose, *decomposition};
+  std::vector<Shape> shapes;
   try {
-    return Mesh{std::make_shared<const ConvexMesh>(
-        load_convex_mesh(path, scale, node.boolean_or("convex_hull", false) ? NonConvex::TakeHull : NonConvex::Refuse))};
+    for (ConvexMesh& part : load_mesh(path, scale, options)) shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(part))});
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}:{}: {}: {}", file.file().string(), file.line(), file.path(), e.what()));
   }
+  return shapes;
+}
+
+/// One shape, or the convex parts of a mesh.
+std::vector<Shape> read_shape(const YamlNode& node, std::string_view kind, bool half_space_allowed) {
+  if (kind == "sphere") {
+    node.require_map({"radius"});
+    return {Sphere{node.at("radius").positive()}};
+  }
+  if (kind == "box") {
+    node.require_map({"size"});
+    const Eigen::Vector3d size = node.at("size").vector3();
+    if (!(size.minCoeff() > 0)) node.at("size").fail(fmt::format("{}, {}, {}", size[0], size[1], size[2]), "three numbers > 0");
+    return {Box{size / 2}};
+  }
+  if (kind == "capsule" || kind == "cylinder") {
+    node.require_map({"radius", "length"});
+    const double radius = node.at("radius").positive(), half_length = node.at("length").positive() / 2;
+    if (kind == "capsule") return {Capsule{radius, half_length}};
+    return {Cylinder{radius, half_length}};
+  }
+  if (kind == "half_space") {
+    if (!half_space_allowed) node.fail("a half-space", "a shape with a finite volume (half-spaces are for fixed bodies)");
+    if (node.kind() != YamlNode::Kind::Null) node.require_map({});
+    return {HalfSpace{}};
+  }
+  return read_mesh(node);
 }
 
 std::vector<GeometrySpec> read_geometries(const YamlNode& node, double friction, bool half_space_allowed) {
   static constexpr std::string_view kKinds[] = {"sphere", "box", "capsule", "cylinder", "mesh", "half_space"};
   std::vector<GeometrySpec> out;
+  int number = 0;  ///< of the shape, in names that are not given
   for (const YamlNode& item : node.at("shapes").items()) {
     item.require_map({"name", "pose", "friction", "sphere", "box", "capsule", "cylinder", "mesh", "half_space"});
-    GeometrySpec geometry;
+    std::vector<Shape> shapes;
     int found = 0;
     for (const std::string_view kind : kKinds) {
       if (!item.has(kind)) continue;
       ++found;
-      geometry.shape = read_shape(item.at(kind), kind, half_space_allowed);
+      shapes = read_shape(item.at(kind), kind, half_space_allowed);
     }
     if (found != 1) item.fail(fmt::format("{} shapes", found), "exactly one of sphere, box, capsule, cylinder, mesh, half_space");
-    geometry.name = item.string_or("name", fmt::format("{}_{}", shape_name(geometry.shape), out.size()));
-    for (const auto& other : out) {
-      if (other.name == geometry.name) item.fail(fmt::format("the name '{}' twice", geometry.name), "each name once");
+    const std::string name = item.string_or("name", fmt::format("{}_{}", shape_name(shapes[0]), number));
+    ++number;
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      GeometrySpec geometry{.name = part_name(name, k, shapes.size()), .shape = shapes[k], .X_BG = {}};
+      for (const auto& other : out) {
+        if (other.name == geometry.name) item.fail(fmt::format("the name '{}' twice", geometry.name), "each name once");
+      }
+      if (const auto pose = item.find("pose")) geometry.X_BG = read_pose(*pose);
+      geometry.friction = item.nonnegative_or("friction", friction);
+      out.push_back(std::move(geometry));
     }
-    if (const auto pose = item.find("pose")) geometry.X_BG = read_pose(*pose);
-    geometry.friction = item.nonnegative_or("friction", friction);
-    out.push_back(std::move(geometry));
   }
   if (out.empty()) node.at("shapes").fail("at least one shape");
   return out;
@@ -198,14 +233,15 @@ std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, 
 /// What is said in the file of the robot and cannot be said again beside it.
 void require_urdf_keys(const YamlNode& node, bool mjcf) {
   if (!mjcf) return;
-  for (const std::string_view key : {"urdf", "package_dirs", "friction", "convex_hulls"}) {
+  for (const std::string_view key : {"urdf", "package_dirs", "friction", "convex_hulls", "convex_decomposition"}) {
     if (node.has(key)) node.at(key).fail(fmt::format("{} beside mjcf", key), "it only for URDF robots");
   }
 }
 
 /// The robot without what its own file says.
 RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {
-  node.require_map({"name", "urdf", "mjcf", "package_dirs", "base", "stiffness", "friction", "link_friction", "convex_hulls"});
+  node.require_map(
+      {"name", "urdf", "mjcf", "package_dirs", "base", "stiffness", "friction", "link_friction", "convex_hulls", "convex_decomposition"});
   RobotSpec robot;
   robot.name = read_name(node);
   const bool mjcf = node.has("mjcf");
@@ -221,6 +257,7 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   if (const auto base = node.find("base")) robot.X_WBase = read_pose(*base);
   robot.friction = node.nonnegative_or("friction", 1.0);
   robot.convex_hulls = node.boolean_or("convex_hulls", false);
+  robot.decomposition = read_decomposition(node, "convex_hulls");
   return robot;
 }
 

@@ -94,6 +94,13 @@ struct ObjectSpec {
   std::vector<GeometrySpec> geometries;
 };
 
+/// How a mesh that is not convex is split into convex parts at load.
+struct Decomposition {
+  static constexpr double kMinThreshold = 0.01;
+  double threshold = 0.05;  ///< how far a part may be from convex, in halves of the longest edge of the mesh's bounding box, 0.01 to 1
+  int max_parts = 16;       ///< of each solid of the file; more are merged, whatever the threshold says
+};
+
 struct RobotSpec {
   std::string name;
   std::filesystem::path urdf;                       ///< resolved file
@@ -104,7 +111,8 @@ struct RobotSpec {
       stiffness;          ///< joint → K_a [N/m or N·m/rad]; every movable joint once, of an MJCF those without a position actuator
   double friction = 1.0;  ///< of every collision geometry that has no own entry
   std::vector<std::pair<std::string, double>> link_friction;
-  bool convex_hulls = false;  ///< replace meshes that are not convex by their convex hulls instead of refusing them
+  bool convex_hulls = false;                     ///< replace meshes that are not convex by their convex hulls instead of refusing them
+  std::optional<Decomposition> decomposition{};  ///< split such meshes into convex parts; not together with convex_hulls
 
   const std::filesystem::path& file() const { return mjcf.empty() ? urdf : mjcf; }
 };

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
+#include <string>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -45,6 +48,29 @@ VolumeProperties calc_mesh_properties(const ConvexMesh& mesh) {
   const Vector3d c = first / volume;
   const Matrix3d about_center = second - volume * c * c.transpose();
   return {volume, reference + c, about_center.trace() * Matrix3d::Identity() - about_center};
+}
+
+void require_mesh(const std::string& field, const ConvexMesh* mesh) {
+  if (mesh == nullptr || mesh->vertices.cols() < 4 || mesh->triangles.cols() < 4)
+    core::throw_invalid(field, "fewer than 4 vertices or triangles", "a closed convex mesh");
+  const std::string what = mesh->source.empty() ? field : fmt::format("{} ({})", field, mesh->source);
+  const auto n = mesh->vertices.cols();
+  std::set<std::array<double, 3>> points;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Vector3d v = mesh->vertices.col(i);
+    if (!v.allFinite()) core::throw_invalid(what, fmt::format("vertex {} that is not finite", i), "finite vertices");
+    if (!points.insert({v[0], v[1], v[2]}).second)
+      core::throw_invalid(what, fmt::format("vertex {} at the point ({}, {}, {}) of another", i, v[0], v[1], v[2]), "each vertex once");
+  }
+  for (Eigen::Index t = 0; t < mesh->triangles.cols(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int index = mesh->triangles(k, t);
+      if (index < 0 || index >= n)
+        core::throw_invalid(what, fmt::format("triangle {} with vertex {}", t, index), fmt::format("vertices 0 to {}", n - 1));
+    }
+  }
+  const double volume = calc_mesh_properties(*mesh).volume;
+  if (!(volume > 0)) core::throw_invalid(what, fmt::format("volume {:.3g}", volume), "a volume > 0 (triangles that wind outwards)");
 }
 
 }  // namespace
@@ -144,13 +170,7 @@ void require_shape(std::string_view field, const Shape& shape) {
                  },
                  [&](const Cylinder& s) { need("radius", s.radius), need("half_length", s.half_length); },
                  [](const HalfSpace&) {},
-                 [&](const Mesh& s) {
-                   if (s.mesh == nullptr || s.mesh->vertices.cols() < 4 || s.mesh->triangles.cols() < 4) {
-                     core::throw_invalid(fmt::format("{}.mesh", field), "fewer than 4 vertices or triangles", "a closed convex mesh");
-                   }
-                   if (!s.mesh->vertices.allFinite())
-                     core::throw_invalid(fmt::format("{}.mesh", field), "a vertex that is not finite", "finite vertices");
-                 },
+                 [&](const Mesh& s) { require_mesh(fmt::format("{}.mesh", field), s.mesh.get()); },
              },
              shape);
 }

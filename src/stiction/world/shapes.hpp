@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "stiction/world/scene.hpp"
 
@@ -38,11 +40,24 @@ ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points);
 /// What to do with a mesh that encloses less than 99 % of its convex hull.
 enum class NonConvex {
   Refuse,
-  TakeHull
+  TakeHull,
+  Decompose
 };
 
-/// Convex hull of an STL, OBJ or DAE file. @throws core::InvalidInput with the file name
+struct MeshOptions {
+  NonConvex non_convex = NonConvex::Refuse;
+  Decomposition decomposition{};  ///< for Decompose
+};
+
+/// Convex parts of an STL, OBJ or DAE file: one, its hull, unless it is not convex and decomposed (then of default_cache_dir() if there).
+/// @throws core::InvalidInput with the file name
+std::vector<ConvexMesh> load_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, const MeshOptions& options);
+
+/// The same for one part. @param non_convex  Refuse or TakeHull
 ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, NonConvex non_convex);
+
+/// Name of part k of a mesh that came in `parts` of them: NAME for one, NAME/part_k for several.
+std::string part_name(const std::string& name, std::size_t k, std::size_t parts);
 
 /// @throws core::InvalidInput: a size that is not finite and > 0, or a mesh without vertices
 void require_shape(std::string_view field, const Shape& shape);

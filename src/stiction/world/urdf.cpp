@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -101,35 +102,41 @@ class Reader {
 struct MeshSource {
   std::filesystem::path file;  ///< the URDF
   std::span<const std::filesystem::path> package_dirs;
-  NonConvex non_convex = NonConvex::Refuse;
+  MeshOptions options;
 };
 
-Shape read_geometry(const Reader& reader, const XMLElement& collision, const MeshSource& source) {
+std::vector<Shape> read_mesh(const Reader& reader, const XMLElement& element, const MeshSource& source) {
+  const std::string uri = reader.required(element, "filename");
+  const auto path = find_resource(uri, source.file.parent_path(), source.package_dirs);
+  if (path.empty())
+    reader.fail(element, "mesh filename", fmt::format("'{}', which is nowhere", uri),
+                "a file that exists (package:// is looked for in package_dirs and above the URDF)");
+  const Eigen::Vector3d scale = reader.vector3(element, "scale", Eigen::Vector3d::Ones());
+  std::vector<Shape> shapes;
+  try {
+    for (ConvexMesh& part : load_mesh(path, scale, source.options))
+      shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(part))});
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", source.file.string(), element.GetLineNum(), e.what()));
+  }
+  return shapes;
+}
+
+/// One shape, or the convex parts of a mesh.
+std::vector<Shape> read_geometry(const Reader& reader, const XMLElement& collision, const MeshSource& source) {
   const XMLElement& geometry = reader.child(collision, "geometry");
   const XMLElement* shape = geometry.FirstChildElement();
   if (shape == nullptr) reader.fail(geometry, "geometry", "nothing", "sphere, box, cylinder, capsule or mesh");
   const std::string kind = shape->Name();
-  if (kind == "sphere") return Sphere{reader.positive(*shape, "radius")};
-  if (kind == "cylinder") return Cylinder{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2};
-  if (kind == "capsule") return Capsule{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2};
+  if (kind == "sphere") return {Sphere{reader.positive(*shape, "radius")}};
+  if (kind == "cylinder") return {Cylinder{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2}};
+  if (kind == "capsule") return {Capsule{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2}};
   if (kind == "box") {
     const Eigen::Vector3d size = reader.vector3(*shape, "size");
     if (!(size.minCoeff() > 0)) reader.fail(*shape, "box size", fmt::format("{} {} {}", size[0], size[1], size[2]), "three numbers > 0");
-    return Box{size / 2};
+    return {Box{size / 2}};
   }
-  if (kind == "mesh") {
-    const std::string uri = reader.required(*shape, "filename");
-    const auto path = find_resource(uri, source.file.parent_path(), source.package_dirs);
-    if (path.empty())
-      reader.fail(*shape, "mesh filename", fmt::format("'{}', which is nowhere", uri),
-                  "a file that exists (package:// is looked for in package_dirs and above the URDF)");
-    try {
-      return Mesh{std::make_shared<const ConvexMesh>(
-          load_convex_mesh(path, reader.vector3(*shape, "scale", Eigen::Vector3d::Ones()), source.non_convex))};
-    } catch (const core::InvalidInput& e) {
-      throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", source.file.string(), shape->GetLineNum(), e.what()));
-    }
-  }
+  if (kind == "mesh") return read_mesh(reader, *shape, source);
   reader.fail(*shape, "geometry", fmt::format("'{}'", kind), "sphere, box, cylinder, capsule or mesh");
 }
 
@@ -147,6 +154,11 @@ std::optional<BodyInertia> read_inertia(const Reader& reader, const XMLElement& 
   const double xy = reader.number(moments, "ixy"), xz = reader.number(moments, "ixz"), yz = reader.number(moments, "iyz");
   Eigen::Matrix3d about_com;
   about_com << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  if (Eigen::LLT<Eigen::Matrix3d>(about_com).info() != Eigen::Success) {
+    reader.fail(moments, reader.label(link),
+                fmt::format("mass {} with inertia {} {} {} {} {} {} (ixx iyy izz ixy ixz iyz)", out.mass, xx, yy, zz, xy, xz, yz),
+                "a positive definite inertia (or no inertial element: it then follows from the collision geometry)");
+  }
   out.inertia = X_LI.R * about_com * X_LI.R.transpose();
   return out;
 }
@@ -155,14 +167,17 @@ RobotLink read_link(const Reader& reader, const XMLElement& element, const MeshS
   RobotLink link{.name = reader.required(element, "name"), .collisions = {}, .inertia = read_inertia(reader, element)};
   int number = 0;
   for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
-    RobotCollision collision{.name = {}, .shape = read_geometry(reader, *c, source), .X_LG = reader.origin(*c)};
-    const char* name = c->Attribute("name");
-    collision.name = name && *name ? std::string(name) : fmt::format("{}_{}", shape_name(collision.shape), number);
-    for (const auto& other : link.collisions) {
-      if (other.name == collision.name)
-        reader.fail(*c, "collision name", fmt::format("'{}' twice in link '{}'", collision.name, link.name), "each name once");
+    const std::vector<Shape> shapes = read_geometry(reader, *c, source);
+    const char* given = c->Attribute("name");
+    const std::string name = given && *given ? std::string(given) : fmt::format("{}_{}", shape_name(shapes[0]), number);
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      RobotCollision collision{.name = part_name(name, k, shapes.size()), .shape = shapes[k], .X_LG = reader.origin(*c)};
+      for (const auto& other : link.collisions) {
+        if (other.name == collision.name)
+          reader.fail(*c, "collision name", fmt::format("'{}' twice in link '{}'", collision.name, link.name), "each name once");
+      }
+      link.collisions.push_back(std::move(collision));
     }
-    link.collisions.push_back(std::move(collision));
     ++number;
   }
   return link;
@@ -243,7 +258,8 @@ std::filesystem::path find_resource(std::string_view uri, const std::filesystem:
   return {};
 }
 
-RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs, NonConvex non_convex) {
+RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
+                    const MeshOptions& mesh_options) {
   tinyxml2::XMLDocument document;
   if (!std::filesystem::is_regular_file(file)) {
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
@@ -253,7 +269,7 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
         fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
   }
   const Reader reader(file);
-  const MeshSource source{file, package_dirs, non_convex};
+  const MeshSource source{file, package_dirs, mesh_options};
   const XMLElement* root = document.RootElement();
   if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
 

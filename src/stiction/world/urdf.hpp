@@ -12,7 +12,7 @@ namespace stiction::world {
 /// Reads revolute, continuous, prismatic and fixed joints; sphere, box, cylinder, capsule and (convex) mesh collisions; inertial elements.
 /// @throws core::InvalidInput "FILE:LINE: element: got …, expected …"
 RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
-                    NonConvex non_convex = NonConvex::Refuse);
+                    const MeshOptions& mesh_options = {});
 
 /// The file of "package://PKG/REST", "file://PATH" or a path relative to `base_dir`. A package is looked for in package_dirs and
 /// in the folders above base_dir, as a folder PKG or as a folder that is itself called PKG. Empty when nothing is there.

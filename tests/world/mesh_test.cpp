@@ -1,0 +1,117 @@
+// What a caller is told about a mesh that is open, degenerate or inconsistent, in a file or in memory.
+#include <limits>
+
+#include "stiction/world/model.hpp"
+#include "stiction/world/shapes.hpp"
+#include "support/message_of.hpp"
+#include "world/mesh_files.hpp"
+
+namespace stiction::world {
+namespace {
+
+using Eigen::Vector3d;
+using stiction::test::message_of;
+
+class BadMesh : public test::MeshFiles {
+ protected:
+  std::string message(const std::string& obj, NonConvex non_convex = NonConvex::Decompose) {
+    const auto file = write("a.obj", obj);
+    return local(message_of([&] { load_mesh(file, Vector3d::Ones(), {non_convex, {}}); }));
+  }
+};
+
+constexpr const char* kHull = "with convex_hull of the shape or convex_hulls of the robot)";
+
+TEST_F(BadMesh, Open_SaysHowManyEdges) {
+  test::ObjMesh mesh = test::make_l_prism();
+  mesh.triangles.erase(mesh.triangles.begin() + 1);
+  for (const NonConvex choice : {NonConvex::Refuse, NonConvex::Decompose}) {
+    EXPECT_EQ(message(mesh.text(), choice),
+              std::string("a.obj: mesh: got an open mesh that is not convex: 3 of 30 edges have a triangle on one side only, expected a "
+                          "closed mesh (or its hull, ") +
+                  kHull);
+  }
+  EXPECT_EQ(message(mesh.text(), NonConvex::TakeHull), "no exception");
+}
+
+TEST_F(BadMesh, TrianglesThatWindAgainstEachOther_AreCounted) {
+  test::ObjMesh mesh = test::make_l_prism();
+  std::swap(mesh.triangles[2][0], mesh.triangles[2][1]);
+  EXPECT_EQ(
+      message(mesh.text()),
+      std::string("a.obj: mesh: got triangles that wind against each other at 3 of 30 edges, expected normals that all point outwards "
+                  "(or its hull, ") +
+          kHull);
+}
+
+TEST_F(BadMesh, InsideOutRepeatedAndCollapsed_AreTaken) {
+  const double volume = 3;
+  test::ObjMesh mesh = test::make_l_prism();
+  for (auto& t : mesh.triangles) std::swap(t[0], t[1]);  // inside out
+  mesh.vertices.push_back(mesh.vertices[0]);             // the point of corner 0 again …
+  for (int k = 0; k < 3; ++k) {
+    if (mesh.triangles[0][k] == 0) mesh.triangles[0][k] = 12;
+  }
+  mesh.triangles.emplace_back(0, 12, 5);  // … and a triangle without an area
+  const auto parts = load_mesh(write("a.obj", mesh.text()), Vector3d::Ones(), {NonConvex::Decompose, {}});
+  double sum = 0;
+  for (const auto& part : parts) sum += calc_volume_properties(Mesh{std::make_shared<const ConvexMesh>(part)}).volume;
+  EXPECT_NEAR(sum, volume, 0.01);
+}
+
+TEST_F(BadMesh, WithoutAVolume_IsNamed) {
+  EXPECT_EQ(message("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"),
+            "a.obj: mesh: got a flat mesh, expected a body with a volume");
+  // Every face of a tetrahedron with its other side, so that nothing is inside.
+  EXPECT_EQ(message("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 2\nf 1 2 4\nf 1 4 2\n"),
+            "a.obj: mesh: got a mesh that encloses no volume, expected a body with a volume");
+}
+
+TEST_F(BadMesh, NumbersThatAreNot_AreNamed) {
+  EXPECT_EQ(message("v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"),
+            "a.obj: mesh: got a vertex that is not finite, expected finite vertices");
+  EXPECT_EQ(message("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 9\nf 2 3 4\nf 1 3 4\n"),
+            "a.obj: mesh: got a file that cannot be read (OBJ: vertex index out of range), expected a mesh");
+}
+
+TEST_F(BadMesh, InMemory_IsCheckedByTheModel) {
+  const ConvexMesh good = make_convex_hull((Eigen::Matrix3Xd(3, 4) << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1).finished());
+  const auto of = [&](auto&& change) {
+    ConvexMesh mesh = good;
+    mesh.source = "a.stl";
+    change(mesh);
+    Scene scene;
+    scene.fixed.push_back({.name = "rock", .X_WB = {}, .geometries = {}});
+    scene.fixed[0].geometries.push_back({.name = "m", .shape = Mesh{std::make_shared<const ConvexMesh>(mesh)}, .X_BG = {}});
+    return message_of([&] { Model::make(scene); });
+  };
+  EXPECT_EQ(of([](ConvexMesh&) {}), "no exception");
+  EXPECT_EQ(of([](ConvexMesh& m) { m.triangles(1, 2) = 4; }),
+            "fixed[0]: m.mesh (a.stl): got triangle 2 with vertex 4, expected vertices 0 to 3");
+  EXPECT_EQ(of([](ConvexMesh& m) { m.triangles(1, 2) = -1; }),
+            "fixed[0]: m.mesh (a.stl): got triangle 2 with vertex -1, expected vertices 0 to 3");
+  EXPECT_EQ(of([](ConvexMesh& m) { m.vertices(0, 3) = std::numeric_limits<double>::quiet_NaN(); }),
+            "fixed[0]: m.mesh (a.stl): got vertex 3 that is not finite, expected finite vertices");
+  EXPECT_EQ(of([](ConvexMesh& m) { m.vertices.col(3) = m.vertices.col(1); }).substr(0, 60),
+            "fixed[0]: m.mesh (a.stl): got vertex 3 at the point (1, 0, 0");
+  EXPECT_EQ(of([](ConvexMesh& m) { m.vertices.row(2).setZero(), m.vertices(0, 3) = 2, m.vertices(0, 0) = -1; }),
+            "fixed[0]: m.mesh (a.stl): got volume 0, expected a volume > 0 (triangles that wind outwards)");
+  EXPECT_EQ(of([](ConvexMesh& m) { m.triangles.row(0).swap(m.triangles.row(1)); }),
+            "fixed[0]: m.mesh (a.stl): got volume -0.167, expected a volume > 0 (triangles that wind outwards)");
+}
+
+TEST_F(BadMesh, InertiaThatNoBodyHas_IsNamedWithItsLine) {
+  const auto message = [&](const std::string& moments) {
+    write("arm.urdf",
+          "<robot name='arm'>\n<link name='a'><inertial><mass value='2'/>\n<inertia " + moments + "/></inertial></link>\n</robot>\n");
+    const auto file = write("scene.yaml", "robots: [{name: arm, urdf: arm.urdf, stiffness: {}}]\n");
+    return local(message_of([&] { load_scene(file); }));
+  };
+  EXPECT_EQ(message("ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'"), "no exception");
+  EXPECT_EQ(message("ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'"),
+            "arm.urdf:3: link 'a': got mass 2 with inertia 0 0 0 0 0 0 (ixx iyy izz ixy ixz iyz), expected a positive definite inertia (or "
+            "no inertial element: it then follows from the collision geometry)");
+}
+
+}  // namespace
+}  // namespace stiction::world
