@@ -76,6 +76,7 @@ double distance_of_points(const world::Shape& a, const Pose& X_WA, const world::
 struct PairCase {
   std::string name;
   world::Shape a, b;
+  double tolerance = 1e-9;  // [m]; two boxes: 1e-12 of the sizes for either of two answers
 };
 void PrintTo(const PairCase& c, std::ostream* os) { *os << c.name; }
 
@@ -103,13 +104,14 @@ class HardPoses : public ::testing::TestWithParam<PairCase> {};
 INSTANTIATE_TEST_SUITE_P(Pairs, HardPoses,
                          ::testing::Values(PairCase{"cylinder_cylinder", world::Cylinder{0.04, 0.06}, world::Cylinder{0.05, 0.03}},
                                            PairCase{"cylinder_box", world::Cylinder{0.04, 0.06}, world::Box{{0.05, 0.03, 0.08}}},
+                                           PairCase{"box_box", world::Box{{0.05, 0.03, 0.08}}, world::Box{{0.05, 0.06, 0.02}}, 4e-13},
                                            PairCase{"cylinder_mesh", world::Cylinder{0.04, 0.06}, test::make_mesh()}),
                          [](const auto& p) { return p.param.name; });
 
 TEST_P(HardPoses, PhiLiesBetweenItsBounds) {
   const PairCase& pair = GetParam();
   Random random(21);
-  constexpr double tolerance = 1e-9;
+  const double tolerance = pair.tolerance;
   int near = 0;
   for (int i = 0; i < 20000; ++i) {
     const Pose X_WB = random.pose(0.1), X_WA = make_pose(random, pair, X_WB, i);

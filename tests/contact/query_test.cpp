@@ -316,6 +316,34 @@ TEST(Query, AfterTheFirstCall_NothingIsAllocated) {
   EXPECT_NE(sum, 0);
 }
 
+TEST(Query, TwoBoxesInAnyPose_NothingIsAllocated) {
+  if (!kCountsAllocations) GTEST_SKIP() << "malloc cannot be counted here";
+  world::Scene scene;
+  scene.contact_distance = 1;
+  scene.objects = {test::make_object("a", world::Box{{0.05, 0.03, 0.08}}), test::make_object("b", world::Box{{0.05, 0.06, 0.02}})};
+  Fixture s(scene);
+  Random random(10);
+  std::vector<Contact> out;
+  long inside = 0;
+  int single = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Eigen::VectorXd q = s.model->neutral();
+    for (int k = 0; k < 2; ++k) {
+      q.segment<3>(7 * k) = random.in_cube(0.1);
+      q.segment<4>(7 * k + 3) = Eigen::Quaterniond(random.rotation()).coeffs();
+    }
+    s.move_to(q);
+    query(*s.model, s.kinematics, {}, s.work, out);
+    const long before = allocations.load();
+    query(*s.model, s.kinematics, {}, s.work, out);
+    (void)pair_distance(*s.model, s.kinematics, 0, s.work);
+    inside += allocations.load() - before;
+    single += out.size() == 1;
+  }
+  EXPECT_EQ(inside, 0);
+  EXPECT_GT(single, 100) << "edges and corners";
+}
+
 TEST(Query, AnyHistoryAndThread_SameBits) {
   const world::Scene scene = test::make_busy_scene();
   Fixture s(scene);

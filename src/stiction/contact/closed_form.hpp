@@ -13,6 +13,7 @@ void sphere_box_kernel(const ShapeData&, const Pose&, const ShapeData&, const Po
 void sphere_cylinder_kernel(const ShapeData&, const Pose&, const ShapeData&, const Pose&, const KernelContext&, Distance&);
 void sphere_mesh_kernel(const ShapeData&, const Pose&, const ShapeData&, const Pose&, const KernelContext&, Distance&);
 void capsule_capsule_kernel(const ShapeData&, const Pose&, const ShapeData&, const Pose&, const KernelContext&, Distance&);
+void box_box_kernel(const ShapeData&, const Pose&, const ShapeData&, const Pose&, const KernelContext&, Distance&);  // box_box.cpp
 void sphere_halfspace_kernel(const ShapeData&, const Pose&, const ShapeData&, const Pose&, const KernelContext&, Distance&);
 void capsule_halfspace_kernel(const ShapeData&, const Pose&, const ShapeData&, const Pose&, const KernelContext&, Distance&);
 void box_halfspace_kernel(const ShapeData&, const Pose&, const ShapeData&, const Pose&, const KernelContext&, Distance&);

@@ -32,6 +32,18 @@ std::unique_ptr<coal::ShapeBase> make_convex(const MeshData& mesh) {
   return std::make_unique<coal::Convex<coal::Triangle>>(points, n_v, triangles, n_t);
 }
 
+// Coal decides at the first support of a box in the process whether boxes are larger by 1e-10 from then on: they are if that direction
+// has a component that is exactly 0. This first one has none.
+bool ask_for_first_box() {
+  const coal::Box box(1, 1, 1);
+  const coal::Transform3s X(Eigen::Quaterniond(0.7, 0.1, 0.5, 0.3).normalized().toRotationMatrix(), coal::Vec3s(0.31, 0.42, 2.3));
+  coal::GJKSolver solver;
+  solver.gjk_initial_guess = coal::GJKInitialGuess::CachedGuess;
+  solver.cached_guess = coal::Vec3s(0.31, 0.42, 2.3);
+  coal::Vec3s p_a, p_b, normal;
+  return solver.shapeDistance(box, coal::Transform3s(), box, X, true, p_a, p_b, normal) > 0;
+}
+
 }  // namespace
 
 std::shared_ptr<const CoalShape> make_coal_shape(const ShapeData& s) {
@@ -40,9 +52,12 @@ std::shared_ptr<const CoalShape> make_coal_shape(const ShapeData& s) {
     case Kind::Capsule:
       out->shape = std::make_unique<coal::Capsule>(s.radius, 2.0 * s.half.z());
       break;
-    case Kind::Box:
+    case Kind::Box: {
+      static const bool asked = ask_for_first_box();
+      static_cast<void>(asked);
       out->shape = std::make_unique<coal::Box>(2.0 * s.half);
       break;
+    }
     case Kind::Cylinder:
       out->shape = std::make_unique<coal::Cylinder>(s.radius, 2.0 * s.half.z());
       break;

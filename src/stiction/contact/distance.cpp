@@ -105,7 +105,7 @@ Kernel find_kernel(Kind first, Kind second) {
   static constexpr std::array<std::array<Kernel, kKinds>, kKinds> table{{
       {sphere_sphere_kernel, sphere_capsule_kernel, sphere_box_kernel, sphere_cylinder_kernel, sphere_mesh_kernel, sphere_halfspace_kernel},
       {nullptr, capsule_capsule_kernel, coal_kernel, coal_kernel, coal_kernel, capsule_halfspace_kernel},
-      {nullptr, nullptr, coal_kernel, coal_kernel, coal_kernel, box_halfspace_kernel},
+      {nullptr, nullptr, box_box_kernel, coal_kernel, coal_kernel, box_halfspace_kernel},
       {nullptr, nullptr, nullptr, coal_kernel, coal_kernel, cylinder_halfspace_kernel},
       {nullptr, nullptr, nullptr, nullptr, coal_kernel, mesh_halfspace_kernel},
       {nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
