@@ -47,37 +47,11 @@ Slope difference_phi(Fixture& s, int pair, double step) {
   return out;
 }
 
-struct ShapePair {
-  test::Named a, b;
-};
-void PrintTo(const ShapePair& p, std::ostream* os) { *os << p.a.name << "_" << p.b.name; }
-std::string case_name(const ::testing::TestParamInfo<ShapePair>& info) { return info.param.a.name + "_" + info.param.b.name; }
-
-std::vector<ShapePair> shape_pairs() {
-  std::vector<ShapePair> out;
-  for (const auto& a : test::all_shapes()) {
-    for (const auto& b : test::all_shapes()) {
-      if (!test::is_half_space(a.shape)) out.push_back({a, b});
-    }
-  }
-  return out;
-}
-
-class EveryShapePair : public ::testing::TestWithParam<ShapePair> {};
-INSTANTIATE_TEST_SUITE_P(Shapes, EveryShapePair, ::testing::ValuesIn(shape_pairs()), case_name);
+class EveryShapePair : public ::testing::TestWithParam<test::ShapePair> {};
+INSTANTIATE_TEST_SUITE_P(Shapes, EveryShapePair, ::testing::ValuesIn(test::shape_pairs()), test::case_name);
 
 TEST_P(EveryShapePair, RowN_IsTheGradientOfPhi) {
-  const auto& [a, b] = GetParam();
-  world::Scene scene;
-  scene.contact_distance = 10;
-  scene.objects = {test::make_object("a", a.shape)};
-  if (test::is_half_space(b.shape)) {
-    scene.fixed = {
-        {"b", {Eigen::AngleAxisd(0.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0, 0, -0.08}}, {{"g", b.shape, {}, 1.0}}}};
-  } else {
-    scene.objects.push_back(test::make_object("b", b.shape));
-  }
-  Fixture s(scene);
+  Fixture s(test::make_pair_scene(GetParam()));
   Random random(21);
   // Central differences: error h² |phi'''| / 6 + rounding 1e-16 / h, with curvatures up to 1 / distance.
   const double step = 1e-6;

@@ -1,4 +1,6 @@
 #pragma once
+
+#include <gtest/gtest.h>
 // Scenes made in code for the tests of queries and Jacobians.
 
 #include <filesystem>
@@ -124,5 +126,36 @@ struct Fixture {
     return out;
   }
 };
+
+struct ShapePair {
+  Named a, b;
+};
+inline void PrintTo(const ShapePair& p, std::ostream* os) { *os << p.a.name << "_" << p.b.name; }
+inline std::string case_name(const ::testing::TestParamInfo<ShapePair>& info) { return info.param.a.name + "_" + info.param.b.name; }
+
+/// All pairs but those of two half-spaces.
+inline std::vector<ShapePair> shape_pairs() {
+  std::vector<ShapePair> out;
+  for (const auto& a : all_shapes()) {
+    for (const auto& b : all_shapes()) {
+      if (!is_half_space(a.shape)) out.push_back({a, b});
+    }
+  }
+  return out;
+}
+
+/// The two as free objects; a half-space as a fixed body at a slant.
+inline world::Scene make_pair_scene(const ShapePair& pair) {
+  world::Scene scene;
+  scene.contact_distance = 10;
+  scene.objects = {make_object("a", pair.a.shape)};
+  if (is_half_space(pair.b.shape)) {
+    scene.fixed = {
+        {"b", {Eigen::AngleAxisd(0.4, Vector3d(1, 2, 3).normalized()).toRotationMatrix(), {0, 0, -0.08}}, {{"g", pair.b.shape, {}, 1.0}}}};
+  } else {
+    scene.objects.push_back(make_object("b", pair.b.shape));
+  }
+  return scene;
+}
 
 }  // namespace stiction::contact::test

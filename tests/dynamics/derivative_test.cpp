@@ -10,36 +10,6 @@ using world::Model;
 
 constexpr int kStates = 200;
 
-/// States around the object with the fingers near it, so that several contacts act.
-struct StateSampler {
-  std::string task;
-  const Model& model;
-
-  Eigen::VectorXd operator()(core::Random& random) const {
-    Eigen::VectorXd q = model.neutral();
-    if (task == "allegro_ball") {
-      Eigen::VectorXd anchor(16);
-      anchor << 0.03501504, 0.75276565, 0.74146232, 0.83261002, -0.1438725, 0.74696812, 0.61908827, 0.70064279, -0.06922541, 0.78533142,
-          0.82942863, 0.90415436, 0.63256269, 1.02378254, 0.64089555, 0.82444782;
-      q.head<3>() << -0.081, 0.001, 0.071;
-      q.tail(16) = anchor;
-    } else if (task == "planar_hand") {
-      q.head<3>() << 0, 0.35, 0.4;
-      q.tail(4) << -0.85, -0.85, 0.85, 0.85;
-    } else {
-      q << 0.1, 0.5, 0.05, 0.2, -0.1;
-    }
-    Eigen::VectorXd delta(model.n_v());
-    for (Eigen::Index i = 0; i < delta.size(); ++i) {
-      const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-      delta[i] = (revolute ? 0.05 : 0.004) * random.normal();
-    }
-    world::retract(model, q, delta, q);
-    q.tail(model.n_a()) = q.tail(model.n_a()).cwiseMax(model.lower()).cwiseMin(model.upper()).eval();
-    return q;
-  }
-};
-
 /// Fourth-order central difference of q_next in its own tangent.
 bool central_difference(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const StepOptions& options,
                         double step_size, StepWorkspace& work, const Eigen::VectorXd& q_next, Eigen::MatrixXd& B) {
@@ -85,14 +55,13 @@ class InputDerivative : public testing::TestWithParam<const char*> {};
 
 TEST_P(InputDerivative, Smoothed_MatchesCentralDifferences) {
   const auto model = load_task(GetParam());
-  const StateSampler sample{GetParam(), *model};
   StepWorkspace work(model);
   core::Random random(11, 0);
   StepOptions options{.smoothing = Analytic{}, .with_B = true};
   double worst = 0, largest_object_row = 0;
   int states = 0;
   for (int attempt = 0; attempt < 3 * kStates && states < kStates; ++attempt) {
-    const Eigen::VectorXd q = sample(random);
+    const Eigen::VectorXd q = sample_task(GetParam(), *model, random);
     Eigen::VectorXd u = q.tail(model->n_a());
     for (Eigen::Index j = 0; j < u.size(); ++j) u[j] += 0.02 * random.normal();
     StepResult r;
@@ -112,14 +81,13 @@ TEST_P(InputDerivative, Smoothed_MatchesCentralDifferences) {
 
 TEST_P(InputDerivative, Exact_MatchesCentralDifferencesAwayFromKinks) {
   const auto model = load_task(GetParam());
-  const StateSampler sample{GetParam(), *model};
   StepWorkspace work(model);
   core::Random random(12, 0);
   StepOptions options{.with_B = true};
   double worst = 0, largest_object_row = 0;
   int states = 0, attempts = 0;
   for (; attempts < 200 * kStates && states < kStates; ++attempts) {
-    const Eigen::VectorXd q = sample(random);
+    const Eigen::VectorXd q = sample_task(GetParam(), *model, random);
     Eigen::VectorXd u = q.tail(model->n_a());
     for (Eigen::Index j = 0; j < u.size(); ++j) u[j] += 0.03 * random.normal();
     StepResult r;

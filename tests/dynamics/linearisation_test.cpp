@@ -343,31 +343,6 @@ TEST_P(EveryShapePair, Exact_MatchesCentralDifferences) {
 INSTANTIATE_TEST_SUITE_P(Shapes, EveryShapePair, testing::ValuesIn(shape_pairs()),
                          [](const auto& test) { return test.param.a.name + "_" + test.param.b.name; });
 
-/// States of the tasks around the object with the fingers near it.
-VectorXd sample_task(const std::string& task, const Model& model, core::Random& random) {
-  VectorXd q = model.neutral();
-  if (task == "allegro_ball") {
-    VectorXd anchor(16);
-    anchor << 0.03501504, 0.75276565, 0.74146232, 0.83261002, -0.1438725, 0.74696812, 0.61908827, 0.70064279, -0.06922541, 0.78533142,
-        0.82942863, 0.90415436, 0.63256269, 1.02378254, 0.64089555, 0.82444782;
-    q.head<3>() << -0.081, 0.001, 0.071;
-    q.tail(16) = anchor;
-  } else if (task == "planar_hand") {
-    q.head<3>() << 0, 0.35, 0.4;
-    q.tail(4) << -0.85, -0.85, 0.85, 0.85;
-  } else {
-    q << 0.1, 0.5, 0.05, 0.2, -0.1;
-  }
-  VectorXd delta(model.n_v());
-  for (Eigen::Index i = 0; i < delta.size(); ++i) {
-    const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-    delta[i] = (revolute ? 0.05 : 0.004) * random.normal();
-  }
-  world::retract(model, q, delta, q);
-  q.tail(model.n_a()) = q.tail(model.n_a()).cwiseMax(model.lower()).cwiseMin(model.upper()).eval();
-  return q;
-}
-
 class EveryTask : public testing::TestWithParam<const char*> {
  protected:
   void run(const StepOptions& options) {

@@ -1,6 +1,7 @@
 // Objects that rest on flat faces: stacks, single bodies on a plane, tipping over an edge, deep starts, continuity of the step.
 #include <numeric>
 
+#include "contact/shapes.hpp"
 #include "dynamics/systems.hpp"
 
 namespace stiction::dynamics::test {
@@ -112,17 +113,6 @@ TEST(Stack, TenBoxes_StandForAThousandSteps) {
   }
 }
 
-world::Mesh make_block_mesh(const Vector3d& half) {
-  auto m = std::make_shared<world::ConvexMesh>();
-  m->vertices.resize(3, 8);
-  for (int i = 0; i < 8; ++i) m->vertices.col(i) = half.cwiseProduct(Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
-  m->triangles.resize(3, 12);
-  m->triangles << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
-      2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7,              //
-      3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
-  return {m};
-}
-
 const Vector3d kHalf(0.05, 0.04, 0.03);
 const Vector3d kTable(0.2, 0.15, 0.05);
 
@@ -138,7 +128,7 @@ world::Scene one_object(const world::Shape& shape, bool on_block, double frictio
 
 TEST(Rest, AnyShapeFlatOnAPlane_StaysWithItsWeightBalanced) {
   const std::pair<world::Shape, double> shapes[] = {
-      {world::Box{kHalf}, 0.03}, {world::Cylinder{0.04, 0.03}, 0.03}, {make_block_mesh(kHalf), 0.03}};
+      {world::Box{kHalf}, 0.03}, {world::Cylinder{0.04, 0.03}, 0.03}, {contact::test::make_box_mesh(kHalf), 0.03}};
   for (const auto& [shape, height] : shapes) {
     for (const bool on_block : {false, true}) {
       Scene s(one_object(shape, on_block));

@@ -14,15 +14,9 @@ using world::Model;
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// From the tangent space at q, where δq lives, to the one at q ⊕ δq: rows of free rotations get J_r.
-template <class Visit>
-void for_each_free_rotation(const Model& model, const Eigen::VectorXd& delta, Visit&& visit) {
-  for (const auto& object : model.objects()) {
-    if (object.n_v == 6) visit(object.v_begin + 3, So3(delta.segment<3>(object.v_begin + 3)));
-  }
-}
-
 void transport(const Model& model, const Eigen::VectorXd& delta, Eigen::MatrixXd& D) {
-  for_each_free_rotation(model, delta, [&](int row, const So3& so3) {
+  for_each_free_rotation(model, [&](int row) {
+    const So3 so3(delta.segment<3>(row));
     for (Eigen::Index j = 0; j < D.cols(); ++j) {
       const Vector3d column = D.block<3, 1>(row, j);
       D.block<3, 1>(row, j) = so3.right_jacobian * column;
@@ -205,8 +199,8 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
   }
   transport(step.model, out.delta, out.A);
   out.A.diagonal().array() += 1.0;
-  for_each_free_rotation(step.model, out.delta,
-                         [&](int row, const So3& so3) { out.A.block<3, 3>(row, row) += so3.exp.transpose() - Matrix3d::Identity(); });
+  for_each_free_rotation(
+      step.model, [&](int row) { out.A.block<3, 3>(row, row) += exp_so3(out.delta.segment<3>(row)).transpose() - Matrix3d::Identity(); });
 }
 
 /// B = J_r D_δq_u (S.5).

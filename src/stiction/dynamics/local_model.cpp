@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/overloaded.hpp"
 #include "stiction/core/parallel.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/dynamics/so3.hpp"
@@ -12,17 +13,11 @@
 namespace stiction::dynamics {
 namespace {
 
+using core::Overloaded;
 using core::Status;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using world::Model;
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
 
 struct Sample {
   VectorXd w_q, w_u;  // disturbance
@@ -63,14 +58,6 @@ LocalModelWorkspace::~LocalModelWorkspace() = default;
 LocalModelWorkspace::LocalModelWorkspace(LocalModelWorkspace&&) noexcept = default;
 
 namespace {
-
-/// Calls visit(row) with the first row of every free rotation.
-template <class Visit>
-void for_each_free_rotation(const Model& model, Visit&& visit) {
-  for (const auto& object : model.objects()) {
-    if (object.n_v == 6) visit(object.v_begin + 3);
-  }
-}
 
 /// Exact steps from all disturbed points; sample i depends on the seed and on i alone.
 void calc_samples(const Model& model, const StepInput& in, const Sampling& sampling, const StepOptions& options,

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cmath>
 
+#include "stiction/world/model.hpp"
+
 // Internal to the layer: rotations by their vectors θ, as K = [θ]×.
 
 namespace stiction::dynamics {
@@ -27,5 +29,13 @@ struct So3 {
 
 inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& theta) { return So3(theta).exp; }
 inline Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& theta) { return So3(theta).right_jacobian; }
+
+/// Calls visit(row) with the first velocity index of every free rotation: there alone tangent spaces turn.
+template <class Visit>
+void for_each_free_rotation(const world::Model& model, Visit&& visit) {
+  for (const auto& object : model.objects()) {
+    if (object.n_v == 6) visit(object.v_begin + 3);
+  }
+}
 
 }  // namespace stiction::dynamics

@@ -6,11 +6,13 @@
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/overloaded.hpp"
 #include "stiction/dynamics/linearisation.hpp"
 
 namespace stiction::dynamics {
 namespace {
 
+using core::Overloaded;
 using core::Status;
 using world::Model;
 
@@ -30,13 +32,6 @@ constexpr double kLeastForceShare = 3e-4;
 /// Complementarity to which an exact step with A or B is centred [J·s]: sharper, the factor of H loses the digits that B needs, since its
 /// entries grow with λ²/σ.
 constexpr double kSensitivityComplementarity = 1e-8;
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
 
 /// Softest robot joint seen as a Cartesian spring, K_a / reach² [N/m].
 double softest_stiffness(const Model& model) {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/overloaded.hpp"
 
 namespace stiction::world {
 
@@ -19,13 +20,6 @@ using Eigen::Vector3d;
 using std::numbers::pi;
 
 namespace {
-
-template <class... F>
-struct Overloaded : F... {
-  using F::operator()...;
-};
-template <class... F>
-Overloaded(F...) -> Overloaded<F...>;
 
 /// Inertia about a point at offset d from the centre of a body of mass m.
 Matrix3d parallel_axis(double m, const Vector3d& d) { return m * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose()); }
@@ -91,7 +85,7 @@ VolumeProperties calc_volume_properties(const Shape& shape) {
     return VolumeProperties{volume, Vector3d::Zero(), Vector3d(xx, xx, zz).asDiagonal()};
   };
   return std::visit(
-      Overloaded{
+      core::Overloaded{
           [&](const Sphere& s) {
             const double v = 4.0 / 3.0 * pi * std::pow(s.radius, 3);
             return about_z(v, 0.4 * v * s.radius * s.radius, 0.4 * v * s.radius * s.radius);
@@ -135,7 +129,7 @@ VolumeProperties calc_volume_properties(std::span<const GeometrySpec> geometries
 }
 
 BoundingSphere calc_bounding_sphere(const Shape& shape) {
-  return std::visit(Overloaded{
+  return std::visit(core::Overloaded{
                         [](const Sphere& s) {
                           return BoundingSphere{Vector3d::Zero(), s.radius};
                         },
@@ -162,7 +156,7 @@ BoundingSphere calc_bounding_sphere(const Shape& shape) {
 
 void require_shape(std::string_view field, const Shape& shape) {
   const auto need = [&](std::string_view part, double value) { core::require_positive(fmt::format("{}.{}", field, part), value); };
-  std::visit(Overloaded{
+  std::visit(core::Overloaded{
                  [&](const Sphere& s) { need("radius", s.radius); },
                  [&](const Capsule& s) { need("radius", s.radius), need("half_length", s.half_length); },
                  [&](const Box& s) {
