@@ -16,7 +16,14 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-TASKS = ["planar_pushing", "planar_hand", "allegro_ball"]
+TASKS = [
+    "planar_pushing",
+    "planar_hand",
+    "box_grazing",
+    "allegro_ball",
+    "allegro_cube",
+    "iiwa_bimanual_planar",
+]
 
 
 def run(words):

@@ -44,9 +44,11 @@ TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
     core::Random random(7, 0);
     int found = 0;
     for (int draw = 0; draw < 100; ++draw) {
-      const auto sample = sample_contact(*model, chains, GenericSampler{}, q, random, work);
+      const GraspDraw grasp = draw_grasp(chains, GenericSampler{}, random);
+      const auto sample = sample_contact(*model, chains, GenericSampler{}, grasp, q, random, work);
       if (!sample) continue;
       ++found;
+      EXPECT_EQ(sample->moved & ~grasp.moved, 0u);
       Eigen::VectorXd touching = q;
       touching.tail(model->n_a()) = sample->q_a;
       const auto [all, object] = gaps(*model, chains, sample->moved, touching, work);
@@ -70,7 +72,8 @@ TEST(FindPath, KeepsItsClearanceBetweenTheContacts) {
   core::Random random(8, 0);
   int found = 0;
   for (int draw = 0; draw < 60 && found < 15; ++draw) {
-    const auto sample = sample_contact(*model, chains, GenericSampler{}, q, random, work);
+    const GraspDraw grasp = draw_grasp(chains, GenericSampler{}, random);
+    const auto sample = sample_contact(*model, chains, GenericSampler{}, grasp, q, random, work);
     if (!sample) continue;
     std::vector<Eigen::VectorXd> path;
     const PathOptions options;

@@ -6,8 +6,11 @@
 #include <fstream>
 #include <functional>
 
+#include "stiction/contact/contact.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
+#include "stiction/dynamics/step.hpp"
+#include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -57,6 +60,49 @@ TEST(Tasks, BuiltIn_AllLoadAndAreComplete) {
     EXPECT_EQ(task.problem.q_start.size(), task.model->n_q());
     EXPECT_EQ(task.scene_sha256, core::sha256(task.scene_text));
     EXPECT_EQ(task.scene_text.find(STICTION_SOURCE_DIR), std::string::npos) << "an absolute path";
+  }
+}
+
+bool is_variant(const std::string& name) { return name.ends_with("_table_3_2"); }
+
+TEST(Tasks, BuiltIn_StartWithoutDeepPenetration) {
+  for (const auto& name : list_tasks(default_data_dirs())) {
+    SCOPED_TRACE(name);
+    const Task task = load_task(name);
+    const world::Model& model = *task.model;
+    world::KinematicsWorkspace kinematics_work(model);
+    world::Kinematics kinematics;
+    contact::Workspace work(model);
+    world::calc_kinematics(model, task.problem.q_start, kinematics_work, kinematics);
+    std::vector<contact::Contact> contacts;
+    contact::query(model, kinematics, {}, work, contacts);
+    for (const auto& c : contacts) {
+      const auto& pair = model.pairs()[static_cast<std::size_t>(c.pair)];
+      EXPECT_GT(c.phi, -3e-4) << model.geometries()[static_cast<std::size_t>(pair.geometry_a)].name << " and "
+                              << model.geometries()[static_cast<std::size_t>(pair.geometry_b)].name;
+    }
+  }
+}
+
+TEST(Tasks, BuiltIn_ObjectsRestWhereTheyStart) {
+  for (const auto& name : list_tasks(default_data_dirs())) {
+    if (is_variant(name)) continue;
+    SCOPED_TRACE(name);
+    const Task task = load_task(name);
+    const world::Model& model = *task.model;
+    dynamics::StepWorkspace work(task.model);
+    dynamics::StepResult result;
+    dynamics::StepOptions options;
+    options.h = task.options.h;
+    options.regularisation = task.options.regularisation;
+    const planning::ObjectSpace space(model);
+    Eigen::VectorXd q = task.problem.q_start;
+    const Eigen::VectorXd u = q.tail(model.n_a());
+    for (int k = 0; k < 100; ++k) {
+      ASSERT_EQ(dynamics::step(model, {q, u}, options, work, result), core::Status::Solved);
+      q = result.q_next;
+    }
+    EXPECT_TRUE(planning::objects_agree(model, space, task.problem.q_start, q, 2e-3, 0.02));
   }
 }
 

@@ -37,23 +37,37 @@ std::vector<char> joint_flags(const world::Model& model, const std::vector<int>&
   return flags;
 }
 
+/// Values of a slider at which something that it carries may be beside an object: the objects' extent along the axis, seen from what
+/// lies farthest and nearest along it. Uses the kinematics of the workspace, in which the slider is at `value`.
+std::pair<double, double> slider_range(const world::Model& model, std::span<const int> object_pairs, int joint, double value,
+                                       const GeometryWorkspace& work) {
+  const Eigen::Vector3d axis = work.kinematics.axis_W.col(model.n_vu() + joint);
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const int i : object_pairs) {
+    const auto& pair = model.pairs()[static_cast<std::size_t>(i)];
+    double place[2] = {0, 0}, radius = 0;  // along the axis: of the object's geometry, of the robot's
+    for (const int g : {pair.geometry_a, pair.geometry_b}) {
+      const auto& geometry = model.geometries()[static_cast<std::size_t>(g)];
+      const bool robot = model.bodies()[static_cast<std::size_t>(geometry.body)].kind == world::BodyKind::Robot;
+      place[robot] = axis.dot(work.kinematics.X_WB[static_cast<std::size_t>(geometry.body)] * geometry.p_BCenter);
+      radius += geometry.bounding_radius;
+    }
+    low = std::min(low, value + place[0] - place[1] - radius);
+    high = std::max(high, value + place[0] - place[1] + radius);
+  }
+  return {low, high};
+}
+
 /// Range from which a joint is drawn: its limits, or for an unlimited slider the surroundings of the objects.
-std::pair<double, double> draw_range(const world::Model& model, int joint, const GeometryWorkspace& work) {
+std::pair<double, double> draw_range(const world::Model& model, std::span<const int> object_pairs, int joint, double value,
+                                     const GeometryWorkspace& work) {
   const double lower = model.lower()[joint], upper = model.upper()[joint];
   if (std::isfinite(lower) && std::isfinite(upper)) return {lower, upper};
-  const auto v = static_cast<std::size_t>(model.n_vu() + joint);
-  if (model.dofs()[v].kind == world::DofKind::Revolute) return {-std::numbers::pi, std::numbers::pi};
-  const Eigen::Vector3d axis = work.kinematics.axis_W.col(static_cast<Eigen::Index>(v));
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const auto& geometry : model.geometries()) {
-    const auto& body = model.bodies()[static_cast<std::size_t>(geometry.body)];
-    if (body.kind != world::BodyKind::Object || !std::isfinite(geometry.bounding_radius)) continue;
-    const double centre = axis.dot(work.kinematics.X_WB[static_cast<std::size_t>(geometry.body)] * geometry.p_BCenter);
-    low = std::min(low, centre - 1.5 * geometry.bounding_radius);
-    high = std::max(high, centre + 1.5 * geometry.bounding_radius);
-  }
-  if (!(low < high)) return {-1, 1};
-  return {std::max(low, lower), std::min(high, upper)};
+  if (model.dofs()[static_cast<std::size_t>(model.n_vu() + joint)].kind == world::DofKind::Revolute)
+    return {-std::numbers::pi, std::numbers::pi};
+  const auto [low, high] = slider_range(model, object_pairs, joint, value, work);
+  if (!(std::isfinite(low) && std::isfinite(high))) return {std::max(-1.0, lower), std::min(1.0, upper)};
+  return {std::clamp(low, lower, upper), std::clamp(high, lower, upper)};
 }
 
 /// No pair moved by the branches is deeper than allowed: −kTouch with objects, kSelfClearance elsewhere.
@@ -99,8 +113,8 @@ bool sample_chain(const world::Model& model, const RobotChains& chains, const Ge
     update_kinematics(model, q, work);
     const bool near = random.chance(options.near_probability);
     for (const int j : joints) {
-      const auto [low, high] = draw_range(model, j, work);
       double& value = q[model.n_qu() + j];
+      const auto [low, high] = draw_range(model, pairs, j, value, work);
       value = near ? std::clamp(value + options.near_std * random.normal(), low, high) : random.uniform(low, high);
     }
     const int pair = pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
@@ -110,16 +124,27 @@ bool sample_chain(const world::Model& model, const RobotChains& chains, const Ge
   return false;
 }
 
-std::optional<ContactSample> sample_generic(const world::Model& model, const RobotChains& chains, const GenericSampler& options,
-                                            Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
-  std::vector<int> order;
+/// Branches that can touch an object.
+std::vector<int> touching_chains(const RobotChains& chains) {
+  std::vector<int> out;
   for (int c = 0; c < chains.size(); ++c) {
-    if (!chains.object_pairs(c).empty()) order.push_back(c);
+    if (!chains.object_pairs(c).empty()) out.push_back(c);
   }
-  if (order.empty()) return std::nullopt;
-  for (std::size_t i = order.size(); i > 1; --i)
-    std::swap(order[i - 1], order[static_cast<std::size_t>(random.index(static_cast<int>(i)))]);
-  if (!random.chance(options.whole_probability)) order.resize(std::min(order.size(), static_cast<std::size_t>(1 + random.index(2))));
+  return out;
+}
+
+void shuffle(std::vector<int>& values, core::Random& random) {
+  for (std::size_t i = values.size(); i > 1; --i)
+    std::swap(values[i - 1], values[static_cast<std::size_t>(random.index(static_cast<int>(i)))]);
+}
+
+std::optional<ContactSample> sample_generic(const world::Model& model, const RobotChains& chains, const GenericSampler& options,
+                                            ChainMask moved, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
+  std::vector<int> order = touching_chains(chains);
+  std::erase_if(order, [&](int c) { return !(moved >> c & 1); });
+  shuffle(order, random);
+  // What carries others goes first: a trunk would take fingers off the object again.
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return chains.depth(a) < chains.depth(b); });
 
   ContactSample sample;
   for (const int chain : order) {
@@ -195,13 +220,28 @@ std::optional<ContactSample> sample_synergy(const world::Model& model, const Rob
 
 }  // namespace
 
-std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
-                                            const Eigen::VectorXd& q, core::Random& random, GeometryWorkspace& work) {
+GraspDraw draw_grasp(const RobotChains& chains, const Sampler& sampler, core::Random& random) {
+  GenericSampler generic;
   if (const auto* synergy = std::get_if<GraspSynergySampler>(&sampler)) {
-    if (!random.chance(synergy->generic_probability)) return sample_synergy(model, chains, *synergy, q, random, work);
-    return sample_generic(model, chains, GenericSampler{}, q, random, work);
+    if (!random.chance(synergy->generic_probability)) return {chains.all(), true};
+  } else {
+    generic = std::get<GenericSampler>(sampler);
   }
-  return sample_generic(model, chains, std::get<GenericSampler>(sampler), q, random, work);
+  std::vector<int> order = touching_chains(chains);
+  shuffle(order, random);
+  if (!random.chance(generic.whole_probability)) order.resize(std::min(order.size(), static_cast<std::size_t>(1 + random.index(2))));
+  GraspDraw draw;
+  for (const int c : order) draw.moved |= ChainMask{1} << c;
+  return draw;
+}
+
+std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
+                                            const GraspDraw& draw, const Eigen::VectorXd& q, core::Random& random,
+                                            GeometryWorkspace& work) {
+  const auto* synergy = std::get_if<GraspSynergySampler>(&sampler);
+  if (synergy != nullptr && draw.synergy) return sample_synergy(model, chains, *synergy, q, random, work);
+  return sample_generic(model, chains, synergy != nullptr ? GenericSampler{} : std::get<GenericSampler>(sampler), draw.moved, q, random,
+                        work);
 }
 
 bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,

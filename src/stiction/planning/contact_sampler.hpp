@@ -23,18 +23,26 @@ struct GeometryWorkspace {
   std::vector<int> pairs;
 };
 
-/// A robot posture that touches the object, and which branches it moved.
+/// A robot posture that touches the object, and the branches for which one was found; the others are where they were.
 struct ContactSample {
   Eigen::VectorXd q_a;  ///< (n_a)
   ChainMask moved = 0;
 };
 
+/// Which branches a regrasp moves, and how their posture is drawn. Branches are drawn before the posture, because they let go of the
+/// object first and it may come to rest elsewhere.
+struct GraspDraw {
+  ChainMask moved = 0;   ///< 0: no branch of the robots can touch an object
+  bool synergy = false;  ///< by the directions of a GraspSynergySampler
+};
+GraspDraw draw_grasp(const RobotChains& chains, const Sampler& sampler, core::Random& random);
+
 /// Draws a posture in contact with the objects at q (3.4.3): no moved branch penetrates anything by more than 0.1 mm, and each
-/// touches an object within 0.1 mm. Pure kinematics: nothing moves the object.
+/// touched an object within 0.1 mm when it was placed. Pure kinematics: nothing moves the object.
 /// @param q  configuration (n_q); branches that are not moved keep their joints
 /// @returns nullopt when the draws of the sampler were used up
 std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
-                                            const Eigen::VectorXd& q, core::Random& random, GeometryWorkspace& work);
+                                            const GraspDraw& draw, const Eigen::VectorXd& q, core::Random& random, GeometryWorkspace& work);
 
 /// Moves the joints of the branches in `moving` until every pair they move is at least `clearance` apart, by the shortest small
 /// steps; true when that succeeded within joint limits. Appends each posture to `path` (full q_a).

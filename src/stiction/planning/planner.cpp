@@ -341,7 +341,8 @@ class Planner {
     Node& node = item.node;
     if (!options_.real_regrasps) {
       ++item.totals.regrasps.tried;
-      const auto sample = sample_contact(model_, chains_, options_.sampler, near.q, random, worker.geometry);
+      const GraspDraw draw = draw_grasp(chains_, options_.sampler, random);
+      const auto sample = sample_contact(model_, chains_, options_.sampler, draw, near.q, random, worker.geometry);
       if (!sample) {
         ++item.totals.regrasps.no_sample;
         return false;
@@ -529,6 +530,8 @@ void PlannerOptions::validate(const Model& model) const {
     core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
   core::require_positive("planner.regrasp_tol_position", regrasp_tol_position);
   core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
+  core::require_positive("planner.release_tol_position", release_tol_position);
+  core::require_positive("planner.release_tol_angle", release_tol_angle);
   if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))
     core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
   if (sample_boxes.empty()) core::throw_invalid("planner.sample_box", "none", "a box for at least one object");

@@ -62,8 +62,10 @@ struct PlannerOptions {
   std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};  ///< nullopt: one single step per extension
   bool real_regrasps = true;           ///< false: the robot jumps to its contact sample, as in the thesis's trees
   double regrasp_friction = 0.8;       ///< regrasps must hold with every μ times this
-  double regrasp_tol_position = 2e-3;  ///< the object may move this much during a regrasp [m]
+  double regrasp_tol_position = 2e-3;  ///< the object may move this much while branches move to their new contacts [m]
   double regrasp_tol_angle = 0.02;     ///< [rad]
+  double release_tol_position = 5e-3;  ///< … and this much while they let go of it before: it settles on what is left [m]
+  double release_tol_angle = 0.1;      ///< [rad]
   Sampler sampler = GenericSampler{};
   std::vector<SampleBox> sample_boxes;
   double fidelity_edge = 0.15;      ///< a node is built on only if half the sub-step moves the object to the same place, up to this

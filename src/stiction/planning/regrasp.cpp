@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "stiction/planning/object_space.hpp"
 
@@ -178,18 +179,74 @@ enum class Outcome {
   Failed
 };
 
+/// How far an object may be from where it should be.
+struct Allowance {
+  double position;  ///< [m]
+  double angle;     ///< [rad]
+};
+
 /// Simulates the commands of a regrasp and watches the object.
 class RegraspRun {
  public:
-  RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, dynamics::StepWorkspace& steps,
-             Regrasp& out)
-      : model_(model), options_(options), steps_(steps), space_(model), q0_(q0), out_(out) {
+  RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, const Eigen::VectorXd& u0,
+             dynamics::StepWorkspace& steps, Regrasp& out)
+      : q(q0), u(u0), model_(model), options_(options), steps_(steps), space_(model), q0_(q0), q_rest_(q0), out_(out) {
     step_.h = options.h;
     step_.regularisation = options.regularisation;
+    out_.knots.clear();
+    steps_.forget();
   }
 
-  /// Moves the command from u to u_next at full friction and appends the knots.
-  Outcome follow(Eigen::VectorXd& q, Eigen::VectorXd& u, const Eigen::VectorXd& u_next) {
+  Eigen::VectorXd q, u;  ///< state and command reached
+
+  /// Moves the command to u_next while the object is let go of.
+  Outcome release(const Eigen::VectorXd& u_next) { return follow(u_next, {options_.release_tol_position, options_.release_tol_angle}); }
+
+  /// Holds the command until the object rests; what follows is judged against where that is.
+  Outcome settle() {
+    for (int k = 0; k < kMaxSettleSteps; ++k) {
+      const Eigen::VectorXd before = q;
+      const Outcome outcome = release(u);
+      if (outcome != Outcome::Held) return outcome;
+      if (objects_agree(model_, space_, before, q, kResting, kResting)) break;
+    }
+    q_rest_ = q;
+    return Outcome::Held;
+  }
+
+  /// Moves the command to u_next while the object rests.
+  Outcome move(const Eigen::VectorXd& u_next) { return follow(u_next, {options_.regrasp_tol_position, options_.regrasp_tol_angle}); }
+
+  /// The object does the same with less friction. A step whose forces lie in the smaller cones already is the solution of the step
+  /// with less friction (it stays feasible, since v_n ≥ μ‖v_t‖ only gets weaker, and complementary), so the simulation starts at the
+  /// first knot whose forces do not.
+  Outcome follow_slippery() {
+    std::size_t k = 0;
+    while (k < out_.knots.size() && fits_reduced_cones(out_.knots[k])) ++k;
+    Eigen::VectorXd q_slippery = k == 0 ? q0_ : out_.knots[k - 1].q;
+    dynamics::StepOptions slippery = step_;
+    slippery.friction_scale = options_.regrasp_friction;
+    steps_.forget();
+    for (; k < out_.knots.size(); ++k) {
+      ++out_.steps;
+      if (dynamics::step(model_, {q_slippery, out_.knots[k].u}, slippery, steps_, step_result_) != Status::Solved) {
+        ++out_.failed_steps;
+        return Outcome::Failed;
+      }
+      q_slippery = step_result_.q_next;
+      if (!objects_agree(model_, space_, out_.knots[k].q, q_slippery, options_.regrasp_tol_position, options_.regrasp_tol_angle))
+        return Outcome::Moved;
+    }
+    return Outcome::Held;
+  }
+
+ private:
+  static constexpr int kMaxSettleSteps = 20;
+  static constexpr double kResting = 1e-5;  // motion in a step that counts as none [m or rad]
+
+  /// At full friction; appends the knots. While the object rests it is judged against the place where it came to rest, else against the
+  /// start.
+  Outcome follow(const Eigen::VectorXd& u_next, const Allowance& allowance) {
     const Status status = dynamics::rollout(model_, q, u, u_next, step_, *options_.substep, steps_, result_);
     out_.steps += result_.steps;
     if (status != Status::Solved) {
@@ -197,40 +254,13 @@ class RegraspRun {
       return Outcome::Failed;
     }
     for (const auto& knot : result_.knots) {
-      if (!at_rest(knot.q)) return Outcome::Moved;
+      if (!objects_agree(model_, space_, q_rest_, knot.q, allowance.position, allowance.angle)) return Outcome::Moved;
     }
     if (result_.max_slide > options_.substep->slide) return Outcome::Moved;
     q = result_.knots.back().q;
     u = u_next;
     out_.knots.insert(out_.knots.end(), std::make_move_iterator(result_.knots.begin()), std::make_move_iterator(result_.knots.end()));
     return Outcome::Held;
-  }
-
-  /// The object rests with less friction as well. A step whose forces lie in the smaller cones already is the solution of the step
-  /// with less friction (it stays feasible, since v_n ≥ μ‖v_t‖ only gets weaker, and complementary), so the simulation starts at the
-  /// first knot whose forces do not.
-  Outcome follow_slippery() {
-    std::size_t k = 0;
-    while (k < out_.knots.size() && fits_reduced_cones(out_.knots[k])) ++k;
-    Eigen::VectorXd q = k == 0 ? q0_ : out_.knots[k - 1].q;
-    dynamics::StepOptions slippery = step_;
-    slippery.friction_scale = options_.regrasp_friction;
-    steps_.forget();
-    for (; k < out_.knots.size(); ++k) {
-      ++out_.steps;
-      if (dynamics::step(model_, {q, out_.knots[k].u}, slippery, steps_, step_result_) != Status::Solved) {
-        ++out_.failed_steps;
-        return Outcome::Failed;
-      }
-      q = step_result_.q_next;
-      if (!at_rest(q)) return Outcome::Moved;
-    }
-    return Outcome::Held;
-  }
-
- private:
-  bool at_rest(const Eigen::VectorXd& q) const {
-    return objects_agree(model_, space_, q0_, q, options_.regrasp_tol_position, options_.regrasp_tol_angle);
   }
 
   bool fits_reduced_cones(const dynamics::Knot& knot) const {
@@ -244,6 +274,7 @@ class RegraspRun {
   dynamics::StepWorkspace& steps_;
   ObjectSpace space_;
   const Eigen::VectorXd& q0_;
+  Eigen::VectorXd q_rest_;
   Regrasp& out_;
   dynamics::StepOptions step_;
   dynamics::RolloutResult result_;
@@ -257,57 +288,92 @@ Eigen::VectorXd relaxed_command(const world::Model& model, const RobotChains& ch
   return u;
 }
 
+/// The command u with the joints of the branches in `moving` at a posture.
+Eigen::VectorXd command_of(const RobotChains& chains, ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
+  for (const int j : chains.joints_of(moving)) u[j] = posture[j];
+  return u;
+}
+
+/// The branches in `relaxed` stop pushing, those in `moving` back off until they are clear of an object that may follow them a little.
+/// False in `clear` when they cannot.
+Outcome let_go(const world::Model& model, const RobotChains& chains, ChainMask relaxed, ChainMask moving, double clearance,
+               GeometryWorkspace& geometry, RegraspRun& run, bool& relaxed_held, bool& clear) {
+  constexpr int kMostRetreats = 3;
+  Outcome outcome = run.release(relaxed_command(model, chains, relaxed, run.q, run.u));
+  relaxed_held = outcome == Outcome::Held;
+  clear = true;
+  for (int k = 0; k < kMostRetreats && outcome == Outcome::Held; ++k) {
+    std::vector<Posture> path;
+    Eigen::VectorXd q_clear = run.q;
+    if (!retreat(model, chains, moving, clearance, q_clear, geometry, path)) {
+      clear = false;
+      return Outcome::Moved;
+    }
+    if (path.empty()) break;
+    for (const auto& posture : path) {
+      outcome = run.release(command_of(chains, moving, posture, run.u));
+      if (outcome != Outcome::Held) return outcome;
+    }
+  }
+  return outcome == Outcome::Held ? run.settle() : outcome;
+}
+
 }  // namespace
 
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
                  const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out,
                  RegraspCounts& counts) {
-  out.knots.clear();
   out.steps = 0;
   out.failed_steps = 0;
   out.unsupported = false;
   ++counts.tried;
-  const auto sample = sample_contact(model, chains, options.sampler, q, random, geometry);
+  const GraspDraw draw = draw_grasp(chains, options.sampler, random);
+  if (draw.moved == 0) {
+    ++counts.no_sample;
+    return false;
+  }
+  const auto count_failure = [&](Outcome outcome) {
+    ++(outcome == Outcome::Failed ? counts.failed_step : counts.object_moved);
+    return false;
+  };
+
+  // First with the squeeze of the branches that hold, then with everything let go.
+  std::optional<RegraspRun> run;
+  const PathOptions path_options;
+  Outcome outcome = Outcome::Moved;
+  for (const ChainMask relaxed : {draw.moved, chains.all()}) {
+    run.emplace(model, options, q, u, steps, out);
+    bool relaxed_held = false, clear = false;
+    outcome = let_go(model, chains, relaxed, draw.moved, path_options.clearance, geometry, *run, relaxed_held, clear);
+    if (!clear) {
+      ++counts.no_path;
+      return false;
+    }
+    if (outcome == Outcome::Held || relaxed == chains.all()) {
+      out.unsupported = relaxed == chains.all() && !relaxed_held;
+      break;
+    }
+  }
+  if (outcome != Outcome::Held) return count_failure(outcome);
+
+  const auto sample = sample_contact(model, chains, options.sampler, draw, run->q, random, geometry);
   if (!sample) {
     ++counts.no_sample;
     return false;
   }
-
-  // First with the squeeze of the branches that hold, then with everything let go.
-  Outcome outcome = Outcome::Moved;
-  for (const ChainMask relaxed : {sample->moved, chains.all()}) {
-    steps.forget();
-    out.knots.clear();
-    RegraspRun run(model, options, q, steps, out);
-    Eigen::VectorXd q_now = q;
-    Eigen::VectorXd u_now = u;
-    const Eigen::VectorXd u_relaxed = relaxed_command(model, chains, relaxed, q, u);
-    outcome = run.follow(q_now, u_now, u_relaxed);
-    if (outcome == Outcome::Held) {
-      std::vector<Eigen::VectorXd> path;
-      if (find_path(model, chains, sample->moved, q_now, sample->q_a, PathOptions{}, random, geometry, path) != PathOutcome::Found) {
-        ++counts.no_path;
-        return false;
-      }
-      const auto joints = chains.joints_of(sample->moved);
-      for (const auto& posture : path) {  // commands: the moving joints follow the path, the others hold
-        Eigen::VectorXd command = u_relaxed;
-        for (const int j : joints) command[j] = posture[j];
-        outcome = run.follow(q_now, u_now, command);
-        if (outcome != Outcome::Held) break;
-      }
-      if (outcome == Outcome::Held) outcome = run.follow_slippery();
-    } else if (relaxed == chains.all()) {
-      out.unsupported = true;
-    }
-    if (outcome == Outcome::Held) {
-      ++counts.accepted;
-      return true;
-    }
-    if (relaxed == chains.all()) break;
+  std::vector<Posture> path;
+  if (find_path(model, chains, draw.moved, run->q, sample->q_a, path_options, random, geometry, path) != PathOutcome::Found) {
+    ++counts.no_path;
+    return false;
   }
-  ++(outcome == Outcome::Failed ? counts.failed_step : counts.object_moved);
-  return false;
+  for (const auto& posture : path) {  // commands: the moving joints follow the path, the others hold
+    outcome = run->move(command_of(chains, draw.moved, posture, run->u));
+    if (outcome != Outcome::Held) return count_failure(outcome);
+  }
+  outcome = run->follow_slippery();
+  if (outcome != Outcome::Held) return count_failure(outcome);
+  ++counts.accepted;
+  return true;
 }
 
 }  // namespace stiction::planning

@@ -38,10 +38,10 @@ struct Regrasp {
   bool unsupported = false;  ///< the object moves as soon as every branch lets go: no sample can help at this node
 };
 
-/// Tries one regrasp at (q, u): draws a contact sample, lets go, moves the drawn branches there and simulates it all with the
-/// exact dynamics, at full friction and at options.regrasp_friction of it. The object must stay within
-/// options.regrasp_tol_* of where it was throughout. Branches that do not move keep their squeeze; where the object does not stay
-/// with that, everything lets go first.
+/// Tries one regrasp at (q, u): the drawn branches let go and back off, a contact sample is drawn where the object comes to rest, and
+/// they move there; all simulated with the exact dynamics, at full friction and at options.regrasp_friction of it. The object must
+/// stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of where it came to rest from then on. Branches
+/// that do not move keep their squeeze; where the object does not stay with that, everything lets go first.
 /// @param counts  the outcome is counted by cause
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
                  const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out,

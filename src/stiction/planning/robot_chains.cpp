@@ -31,6 +31,15 @@ RobotChains::RobotChains(const world::Model& model) {
     for (const int v : body.dofs) mask |= ChainMask{1} << chain_of[static_cast<std::size_t>(v)];
     return mask;
   };
+  depth_.assign(joints_.size(), 0);
+  for (const world::Body& body : model.bodies()) {
+    if (body.kind != world::BodyKind::Robot || body.dofs.empty()) continue;
+    int depth = 0;
+    for (std::size_t i = 1; i < body.dofs.size(); ++i) {
+      depth += chain_of[static_cast<std::size_t>(body.dofs[i])] != chain_of[static_cast<std::size_t>(body.dofs[i - 1])];
+    }
+    depth_[static_cast<std::size_t>(chain_of[static_cast<std::size_t>(body.dofs.back())])] = depth;
+  }
   const auto pairs = model.pairs();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const world::Body& a = body_of(pairs[i].geometry_a);

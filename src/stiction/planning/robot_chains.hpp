@@ -21,6 +21,8 @@ class RobotChains {
 
   /// Joints of a branch as indices into u.
   std::span<const int> joints(int chain) const { return joints_[static_cast<std::size_t>(chain)]; }
+  /// Number of branches that carry this one: 0 for arms, and for fingers on a palm that does not move.
+  int depth(int chain) const { return depth_[static_cast<std::size_t>(chain)]; }
   /// Joints of all branches in the mask, ascending.
   std::vector<int> joints_of(ChainMask mask) const;
 
@@ -35,6 +37,7 @@ class RobotChains {
  private:
   std::vector<std::vector<int>> joints_;
   std::vector<std::vector<int>> object_pairs_;
+  std::vector<int> depth_;
   std::vector<ChainMask> pair_mask_;
   std::vector<char> object_pair_;
   ChainMask all_ = 0;

@@ -195,6 +195,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "regrasp_friction",
                     "regrasp_tol_position",
                     "regrasp_tol_angle",
+                    "release_tol_position",
+                    "release_tol_angle",
                     "sampler",
                     "sample_box",
                     "fidelity_edge",
@@ -240,6 +242,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_tol_position")) out.regrasp_tol_position = v->positive();
   if (const auto v = given(node, "regrasp_tol_angle")) out.regrasp_tol_angle = v->positive();
+  if (const auto v = given(node, "release_tol_position")) out.release_tol_position = v->positive();
+  if (const auto v = given(node, "release_tol_angle")) out.release_tol_angle = v->positive();
   if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v, model);
   if (const auto v = given(node, "sample_box")) out.sample_boxes = read_sample_boxes(*v, model);
   if (const auto v = given(node, "fidelity_edge")) out.fidelity_edge = v->positive();
@@ -292,6 +296,8 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["regrasp_friction"] = o.regrasp_friction;
   out["regrasp_tol_position"] = o.regrasp_tol_position;
   out["regrasp_tol_angle"] = o.regrasp_tol_angle;
+  out["release_tol_position"] = o.release_tol_position;
+  out["release_tol_angle"] = o.release_tol_angle;
   out["sampler"] = sampler_json(o.sampler, model);
   out["sample_box"] = nlohmann::ordered_json::object();
   for (const auto& box : o.sample_boxes) {
