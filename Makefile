@@ -4,17 +4,18 @@ PRESET ?= release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 STICTION := build/release/stiction
 
-.PHONY: help setup build demo test bench check-all format lock clean
+.PHONY: help setup build experiments demo test bench check-all format lock clean
 
 help:
 	@echo "make setup      system packages (when root), the Python environment .venv"
 	@echo "make build      Release build; the program is $(STICTION)    (PRESET=dev|asan-ubsan|tsan for the others)"
+	@echo "make experiments  Drake into .venv: second-order curves of \`$(STICTION) reproduce\`, optional"
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
 	@echo "make test       every test: C++, Python, documentation"
 	@echo "make bench      this machine's figures beside the published ones"
 	@echo "make check-all  formatting, debug build and sanitizers"
 	@echo "make format     clang-format over the C++ files"
-	@echo "make lock       requirements.in -> requirements.lock"
+	@echo "make lock       requirements*.in -> requirements*.lock"
 	@echo "make clean      removes build and demo-out; .venv stays"
 
 setup:
@@ -22,6 +23,9 @@ setup:
 
 build: setup
 	@scripts/build.sh $(PRESET) $(JOBS)
+
+experiments: setup
+	@scripts/experiments.sh
 
 demo: setup
 	@scripts/build.sh release $(JOBS) stiction_cli

@@ -14,8 +14,8 @@ FOLDER = Path(__file__).resolve().parent
 HEADING = """
 # Chapter 2, reproduced
 
-Made by `build/release/stiction reproduce all --docs docs/reproduction/chapter2.md`. ✓ marks what was checked and holds. Figures 2-2, 2-9
-and 2-11 are pictures of systems.
+Made by `build/release/stiction reproduce all --docs docs/reproduction/chapter2.md`. ✓ marks what was checked and holds. Rows of Drake's SAP
+need `make experiments`. Figures 2-2 and 2-9 are pictures of systems.
 """
 
 
@@ -35,7 +35,7 @@ def main() -> int:
     parser.add_argument("name", choices=[*names(), "all"])
     parser.add_argument("-o", "--out", type=Path, default=Path("reproduction"), help="folder for the results")
     parser.add_argument("--quick", action="store_true", help="fewer and coarser points")
-    parser.add_argument("--docs", type=Path, help="also write this Markdown page")
+    parser.add_argument("--docs", type=Path, help="also write this Markdown page; of one that exists only the sections of NAME")
     arguments = parser.parse_args()
     try:
         arguments.out.mkdir(parents=True, exist_ok=True)
@@ -61,7 +61,7 @@ def main() -> int:
         report.write_text(arguments.out / "report.html", report.to_html(experiments, stiction.__version__, arguments.quick))
     print(f"report  {arguments.out / 'report.html'}")
     if arguments.docs:
-        write_docs(arguments.docs, experiments)
+        write_docs(arguments.docs, experiments, whole=arguments.name == "all")
     return 0 if all(done.result.passed for done in experiments) else 1
 
 
@@ -72,10 +72,14 @@ def print_rows(done) -> None:
         print(f"  {verdicts[row.passed]} {row.quantity}: thesis {row.thesis} | ours {row.ours}" + (f"  ({row.note})" if row.note else ""))
 
 
-def write_docs(page: Path, experiments: list) -> None:
+def write_docs(page: Path, experiments: list, whole: bool) -> None:
+    """The whole page, or these sections of one that exists."""
     from . import report
 
-    report.write_text(page, report.to_markdown(experiments, HEADING, page.stem))
+    text = report.to_markdown(experiments, HEADING, page.stem)
+    if page.exists() and not whole:
+        text = report.with_sections(page.read_text(encoding="utf-8"), text)
+    report.write_text(page, text)
     for done in experiments:
         for picture in done.result.pictures:
             report.write_text(page.parent / page.stem / f"{done.name}-{picture.name}.svg", picture.svg)

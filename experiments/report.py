@@ -209,3 +209,14 @@ def to_markdown(experiments: Sequence[Done], heading: str, pictures: str) -> str
             parts.append("\n".join(table))
         parts += [f"![{p.caption}]({pictures}/{done.name}-{p.name}.svg)\n\n*{p.caption}*" for p in done.result.pictures]
     return "\n\n".join(parts) + "\n"
+
+
+def with_sections(page: str, newer: str) -> str:
+    """The page with the sections of a newer one in place of those made by the same command; what it did not have comes at its end."""
+
+    def split(text: str) -> tuple[str, dict[str, str]]:
+        head, *sections = re.split(r"^(?=## )", text, flags=re.MULTILINE)
+        return head.strip(), {re.search(r"^    (build/\S+ reproduce \S+)$", section, flags=re.MULTILINE)[1]: section.strip() for section in sections}
+
+    (head, sections), (_, replacing) = split(page), split(newer)
+    return "\n\n".join([head, *(sections | replacing).values()]) + "\n"

@@ -59,21 +59,22 @@ def test_changelog_starts_with_unreleased_changes_and_knows_the_version() -> Non
     assert re.fullmatch(r"\d+\.\d+\.\d+", (ROOT / "VERSION").read_text().strip())
 
 
-def test_lock_holds_every_requirement_with_hashes_and_no_source() -> None:
+@pytest.mark.parametrize("name", ["requirements", "requirements-experiments"])
+def test_lock_holds_every_requirement_with_hashes_and_no_source(name: str) -> None:
     def normal(name: str) -> str:
         return re.sub(r"[-_.]+", "-", name).lower()
 
-    lock = (ROOT / "requirements.lock").read_text()
+    lock = (ROOT / f"{name}.lock").read_text()
     assert not re.search(r"https?:|--index|--extra-index|--find-links|--trusted", lock)
     entries = re.findall(r"^([A-Za-z0-9._-]+)==([^ ;]+) .*\\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n?)+)", lock, flags=re.MULTILINE)
     assert len(entries) == len(re.findall(r"^[A-Za-z]", lock, flags=re.MULTILINE))
     locked = {normal(name): version for name, version, _ in entries}
-    for line in (ROOT / "requirements.in").read_text().splitlines():
+    for line in (ROOT / f"{name}.in").read_text().splitlines():
         wanted = line.split("#")[0].strip()
         if wanted:
-            name, _, version = wanted.partition("==")
-            assert normal(name) in locked, f"{name} is not in requirements.lock: run `make lock`"
-            assert version in ("", locked[normal(name)])
+            package, _, version = wanted.partition("==")
+            assert normal(package) in locked, f"{package} is not in {name}.lock: run `make lock`"
+            assert version in ("", locked[normal(package)])
 
 
 def test_ci_runs_make_test_and_nothing_else() -> None:

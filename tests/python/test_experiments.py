@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 import sys
@@ -47,6 +48,24 @@ def test_document_is_small_and_its_pictures_exist(report: Path) -> None:
     pictures = re.findall(r"\]\((chapter/[^)]+\.svg)\)", text)
     assert pictures and all((report / picture).exists() for picture in pictures)
     assert sum((report / picture).stat().st_size for picture in pictures) < 300_000
+
+
+def test_document_keeps_the_sections_of_other_experiments(stiction, report: Path, tmp_path: Path) -> None:
+    page = tmp_path / "chapter.md"
+    text = (report / "chapter.md").read_text()
+    page.write_text(text.replace("| gap at h = 0.1 s |", "| something else |").replace("(2.26)", "(2.2.6)"))
+    assert stiction("reproduce", "figure-2.1", "--quick", "-o", tmp_path, "--docs", page).returncode == 0
+    assert page.read_text() == text.replace("(2.26)", "(2.2.6)")
+
+
+def test_second_order_by_sap_is_shown_or_says_how_to_get_it(report: Path) -> None:
+    experiments = {e["name"]: e for e in json.loads((report / "report.json").read_text())["experiments"]}
+    for name in ("figure-2.7", "figure-2.10"):
+        rows = [row for row in experiments[name]["rows"] if "SAP" in row["quantity"]]
+        if importlib.util.find_spec("pydrake"):
+            assert any(row["passed"] for row in rows)
+        else:
+            assert [row["note"] for row in rows] == ["Drake is not installed; `make experiments` installs it"]
 
 
 def test_unknown_name_is_refused_with_the_list(stiction) -> None:
