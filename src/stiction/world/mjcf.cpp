@@ -134,15 +134,14 @@ class MjcfReader {
   void require_supported() {
     for (int j = 0; j < m_->njnt; ++j) {
       if (m_->jnt_type[j] == mjJNT_BALL) refuse("joint", mjOBJ_JOINT, j, "a ball joint");
-      bool spring = m_->jnt_stiffness[j] != 0;
-      for (int k = 0; k < mjNPOLY; ++k) spring = spring || m_->jnt_stiffnesspoly[j * mjNPOLY + k] != 0;
-      if (spring) refuse("joint", mjOBJ_JOINT, j, "a passive spring");
+      if (has_spring(m_->jnt_stiffness, m_->jnt_stiffnesspoly, j)) refuse("joint", mjOBJ_JOINT, j, "a passive spring");
     }
     for (int b = 1; b < m_->nbody; ++b) {
-      if (m_->body_mocapid[b] >= 0) refuse("body", mjOBJ_BODY, b, "a mocap body");
+      if (m_->body_mocapid[b] >= 0 && !is_only_seen(b)) refuse("body", mjOBJ_BODY, b, "a mocap body that collides or carries joints");
       const int above = m_->body_weldid[m_->body_parentid[b]];
       if (m_->body_jntnum[b] > 0 && above != 0 && is_on_free_body(above))
         refuse("body", mjOBJ_BODY, b, "a joint on a body with a free joint");
+      if (is_free(b) && !object_collides(b)) refuse("body", mjOBJ_BODY, b, "a free joint and no geom that collides");
     }
     for (int g = 0; g < m_->ngeom; ++g) {
       for (int k = 0; k < 6; ++k) {
@@ -151,22 +150,62 @@ class MjcfReader {
         break;
       }
       if (!collides(g)) continue;  // only seen
+      if (m_->geom_adhesion[g] != 0) refuse("geom", mjOBJ_GEOM, g, "an adhesive surface");
       if (m_->geom_type[g] == mjGEOM_ELLIPSOID) refuse("geom", mjOBJ_GEOM, g, "an ellipsoid");
       if (m_->geom_type[g] == mjGEOM_HFIELD) refuse("geom", mjOBJ_GEOM, g, "a height field");
       if (m_->geom_type[g] == mjGEOM_SDF) refuse("geom", mjOBJ_GEOM, g, "a signed distance field");
     }
-    for (int i = 0; i < m_->neq; ++i) refuse("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
-    for (int i = 0; i < m_->ntendon; ++i) refuse("tendon", mjOBJ_TENDON, i, "a tendon");
+    for (int i = 0; i < m_->neq; ++i) {
+      if (m_->eq_active0[i]) refuse("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
+    }
+    for (int i = 0; i < m_->ntendon; ++i) {  // one that holds nothing only measures
+      if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i)) refuse("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
+      if (m_->tendon_limited[i]) refuse("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
+    }
     for (int i = 0; i < m_->nflex; ++i) refuse("flex", mjOBJ_FLEX, i, "a deformable body");
     for (int i = 0; i < m_->npair; ++i) refuse("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
     for (int i = 0; i < m_->nplugin; ++i) refuse("plugin", mjOBJ_PLUGIN, i, "a plugin");
     for (int i = 0; i < m_->nactuator; ++i) {
       const int type = m_->actuator_trntype[i];
-      if (type != mjTRN_JOINT && type != mjTRN_JOINTINPARENT) refuse("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
+      if (type != mjTRN_JOINT && type != mjTRN_JOINTINPARENT) {
+        refuse("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
+      } else if (m_->jnt_type[m_->actuator_trnid[2 * i]] == mjJNT_FREE) {
+        refuse("actuator", mjOBJ_ACTUATOR, i, "on a free joint");
+      }
     }
     if (faults_.empty()) return;
     fail(file_, fmt::format("{} unsupported element{}: {}", faults_.size(), faults_.size() == 1 ? "" : "s", fmt::join(faults_, "; ")),
          "hinge, slide and free joints; sphere, capsule, box, cylinder, plane and mesh geoms; actuators on joints");
+  }
+
+  static bool has_spring(const mjtNum* linear, const mjtNum* higher, int i) {
+    return linear[i] != 0 || std::any_of(higher + i * mjNPOLY, higher + (i + 1) * mjNPOLY, [](mjtNum k) { return k != 0; });
+  }
+
+  bool has_colliding_geom(int body) const {
+    const int begin = m_->body_geomadr[body];
+    for (int g = begin; g >= 0 && g < begin + m_->body_geomnum[body]; ++g) {
+      if (collides(g)) return true;
+    }
+    return false;
+  }
+
+  /// Nothing at or below the body collides or moves against it.
+  bool is_only_seen(int top) const {
+    for (int b = top; b < m_->nbody; ++b) {
+      int up = b;
+      while (up > top) up = m_->body_parentid[up];
+      if (up == top && (has_colliding_geom(b) || m_->body_jntnum[b] > 0)) return false;
+    }
+    return true;
+  }
+
+  /// Of a free body and what is welded to it.
+  bool object_collides(int top) const {
+    for (int b = top; b < m_->nbody; ++b) {
+      if (m_->body_weldid[b] == top && has_colliding_geom(b)) return true;
+    }
+    return false;
   }
 
   bool is_on_free_body(int body) const {
@@ -287,8 +326,6 @@ class MjcfReader {
         object.geometries.push_back({c.name, c.shape, c.X_LG, *c.friction, c.mask});
       }
     }
-    if (object.geometries.empty())
-      fail(file_, fmt::format("body '{}' with a free joint and no geom that collides", object.name), "at least one");
     out_.objects.push_back(std::move(object));
   }
 
@@ -306,8 +343,6 @@ class MjcfReader {
       if (c.name.empty()) c.name = fmt::format("{}_{}", shape_name(c.shape), g - m_->body_geomadr[body]);
       const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
       if (plane && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);
-      if (plane && m_->body_weldid[body] != 0)
-        fail(file_, fmt::format("geom '{}', a plane on a body that moves", c.name), "planes that stand still");
       if (link != nullptr && !plane) {
         link->collisions.push_back(std::move(c));
         continue;
