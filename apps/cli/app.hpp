@@ -67,6 +67,17 @@ struct CheckArguments {
   std::string plan;
   bool json = false;
 };
+struct SimulateArguments {
+  std::string plan;
+  std::string out_dir;
+  double speed = 1;  ///< times the default speeds
+  int substeps = 0;  ///< predict each edge in this many steps; 0: as the plan does
+  double rest_time_s = 0.05;
+  double friction_scale = 1;
+  int threads = 0;
+  bool html = false;
+  bool json = false;
+};
 struct ViewArguments {
   std::string plan;
   std::string html;
@@ -87,6 +98,7 @@ struct BenchArguments {
 int run_tasks(bool json);
 int run_plan(const PlanArguments& arguments);
 int run_check(const CheckArguments& arguments);
+int run_simulate(const SimulateArguments& arguments);
 int run_view(const ViewArguments& arguments);
 int run_bench(const BenchArguments& arguments);
 int run_reproduce(const ReproduceArguments& arguments);
@@ -98,7 +110,8 @@ std::vector<std::string> list_experiments();
 /// @returns its exit code, 128 + signal, or 127 when it could not be started
 int run_program(const std::vector<std::string>& words, const std::string& python_path);
 
-/// Runs the page maker on a plan file; its output goes to stderr. @returns its exit code, 127 when it could not be started
-int run_page_maker(const std::filesystem::path& plan, const std::filesystem::path& html);
+/// Runs the page maker on a plan file, and the file of its simulation if there is one; its output goes to stderr.
+/// @returns its exit code, 127 when it could not be started
+int run_page_maker(const std::filesystem::path& plan, const std::filesystem::path& html, const std::filesystem::path& simulation = {});
 
 }  // namespace stiction::app

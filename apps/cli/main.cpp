@@ -62,6 +62,28 @@ int main(int argc, char** argv) {
   check->add_option("plan", check_arguments.plan, "Plan file, or its folder")->required();
   check->add_flag("--json", check_arguments.json, "One JSON object on stdout");
 
+  app::SimulateArguments simulate_arguments;
+  auto* simulate = cli.add_subcommand("simulate", "Runs a plan open loop in MuJoCo and compares it with what the plan says");
+  simulate->add_option("plan", simulate_arguments.plan, "Plan file, or its folder")->required();
+  simulate->add_option("-o,--out", simulate_arguments.out_dir, "Folder for simulation.json and the page (default: that of the plan)");
+  simulate->add_option("--speed", simulate_arguments.speed, "Joint speeds, times 0.1 rad/s and 0.05 m/s")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  simulate
+      ->add_option("--sub-steps", simulate_arguments.substeps,
+                   "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)")
+      ->check(CLI::Range(1, 10000));
+  simulate->add_option("--rest-time", simulate_arguments.rest_time_s, "Time in which objects on joints come to rest [s]")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  simulate->add_option("--friction", simulate_arguments.friction_scale, "Multiplies every coefficient of friction of the simulation")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  simulate->add_option("--threads", simulate_arguments.threads, "Threads, 0 = all cores; the result does not depend on it")
+      ->check(CLI::Range(0, 1024));
+  simulate->add_flag("--html", simulate_arguments.html, "Also write a page to look at, simulation.html");
+  simulate->add_flag("--json", simulate_arguments.json, "One JSON object on stdout");
+
   app::ViewArguments view_arguments;
   auto* view = cli.add_subcommand("view", "Shows a plan in the browser");
   view->add_option("plan", view_arguments.plan, "Plan file, or its folder")->required();
@@ -104,11 +126,13 @@ int main(int argc, char** argv) {
   plan_arguments.seed_given = seed->count() > 0;
   plan_arguments.threads_given = threads->count() > 0;
 
-  const bool json = tasks_json || plan_arguments.json || check_arguments.json || bench_arguments.json || reproduce_arguments.json;
+  const bool json = tasks_json || plan_arguments.json || check_arguments.json || simulate_arguments.json || bench_arguments.json ||
+                    reproduce_arguments.json;
   try {
     if (*tasks) return app::run_tasks(tasks_json);
     if (*plan) return app::run_plan(plan_arguments);
     if (*check) return app::run_check(check_arguments);
+    if (*simulate) return app::run_simulate(simulate_arguments);
     if (*view) return app::run_view(view_arguments);
     if (*reproduce) return app::run_reproduce(reproduce_arguments);
     return app::run_bench(bench_arguments);

@@ -42,12 +42,13 @@ int run_program(const std::vector<std::string>& words, const std::string& python
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-int run_page_maker(const fs::path& plan, const fs::path& html) {
+int run_page_maker(const fs::path& plan, const fs::path& html, const fs::path& simulation) {
   const fs::path packages = python_dir();
   if (packages.empty())
     core::throw_invalid("page", "no package stiction_view beside the program", "an installation with the Python packages");
   std::vector<std::string> words = {python_interpreter(), "-m", "stiction_view", plan.string()};
   if (!html.empty()) words.insert(words.end(), {"--html", html.string()});
+  if (!simulation.empty()) words.insert(words.end(), {"--simulation", simulation.string()});
   const int code = run_program(words, packages.string());
   if (code == 127)
     core::throw_invalid("page", fmt::format("'{}', which cannot be started", words[0]), "a Python interpreter; `make setup` makes one");

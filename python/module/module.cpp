@@ -18,4 +18,5 @@ NB_MODULE(_core, m) {
   stiction::python::bind_dynamics(m);
   stiction::python::bind_simulation(m);
   stiction::python::bind_planning(m);
+  stiction::python::bind_execution(m);
 }

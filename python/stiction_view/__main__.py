@@ -1,4 +1,4 @@
-"""python -m stiction_view PLAN.json [--html FILE] [--port N]"""
+"""python -m stiction_view PLAN.json [--html FILE] [--simulation FILE] [--port N]"""
 
 from __future__ import annotations
 
@@ -14,11 +14,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="stiction_view", description="Shows a plan of stiction in the browser.")
     parser.add_argument("plan", type=Path, help="plan file written by `stiction plan`")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead of starting a server")
+    parser.add_argument("--simulation", type=Path, metavar="FILE", help="draw this run of the plan, written by `stiction simulate`, over it")
     parser.add_argument("--port", type=int, default=8080, help="port of the live view on localhost (default: %(default)s)")
     args = parser.parse_args()
 
+    if args.simulation is not None and args.html is None:
+        parser.error("--simulation needs --html")
     try:
         plan = load_plan(args.plan)
+        if args.simulation is not None:
+            from . import overlay
+
+            simulation = overlay.load_simulation(args.plan, args.simulation)
     except InvalidPlan as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
@@ -35,7 +42,8 @@ def main() -> int:
     # Under a temporary name first, so that an interrupted run never leaves half a page.
     temporary = args.html.with_name(f".{args.html.name}.{os.getpid()}")
     try:
-        temporary.write_text(scene.make_page(plan), encoding="utf-8")
+        page = scene.make_page(plan) if args.simulation is None else overlay.make_page(simulation)
+        temporary.write_text(page, encoding="utf-8")
         temporary.replace(args.html)
     except OSError as error:
         print(f"error: {args.html}: cannot be written ({error.strerror})", file=sys.stderr)

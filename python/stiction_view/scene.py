@@ -7,6 +7,7 @@ import html
 import io
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -410,6 +411,10 @@ class Drawing:
             ("longest arrow", f"{self.largest_force():.{0 if self.largest_force() >= 10 else 2}f} N"),
         ]
 
+    def keys(self) -> list[tuple[Color, str]]:
+        kinds = [k for k in KIND_TEXT if k in self.plan.segment_kinds]
+        return [*((KIND_COLOR[k], KIND_TEXT[k]) for k in kinds), (GOAL, "goal"), (FORCE, "contact force")]
+
     def timeline(self) -> str:
         """CSS gradient: what kind of segment each moment of the show belongs to."""
         segment = self.plan.segment[self.frames]
@@ -437,8 +442,13 @@ def _server(port: int):
 
 def make_page(plan: Plan) -> str:
     """One self-contained page: the recorded scene with a time bar."""
+    return record(lambda server: Drawing(server, plan))
+
+
+def record(make_drawing: Callable[[viser.ViserServer], Drawing]) -> str:
+    """The page of a drawing."""
     with _server(port=0) as server:
-        drawing = Drawing(server, plan)
+        drawing = make_drawing(server)
         drawing.show(int(drawing.frames[0]))
         recording = server.get_scene_serializer()
         for index, knot in enumerate(drawing.frames):
@@ -457,8 +467,7 @@ def _with_overlay(page: str, drawing: Drawing) -> str:
     def key(color: Color, text: str) -> str:
         return f'<span><i style="background:rgb{color}"></i>{text}</span>'
 
-    kinds = [k for k in KIND_TEXT if k in drawing.plan.segment_kinds]
-    keys = "".join(key(KIND_COLOR[k], KIND_TEXT[k]) for k in kinds) + key(GOAL, "goal") + key(FORCE, "contact force")
+    keys = "".join(key(color, text) for color, text in drawing.keys())
     style = f"""<style>
 #stiction {{ position: fixed; bottom: 56px; left: 14px; z-index: 2; pointer-events: none; color: #23262d; padding: 8px 12px;
   background: rgba(255, 255, 255, 0.8); border-radius: 8px;

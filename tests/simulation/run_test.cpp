@@ -4,6 +4,7 @@
 
 #include "simulation/scenes.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "support/message_of.hpp"
 
 namespace stiction::simulation::test {
 namespace {
@@ -146,6 +147,36 @@ TEST(Simulate, WrongInput_IsNamed) {
   EXPECT_EQ(call(push.q0, push.times, Eigen::MatrixXd::Constant(2, 2, NAN)), "u: got a number that is not finite, expected finite numbers");
   Workspace stranger(Plant::make(load_task("planar_hand")));
   EXPECT_EQ(message([&] { return push.run(stranger, r); }), "work: got a workspace of another plant, expected one of this plant");
+}
+
+/// x'' = −x'/τ: an object on a joint coasts v₀ τ (1 − e^(−t/τ)); a free one goes on.
+TEST(Simulate, ObjectsOnJoints_ComeToRestInTheRestTime) {
+  PlantOptions options;
+  options.rest_time = 0.1;
+  world::Scene scene = empty_scene(Eigen::Vector3d::Zero());
+  scene.objects.push_back(solid(world::ObjectJoint::PlanarXY, world::Box{{0.1, 0.1, 0.1}}, 2.0, 0.5));
+  scene.robots.push_back(pusher(100));
+  Rig rig(scene, options);
+  VectorXd q0 = VectorXd::Zero(5), v0 = VectorXd::Zero(5);
+  q0.head<2>() << 5, 5;  // out of reach
+  v0.head<3>() << 0.3, -0.2, 0.5;
+  ASSERT_EQ(rig.hold(q0, VectorXd::Zero(2), 0.25, &v0), Status::Solved) << rig.result.message;
+  const double coasted = 0.1 * (1 - std::exp(-2.5));
+  // The implicit step of 0.2 ms is of first order in h/τ = 0.002.
+  EXPECT_NEAR(rig.q_end()[0] - 5, 0.3 * coasted, 2e-3 * 0.3 * coasted);
+  EXPECT_NEAR(rig.q_end()[2], 0.5 * coasted, 2e-3 * 0.5 * coasted);
+
+  scene.objects[0].joint = world::ObjectJoint::Free;
+  Rig free(scene, options);
+  q0 = VectorXd::Zero(9), v0 = VectorXd::Zero(8);
+  q0.head<3>() << 5, 5, 5;
+  q0[6] = 1;
+  v0[0] = 0.3;
+  ASSERT_EQ(free.hold(q0, VectorXd::Zero(2), 0.25, &v0), Status::Solved);
+  EXPECT_NEAR(free.q_end()[0] - 5, 0.3 * 0.25, 1e-9);
+
+  options.rest_time = 0;
+  EXPECT_NE(stiction::test::message_of([&] { (void)Plant::make(rig.model, options); }).find("rest_time"), std::string::npos);
 }
 
 }  // namespace

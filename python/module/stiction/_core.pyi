@@ -755,3 +755,129 @@ def plan(task: Task, *, seed: int | None = None, timeout_s: float = 20.0, thread
     """
     Plans a path of the object to the goal. Ctrl-C and an error in on_progress stop it.
     """
+
+class PieceError:
+    """
+    Planned against simulated pose of the object over one piece (3.10)-(3.12).
+    """
+
+    @property
+    def mean_position(self) -> float:
+        """[m]"""
+
+    @property
+    def mean_angle(self) -> float:
+        """[rad]"""
+
+    @property
+    def start_position(self) -> float:
+        """[m]"""
+
+    @property
+    def start_angle(self) -> float:
+        """[rad]"""
+
+    @property
+    def end_position(self) -> float:
+        """[m]"""
+
+    @property
+    def end_angle(self) -> float:
+        """[rad]"""
+
+    @property
+    def length_position(self) -> float:
+        """of the planned path [m]"""
+
+    @property
+    def length_angle(self) -> float:
+        """of the planned path [rad]"""
+
+    @property
+    def normalised_position(self) -> float | None:
+        """None where the plan moves the object by less than 0.1 mm"""
+
+    @property
+    def normalised_angle(self) -> float | None: ...
+
+class PieceReport:
+    @property
+    def kind(self) -> str:
+        """'contact' or 'regrasp'"""
+
+    @property
+    def first_segment(self) -> int: ...
+
+    @property
+    def last_segment(self) -> int: ...
+
+    @property
+    def begin_s(self) -> float: ...
+
+    @property
+    def end_s(self) -> float: ...
+
+    @property
+    def in_plan(self) -> PieceError | None:
+        """with what earlier pieces left behind; None without the whole run"""
+
+    @property
+    def alone(self) -> PieceError | None:
+        """started from the planned state; None for regrasps"""
+
+class TransferResult:
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def message(self) -> str: ...
+
+    @property
+    def pieces(self) -> list[PieceReport]: ...
+
+    @property
+    def error(self) -> GoalError:
+        """of the object at the end"""
+
+    @property
+    def reached(self) -> bool: ...
+
+    @property
+    def dropped(self) -> int | None:
+        """index of the first object that fell, or None"""
+
+    @property
+    def dropped_s(self) -> float:
+        """and when [s]"""
+
+    @property
+    def max_depth(self) -> float:
+        """deepest penetration [m]"""
+
+    @property
+    def duration_s(self) -> float:
+        """simulated [s]"""
+
+    @property
+    def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """[s] (samples)"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """simulated (n_q, samples)"""
+
+    @property
+    def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """planned (n_q, samples)"""
+
+    @property
+    def piece(self) -> list[int]:
+        """index into pieces (samples)"""
+
+    @property
+    def wall_s(self) -> float: ...
+
+def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, hold: float = 2.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+    """
+    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.05 m/s.
+    """

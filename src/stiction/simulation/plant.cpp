@@ -39,8 +39,8 @@ void find_addresses(Plant::Impl& plant) {
   }
 }
 
-/// Diagonal of the joint-space inertia at neutral(), armature included (n_a).
-Eigen::VectorXd calc_joint_inertia(const Plant::Impl& plant) {
+/// Diagonal of the mass matrix at neutral(), armature included (n_v).
+Eigen::VectorXd calc_inertia(const Plant::Impl& plant) {
   const mjModel* m = plant.mujoco.get();
   const std::unique_ptr<mjData, DeleteMujoco> data(mj_makeData(m));
   copy_to_qpos(plant, plant.model->neutral(), data->qpos);
@@ -50,12 +50,22 @@ Eigen::VectorXd calc_joint_inertia(const Plant::Impl& plant) {
     mj_fullM(m, data.get(), M.data());
   });
   if (report.failed) core::throw_invalid("scene", fmt::format("'{}'", report.error), "a scene that MuJoCo simulates");
-  Eigen::VectorXd inertia(plant.model->n_a());
-  for (int j = 0; j < plant.model->n_a(); ++j) {
-    const int v = plant.v_address[at(plant.model->n_vu() + j)];
-    inertia[j] = M(v, v);
+  Eigen::VectorXd inertia(plant.model->n_v());
+  for (int i = 0; i < plant.model->n_v(); ++i) {
+    const int v = plant.v_address[at(i)];
+    inertia[i] = M(v, v);
   }
   return inertia;
+}
+
+/// What an object on a joint rests on brings it to rest within rest_time.
+void damp_objects(const Plant::Impl& plant, const Eigen::VectorXd& inertia) {
+  for (std::size_t i = 0; i < plant.model->objects().size(); ++i) {
+    if (plant.model->scene().objects[i].joint == world::ObjectJoint::Free) continue;
+    const auto& object = plant.model->objects()[i];
+    for (int v = object.v_begin; v < object.v_begin + object.n_v; ++v)
+      plant.mujoco->dof_damping[plant.v_address[at(v)]] = inertia[v] / plant.options.rest_time;
+  }
 }
 
 }  // namespace
@@ -85,6 +95,7 @@ void PlantOptions::validate() const {
   core::require_nonnegative("damping_ratio", damping_ratio);
   core::require_nonnegative("armature", armature);
   core::require_positive("spring_resolution", spring_resolution);
+  if (!(rest_time > 0)) core::throw_invalid("rest_time", fmt::format("{}", rest_time), "a number > 0, or infinity");
   contact.validate(timestep);
 }
 
@@ -101,7 +112,9 @@ std::shared_ptr<const Plant> Plant::make(std::shared_ptr<const world::Model> mod
   impl->armature = (stiffness * period * period).cwiseMax(options.armature);
   impl->mujoco = compile_scene(*impl->model, options, impl->armature);
   find_addresses(*impl);
-  impl->damping = 2 * options.damping_ratio * stiffness.cwiseProduct(calc_joint_inertia(*impl)).cwiseSqrt();
+  const Eigen::VectorXd inertia = calc_inertia(*impl);
+  impl->damping = 2 * options.damping_ratio * stiffness.cwiseProduct(inertia.tail(impl->model->n_a())).cwiseSqrt();
+  damp_objects(*impl, inertia);
   for (int j = 0; j < impl->model->n_a(); ++j) {
     impl->mujoco->actuator_biasprm[impl->actuator_id[at(j)] * mjNBIAS + 2] = -impl->damping[j];
   }

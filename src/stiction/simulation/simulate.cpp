@@ -80,6 +80,9 @@ void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairF
     auto entry = std::find_if(out.begin(), out.end(), [&](const PairForce& f) { return f.pair == pair; });
     if (entry == out.end()) entry = out.insert(entry, PairForce{.pair = pair});
     const Eigen::Vector3d normal = (forward ? local[0] : -local[0]) * frame.row(0).transpose();
+    // The weight of the newest point in the mean is its share of the force so far; without force the last one counts.
+    const double share = entry->normal + local[0] > 0 ? local[0] / (entry->normal + local[0]) : 1.0;
+    entry->p_WC += share * (Eigen::Map<const Eigen::Vector3d>(contact.pos) - entry->p_WC);
     entry->normal += local[0];
     entry->force_W += force;
     entry->friction_W += force - normal;

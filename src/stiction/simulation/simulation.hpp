@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ struct PlantOptions {
   double armature = 0.0;       ///< inertia of every motor as its joint sees it [kg or kg m²], ≥ 0
   double spring_resolution =
       1;  ///< armature is raised to K_a (timestep / this)²: then no joint spring turns faster than this per step [rad]
+  /// Objects on a planar joint, a hinge or a slider rest on something that is not in the scene, which brings them to rest in this time:
+  /// their joints are damped with M_ii / this [s], > 0. Infinite: not at all.
+  double rest_time = std::numeric_limits<double>::infinity();
   ContactOptions contact;
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
@@ -81,6 +85,7 @@ struct PairForce {
   double tangential = 0;                                 ///< length of the sum of the friction forces [N]
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();     ///< sum, acting on A [N]
   Eigen::Vector3d friction_W = Eigen::Vector3d::Zero();  ///< its part across the normals [N]
+  Eigen::Vector3d p_WC = Eigen::Vector3d::Zero();        ///< mean of the points, weighted by their normal forces [m]
   double depth = 0;                                      ///< deepest penetration of the points [m], ≥ 0
 };
 
@@ -111,7 +116,7 @@ class Workspace {
 
 /// Simulates the commands from q0 to the last knot, in whole timesteps.
 ///
-/// M(q) v̇ + c(q, v) = τ_gravity (objects only) + K_a (u(t) − qᵃ) − D vᵃ + Σ J_cᵀ f_c ,  f_c in its friction cone.
+/// M(q) v̇ + c(q, v) = τ_gravity (objects only) + K_a (u(t) − qᵃ) − D v + Σ J_cᵀ f_c ,  f_c in its friction cone.
 ///
 /// @returns Solved; NumericalFailure: MuJoCo warned (numbers out of range, contacts that did not fit), `out.message` says what;
 ///          Cancelled, MaxIterations (deadline). What was recorded until then stays in `out`.

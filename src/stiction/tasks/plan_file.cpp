@@ -138,6 +138,21 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   return out;
 }
 
+planning::Plan to_plan(const world::Model& model, const PlanFile& file) {
+  planning::Plan plan;
+  plan.q_start = file.q_start;
+  plan.u_start = file.u_start;
+  plan.goal = {model.object_index(file.goal_object), to_pose(file.goal_pose), file.tol_position, file.tol_angle};
+  plan.error = file.error;
+  plan.step = file.step;
+  if (file.substep) plan.substep = *file.substep;
+  for (const auto& segment : file.segments) {
+    auto& to = plan.segments.emplace_back(planning::Segment{segment.kind, {}});
+    for (const auto& knot : segment.knots) to.knots.push_back({.u = knot.u, .q = knot.q, .contacts = {}});
+  }
+  return plan;
+}
+
 namespace {
 
 fs::path file_of_plan(const fs::path& file) { return fs::is_directory(file) ? file / "plan.json" : file; }

@@ -93,6 +93,9 @@ struct PlanFile {
 PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
                         const std::filesystem::path& file);
 
+/// The plan in the file: commands and states exactly, forces left out. The file fits the model, see require_same_scene.
+planning::Plan to_plan(const world::Model& model, const PlanFile& file);
+
 /// The text of the file; equal plans give equal texts. @throws core::InvalidInput when a number is not finite
 std::string to_text(const PlanFile& plan);
 

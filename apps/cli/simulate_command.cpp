@@ -1,0 +1,237 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/version.hpp"
+#include "stiction/execution/transfer.hpp"
+#include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/pose_numbers.hpp"
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Status;
+using json = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxFrames = 700;  // of the page
+constexpr std::string_view kKinds[] = {"settle", "contact", "regrasp"};
+
+json optional_number(const std::optional<double>& value) { return value ? json(*value) : json(); }
+
+json to_json(const execution::PieceError& e) {
+  return {{"mean_position", e.mean_position},
+          {"mean_angle", e.mean_angle},
+          {"length_position", e.length_position},
+          {"length_angle", e.length_angle},
+          {"normalised_position", optional_number(e.normalised_position())},
+          {"normalised_angle", optional_number(e.normalised_angle())},
+          {"start_position", e.start_position},
+          {"start_angle", e.start_angle},
+          {"end_position", e.end_position},
+          {"end_angle", e.end_angle}};
+}
+
+/// What is printed with --json, and the head of the file that the page is made of.
+json report(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r,
+            const SimulateArguments& arguments) {
+  json out;
+  out["status"] = r.status == Status::Solved ? (r.reached ? "Reached" : "Missed") : std::string(core::to_string(r.status));
+  out["task"] = plan.task_name;
+  out["seed"] = plan.seed;
+  out["wall_s"] = r.wall_s;
+  out["iterations"] = r.steps;
+  out["duration_s"] = r.duration_s;
+  out["message"] = r.message;
+  out["reached"] = r.reached;
+  out["error"] = {{"position", r.error.position}, {"angle", r.error.angle}};
+  out["dropped"] = r.dropped ? json(model.objects()[static_cast<std::size_t>(*r.dropped)].name) : json();
+  out["dropped_s"] = r.dropped ? json(r.dropped_s) : json();
+  out["max_penetration"] = r.max_depth;
+  out["speed"] = arguments.speed;
+  out["prediction_substeps"] = arguments.substeps;
+  out["pieces"] = json::array();
+  for (const auto& piece : r.pieces) {
+    json entry;
+    entry["kind"] = kKinds[static_cast<std::size_t>(piece.kind)];
+    entry["segments"] = {piece.first_segment, piece.last_segment};
+    entry["begin_s"] = piece.begin_s;
+    entry["end_s"] = piece.end_s;
+    entry["in_plan"] = to_json(*piece.in_plan);
+    entry["alone"] = piece.alone ? to_json(*piece.alone) : json();
+    out["pieces"].push_back(std::move(entry));
+  }
+  return out;
+}
+
+/// Poses of the bodies that the plan file shows, rounded as there.
+class Poses {
+ public:
+  Poses(const world::Model& model, const tasks::PlanFile& plan) : model_(model), work_(model) {
+    std::size_t shown = 0;
+    for (std::size_t b = 0; b < model.bodies().size() && shown < plan.bodies.size(); ++b) {
+      if (model.bodies()[b].name != plan.bodies[shown].name) continue;
+      if (!plan.bodies[shown++].fixed_pose) moving_.push_back(b);
+    }
+  }
+
+  json at(const Eigen::VectorXd& q) {
+    world::calc_kinematics(model_, q, work_, kinematics_);
+    json out = json::array();
+    for (const std::size_t b : moving_) {
+      json pose = json::array();
+      for (const double x : tasks::to_numbers(kinematics_.X_WB[b])) pose.push_back(std::round(x * 1e6) / 1e6 + 0.0);
+      out.push_back(std::move(pose));
+    }
+    return out;
+  }
+
+ private:
+  const world::Model& model_;
+  world::KinematicsWorkspace work_;
+  world::Kinematics kinematics_;
+  std::vector<std::size_t> moving_;
+};
+
+json numbers(const Eigen::Vector3d& v) {
+  json out = json::array();
+  for (const double x : v) out.push_back(std::round(x * 1e6) / 1e6 + 0.0);
+  return out;
+}
+
+json frames(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r) {
+  json out = json::array();
+  Poses poses(model, plan);
+  const std::size_t n = r.times.size(), shown = std::min(n, kMaxFrames);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const std::size_t k = shown == 1 ? 0 : i * (n - 1) / (shown - 1);
+    json forces = json::array();
+    for (const auto& f : r.forces[k]) {
+      const auto& pair = model.pairs()[static_cast<std::size_t>(f.pair)];
+      forces.push_back({{"a", pair.geometry_a}, {"b", pair.geometry_b}, {"point", numbers(f.p_WC)}, {"force", numbers(f.force_W)}});
+    }
+    out.push_back({{"t", r.times[k]},
+                   {"piece", r.piece[k]},
+                   {"bodies", poses.at(r.q.col(static_cast<Eigen::Index>(k)))},
+                   {"planned", poses.at(r.q_plan.col(static_cast<Eigen::Index>(k)))},
+                   {"forces", std::move(forces)}});
+  }
+  return out;
+}
+
+void write_file(const fs::path& file, const std::string& text) {
+  const fs::path temporary = file.string() + ".tmp";
+  {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << text;
+    if (!stream.flush())
+      core::throw_invalid("output folder " + file.parent_path().string(), "no space or no permission", "a folder that can be written");
+  }
+  fs::rename(temporary, file);
+}
+
+void print_error(const execution::PieceError& e) {
+  const auto share = [](const std::optional<double>& x) { return x ? fmt::format("{:7.3f}", *x) : std::string("      –"); };
+  fmt::print(stderr, " {:7.2f} {} {:8.4f} {}", 1e3 * e.mean_position, share(e.normalised_position()), e.mean_angle,
+             share(e.normalised_angle()));
+}
+
+void print_summary(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r,
+                   const execution::TransferOptions& options) {
+  fmt::print(stderr, "{}, seed {}: {} open loop: {}\n", plan.task_name, plan.seed, "simulated",
+             r.status != Status::Solved ? std::string(core::to_string(r.status))
+             : r.reached                ? "goal reached"
+                                        : "goal missed");
+  if (!r.message.empty()) fmt::print(stderr, "  {:22} {}\n", "simulation", r.message);
+  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
+  row("time", fmt::format("{:.1f} s simulated in {:.2f} s", r.duration_s, r.wall_s));
+  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * options.tol_position,
+                                       r.error.angle, options.tol_angle));
+  row("deepest penetration", fmt::format("{:.3f} mm", 1e3 * r.max_depth));
+  row("dropped",
+      r.dropped ? fmt::format("{} after {:.2f} s", model.objects()[static_cast<std::size_t>(*r.dropped)].name, r.dropped_s) : "nothing");
+  fmt::print(stderr, "  {:12} {:>7}   {:^33} {:^33}\n", "piece", "until s", "in the plan: Δ mm, Δ/L, Δ rad, Δ/L", "alone");
+  for (std::size_t i = 0; i < r.pieces.size(); ++i) {
+    const auto& piece = r.pieces[i];
+    fmt::print(stderr, "  {:3} {:8} {:7.2f}  ", i,
+               piece.kind == planning::SegmentKind::Contact ? "push" : kKinds[static_cast<std::size_t>(piece.kind)], piece.end_s);
+    print_error(*piece.in_plan);
+    if (piece.alone) print_error(*piece.alone);
+    fmt::print(stderr, "\n");
+  }
+}
+
+}  // namespace
+
+int run_simulate(const SimulateArguments& arguments) {
+  const fs::path path = arguments.plan;
+  const tasks::PlanFile file = tasks::read_plan(path);
+  const tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
+  planning::Plan plan = tasks::to_plan(*task.model, file);
+  const fs::path dir = arguments.out_dir.empty() ? (fs::is_directory(path) ? path : path.parent_path()) : fs::path(arguments.out_dir);
+  const bool writes = arguments.html || !arguments.out_dir.empty();
+  if (writes) tasks::require_writable(dir.empty() ? fs::path(".") : dir);
+
+  execution::TransferOptions options;
+  options.speed.revolute *= arguments.speed;
+  options.speed.prismatic *= arguments.speed;
+  options.threads = arguments.threads;
+  simulation::PlantOptions plant_options;
+  plant_options.rest_time = arguments.rest_time_s;
+  plant_options.contact.friction_scale = arguments.friction_scale;
+  const auto plant = simulation::Plant::make(task.model, plant_options);
+  if (arguments.substeps > 0) {
+    planning::Plan predicted;
+    if (execution::predict(*task.model, plan, arguments.substeps, predicted) != Status::Solved)
+      fmt::print(stderr, "stiction: the prediction with {} steps per edge ends in edge {}: a step was not solved\n", arguments.substeps,
+                 predicted.segments.size());
+    plan = std::move(predicted);
+  }
+
+  catch_signals();
+  ProgressLine line;
+  line.show(fmt::format("simulating {} segments", plan.segments.size()));
+  core::RunControl control;
+  control.cancel = &interrupted();
+  execution::TransferResult result;
+  const Status status = execution::transfer(plant, plan, options, control, result);
+  line.clear();
+  print_summary(file, *task.model, result, options);
+
+  json out = report(file, *task.model, result, arguments);
+  bool page_failed = false;
+  if (writes) {
+    json document;
+    document["format"] = "stiction-simulation";
+    document["format_version"] = 1;
+    document["code_version"] = core::version();
+    document["scene_sha256"] = file.scene_sha256;
+    document["report"] = out;
+    document["frames"] = frames(file, *task.model, result);
+    const fs::path target = dir / "simulation.json";
+    write_file(target, document.dump() + "\n");
+    fmt::print(stderr, "  {:22} {}\n", "simulation", target.string());
+    out["simulation"] = target.string();
+    if (arguments.html && status != Status::Cancelled) {
+      const fs::path html = dir / "simulation.html";
+      page_failed = run_page_maker(fs::is_directory(path) ? path / "plan.json" : path, html, target) != 0;
+      if (page_failed) {
+        fmt::print(stderr, "stiction: page: the page maker failed; the simulation itself is in {}\n", target.string());
+      } else {
+        fmt::print(stderr, "  {:22} {}\n", "page", html.string());
+        out["page"] = html.string();
+      }
+    }
+  }
+  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (status == Status::Cancelled) return kInterrupted;
+  if (page_failed) return kBadInput;
+  return result.reached ? kDone : kCheckFailed;
+}
+
+}  // namespace stiction::app

@@ -1,0 +1,111 @@
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "bindings.hpp"
+#include "stiction/execution/transfer.hpp"
+#include "stiction/tasks/plan_file.hpp"
+
+namespace stiction::python {
+namespace {
+
+using execution::PieceError;
+using execution::PieceReport;
+using execution::TransferOptions;
+using execution::TransferResult;
+
+constexpr double kRestTime = 0.05;  // [s], the published damping of the box of planar_pushing
+
+TransferResult transfer(const std::filesystem::path& plan_file, double speed, std::optional<int> substeps, double rest_time,
+                        double friction_scale, double hold, bool whole, bool alone, int threads, std::optional<double> timeout_s) {
+  const nb::gil_scoped_release unlocked;
+  core::require_positive("speed", speed);
+  const tasks::PlanFile file = tasks::read_plan(plan_file);
+  const tasks::Task task = tasks::load_task_of_plan(file, plan_file, tasks::default_data_dirs());
+  planning::Plan plan = tasks::to_plan(*task.model, file);
+  if (substeps) {
+    planning::Plan predicted;
+    (void)execution::predict(*task.model, plan, *substeps, predicted);  // what was predicted is compared
+    plan = std::move(predicted);
+  }
+  TransferOptions options;
+  options.speed.revolute *= speed;
+  options.speed.prismatic *= speed;
+  options.hold = hold;
+  options.whole = whole;
+  options.alone = alone;
+  options.threads = threads;
+  simulation::PlantOptions plant_options;
+  plant_options.rest_time = rest_time;
+  plant_options.contact.friction_scale = friction_scale;
+  core::RunControl control;
+  if (timeout_s) {
+    core::require_positive("timeout_s", *timeout_s);
+    control.deadline = core::RunControl::Clock::now() +
+                       std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(*timeout_s));
+  }
+  TransferResult out;
+  (void)execution::transfer(simulation::Plant::make(task.model, plant_options), plan, options, control, out);
+  return out;
+}
+
+void bind_piece(nb::module_& m) {
+  nb::class_<PieceError>(m, "PieceError", "Planned against simulated pose of the object over one piece (3.10)-(3.12).")
+      .def_ro("mean_position", &PieceError::mean_position, "[m]")
+      .def_ro("mean_angle", &PieceError::mean_angle, "[rad]")
+      .def_ro("start_position", &PieceError::start_position, "[m]")
+      .def_ro("start_angle", &PieceError::start_angle, "[rad]")
+      .def_ro("end_position", &PieceError::end_position, "[m]")
+      .def_ro("end_angle", &PieceError::end_angle, "[rad]")
+      .def_ro("length_position", &PieceError::length_position, "of the planned path [m]")
+      .def_ro("length_angle", &PieceError::length_angle, "of the planned path [rad]")
+      .def_prop_ro("normalised_position", &PieceError::normalised_position, "None where the plan moves the object by less than 0.1 mm")
+      .def_prop_ro("normalised_angle", &PieceError::normalised_angle);
+  nb::class_<PieceReport>(m, "PieceReport")
+      .def_prop_ro(
+          "kind",
+          [](const PieceReport& r) {
+            constexpr std::string_view kinds[] = {"settle", "contact", "regrasp"};
+            return kinds[static_cast<std::size_t>(r.kind)];
+          },
+          "'contact' or 'regrasp'")
+      .def_ro("first_segment", &PieceReport::first_segment)
+      .def_ro("last_segment", &PieceReport::last_segment)
+      .def_ro("begin_s", &PieceReport::begin_s)
+      .def_ro("end_s", &PieceReport::end_s)
+      .def_ro("in_plan", &PieceReport::in_plan, "with what earlier pieces left behind; None without the whole run")
+      .def_ro("alone", &PieceReport::alone, "started from the planned state; None for regrasps");
+}
+
+}  // namespace
+
+void bind_execution(nb::module_& m) {
+  bind_piece(m);
+  nb::class_<TransferResult>(m, "TransferResult")
+      .def_ro("status", &TransferResult::status)
+      .def_ro("message", &TransferResult::message)
+      .def_ro("pieces", &TransferResult::pieces)
+      .def_ro("error", &TransferResult::error, "of the object at the end")
+      .def_ro("reached", &TransferResult::reached)
+      .def_ro("dropped", &TransferResult::dropped, "index of the first object that fell, or None")
+      .def_ro("dropped_s", &TransferResult::dropped_s, "and when [s]")
+      .def_ro("max_depth", &TransferResult::max_depth, "deepest penetration [m]")
+      .def_ro("duration_s", &TransferResult::duration_s, "simulated [s]")
+      .def_prop_ro(
+          "times",
+          [](const TransferResult& r) -> Eigen::VectorXd {
+            return Eigen::Map<const Eigen::VectorXd>(r.times.data(), static_cast<Eigen::Index>(r.times.size()));
+          },
+          "[s] (samples)")
+      .def_ro("q", &TransferResult::q, "simulated (n_q, samples)")
+      .def_ro("q_plan", &TransferResult::q_plan, "planned (n_q, samples)")
+      .def_ro("piece", &TransferResult::piece, "index into pieces (samples)")
+      .def_ro("wall_s", &TransferResult::wall_s);
+  m.def("transfer", &transfer, "plan_file"_a, nb::kw_only(), "speed"_a = 1.0, "substeps"_a = nb::none(), "rest_time"_a = kRestTime,
+        "friction_scale"_a = 1.0, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0,
+        "timeout_s"_a = nb::none(),
+        "Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
+        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.05 m/s.");
+}
+
+}  // namespace stiction::python

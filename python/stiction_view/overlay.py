@@ -1,0 +1,154 @@
+"""A simulated run of a plan drawn over the plan: the scene moves as simulated, planned objects are blue ghosts."""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+
+from . import meshes, scene
+from .plan import Contact, InvalidPlan, Plan, load_plan
+
+FORMAT = "stiction-simulation"
+FORMAT_VERSION = 1
+PLANNED: scene.Color = (70, 122, 214)
+MAX_SECONDS = 45.0  # of the show; longer runs are played faster
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """`plan` with the simulated motion in place of the planned one."""
+
+    plan: Plan
+    planned: np.ndarray  # (frames, moving bodies, 7)
+    times: np.ndarray  # (frames) simulated seconds
+    report: dict[str, Any]
+
+
+def load_simulation(plan_file: Path, file: Path) -> Simulation:
+    """Reads what `stiction simulate` wrote beside its plan. Raises InvalidPlan."""
+    plan = load_plan(plan_file)
+    try:
+        data = json.loads(Path(file).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidPlan(f"{file}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise InvalidPlan(f"{file}: not a JSON file ({error})") from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise InvalidPlan(f"{file}: format: got {data.get('format') if isinstance(data, dict) else type(data).__name__!r}, expected {FORMAT!r}")
+    if data.get("format_version") != FORMAT_VERSION:
+        raise InvalidPlan(f"{file}: format_version: got {data.get('format_version')!r}, expected {FORMAT_VERSION}")
+    try:
+        return _read(plan, data)
+    except KeyError as error:
+        raise InvalidPlan(f"{file}: field {error} is missing") from None
+    except (TypeError, ValueError, IndexError) as error:
+        raise InvalidPlan(f"{file}: {error}") from None
+
+
+def _read(plan: Plan, data: dict[str, Any]) -> Simulation:
+    frames, report = data["frames"], data["report"]
+    if not frames:
+        raise ValueError("frames: none, nothing to draw")
+    moving = plan.poses.shape[1]
+    poses = np.array([frame["bodies"] for frame in frames], dtype=float)
+    planned = np.array([frame["planned"] for frame in frames], dtype=float)
+    for name, array in (("bodies", poses), ("planned", planned)):
+        if array.shape != (len(frames), moving, 7) or not np.isfinite(array).all():
+            raise ValueError(f"frames: {name} of shape {array.shape}, expected ({len(frames)}, {moving}, 7) finite numbers")
+    is_object = [plan.bodies[g.body].kind == "object" for g in plan.geometries]
+    contacts = [
+        [
+            Contact(np.array(f["point"], dtype=float), np.array(f["force"], dtype=float), is_object[f["a"]] or is_object[f["b"]])
+            for f in frame["forces"]
+        ]
+        for frame in frames
+    ]
+    kinds = [piece["kind"] for piece in report["pieces"]] or ["contact"]
+    piece = np.clip([frame["piece"] for frame in frames], 0, len(kinds) - 1)
+    simulated = dataclasses.replace(
+        plan,
+        status=str(report["status"]),
+        error_position=float(report["error"]["position"]),
+        error_angle=float(report["error"]["angle"]),
+        poses=poses,
+        contacts=contacts,
+        segment=np.asarray(piece),
+        segment_kinds=kinds,
+    )
+    return Simulation(simulated, planned, np.array([frame["t"] for frame in frames], dtype=float), report)
+
+
+class OverlayDrawing(scene.Drawing):
+    """The drawing of the simulated motion, and a ghost of every object where the plan has it."""
+
+    def __init__(self, server: viser.ViserServer, simulation: Simulation):
+        self.simulation = simulation
+        self.ghosts: list[tuple[int, viser.SceneNodeHandle]] = []
+        super().__init__(server, simulation.plan)
+        seconds = simulation.times[self.frames]
+        rate = max(1.0, (seconds[-1] - seconds[0]) / MAX_SECONDS)
+        self.times = scene.HOLD_START + (seconds - seconds[0]) / rate
+        self.times[0] = 0.0
+        self.times = np.append(self.times, self.times[-1] + scene.HOLD_END)
+        self.rate = rate
+        for part in scene.body_meshes(self.plan, {}):
+            body = self.plan.bodies[part.body]
+            if body.kind != "object" or body.moving is None:
+                continue
+            row = simulation.planned[0, body.moving]
+            node = f"/planned/{scene._slug(body.name)}"
+            frame = server.scene.add_frame(node, show_axes=False, wxyz=row[3:], position=row[:3])
+            # Only the far side of a slightly larger copy, as for the goal: where both coincide it is a rim.
+            middle = part.mesh[0].mean(axis=0)
+            server.scene.add_mesh_simple(
+                f"{node}/shape",
+                middle + 1.03 * (part.mesh[0] - middle),
+                part.mesh[1],
+                color=PLANNED,
+                opacity=0.4,
+                side="back",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            extent = float(np.abs(part.mesh[0]).max())
+            server.scene.add_frame(f"{node}/axes", axes_length=scene.OBJECT_AXES * extent, axes_radius=0.018 * extent, origin_radius=0.0)
+            self.ghosts.append((body.moving, frame))
+
+    def show(self, knot: int) -> None:
+        super().show(knot)
+        for column, frame in self.ghosts:
+            row = self.simulation.planned[knot, column]
+            frame.position = row[:3]
+            frame.wxyz = row[3:]
+
+    def summary(self) -> list[tuple[str, str]]:
+        report = self.simulation.report
+        pushes = [p for p in report["pieces"] if p["kind"] == "contact"]
+        rows = [
+            ("open loop", {"Reached": "goal reached", "Missed": "goal missed"}.get(report["status"], report["status"])),
+            ("seed", str(self.plan.seed)),
+            ("at the end", f"{1e3 * self.plan.error_position:.1f} mm, {self.plan.error_angle:.3f} rad off"),
+            ("pieces", f"{len(report['pieces'])}, of which {len(pushes)} push"),
+            ("mean error", f"{1e3 * np.mean([p['in_plan']['mean_position'] for p in pushes]):.1f} mm, {np.mean([p['in_plan']['mean_angle'] for p in pushes]):.3f} rad" if pushes else "–"),
+            ("penetration", f"{1e3 * report['max_penetration']:.2f} mm"),
+        ]
+        if report["dropped"]:
+            rows.append(("dropped", f"{report['dropped']} after {report['dropped_s']:.1f} s"))
+        if self.rate > 1:
+            rows.append(("shown", f"{self.rate:.1f} times as fast"))
+        return rows
+
+    def keys(self) -> list[tuple[scene.Color, str]]:
+        return [(scene.OBJECT[0], "simulated"), (PLANNED, "planned"), *super().keys()[-2:]]
+
+
+def make_page(simulation: Simulation) -> str:
+    """One self-contained page: the recorded run with a time bar."""
+    return scene.record(lambda server: OverlayDrawing(server, simulation))

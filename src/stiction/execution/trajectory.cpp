@@ -1,0 +1,186 @@
+#include "stiction/execution/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/dynamics/step.hpp"
+
+namespace stiction::execution {
+namespace {
+
+using core::Status;
+using planning::SegmentKind;
+
+constexpr double kLeastInterval = 1e-6;  // [s]
+
+/// v_j of (E.1) while pushing.
+Eigen::VectorXd speeds(const world::Model& model, const SpeedLimits& limits) {
+  Eigen::VectorXd v(model.n_a());
+  for (int j = 0; j < model.n_a(); ++j) {
+    const auto& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
+    v[j] = dof.kind == world::DofKind::Revolute ? limits.revolute : limits.prismatic;
+  }
+  return v;
+}
+
+void require_plan(const world::Model& model, const planning::Plan& plan) {
+  world::require_configuration(model, "plan.q_start", plan.q_start);
+  core::require_size("plan.u_start", plan.u_start.size(), model.n_a());
+  for (std::size_t s = 0; s < plan.segments.size(); ++s) {
+    const auto& knots = plan.segments[s].knots;
+    for (std::size_t k = 0; k < knots.size(); ++k) {
+      const auto field = [&](std::string_view name) { return fmt::format("plan.segments[{}].knots[{}].{}", s, k, name); };
+      if (knots[k].u.size() != model.n_a() || !knots[k].u.allFinite())
+        core::throw_invalid(field("u"), fmt::format("{} numbers", knots[k].u.size()), fmt::format("{} finite numbers", model.n_a()));
+      world::require_configuration(model, field("q"), knots[k].q);
+    }
+  }
+}
+
+/// Knots as they come.
+class Builder {
+ public:
+  Builder(const world::Model& model, const SpeedLimits& limits) : limits_(limits), speed_(speeds(model, limits)) {}
+
+  void start(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { add(0, u, q); }
+
+  void begin_piece(SegmentKind kind, int segment) {
+    if (!out_.pieces.empty() && limits_.pause > 0) {
+      const Eigen::VectorXd u = u_.back(), q = q_.back();
+      add(times_.back() + limits_.pause, u, q);
+    }
+    out_.pieces.push_back({kind, segment, segment, last(), last()});
+  }
+
+  void move(const Eigen::VectorXd& u, const Eigen::VectorXd& q) {
+    Piece& piece = out_.pieces.back();
+    const double factor = piece.kind == SegmentKind::Regrasp ? limits_.regrasp_factor : 1.0;
+    const double dt = ((u - u_.back()).array().abs() / speed_.array()).maxCoeff() / factor;
+    if (dt >= kLeastInterval) {
+      add(times_.back() + dt, u, q);
+    } else if (last() > piece.first_knot) {
+      q_.back() = q;  // the state moved on while the command did not
+    } else {
+      add(times_.back() + kLeastInterval, u, q);
+    }
+    piece.last_knot = last();
+  }
+
+  Piece& piece() { return out_.pieces.back(); }
+  bool empty() const { return out_.pieces.empty(); }
+
+  Trajectory take() {
+    const auto n = static_cast<Eigen::Index>(times_.size());
+    out_.times = Eigen::Map<const Eigen::VectorXd>(times_.data(), n);
+    out_.u.resize(u_.front().size(), n);
+    out_.q.resize(q_.front().size(), n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      out_.u.col(k) = u_[static_cast<std::size_t>(k)];
+      out_.q.col(k) = q_[static_cast<std::size_t>(k)];
+    }
+    return std::move(out_);
+  }
+
+ private:
+  Eigen::Index last() const { return static_cast<Eigen::Index>(times_.size()) - 1; }
+  void add(double t, const Eigen::VectorXd& u, const Eigen::VectorXd& q) {
+    times_.push_back(t);
+    u_.push_back(u);
+    q_.push_back(q);
+  }
+
+  const SpeedLimits& limits_;
+  Eigen::VectorXd speed_;
+  Trajectory out_;
+  std::vector<double> times_;
+  std::vector<Eigen::VectorXd> u_, q_;
+};
+
+}  // namespace
+
+void SpeedLimits::validate() const {
+  core::require_positive("speed.revolute", revolute);
+  core::require_positive("speed.prismatic", prismatic);
+  core::require_positive("speed.regrasp_factor", regrasp_factor);
+  core::require_nonnegative("speed.pause", pause);
+}
+
+Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const SpeedLimits& limits) {
+  limits.validate();
+  require_plan(model, plan);
+  Builder builder(model, limits);
+  std::size_t s = 0;
+  Eigen::VectorXd u = plan.u_start, q = plan.q_start;
+  for (; s < plan.segments.size() && plan.segments[s].kind == SegmentKind::Settle; ++s) {
+    if (plan.segments[s].knots.empty()) continue;
+    u = plan.segments[s].knots.back().u;
+    q = plan.segments[s].knots.back().q;
+  }
+  builder.start(u, q);
+  for (; s < plan.segments.size(); ++s) {
+    const auto& segment = plan.segments[s];
+    if (segment.knots.empty()) continue;
+    const bool goes_on = !builder.empty() && segment.kind == SegmentKind::Contact && builder.piece().kind == SegmentKind::Contact;
+    if (!goes_on) builder.begin_piece(segment.kind, static_cast<int>(s));
+    builder.piece().last_segment = static_cast<int>(s);
+    for (const auto& knot : segment.knots) builder.move(knot.u, knot.q);
+  }
+  if (builder.empty()) core::throw_invalid("plan.segments", "nothing that moves", "at least one segment with knots");
+  return builder.take();
+}
+
+void interpolate(const world::Model& model, const Trajectory& trajectory, double t, Eigen::Ref<Eigen::VectorXd> q) {
+  const double* begin = trajectory.times.data();
+  const double* end = begin + trajectory.times.size();
+  const Eigen::Index after = std::upper_bound(begin, end, t) - begin;
+  if (after == 0 || after == trajectory.times.size()) {
+    q = trajectory.q.col(after == 0 ? 0 : after - 1);
+    return;
+  }
+  const double s = (t - begin[after - 1]) / (begin[after] - begin[after - 1]);
+  Eigen::VectorXd delta(model.n_v());
+  world::local(model, trajectory.q.col(after - 1), trajectory.q.col(after), delta);
+  world::retract(model, trajectory.q.col(after - 1), s * delta, q);
+}
+
+Status predict(const world::Model& model, const planning::Plan& plan, int substeps, planning::Plan& out) {
+  if (substeps < 1) core::throw_invalid("substeps", std::to_string(substeps), "at least 1");
+  require_plan(model, plan);
+  out = plan;
+  dynamics::StepOptions options = plan.step;
+  options.smoothing = dynamics::Exact{};
+  options.with_B = options.with_A = false;
+  // The model is owned by the caller for as long as this call lasts.
+  dynamics::StepWorkspace work(std::shared_ptr<const world::Model>(&model, [](const world::Model*) {}));
+  dynamics::StepResult result;
+  Eigen::VectorXd q = plan.q_start, u = plan.u_start;
+  for (std::size_t s = 0; s < plan.segments.size(); ++s) {
+    const auto& from = plan.segments[s];
+    if (from.knots.empty()) continue;
+    const Eigen::VectorXd u_end = from.knots.back().u;
+    if (from.kind == SegmentKind::Contact) {
+      auto& knots = out.segments[s].knots;
+      knots.assign(static_cast<std::size_t>(substeps), {});
+      for (int k = 1; k <= substeps; ++k) {
+        auto& knot = knots[static_cast<std::size_t>(k - 1)];
+        const double part = static_cast<double>(k) / substeps;
+        knot.u = k == substeps ? u_end : Eigen::VectorXd((1 - part) * u + part * u_end);
+        if (const Status status = dynamics::step(model, {q, knot.u}, options, work, result); status != Status::Solved) {
+          out.segments.resize(s);
+          return status;
+        }
+        knot.q = q = result.q_next;
+      }
+    } else {
+      work.forget();
+      q = from.knots.back().q;
+    }
+    u = u_end;
+  }
+  return Status::Solved;
+}
+
+}  // namespace stiction::execution

@@ -1,0 +1,163 @@
+#include "stiction/execution/trajectory.hpp"
+
+#include <numbers>
+
+#include "execution/systems.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "support/message_of.hpp"
+
+namespace stiction::execution::test {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+using planning::SegmentKind;
+using stiction::test::message_of;
+
+/// A plan for planar_pushing whose states are not simulated: only its commands count.
+planning::Plan commands_only(const std::vector<std::pair<SegmentKind, std::vector<Vector2d>>>& segments) {
+  planning::Plan plan;
+  plan.q_start = (VectorXd(5) << 0, 0.6, 0, 0, -0.1).finished();
+  plan.u_start = plan.q_start.tail(2);
+  for (const auto& [kind, commands] : segments) {
+    auto& segment = plan.segments.emplace_back(planning::Segment{kind, {}});
+    for (const auto& u : commands) {
+      VectorXd q = plan.q_start;
+      q.tail(2) = u;
+      segment.knots.push_back({.u = u, .q = q, .contacts = {}});
+    }
+  }
+  return plan;
+}
+
+TEST(Trajectory, OneJointMovesAtItsLimitAndNoneFaster) {
+  const auto model = load_model("planar_pushing");
+  const auto plan = commands_only({{SegmentKind::Contact, {{0.1, 0.0}, {0.12, 0.3}}}, {SegmentKind::Regrasp, {{1.0, 0.3}, {1.0, -0.4}}}});
+  const SpeedLimits limits{.revolute = 1, .prismatic = 0.2, .regrasp_factor = 3, .pause = 0};
+  const Trajectory t = make_trajectory(*model, plan, limits);
+  ASSERT_EQ(t.pieces.size(), 2u);
+  ASSERT_EQ(t.times.size(), 5);
+  const double expected[] = {0.1 / 0.2, 0.3 / 0.2, 0.88 / 0.6, 0.7 / 0.6};
+  for (Eigen::Index k = 0; k < 4; ++k) EXPECT_NEAR(t.times[k + 1] - t.times[k], expected[k], 1e-12) << k;
+}
+
+TEST(Trajectory, RandomPlans_SpeedOfEveryIntervalIsTheLimit) {
+  const auto model = load_model("planar_hand");
+  std::srand(3);
+  planning::Plan plan;
+  plan.q_start = (VectorXd(7) << 0, 0.35, 0, -0.7, -0.7, 0.7, 0.7).finished();
+  plan.u_start = plan.q_start.tail(4);
+  for (int s = 0; s < 6; ++s) {
+    auto& segment = plan.segments.emplace_back(planning::Segment{s % 3 == 2 ? SegmentKind::Regrasp : SegmentKind::Contact, {}});
+    for (int k = 0; k < 4; ++k) {
+      const VectorXd u = plan.u_start + 0.1 * VectorXd::Random(4);
+      VectorXd q = plan.q_start;
+      q.tail(4) = u;
+      segment.knots.push_back({.u = u, .q = q, .contacts = {}});
+    }
+  }
+  const SpeedLimits limits{.revolute = 0.3, .prismatic = 1, .regrasp_factor = 2, .pause = 0.5};
+  const Trajectory t = make_trajectory(*model, plan, limits);
+  ASSERT_EQ(t.pieces.size(), 4u) << "edges that follow each other are one piece";
+  for (const Piece& piece : t.pieces) {
+    const double limit = piece.kind == SegmentKind::Regrasp ? 0.6 : 0.3;
+    for (Eigen::Index k = piece.first_knot; k < piece.last_knot; ++k) {
+      const double speed = ((t.u.col(k + 1) - t.u.col(k)) / (t.times[k + 1] - t.times[k])).cwiseAbs().maxCoeff();
+      EXPECT_NEAR(speed, limit, 1e-9);
+    }
+  }
+  for (std::size_t i = 1; i < t.pieces.size(); ++i)
+    EXPECT_NEAR(t.times[t.pieces[i].first_knot] - t.times[t.pieces[i - 1].last_knot], 0.5, 1e-12) << "the pause";
+}
+
+TEST(Trajectory, KnotWithoutCommandIncrement_TakesNoTime) {
+  const auto model = load_model("planar_pushing");
+  const auto plan = commands_only({{SegmentKind::Contact, {{0.1, -0.1}, {0.1, -0.1}, {0.2, -0.1}}}});
+  const Trajectory t = make_trajectory(*model, plan, {.revolute = 1, .prismatic = 0.1, .regrasp_factor = 1, .pause = 0});
+  ASSERT_EQ(t.times.size(), 3);
+  EXPECT_NEAR(t.duration(), 2.0, 1e-12);
+}
+
+TEST(Trajectory, Settling_IsLeftOut) {
+  const auto model = load_model("planar_pushing");
+  const auto plan = commands_only({{SegmentKind::Settle, {{0.0, -0.05}}}, {SegmentKind::Contact, {{0.1, -0.05}}}});
+  const Trajectory t = make_trajectory(*model, plan, {});
+  ASSERT_EQ(t.pieces.size(), 1u);
+  EXPECT_EQ(t.q(4, 0), -0.05) << "starts where the settling ended";
+}
+
+TEST(Trajectory, Interpolation_IsSphericalForOrientationsAndHeldOutside) {
+  const auto model = load_model("allegro_ball");
+  Trajectory t;
+  t.times = Vector2d(0, 2);
+  t.q.resize(23, 2);
+  t.q.col(0).setZero(), t.q.col(1).setZero();
+  t.q(6, 0) = 1;
+  const double angle = std::numbers::pi / 2;
+  t.q(5, 1) = std::sin(angle / 2), t.q(6, 1) = std::cos(angle / 2);
+  t.q(0, 1) = 0.4, t.q(10, 1) = 1.0;
+  VectorXd q(23);
+  interpolate(*model, t, 0.5, q);
+  EXPECT_NEAR(q[0], 0.1, 1e-12);
+  EXPECT_NEAR(q[10], 0.25, 1e-12);
+  EXPECT_NEAR(q[5], std::sin(angle / 8), 1e-12);
+  EXPECT_NEAR(q[6], std::cos(angle / 8), 1e-12);
+  interpolate(*model, t, -1, q);
+  EXPECT_EQ(q, t.q.col(0));
+  interpolate(*model, t, 5, q);
+  EXPECT_EQ(q, t.q.col(1));
+}
+
+/// Pushed along the normal through its centre the box resists by its regularisation alone, εM/h² = 0.1 K (S.3) times its increment: a hand in
+/// contact stops at p = u − 0.1 (p − p_before).
+TEST(Predict, StraightPush_FollowsTheClosedFormForAnyNumberOfSteps) {
+  const auto model = load_model("planar_pushing");
+  const planning::Plan plan = push_up(model);
+  ASSERT_EQ(plan.segments.size(), 2u);
+  for (const int n : {1, 2, 30}) {
+    planning::Plan out;
+    ASSERT_EQ(predict(*model, plan, n, out), core::Status::Solved);
+    double u = -0.02, p = -0.02;
+    for (const double goal : {0.1, 0.2}) {
+      const double u_before = u;
+      for (int k = 1; k <= n; ++k) {
+        u = u_before + (goal - u_before) * k / n;
+        const double contact = std::max(p, 0.0);  // the box is touched at 0: until there the hand follows its command
+        p = u <= 0 ? u : (u + 0.1 * contact) / 1.1;
+      }
+    }
+    ASSERT_EQ(out.segments.size(), 2u);
+    EXPECT_EQ(out.segments[0].knots.size(), static_cast<std::size_t>(n));
+    const VectorXd& end = out.segments.back().knots.back().q;
+    EXPECT_NEAR(end[4], p, 1e-7) << n;
+    EXPECT_NEAR(end[1], 0.6 + p, 1e-7) << n;
+  }
+}
+
+/// A hand that slides along the box drags it in one step across Anitescu's gap; sub-steps do that less.
+TEST(Predict, SlidingPush_OneStepDiffersFromMany) {
+  const auto model = load_model("planar_pushing");
+  const VectorXd q = (VectorXd(5) << 0, 0.6, 0, 0, -0.001).finished();
+  const planning::Plan plan = push_plan(model, q, {Vector2d(0.0, 0.02), Vector2d(0.4, 0.02)});
+  planning::Plan one, many;
+  ASSERT_EQ(predict(*model, plan, 1, one), core::Status::Solved);
+  ASSERT_EQ(predict(*model, plan, 200, many), core::Status::Solved);
+  const double difference = (one.segments.back().knots.back().q - many.segments.back().knots.back().q).head(3).cwiseAbs().maxCoeff();
+  EXPECT_GT(difference, 1e-3);
+}
+
+TEST(Trajectory, BadInput_NamesTheField) {
+  const auto model = load_model("planar_pushing");
+  auto plan = commands_only({{SegmentKind::Contact, {{0.1, 0.0}}}});
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.revolute = 0}); }).find("speed.revolute"), std::string::npos);
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.pause = -1}); }).find("speed.pause"), std::string::npos);
+  plan.segments[0].knots[0].u.resize(3);
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments[0].knots[0].u"), std::string::npos);
+  plan.segments.clear();
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments"), std::string::npos);
+  planning::Plan out;
+  EXPECT_NE(message_of([&] { (void)predict(*model, plan, 0, out); }).find("substeps"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stiction::execution::test
