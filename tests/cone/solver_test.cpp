@@ -230,7 +230,7 @@ Eigen::MatrixXd raw_hessian(const RawProblem& raw, const Workspace& work) {
   Eigen::MatrixXd H = raw.Q;
   Eigen::Index at = 0;
   for (std::size_t i = 0; i < raw.cones.size(); ++i, at += 3) {
-    H += G.middleRows(at, 3).transpose() * D_cone(work, static_cast<int>(i)) * G.middleRows(at, 3);
+    H += G.middleRows(at, 3).transpose() * D_cone(work, static_cast<int>(i)).matrix() * G.middleRows(at, 3);
   }
   for (std::size_t i = 0; i < raw.lines.size(); ++i, ++at) H += D_half_line(work, static_cast<int>(i)) * G.row(at).transpose() * G.row(at);
   for (std::size_t i = 0; i < raw.bounds.size(); ++i, ++at) H += D_bound(work, static_cast<int>(i)) * G.row(at).transpose() * G.row(at);

@@ -1,5 +1,6 @@
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -73,15 +74,18 @@ void calc_inverse_columns(const Workspace& work, std::span<const int> variables,
   }
 }
 
-Eigen::Matrix3d D_cone(const Workspace& work, int cone) {
+ConeDerivative D_cone(const Workspace& work, int cone) {
   const detail::State& s = work.state();
   require_factor(s);
   require_row("cone", cone, s.n_cones);
   const int i = s.cone_place[at(cone)];
-  const double* v = detail::lane(s.cones.of(i).v, i);
-  Eigen::Matrix3d V;
-  V << v[0], v[4], v[8], v[4], v[12], v[16], v[8], v[16], v[20];
-  return V * V;
+  const auto of = [i](const auto* member) {
+    const double* v = detail::lane(member, i);
+    return Eigen::Vector3d(v[0], v[4], v[8]);
+  };
+  const auto& group = s.cones.of(i);
+  const double wz = of(group.lambda).squaredNorm();  // the scaled point has the digits that w₀z₀ + w₁ᵀz₁ loses at the boundary
+  return {of(group.z) * std::sqrt(2 / wz), *detail::lane(group.z, i) / *detail::lane(group.w, i)};
 }
 
 double D_half_line(const Workspace& work, int half_line) {

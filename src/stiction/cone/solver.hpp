@@ -99,8 +99,18 @@ void apply_inverse(const Workspace& work, Eigen::Ref<Eigen::MatrixXd> X);
 void calc_inverse_columns(const Workspace& work, std::span<const int> variables, std::span<const double> scale,
                           Eigen::Ref<Eigen::MatrixXd> out);
 
-/// Dᵢ = −∂zᵢ/∂wᵢ ⪰ 0 of a row at the point of the last solve; rows numbered in order of adding. @throws as apply_inverse
-Eigen::Matrix3d D_cone(const Workspace& work, int cone);
+/// D = −∂z/∂w ⪰ 0 of a cone, in two parts: in an exact solve s sᵀ grows with z²/σ, and what it shares a matrix with loses its digits
+/// (docs/theory/cone.md, eq. 17).
+struct ConeDerivative {
+  Eigen::Vector3d sharp;  ///< s = z√(2/wᵀz)
+  double round = 0;       ///< z₀/w₀
+  Eigen::Matrix3d matrix() const {
+    return sharp * sharp.transpose() - Eigen::Matrix3d(Eigen::Vector3d(round, -round, -round).asDiagonal());
+  }
+};
+
+/// Dᵢ = −∂zᵢ/∂wᵢ of a row at the point of the last solve; rows numbered in order of adding. @throws as apply_inverse
+ConeDerivative D_cone(const Workspace& work, int cone);
 double D_half_line(const Workspace& work, int half_line);
 double D_bound(const Workspace& work, int bound);
 

@@ -1,6 +1,7 @@
 #include "stiction/dynamics/linearisation.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "stiction/dynamics/so3.hpp"
 
@@ -28,25 +29,29 @@ void transport(const Model& model, const Eigen::VectorXd& delta, Eigen::MatrixXd
 void fill_impulses(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work) {
   int cone = 0, half = 0;
   work.lambda.assign(out.contacts.size(), Vector3d::Zero());
-  work.stiffness.assign(out.contacts.size(), Matrix3d::Zero());
+  work.stiffness.assign(out.contacts.size(), ContactStiffness{});
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     if (!step.included[i]) continue;
     const double mu = out.contacts[i].contact.friction * step.options.friction_scale;
     work.lambda[i] = out.contacts[i].lambda;
-    Matrix3d& S = work.stiffness[i];
+    ContactStiffness& S = work.stiffness[i];
     if (!step.rays.empty()) {
       for (const auto& d : step.rays) {
         const Vector3d row(1, mu * d.x(), mu * d.y());
-        S += cone::D_half_line(step.solver, half++) * row * row.transpose();
+        S.rest += cone::D_half_line(step.solver, half++) * row * row.transpose();
       }
     } else if (mu == 0) {
-      S(0, 0) = cone::D_half_line(step.solver, half++);
+      S.sharp[0] = std::sqrt(cone::D_half_line(step.solver, half++));
     } else {
-      const Vector3d scale(1, mu, mu);
-      S = scale.asDiagonal() * cone::D_cone(step.solver, cone++) * scale.asDiagonal();
+      const cone::ConeDerivative D = cone::D_cone(step.solver, cone++);
+      S.sharp = D.sharp.cwiseProduct(Vector3d(1, mu, mu));
+      S.rest.diagonal() = -D.round * Vector3d(1, -mu * mu, -mu * mu);
     }
   }
 }
+
+/// S y of one contact.
+Vector3d multiply(const ContactStiffness& S, const Vector3d& y) { return S.sharp * S.sharp.dot(y) + S.rest * y; }
 
 /// −∂(Qδq + b)/∂q (S.8). Robots: b = −hK_a(u − qᵃ). Objects: mass matrix and gravity of one whose centre of mass turns about its axis;
 /// a free object turns about its centre of mass.
@@ -84,31 +89,36 @@ struct Rows {
   Matrix J;
 };
 
-/// dλ = −S (D_w_q + J_c X) (S.9) of every contact, X (n_v × n) the derivative of δq; without D_w_q for derivatives by u.
-void calc_impulses(const SolvedStep& step, const StepResult& out, const LinearisationWorkspace& work, bool by_q,
-                   ImpulseDerivatives& D_lambda) {
-  const RowMatrix& X = by_q ? work.by_q.X : work.by_u.X;
-  D_lambda.resize(out.contacts.size(), X.cols());
+/// dλ −= S (D_w_q + J_c X) of every contact, X (n_v × n); without D_w_q unless asked for.
+void subtract_answers(const SolvedStep& step, const StepResult& out, bool with_D_w, const RowMatrix& X, LinearisationWorkspace& work,
+                      ImpulseDerivatives& D_lambda) {
+  work.motion.resize(3, step.model.n_v());
+  auto motion = work.motion.leftCols(X.cols());
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
-    auto D = D_lambda[i];
-    D.setZero();
     if (!step.included[i]) continue;
     const Rows rows(step, out, i);
     const auto k = static_cast<Eigen::Index>(rows.support.size());
-    if (by_q) {
+    motion.setZero();
+    if (with_D_w) {
       const Rows::Matrix D_w(work.derivatives.D_w_q.data() + step.J.begin[i], 3, k);
-      for (Eigen::Index c = 0; c < k; ++c) D.col(rows.support[static_cast<std::size_t>(c)]) = D_w.col(c);
+      for (Eigen::Index c = 0; c < k; ++c) motion.col(rows.support[static_cast<std::size_t>(c)]) = D_w.col(c);
     }
     for (Eigen::Index c = 0; c < k; ++c) {
       const auto x = X.row(rows.support[static_cast<std::size_t>(c)]);
-      for (int r = 0; r < 3; ++r) D.row(r) += rows.J(r, c) * x;
+      for (int r = 0; r < 3; ++r) motion.row(r) += rows.J(r, c) * x;
     }
-    const Matrix3d& S = work.stiffness[i];
-    for (Eigen::Index j = 0; j < D.cols(); ++j) {
-      const double n = D(0, j), t1 = D(1, j), t2 = D(2, j);
-      for (int r = 0; r < 3; ++r) D(r, j) = -(S(r, 0) * n + S(r, 1) * t1 + S(r, 2) * t2);
-    }
+    auto D = D_lambda[i];
+    const ContactStiffness& S = work.stiffness[i];
+    for (Eigen::Index j = 0; j < D.cols(); ++j) D.col(j) -= multiply(S, motion.col(j));
   }
+}
+
+/// dλ = −S (D_w_q + J_c X) (S.9) of every contact, X the derivative of δq; without D_w_q for derivatives by u.
+void calc_impulses(const SolvedStep& step, const StepResult& out, bool by_q, LinearisationWorkspace& work, ImpulseDerivatives& D_lambda) {
+  const RowMatrix& X = by_q ? work.by_q.X : work.by_u.X;
+  D_lambda.resize(out.contacts.size(), X.cols());
+  for (std::size_t i = 0; i < out.contacts.size(); ++i) D_lambda[i].setZero();
+  subtract_answers(step, out, by_q, X, work, D_lambda);
 }
 
 /// R += J_cᵀ dλ over all contacts.
@@ -132,35 +142,43 @@ void add_first_impulses(const SolvedStep& step, const StepResult& out, const Lin
     const auto k = static_cast<Eigen::Index>(rows.support.size());
     const Rows::Matrix D_w(work.derivatives.D_w_q.data() + step.J.begin[i], 3, k);
     for (Eigen::Index j = 0; j < k; ++j) {
-      const Vector3d d = work.stiffness[i] * D_w.col(j);
+      const Vector3d d = multiply(work.stiffness[i], D_w.col(j));
       double* column = R.col(rows.support[static_cast<std::size_t>(j)]).data();
       for (Eigen::Index c = 0; c < k; ++c) column[rows.support[static_cast<std::size_t>(c)]] -= rows.J.col(c).dot(d);
     }
   }
 }
 
-/// One round of refinement of H X = fixed + J_cᵀ(impulses that do not depend on X). H has entries of λ²/σ and its factor loses their digits;
-/// here they meet in dλ, before J_cᵀ, and cancel there.
+/// H X = fixed + J_cᵀdλ and dλ = −S (D_w_q + J_c X), refined as two equations: S has entries of λ²/σ, whose digits the factor of H has lost and
+/// which would be lost again if dλ were computed anew from the better X. One round serves X; where more contacts press than J_c has rank, dλ
+/// wants another.
 void refine(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, bool by_q, Eigen::MatrixXd& X) {
   LinearSystem& system = by_q ? work.by_q : work.by_u;
   ImpulseDerivatives& D_lambda = by_q ? work.D_lambda_q : work.D_lambda_u;
   system.X = X;
-  calc_impulses(step, out, work, by_q, D_lambda);
-  system.residual = system.fixed;
-  add_impulses(step, out, D_lambda, system.residual);
-  for (const QEntry& e : step.Q) {
-    system.residual.row(e.row) -= e.value * system.X.row(e.column);
-    if (e.row != e.column) system.residual.row(e.column) -= e.value * system.X.row(e.row);
+  calc_impulses(step, out, by_q, work, D_lambda);
+  const int rounds = step.options.with_force_derivatives ? 2 : 1;
+  for (int round = 1; round <= rounds; ++round) {
+    system.X = X;
+    system.residual = system.fixed;
+    add_impulses(step, out, D_lambda, system.residual);
+    for (const QEntry& e : step.Q) {
+      system.residual.row(e.row) -= e.value * system.X.row(e.column);
+      if (e.row != e.column) system.residual.row(e.column) -= e.value * system.X.row(e.row);
+    }
+    for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
+      const int v = step.bound_variables[i];
+      const double D = cone::D_bound(step.solver, static_cast<int>(i));
+      system.residual.row(v) -= D * system.X.row(v);
+      if (by_q) system.residual(v, v) -= D;
+    }
+    system.correction = system.residual;
+    cone::apply_inverse(step.solver, system.correction);
+    X += system.correction;
+    if (!step.options.with_force_derivatives) return;
+    system.X = system.correction;
+    subtract_answers(step, out, false, system.X, work, D_lambda);
   }
-  for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
-    const int v = step.bound_variables[i];
-    const double D = cone::D_bound(step.solver, static_cast<int>(i));
-    system.residual.row(v) -= D * system.X.row(v);
-    if (by_q) system.residual(v, v) -= D;
-  }
-  system.correction = system.residual;
-  cone::apply_inverse(step.solver, system.correction);
-  X += system.correction;
 }
 
 /// −∂/∂q of Qδq + b − Σ J_cᵀλ at fixed components of δq and λ (S.8).
@@ -192,10 +210,12 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
     out.A(v, v) -= cone::D_bound(step.solver, static_cast<int>(i));
   }
   cone::apply_inverse(step.solver, out.A);
-  if (std::holds_alternative<Exact>(step.options.smoothing)) refine(step, out, work, true, out.A);
-  if (step.options.with_force_derivatives) {
+  if (std::holds_alternative<Exact>(step.options.smoothing)) {
+    refine(step, out, work, true, out.A);
+    if (step.options.with_force_derivatives) out.D_lambda_q = work.D_lambda_q;
+  } else if (step.options.with_force_derivatives) {
     work.by_q.X = out.A;
-    calc_impulses(step, out, work, true, out.D_lambda_q);
+    calc_impulses(step, out, true, work, out.D_lambda_q);
   }
   transport(step.model, out.delta, out.A);
   out.A.diagonal().array() += 1.0;
@@ -214,14 +234,14 @@ void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& ou
   }
   out.B.resize(model.n_v(), model.n_a());
   cone::calc_inverse_columns(step.solver, work.actuated, work.h_stiffness, out.B);
-  if (step.options.with_A && std::holds_alternative<Exact>(step.options.smoothing)) {
+  if ((step.options.with_A || step.options.with_force_derivatives) && std::holds_alternative<Exact>(step.options.smoothing)) {
     work.by_u.fixed.setZero(model.n_v(), model.n_a());
     for (int j = 0; j < model.n_a(); ++j) work.by_u.fixed(work.actuated[at(j)], j) = work.h_stiffness[at(j)];
     refine(step, out, work, false, out.B);
-  }
-  if (step.options.with_force_derivatives) {
+    if (step.options.with_force_derivatives) out.D_lambda_u = work.D_lambda_u;
+  } else if (step.options.with_force_derivatives) {
     work.by_u.X = out.B;
-    calc_impulses(step, out, work, false, out.D_lambda_u);
+    calc_impulses(step, out, false, work, out.D_lambda_u);
   }
   transport(model, out.delta, out.B);
 }

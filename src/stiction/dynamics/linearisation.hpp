@@ -33,6 +33,12 @@ struct SolvedStep {
 /// Rows of these are combined.
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// S = −∂λ/∂w_c of a contact as s sᵀ + R. An exact step has s of λ/√σ, beside which R would lose its digits in one matrix.
+struct ContactStiffness {
+  Eigen::Vector3d sharp = Eigen::Vector3d::Zero();  // s
+  Eigen::Matrix3d rest = Eigen::Matrix3d::Zero();   // R
+};
+
 /// The system for derivatives by q or by u, each with its own storage.
 struct LinearSystem {
   Eigen::MatrixXd fixed;  // right-hand sides at constant impulses
@@ -44,10 +50,11 @@ struct LinearSystem {
 struct LinearisationWorkspace {
   std::vector<contact::Contact> contacts;
   std::vector<Eigen::Vector3d> lambda;
-  std::vector<Eigen::Matrix3d> stiffness;  // S = −∂λ/∂w_c per contact
+  std::vector<ContactStiffness> stiffness;
   contact::ContactDerivatives derivatives;
   LinearSystem by_q, by_u;
   ImpulseDerivatives D_lambda_q, D_lambda_u;
+  RowMatrix motion;                 // 3 × n: D_w_q + J_c X of one contact
   std::vector<int> actuated;        // velocity indices of the commands
   std::vector<double> h_stiffness;  // hK_a
 };

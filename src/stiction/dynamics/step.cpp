@@ -417,7 +417,6 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
 
   const bool exact = analytic == nullptr;
   const bool derivatives = options.with_A || options.with_B;
-  const bool lazy = exact && !derivatives;  // the derivative is that of the whole central path, every row included
   const double sigma = exact ? 0.0 : options.h / analytic->kappa;
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double sigma_limit = exact ? 0.0 : sigma / analytic->limit_sharpness;
@@ -430,14 +429,14 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const bool self = work.self_contact[static_cast<std::size_t>(work.contacts[i].pair)] != 0;
     if (exact)
-      work.included[i] = !lazy || work.contacts[i].phi < near_contact;
+      work.included[i] = work.contacts[i].phi < near_contact;
     else
       work.included[i] = !self || least_commanded_gap(model, options, i, work) < near_self;
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
     const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
-    work.limit_included[limit_id(variable, sign)] = options.joint_limits && (!lazy || offset < kNearLimit + motion);
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && (!exact || offset < kNearLimit + motion);
   });
 
   cone::Options solver_options;
@@ -467,7 +466,7 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
     });
     out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
     out.iterations += work.solution.iterations;
-    if (out.status != Status::Solved || (exact && !lazy) || !add_violated(model, in, options, work)) break;
+    if (out.status != Status::Solved || !add_violated(model, in, options, work)) break;
   }
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;
