@@ -31,26 +31,6 @@ enum class Owner {
 int vertex_code(Owner owner, int vertex) { return (owner == Owner::First ? 0 : 64) + vertex % 64; }
 int crossing_code(int edge_first, int edge_second) { return 128 + (edge_first % 11) * 11 + edge_second % 11; }
 
-double support(const ShapeData& s, const Pose& X, const Vector3d& d) {
-  const Vector3d l = X.R.transpose() * d;
-  const double h = d.dot(X.p);
-  switch (s.kind) {
-    case Kind::Sphere:
-      return h + s.radius;
-    case Kind::Capsule:
-      return h + s.radius + s.half.z() * std::abs(l.z());
-    case Kind::Box:
-      return h + s.half.dot(l.cwiseAbs());
-    case Kind::Cylinder:
-      return h + s.half.z() * std::abs(l.z()) + s.radius * std::hypot(l.x(), l.y());
-    case Kind::Mesh:
-      return h + (l.transpose() * s.mesh->vertices).maxCoeff();
-    case Kind::HalfSpace:
-      break;
-  }
-  return h;
-}
-
 /// Point of the rim of the cap on the side `end` (±1) that lies farthest along d, in W. Where the cap is level to rounding it moves to
 /// the middle of the cap, so that it has no jump when the cylinder tilts the other way.
 Vector3d rim_point(const ShapeData& s, const Pose& X, const Vector3d& d, double end) {

@@ -45,25 +45,6 @@ struct Features {
   }
 };
 
-double core_support(const ShapeData& s, const Pose& X, const Vector3d& d) {
-  const Vector3d l = X.R.transpose() * d;
-  double h = d.dot(X.p);
-  switch (s.kind) {
-    case Kind::Capsule:
-      return h + s.half.z() * std::abs(l.z());
-    case Kind::Box:
-      return h + s.half.dot(l.cwiseAbs());
-    case Kind::Cylinder:
-      return h + s.half.z() * std::abs(l.z()) + s.radius * std::hypot(l.x(), l.y());
-    case Kind::Mesh:
-      return h + (l.transpose() * s.mesh->vertices).maxCoeff();
-    case Kind::Sphere:
-    case Kind::HalfSpace:
-      break;
-  }
-  return h;
-}
-
 double sign(double x) { return x < 0 ? -1.0 : 1.0; }
 
 // Along each axis a feature of a box extends (0) or lies at an end (±1); near 0 the sign of the slope cannot be trusted.
@@ -521,7 +502,7 @@ Vector3d find_common_point(const Pair& pair, const Answer& best, const Vector3d&
 }  // namespace
 
 void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, Distance& d) {
-  const double r_a = a.kind == Kind::Capsule ? a.radius : 0.0, r_b = b.kind == Kind::Capsule ? b.radius : 0.0;
+  const double r_a = core_radius(a), r_b = core_radius(b);
   const Pair pair{a, X_WA, b, X_WB, r_a, r_b, a.bounding_radius + b.bounding_radius};
   Answer best = refine(pair, d.nhat_BA_W);
   // Coal is sometimes wrong by millimetres. A direction that separates more than its answer does starts the search again.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "stiction/contact/contact.hpp"
@@ -50,6 +51,32 @@ struct ShapeData {
 };
 
 ShapeData make_shape_data(const world::Shape& shape);
+
+/// A shape is its core and all within this of it: cores of spheres are points, of capsules segments, of the others all of them [m].
+inline double core_radius(const ShapeData& s) { return s.kind == Kind::Sphere || s.kind == Kind::Capsule ? s.radius : 0.0; }
+
+/// max d·x over the core of a shape at X. Of a half-space: over a point of its plane.
+inline double core_support(const ShapeData& s, const Pose& X, const Vector3d& d) {
+  const Vector3d l = X.R.transpose() * d;
+  const double h = d.dot(X.p);
+  switch (s.kind) {
+    case Kind::Capsule:
+      return h + s.half.z() * std::abs(l.z());
+    case Kind::Box:
+      return h + s.half.dot(l.cwiseAbs());
+    case Kind::Cylinder:
+      return h + s.half.z() * std::abs(l.z()) + s.radius * std::hypot(l.x(), l.y());
+    case Kind::Mesh:
+      return h + (l.transpose() * s.mesh->vertices).maxCoeff();
+    case Kind::Sphere:
+    case Kind::HalfSpace:
+      break;
+  }
+  return h;
+}
+
+/// max d·x over a shape at X, for |d| = 1.
+inline double support(const ShapeData& s, const Pose& X, const Vector3d& d) { return core_support(s, X, d) + core_radius(s); }
 
 /// Set in planar models: where a shape has several nearest faces to choose from, those across the plane do not count.
 struct Planar {
