@@ -1,5 +1,6 @@
 #include "stiction/dynamics/local_model.hpp"
 
+#include <limits>
 #include <numbers>
 
 #include "dynamics/systems.hpp"
@@ -146,6 +147,22 @@ TEST(LocalModel, BadSampling_IsNamed) {
   wrong.std_u = VectorXd::Constant(3, 0.1);
   EXPECT_NE(message(RandomizedFirstOrder{wrong}).find("std_u"), std::string::npos);
   EXPECT_NE(message(Analytic{.kappa = -1}).find("smoothing.kappa"), std::string::npos);
+}
+
+/// A state that no step accepts shows that sampling is judged before any step is computed.
+TEST(LocalModel, TooFewSamplesForLeastSquares_AreRefusedBeforeAnyStep) {
+  const Wall wall;
+  LocalModelWorkspace work(wall.model);
+  LocalModel out;
+  const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  const auto message = [&](const Sampling& sampling, bool with_A) {
+    return stiction::test::message_of([&] {
+      (void)calc_local_model(*wall.model, {nowhere, nowhere}, RandomizedZerothOrder{sampling}, {}, with_A, work, out);
+    });
+  };
+  EXPECT_EQ(message(disturbed(0.1, 1), false), "samples: got 1, expected at least 2, one per unknown");
+  EXPECT_EQ(message({.std_q = one(0.1), .std_u = one(0.1), .samples = 3}, true), "samples: got 3, expected at least 4, one per unknown");
+  EXPECT_EQ(message(disturbed(0.1, 2), false).find("samples"), std::string::npos) << "enough: the step is reached, and refuses q";
 }
 
 }  // namespace

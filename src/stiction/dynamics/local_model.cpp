@@ -124,19 +124,30 @@ void average_derivatives(const Model& model, bool with_A, LocalModelWorkspace::I
   out.B /= n;
 }
 
-/// (2.23): min Σ ‖r − A w_q − B w_u‖², by QR; coordinates that are not disturbed get no column.
-Status fit(const Model& model, const Sampling& sampling, bool with_A, LocalModelWorkspace::Impl& work, LocalModel& out) {
-  std::vector<int> columns;  // of w = (w_q, w_u)
+/// Coordinates of w = (w_q, w_u) that are disturbed.
+std::vector<int> disturbed(const Model& model, const Sampling& sampling) {
+  std::vector<int> out;
   for (int i = 0; i < model.n_v(); ++i) {
-    if (entry(sampling.std_q, i) > 0) columns.push_back(i);
+    if (entry(sampling.std_q, i) > 0) out.push_back(i);
   }
   for (int i = 0; i < model.n_a(); ++i) {
-    if (entry(sampling.std_u, i) > 0) columns.push_back(model.n_v() + i);
+    if (entry(sampling.std_u, i) > 0) out.push_back(model.n_v() + i);
   }
+  return out;
+}
+
+/// What least squares needs besides, before any step is computed.
+void validate_fit(const Model& model, const Sampling& sampling, bool with_A) {
+  if (with_A && !(sampling.std_q.minCoeff() > 0)) core::throw_invalid("std_q", "0", "greater than 0 for A by least squares");
+  const std::size_t unknowns = disturbed(model, sampling).size();
+  if (sampling.samples < static_cast<int>(unknowns))
+    core::throw_invalid("samples", std::to_string(sampling.samples), "at least " + std::to_string(unknowns) + ", one per unknown");
+}
+
+/// (2.23): min Σ ‖r − A w_q − B w_u‖², by QR; coordinates that are not disturbed get no column.
+Status fit(const Model& model, const Sampling& sampling, bool with_A, LocalModelWorkspace::Impl& work, LocalModel& out) {
+  const std::vector<int> columns = disturbed(model, sampling);
   const auto n = static_cast<Eigen::Index>(work.samples.size()) - out.failed;
-  if (sampling.samples < static_cast<int>(columns.size())) {
-    core::throw_invalid("samples", std::to_string(sampling.samples), "at least " + std::to_string(columns.size()) + ", one per unknown");
-  }
   if (n < static_cast<Eigen::Index>(columns.size())) return Status::NumericalFailure;
   MatrixXd W(n, static_cast<Eigen::Index>(columns.size())), R(n, model.n_v());
   Eigen::Index i = 0;
@@ -164,9 +175,7 @@ Status fit(const Model& model, const Sampling& sampling, bool with_A, LocalModel
 Status randomized(const Model& model, const StepInput& in, const Sampling& sampling, bool first_order, StepOptions options, bool with_A,
                   LocalModelWorkspace::Impl& work, LocalModel& out) {
   validate(model, sampling);
-  if (!first_order && with_A && !(sampling.std_q.minCoeff() > 0)) {
-    core::throw_invalid("std_q", "0", "greater than 0 for A by least squares");
-  }
+  if (!first_order) validate_fit(model, sampling, with_A);
   options.smoothing = Exact{};
   options.with_A = options.with_B = false;
   options.with_force_derivatives = false;
