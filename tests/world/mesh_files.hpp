@@ -12,6 +12,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stiction::world::test {
@@ -29,6 +30,18 @@ struct ObjMesh {
     return out;
   }
 
+  /// Vertices and triangles of another one besides.
+  void append(const ObjMesh& other) {
+    const auto n = static_cast<int>(vertices.size());
+    vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
+    for (const auto& t : other.triangles) triangles.emplace_back(t.array() + n);
+  }
+
+  /// Wound the other way.
+  void turn_inside_out() {
+    for (auto& t : triangles) std::swap(t[0], t[1]);
+  }
+
   double volume() const {
     double sum = 0;
     for (const auto& t : triangles)
@@ -38,6 +51,23 @@ struct ObjMesh {
     return sum;
   }
 };
+
+inline ObjMesh make_block(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  ObjMesh mesh;
+  for (int i = 0; i < 8; ++i) mesh.vertices.emplace_back((i & 1 ? high : low).x(), (i & 2 ? high : low).y(), (i & 4 ? high : low).z());
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return mesh;
+}
+
+/// A cube of edge 2 about the origin with one of edge 1.2 taken out.
+inline ObjMesh make_hollow_box() {
+  ObjMesh inner = make_block(Eigen::Vector3d::Constant(-0.6), Eigen::Vector3d::Constant(0.6));
+  inner.turn_inside_out();
+  ObjMesh mesh = make_block(Eigen::Vector3d::Constant(-1), Eigen::Vector3d::Constant(1));
+  mesh.append(inner);
+  return mesh;
+}
 
 /// 2 × 2 × 1 with the corner [1, 2] × [1, 2] taken out: volume 3.
 inline ObjMesh make_l_prism() {
