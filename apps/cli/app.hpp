@@ -63,6 +63,18 @@ struct PlanArguments {
   bool html = false;
   bool json = false;
 };
+struct OptimizeArguments {
+  std::string task;
+  std::string scheme;  ///< empty: that of the task
+  std::uint64_t seed = 0;
+  bool seed_given = false;
+  int iterations = 0;  ///< 0: those of the task
+  double timeout_s = 60;
+  int threads = 0;
+  bool threads_given = false;
+  std::string out_dir;
+  bool json = false;
+};
 struct CheckArguments {
   std::string plan;
   bool json = false;
@@ -97,6 +109,7 @@ struct BenchArguments {
 
 int run_tasks(bool json);
 int run_plan(const PlanArguments& arguments);
+int run_optimize(const OptimizeArguments& arguments);
 int run_check(const CheckArguments& arguments);
 int run_simulate(const SimulateArguments& arguments);
 int run_view(const ViewArguments& arguments);

@@ -19,6 +19,7 @@
 #include "stiction/dynamics/step.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/task.hpp"
+#include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::app {
 namespace {
@@ -27,7 +28,7 @@ using core::Status;
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-/// Figures of others [s]. Published: T. Pang, PhD thesis, MIT 2023, Table 3.2 (1000 iterations, analytic smoothing, 16 cores) and
+/// Figures of others [s]. Published: T. Pang, PhD thesis, MIT 2023, Table 3.1 (10 iterations) and Table 3.2 (1000 iterations, analytic smoothing, 16 cores) and
 /// section 2.3 (69 coordinates with a commercial cone solver: below 10 ms). Peer: the thesis's research code (quasistatic_simulator
 /// c917755, planning_through_contact 74e4559, Drake 1.26 with Clarabel) measured on two cores of an AMD EPYC, medians.
 struct Reference {
@@ -59,6 +60,12 @@ constexpr TreeReference kTrees[] = {
     {"rrt_1000/planar_pushing", "planar_pushing_table_3_2", {3.25, 0.60}},
     {"rrt_1000/planar_hand", "planar_hand_table_3_2", {10.32, 1.38}},
     {"rrt_1000/allegro_ball_table_3_2", "allegro_ball_table_3_2", {31.01, 3.9}},
+};
+/// Table 3.1: ten iterations with analytic smoothing, 16 cores.
+constexpr TreeReference kTrajectories[] = {
+    {"impc_10/planar_pushing", "impc_planar_pushing", {2.17, {}}},
+    {"impc_10/planar_hand", "impc_planar_hand", {5.20, {}}},
+    {"impc_10/allegro_ball", "impc_allegro_ball", {19.59, {}}},
 };
 constexpr int kTreeIterations = 1000;
 constexpr int kStates = 100;           // contact-rich states per task
@@ -178,6 +185,7 @@ class Bench {
     cone("cone/22dof_20contacts", bench::ConeFamily::Hand22, kCone22);
     cone("cone/69dof_56contacts", bench::ConeFamily::Boxes69, kCone69);
     for (const auto& entry : kTrees) tree(entry);
+    for (const auto& entry : kTrajectories) trajectory(entry);
     line_.clear();
     return rows_;
   }
@@ -305,6 +313,24 @@ class Bench {
       const auto start = Clock::now();
       const Status status = planning::plan(task.problem, options, control, result);
       if (status == Status::Cancelled) break;
+      seconds.push_back(Seconds(Clock::now() - start).count());
+    }
+    if (!seconds.empty()) add(make_row(entry.row, std::move(seconds), entry.reference, {}, 0));
+  }
+
+  void trajectory(const TreeReference& entry) {
+    if (!wanted(entry.row)) return;
+    line_.show(fmt::format("timing {}", entry.row));
+    const tasks::Task task = tasks::load_task(entry.task, dirs_);
+    const auto input = tasks::make_optimize_input(task);
+    core::RunControl control;
+    control.cancel = &interrupted();
+    std::vector<double> seconds;
+    for (int r = 0; r < arguments_.repeat && !interrupted(); ++r) {
+      trajopt::OptimizeWorkspace work(task.model);
+      trajopt::OptimizeResult result;
+      const auto start = Clock::now();
+      if (trajopt::optimize(*task.model, input, task.optimize->options, control, work, result) != Status::Solved) break;
       seconds.push_back(Seconds(Clock::now() - start).count());
     }
     if (!seconds.empty()) add(make_row(entry.row, std::move(seconds), entry.reference, {}, 0));

@@ -57,6 +57,23 @@ int main(int argc, char** argv) {
   plan->add_flag("--html", plan_arguments.html, "Also write a page to look at, plan.html");
   plan->add_flag("--json", plan_arguments.json, "One JSON object on stdout");
 
+  app::OptimizeArguments optimize_arguments;
+  auto* optimize = cli.add_subcommand("optimize", "Optimises a trajectory for a task (iMPC) and writes it as a plan");
+  optimize->add_option("task", optimize_arguments.task, "Name of a built-in task, or a task file (.yaml), with a section 'optimize'")
+      ->required();
+  optimize->add_option("--scheme", optimize_arguments.scheme, "Local models: exact, analytic, randomized-first, randomized-zeroth");
+  auto* optimize_seed = optimize->add_option("--seed", optimize_arguments.seed, "Seed of the randomised schemes")->check(whole_number);
+  optimize->add_option("--iterations", optimize_arguments.iterations, "Iterations in place of those of the task")
+      ->check(CLI::Range(1, 1000000));
+  optimize->add_option("--timeout", optimize_arguments.timeout_s, "Wall-clock budget [s]")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  auto* optimize_threads =
+      optimize->add_option("--threads", optimize_arguments.threads, "Threads, 0 = all cores; the result does not depend on it")
+          ->check(CLI::Range(0, 1024));
+  optimize->add_option("-o,--out", optimize_arguments.out_dir, "Folder for plan.json and optimize.json (default ./TASK)");
+  optimize->add_flag("--json", optimize_arguments.json, "One JSON object on stdout");
+
   app::CheckArguments check_arguments;
   auto* check = cli.add_subcommand("check", "Re-simulates a plan at half its sub-step and judges it");
   check->add_option("plan", check_arguments.plan, "Plan file, or its folder")->required();
@@ -125,12 +142,15 @@ int main(int argc, char** argv) {
   }
   plan_arguments.seed_given = seed->count() > 0;
   plan_arguments.threads_given = threads->count() > 0;
+  optimize_arguments.seed_given = optimize_seed->count() > 0;
+  optimize_arguments.threads_given = optimize_threads->count() > 0;
 
-  const bool json = tasks_json || plan_arguments.json || check_arguments.json || simulate_arguments.json || bench_arguments.json ||
-                    reproduce_arguments.json;
+  const bool json = tasks_json || plan_arguments.json || optimize_arguments.json || check_arguments.json || simulate_arguments.json ||
+                    bench_arguments.json || reproduce_arguments.json;
   try {
     if (*tasks) return app::run_tasks(tasks_json);
     if (*plan) return app::run_plan(plan_arguments);
+    if (*optimize) return app::run_optimize(optimize_arguments);
     if (*check) return app::run_check(check_arguments);
     if (*simulate) return app::run_simulate(simulate_arguments);
     if (*view) return app::run_view(view_arguments);

@@ -5,7 +5,7 @@
 
 #include "stiction/world/model.hpp"
 
-// Internal to the layer: rotations by their vectors θ, as K = [θ]×.
+// Shared with trajopt: rotations by their vectors θ, as K = [θ]×.
 
 namespace stiction::dynamics {
 

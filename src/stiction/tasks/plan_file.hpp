@@ -102,6 +102,9 @@ std::string to_text(const PlanFile& plan);
 /// Writes under a temporary name in the same folder (made if missing) and renames. @throws core::InvalidInput: cannot be written
 void write_plan(const PlanFile& plan, const std::filesystem::path& file);
 
+/// Writes a text the same way.
+void write_text(const std::string& text, const std::filesystem::path& file);
+
 /// Makes the folder of a plan file and proves that it can be written to. @throws core::InvalidInput naming the folder
 void require_writable(const std::filesystem::path& dir);
 

@@ -257,8 +257,9 @@ void require_writable(const fs::path& dir) {
   if (!good) cannot_write(dir, "no permission or no space to write there");
 }
 
-void write_plan(const PlanFile& plan, const fs::path& file) {
-  const std::string text = to_text(plan);
+void write_plan(const PlanFile& plan, const fs::path& file) { write_text(to_text(plan), file); }
+
+void write_text(const std::string& text, const fs::path& file) {
   const fs::path dir = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::error_code error;
   fs::create_directories(dir, error);

@@ -8,6 +8,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
+#include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
 #include "stiction/world/yaml.hpp"
@@ -132,7 +133,7 @@ bool names_a_file(const std::string& text) {
 
 Task read_task(const fs::path& file, std::string name, bool builtin) {
   const YamlNode root = world::load_yaml_with_base(file);
-  root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "planner"});
+  root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "planner", "optimize"});
   Task task;
   task.name = root.string_or("name", std::move(name));
   task.description = root.string_or("description", "");
@@ -149,6 +150,7 @@ Task read_task(const fs::path& file, std::string name, bool builtin) {
   } else {
     task.options.validate(model);
   }
+  if (const auto optimize = root.find("optimize")) task.optimize = read_optimize_setup(*optimize, model);
   task.scene_text = make_scene_text(model);
   task.scene_sha256 = core::sha256(task.scene_text);
   return task;
@@ -205,6 +207,17 @@ void set_goal(Task& task, std::span<const double> values) {
     task.problem.goal.X_WG = world::object_pose(model, q, object);
   }
   task.goal_from_command_line = true;
+}
+
+trajopt::OptimizeInput make_optimize_input(const Task& task) {
+  if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
+  const Model& model = *task.model;
+  Eigen::VectorXd goal = task.problem.q_start;
+  const auto& info = model.objects()[static_cast<std::size_t>(task.problem.goal.object)];
+  goal.segment(info.q_begin, info.n_q) = planning::ObjectSpace(model).coordinates(task.problem.goal.object, task.problem.goal.X_WG);
+  if (task.optimize->joints_reference.size() > 0) goal.tail(model.n_a()) = task.optimize->joints_reference;
+  const int T = task.optimize->horizon;
+  return {task.problem.q_start, trajopt::constant_inputs(model, task.problem.q_start, T), trajopt::constant_reference(goal, T), nullptr};
 }
 
 }  // namespace stiction::tasks

@@ -2,11 +2,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "stiction/planning/planner.hpp"
+#include "stiction/tasks/optimize_options.hpp"
 #include "stiction/world/model.hpp"
 
 namespace stiction::tasks {
@@ -20,9 +22,10 @@ struct Task {
   std::shared_ptr<const world::Model> model;  ///< model->scene() is the scene
   planning::PlanningProblem problem;
   planning::PlannerOptions options;
-  std::string scene_text;               ///< see make_scene_text
-  std::string scene_sha256;             ///< of scene_text
-  bool goal_from_command_line = false;  ///< set_goal replaced the goal of the file
+  std::optional<OptimizeSetup> optimize;  ///< the section of that name, if there is one
+  std::string scene_text;                 ///< see make_scene_text
+  std::string scene_sha256;               ///< of scene_text
+  bool goal_from_command_line = false;    ///< set_goal replaced the goal of the file
 };
 
 /// The folders in which built-in tasks are looked up when none are given: the one that this library was built from or installed to.
@@ -39,5 +42,9 @@ Task load_task(const std::string& name_or_file);
 /// Replaces the goal pose: x y z [m] roll pitch yaw [rad] for a free object, its coordinates for any other. Tolerances stay.
 /// @throws core::InvalidInput: wrong number of values, not finite
 void set_goal(Task& task, std::span<const double> values);
+
+/// What trajopt::optimize needs for the task: the constant guess and reference of its section `optimize`. It refers to the task.
+/// @throws core::InvalidInput: no such section
+trajopt::OptimizeInput make_optimize_input(const Task& task);
 
 }  // namespace stiction::tasks

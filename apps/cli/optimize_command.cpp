@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/task.hpp"
+#include "stiction/trajopt/optimize.hpp"
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Status;
+using trajopt::OptimizeResult;
+
+/// The trajectory as a plan of single steps, for `view` and `check`.
+planning::PlanResult as_plan(const tasks::Task& task, const OptimizeResult& r, std::uint64_t seed) {
+  planning::PlanResult out;
+  planning::Plan& plan = out.plan;
+  plan.q_start = task.problem.q_start;
+  plan.u_start = plan.q_start.tail(task.model->n_a());
+  plan.goal = task.problem.goal;
+  plan.step = task.optimize->options.step;
+  plan.step.smoothing = dynamics::Exact{};
+  auto& segment = plan.segments.emplace_back();
+  for (std::size_t t = 0; t < r.u.size(); ++t) segment.knots.push_back({r.u[t], r.q[t + 1], r.contacts[t]});
+  plan.error = planning::goal_error(*task.model, r.q.empty() ? plan.q_start : r.q.back(), plan.goal);
+  out.status = r.status == Status::Solved && !plan.error.within(plan.goal) ? Status::MaxIterations : r.status;
+  out.seed = seed;
+  out.iterations = static_cast<long>(r.history.size()) - 1;
+  out.steps = r.steps;
+  out.linearisations = r.linearisations;
+  out.wall_s = r.wall_s;
+  return out;
+}
+
+nlohmann::ordered_json terms_json(const trajopt::CostTerms& c) {
+  return {{"total", c.total()}, {"objects", c.objects},           {"objects_final", c.objects_final},
+          {"robots", c.robots}, {"robots_final", c.robots_final}, {"input", c.input}};
+}
+
+nlohmann::ordered_json to_json(const tasks::Task& task, const OptimizeResult& r, const planning::PlanResult& plan, const fs::path& file) {
+  nlohmann::ordered_json out;
+  out["status"] = core::to_string(r.status);
+  out["task"] = task.name;
+  out["scheme"] = tasks::kSchemeNames[static_cast<std::size_t>(task.optimize->scheme)];
+  out["seed"] = plan.seed;
+  out["wall_s"] = r.wall_s;
+  out["iterations"] = r.history.empty() ? 0 : r.history.size() - 1;
+  out["cost"] = terms_json(r.cost);
+  out["error"] = {{"position", plan.plan.error.position}, {"angle", plan.plan.error.angle}};
+  out["tolerance"] = {{"position", plan.plan.goal.tol_position}, {"angle", plan.plan.goal.tol_angle}};
+  out["steps"] = r.steps;
+  out["linearisations"] = r.linearisations;
+  out["history"] = nlohmann::ordered_json::array();
+  for (const auto& entry : r.history) {
+    out["history"].push_back({{"cost", terms_json(entry.cost)},
+                              {"best", entry.best},
+                              {"predicted", entry.predicted},
+                              {"length", entry.length},
+                              {"sharpness", entry.sharpness},
+                              {"qp_iterations", entry.qp_iterations},
+                              {"failed_models", entry.failed_models},
+                              {"elapsed_s", entry.elapsed_s}});
+  }
+  out["options"] = nlohmann::ordered_json::parse(tasks::optimize_setup_json(*task.optimize));
+  out["plan"] = file.string();
+  return out;
+}
+
+void print_summary(const tasks::Task& task, const OptimizeResult& r, const planning::PlanResult& plan, const fs::path& file) {
+  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
+  fmt::print(stderr, "{}, {}: {}\n", task.name, tasks::kSchemeNames[static_cast<std::size_t>(task.optimize->scheme)],
+             r.status == Status::Solved ? "done" : std::string(core::to_string(r.status)));
+  row("time", fmt::format("{:.3f} s", r.wall_s));
+  if (r.history.empty()) return;
+  row("cost", fmt::format("{:.4g} after {} iterations, {:.4g} before", r.cost.total(), r.history.size() - 1, r.history[0].cost.total()));
+  row("of which", fmt::format("objects {:.4g} on the way, {:.4g} at the end; robots {:.4g}; input {:.4g}", r.cost.objects,
+                              r.cost.objects_final, r.cost.robots + r.cost.robots_final, r.cost.input));
+  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * plan.plan.error.position,
+                                       1e3 * plan.plan.goal.tol_position, plan.plan.error.angle, plan.plan.goal.tol_angle));
+  row("work", fmt::format("{} steps, {} local models", r.steps, r.linearisations));
+  row("plan", file.string());
+}
+
+}  // namespace
+
+int run_optimize(const OptimizeArguments& arguments) {
+  tasks::Task task = tasks::load_task(arguments.task, data_dirs());
+  if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
+  tasks::OptimizeSetup& setup = *task.optimize;
+  if (!arguments.scheme.empty()) setup.choose(tasks::parse_scheme("--scheme", arguments.scheme));
+  if (arguments.seed_given) setup.set_seed(arguments.seed);
+  if (arguments.iterations > 0) setup.options.iterations = arguments.iterations;
+  if (arguments.threads_given) setup.options.threads = arguments.threads;
+  setup.options.validate(*task.model);
+  const fs::path dir = arguments.out_dir.empty() ? fs::path(task.name) : fs::path(arguments.out_dir);
+  const fs::path file = dir / "plan.json";
+  tasks::require_writable(dir);
+
+  catch_signals();
+  ProgressLine line;
+  core::RunControl control;
+  control.cancel = &interrupted();
+  control.deadline = core::RunControl::Clock::now() + std::chrono::duration_cast<core::RunControl::Clock::duration>(
+                                                          std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
+  control.on_progress = [&](const core::Progress& p) {
+    line.show(fmt::format("{:6.1f} s   iteration {} of {}   cost {:.4g}", p.elapsed_s, p.iteration, setup.options.iterations, p.best));
+  };
+
+  trajopt::OptimizeWorkspace work(task.model, setup.options.threads);
+  OptimizeResult result;
+  const auto input = tasks::make_optimize_input(task);
+  const Status status = trajopt::optimize(*task.model, input, setup.options, control, work, result);
+  line.clear();
+  const auto plan = as_plan(task, result, setup.randomized_first.seed);
+  planning::PlannerOptions options = task.options;
+  options.h = setup.options.step.h;
+  options.regularisation = setup.options.step.regularisation;
+  options.substep.reset();
+  tasks::write_plan(tasks::make_plan_file(task, options, plan, file), file);
+  const auto json = to_json(task, result, plan, file);
+  tasks::write_text(json.dump(1) + "\n", dir / "optimize.json");
+  print_summary(task, result, plan, file);
+  if (arguments.json) fmt::print("{}\n", json.dump());
+  if (status == Status::Cancelled) return kInterrupted;
+  return status == Status::Solved ? kDone : kNotSolved;
+}
+
+}  // namespace stiction::app

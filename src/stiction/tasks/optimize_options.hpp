@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+
+#include "stiction/trajopt/optimize.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::tasks {
+
+enum class Scheme {
+  Exact,
+  Analytic,
+  RandomizedFirst,
+  RandomizedZeroth
+};
+inline constexpr std::string_view kSchemeNames[] = {"exact", "analytic", "randomized-first", "randomized-zeroth"};
+/// @throws core::InvalidInput with the known names
+Scheme parse_scheme(std::string_view field, std::string_view name);
+
+/// The `optimize` section of a task: a horizon, options, and the settings of all four schemes, one of which the options hold.
+struct OptimizeSetup {
+  int horizon = 20;                  ///< T
+  Scheme scheme = Scheme::Analytic;  ///< the one in options.scheme
+  trajopt::OptimizeOptions options;
+  dynamics::Analytic analytic;
+  dynamics::RandomizedFirstOrder randomized_first;
+  dynamics::RandomizedZerothOrder randomized_zeroth;
+  Eigen::VectorXd joints_reference;   ///< of qᵃ (n_a); empty: those of the start
+  void choose(Scheme scheme);         ///< puts its settings into options.scheme
+  void set_seed(std::uint64_t seed);  ///< of the randomised schemes
+};
+
+/// Reads the section:
+///   horizon, iterations, tolerance, h, regularisation, scheme, use_A, input_bound, joints_reference, seed
+///   solver: sweep | receding
+///   analytic: {kappa, growth, self_sharpness, limit_sharpness}
+///   randomized_first, randomized_zeroth: {std_u, std_q, samples}      decay: of both
+///   weights: {objects: {OBJECT: …}, objects_final: {…}, robots, robots_final, input}, each one number or one per coordinate
+/// @throws core::InvalidInput with file, line and field
+OptimizeSetup read_optimize_setup(const world::YamlNode& node, const world::Model& model);
+
+/// The same section as one JSON object, with everything resolved.
+std::string optimize_setup_json(const OptimizeSetup& setup);
+
+}  // namespace stiction::tasks

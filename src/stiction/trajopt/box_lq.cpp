@@ -1,0 +1,408 @@
+#include "stiction/trajopt/box_lq.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::trajopt {
+namespace {
+
+using core::Status;
+using Eigen::VectorXd;
+using Stage = BoxLqWorkspace::Stage;
+
+/// Narrower boxes have no inside to speak of.
+constexpr double kNarrow = 1e-9;
+/// Share of the way to the nearest bound that a step may go.
+constexpr double kToBoundary = 0.995;
+
+void require_finite(const std::string& field, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+  if (!values.allFinite()) core::throw_invalid(field, "a number that is not finite", "finite numbers");
+}
+
+void validate(const BoxLqProblem& p) {
+  if (p.stages.empty()) core::throw_invalid("stages", "none", "at least one");
+  const Eigen::Index n = p.x0.size(), m = p.R.size();
+  require_finite("x0", p.x0);
+  for (const double r : p.R) core::require_nonnegative("R", r);
+  for (std::size_t t = 0; t < p.stages.size(); ++t) {
+    const LqStage& s = p.stages[t];
+    const auto field = [t](const char* name) { return "stages[" + std::to_string(t) + "]." + name; };
+    core::require_size(field("A rows"), s.A.rows(), n);
+    core::require_size(field("A columns"), s.A.cols(), n);
+    core::require_size(field("B rows"), s.B.rows(), n);
+    core::require_size(field("B columns"), s.B.cols(), m);
+    core::require_size(field("Q rows"), s.Q.rows(), n);
+    core::require_size(field("Q columns"), s.Q.cols(), n);
+    core::require_size(field("q"), s.q.size(), n);
+    core::require_size(field("r"), s.r.size(), m);
+    core::require_size(field("lower"), s.lower.size(), m);
+    core::require_size(field("upper"), s.upper.size(), m);
+    core::require_size(field("Gx rows"), s.Gx.rows(), s.g.size());
+    core::require_size(field("Gu rows"), s.Gu.rows(), s.g.size());
+    if (s.g.size() > 0) {
+      core::require_size(field("Gx columns"), s.Gx.cols(), n);
+      core::require_size(field("Gu columns"), s.Gu.cols(), m);
+    }
+    require_finite(field("A"), s.A), require_finite(field("B"), s.B);
+    require_finite(field("Q"), s.Q), require_finite(field("q"), s.q), require_finite(field("r"), s.r);
+    require_finite(field("lower"), s.lower), require_finite(field("upper"), s.upper);
+    require_finite(field("Gx"), s.Gx), require_finite(field("Gu"), s.Gu), require_finite(field("g"), s.g);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      if (s.lower[i] > s.upper[i]) {
+        core::throw_invalid(field("lower") + "[" + std::to_string(i) + "]", std::to_string(s.lower[i]),
+                            "at most upper = " + std::to_string(s.upper[i]));
+      }
+    }
+  }
+}
+
+class Solver {
+ public:
+  Solver(const BoxLqProblem& problem, const BoxLqOptions& options, BoxLqWorkspace& work)
+      : p_(problem), options_(options), w_(work), n_(problem.x0.size()), m_(problem.R.size()), T_(problem.stages.size()) {}
+
+  Status run(BoxLqResult& out) {
+    start();
+    out.status = Status::MaxIterations;
+    for (out.iterations = 0; out.iterations < options_.max_iterations; ++out.iterations) {
+      calc_gradient();
+      out.gap = gap();
+      if (out.gap <= options_.tolerance) {
+        out.status = Status::Solved;
+        break;
+      }
+      if (!improve()) {
+        if (out.iterations == 0) out.status = Status::NumericalFailure;  // later: this far and no farther, the digits are used up
+        break;
+      }
+    }
+    if (out.status == Status::MaxIterations) calc_gradient(), out.gap = gap();
+    if (out.iterations == 0 && !factorise()) out.status = Status::NumericalFailure;
+    store(out);
+    return out.status;
+  }
+
+ private:
+  double low(std::size_t t, Eigen::Index i) const {
+    const LqStage& s = p_.stages[t];
+    return std::min(s.lower[i], 0.5 * (s.lower[i] + s.upper[i] - kNarrow));
+  }
+  double high(std::size_t t, Eigen::Index i) const {
+    const LqStage& s = p_.stages[t];
+    return std::max(s.upper[i], 0.5 * (s.lower[i] + s.upper[i] + kNarrow));
+  }
+  /// One step: predicted without centring, then corrected. @returns false: no factor, or no way to go
+  bool improve() {
+    if (!factorise()) return false;
+    const double mu = complementarity();
+    aim(0, false);
+    const double predicted = complementarity_after(std::min(1.0, try_step()));
+    aim(std::pow(predicted / mu, 3) * mu, true);
+    return take(std::min(1.0, kToBoundary * try_step()));
+  }
+
+  /// Visits f(stage data, stage, time).
+  template <class F>
+  void each(F&& f) {
+    for (std::size_t t = 0; t < T_; ++t) f(p_.stages[t], w_.stages[t], t);
+  }
+
+  /// The middle of every box, and multipliers of the size of the gradient there.
+  void start() {
+    w_.stages.resize(T_);
+    count_ = 0;
+    each([&](const LqStage& d, Stage& s, std::size_t t) {
+      const Eigen::Index k = d.g.size();
+      s.u = 0.5 * (d.lower + d.upper);
+      s.s_lower.resize(m_), s.s_upper.resize(m_);
+      for (Eigen::Index i = 0; i < m_; ++i) {
+        s.s_lower[i] = s.u[i] - low(t, i);
+        s.s_upper[i] = high(t, i) - s.u[i];
+      }
+      for (VectorXd* v : {&s.z_lower, &s.z_upper}) v->setZero(m_);
+      for (VectorXd* v : {&s.s_row, &s.y_row}) v->setZero(k);
+      for (VectorXd* v : {&s.dz_lower, &s.dz_upper, &s.du, &s.center_lower, &s.center_upper}) v->resize(m_);
+      for (VectorXd* v : {&s.ds_row, &s.dy_row, &s.center_row}) v->resize(k);
+      count_ += 2 * static_cast<double>(m_) + static_cast<double>(k);
+    });
+    simulate();
+    calc_gradient();
+    double work = 0;  // of the gradient over half a box
+    each([&](const LqStage&, Stage& s, std::size_t t) {
+      for (Eigen::Index i = 0; i < m_; ++i) work = std::max(work, std::abs(s.gradient[i]) * 0.5 * (high(t, i) - low(t, i)));
+    });
+    const double mu = std::max(work, options_.tolerance / count_);
+    each([&](const LqStage& d, Stage& s, std::size_t t) {
+      for (Eigen::Index i = 0; i < m_; ++i) {
+        s.z_lower[i] = mu / s.s_lower[i];
+        s.z_upper[i] = mu / s.s_upper[i];
+      }
+      row_value(d, t, s.s_row);
+      const double unit = d.g.size() > 0 ? d.g.cwiseAbs().mean() + 1e-12 : 1.0;
+      s.s_row = s.s_row.cwiseMax(0.1 * unit);
+      s.y_row = mu * s.s_row.cwiseInverse();
+    });
+  }
+
+  const VectorXd& state(std::size_t t) const { return t == 0 ? p_.x0 : w_.stages[t - 1].x_next; }
+
+  void simulate() {
+    each([&](const LqStage& d, Stage& s, std::size_t t) {
+      s.x_next.noalias() = d.A * state(t);
+      s.x_next.noalias() += d.B * s.u;
+    });
+  }
+
+  void row_value(const LqStage& d, std::size_t t, VectorXd& out) {
+    if (d.g.size() == 0) return;
+    out = d.g;
+    out.noalias() += d.Gx * state(t);
+    out.noalias() += d.Gu * w_.stages[t].u;
+  }
+
+  /// Gradient of the Lagrangian to u_t at the present point, by the costates, without the multipliers of the boxes.
+  void calc_gradient() {
+    cost_ = 0;
+    w_.costate.setZero(n_);
+    for (std::size_t t = T_; t-- > 0;) {
+      const LqStage& d = p_.stages[t];
+      Stage& s = w_.stages[t];
+      w_.x.noalias() = d.Q * s.x_next;
+      cost_ += 0.5 * s.x_next.dot(w_.x) + d.q.dot(s.x_next);
+      w_.costate += w_.x + d.q;
+      change(t, w_.change);
+      cost_ += 0.5 * w_.change.cwiseAbs2().dot(p_.R);
+      s.gradient = p_.R.cwiseProduct(w_.change);
+      if (t + 1 < T_) {
+        change(t + 1, w_.change);
+        s.gradient -= p_.R.cwiseProduct(w_.change);
+      }
+      s.gradient.noalias() += d.B.transpose() * w_.costate;
+      w_.x.noalias() = d.A.transpose() * w_.costate;
+      if (d.g.size() > 0) {
+        s.gradient.noalias() -= d.Gu.transpose() * s.y_row;
+        w_.x.noalias() -= d.Gx.transpose() * s.y_row;
+      }
+      w_.costate.swap(w_.x);
+    }
+  }
+
+  /// r_t + u_t − u_{t−1}.
+  void change(std::size_t t, VectorXd& out) const {
+    out = p_.stages[t].r + w_.stages[t].u;
+    if (t > 0) out -= w_.stages[t - 1].u;
+  }
+
+  /// f(u) − f* ≤ Σ s·z + Σ |residual| · width, since f is convex and every input lies in its box; rows that do not hold yet count with
+  /// their multipliers.
+  double gap() {
+    double out = 0;
+    each([&](const LqStage& d, Stage& s, std::size_t t) {
+      for (Eigen::Index i = 0; i < m_; ++i) {
+        const double residual = s.gradient[i] - s.z_lower[i] + s.z_upper[i];
+        out += s.s_lower[i] * s.z_lower[i] + s.s_upper[i] * s.z_upper[i] + std::abs(residual) * (high(t, i) - low(t, i));
+      }
+      if (d.g.size() == 0) return;
+      row_value(d, t, w_.row);
+      out += s.s_row.dot(s.y_row) + (w_.row - s.s_row).cwiseAbs().dot(s.y_row);
+    });
+    return out;
+  }
+
+  double complementarity() {
+    double sum = 0;
+    each([&](const LqStage&, Stage& s, std::size_t) { sum += s.s_lower.dot(s.z_lower) + s.s_upper.dot(s.z_upper) + s.s_row.dot(s.y_row); });
+    return sum / count_;
+  }
+
+  double complementarity_after(double alpha) {
+    double sum = 0;
+    each([&](const LqStage&, Stage& s, std::size_t) {
+      sum += (s.s_lower + alpha * s.du).dot(s.z_lower + alpha * s.dz_lower);
+      sum += (s.s_upper - alpha * s.du).dot(s.z_upper + alpha * s.dz_upper);
+      sum += (s.s_row + alpha * s.ds_row).dot(s.y_row + alpha * s.dy_row);
+    });
+    return sum / count_;
+  }
+
+  /// What every product slack·multiplier should become; with the second-order term of the step tried before.
+  void aim(double mu, bool correct) {
+    each([&](const LqStage&, Stage& s, std::size_t) {
+      s.center_lower.setConstant(mu), s.center_upper.setConstant(mu), s.center_row.setConstant(mu);
+      if (!correct) return;
+      s.center_lower -= s.du.cwiseProduct(s.dz_lower);
+      s.center_upper += s.du.cwiseProduct(s.dz_upper);
+      s.center_row -= s.ds_row.cwiseProduct(s.dy_row);
+    });
+  }
+
+  /// Riccati recursion for the Hessian of (T.3) plus z/s on the boxes and Gᵀ diag(y/s) G of the rows: cost to go in (x_t, u_{t−1}).
+  bool factorise() {
+    for (std::size_t t = T_; t-- > 0;) {
+      const LqStage& d = p_.stages[t];
+      Stage& s = w_.stages[t];
+      s.S_xx = d.Q;
+      if (t + 1 < T_) {
+        const Stage& next = w_.stages[t + 1];
+        s.S_xx += next.P_xx;
+        s.S_xu = next.P_xu, s.S_uu = next.P_uu;
+      } else {
+        s.S_xu.setZero(n_, m_), s.S_uu.setZero(m_, m_);
+      }
+      s.M = s.S_xu;
+      s.M.noalias() += s.S_xx * d.B;
+      s.W_xu.noalias() = d.A.transpose() * s.M;
+      s.H = s.S_uu;
+      s.H.noalias() += d.B.transpose() * s.M;
+      s.H.noalias() += s.S_xu.transpose() * d.B;
+      w_.S_A.noalias() = s.S_xx * d.A;
+      s.P_xx.noalias() = d.A.transpose() * w_.S_A;
+      add_rows(d, s);
+      for (Eigen::Index i = 0; i < m_; ++i) {
+        s.H(i, i) += p_.R[i] + s.z_lower[i] / s.s_lower[i] + s.z_upper[i] / s.s_upper[i];
+      }
+      s.llt.compute(s.H);
+      if (s.llt.info() != Eigen::Success) return false;
+      s.gains.K_x = -s.W_xu.transpose();
+      s.llt.solveInPlace(s.gains.K_x);
+      s.gains.K_u = p_.R.asDiagonal().toDenseMatrix();
+      s.llt.solveInPlace(s.gains.K_u);
+      s.P_xx.noalias() += s.W_xu * s.gains.K_x;
+      s.P_xu.noalias() = s.W_xu * s.gains.K_u;
+      s.P_uu = -(p_.R.asDiagonal() * s.gains.K_u);
+      s.P_uu.diagonal() += p_.R;
+    }
+    return true;
+  }
+
+  void add_rows(const LqStage& d, Stage& s) {
+    if (d.g.size() == 0) return;
+    const auto weights = s.y_row.cwiseQuotient(s.s_row);
+    w_.weighted_x = weights.asDiagonal() * d.Gx;
+    w_.weighted_u = weights.asDiagonal() * d.Gu;
+    s.P_xx.noalias() += d.Gx.transpose() * w_.weighted_x;
+    s.W_xu.noalias() += d.Gx.transpose() * w_.weighted_u;
+    s.H.noalias() += d.Gu.transpose() * w_.weighted_u;
+  }
+
+  /// The Newton step to the centres, with the factors at hand; all its parts. @returns the longest step that keeps everything positive
+  double try_step() {
+    backward();
+    forward();
+    double limit = std::numeric_limits<double>::infinity();
+    const auto see = [&limit](double value, double change) {
+      if (change < 0) limit = std::min(limit, -value / change);
+    };
+    each([&](const LqStage& d, Stage& s, std::size_t) {
+      for (Eigen::Index i = 0; i < m_; ++i) {
+        const double sl = s.s_lower[i], su = s.s_upper[i];
+        s.dz_lower[i] = (s.center_lower[i] - s.z_lower[i] * s.du[i]) / sl - s.z_lower[i];
+        s.dz_upper[i] = (s.center_upper[i] + s.z_upper[i] * s.du[i]) / su - s.z_upper[i];
+        see(sl, s.du[i]), see(su, -s.du[i]);
+        see(s.z_lower[i], s.dz_lower[i]), see(s.z_upper[i], s.dz_upper[i]);
+      }
+      for (Eigen::Index i = 0; i < d.g.size(); ++i) {
+        s.dy_row[i] = (s.center_row[i] - s.y_row[i] * s.ds_row[i]) / s.s_row[i] - s.y_row[i];
+        see(s.s_row[i], s.ds_row[i]), see(s.y_row[i], s.dy_row[i]);
+      }
+    });
+    return limit;
+  }
+
+  /// Linear terms of the cost to go, in increments from the present point: absolute inputs would lose the digits of small slacks.
+  void backward() {
+    w_.costate.setZero(n_);  // those of (x_{t+1}, u_t)
+    w_.u_before.setZero(m_);
+    for (std::size_t t = T_; t-- > 0;) {
+      const LqStage& d = p_.stages[t];
+      Stage& s = w_.stages[t];
+      w_.costate += d.q;
+      w_.costate.noalias() += d.Q * s.x_next;
+      change(t, w_.change);
+      s.k = w_.u_before + p_.R.cwiseProduct(w_.change);
+      s.k -= s.center_lower.cwiseQuotient(s.s_lower) - s.center_upper.cwiseQuotient(s.s_upper);
+      s.k.noalias() += d.B.transpose() * w_.costate;
+      s.p_x.noalias() = d.A.transpose() * w_.costate;
+      if (d.g.size() > 0) {
+        row_value(d, t, w_.row);
+        w_.row = (s.y_row.cwiseProduct(w_.row - s.s_row) - s.center_row).cwiseQuotient(s.s_row);
+        s.k.noalias() += d.Gu.transpose() * w_.row;
+        s.p_x.noalias() += d.Gx.transpose() * w_.row;
+      }
+      s.llt.solveInPlace(s.k);
+      s.k = -s.k;
+      s.p_x.noalias() += s.W_xu * s.k;
+      w_.u_before = -p_.R.cwiseProduct(w_.change + s.k);
+      w_.costate = s.p_x;
+    }
+  }
+
+  void forward() {
+    w_.x.setZero(n_);
+    w_.u_before.setZero(m_);
+    each([&](const LqStage& d, Stage& s, std::size_t t) {
+      s.du = s.k;
+      s.du.noalias() += s.gains.K_x * w_.x;
+      s.du.noalias() += s.gains.K_u * w_.u_before;
+      if (d.g.size() > 0) {
+        row_value(d, t, s.ds_row);
+        s.ds_row -= s.s_row;
+        s.ds_row.noalias() += d.Gx * w_.x;
+        s.ds_row.noalias() += d.Gu * s.du;
+      }
+      w_.x_new.noalias() = d.A * w_.x;
+      w_.x_new.noalias() += d.B * s.du;
+      w_.x.swap(w_.x_new);
+      w_.u_before = s.du;
+    });
+  }
+
+  bool take(double alpha) {
+    if (!(alpha > 0)) return false;
+    each([&](const LqStage&, Stage& s, std::size_t) {
+      s.u += alpha * s.du;
+      s.s_lower += alpha * s.du;
+      s.s_upper -= alpha * s.du;
+      s.z_lower += alpha * s.dz_lower;
+      s.z_upper += alpha * s.dz_upper;
+      s.s_row += alpha * s.ds_row;
+      s.y_row += alpha * s.dy_row;
+    });
+    simulate();
+    return true;
+  }
+
+  void store(BoxLqResult& out) {
+    out.u.resize(T_), out.x.resize(T_ + 1), out.gains.resize(T_);
+    out.x[0] = p_.x0;
+    out.cost = cost_;
+    each([&](const LqStage&, Stage& s, std::size_t t) {
+      out.u[t] = s.u;
+      out.x[t + 1] = s.x_next;
+      out.gains[t] = s.gains;
+    });
+  }
+
+  const BoxLqProblem& p_;
+  const BoxLqOptions& options_;
+  BoxLqWorkspace& w_;
+  Eigen::Index n_, m_;
+  std::size_t T_;
+  double count_ = 0;  // of products slack · multiplier
+  double cost_ = 0;
+};
+
+}  // namespace
+
+Status solve_box_lq(const BoxLqProblem& problem, const BoxLqOptions& options, BoxLqWorkspace& work, BoxLqResult& out) {
+  core::require_positive("tolerance", options.tolerance);
+  if (options.max_iterations < 1) core::throw_invalid("max_iterations", std::to_string(options.max_iterations), "at least 1");
+  validate(problem);
+  return Solver(problem, options, work).run(out);
+}
+
+}  // namespace stiction::trajopt

@@ -1,0 +1,78 @@
+"""`stiction optimize`: results, files that view and check read, exit codes, messages."""
+
+import json
+import os
+import pathlib
+import subprocess
+
+import pytest
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = pathlib.Path(os.environ.get("STICTION_BIN", ROOT / "build/release/stiction"))
+
+
+def run(*words):
+    return subprocess.run([str(PROGRAM), *map(str, words)], capture_output=True, text=True, timeout=120)
+
+
+def test_result_file_and_json_agree_and_check_reads_the_plan(tmp_path):
+    done = run("optimize", "impc_planar_pushing", "-o", tmp_path, "--json")
+    assert done.returncode == 0, done.stderr
+    out = json.loads(done.stdout)
+    assert out == json.loads((tmp_path / "optimize.json").read_text())
+    assert out["status"] == "Solved" and out["iterations"] == 10 and len(out["history"]) == 11
+    totals = [entry["cost"]["total"] for entry in out["history"]]
+    assert totals == sorted(totals, reverse=True)
+    assert out["error"]["position"] < out["tolerance"]["position"]
+    checked = json.loads(run("check", tmp_path, "--json").stdout)
+    values = {item["name"]: item for item in checked["checks"]}
+    for name in ("start", "goal", "dynamics", "error", "stored_position", "stored_force", "joint_limits", "command_limits"):
+        assert values[name]["pass"], name
+
+
+def test_threads_do_not_change_the_result(tmp_path):
+    outs = []
+    for threads in (1, 2):
+        done = run("optimize", "impc_planar_hand", "--iterations", 2, "--threads", threads, "-o", tmp_path / str(threads), "--json")
+        outs.append(json.loads(done.stdout)["cost"])
+    assert outs[0] == outs[1]
+
+
+def test_no_time_keeps_the_guess_and_exits_3(tmp_path):
+    done = run("optimize", "impc_planar_pushing", "--timeout", "1e-9", "-o", tmp_path, "--json")
+    assert done.returncode == 3
+    out = json.loads(done.stdout)
+    assert out["status"] == "MaxIterations" and out["iterations"] == 0
+    assert (tmp_path / "plan.json").exists()
+
+
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        ({"horizon": 0}, "optimize.horizon"),
+        ({"analytic": {"kappa": 0}}, "optimize.analytic.kappa"),
+        ({"weights": {"input": -1}}, "weights.R[0]: got -1"),
+        ({"weights": {"objects": {"bax": 1}}}, "'bax'"),
+        ({"weights": {"objects": {"box": [1, 2]}}}, "optimize.weights.objects.box"),
+        ({"input_bound": 0}, "input_bound: got 0"),
+        ({"scheme": "smooth"}, "scheme: got 'smooth'"),
+        ({"randomized_first": {"samples": 0}}, "optimize.randomized_first.samples"),
+        ({"horizn": 3}, "horizn"),
+        ({"regularisation": {"epsilon": 1, "ratio": 1}}, "either 'ratio' or 'epsilon'"),
+    ],
+    ids=str,
+)
+def test_mistakes_are_named(tmp_path, change, text):
+    path = tmp_path / "task.yaml"
+    path.write_text(yaml.safe_dump({"base": str(ROOT / "tasks/impc_planar_pushing.yaml"), "optimize": change}))
+    done = run("optimize", path, "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert text in done.stderr
+
+
+def test_task_without_the_section_and_unknown_scheme(tmp_path):
+    done = run("optimize", "planar_hand", "-o", tmp_path)
+    assert done.returncode == 2 and "no section 'optimize'" in done.stderr
+    done = run("optimize", "impc_planar_hand", "--scheme", "magic", "-o", tmp_path)
+    assert done.returncode == 2 and "randomized-zeroth" in done.stderr
