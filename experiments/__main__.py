@@ -11,12 +11,8 @@ from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
 
-HEADING = """
-# Chapter 2, reproduced
-
-Made by `build/release/stiction reproduce all --docs docs/reproduction/chapter2.md`. ✓ marks what was checked and holds. Rows of Drake's SAP
-need `make experiments`. Figures 2-2 and 2-9 are pictures of systems.
-"""
+MADE_BY = "Made by `build/release/stiction reproduce all --docs docs/reproduction/{page}`. ✓ marks what was checked and holds."
+REMARKS = {"2": "Rows of Drake's SAP\nneed `make experiments`. Figures 2-2 and 2-9 are pictures of systems."}  # by chapter
 
 
 def names() -> list[str]:
@@ -73,14 +69,19 @@ def print_rows(done) -> None:
 
 
 def write_docs(page: Path, experiments: list, whole: bool) -> None:
-    """The whole page, or these sections of one that exists."""
+    """The whole page, or these sections of one that exists. A page chapterN.md takes those of chapter N only."""
     from . import report
 
-    text = report.to_markdown(experiments, HEADING, page.stem)
+    named = re.fullmatch(r"chapter(\d+)", page.stem)
+    chapter = named[1] if named else ""
+    mine = [done for done in experiments if not chapter or re.search(r"\d+", done.name)[0] == chapter]
+    title = f"# Chapter {chapter}, reproduced" if chapter else "# The thesis, reproduced"
+    made_by = " ".join(filter(None, [MADE_BY.format(page=page.name), REMARKS.get(chapter)]))
+    text = report.to_markdown(mine, f"{title}\n\n{made_by}", page.stem)
     if page.exists() and not whole:
         text = report.with_sections(page.read_text(encoding="utf-8"), text)
     report.write_text(page, text)
-    for done in experiments:
+    for done in mine:
         for picture in done.result.pictures:
             report.write_text(page.parent / page.stem / f"{done.name}-{picture.name}.svg", picture.svg)
 

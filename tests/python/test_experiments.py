@@ -58,6 +58,15 @@ def test_document_keeps_the_sections_of_other_experiments(stiction, report: Path
     assert page.read_text() == text.replace("(2.26)", "(2.2.6)")
 
 
+def test_page_of_a_chapter_takes_its_experiments_only(stiction, tmp_path: Path) -> None:
+    for name in ("figure-2.1", "errata-2"):
+        assert stiction("reproduce", name, "--quick", "-o", tmp_path, "--docs", tmp_path / "chapter2.md").returncode == 0
+    text = (tmp_path / "chapter2.md").read_text()
+    assert text.startswith("# Chapter 2, reproduced\n") and text.count("\n## ") == 2
+    assert stiction("reproduce", "figure-2.1", "--quick", "-o", tmp_path, "--docs", tmp_path / "chapter3.md").returncode == 0
+    assert "## " not in (tmp_path / "chapter3.md").read_text()
+
+
 def test_second_order_by_sap_is_shown_or_says_how_to_get_it(report: Path) -> None:
     experiments = {e["name"]: e for e in json.loads((report / "report.json").read_text())["experiments"]}
     for name in ("figure-2.7", "figure-2.10"):
