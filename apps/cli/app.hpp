@@ -82,11 +82,20 @@ struct CheckArguments {
 struct SimulateArguments {
   std::string plan;
   std::string out_dir;
-  double speed = 1;  ///< times the default speeds
-  int substeps = 0;  ///< predict each edge in this many steps; 0: as the plan does
+  double speed = 1;      ///< times the default speeds
+  double pause_s = 0.3;  ///< between pieces
+  int substeps = 0;      ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = 0.05;
   double friction_scale = 1;
   int threads = 0;
+  bool html = false;
+  bool json = false;
+};
+struct RefineArguments {
+  std::string plan;
+  std::string out_dir;
+  double timeout_s = 20;
+  double speed = 1;  ///< times the default speeds, for trajectory.csv
   bool html = false;
   bool json = false;
 };
@@ -112,6 +121,7 @@ int run_plan(const PlanArguments& arguments);
 int run_optimize(const OptimizeArguments& arguments);
 int run_check(const CheckArguments& arguments);
 int run_simulate(const SimulateArguments& arguments);
+int run_refine(const RefineArguments& arguments);
 int run_view(const ViewArguments& arguments);
 int run_bench(const BenchArguments& arguments);
 int run_reproduce(const ReproduceArguments& arguments);

@@ -86,6 +86,9 @@ int main(int argc, char** argv) {
   simulate->add_option("--speed", simulate_arguments.speed, "Joint speeds, times 0.1 rad/s and 0.05 m/s")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
+  simulate->add_option("--pause", simulate_arguments.pause_s, "Commands rest this long between pieces [s]")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   simulate
       ->add_option("--sub-steps", simulate_arguments.substeps,
                    "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)")
@@ -100,6 +103,18 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 1024));
   simulate->add_flag("--html", simulate_arguments.html, "Also write a page to look at, simulation.html");
   simulate->add_flag("--json", simulate_arguments.json, "One JSON object on stdout");
+
+  app::RefineArguments refine_arguments;
+  auto* refine = cli.add_subcommand("refine", "Shortens a plan and gives its regrasps room; writes a new plan and timed commands");
+  refine->add_option("plan", refine_arguments.plan, "Plan file, or its folder")->required();
+  refine->add_option("-o,--out", refine_arguments.out_dir,
+                     "Folder for plan.json and trajectory.csv (default: the folder `refined` beside the plan)");
+  refine->add_option("--timeout", refine_arguments.timeout_s, "Wall-clock budget [s]")->capture_default_str()->check(CLI::PositiveNumber);
+  refine->add_option("--speed", refine_arguments.speed, "Joint speeds of trajectory.csv, times 0.1 rad/s and 0.05 m/s")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  refine->add_flag("--html", refine_arguments.html, "Also write a page to look at, plan.html");
+  refine->add_flag("--json", refine_arguments.json, "One JSON object on stdout");
 
   app::ViewArguments view_arguments;
   auto* view = cli.add_subcommand("view", "Shows a plan in the browser");
@@ -146,13 +161,14 @@ int main(int argc, char** argv) {
   optimize_arguments.threads_given = optimize_threads->count() > 0;
 
   const bool json = tasks_json || plan_arguments.json || optimize_arguments.json || check_arguments.json || simulate_arguments.json ||
-                    bench_arguments.json || reproduce_arguments.json;
+                    refine_arguments.json || bench_arguments.json || reproduce_arguments.json;
   try {
     if (*tasks) return app::run_tasks(tasks_json);
     if (*plan) return app::run_plan(plan_arguments);
     if (*optimize) return app::run_optimize(optimize_arguments);
     if (*check) return app::run_check(check_arguments);
     if (*simulate) return app::run_simulate(simulate_arguments);
+    if (*refine) return app::run_refine(refine_arguments);
     if (*view) return app::run_view(view_arguments);
     if (*reproduce) return app::run_reproduce(reproduce_arguments);
     return app::run_bench(bench_arguments);

@@ -180,6 +180,7 @@ int run_simulate(const SimulateArguments& arguments) {
   execution::TransferOptions options;
   options.speed.revolute *= arguments.speed;
   options.speed.prismatic *= arguments.speed;
+  options.speed.pause = arguments.pause_s;
   options.threads = arguments.threads;
   simulation::PlantOptions plant_options;
   plant_options.rest_time = arguments.rest_time_s;

@@ -11,13 +11,15 @@ namespace {
 
 using execution::PieceError;
 using execution::PieceReport;
+using execution::SpeedLimits;
 using execution::TransferOptions;
 using execution::TransferResult;
 
 constexpr double kRestTime = 0.05;  // [s], the published damping of the box of planar_pushing
 
-TransferResult transfer(const std::filesystem::path& plan_file, double speed, std::optional<int> substeps, double rest_time,
-                        double friction_scale, double hold, bool whole, bool alone, int threads, std::optional<double> timeout_s) {
+TransferResult transfer(const std::filesystem::path& plan_file, double speed, double pause, double regrasp_factor,
+                        std::optional<int> substeps, double rest_time, double friction_scale, double hold, bool whole, bool alone,
+                        int threads, std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
   const tasks::PlanFile file = tasks::read_plan(plan_file);
@@ -31,6 +33,8 @@ TransferResult transfer(const std::filesystem::path& plan_file, double speed, st
   TransferOptions options;
   options.speed.revolute *= speed;
   options.speed.prismatic *= speed;
+  options.speed.pause = pause;
+  options.speed.regrasp_factor = regrasp_factor;
   options.hold = hold;
   options.whole = whole;
   options.alone = alone;
@@ -101,9 +105,9 @@ void bind_execution(nb::module_& m) {
       .def_ro("q_plan", &TransferResult::q_plan, "planned (n_q, samples)")
       .def_ro("piece", &TransferResult::piece, "index into pieces (samples)")
       .def_ro("wall_s", &TransferResult::wall_s);
-  m.def("transfer", &transfer, "plan_file"_a, nb::kw_only(), "speed"_a = 1.0, "substeps"_a = nb::none(), "rest_time"_a = kRestTime,
-        "friction_scale"_a = 1.0, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0,
-        "timeout_s"_a = nb::none(),
+  m.def("transfer", &transfer, "plan_file"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = SpeedLimits{}.pause,
+        "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(), "rest_time"_a = kRestTime, "friction_scale"_a = 1.0,
+        "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
         "Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
         "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.05 m/s.");
 }

@@ -53,6 +53,20 @@ TEST_F(CheckTest, HonestPlans_Pass) {
   }
 }
 
+/// The same motion called a regrasp: the hand goes elsewhere and drags the box along, or leaves it and never comes near anything again.
+TEST_F(CheckTest, RegraspInContact_IsFoundAndOneInTheAirIsNot) {
+  PlanFile plan = box_->file;
+  ASSERT_EQ(check(box_->task, plan).at("regrasp_contact").value, 0);
+  for (auto& segment : plan.segments) segment.kind = planning::SegmentKind::Contact;
+  plan.segments[1].kind = planning::SegmentKind::Regrasp;  // the push by 0.3 m
+  const CheckReport dragged = check(box_->task, plan);
+  EXPECT_FALSE(dragged.pass);
+  EXPECT_GT(dragged.at("regrasp_contact").value, 0.1) << "it travels 0.3 m, most of it in contact";
+  plan.segments[1].kind = planning::SegmentKind::Contact;
+  plan.segments[2].kind = planning::SegmentKind::Regrasp;  // away from the box
+  EXPECT_EQ(check(box_->task, plan).at("regrasp_contact").value, 0);
+}
+
 TEST_F(CheckTest, StoredAndReadBack_Passes) {
   const PlanFile again = parse_plan(to_text(ball_->file), "plan.json");
   const CheckReport report = check(ball_->task, again);

@@ -66,6 +66,7 @@ class Checker {
     goal_object_ = model_.object_index(plan_.goal_object);
     for (const auto& segment : plan_.segments) n_knots_ += static_cast<long>(segment.knots.size());
     check_file();
+    find_branches();
     start_penetration_ = deepest(plan_.q_start).first;
 
     Eigen::VectorXd q = plan_.q_start;
@@ -85,6 +86,7 @@ class Checker {
         u_before = &knot.u;
         ++out.knots;
       }
+      if (plan_.segments[s].kind == planning::SegmentKind::Regrasp && plan_.substep) check_regrasp(s);
     }
     const PoseError stored_end = goal_error(*q_before);
     error_.see(std::max(std::abs(stored_end.position - plan_.error.position), std::abs(stored_end.angle - plan_.error.angle)),
@@ -108,6 +110,7 @@ class Checker {
     }
     add(out, "force_cone", force_cone_, limits_.cone_excess, "of the normal force");
     add(out, "force_gap", force_gap_, limits_.force_gap, "m");
+    add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
     add(out, "failed_steps", static_cast<double>(failed_steps_), 0.0, "");
     add(out, "quaternion_norm", quaternion_norm_, limits_.quaternion_norm, "");
     add(out, "start", start_, 1e-9, "rad or m");
@@ -271,6 +274,62 @@ class Checker {
     return worst;
   }
 
+  /// A branch of a robot (finger, arm, trunk): its joints, and the pairs that change with it.
+  struct Branch {
+    std::vector<int> joints;  ///< indices of q
+    std::vector<int> pairs;
+  };
+
+  void find_branches() {
+    const auto body = [&](int geometry) -> const world::Body& {
+      return model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)];
+    };
+    for (const auto& robot : model_.robots()) {
+      for (const auto& chain : robot.chains) {
+        Branch& branch = branches_.emplace_back();
+        for (const int v : chain) branch.joints.push_back(model_.n_q() - model_.n_v() + v);
+        const auto moves = [&](int geometry) {
+          const auto& dofs = body(geometry).dofs;
+          return std::any_of(dofs.begin(), dofs.end(), [&](int v) { return std::find(chain.begin(), chain.end(), v) != chain.end(); });
+        };
+        for (std::size_t i = 0; i < model_.pairs().size(); ++i) {
+          const auto& pair = model_.pairs()[i];
+          if (moves(pair.geometry_a) != moves(pair.geometry_b)) branch.pairs.push_back(static_cast<int>(i));
+        }
+      }
+    }
+  }
+
+  /// A branch that goes elsewhere in a regrasp touches nothing from when it was first free, 1 mm from everything, to when it was last.
+  void check_regrasp(std::size_t segment) {
+    constexpr double kFree = 1e-3, kGoesElsewhere = 0.1;  // [m], [rad or m]: a finger that only stops pushing stays where it is
+    const auto& knots = plan_.segments[segment].knots;
+    for (const Branch& branch : branches_) {
+      std::vector<double> gap(knots.size()), travel(knots.size(), 0.0);
+      double all = 0, excursion = 0;
+      for (std::size_t k = 1; k < knots.size(); ++k) {
+        for (const int j : branch.joints) {
+          travel[k] = std::max(travel[k], std::abs(knots[k].q[j] - knots[k - 1].q[j]));
+          excursion = std::max(excursion, std::abs(knots[k].q[j] - knots[0].q[j]));
+        }
+        all += travel[k];
+      }
+      if (excursion < kGoesElsewhere) continue;
+      for (std::size_t k = 0; k < knots.size(); ++k) {
+        world::calc_kinematics(model_, normalised(knots[k].q), kinematics_work_, kinematics_);
+        gap[k] = contact::calc_min_distance(model_, kinematics_, branch.pairs, -std::numeric_limits<double>::infinity(), contact_work_);
+      }
+      const auto is_free = [](double x) { return x >= kFree; };
+      const auto first = std::find_if(gap.begin(), gap.end(), is_free);
+      const auto last = std::find_if(gap.rbegin(), gap.rend(), is_free).base();
+      double touching = first == gap.end() ? all : 0.0;
+      for (auto it = first; it < last; ++it) touching += *it <= 0 ? travel[static_cast<std::size_t>(it - gap.begin())] : 0.0;
+      regrasp_contact_.see(touching, [&] {
+        return fmt::format("{} in segment {}", joint_name(branch.joints.front() - (model_.n_q() - model_.n_a())), segment);
+      });
+    }
+  }
+
   bool step(const Eigen::VectorXd& q, const Eigen::VectorXd& u) {
     ++steps_;
     const Status status = dynamics::step(model_, {q, u}, step_options_, step_work_, result_);
@@ -407,6 +466,7 @@ class Checker {
   dynamics::StepOptions step_options_;
   dynamics::StepResult result_;
   int goal_object_ = 0;
+  std::vector<Branch> branches_;
   double reference_force_ = 0;
   double threshold_ = 0;
   double start_penetration_ = 0;
@@ -416,7 +476,7 @@ class Checker {
   Place place_;
   PoseError end_{0, 0};
   Worst penetration_, joint_limits_, command_limits_, command_step_, force_cone_, force_gap_, quaternion_norm_, start_, goal_, dynamics_,
-      error_, stored_position_, stored_angle_, stored_force_, stored_cone_, display_, path_position_, path_angle_, slide_;
+      error_, regrasp_contact_, stored_position_, stored_angle_, stored_force_, stored_cone_, display_, path_position_, path_angle_, slide_;
 };
 
 }  // namespace

@@ -56,6 +56,8 @@ struct CheckOptions {
 /// joint_limits, command_limits   worst violation
 /// command_step                   largest command increment of a knot in units of the sub-step limits
 /// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step
+/// regrasp_contact                travel of a branch in contact between its first and its last moment 1 mm away from everything, in a regrasp
+///                                in which it goes elsewhere
 /// failed_steps                   steps that were not solved
 /// quaternion_norm, start, goal, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated
 ///

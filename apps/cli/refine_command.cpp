@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/trajectory.hpp"
+#include "stiction/planning/refine.hpp"
+#include "stiction/tasks/options.hpp"
+#include "stiction/tasks/plan_file.hpp"
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Status;
+using planning::RefineResult;
+
+/// Times [s] and commands in the order of the plan's joints, one knot per line.
+void write_trajectory(const fs::path& file, const std::vector<std::string>& joints, const execution::Trajectory& trajectory) {
+  std::string text = "time_s";
+  for (const auto& joint : joints) text += "," + joint;
+  text += "\n";
+  for (Eigen::Index k = 0; k < trajectory.times.size(); ++k) {
+    text += fmt::format("{}", trajectory.times[k]);
+    for (Eigen::Index j = 0; j < trajectory.u.rows(); ++j) text += fmt::format(",{}", trajectory.u(j, k));
+    text += "\n";
+  }
+  const fs::path temporary = file.string() + ".tmp";
+  {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << text;
+    if (!stream.flush())
+      core::throw_invalid("output folder " + file.parent_path().string(), "no space or no permission", "a folder that can be written");
+  }
+  fs::rename(temporary, file);
+}
+
+void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double duration_s, const fs::path& file) {
+  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
+  fmt::print(stderr, "{}, seed {}: {}\n", plan.task_name, plan.seed,
+             r.status == Status::Solved ? r.variant : std::string(core::to_string(r.status)));
+  row("time", fmt::format("{:.3f} s", r.wall_s));
+  row("pushes", fmt::format("{} of {}", r.pushes, r.pushes_before));
+  row("regrasps", fmt::format("{} of {}, {} planned anew", r.regrasps, r.regrasps_before, r.reconnected));
+  row("sub-steps", fmt::format("{} of {}", r.knots, r.knots_before));
+  row("clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
+  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * plan.tol_position,
+                                       r.plan.error.angle, plan.tol_angle));
+  row("execution", fmt::format("{:.1f} s", duration_s));
+  row("plan", file.string());
+}
+
+}  // namespace
+
+int run_refine(const RefineArguments& arguments) {
+  const fs::path path = arguments.plan;
+  const tasks::PlanFile file = tasks::read_plan(path);
+  tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
+  if (file.status != Status::Solved)
+    core::throw_invalid(path.string() + ": status", std::string(core::to_string(file.status)), "Solved: a plan that reaches its goal");
+  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", file.options), path);
+  planning::PlannerOptions options = tasks::read_planner_options(text.at("options"), *task.model);
+  options.threads = file.threads;
+  const fs::path dir =
+      !arguments.out_dir.empty() ? fs::path(arguments.out_dir) : (fs::is_directory(path) ? path : path.parent_path()) / "refined";
+  tasks::require_writable(dir);
+
+  catch_signals();
+  core::RunControl control;
+  control.cancel = &interrupted();
+  control.deadline = core::RunControl::Clock::now() + std::chrono::duration_cast<core::RunControl::Clock::duration>(
+                                                          std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
+  RefineResult result;
+  const Status status = planning::refine(task.model, tasks::to_plan(*task.model, file), options, {}, control, result);
+
+  planning::PlanResult refined;  // the statistics stay those of the search
+  refined.status = file.status;
+  refined.plan = result.plan;
+  refined.seed = file.seed;
+  refined.iterations = file.iterations;
+  refined.nodes = file.nodes;
+  refined.steps = file.steps;
+  refined.linearisations = file.linearisations;
+  refined.failed_steps = file.failed_steps;
+  refined.distrusted = file.distrusted;
+  refined.regrasps = file.regrasps;
+  refined.wall_s = file.wall_s + result.wall_s;
+  refined.start_penetration = file.start_penetration;
+  refined.start_projected = file.start_projected;
+  task.goal_from_command_line = file.goal_from_command_line;
+  const fs::path target = dir / "plan.json";
+  tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
+  execution::SpeedLimits speed;
+  speed.revolute *= arguments.speed;
+  speed.prismatic *= arguments.speed;
+  const execution::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, speed);
+  write_trajectory(dir / "trajectory.csv", file.joints, trajectory);
+  print_summary(file, result, trajectory.duration(), target);
+
+  std::string page;
+  bool page_failed = false;
+  if (arguments.html && status != Status::Cancelled) {
+    page = (dir / "plan.html").string();
+    page_failed = run_page_maker(target, page) != 0;
+    fmt::print(stderr, "  {:22} {}\n", "page", page_failed ? "the page maker failed" : page);
+  }
+  if (arguments.json) {
+    nlohmann::ordered_json out;
+    out["status"] = core::to_string(result.status);
+    out["task"] = file.task_name;
+    out["seed"] = file.seed;
+    out["wall_s"] = result.wall_s;
+    out["iterations"] = result.steps;
+    out["failed_steps"] = result.failed_steps;
+    out["variant"] = result.variant;
+    out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
+    out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
+    out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};
+    out["least_clearance"] = result.least_clearance;
+    out["error"] = {{"position", result.plan.error.position}, {"angle", result.plan.error.angle}};
+    out["duration_s"] = trajectory.duration();
+    out["plan"] = target.string();
+    out["trajectory"] = (dir / "trajectory.csv").string();
+    fmt::print("{}\n", out.dump());
+  }
+  if (status == Status::Cancelled) return kInterrupted;
+  if (status == Status::MaxIterations || status == Status::NumericalFailure) return kNotSolved;
+  return page_failed ? kBadInput : kDone;
+}
+
+}  // namespace stiction::app

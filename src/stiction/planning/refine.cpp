@@ -1,0 +1,427 @@
+#include "stiction/planning/refine.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/planning/object_space.hpp"
+
+namespace stiction::planning {
+namespace {
+
+using core::Status;
+using world::Model;
+
+/// Penetration and Anitescu's gap at an active contact that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
+/// allows 1 mm.
+constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.9e-3;
+/// A branch whose posture differs by more than this between two pushes has moved [rad or m].
+constexpr double kMoved = 5e-3;
+
+/// Contact edges between two regrasps, with the state and command from which they start.
+struct Push {
+  Eigen::VectorXd q_entry, u_entry;
+  std::vector<Segment> edges;
+  std::optional<Segment> regrasp;  ///< that led to it; none before the first one of a plan that starts with a push
+  Eigen::VectorXd u_regrasp;       ///< command from which that started
+  bool merged = false;             ///< a push before it was dropped, so that `regrasp` starts elsewhere
+};
+
+class Refiner {
+ public:
+  Refiner(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
+          const core::RunControl& control, RefineResult& out)
+      : model_(*model),
+        plan_(plan),
+        options_(options),
+        refine_(refine_options),
+        control_(control),
+        out_(out),
+        space_(model_),
+        chains_(model_),
+        steps_(model),
+        geometry_(model_) {
+    exact_ = plan.step;
+    exact_.smoothing = dynamics::Exact{};
+    exact_.with_A = exact_.with_B = false;
+  }
+
+  Status run() {
+    const std::vector<Push> pushes = split();
+    out_.plan = plan_;
+    out_.variant = "unchanged";
+    Verdict given, verdict;
+    const bool good = reaches_goal(plan_, given);
+    out_.fine_error = given.error;
+    if (!good) return Status::NumericalFailure;
+    std::vector<Push> shorter = pushes;
+    if (refine_.cut_tails) cut_tails(shorter);
+    if (refine_.drop_pushes) drop_pushes(shorter);
+    struct Variant {
+      const char* name;
+      const std::vector<Push>* pushes;
+    };
+    for (const Variant& variant : {Variant{"shortened", &shorter}, Variant{"reconnected", &pushes}}) {
+      Plan built;
+      least_clearance_ = std::numeric_limits<double>::infinity();
+      reconnected_ = 0;
+      const Status status = build(*variant.pushes, built);
+      if (status == Status::Cancelled || status == Status::MaxIterations) return status;
+      if (status != Status::Solved || !reaches_goal(built, verdict)) continue;
+      if (verdict.penetration > std::max(kMostPenetration, given.penetration)) continue;
+      if (verdict.force_gap > std::max(kMostForceGap, given.force_gap)) continue;
+      built.error = goal_error(model_, end_of(built), plan_.goal);
+      out_.plan = std::move(built);
+      out_.fine_error = verdict.error;
+      out_.variant = variant.name;
+      out_.reconnected = reconnected_;
+      out_.least_clearance = reconnected_ > 0 ? least_clearance_ : 0.0;
+      break;
+    }
+    return Status::Solved;
+  }
+
+ private:
+  // ---- the plan as a list of pushes ----------------------------------------------------------------------------------------------
+  std::vector<Push> split() const {
+    std::vector<Push> pushes;
+    Eigen::VectorXd q = plan_.q_start, u = plan_.u_start;
+    Eigen::VectorXd u_regrasp = u;
+    std::optional<Segment> regrasp;
+    bool open = false;  // the last push goes on
+    for (const Segment& segment : plan_.segments) {
+      if (segment.knots.empty()) continue;
+      if (segment.kind == SegmentKind::Regrasp) {
+        if (regrasp) {  // one after the other
+          regrasp->knots.insert(regrasp->knots.end(), segment.knots.begin(), segment.knots.end());
+        } else {
+          regrasp = segment;
+          u_regrasp = u;
+        }
+        open = false;
+      } else if (segment.kind == SegmentKind::Contact) {
+        if (!open) pushes.push_back({q, u, {}, std::move(regrasp), u_regrasp, false});
+        regrasp.reset();
+        pushes.back().edges.push_back(segment);
+        open = true;
+      }
+      q = segment.knots.back().q;
+      u = segment.knots.back().u;
+    }
+    return pushes;  // a regrasp at the end serves nothing
+  }
+
+  double share(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) const {
+    Eigen::VectorXd e(model_.n_vu());
+    space_.error(q0.data(), q1.data(), e.data());
+    return largest_share(model_, e, refine_.motionless_position, refine_.motionless_angle);
+  }
+
+  /// 3.4.5 (ii): what follows the last motion of the objects is dropped.
+  void cut_tails(std::vector<Push>& pushes) const {
+    for (Push& push : pushes) {
+      const Eigen::VectorXd q_end = push.edges.back().knots.back().q;
+      while (!push.edges.empty()) {
+        auto& knots = push.edges.back().knots;
+        while (knots.size() > 1 && share(knots[knots.size() - 2].q, q_end) <= 0.1) knots.pop_back();
+        const bool whole = knots.size() == 1 && push.edges.size() > 1;
+        if (!whole || share(push.edges[push.edges.size() - 2].knots.back().q, q_end) > 0.1) break;
+        push.edges.pop_back();
+      }
+    }
+  }
+
+  bool moves_something(const Push& push) const {
+    for (const Segment& edge : push.edges) {
+      for (const auto& knot : edge.knots) {
+        if (share(push.q_entry, knot.q) > 1) return true;
+      }
+    }
+    return false;
+  }
+
+  /// 3.4.5 (i): of contact samples with nothing moved between them only the last counts.
+  void drop_pushes(std::vector<Push>& pushes) const {
+    std::vector<Push> kept;
+    bool dropped = false;
+    for (Push& push : pushes) {
+      if (!moves_something(push)) {
+        dropped = true;
+        continue;
+      }
+      push.merged = dropped;
+      dropped = false;
+      kept.push_back(std::move(push));
+    }
+    if (!kept.empty()) pushes = std::move(kept);
+  }
+
+  // ---- simulated anew ------------------------------------------------------------------------------------------------------------
+  Status build(const std::vector<Push>& pushes, Plan& built) {
+    built = plan_;
+    built.segments.clear();
+    q_ = plan_.q_start;
+    u_ = plan_.u_start;
+    steps_.forget();
+    for (const Segment& segment : plan_.segments) {
+      if (segment.kind == SegmentKind::Settle && !replay(segment, built)) return Status::NumericalFailure;
+    }
+    for (std::size_t i = 0; i < pushes.size(); ++i) {
+      if (control_.cancelled()) return Status::Cancelled;
+      if (control_.expired()) return Status::MaxIterations;
+      const Push& push = pushes[i];
+      if (push.regrasp || push.merged) {
+        if (!(refine_.reconnect && connect(push, i, built)) && (push.merged || !push.regrasp || !regrasp_as_planned(push, built)))
+          return Status::Infeasible;
+      }
+      steps_.forget();
+      for (const Segment& edge : push.edges) {
+        if (!replay(edge, built)) return Status::Infeasible;
+      }
+    }
+    return Status::Solved;
+  }
+
+  bool step(const Eigen::VectorXd& u, const dynamics::StepOptions& options) {
+    ++out_.steps;
+    if (dynamics::step(model_, {q_, u}, options, steps_, result_) == Status::Solved) return true;
+    ++out_.failed_steps;
+    return false;
+  }
+
+  /// One sub-step of the exact dynamics, stored.
+  bool advance(const Eigen::VectorXd& u, Segment& segment) {
+    if (!step(u, exact_)) return false;
+    q_ = result_.q_next;
+    u_ = u;
+    dynamics::Knot& knot = segment.knots.emplace_back();
+    knot.u = u;
+    knot.q = q_;
+    for (const auto& c : result_.contacts) {
+      if (c.active) knot.contacts.push_back(c);
+    }
+    return true;
+  }
+
+  bool replay(const Segment& from, Plan& built) {
+    Segment& segment = built.segments.emplace_back(Segment{from.kind, {}});
+    return std::all_of(from.knots.begin(), from.knots.end(), [&](const auto& knot) { return advance(knot.u, segment); });
+  }
+
+  /// The commands of the plan's own regrasp, after a way back to where they start: a tail may have been cut.
+  bool regrasp_as_planned(const Push& push, Plan& built) {
+    Segment back{SegmentKind::Regrasp, {}};
+    q_rest_ = q_;
+    if (!roll_to(push.u_regrasp, options_.release_tol_position, options_.release_tol_angle, back)) return false;
+    if (!back.knots.empty()) built.segments.push_back(std::move(back));
+    return replay(*push.regrasp, built);
+  }
+
+  // ---- regrasps -------------------------------------------------------------------------------------------------------------------
+  struct Moves {
+    ChainMask moving = 0;   ///< branches that go to another posture
+    ChainMask relaxed = 0;  ///< branches that stay and only change how they push
+  };
+  Moves moves_to(const Push& push) const {
+    Moves out;
+    for (int c = 0; c < chains_.size(); ++c) {
+      double posture = 0, command = 0;
+      for (const int j : chains_.joints(c)) {
+        posture = std::max(posture, std::abs(push.q_entry[model_.n_qu() + j] - q_[model_.n_qu() + j]));
+        command = std::max(command, std::abs(push.u_entry[j] - u_[j]));
+      }
+      if (posture > kMoved) {
+        out.moving |= ChainMask{1} << c;
+      } else if (command > 0) {
+        out.relaxed |= ChainMask{1} << c;
+      }
+    }
+    return out;
+  }
+
+  /// From where the robot is to where the push starts; nothing is changed when it cannot.
+  bool connect(const Push& push, std::size_t number, Plan& built) {
+    const Eigen::VectorXd q_before = q_, u_before = u_;
+    const Moves moves = moves_to(push);
+    for (const double clearance : refine_.clearances) {
+      Segment segment{SegmentKind::Regrasp, {}};
+      core::Random random(refine_.seed, number);
+      if (go(push, moves, clearance, random, segment) && holds_slippery(q_before, segment)) {
+        least_clearance_ = std::min(least_clearance_, clearance);
+        ++reconnected_;
+        if (!segment.knots.empty()) built.segments.push_back(std::move(segment));
+        return true;
+      }
+      q_ = q_before;
+      u_ = u_before;
+    }
+    return false;
+  }
+
+  bool go(const Push& push, const Moves& moves, double clearance, core::Random& random, Segment& segment) {
+    q_rest_ = q_;
+    steps_.forget();
+    Eigen::VectorXd u = u_;  // springs of moving branches are unloaded where they are
+    for (const int j : chains_.joints_of(moves.moving)) u[j] = q_[model_.n_qu() + j];
+    for (const int j : chains_.joints_of(moves.relaxed)) u[j] = push.u_entry[j];
+    if (!roll_to(u, options_.release_tol_position, options_.release_tol_angle, segment)) return false;
+    q_rest_ = q_;
+    if (moves.moving == 0) return true;
+
+    Eigen::VectorXd goal = q_.tail(model_.n_a());
+    const auto joints = chains_.joints_of(moves.moving);
+    for (const int j : joints) goal[j] = push.q_entry[model_.n_qu() + j];
+    PathOptions path_options = refine_.path;
+    path_options.clearance = clearance;
+    std::vector<Eigen::VectorXd> path;
+    if (find_path(model_, chains_, moves.moving, q_, goal, path_options, random, geometry_, path) != PathOutcome::Found) return false;
+    for (std::size_t k = 0; k < path.size(); ++k) {
+      u = u_;
+      for (const int j : joints) u[j] = k + 1 == path.size() ? push.u_entry[j] : path[k][j];
+      if (!roll_to(u, options_.regrasp_tol_position, options_.regrasp_tol_angle, segment)) return false;
+    }
+    return true;
+  }
+
+  bool roll_to(const Eigen::VectorXd& u, double position, double angle, Segment& segment) {
+    if ((u - u_).cwiseAbs().maxCoeff() == 0) return true;
+    const Status status = dynamics::rollout(model_, q_, u_, u, exact_, plan_.substep, steps_, rollout_);
+    out_.steps += rollout_.steps;
+    if (status != Status::Solved) {
+      ++out_.failed_steps;
+      return false;
+    }
+    for (const auto& knot : rollout_.knots) {
+      if (!objects_agree(model_, space_, q_rest_, knot.q, position, angle)) return false;
+    }
+    q_ = rollout_.knots.back().q;
+    u_ = u;
+    segment.knots.insert(segment.knots.end(), std::make_move_iterator(rollout_.knots.begin()),
+                         std::make_move_iterator(rollout_.knots.end()));
+    return true;
+  }
+
+  /// The objects do the same with every μ at regrasp_friction of it.
+  bool holds_slippery(const Eigen::VectorXd& q_before, const Segment& segment) {
+    dynamics::StepOptions slippery = exact_;
+    slippery.friction_scale = exact_.friction_scale * options_.regrasp_friction;
+    const Eigen::VectorXd q_end = q_;
+    q_ = q_before;
+    steps_.forget();
+    bool held = true;
+    for (const auto& knot : segment.knots) {
+      held = step(knot.u, slippery);
+      if (held) q_ = result_.q_next;
+      held = held && objects_agree(model_, space_, knot.q, q_, options_.regrasp_tol_position, options_.regrasp_tol_angle);
+      if (!held) break;
+    }
+    q_ = q_end;
+    steps_.forget();
+    return held;
+  }
+
+  // ---- verdict ------------------------------------------------------------------------------------------------------------------
+  const Eigen::VectorXd& end_of(const Plan& plan) const {
+    return plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
+  }
+
+  bool within(const GoalError& error) const {
+    const double f = options_.tolerance_fraction;
+    return error.position <= f * plan_.goal.tol_position && error.angle <= f * plan_.goal.tol_angle;
+  }
+
+  struct Verdict {
+    GoalError error;         ///< at half the sub-step
+    double penetration = 0;  ///< [m]
+    double force_gap = 0;    ///< [m]
+  };
+
+  /// At the sub-step and at half of it; the second says what the checker looks at besides.
+  bool reaches_goal(const Plan& plan, Verdict& verdict) {
+    verdict = {};
+    if (plan.segments.empty() || !within(goal_error(model_, end_of(plan), plan_.goal))) return false;
+    q_ = plan.q_start;
+    Eigen::VectorXd u = plan.u_start;
+    bool first = true;  // the given start may penetrate
+    steps_.forget();
+    for (const Segment& segment : plan.segments) {
+      for (const auto& knot : segment.knots) {
+        for (const Eigen::VectorXd& next : {Eigen::VectorXd(0.5 * (u + knot.u)), knot.u}) {
+          if (!step(next, exact_)) return false;
+          for (const auto& c : result_.contacts) {
+            if (!first) verdict.penetration = std::max(verdict.penetration, -c.contact.phi);
+            if (c.active) verdict.force_gap = std::max(verdict.force_gap, c.anitescu_gap());
+          }
+          first = false;
+          q_ = result_.q_next;
+        }
+        u = knot.u;
+      }
+    }
+    verdict.error = goal_error(model_, q_, plan_.goal);
+    return within(verdict.error);
+  }
+
+  const Model& model_;
+  const Plan& plan_;
+  const PlannerOptions& options_;
+  const RefineOptions& refine_;
+  const core::RunControl& control_;
+  RefineResult& out_;
+  ObjectSpace space_;
+  RobotChains chains_;
+  dynamics::StepWorkspace steps_;
+  GeometryWorkspace geometry_;
+  dynamics::StepOptions exact_;
+  dynamics::StepResult result_;
+  dynamics::RolloutResult rollout_;
+  Eigen::VectorXd q_, u_;  ///< where the simulation is
+  Eigen::VectorXd q_rest_;
+  double least_clearance_ = 0;
+  int reconnected_ = 0;
+};
+
+void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
+  SegmentKind before = SegmentKind::Settle;
+  for (const Segment& segment : plan.segments) {
+    knots += static_cast<long>(segment.knots.size());
+    regrasps += segment.kind == SegmentKind::Regrasp && before != SegmentKind::Regrasp;
+    pushes += segment.kind == SegmentKind::Contact && before != SegmentKind::Contact;
+    before = segment.kind;
+  }
+}
+
+}  // namespace
+
+void RefineOptions::validate() const {
+  if (clearances.empty()) core::throw_invalid("refine.clearances", "none", "at least one");
+  for (const double clearance : clearances) core::require_positive("refine.clearances", clearance);
+  core::require_positive("refine.motionless_position", motionless_position);
+  core::require_positive("refine.motionless_angle", motionless_angle);
+}
+
+Status refine(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options,
+              const RefineOptions& refine_options, const core::RunControl& control, RefineResult& out) {
+  const auto start = core::RunControl::Clock::now();
+  if (!model) core::throw_invalid("model", "nothing", "a model");
+  refine_options.validate();
+  if (!options.substep) core::throw_invalid("options.substep", "single steps", "a plan in sub-steps");
+  if (!options.real_regrasps) core::throw_invalid("options.real_regrasps", "false", "true: jumps cannot be executed");
+  world::require_configuration(*model, "plan.q_start", plan.q_start);
+  core::require_size("plan.u_start", plan.u_start.size(), model->n_a());
+  if (plan.goal.object < 0 || plan.goal.object >= static_cast<int>(model->objects().size()))
+    core::throw_invalid("plan.goal.object", std::to_string(plan.goal.object), "the index of an object");
+  out = RefineResult{};
+  out.status = Refiner(model, plan, options, refine_options, control, out).run();
+  if (out.status != Status::Solved) out.plan = plan;
+  count(plan, out.pushes_before, out.regrasps_before, out.knots_before);
+  count(out.plan, out.pushes, out.regrasps, out.knots);
+  out.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
+  return out.status;
+}
+
+}  // namespace stiction::planning

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stiction/planning/planner.hpp"
+#include "stiction/planning/regrasp.hpp"
+
+// Refinement of a plan (3.4.5). docs/theory/execution.md
+
+namespace stiction::planning {
+
+struct RefineOptions {
+  std::uint64_t seed = 0;  ///< of the searches for regrasp paths
+  /// Distances that moving branches keep to everything, tried in this order [m], each > 0. The first is a length that errors of an execution stay below.
+  std::vector<double> clearances = {0.02, 0.01, 0.005, 0.002};
+  bool drop_pushes = true;            ///< pushes that move no object are left out and the regrasps around them become one
+  bool cut_tails = true;              ///< what follows the last motion of the objects in a push is left out
+  bool reconnect = true;              ///< regrasps are planned anew; without it they are kept as they are
+  double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
+  double motionless_angle = 1e-3;     ///< … and [rad]
+  PathOptions path;                   ///< of the searches; its clearance is not used
+  void validate() const;              ///< @throws core::InvalidInput naming the field
+};
+
+struct RefineResult {
+  core::Status status = core::Status::NumericalFailure;
+  Plan plan;
+  std::string variant;  ///< what was done: "shortened", "reconnected" or "unchanged"
+  int pushes_before = 0, pushes = 0;
+  int regrasps_before = 0, regrasps = 0;
+  int reconnected = 0;  ///< regrasps that were planned anew; the others replay the commands of the plan
+  long knots_before = 0, knots = 0;
+  double least_clearance = 0;  ///< of the regrasps that were planned anew [m]; 0 without any
+  GoalError fine_error;        ///< at the end, at half the sub-step
+  long steps = 0, failed_steps = 0;
+  double wall_s = 0;
+};
+
+/// Makes a plan shorter and its regrasps wider. Cut at its regrasps, a plan is a list of pushes, each from a posture of the robot. Pushes that move
+/// nothing are dropped, motionless tails cut, and the robot goes from where one push leaves it to where the next one starts: it lets go, keeps the largest of the
+/// clearances for which there is a path, and touches nothing before it arrives (find_path). Everything is simulated anew with the exact dynamics.
+///
+/// A variant counts only if the goal is reached at the sub-step and at half of it; else the next, milder one is tried, in the end the given plan.
+/// @param plan     in sub-steps, with real regrasps, at its goal
+/// @param options  those that the plan was made with
+/// @returns Solved; Cancelled, MaxIterations (deadline): `out.plan` is the given plan; NumericalFailure: the given plan does not reach its goal
+/// @throws  core::InvalidInput
+/// Tests: tests/planning/refine_test.cpp
+core::Status refine(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options,
+                    const RefineOptions& refine_options, const core::RunControl& control, RefineResult& out);
+
+}  // namespace stiction::planning

@@ -1,0 +1,216 @@
+#include "stiction/planning/refine.hpp"
+
+#include <atomic>
+#include <limits>
+
+#include "planning/systems.hpp"
+#include "stiction/contact/contact.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "support/message_of.hpp"
+
+namespace stiction::planning::test {
+namespace {
+
+using core::Status;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+using stiction::test::message_of;
+
+/// planar_pushing, with a plan made by hand.
+struct Pushing {
+  Pushing() {
+    options.substep = dynamics::SubstepLimits{.joint_angle = 0.03, .joint_travel = 0.03, .slide = 2e-3, .max_substeps = 400};
+    options.gamma = 1e-2;
+    plan.q_start = (VectorXd(5) << 0, 0.6, 0, 0, -0.05).finished();
+    plan.u_start = plan.q_start.tail(2);
+    plan.substep = *options.substep;
+    plan.step.h = options.h;
+    q = plan.q_start;
+    u = plan.u_start;
+  }
+
+  void go(SegmentKind kind, const std::vector<Vector2d>& corners) {
+    dynamics::StepWorkspace work(model);
+    Segment& segment = plan.segments.emplace_back(Segment{kind, {}});
+    for (const auto& corner : corners) {
+      dynamics::RolloutResult r;
+      ASSERT_EQ(dynamics::rollout(*model, q, u, corner, plan.step, plan.substep, work, r), Status::Solved);
+      segment.knots.insert(segment.knots.end(), r.knots.begin(), r.knots.end());
+      q = r.knots.back().q;
+      u = corner;
+    }
+  }
+
+  void set_goal() {
+    plan.goal.X_WG = world::object_pose(*model, q, 0);
+    plan.goal.tol_position = 0.02;
+    plan.error = {0, 0};
+  }
+
+  Status run(RefineResult& out) { return refine(model, plan, options, refine_options, control, out); }
+
+  std::shared_ptr<const world::Model> model = load_model("planar_pushing");
+  PlannerOptions options;
+  RefineOptions refine_options;
+  core::RunControl control;
+  Plan plan;
+  VectorXd q, u;
+};
+
+/// Up, away, a push into the air, back, up again.
+Pushing push_with_detour() {
+  Pushing p;
+  p.go(SegmentKind::Contact, {{0, 0.1}});
+  p.go(SegmentKind::Regrasp, {{0, 0.03}, {-0.8, 0.0}, {-0.8, 0.3}});
+  p.go(SegmentKind::Contact, {{-0.9, 0.4}});
+  p.go(SegmentKind::Regrasp, {{-0.8, 0.3}, {-0.8, 0.0}, {0.0, 0.0}, {0, 0.085}});
+  p.go(SegmentKind::Contact, {{0, 0.2}});
+  p.set_goal();
+  return p;
+}
+
+/// Every knot is one exact sub-step from the knot before it.
+void expect_consistent(const world::Model& model, const std::shared_ptr<const world::Model>& shared, const Plan& plan) {
+  dynamics::StepWorkspace work(shared);
+  dynamics::StepResult r;
+  dynamics::StepOptions options = plan.step;
+  options.warm_start = false;
+  VectorXd q = plan.q_start;
+  for (const auto& segment : plan.segments) {
+    for (const auto& knot : segment.knots) {
+      ASSERT_EQ(dynamics::step(model, {q, knot.u}, options, work, r), Status::Solved);
+      EXPECT_LT((r.q_next - knot.q).cwiseAbs().maxCoeff(), 1e-5);
+      q = knot.q;
+    }
+  }
+}
+
+/// Smallest gap of any pair of the hand over the middle of a regrasp, between the first and the last moment `clearance` away from it all.
+double least_gap(const world::Model& model, const Segment& segment, double clearance) {
+  GeometryWorkspace work(model);
+  std::vector<int> pairs;
+  for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) pairs.push_back(i);
+  std::vector<double> gaps;
+  for (const auto& knot : segment.knots) {
+    world::calc_kinematics(model, knot.q, work.kinematics_work, work.kinematics);
+    gaps.push_back(contact::calc_min_distance(model, work.kinematics, pairs, -std::numeric_limits<double>::infinity(), work.contact_work));
+  }
+  std::size_t first = 0, last = gaps.size();
+  while (first < last && gaps[first] < clearance) ++first;
+  while (last > first && gaps[last - 1] < clearance) --last;
+  EXPECT_LT(first, last) << "the hand never leaves";
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = first; k < last; ++k) least = std::min(least, gaps[k]);
+  return least;
+}
+
+TEST(Refine, PushIntoTheAir_IsDroppedAndTheRegraspsAroundItBecomeOne) {
+  Pushing p = push_with_detour();
+  RefineResult r;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_EQ(r.variant, "shortened");
+  EXPECT_EQ(r.pushes_before, 3);
+  EXPECT_EQ(r.pushes, 2);
+  EXPECT_EQ(r.regrasps_before, 2);
+  EXPECT_LE(r.regrasps, 1) << "the hand is where it was: it may not even have to let go";
+  EXPECT_LT(r.knots, r.knots_before);
+  EXPECT_TRUE(r.plan.error.within(p.plan.goal));
+  EXPECT_TRUE(r.fine_error.within(p.plan.goal));
+  expect_consistent(*p.model, p.model, r.plan);
+}
+
+TEST(Refine, Regrasp_KeepsTheLargestClearanceThereIsAPathFor) {
+  Pushing p;
+  p.go(SegmentKind::Contact, {{0, 0.1}});
+  p.go(SegmentKind::Regrasp, {{0, 0.05}, {-0.65, 0.05}, {-0.65, 0.69}, {-0.605, 0.69}});  // 5 mm beside the box
+  p.go(SegmentKind::Contact, {{-0.57, 0.69}});
+  p.set_goal();
+  p.refine_options.clearances = {0.05, 0.02};
+  RefineResult r;
+  ASSERT_EQ(p.run(r), Status::Solved) << r.fine_error.position << " m, " << r.fine_error.angle << " rad";
+  ASSERT_EQ(r.variant, "shortened");
+  EXPECT_EQ(r.reconnected, 1);
+  EXPECT_EQ(r.least_clearance, 0.05);
+  const auto regrasp =
+      std::find_if(r.plan.segments.begin(), r.plan.segments.end(), [](const auto& s) { return s.kind == SegmentKind::Regrasp; });
+  ASSERT_NE(regrasp, r.plan.segments.end());
+  EXPECT_GT(least_gap(*p.model, *regrasp, 0.045), 0.04);
+  expect_consistent(*p.model, p.model, r.plan);
+}
+
+TEST(Refine, MotionlessTail_IsCut) {
+  Pushing p;
+  p.go(SegmentKind::Contact, {{0, 0.1}});
+  p.go(SegmentKind::Contact, {{0, 0.02}});  // away from the box
+  p.set_goal();
+  RefineResult r;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_EQ(r.variant, "shortened");
+  ASSERT_EQ(r.plan.segments.size(), 1u);
+  EXPECT_TRUE(r.plan.error.within(p.plan.goal));
+}
+
+/// The planner's own plans: the goal is kept, joint limits hold, every state follows from the one before it.
+TEST(Refine, PlannedPath_StaysAPlan) {
+  PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.seed = 3;
+  PlanResult planned;
+  ASSERT_EQ(plan(problem, options, {}, planned), Status::Solved);
+  RefineResult r, again;
+  ASSERT_EQ(refine(problem.model, planned.plan, options, {}, {}, r), Status::Solved);
+  EXPECT_TRUE(goal_error(*problem.model, r.plan.segments.back().knots.back().q, problem.goal).within(problem.goal));
+  EXPECT_LE(r.regrasps, r.regrasps_before);
+  expect_consistent(*problem.model, problem.model, r.plan);
+  for (const auto& segment : r.plan.segments) {
+    for (const auto& knot : segment.knots) {
+      EXPECT_TRUE((knot.u.array() >= problem.model->lower().array()).all() && (knot.u.array() <= problem.model->upper().array()).all());
+    }
+  }
+  ASSERT_EQ(refine(problem.model, planned.plan, options, {}, {}, again), Status::Solved);
+  EXPECT_EQ(r.plan.segments.back().knots.back().q, again.plan.segments.back().knots.back().q) << "the same bits";
+  EXPECT_EQ(r.steps, again.steps);
+}
+
+TEST(Refine, PlanThatMissesItsGoal_IsHandedBack) {
+  Pushing p = push_with_detour();
+  p.plan.goal.X_WG.p.z() += 0.1;
+  RefineResult r;
+  EXPECT_EQ(p.run(r), Status::NumericalFailure);
+  EXPECT_EQ(r.plan.segments.size(), p.plan.segments.size());
+}
+
+TEST(Refine, StoppedRuns_HandBackTheGivenPlan) {
+  Pushing p = push_with_detour();
+  const std::atomic<bool> cancel{true};
+  p.control.cancel = &cancel;
+  RefineResult r;
+  EXPECT_EQ(p.run(r), Status::Cancelled);
+  EXPECT_EQ(r.plan.segments.size(), p.plan.segments.size());
+  p.control.cancel = nullptr;
+  p.control.deadline = core::RunControl::Clock::now();
+  EXPECT_EQ(p.run(r), Status::MaxIterations);
+  EXPECT_EQ(r.knots, r.knots_before);
+}
+
+TEST(Refine, BadInput_NamesTheField) {
+  Pushing p = push_with_detour();
+  RefineResult r;
+  const auto complaint = [&] { return message_of([&] { (void)p.run(r); }); };
+  p.refine_options.clearances = {};
+  EXPECT_NE(complaint().find("refine.clearances"), std::string::npos);
+  p.refine_options.clearances = {-0.1};
+  EXPECT_NE(complaint().find("refine.clearances"), std::string::npos);
+  p.refine_options = {};
+  p.refine_options.motionless_angle = 0;
+  EXPECT_NE(complaint().find("refine.motionless_angle"), std::string::npos);
+  p.refine_options = {};
+  p.options.real_regrasps = false;
+  EXPECT_NE(complaint().find("options.real_regrasps"), std::string::npos);
+  p.options = {};
+  p.options.substep.reset();
+  EXPECT_NE(complaint().find("options.substep"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stiction::planning::test

@@ -1,0 +1,60 @@
+"""`stiction refine`: the new plan passes the checker, its timed commands keep the speed limits, mistakes are named."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def refined(stiction, real_plan: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    folder = tmp_path_factory.mktemp("refined")
+    done = stiction("refine", real_plan, "-o", folder, "--json")
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 1
+    return folder, json.loads(done.stdout)
+
+
+def test_refined_plan_is_not_longer_and_passes_the_checker(stiction, refined: tuple[Path, dict]) -> None:
+    folder, out = refined
+    assert {"status", "seed", "wall_s", "iterations", "variant", "pushes", "regrasps", "knots", "error", "plan"} <= out.keys()
+    assert out["pushes"]["after"] <= out["pushes"]["before"] and out["regrasps"]["after"] <= out["regrasps"]["before"]
+    done = stiction("check", folder, "--json")
+    assert done.returncode == 0, done.stderr
+    item = next(check for check in json.loads(done.stdout)["checks"] if check["name"] == "regrasp_contact")
+    assert item["value"] == 0 and item["limit"] == 0
+
+
+def test_timed_commands_keep_the_speed_limits(refined: tuple[Path, dict]) -> None:
+    folder, out = refined
+    with open(folder / "trajectory.csv", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    table = np.array(rows, dtype=float)
+    plan = json.loads((folder / "plan.json").read_text())
+    assert header == ["time_s", *plan["joints"]]
+    assert np.all(np.diff(table[:, 0]) > 0) and table[-1, 0] == pytest.approx(out["duration_s"])
+    speed = np.abs(np.diff(table[:, 1:], axis=0)) / np.diff(table[:, 0])[:, None]
+    assert speed.max() <= 2 * 0.05 * (1 + 1e-6), "regrasps may be twice as fast as 0.05 m/s"
+    assert table[-1, 1:] == pytest.approx(plan["segments"][-1]["knots"][-1]["u"])
+
+
+def test_same_plan_same_file(stiction, real_plan: Path, refined: tuple[Path, dict], tmp_path: Path) -> None:
+    assert stiction("refine", real_plan, "-o", tmp_path).returncode == 0
+    a, b = (json.loads((folder / "plan.json").read_text()) for folder in (refined[0], tmp_path))
+    del a["timing"], b["timing"]
+    assert a == b
+
+
+def test_plan_that_is_none_is_refused(stiction, real_plan: Path, tmp_path: Path) -> None:
+    plan = json.loads(real_plan.read_text())
+    plan["status"] = "MaxIterations"
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    done = stiction("refine", tmp_path)
+    assert done.returncode == 2 and "status" in done.stderr and "MaxIterations" in done.stderr
+    assert not (tmp_path / "refined").exists()
+    missing = stiction("refine", tmp_path / "nothing.json")
+    assert missing.returncode == 2 and "nothing.json" in missing.stderr
