@@ -78,6 +78,7 @@ TEST(Tree, ExtensionWithoutProgress_IsNotTakenToTheGoalButStaysInTheTree) {
     Node node = t.tree[0];
     node.parent = 0;
     node.goal_ratio = share * t.tree[0].goal_ratio;
+    node.local.set(node.q, Eigen::MatrixXd::Identity(t.model->n_v(), t.model->n_a()), t.model->n_qu(), t.model->n_vu(), 1e-4);
     node.local.c_u = t.goal;  // at distance 0: it would be the first to be taken
     const int added = t.tree.add(node, t.goal);
     EXPECT_EQ(t.tree.take_nearest_to_goal() == added, share < 0.95);

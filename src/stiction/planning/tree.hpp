@@ -1,9 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <queue>
 #include <vector>
 
-#include "stiction/planning/object_space.hpp"
+#include "stiction/planning/nearest.hpp"
 #include "stiction/planning/plan.hpp"
 
 namespace stiction::planning {
@@ -12,7 +13,8 @@ namespace stiction::planning {
 struct LocalModel {
   Eigen::VectorXd c_u;    ///< smoothed next configuration of the objects (n_qu)
   Eigen::MatrixXd B_u;    ///< (n_vu × n_a)
-  Eigen::MatrixXd L_inv;  ///< inverse of the Cholesky factor of B_u B_uᵀ + γI, lower triangular (n_vu × n_vu)
+  Eigen::MatrixXd S;      ///< B_u B_uᵀ + γI, the inverse of the metric (n_vu × n_vu); empty once in a tree, like L_inv
+  Eigen::MatrixXd L_inv;  ///< inverse of its Cholesky factor, lower triangular
 
   /// Factorises the metric. @param gamma > 0
   void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma);
@@ -32,17 +34,17 @@ struct Node {
   bool unsupported = false;  ///< the object does not stay when the robot lets go
 };
 
-/// Nodes with the data that the nearest-node search reads kept together.
+/// Nodes, and the orders in which the search takes them. No choice scans all nodes.
 class Tree {
  public:
-  explicit Tree(const ObjectSpace& space) : space_(&space) {}
+  explicit Tree(const ObjectSpace& space) : nearest_(space) {}
 
   int add(Node node, const Eigen::VectorXd& q_goal);
   int size() const { return static_cast<int>(nodes_.size()); }
   const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
 
   /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
-  int nearest(const Eigen::VectorXd& q_u) const;
+  int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
 
   /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
   int take_nearest_to_goal();
@@ -61,15 +63,18 @@ class Tree {
   std::vector<int> path_to(int i) const;
 
  private:
-  double distance(int i, const double* q_u) const;
+  struct Choice {
+    double cost;
+    int node;
+    bool operator>(const Choice& o) const { return cost != o.cost ? cost > o.cost : node > o.node; }
+  };
+  using Queue = std::priority_queue<Choice, std::vector<Choice>, std::greater<>>;
 
-  const ObjectSpace* space_;
   std::vector<Node> nodes_;
-  std::vector<double> centres_;        // c_u, n_qu numbers per node
-  std::vector<double> factors_;        // L_inv, lower triangle by rows, n_vu(n_vu+1)/2 numbers per node
-  std::vector<double> goal_distance_;  // d(q_goal; node), infinite once taken
-  std::vector<int> regrasps_;          // choices by take_for_regrasp
-  std::vector<char> buried_;
+  NearestPoints nearest_;
+  Queue to_goal_;              // by d(q_goal; node); a node taken is gone
+  Queue to_regrasp_;           // by the cost of take_for_regrasp; a node taken comes back with a higher one
+  std::vector<int> regrasps_;  // choices by take_for_regrasp
 };
 
 }  // namespace stiction::planning

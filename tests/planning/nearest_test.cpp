@@ -1,0 +1,111 @@
+#include "stiction/planning/nearest.hpp"
+
+#include <Eigen/Cholesky>
+
+#include "planning/systems.hpp"
+
+namespace stiction::planning::test {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Points along walks through the space, as a tree grows, with metrics that are long in few directions and forget the others.
+struct Points {
+  explicit Points(const std::string& task, int walks) : model(load_model(task)), space(*model), nearest(space), random(8, 0) {
+    const int n_v = model->n_vu();
+    for (int w = 0; w < walks; ++w) {
+      VectorXd q = model->neutral();
+      for (int k = 0; k < 40; ++k) {
+        q = moved(q, 0.1);
+        MatrixXd B = MatrixXd::NullaryExpr(n_v, n_v, [&] { return random.normal(); });
+        for (int j = 0; j < n_v; ++j) B.col(j) *= std::pow(0.6, j);
+        MatrixXd S = B * B.transpose();
+        S.diagonal().array() += 1e-6;
+        MatrixXd L_inv = MatrixXd::Identity(n_v, n_v);
+        S.llt().matrixL().solveInPlace(L_inv);
+        nearest.add(q.head(model->n_qu()), S, L_inv);
+      }
+    }
+  }
+  VectorXd moved(const VectorXd& q, double spread) {
+    VectorXd delta = VectorXd::Zero(model->n_v()), out(model->n_q());
+    for (int i = 0; i < model->n_vu(); ++i) delta[i] = spread * random.normal();
+    world::retract(*model, q, delta, out);
+    return out;
+  }
+  int scan(const VectorXd& q) const {
+    int best = -1;
+    for (int i = 0; i < nearest.size(); ++i) {
+      if (!nearest.removed(i) && (best < 0 || nearest.distance(i, q.data()) < nearest.distance(best, q.data()))) best = i;
+    }
+    return best;
+  }
+  std::shared_ptr<const world::Model> model;
+  ObjectSpace space;
+  NearestPoints nearest;
+  core::Random random;
+};
+
+TEST(ObjectSpace, Chord_IsAMetricBelowTheScaledLength) {
+  Points p("allegro_ball", 0);
+  const VectorXd weights = (VectorXd(6) << 3, 5, 2, 0.7, 0.7, 0.7).finished();
+  VectorXd e(6);
+  for (int k = 0; k < 500; ++k) {
+    const VectorXd a = p.moved(p.model->neutral(), 1.5), b = p.moved(a, 1.5), c = p.moved(b, 0.5);
+    const auto chord = [&](const VectorXd& x, const VectorXd& y) { return p.space.chord(x.data(), y.data(), weights); };
+    p.space.error(a.data(), b.data(), e.data());
+    EXPECT_LE(chord(a, b), e.cwiseProduct(weights.cwiseSqrt()).norm() * (1 + 1e-7));
+    EXPECT_LE(chord(a, c), chord(a, b) + chord(b, c) + 1e-9);
+    EXPECT_NEAR(chord(a, b), chord(b, a), 1e-12);
+    p.space.error(b.data(), c.data(), e.data());
+    if (e.tail<3>().norm() < 0.5) {
+      EXPECT_GT(chord(b, c), 0.98 * e.cwiseProduct(weights.cwiseSqrt()).norm());
+    }
+  }
+}
+
+class EverySpace : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Tasks, EverySpace, testing::Values("planar_pushing", "planar_hand", "allegro_ball"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST_P(EverySpace, Nearest_IsThatOfTheScan) {
+  Points p(GetParam(), 75);
+  long evaluated = 0;
+  constexpr int kQueries = 300;
+  for (int k = 0; k < kQueries; ++k) {
+    const VectorXd q = p.moved(p.model->neutral(), 0.7);
+    long forms = 0;
+    ASSERT_EQ(p.nearest.nearest(q.data(), &forms), p.scan(q));
+    evaluated += forms;
+  }
+  if (p.model->n_vu() == 3) {  // metrics this wild leave little to bound in six dimensions
+    EXPECT_LT(evaluated, kQueries * p.nearest.size() / 4);
+  }
+}
+
+TEST_P(EverySpace, RemovedPoints_AreNeverFoundAndTheNextOneIs) {
+  Points p(GetParam(), 5);
+  const VectorXd q = p.moved(p.model->neutral(), 0.7);
+  for (int left = p.nearest.size(); left > 0; --left) {
+    const int i = p.nearest.nearest(q.data());
+    ASSERT_EQ(i, p.scan(q));
+    p.nearest.remove(i);
+  }
+  EXPECT_EQ(p.nearest.nearest(q.data()), -1);
+  EXPECT_EQ(Points(GetParam(), 0).nearest.nearest(q.data()), -1) << "no points at all";
+}
+
+TEST(NearestPoints, EqualPoints_TheFirstWins) {
+  Points p("planar_pushing", 0);
+  const MatrixXd one = MatrixXd::Identity(3, 3);
+  for (int i = 0; i < 300; ++i) p.nearest.add(Eigen::Vector3d(0.1, 0.2, 0.3), one, one);
+  const Eigen::Vector3d q(1, 1, 1);
+  for (const int first : {0, 1, 2}) {
+    EXPECT_EQ(p.nearest.nearest(q.data()), first);
+    p.nearest.remove(first);
+  }
+}
+
+}  // namespace
+}  // namespace stiction::planning::test
