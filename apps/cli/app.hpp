@@ -66,6 +66,8 @@ struct PlanArguments {
 struct OptimizeArguments {
   std::string task;
   std::string scheme;  ///< empty: that of the task
+  std::string solver;  ///< the same
+  bool forces = false;
   std::uint64_t seed = 0;
   bool seed_given = false;
   int iterations = 0;  ///< 0: those of the task

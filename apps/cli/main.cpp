@@ -62,6 +62,8 @@ int main(int argc, char** argv) {
   optimize->add_option("task", optimize_arguments.task, "Name of a built-in task, or a task file (.yaml), with a section 'optimize'")
       ->required();
   optimize->add_option("--scheme", optimize_arguments.scheme, "Local models: exact, analytic, randomized-first, randomized-zeroth");
+  optimize->add_option("--solver", optimize_arguments.solver, "sweep (one QP per iteration) or receding (Alg. 1 as published)");
+  optimize->add_flag("--forces", optimize_arguments.forces, "Contact trust region: linear contact forces stay in their cones");
   auto* optimize_seed = optimize->add_option("--seed", optimize_arguments.seed, "Seed of the randomised schemes")->check(whole_number);
   optimize->add_option("--iterations", optimize_arguments.iterations, "Iterations in place of those of the task")
       ->check(CLI::Range(1, 1000000));

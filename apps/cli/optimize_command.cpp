@@ -94,6 +94,8 @@ int run_optimize(const OptimizeArguments& arguments) {
   if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
   tasks::OptimizeSetup& setup = *task.optimize;
   if (!arguments.scheme.empty()) setup.choose(tasks::parse_scheme("--scheme", arguments.scheme));
+  if (!arguments.solver.empty()) setup.options.solver = tasks::parse_solver("--solver", arguments.solver);
+  if (arguments.forces && !setup.options.forces) setup.options.forces.emplace();
   if (arguments.seed_given) setup.set_seed(arguments.seed);
   if (arguments.iterations > 0) setup.options.iterations = arguments.iterations;
   if (arguments.threads_given) setup.options.threads = arguments.threads;

@@ -1,18 +1,13 @@
 #include <fmt/format.h>
 #include <nanobind/stl/unique_ptr.h>
 
-#include <chrono>
-#include <exception>
-
-#include "bindings.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/task.hpp"
+#include "watcher.hpp"
 
 namespace stiction::python {
 namespace {
-
-using Callback = std::optional<nb::typed<nb::callable, void(core::Progress)>>;
 
 struct PlanResult {
   tasks::Task task;
@@ -20,45 +15,13 @@ struct PlanResult {
   planning::PlanResult result;
 };
 
-/// Lets Ctrl-C and the caller's function stop a run that goes on without Python's lock.
-class Watcher {
- public:
-  explicit Watcher(const Callback& callback) : callback_(callback) {}
-
-  void operator()(const core::Progress& progress) {
-    if (error_) return;
-    const nb::gil_scoped_acquire locked;
-    try {
-      if (PyErr_CheckSignals() != 0) throw nb::python_error();
-      if (callback_) (*callback_)(progress);
-    } catch (...) {
-      error_ = std::current_exception();
-      cancel_.store(true);
-    }
-  }
-  const std::atomic<bool>& cancel() const { return cancel_; }
-  void rethrow() const {
-    if (error_) std::rethrow_exception(error_);
-  }
-
- private:
-  const Callback& callback_;
-  std::exception_ptr error_;
-  std::atomic<bool> cancel_{false};
-};
-
 std::unique_ptr<PlanResult> plan(const tasks::Task& task, std::optional<std::uint64_t> seed, double timeout_s, int threads,
                                  const Callback& on_progress) {
-  core::require_positive("timeout_s", timeout_s);
   auto out = std::make_unique<PlanResult>(PlanResult{task, task.options, {}});
   if (seed) out->options.seed = *seed;
   out->options.threads = threads;
   Watcher watcher(on_progress);
-  core::RunControl control;
-  control.cancel = &watcher.cancel();
-  control.deadline = core::RunControl::Clock::now() +
-                     std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(std::min(timeout_s, 1e8)));
-  control.on_progress = [&watcher](const core::Progress& progress) { watcher(progress); };
+  const core::RunControl control = watcher.control(timeout_s);
   {
     const nb::gil_scoped_release unlocked;
     (void)planning::plan(task.problem, out->options, control, out->result);

@@ -33,6 +33,7 @@ void bind_world(nb::module_& m);
 void bind_dynamics(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_planning(nb::module_& m);
+void bind_trajopt(nb::module_& m);
 void bind_execution(nb::module_& m);
 
 /// Keeps a workspace to one thread at a time: steps run without Python's lock, so a second thread could enter.

@@ -18,5 +18,6 @@ NB_MODULE(_core, m) {
   stiction::python::bind_dynamics(m);
   stiction::python::bind_simulation(m);
   stiction::python::bind_planning(m);
+  stiction::python::bind_trajopt(m);
   stiction::python::bind_execution(m);
 }

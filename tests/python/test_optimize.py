@@ -4,11 +4,13 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 
 import pytest
 import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "build/release/python"))
 PROGRAM = pathlib.Path(os.environ.get("STICTION_BIN", ROOT / "build/release/stiction"))
 
 
@@ -50,6 +52,8 @@ def test_no_time_keeps_the_guess_and_exits_3(tmp_path):
 @pytest.mark.parametrize(
     "change, text",
     [
+        ({"forces": {"rays": 3}}, "forces.rays: got 3"),
+        ({"forces": {}, "solver": "receding"}, "forces: got the receding solver"),
         ({"horizon": 0}, "optimize.horizon"),
         ({"analytic": {"kappa": 0}}, "optimize.analytic.kappa"),
         ({"weights": {"input": -1}}, "weights.R[0]: got -1"),
@@ -76,3 +80,31 @@ def test_task_without_the_section_and_unknown_scheme(tmp_path):
     assert done.returncode == 2 and "no section 'optimize'" in done.stderr
     done = run("optimize", "impc_planar_hand", "--scheme", "magic", "-o", tmp_path)
     assert done.returncode == 2 and "randomized-zeroth" in done.stderr
+
+
+# ---- Python
+
+
+def test_module_gives_what_the_program_gives(tmp_path):
+    st = pytest.importorskip("stiction")
+    task = st.load_task("impc_planar_hand")
+    seen = []
+    result = st.optimize(task, iterations=2, on_progress=lambda p: seen.append(p.iteration))
+    assert result.status == st.Status.Solved and seen == [1, 2]
+    assert result.q.shape == (task.model.n_q, 21) and result.u.shape == (task.model.n_a, 20)
+    program = json.loads(run("optimize", "impc_planar_hand", "--iterations", 2, "-o", tmp_path, "--json").stdout)
+    assert result.cost.total == program["cost"]["total"]
+    assert [entry.best for entry in result.history] == [entry["best"] for entry in program["history"]]
+
+
+def test_module_names_mistakes_and_stops_at_an_error_of_the_caller():
+    st = pytest.importorskip("stiction")
+    task = st.load_task("impc_planar_pushing")
+    with pytest.raises(ValueError, match="scheme: got 'magic'"):
+        st.optimize(task, scheme="magic")
+    with pytest.raises(ValueError, match="forces: got the receding solver"):
+        st.optimize(task, solver="receding", forces=True)
+    with pytest.raises(ValueError, match="no section 'optimize'"):
+        st.optimize(st.load_task("planar_hand"))
+    with pytest.raises(ZeroDivisionError):
+        st.optimize(task, on_progress=lambda p: 1 / 0)

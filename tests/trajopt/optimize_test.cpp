@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <limits>
+#include <vector>
 
 #include "dynamics/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -240,6 +241,36 @@ TEST(Optimize, WithoutA_StillLowersTheCost) {
   EXPECT_LT(result.cost.total(), 0.9 * result.history[0].cost.total());
 }
 
+TEST(Optimize, ForceTrustRegion_DoesNotBelieveInPulling) {
+  // The box should come towards the ball that touches it: no command does that, and what the model expects shows whether it knows.
+  tasks::Task task = tasks::load_task("impc_planar_pushing");
+  tasks::set_goal(task, std::vector<double>{0.0, 0.45, 0.0});
+  OptimizeOptions options = task.optimize->options;
+  options.iterations = 1;
+  options.weights.Q.tail(2).setZero(), options.weights.Qd.tail(2).setZero();
+  const double boxes = run_task(task, options).result.history[1].predicted;
+  options.forces.emplace();
+  const double forces = run_task(task, options).result.history[1].predicted;
+  EXPECT_GE(forces, -1e-6);
+  EXPECT_GT(boxes, 1.0);
+  EXPECT_LT(forces, 0.5 * boxes);
+}
+
+TEST(Optimize, ForceTrustRegion_CostNeverRises) {
+  for (const char* name : {"impc_planar_hand", "impc_allegro_ball"}) {
+    const tasks::Task task = tasks::load_task(name);
+    OptimizeOptions options = task.optimize->options;
+    options.iterations = 3;
+    options.forces.emplace();
+    const auto [result, status] = run_task(task, options);
+    ASSERT_EQ(status, Status::Solved);
+    for (std::size_t i = 1; i < result.history.size(); ++i) {
+      EXPECT_LE(result.history[i].cost.total(), result.history[i - 1].cost.total()) << name << " iteration " << i;
+    }
+    EXPECT_LT(result.cost.total(), 0.9 * result.history[0].cost.total()) << name;
+  }
+}
+
 TEST(Cost, RotationsByTheirVectors_ExpansionMatchesDifferences) {
   const auto model = dynamics::test::load_task("allegro_ball");
   core::Random random(3, 0);
@@ -295,6 +326,10 @@ TEST(Optimize, BadInput_IsNamed) {
   expect_message([](auto& o, auto&) { o.kappa_growth = 0; }, "kappa_growth: got 0");
   expect_message([](auto& o, auto&) { o.iterations = 0; }, "iterations: got 0");
   expect_message([](auto& o, auto&) { o.input_bound = VectorXd::Constant(1, -0.1); }, "input_bound: got -0.1");
+  expect_message([](auto& o, auto&) { o.forces = {.max_distance = -1}; }, "forces.max_distance: got -1");
+  expect_message([](auto& o, auto&) { o.forces = {.rays = 3}; }, "forces.rays: got 3");
+  expect_message([](auto& o, auto&) { o.forces.emplace(), o.solver = RecedingSolver{}; }, "forces: got the receding solver");
+  expect_message([](auto& o, auto&) { o.forces.emplace(), o.scheme = dynamics::Exact{}; }, "expected the analytic scheme");
   expect_message([](auto&, auto& in) { in.u_guess.clear(); }, "u_guess: got no command");
   expect_message([&](auto&, auto& in) { in.u_guess[3][1] = nan; }, "u_guess[3]");
   expect_message([](auto&, auto& in) { in.u_guess[2][0] = 4; }, "u_guess[2][0]: got 4");

@@ -756,6 +756,91 @@ def plan(task: Task, *, seed: int | None = None, timeout_s: float = 20.0, thread
     Plans a path of the object to the goal. Ctrl-C and an error in on_progress stop it.
     """
 
+class CostTerms:
+    """Parts of the cost (T.1) of a trajectory."""
+
+    @property
+    def objects(self) -> float:
+        """tracking of the objects before the end"""
+
+    @property
+    def objects_final(self) -> float:
+        """and at the end"""
+
+    @property
+    def robots(self) -> float: ...
+
+    @property
+    def robots_final(self) -> float: ...
+
+    @property
+    def input(self) -> float:
+        """changes of the command"""
+
+    @property
+    def total(self) -> float: ...
+
+class IterationLog:
+    @property
+    def cost(self) -> CostTerms:
+        """of the trajectory after this iteration"""
+
+    @property
+    def best(self) -> float:
+        """lowest total so far"""
+
+    @property
+    def length(self) -> float:
+        """of the accepted step; 0: none was"""
+
+    @property
+    def sharpness(self) -> float:
+        """kappa [1/J], or the standard deviation of u"""
+
+    @property
+    def qp_iterations(self) -> int: ...
+
+    @property
+    def failed_models(self) -> int: ...
+
+    @property
+    def elapsed_s(self) -> float: ...
+
+class OptimizeResult:
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """configurations of the best trajectory (n_q, T + 1)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """commands (n_a, T)"""
+
+    @property
+    def cost(self) -> CostTerms: ...
+
+    @property
+    def history(self) -> list[IterationLog]:
+        """the guess first"""
+
+    @property
+    def steps(self) -> int: ...
+
+    @property
+    def linearisations(self) -> int: ...
+
+    @property
+    def wall_s(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], None] | None = None) -> OptimizeResult:
+    """
+    Optimises a trajectory by the section `optimize` of the task (iMPC). scheme: exact, analytic, randomized-first or randomized-zeroth; solver: sweep or receding; forces: with the contact trust region. Ctrl-C and an error in on_progress stop it.
+    """
+
 class PieceError:
     """
     Planned against simulated pose of the object over one piece (3.10)-(3.12).

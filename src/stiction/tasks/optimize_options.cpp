@@ -57,11 +57,13 @@ trajopt::Weights read_weights(const YamlNode& node, const world::Model& model) {
   return out;
 }
 
-trajopt::InnerSolver read_solver(const YamlNode& node) {
-  const std::string name = node.string();
-  if (name == "sweep") return trajopt::SweepSolver{};
-  if (name == "receding") return trajopt::RecedingSolver{};
-  node.fail(fmt::format("'{}'", name), "sweep or receding");
+trajopt::ForceTrustRegion read_forces(const YamlNode& node) {
+  node.require_map({"max_distance", "rays", "friction"});
+  trajopt::ForceTrustRegion out;
+  out.max_distance = node.positive_or("max_distance", out.max_distance);
+  out.friction = node.positive_or("friction", out.friction);
+  if (const auto v = node.find("rays")) out.rays = positive_int(*v);
+  return out;
 }
 
 void read_analytic(const YamlNode& node, OptimizeSetup& out) {
@@ -95,6 +97,12 @@ Scheme parse_scheme(std::string_view field, std::string_view name) {
   core::throw_invalid(field, fmt::format("'{}'", name), "exact, analytic, randomized-first or randomized-zeroth");
 }
 
+trajopt::InnerSolver parse_solver(std::string_view field, std::string_view name) {
+  if (name == "sweep") return trajopt::SweepSolver{};
+  if (name == "receding") return trajopt::RecedingSolver{};
+  core::throw_invalid(field, fmt::format("'{}'", name), "sweep or receding");
+}
+
 void OptimizeSetup::choose(Scheme chosen) {
   scheme = chosen;
   switch (chosen) {
@@ -120,7 +128,7 @@ void OptimizeSetup::set_seed(std::uint64_t seed) {
 
 OptimizeSetup read_optimize_setup(const YamlNode& node, const world::Model& model) {
   node.require_map({"horizon", "iterations", "tolerance", "h", "regularisation", "scheme", "analytic", "randomized_first",
-                    "randomized_zeroth", "decay", "seed", "use_A", "solver", "weights", "input_bound", "joints_reference"});
+                    "randomized_zeroth", "decay", "seed", "use_A", "solver", "weights", "input_bound", "joints_reference", "forces"});
   OptimizeSetup out;
   out.horizon = positive_int(node.at("horizon"));
   if (const auto v = node.find("iterations")) out.options.iterations = positive_int(*v);
@@ -132,7 +140,8 @@ OptimizeSetup read_optimize_setup(const YamlNode& node, const world::Model& mode
   if (const auto v = node.find("randomized_zeroth")) read_sampling(*v, model, out.randomized_zeroth);
   out.options.std_decay = node.nonnegative_or("decay", out.options.std_decay);
   if (const auto v = node.find("use_A")) out.options.use_A = v->boolean();
-  if (const auto v = node.find("solver")) out.options.solver = read_solver(*v);
+  if (const auto v = node.find("solver")) out.options.solver = parse_solver("optimize.solver", v->string());
+  if (const auto v = node.find("forces"); v && v->kind() != YamlNode::Kind::Null) out.options.forces = read_forces(*v);
   out.options.weights = read_weights(node.at("weights"), model);
   out.options.input_bound = numbers(node.at("input_bound"), model.n_a());
   if (const auto v = node.find("joints_reference")) out.joints_reference = v->vector(model.n_a());
@@ -172,6 +181,7 @@ std::string optimize_setup_json(const OptimizeSetup& s) {
   out["solver"] = std::holds_alternative<trajopt::SweepSolver>(o.solver) ? "sweep" : "receding";
   out["weights"] = {{"Q", list(o.weights.Q)}, {"Qd", list(o.weights.Qd)}, {"R", list(o.weights.R)}};
   out["input_bound"] = list(o.input_bound);
+  if (o.forces) out["forces"] = {{"max_distance", o.forces->max_distance}, {"rays", o.forces->rays}, {"friction", o.forces->friction}};
   if (s.joints_reference.size() > 0) out["joints_reference"] = list(s.joints_reference);
   return out.dump();
 }

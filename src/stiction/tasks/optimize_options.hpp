@@ -17,6 +17,9 @@ inline constexpr std::string_view kSchemeNames[] = {"exact", "analytic", "random
 /// @throws core::InvalidInput with the known names
 Scheme parse_scheme(std::string_view field, std::string_view name);
 
+/// sweep | receding
+trajopt::InnerSolver parse_solver(std::string_view field, std::string_view name);
+
 /// The `optimize` section of a task: a horizon, options, and the settings of all four schemes, one of which the options hold.
 struct OptimizeSetup {
   int horizon = 20;                  ///< T
@@ -32,7 +35,7 @@ struct OptimizeSetup {
 
 /// Reads the section:
 ///   horizon, iterations, tolerance, h, regularisation, scheme, use_A, input_bound, joints_reference, seed
-///   solver: sweep | receding
+///   solver: sweep | receding            forces: {max_distance, rays, friction}, the contact trust region
 ///   analytic: {kappa, growth, self_sharpness, limit_sharpness}
 ///   randomized_first, randomized_zeroth: {std_u, std_q, samples}      decay: of both
 ///   weights: {objects: {OBJECT: …}, objects_final: {…}, robots, robots_final, input}, each one number or one per coordinate

@@ -31,11 +31,17 @@ int thread_count(int threads) { return threads == 0 ? core::hardware_threads() :
 
 struct OptimizeWorkspace::Impl {
   Impl(const std::shared_ptr<const Model>& model, int threads) : pool(threads), rollout(model) {
-    for (int i = 0; i < threads; ++i) models.emplace_back(model, 1);
+    for (int i = 0; i < threads; ++i) {
+      models.emplace_back(model, 1);
+      steps.emplace_back(model);
+    }
+    smooth.resize(static_cast<std::size_t>(threads));
   }
   core::ThreadPool pool;
   std::vector<dynamics::LocalModelWorkspace> models;  // per thread
-  std::vector<dynamics::LocalModel> local;            // per time
+  std::vector<dynamics::StepWorkspace> steps;         // the same for smoothed steps with the derivatives of their forces
+  std::vector<dynamics::StepResult> smooth;
+  std::vector<dynamics::LocalModel> local;  // per time
   dynamics::StepWorkspace rollout;
   dynamics::StepResult step;
   Trajectory nominal, trial, best;
@@ -226,9 +232,14 @@ class Optimizer {
       if (control_.stop()) return;
       const Trajectory& n = w_.nominal;
       dynamics::LocalModel& local = w_.local[t];
-      const Status status = dynamics::calc_local_model(model_, {n.q[t], n.u[t]}, scheme(i, t), options_.step, options_.use_A,
-                                                       w_.models[static_cast<std::size_t>(worker)], local);
-      fill_dynamics(status, local, t);
+      if (options_.forces) {
+        calc_with_forces(std::get<dynamics::Analytic>(scheme(i, t)), t, static_cast<std::size_t>(worker));
+      } else {
+        (void)dynamics::calc_local_model(model_, {n.q[t], n.u[t]}, scheme(i, t), options_.step, options_.use_A,
+                                         w_.models[static_cast<std::size_t>(worker)], local);
+        fill_rows({}, t);
+      }
+      fill_dynamics(local.status, local, t);
       LqStage& stage = w_.qp.stages[t];
       expand_state_cost(model_, t + 1 < T_ ? weights_.Q : weights_.Qd, in_.reference[t + 1], n.q[t + 1], stage.q, stage.Q);
     });
@@ -263,6 +274,61 @@ class Optimizer {
       if (options_.use_A) stage.A.middleRows<3>(row) = (carry * stage.A.middleRows<3>(row)).eval();
       stage.B.middleRows<3>(row) = (carry * stage.B.middleRows<3>(row)).eval();
     });
+  }
+
+  // ---- forces
+
+  /// The analytic local model together with the derivatives of its forces.
+  void calc_with_forces(const dynamics::Analytic& scheme, std::size_t t, std::size_t worker) {
+    dynamics::StepOptions options = options_.step;
+    options.smoothing = scheme;
+    options.with_A = options.with_B = options.with_force_derivatives = true;
+    dynamics::StepResult& step = w_.smooth[worker];
+    w_.steps[worker].forget();
+    dynamics::LocalModel& local = w_.local[t];
+    local.status = dynamics::step(model_, {w_.nominal.q[t], w_.nominal.u[t]}, options, w_.steps[worker], step);
+    if (local.status == Status::Solved) local.c = step.q_next, local.A = step.A, local.B = step.B;
+    fill_rows(local.status == Status::Solved ? force_rows(step) : std::vector<ForceRow>{}, t, &step);
+  }
+
+  /// μ λ_n − dᵀλ_t ≥ 0 of one contact, as a share of its λ_n.
+  struct ForceRow {
+    std::size_t contact;
+    Eigen::RowVector3d weights;
+  };
+
+  /// Rows of the near contacts that carry a smoothed force, (T.7).
+  std::vector<ForceRow> force_rows(const dynamics::StepResult& step) const {
+    const bool planar = model_.planar_axis().has_value();
+    const int rays = planar ? 2 : options_.forces->rays;
+    std::vector<ForceRow> out;
+    for (std::size_t c = 0; c < step.contacts.size(); ++c) {
+      const auto& contact = step.contacts[c];
+      if (contact.contact.phi > options_.forces->max_distance || !(contact.lambda[0] > 0)) continue;
+      const double mu = contact.contact.friction * options_.step.friction_scale * options_.forces->friction;
+      const int n = mu > 0 ? rays : 1;
+      for (int k = 0; k < n; ++k) {
+        const double angle = 2 * M_PI * k / n;
+        Eigen::RowVector3d row(mu, -std::cos(angle), -std::sin(angle));
+        if (planar) row[2] = 0;
+        if (!(mu > 0)) row = Eigen::RowVector3d::UnitX();
+        row /= contact.lambda[0];
+        if (row.dot(contact.lambda) > 0) out.push_back({c, row});
+      }
+    }
+    return out;
+  }
+
+  void fill_rows(const std::vector<ForceRow>& rows, std::size_t t, const dynamics::StepResult* step = nullptr) {
+    LqStage& stage = w_.qp.stages[t];
+    const auto k = static_cast<Eigen::Index>(rows.size());
+    stage.Gx.resize(k, n_), stage.Gu.resize(k, m_), stage.g.resize(k);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      const ForceRow& row = rows[static_cast<std::size_t>(i)];
+      stage.Gx.row(i).noalias() = row.weights * step->D_lambda_q[row.contact];
+      stage.Gu.row(i).noalias() = row.weights * step->D_lambda_u[row.contact];
+      stage.g[i] = row.weights.dot(step->contacts[row.contact].lambda);
+    }
   }
 
   // ---- bounds

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
+#include <variant>
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
@@ -21,6 +23,15 @@ struct SweepSolver {
 struct RecedingSolver {};
 using InnerSolver = std::variant<SweepSolver, RecedingSolver>;
 
+/// Contact trust region besides the boxes: contact forces, linear in the step, stay inside their friction cones (dual feasibility), so that the
+/// quadratic model cannot pull. Cones in space become pyramids around them, so that no step at all always is inside (T.7).
+/// Needs the Analytic scheme, use_A and SweepSolver.
+struct ForceTrustRegion {
+  double max_distance = 0.02;  ///< of the contacts that count [m], > 0: the smoothed force of a far one is tiny, its linear model of no use
+  int rays = 8;                ///< of the pyramids, in [4, 64]
+  double friction = 1.0;       ///< multiplies every μ, > 0
+};
+
 struct OptimizeOptions {
   dynamics::StepOptions step;  ///< h, regularisation, friction, joint limits of all dynamics; smoothing and with_… are set here
   dynamics::LocalModelScheme scheme = dynamics::Analytic{};  ///< of the local models in the first iteration
@@ -33,7 +44,8 @@ struct OptimizeOptions {
   double tolerance = 0;        ///< stop when an iteration lowers the cost by less than this share, ≥ 0
   double qp_tolerance = 1e-6;  ///< of a QP, as a share of the cost, > 0
   InnerSolver solver = SweepSolver{};
-  int threads = 0;  ///< of the local models, 0 = all cores; the result does not depend on it, bit for bit
+  std::optional<ForceTrustRegion> forces;  ///< nullopt: boxes alone
+  int threads = 0;                         ///< of the local models, 0 = all cores; the result does not depend on it, bit for bit
   void validate(const world::Model& model) const;
 };
 

@@ -25,6 +25,16 @@ void validate_zeroth(const world::Model& model, const dynamics::Sampling& s, boo
   }
 }
 
+void validate_forces(const OptimizeOptions& o) {
+  core::require_positive("forces.max_distance", o.forces->max_distance);
+  core::require_positive("forces.friction", o.forces->friction);
+  if (o.forces->rays < 4 || o.forces->rays > 64)
+    core::throw_invalid("forces.rays", std::to_string(o.forces->rays), "an integer in [4, 64]");
+  if (!std::holds_alternative<dynamics::Analytic>(o.scheme)) core::throw_invalid("forces", "another scheme", "the analytic scheme");
+  if (!std::holds_alternative<SweepSolver>(o.solver)) core::throw_invalid("forces", "the receding solver", "the sweep solver");
+  if (!o.use_A) core::throw_invalid("forces", "use_A = false", "use_A = true");
+}
+
 }  // namespace
 
 void OptimizeOptions::validate(const world::Model& model) const {
@@ -49,6 +59,7 @@ void OptimizeOptions::validate(const world::Model& model) const {
   if (const auto* sweep = std::get_if<SweepSolver>(&solver); sweep != nullptr && sweep->max_halvings < 0) {
     core::throw_invalid("solver.max_halvings", std::to_string(sweep->max_halvings), "at least 0");
   }
+  if (forces) validate_forces(*this);
   if (threads < 0) core::throw_invalid("threads", std::to_string(threads), "at least 0");
 }
 

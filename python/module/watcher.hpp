@@ -1,0 +1,49 @@
+#pragma once
+
+#include <exception>
+
+#include "bindings.hpp"
+#include "stiction/core/run_control.hpp"
+
+namespace stiction::python {
+
+using Callback = std::optional<nb::typed<nb::callable, void(core::Progress)>>;
+
+/// Lets Ctrl-C and the caller's function stop a run that goes on without Python's lock.
+class Watcher {
+ public:
+  explicit Watcher(const Callback& callback) : callback_(callback) {}
+
+  /// What stops the run: this, or the time.
+  core::RunControl control(double timeout_s) {
+    core::require_positive("timeout_s", timeout_s);
+    core::RunControl out;
+    out.cancel = &cancel_;
+    out.deadline = core::RunControl::Clock::now() +
+                   std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(std::min(timeout_s, 1e8)));
+    out.on_progress = [this](const core::Progress& progress) { see(progress); };
+    return out;
+  }
+  void rethrow() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  void see(const core::Progress& progress) {
+    if (error_) return;
+    const nb::gil_scoped_acquire locked;
+    try {
+      if (PyErr_CheckSignals() != 0) throw nb::python_error();
+      if (callback_) (*callback_)(progress);
+    } catch (...) {
+      error_ = std::current_exception();
+      cancel_.store(true);
+    }
+  }
+
+  const Callback& callback_;
+  std::exception_ptr error_;
+  std::atomic<bool> cancel_{false};
+};
+
+}  // namespace stiction::python
