@@ -82,6 +82,13 @@ def test_task_without_the_section_and_unknown_scheme(tmp_path):
     assert done.returncode == 2 and "randomized-zeroth" in done.stderr
 
 
+def test_zeroth_order_without_disturbed_states_goes_without_A(tmp_path):
+    for scheme, use_A in (("randomized-zeroth", False), ("randomized-first", True)):
+        done = run("optimize", "impc_planar_pushing", "--scheme", scheme, "--iterations", 1, "-o", tmp_path, "--json")
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["options"]["use_A"] is use_A
+
+
 # ---- Python
 
 

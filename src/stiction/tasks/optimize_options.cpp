@@ -105,6 +105,7 @@ trajopt::InnerSolver parse_solver(std::string_view field, std::string_view name)
 
 void OptimizeSetup::choose(Scheme chosen) {
   scheme = chosen;
+  options.use_A = use_A && !(chosen == Scheme::RandomizedZeroth && randomized_zeroth.std_q.isZero(0));
   switch (chosen) {
     case Scheme::Exact:
       options.scheme = dynamics::Exact{};
@@ -139,7 +140,7 @@ OptimizeSetup read_optimize_setup(const YamlNode& node, const world::Model& mode
   if (const auto v = node.find("randomized_first")) read_sampling(*v, model, out.randomized_first);
   if (const auto v = node.find("randomized_zeroth")) read_sampling(*v, model, out.randomized_zeroth);
   out.options.std_decay = node.nonnegative_or("decay", out.options.std_decay);
-  if (const auto v = node.find("use_A")) out.options.use_A = v->boolean();
+  if (const auto v = node.find("use_A")) out.use_A = v->boolean();
   if (const auto v = node.find("solver")) out.options.solver = parse_solver("optimize.solver", v->string());
   if (const auto v = node.find("forces"); v && v->kind() != YamlNode::Kind::Null) out.options.forces = read_forces(*v);
   out.options.weights = read_weights(node.at("weights"), model);

@@ -28,6 +28,7 @@ struct OptimizeSetup {
   dynamics::Analytic analytic;
   dynamics::RandomizedFirstOrder randomized_first;
   dynamics::RandomizedZerothOrder randomized_zeroth;
+  bool use_A = true;  ///< as the file says; choose() goes without A where the scheme cannot give it: zeroth order with std_q = 0
   Eigen::VectorXd joints_reference;   ///< of qᵃ (n_a); empty: those of the start
   void choose(Scheme scheme);         ///< puts its settings into options.scheme
   void set_seed(std::uint64_t seed);  ///< of the randomised schemes
