@@ -42,7 +42,7 @@ def collect(name: str, quick: bool) -> tuple[list[dict[str, np.ndarray]], list[b
             plan.write(file)
             for table, (_, substeps) in zip(rows, MODELS):
                 whole = substeps is None and not quick
-                run = st.transfer(file, substeps=substeps, whole=whole, speed=4.0 if quick else 1.0)
+                run = st.transfer(file, substeps=substeps, whole=whole, **({"speed": 16.0, "pause": 0.3} if quick else {}))
                 if whole:
                     reached.append(run.reached)
                 for piece in run.pieces:
@@ -67,7 +67,7 @@ def run(quick: bool) -> Result:
     names = systems(quick)
     tables = {name: collect(name, quick) for name in names}
     result = Result(
-        "Every plan is cut at its regrasps, and every segment starts at rest from the planned state. Joints move at 0.1 rad/s or 0.05 m/s, commands are held for a "
+        "Every plan is cut at its regrasps, and every segment starts at rest from the planned state. Joints move at 0.1 rad/s or 0.0125 m/s, commands are held for a "
         "moment after each segment, nothing is fed back. Δ is the mean error (3.10), L the length of the planned path (3.12), Δ/L (3.11). The same commands and the same simulation are compared "
         "with two models: exact steps in sub-steps as planned here, and one step per extension of the tree as in the thesis. Objects on joints come to rest within 50 ms, as on a table.",
         settings={"tasks": names, "least_length": LEAST_LENGTH},

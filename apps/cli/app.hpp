@@ -85,7 +85,7 @@ struct SimulateArguments {
   std::string plan;
   std::string out_dir;
   double speed = 1;      ///< times the default speeds
-  double pause_s = 0.3;  ///< between pieces
+  double pause_s = 4;  ///< between pieces
   int substeps = 0;      ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = 0.05;
   double friction_scale = 1;

@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
   auto* simulate = cli.add_subcommand("simulate", "Runs a plan open loop in MuJoCo and compares it with what the plan says");
   simulate->add_option("plan", simulate_arguments.plan, "Plan file, or its folder")->required();
   simulate->add_option("-o,--out", simulate_arguments.out_dir, "Folder for simulation.json and the page (default: that of the plan)");
-  simulate->add_option("--speed", simulate_arguments.speed, "Joint speeds, times 0.1 rad/s and 0.05 m/s")
+  simulate->add_option("--speed", simulate_arguments.speed, "Joint speeds, times 0.1 rad/s and 0.0125 m/s")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   simulate->add_option("--pause", simulate_arguments.pause_s, "Commands rest this long between pieces [s]")
@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   refine->add_option("-o,--out", refine_arguments.out_dir,
                      "Folder for plan.json and trajectory.csv (default: the folder `refined` beside the plan)");
   refine->add_option("--timeout", refine_arguments.timeout_s, "Wall-clock budget [s]")->capture_default_str()->check(CLI::PositiveNumber);
-  refine->add_option("--speed", refine_arguments.speed, "Joint speeds of trajectory.csv, times 0.1 rad/s and 0.05 m/s")
+  refine->add_option("--speed", refine_arguments.speed, "Joint speeds of trajectory.csv, times 0.1 rad/s and 0.0125 m/s")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   refine->add_flag("--html", refine_arguments.html, "Also write a page to look at, plan.html");

@@ -109,7 +109,7 @@ void bind_execution(nb::module_& m) {
         "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(), "rest_time"_a = kRestTime, "friction_scale"_a = 1.0,
         "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
         "Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
-        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.05 m/s.");
+        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s.");
 }
 
 }  // namespace stiction::python

@@ -38,7 +38,7 @@ def test_timed_commands_keep_the_speed_limits(refined: tuple[Path, dict]) -> Non
     assert header == ["time_s", *plan["joints"]]
     assert np.all(np.diff(table[:, 0]) > 0) and table[-1, 0] == pytest.approx(out["duration_s"])
     speed = np.abs(np.diff(table[:, 1:], axis=0)) / np.diff(table[:, 0])[:, None]
-    assert speed.max() <= 2 * 0.05 * (1 + 1e-6), "regrasps may be twice as fast as 0.05 m/s"
+    assert speed.max() <= 4 * 0.0125 * (1 + 1e-6), "regrasps may be four times as fast as 0.0125 m/s"
     assert table[-1, 1:] == pytest.approx(plan["segments"][-1]["knots"][-1]["u"])
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import browser
 
-FAST = ("--speed", 4)
+FAST = ("--speed", 16, "--pause", 0.3)
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,9 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 /// How fast joints may be commanded to move. Small, because plans know no inertia.
 struct SpeedLimits {
   double revolute = 0.1;        ///< while pushing [rad/s], > 0
-  double prismatic = 0.05;      ///< while pushing [m/s], > 0
-  double regrasp_factor = 2.0;  ///< regrasps may be this much faster, > 0
-  double pause = 0.3;           ///< commands rest this long between pieces [s], ≥ 0
+  double prismatic = 0.0125;    ///< while pushing [m/s], > 0
+  double regrasp_factor = 4.0;  ///< regrasps may be this much faster, > 0
+  double pause = 4.0;           ///< commands rest this long between pieces [s], ≥ 0
   void validate() const;        ///< @throws core::InvalidInput naming the field
 };
 

@@ -14,7 +14,7 @@ namespace stiction::execution {
 
 struct TransferOptions {
   SpeedLimits speed;
-  double hold = 2.0;              ///< the last command is held this long before the goal is judged [s], ≥ 0
+  double hold = 4.0;              ///< the last command is held this long before the goal is judged [s], ≥ 0
   double tol_position = 0.02;     ///< the goal counts as reached within this … [m]
   double tol_angle = 0.2;         ///< … and this [rad]
   double drop_height = 0.03;      ///< a free object that is this far below where the plan has it was dropped [m]

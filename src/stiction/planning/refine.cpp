@@ -48,6 +48,7 @@ class Refiner {
     exact_ = plan.step;
     exact_.smoothing = dynamics::Exact{};
     exact_.with_A = exact_.with_B = false;
+    exact_.warm_start = false;  // every knot follows from the one before it alone
   }
 
   Status run() {
@@ -182,6 +183,7 @@ class Refiner {
       for (const Segment& edge : push.edges) {
         if (!replay(edge, built)) return Status::Infeasible;
       }
+      if (refine_.rest && !come_to_rest(built.segments.back())) return Status::Infeasible;
     }
     return Status::Solved;
   }
@@ -210,6 +212,21 @@ class Refiner {
   bool replay(const Segment& from, Plan& built) {
     Segment& segment = built.segments.emplace_back(Segment{from.kind, {}});
     return std::all_of(from.knots.begin(), from.knots.end(), [&](const auto& knot) { return advance(knot.u, segment); });
+  }
+
+  /// The regularisation holds objects back in every sub-step (S.3); in the world nothing does for long.
+  bool come_to_rest(Segment& push) {
+    constexpr int kMostKnots = 10;
+    for (int k = 0; k < kMostKnots; ++k) {
+      const Eigen::VectorXd before = q_;
+      if (!advance(u_, push)) return false;
+      if (share(before, q_) <= 0.01) {
+        push.knots.pop_back();
+        q_ = before;
+        break;
+      }
+    }
+    return true;
   }
 
   /// The commands of the plan's own regrasp, after a way back to where they start: a tail may have been cut.

@@ -16,6 +16,7 @@ struct RefineOptions {
   std::vector<double> clearances = {0.02, 0.01, 0.005, 0.002};
   bool drop_pushes = true;            ///< pushes that move no object are left out and the regrasps around them become one
   bool cut_tails = true;              ///< what follows the last motion of the objects in a push is left out
+  bool rest = true;                   ///< commands of a push are held at its end until the objects rest in the model as well
   bool reconnect = true;              ///< regrasps are planned anew; without it they are kept as they are
   double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
   double motionless_angle = 1e-3;     ///< … and [rad]
