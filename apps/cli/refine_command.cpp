@@ -116,6 +116,7 @@ int run_refine(const RefineArguments& arguments) {
     out["iterations"] = result.steps;
     out["failed_steps"] = result.failed_steps;
     out["variant"] = result.variant;
+    out["rests"] = result.rests;
     out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
     out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
     out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};

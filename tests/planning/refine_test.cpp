@@ -117,6 +117,10 @@ TEST(Refine, PushIntoTheAir_IsDroppedAndTheRegraspsAroundItBecomeOne) {
   EXPECT_TRUE(r.plan.error.within(p.plan.goal));
   EXPECT_TRUE(r.fine_error.within(p.plan.goal));
   expect_consistent(*p.model, p.model, r.plan);
+  EXPECT_TRUE(r.rests);
+  const auto& last = r.plan.segments.back().knots;
+  ASSERT_GT(last.size(), 1u);
+  EXPECT_LT((last.back().q - last[last.size() - 2].q).cwiseAbs().maxCoeff(), 1e-3) << "the last push ends at rest";
 }
 
 TEST(Refine, Regrasp_KeepsTheLargestClearanceThereIsAPathFor) {
@@ -176,8 +180,13 @@ TEST(Refine, PlanThatMissesItsGoal_IsHandedBack) {
   Pushing p = push_with_detour();
   p.plan.goal.X_WG.p.z() += 0.1;
   RefineResult r;
+  for (auto& segment : p.plan.segments) {
+    for (auto& knot : segment.knots) knot.contacts.clear();  // as read from a file
+  }
   EXPECT_EQ(p.run(r), Status::NumericalFailure);
-  EXPECT_EQ(r.plan.segments.size(), p.plan.segments.size());
+  ASSERT_EQ(r.plan.segments.size(), p.plan.segments.size());
+  EXPECT_EQ(r.plan.segments[0].knots.back().q, p.plan.segments[0].knots.back().q);
+  EXPECT_FALSE(r.plan.segments[0].knots.back().contacts.empty()) << "with forces";
 }
 
 TEST(Refine, StoppedRuns_HandBackTheGivenPlan) {

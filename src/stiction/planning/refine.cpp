@@ -53,10 +53,10 @@ class Refiner {
 
   Status run() {
     const std::vector<Push> pushes = split();
-    out_.plan = plan_;
+    out_.plan = with_forces();
     out_.variant = "unchanged";
     Verdict given, verdict;
-    const bool good = reaches_goal(plan_, given);
+    const bool good = reaches_goal(plan_, 1.0, given);
     out_.fine_error = given.error;
     if (!good) return Status::NumericalFailure;
     std::vector<Push> shorter = pushes;
@@ -65,20 +65,25 @@ class Refiner {
     struct Variant {
       const char* name;
       const std::vector<Push>* pushes;
+      bool rest;
     };
-    for (const Variant& variant : {Variant{"shortened", &shorter}, Variant{"reconnected", &pushes}}) {
+    for (const Variant& variant : {Variant{"shortened", &shorter, true}, Variant{"shortened", &shorter, false},
+                                   Variant{"reconnected", &pushes, true}, Variant{"reconnected", &pushes, false}}) {
+      if (variant.rest && !refine_.rest) continue;
+      rests_ = variant.rest;
       Plan built;
       least_clearance_ = std::numeric_limits<double>::infinity();
       reconnected_ = 0;
       const Status status = build(*variant.pushes, built);
       if (status == Status::Cancelled || status == Status::MaxIterations) return status;
-      if (status != Status::Solved || !reaches_goal(built, verdict)) continue;
+      if (status != Status::Solved || !reaches_goal(built, options_.tolerance_fraction, verdict)) continue;
       if (verdict.penetration > std::max(kMostPenetration, given.penetration)) continue;
       if (verdict.force_gap > std::max(kMostForceGap, given.force_gap)) continue;
       built.error = goal_error(model_, end_of(built), plan_.goal);
       out_.plan = std::move(built);
       out_.fine_error = verdict.error;
       out_.variant = variant.name;
+      out_.rests = rests_;
       out_.reconnected = reconnected_;
       out_.least_clearance = reconnected_ > 0 ? least_clearance_ : 0.0;
       break;
@@ -183,7 +188,7 @@ class Refiner {
       for (const Segment& edge : push.edges) {
         if (!replay(edge, built)) return Status::Infeasible;
       }
-      if (refine_.rest && !come_to_rest(built.segments.back())) return Status::Infeasible;
+      if (rests_ && !come_to_rest(built.segments.back())) return Status::Infeasible;
     }
     return Status::Solved;
   }
@@ -207,6 +212,24 @@ class Refiner {
       if (c.active) knot.contacts.push_back(c);
     }
     return true;
+  }
+
+  /// The given plan; a plan that was read from a file comes without forces.
+  Plan with_forces() {
+    Plan out = plan_;
+    q_ = plan_.q_start;
+    for (Segment& segment : out.segments) {
+      for (dynamics::Knot& knot : segment.knots) {
+        knot.contacts.clear();
+        if (step(knot.u, exact_)) {
+          for (const auto& c : result_.contacts) {
+            if (c.active) knot.contacts.push_back(c);
+          }
+        }
+        q_ = knot.q;
+      }
+    }
+    return out;
   }
 
   bool replay(const Segment& from, Plan& built) {
@@ -346,9 +369,9 @@ class Refiner {
     return plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
   }
 
-  bool within(const GoalError& error) const {
-    const double f = options_.tolerance_fraction;
-    return error.position <= f * plan_.goal.tol_position && error.angle <= f * plan_.goal.tol_angle;
+  /// Within a fraction of the tolerances.
+  bool within(const GoalError& error, double fraction) const {
+    return error.position <= fraction * plan_.goal.tol_position && error.angle <= fraction * plan_.goal.tol_angle;
   }
 
   struct Verdict {
@@ -358,9 +381,9 @@ class Refiner {
   };
 
   /// At the sub-step and at half of it; the second says what the checker looks at besides.
-  bool reaches_goal(const Plan& plan, Verdict& verdict) {
+  bool reaches_goal(const Plan& plan, double fraction, Verdict& verdict) {
     verdict = {};
-    if (plan.segments.empty() || !within(goal_error(model_, end_of(plan), plan_.goal))) return false;
+    if (plan.segments.empty() || !within(goal_error(model_, end_of(plan), plan_.goal), fraction)) return false;
     q_ = plan.q_start;
     Eigen::VectorXd u = plan.u_start;
     bool first = true;  // the given start may penetrate
@@ -380,7 +403,7 @@ class Refiner {
       }
     }
     verdict.error = goal_error(model_, q_, plan_.goal);
-    return within(verdict.error);
+    return within(verdict.error, fraction);
   }
 
   const Model& model_;
@@ -400,6 +423,7 @@ class Refiner {
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
   int reconnected_ = 0;
+  bool rests_ = true;
 };
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
@@ -434,7 +458,6 @@ Status refine(const std::shared_ptr<const Model>& model, const Plan& plan, const
     core::throw_invalid("plan.goal.object", std::to_string(plan.goal.object), "the index of an object");
   out = RefineResult{};
   out.status = Refiner(model, plan, options, refine_options, control, out).run();
-  if (out.status != Status::Solved) out.plan = plan;
   count(plan, out.pushes_before, out.regrasps_before, out.knots_before);
   count(out.plan, out.pushes, out.regrasps, out.knots);
   out.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();

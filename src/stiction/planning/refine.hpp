@@ -28,6 +28,7 @@ struct RefineResult {
   core::Status status = core::Status::NumericalFailure;
   Plan plan;
   std::string variant;  ///< what was done: "shortened", "reconnected" or "unchanged"
+  bool rests = false;   ///< pushes end at rest
   int pushes_before = 0, pushes = 0;
   int regrasps_before = 0, regrasps = 0;
   int reconnected = 0;  ///< regrasps that were planned anew; the others replay the commands of the plan
@@ -45,7 +46,7 @@ struct RefineResult {
 /// A variant counts only if the goal is reached at the sub-step and at half of it; else the next, milder one is tried, in the end the given plan.
 /// @param plan     in sub-steps, with real regrasps, at its goal
 /// @param options  those that the plan was made with
-/// @returns Solved; Cancelled, MaxIterations (deadline): `out.plan` is the given plan; NumericalFailure: the given plan does not reach its goal
+/// @returns Solved; Cancelled, MaxIterations (deadline): `out.plan` is the given plan; NumericalFailure: the given plan does not reach its goal, and is handed back
 /// @throws  core::InvalidInput
 /// Tests: tests/planning/refine_test.cpp
 core::Status refine(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options,
