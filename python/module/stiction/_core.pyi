@@ -962,7 +962,7 @@ class TransferResult:
     @property
     def wall_s(self) -> float: ...
 
-def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, pause: float = 0.3, regrasp_factor: float = 2.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, hold: float = 2.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, pause: float = 4.0, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
-    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.05 m/s.
+    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s.
     """
