@@ -42,7 +42,7 @@ def collect(name: str, quick: bool) -> tuple[list[dict[str, np.ndarray]], list[b
             plan.write(file)
             for table, (_, substeps) in zip(rows, MODELS):
                 whole = substeps is None and not quick
-                run = st.transfer(file, substeps=substeps, whole=whole, **({"speed": 16.0, "pause": 0.3} if quick else {}))
+                run = st.transfer(file, substeps=substeps, whole=whole, **({"speed": 4.0, "pause": 0.3} if quick else {}))
                 if whole:
                     reached.append(run.reached)
                 for piece in run.pieces:
