@@ -60,6 +60,9 @@ constexpr TreeReference kTrees[] = {
     {"rrt_1000/planar_pushing", "planar_pushing_table_3_2", {3.25, 0.60}},
     {"rrt_1000/planar_hand", "planar_hand_table_3_2", {10.32, 1.38}},
     {"rrt_1000/allegro_ball_table_3_2", "allegro_ball_table_3_2", {31.01, 3.9}},
+    {"rrt_1000/allegro_plate_table_3_2", "allegro_plate_table_3_2", {117.16, {}}},
+    {"rrt_1000/allegro_pen_table_3_2", "allegro_pen_table_3_2", {24.84, {}}},
+    {"rrt_1000/allegro_door_table_3_2", "allegro_door_table_3_2", {12.42, {}}},
 };
 /// Table 3.1: ten iterations with analytic smoothing, 16 cores.
 constexpr TreeReference kTrajectories[] = {

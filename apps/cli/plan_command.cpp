@@ -59,6 +59,8 @@ void print_summary(const tasks::Task& task, const planning::PlanResult& r, const
   const auto& g = r.regrasps;
   row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted,
                                     g.no_sample, g.no_path, g.object_moved, g.failed_step));
+  if (!r.reason.empty()) row("reason", r.reason);
+  if (r.start_moved > 1e-3) row("start", fmt::format("an object was not at rest: it moved by {:.3g} (m or rad) first", r.start_moved));
   if (r.start_projected)
     row("start", fmt::format("moved onto the constraints first ({:.2f} mm of penetration)", 1e3 * r.start_penetration));
   row("plan", file.string());
@@ -84,6 +86,8 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
   out["segments"] = r.plan.segments.size();
   out["knots"] = counts.knots;
+  out["reason"] = r.reason.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(r.reason);
+  out["start_moved"] = r.start_moved;
   out["start_projected"] = r.start_projected;
   out["start_penetration"] = r.start_penetration;
   out["plan"] = file.string();

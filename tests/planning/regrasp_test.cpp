@@ -114,7 +114,7 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(9, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    if (!try_regrasp(*model, chains, options, q, q.tail(16), random, geometry, steps, regrasp, counts)) continue;
+    if (!try_regrasp(*model, chains, options, q, q.tail(16), {}, random, geometry, steps, regrasp, counts)) continue;
     for (const double friction : {1.0, options.regrasp_friction}) {  // an own simulation of every knot
       dynamics::StepOptions step_options;
       step_options.friction_scale = friction;

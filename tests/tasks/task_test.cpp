@@ -107,14 +107,27 @@ TEST(Tasks, BuiltIn_ObjectsRestWhereTheyStart) {
 }
 
 TEST(Tasks, Table32Variants_AreTheThesis) {
-  for (const std::string name : {"planar_pushing", "planar_hand", "allegro_ball"}) {
+  struct Published {
+    const char* name;
+    double length, gravity;
+    int n_vu, n_a;
+    std::size_t pairs;
+  };
+  // reference counts: objects, joints and pairs of the published systems (a box of 1 m has 8 corner balls there and one box here)
+  for (const auto& [name, length, gravity, n_vu, n_a, pairs] :
+       {Published{"planar_pushing", 0.3, 0, 3, 2, 1}, Published{"planar_hand", 0.3, 0, 3, 4, 51},
+        Published{"allegro_ball", 0.3, 0, 6, 16, 163}, Published{"allegro_pen", 0.2, 0, 6, 19, 258},
+        Published{"allegro_plate", 0.2, 10, 6, 19, 641}, Published{"allegro_door", 0.2, 0, 2, 19, 263}}) {
     SCOPED_TRACE(name);
-    const Task task = load_task(name + "_table_3_2");
+    const Task task = load_task(std::string(name) + "_table_3_2");
     EXPECT_FALSE(task.options.substep.has_value());
     EXPECT_FALSE(task.options.real_regrasps);
     ASSERT_TRUE(std::holds_alternative<planning::FixedLength>(task.options.length));
-    EXPECT_EQ(std::get<planning::FixedLength>(task.options.length).length, 0.3);
-    EXPECT_EQ(task.model->scene().gravity.norm(), 0);
+    EXPECT_EQ(std::get<planning::FixedLength>(task.options.length).length, length);
+    EXPECT_EQ(task.model->scene().gravity.norm(), gravity);
+    EXPECT_EQ(task.model->n_vu(), n_vu);
+    EXPECT_EQ(task.model->n_a(), n_a);
+    EXPECT_EQ(task.model->pairs().size(), pairs);
   }
 }
 
@@ -130,6 +143,17 @@ TEST(Tasks, OptionsAsJson_ReadBackTheSame) {
     const auto again = read_planner_options(world::YamlNode::parse(text, "options"), *task.model);
     EXPECT_EQ(planner_options_json(again, *task.model), text);
   }
+}
+
+TEST(Tasks, GoalOfAnObjectOnAnother_IsTheWholeChain) {
+  Task task = load_task("allegro_door");
+  const int handle = task.model->object_index("handle");
+  EXPECT_EQ(task.problem.goal.object, handle);
+  EXPECT_EQ(task.problem.q_goal.size(), 2);
+  EXPECT_LT((task.problem.goal.X_WG.p - Eigen::Vector3d(0.391, -0.318, 0)).norm(), 1e-3);  // the published place of the knob
+  set_goal(task, std::vector<double>{-0.5, 0.25});
+  EXPECT_EQ(task.problem.q_goal, Eigen::Vector2d(-0.5, 0.25));
+  expect_refused([&] { set_goal(task, std::vector<double>{0.1}); }, {"goal", "1 numbers", "2 (the coordinates of 'door' and 'handle')"});
 }
 
 TEST(Tasks, SetGoal_TakesSixNumbersOrCoordinates) {
@@ -190,9 +214,21 @@ INSTANTIATE_TEST_SUITE_P(
                 {"start.objects.ball", "unknown object 'ball'", "box"}},
         Mistake{"planar_pushing", "start: {objects: {box: {coordinates: [0, .inf, 0]}}}\n", {"start.objects.box.coordinates[1]", "finite"}},
         Mistake{"planar_pushing", "goal: {objects: {box: {position: [0, 0, 0]}}}\n", {"goal.objects.box", "coordinates"}},
+        Mistake{"box_grazing",
+                "scene:\n  objects:\n    - {name: box, joint: slider, axis: [0, 1, 0], mass: 1, limits: [-0.5, 0.5], shapes: [{sphere: "
+                "{radius: "
+                "0.1}}]}\n",
+                {"goal.objects.box", "0.66", "a goal inside the limits [-0.5, 0.5]"}},
+        Mistake{"allegro_door",
+                "goal: {objects: {handle: {coordinates: [0, 1]}}}\n",
+                {"mine.yaml:2", "goal.objects.handle.coordinates", "1 number"}},
+        Mistake{
+            "planar_hand_fixed_y",
+            "scene: {objects: [{name: ball, parent: cart, joint: hinge, axis: [1, 0, 0], mass: 1, shapes: [{sphere: {radius: 0.2}}]}]}\n",
+            {"mine.yaml:2", "scene.objects[0].parent", "unknown object listed before 'cart'"}},
         Mistake{"planar_pushing", "tolerance: {angle: 0}\n", {"tolerance.angle", "> 0"}},
         Mistake{"allegro_ball", "goal: {objects: {ball: {coordinates: [0, 0, 0]}}}\n", {"goal.objects.ball", "unknown key"}},
-        Mistake{"allegro_ball", "goal: {objects: {cube: {position: [0, 0, 0]}}}\n", {"goal.objects", "2 objects", "exactly one object"}},
+        Mistake{"allegro_ball", "goal: {objects: {cube: {position: [0, 0, 0]}}}\n", {"goal.objects.cube", "unknown object 'cube'", "ball"}},
         Mistake{"allegro_ball",
                 "start: {objects: {ball: {quaternion_wxyz: [1, 1, 0, 0]}}}\n",
                 {"start.objects.ball.quaternion_wxyz", "norm", "unit quaternion"}},

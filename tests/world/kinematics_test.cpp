@@ -33,8 +33,14 @@ Vector3d point_velocity(const Model& model, const Kinematics& k, const Body& bod
   return axis.cross(p_W - k.origin_W.col(i));
 }
 
-TEST(Kinematics, AxesAndOrigins_AreTheDerivativeOfEveryBodyThroughRetract) {
-  const auto model = Model::make(test::make_zoo());
+class AnyScene : public testing::TestWithParam<Scene (*)()> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
+                         testing::Values(
+                             +[] { return test::make_zoo(); }, +[] { return test::make_linked(); }),
+                         [](const auto& scene) { return scene.index == 0 ? "zoo" : "linked"; });
+
+TEST_P(AnyScene, AxesAndOrigins_AreTheDerivativeOfEveryBodyThroughRetract) {
+  const auto model = Model::make(GetParam()());
   core::Random random(1, 0);
   const double h = 6e-6;  // cbrt of the accuracy of a pose: truncation and rounding both near 4e-11
   for (int sample = 0; sample < 20; ++sample) {
@@ -206,8 +212,51 @@ TEST(ObjectMass, IsThatOfTheKineticEnergyOfManyParticles) {
   }
 }
 
-TEST(Gravity, IsMinusTheDerivativeOfThePotential) {
-  const auto model = Model::make(test::make_zoo());
+TEST(ObjectMass, OfOneThatCarriesOthers_IsThatOfAllThatMove) {
+  const auto model = Model::make(test::make_linked());
+  core::Random random(9, 0);
+  const int hinge = model->object_index("hinge");
+  const auto& info = model->objects()[static_cast<std::size_t>(hinge)];
+  double mass = 0;
+  for (int sample = 0; sample < 5; ++sample) {
+    const VectorXd q = random_configuration(*model, random);
+    const Kinematics k = kinematics_at(*model, q);
+    double energy2 = 0;  // m v² + ωᵀIω at unit speed
+    mass = 0;
+    for (const char* name : {"hinge", "drawer", "knob"}) {
+      const int object = model->object_index(name);
+      const auto& spec = model->scene().objects[static_cast<std::size_t>(object)];
+      const Pose X_WB = object_pose(*model, q, object);
+      const Vector3d axis = k.axis_W.col(info.v_begin);
+      const Vector3d v = axis.cross(X_WB * spec.p_BCom - k.origin_W.col(info.v_begin));
+      energy2 += spec.mass * v.squaredNorm() + axis.dot(X_WB.R * spec.inertia * X_WB.R.transpose() * axis);
+      mass += spec.mass;
+    }
+    MatrixXd M_u(1, 1);
+    calc_object_mass(*model, k, hinge, M_u);
+    EXPECT_NEAR(M_u(0, 0), energy2, 1e-12 * energy2);
+  }
+  EXPECT_NEAR(info.carried_mass, mass, 1e-14);
+  EXPECT_EQ(model->objects().back().parent, model->object_index("drawer"));
+}
+
+TEST(Objects, ThatHangOnOthers_AreNotPairedWithThem) {
+  const auto model = Model::make(test::make_linked());
+  const auto name_of = [&](int geometry) {
+    return model->bodies()[static_cast<std::size_t>(model->geometries()[static_cast<std::size_t>(geometry)].body)].name;
+  };
+  bool hinge_knob = false;
+  for (const Pair& pair : model->pairs()) {
+    const std::pair<std::string, std::string> names{name_of(pair.geometry_a), name_of(pair.geometry_b)};
+    EXPECT_NE(names, std::pair(std::string("hinge"), std::string("drawer")));
+    EXPECT_NE(names, std::pair(std::string("drawer"), std::string("knob")));
+    hinge_knob |= names == std::pair(std::string("hinge"), std::string("knob"));
+  }
+  EXPECT_TRUE(hinge_knob) << "they are not linked";
+}
+
+TEST_P(AnyScene, Gravity_IsMinusTheDerivativeOfThePotential) {
+  const auto model = Model::make(GetParam()());
   core::Random random(7, 0);
   const VectorXd q = random_configuration(*model, random);
   VectorXd tau(model->n_vu());

@@ -75,4 +75,19 @@ inline Scene make_zoo(std::uint64_t seed = 0) {
   return scene;
 }
 
+/// make_zoo with a slider on the hinge and a hinge on that slider.
+inline Scene make_linked() {
+  Scene scene = make_zoo();
+  core::Random random(5, 78);
+  for (const auto& [name, parent, joint] :
+       {std::tuple{"drawer", "hinge", ObjectJoint::Slider}, std::tuple{"knob", "drawer", ObjectJoint::Hinge}}) {
+    ObjectSpec object = make_object(name, joint, random_pose(random));
+    object.parent = parent;
+    object.axis = random_vector(random, 3, 1).normalized();
+    object.p_BCom = random_vector(random, 3, 0.2);
+    scene.objects.push_back(object);
+  }
+  return scene;
+}
+
 }  // namespace stiction::world::test

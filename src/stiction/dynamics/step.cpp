@@ -33,6 +33,8 @@ constexpr double kLeastForceShare = 3e-4;
 /// entries grow with λ²/σ.
 constexpr double kSensitivityComplementarity = 1e-8;
 
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
 /// Softest robot joint seen as a Cartesian spring, K_a / reach² [N/m].
 double softest_stiffness(const Model& model) {
   double softest = std::numeric_limits<double>::infinity();
@@ -174,7 +176,7 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
     const auto& object = objects[o];
     // ε m/h = ratio · h K_min, with every rotation measured at the object's radius of gyration, where its inertia is m again:
     // translation and rotation get the same ε and no kilogram meets a kg m².
-    const double eps = std::visit(Overloaded{[&](const ByRule& rule) { return rule.ratio * h * h * work.softest / object.mass; },
+    const double eps = std::visit(Overloaded{[&](const ByRule& rule) { return rule.ratio * h * h * work.softest / object.carried_mass; },
                                              [](const FixedEpsilon& fixed) { return fixed.epsilon; }},
                                   options.regularisation);
     epsilon[static_cast<Eigen::Index>(o)] = eps;
@@ -190,7 +192,7 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
       work.b[object.v_begin + i] = -h * tau;
       if (model.dofs()[static_cast<std::size_t>(object.v_begin + i)].kind == world::DofKind::Prismatic) force2 += tau * tau;
     }
-    fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.mass));
+    fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.carried_mass));
   }
 
   const int n_vu = model.n_vu();
@@ -328,7 +330,15 @@ double motion_bound(const Model& model, const StepWorkspace::Impl& work, const E
       const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
       (revolute ? rotation : translation) += std::abs(delta[i]);
     }
-    bound = std::max(bound, translation + rotation * work.object_radius[o]);
+    double sum = translation + rotation * work.object_radius[o];
+    for (int p = objects[o].parent; p >= 0; p = objects[at(p)].parent) {  // what it hangs on carries it along
+      const double arm = (work.kinematics.X_WB[at(objects[o].body)].p - work.kinematics.X_WB[at(objects[at(p)].body)].p).norm();
+      for (int i = objects[at(p)].v_begin; i < objects[at(p)].v_begin + objects[at(p)].n_v; ++i) {
+        const bool revolute = model.dofs()[at(i)].kind == world::DofKind::Revolute;
+        sum += std::abs(delta[i]) * (revolute ? arm + work.object_radius[o] : 1.0);
+      }
+    }
+    bound = std::max(bound, sum);
   }
   return bound;
 }
@@ -402,6 +412,9 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
     core::require_size("damping", in.damping->size(), model.n_v());
     for (const double d : *in.damping) core::require_nonnegative("damping", d);
   }
+
+  const bool hangs = std::any_of(model.objects().begin(), model.objects().end(), [](const auto& o) { return o.parent >= 0; });
+  if (options.with_A && hangs) core::throw_invalid("with_A", "true, with objects that hang on others", "false");
 
   StepWorkspace::Impl& work = workspace.impl();
   const auto* analytic = std::get_if<Analytic>(&options.smoothing);

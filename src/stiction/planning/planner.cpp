@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
@@ -29,6 +30,10 @@ constexpr double kMaxForceGap = 0.9e-3;
 /// The settling of the start stops when no object moves farther than this in a step [m or rad].
 constexpr double kSettled = 1e-6;
 constexpr int kMaxSettleSteps = 100;
+/// An object that is still moving after so many steps and has gone this far is not supported [m or rad].
+constexpr double kFallen = 0.05;
+/// Contact samples that all have to fail before the robot is said to be unable to touch an object.
+constexpr long kHopelessSamples = 100;
 /// A contact edge must move the robot or an object at least this far to be worth a node [m or rad].
 constexpr double kMinMove = 1e-4;
 
@@ -59,6 +64,7 @@ struct Worker {
   dynamics::StepResult step_result;
   dynamics::RolloutResult rollout_result;
   Regrasp regrasp;
+  Node candidate;
 };
 
 /// One extension of the tree, from the draw of the subgoal to the new node.
@@ -87,6 +93,15 @@ void set_edge(const std::vector<dynamics::Knot>& knots, const Model& model, Node
   }
 }
 
+/// qᵘ of the goal.
+Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectSpace& space) {
+  if (problem.q_goal.size() > 0) return problem.q_goal;
+  const auto& object = problem.model->objects()[static_cast<std::size_t>(problem.goal.object)];
+  Eigen::VectorXd q_goal = problem.q_start.head(problem.model->n_qu());
+  q_goal.segment(object.q_begin, object.n_q) = space.coordinates(problem.goal.object, problem.goal.X_WG);
+  return q_goal;
+}
+
 class Planner {
  public:
   Planner(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result)
@@ -106,9 +121,7 @@ class Planner {
     smoothed_.smoothing = options.smoothing;
     smoothed_.with_B = true;
     smoothed_.warm_start = false;
-    q_goal_ = problem.q_start.head(model_.n_qu());
-    const auto& object = model_.objects()[static_cast<std::size_t>(problem.goal.object)];
-    q_goal_.segment(object.q_begin, object.n_q) = space_.coordinates(problem.goal.object, problem.goal.X_WG);
+    q_goal_ = goal_configuration(problem, space_);
   }
 
   Status run() {
@@ -131,6 +144,7 @@ class Planner {
     u_start_ = q.tail(model_.n_a()).cwiseMax(model_.lower()).cwiseMin(model_.upper());
     std::vector<dynamics::Knot> settle;
     worker.steps.forget();
+    bool rests = false;
     for (int k = 0; k < kMaxSettleSteps; ++k) {
       const Status status = dynamics::step(model_, {q, u_start_}, exact_, worker.steps, worker.step_result);
       ++totals_.steps;
@@ -143,12 +157,23 @@ class Planner {
         for (const auto& c : r.contacts) result_.start_penetration = std::max(result_.start_penetration, -c.contact.phi);
       }
       const double moved = r.delta.cwiseAbs().maxCoeff();
-      if (moved < kSettled) break;
+      rests = moved < kSettled;
+      if (rests) break;
       if (k == 0 && moved > 1e-3) result_.start_projected = true;
       dynamics::Knot& knot = settle.emplace_back();
       knot.u = u_start_;
       knot.q = r.q_next;
       q = r.q_next;
+    }
+    Eigen::VectorXd e(model_.n_vu());
+    space_.error(problem_.q_start.data(), q.data(), e.data());
+    result_.start_moved = largest_share(model_, e, 1, 1);
+    if (!rests && result_.start_moved > kFallen) {
+      result_.reason = fmt::format(
+          "the objects do not come to rest at the start: after {} steps one has moved by {:.3g} (m or rad); "
+          "is it supported?",
+          kMaxSettleSteps, result_.start_moved);
+      return false;
     }
     Node root;
     root.edge = SegmentKind::Settle;
@@ -165,6 +190,7 @@ class Planner {
   Status grow() {
     std::vector<Item> items(static_cast<std::size_t>(options_.batch));
     if (options_.stop_at_goal && reaches_goal(best_)) return Status::Solved;
+    if (cannot_touch()) return Status::MaxIterations;
     while (result_.iterations < options_.max_iterations) {
       if (control_.cancelled()) return Status::Cancelled;
       if (control_.expired()) return Status::MaxIterations;
@@ -184,8 +210,21 @@ class Planner {
         if (options_.stop_at_goal && reaches_goal(node)) return Status::Solved;
       }
       report();
+      if (cannot_touch()) return Status::MaxIterations;
     }
     return Status::MaxIterations;
+  }
+
+  /// No branch moves a geometry that may touch an object, or every contact sample so far failed.
+  bool cannot_touch() {
+    bool any = false;
+    for (int c = 0; c < chains_.size(); ++c) any |= !chains_.object_pairs(c).empty();
+    const RegraspCounts& r = totals_.regrasps;
+    const bool hopeless = r.tried >= kHopelessSamples && r.no_sample == r.tried;
+    if (any && !hopeless) return false;
+    result_.reason = any ? fmt::format("the robot cannot touch an object: {} draws of a posture in contact all failed", r.tried)
+                         : std::string("the robot cannot touch an object: no pair of a moving link and an object is looked at");
+    return true;
   }
 
   /// SampleSubgoal, and for subgoals that are the goal also Nearest: each node is taken there once, since the extension is
@@ -269,6 +308,20 @@ class Planner {
     ++result_.distrusted;
   }
 
+  /// δu* of (P.2), cut or stretched to its length.
+  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e) const {
+    Eigen::VectorXd delta_u;
+    solve_bounded_least_squares(local.B_u, e, options_.gamma, model_.lower() - q_a, model_.upper() - q_a, delta_u);
+    const double length = delta_u.norm();
+    if (length < 1e-9) return delta_u;
+    if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
+      delta_u *= fixed->length / length;
+    } else {
+      delta_u *= std::min(1.0, std::get<CappedLength>(options_.length).length / length);
+    }
+    return delta_u;
+  }
+
   /// Alg. 3 with joint limits: δu* = argmin ‖B_u δu − e‖² + γ‖δu‖², cut or stretched to its length, rolled out exactly.
   bool extend(Item& item, Worker& worker) {
     const Node& near = tree_[item.near];
@@ -281,14 +334,8 @@ class Planner {
       space_.error(near.q.data(), near.q_fine.data(), difference.data());
       e -= 0.5 * difference;
     }
-    solve_bounded_least_squares(near.local.B_u, e, options_.gamma, model_.lower() - q_a, model_.upper() - q_a, delta_u);
-    const double length = delta_u.norm();
-    if (length < 1e-9) return false;
-    if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
-      delta_u *= fixed->length / length;
-    } else {
-      delta_u *= std::min(1.0, std::get<CappedLength>(options_.length).length / length);
-    }
+    delta_u = extension(near.local, q_a, e);
+    if (delta_u.norm() < 1e-9) return false;
     const Eigen::VectorXd u = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
     if (!move(near, u, worker, item.totals, item.node)) return false;
     item.node.parent = item.near;
@@ -336,6 +383,23 @@ class Planner {
     if (tree_[item.near].unsupported) item.grasp = false;
   }
 
+  /// Distance of the objects from a subgoal, in tolerances of the goal, after the extension (P.2) that the local model at q promises.
+  double promised_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& subgoal, Worker& worker, Totals& totals) {
+    Node& node = worker.candidate;
+    node.q = q;
+    if (!linearise(node, worker, totals)) return std::numeric_limits<double>::infinity();
+    const Eigen::VectorXd q_a = q.tail(model_.n_a());
+    Eigen::VectorXd e(model_.n_vu());
+    space_.error(node.local.c_u.data(), subgoal.data(), e.data());
+    const Eigen::VectorXd delta_u = extension(node.local, q_a, e);
+    e -= node.local.B_u * delta_u;
+    for (int i = 0; i < model_.n_vu(); ++i) {
+      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      e[i] /= revolute ? problem_.goal.tol_angle : problem_.goal.tol_position;
+    }
+    return e.norm();
+  }
+
   bool regrasp(Item& item, core::Random& random, Worker& worker) {
     const Node& near = tree_[item.near];
     Node& node = item.node;
@@ -354,7 +418,8 @@ class Planner {
       node.commands = sample->q_a;
       node.states = node.q;
     } else {
-      const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, random, worker.geometry, worker.steps, worker.regrasp,
+      const auto cost = [&](const Eigen::VectorXd& q) { return promised_distance(q, item.subgoal, worker, item.totals); };
+      const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, cost, random, worker.geometry, worker.steps, worker.regrasp,
                                     item.totals.regrasps);
       item.totals.steps += worker.regrasp.steps;
       item.totals.failed_steps += worker.regrasp.failed_steps;
@@ -532,6 +597,7 @@ void PlannerOptions::validate(const Model& model) const {
   core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
   core::require_positive("planner.release_tol_position", release_tol_position);
   core::require_positive("planner.release_tol_angle", release_tol_angle);
+  if (grasp_candidates < 1) core::throw_invalid("planner.grasp_candidates", std::to_string(grasp_candidates), "at least 1");
   if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))
     core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
   if (sample_boxes.empty()) core::throw_invalid("planner.sample_box", "none", "a box for at least one object");
@@ -552,6 +618,41 @@ void PlannerOptions::validate(const Model& model) const {
   }
 }
 
+namespace {
+
+/// Inside the range of the object's joint, and not inside what cannot move, by more than the tolerance of the goal.
+void require_reachable_goal(const PlanningProblem& problem) {
+  const Model& model = *problem.model;
+  const Goal& goal = problem.goal;
+  const Eigen::VectorXd q_goal = goal_configuration(problem, ObjectSpace(model));
+  for (int i = 0; i < model.n_vu(); ++i) {
+    const auto& dof = model.dofs()[static_cast<std::size_t>(i)];
+    if (!std::isfinite(dof.lower) && !std::isfinite(dof.upper)) continue;
+    const auto& object = model.objects()[static_cast<std::size_t>(dof.owner)];  // hinge or slider
+    const double x = q_goal[object.q_begin];
+    const double tolerance = dof.kind == world::DofKind::Revolute ? goal.tol_angle : goal.tol_position;
+    if (x < dof.lower - tolerance || x > dof.upper + tolerance)
+      core::throw_invalid("goal", fmt::format("{} = {}", dof.name, x), fmt::format("a value in its range [{}, {}]", dof.lower, dof.upper));
+  }
+  Eigen::VectorXd q = problem.q_start;
+  q.head(model.n_qu()) = q_goal;
+  GeometryWorkspace work(model);
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
+  const int body = model.objects()[static_cast<std::size_t>(goal.object)].body;
+  for (const auto& c : work.contacts) {
+    const auto& pair = model.pairs()[static_cast<std::size_t>(c.pair)];
+    const auto& a = model.geometries()[static_cast<std::size_t>(pair.geometry_a)];
+    const auto& b = model.geometries()[static_cast<std::size_t>(pair.geometry_b)];
+    const bool fixed = model.bodies()[static_cast<std::size_t>(b.body)].dofs.empty();  // a fixed body, or the base of a robot
+    if (a.body != body || !fixed || c.phi > -(goal.tol_position + kMaxPenetration)) continue;
+    core::throw_invalid("goal", fmt::format("a pose in which '{}' is {:.3g} m inside '{}'", a.name, -c.phi, b.name),
+                        "one outside everything that cannot move");
+  }
+}
+
+}  // namespace
+
 Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result) {
   const auto start = core::RunControl::Clock::now();
   if (!problem.model) core::throw_invalid("problem.model", "nothing", "a model");
@@ -562,6 +663,8 @@ Status plan(const PlanningProblem& problem, const PlannerOptions& options, const
   }
   core::require_positive("goal.tol_position", problem.goal.tol_position);
   core::require_positive("goal.tol_angle", problem.goal.tol_angle);
+  if (problem.q_goal.size() > 0) core::require_size("problem.q_goal", problem.q_goal.size(), problem.model->n_qu());
+  require_reachable_goal(problem);
 
   result = PlanResult{};
   result.seed = options.seed;

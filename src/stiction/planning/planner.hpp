@@ -60,6 +60,7 @@ struct PlannerOptions {
   double h = 0.1;                ///< time step of every model [s]
   dynamics::Regularisation regularisation = dynamics::ByRule{};
   std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};  ///< nullopt: one single step per extension
+  int grasp_candidates = 6;  ///< postures drawn for a regrasp, ≥ 1; the one that promises to bring the object nearest its subgoal is taken
   bool real_regrasps = true;           ///< false: the robot jumps to its contact sample, as in the thesis's trees
   double regrasp_friction = 0.8;       ///< regrasps must hold with every μ times this
   double regrasp_tol_position = 2e-3;  ///< the object may move this much while branches move to their new contacts [m]
@@ -79,6 +80,9 @@ struct PlanningProblem {
   std::shared_ptr<const world::Model> model;
   Eigen::VectorXd q_start;  ///< (n_q)
   Goal goal;
+  Eigen::VectorXd
+      q_goal;  ///< configuration of the objects at the goal (n_qu); empty: it follows from goal.X_WG, if the object moves freely
+               ///< or relative to the world
 };
 
 /// How regrasp attempts ended.
@@ -102,14 +106,17 @@ struct PlanResult {
   long distrusted = 0;      ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
   double wall_s = 0;
+  std::string reason;            ///< why not Solved, where there is more to say than that the budget was used up
+  double start_moved = 0;        ///< how far objects moved before they rested, the larger of [m] and [rad]; > 1e-3: the start is no rest
   double start_penetration = 0;  ///< [m] deepest penetration of the given start, ≥ 0
   bool start_projected = false;  ///< the start was moved to the constraints first (Settle segment)
 };
 
 /// Plans a path of the object to the goal with a tree through contact (Algorithms 2 and 3 with real regrasps).
 /// @returns Solved: the goal is within tolerance, also when the commands are simulated at half the sub-step;
-///          MaxIterations: deadline, or iteration budget; Cancelled. `result.plan` is the best path found in any case.
-/// @throws  InvalidInput
+///          MaxIterations: deadline, or iteration budget, or no branch of the robots can touch an object (`result.reason`); Cancelled;
+///          NumericalFailure: the objects do not come to rest at the start. `result.plan` is the best path found in any case.
+/// @throws  InvalidInput, also for a goal inside a fixed body or outside the range of the object's joint
 core::Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result);
 
 }  // namespace stiction::planning

@@ -318,11 +318,34 @@ Outcome let_go(const world::Model& model, const RobotChains& chains, ChainMask r
   return outcome == Outcome::Held ? run.settle() : outcome;
 }
 
+/// A posture to grasp with.
+struct Candidate {
+  double cost;
+  Posture q_a;
+};
+
+/// Cheapest first.
+std::vector<Candidate> draw_candidates(const world::Model& model, const RobotChains& chains, const PlannerOptions& options,
+                                       const GraspDraw& draw, const Eigen::VectorXd& q,
+                                       const std::function<double(const Eigen::VectorXd& q)>& cost, core::Random& random,
+                                       GeometryWorkspace& geometry) {
+  std::vector<Candidate> out;
+  Eigen::VectorXd q_grasp = q;
+  for (int k = 0; k < options.grasp_candidates; ++k) {
+    const auto sample = sample_contact(model, chains, options.sampler, draw, q, random, geometry);
+    if (!sample) continue;
+    q_grasp.tail(model.n_a()) = sample->q_a;
+    out.push_back({cost ? cost(q_grasp) : 0.0, sample->q_a});
+  }
+  std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  return out;
+}
+
 }  // namespace
 
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out,
-                 RegraspCounts& counts) {
+                 const Eigen::VectorXd& u, const std::function<double(const Eigen::VectorXd& q)>& cost, core::Random& random,
+                 GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
   out.steps = 0;
   out.failed_steps = 0;
   out.unsupported = false;
@@ -356,13 +379,16 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   }
   if (outcome != Outcome::Held) return count_failure(outcome);
 
-  const auto sample = sample_contact(model, chains, options.sampler, draw, run->q, random, geometry);
-  if (!sample) {
+  const auto candidates = draw_candidates(model, chains, options, draw, run->q, cost, random, geometry);
+  if (candidates.empty()) {
     ++counts.no_sample;
     return false;
   }
   std::vector<Posture> path;
-  if (find_path(model, chains, draw.moved, run->q, sample->q_a, path_options, random, geometry, path) != PathOutcome::Found) {
+  const bool found = std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
+    return find_path(model, chains, draw.moved, run->q, candidate.q_a, path_options, random, geometry, path) == PathOutcome::Found;
+  });
+  if (!found) {
     ++counts.no_path;
     return false;
   }

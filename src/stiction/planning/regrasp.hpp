@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "stiction/planning/contact_sampler.hpp"
@@ -42,9 +43,11 @@ struct Regrasp {
 /// they move there; all simulated with the exact dynamics, at full friction and at options.regrasp_friction of it. The object must
 /// stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of where it came to rest from then on. Branches
 /// that do not move keep their squeeze; where the object does not stay with that, everything lets go first.
+/// @param cost    of a state with a drawn posture, lower is better: of options.grasp_candidates postures the one with the least cost that
+///                has a path is taken; empty: they are taken as they come
 /// @param counts  the outcome is counted by cause
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out,
-                 RegraspCounts& counts);
+                 const Eigen::VectorXd& u, const std::function<double(const Eigen::VectorXd& q)>& cost, core::Random& random,
+                 GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts);
 
 }  // namespace stiction::planning

@@ -126,7 +126,7 @@ class SceneWriter {
   void write_object(mjsBody* world, int index) {
     const world::ObjectSpec& spec = model_.scene().objects[at(index)];
     const world::ObjectInfo& info = model_.objects()[at(index)];
-    mjsBody* body = add_body(world, info.body);
+    mjsBody* body = add_body(info.parent >= 0 ? bodies_[at(model_.objects()[at(info.parent)].body)] : world, info.body);
     bodies_[at(info.body)] = body;
     set_inertia(model_.inertias()[at(info.body)], body);
     if (spec.joint != ObjectJoint::Free) set_pose(spec.X_WP, body->pos, body->quat);

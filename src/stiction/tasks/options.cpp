@@ -197,6 +197,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "regrasp_tol_angle",
                     "release_tol_position",
                     "release_tol_angle",
+                    "grasp_candidates",
                     "sampler",
                     "sample_box",
                     "fidelity_edge",
@@ -244,6 +245,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "regrasp_tol_angle")) out.regrasp_tol_angle = v->positive();
   if (const auto v = given(node, "release_tol_position")) out.release_tol_position = v->positive();
   if (const auto v = given(node, "release_tol_angle")) out.release_tol_angle = v->positive();
+  if (const auto v = given(node, "grasp_candidates")) out.grasp_candidates = positive_int(*v);
   if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v, model);
   if (const auto v = given(node, "sample_box")) out.sample_boxes = read_sample_boxes(*v, model);
   if (const auto v = given(node, "fidelity_edge")) out.fidelity_edge = v->positive();
@@ -298,6 +300,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["regrasp_tol_angle"] = o.regrasp_tol_angle;
   out["release_tol_position"] = o.release_tol_position;
   out["release_tol_angle"] = o.release_tol_angle;
+  out["grasp_candidates"] = o.grasp_candidates;
   out["sampler"] = sampler_json(o.sampler, model);
   out["sample_box"] = nlohmann::ordered_json::object();
   for (const auto& box : o.sample_boxes) {

@@ -76,8 +76,9 @@ std::string make_scene_text(const world::Model& model) {
   }
   out += "objects:\n";
   for (const auto& object : scene.objects) {
-    out += fmt::format("- {{name: {}, joint: {}, axis: {}, placed: {}, mass: {}, com: {}, inertia: {}, limits: {}}}\n", object.name,
-                       joint_name(object.joint), list(object.axis), pose(object.X_WP), number(object.mass), list(object.p_BCom),
+    const std::string parent = object.parent.empty() ? "" : fmt::format(" parent: {},", object.parent);
+    out += fmt::format("- {{name: {},{} joint: {}, axis: {}, placed: {}, mass: {}, com: {}, inertia: {}, limits: {}}}\n", object.name,
+                       parent, joint_name(object.joint), list(object.axis), pose(object.X_WP), number(object.mass), list(object.p_BCom),
                        list(object.inertia.reshaped()), object.limits ? list(*object.limits) : "~");
   }
   out += "fixed:\n";

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <sstream>
 #include <system_error>
 
 #include "stiction/core/invalid_input.hpp"
@@ -90,6 +92,15 @@ void read_joints(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
   }
 }
 
+/// Of hinges and sliders.
+void require_in_limits(const YamlNode& node, const Model& model, int object, const Eigen::VectorXd& q, std::string_view what) {
+  const auto& spec = model.scene().objects[static_cast<std::size_t>(object)];
+  const double x = q[model.objects()[static_cast<std::size_t>(object)].q_begin];
+  if (!spec.limits || (x >= (*spec.limits)[0] && x <= (*spec.limits)[1])) return;
+  node.fail(fmt::format("{} = {}", spec.name, x),
+            fmt::format("a {} inside the limits [{}, {}]", what, (*spec.limits)[0], (*spec.limits)[1]));
+}
+
 Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
   node.require_map({"objects", "joints"});
   Eigen::VectorXd q = model.neutral();
@@ -99,11 +110,7 @@ Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
     const int object = find_object(value, name, model);
     read_object_pose(value, model, object, q);
     seen[static_cast<std::size_t>(object)] = true;
-    const auto& spec = model.scene().objects[static_cast<std::size_t>(object)];
-    const double x = q[model.objects()[static_cast<std::size_t>(object)].q_begin];
-    if (spec.limits && (x < (*spec.limits)[0] || x > (*spec.limits)[1])) {
-      value.fail(fmt::format("{} = {}", name, x), fmt::format("a start inside the limits [{}, {}]", (*spec.limits)[0], (*spec.limits)[1]));
-    }
+    require_in_limits(value, model, object, q, "start");
   }
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (!seen[i]) objects.fail(fmt::format("no start of object '{}'", model.objects()[i].name), "one for every object");
@@ -112,15 +119,33 @@ Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
   return q;
 }
 
+/// The object and those that it hangs on, from the world outwards.
+std::vector<int> chain_of(const Model& model, int object) {
+  std::vector<int> chain;
+  for (int o = object; o >= 0; o = model.objects()[static_cast<std::size_t>(o)].parent) chain.insert(chain.begin(), o);
+  return chain;
+}
+
 void read_goal(const YamlNode& node, const YamlNode& tolerance, const Model& model, planning::PlanningProblem& problem) {
   node.require_map({"objects"});
   const auto entries = node.at("objects").entries();
-  if (entries.size() != 1) node.at("objects").fail(fmt::format("{} objects", entries.size()), "the goal pose of exactly one object");
+  if (entries.empty()) node.at("objects").fail("no object", "the goal pose of one object");
   planning::Goal goal;
-  goal.object = find_object(entries[0].second, entries[0].first, model);
   Eigen::VectorXd q = problem.q_start;
-  read_object_pose(entries[0].second, model, goal.object, q);
+  std::vector<int> named;
+  for (const auto& [name, value] : entries) {
+    named.push_back(find_object(value, name, model));
+    read_object_pose(value, model, named.back(), q);
+    require_in_limits(value, model, named.back(), q, "goal");
+  }
+  goal.object = *std::max_element(named.begin(), named.end());  // what hangs on another is listed after it
+  const auto chain = chain_of(model, goal.object);
+  for (const int object : named) {
+    if (std::find(chain.begin(), chain.end(), object) == chain.end())
+      node.at("objects").fail(fmt::format("{} objects", entries.size()), "the goal pose of exactly one object, and of what it hangs on");
+  }
   goal.X_WG = world::object_pose(model, q, goal.object);
+  problem.q_goal = q.head(model.n_qu());
   tolerance.require_map({"position", "angle"});
   goal.tol_position = tolerance.at("position").positive();
   goal.tol_angle = tolerance.at("angle").positive();
@@ -139,7 +164,7 @@ Task read_task(const fs::path& file, std::string name, bool builtin) {
   task.description = root.string_or("description", "");
   task.file = file;
   task.builtin = builtin;
-  const world::Scene scene = world::load_scene(file);
+  const world::Scene scene = world::load_scene(file, default_package_dirs());
   task.model = Model::make(scene);
   const Model& model = *task.model;
   task.problem.model = task.model;
@@ -159,6 +184,18 @@ Task read_task(const fs::path& file, std::string name, bool builtin) {
 }  // namespace
 
 std::vector<fs::path> default_data_dirs() { return {fs::path(STICTION_DATA_DIR)}; }
+
+std::vector<fs::path> default_package_dirs() {
+  std::vector<fs::path> dirs;
+  if (const char* path = std::getenv("ROS_PACKAGE_PATH")) {
+    std::stringstream parts{std::string(path)};
+    for (std::string part; std::getline(parts, part, ':');) {
+      if (!part.empty()) dirs.emplace_back(part);
+    }
+  }
+  if (const std::string installed = STICTION_PACKAGE_DIR; !installed.empty()) dirs.emplace_back(installed);
+  return dirs;
+}
 
 std::vector<std::string> list_tasks(std::span<const fs::path> data_dirs) {
   std::vector<std::string> names;
@@ -190,22 +227,36 @@ Task load_task(const std::string& name_or_file) { return load_task(name_or_file,
 void set_goal(Task& task, std::span<const double> values) {
   const Model& model = *task.model;
   const int object = task.problem.goal.object;
-  const auto& info = model.objects()[static_cast<std::size_t>(object)];
   const bool free = is_free(model, object);
-  const std::size_t expected = free ? 6 : static_cast<std::size_t>(info.n_q);
+  const auto chain = chain_of(model, object);
+  std::size_t expected = 6;
+  std::string names;
+  if (!free) expected = 0;
+  for (const int o : chain) {
+    const auto& info = model.objects()[static_cast<std::size_t>(o)];
+    if (!free) expected += static_cast<std::size_t>(info.n_q);
+    names += fmt::format("{}'{}'", names.empty() ? "" : " and ", info.name);
+  }
   if (values.size() != expected) {
-    core::throw_invalid("goal", fmt::format("{} numbers", values.size()),
-                        free ? fmt::format("6 (x y z roll pitch yaw of '{}')", info.name)
-                             : fmt::format("{} (the coordinates of '{}')", expected, info.name));
+    core::throw_invalid(
+        "goal", fmt::format("{} numbers", values.size()),
+        free ? fmt::format("6 (x y z roll pitch yaw of {})", names) : fmt::format("{} (the coordinates of {})", expected, names));
   }
   core::require_finite("goal", values);
+  Eigen::VectorXd q = task.problem.q_start;
   if (free) {
-    task.problem.goal.X_WG = {rotation_of_rpy({values[3], values[4], values[5]}), {values[0], values[1], values[2]}};
+    const auto& info = model.objects()[static_cast<std::size_t>(object)];
+    q.segment<3>(info.q_begin) << values[0], values[1], values[2];
+    q.segment<4>(info.q_begin + 3) = Eigen::Quaterniond(rotation_of_rpy({values[3], values[4], values[5]})).coeffs();
   } else {
-    Eigen::VectorXd q = task.problem.q_start;
-    for (std::size_t i = 0; i < expected; ++i) q[info.q_begin + static_cast<int>(i)] = values[i];
-    task.problem.goal.X_WG = world::object_pose(model, q, object);
+    std::size_t next = 0;
+    for (const int o : chain) {
+      const auto& info = model.objects()[static_cast<std::size_t>(o)];
+      for (int i = 0; i < info.n_q; ++i) q[info.q_begin + i] = values[next++];
+    }
   }
+  task.problem.q_goal = q.head(model.n_qu());
+  task.problem.goal.X_WG = world::object_pose(model, q, object);
   task.goal_from_command_line = true;
 }
 

@@ -31,6 +31,10 @@ struct Task {
 /// The folders in which built-in tasks are looked up when none are given: the one that this library was built from or installed to.
 std::vector<std::filesystem::path> default_data_dirs();
 
+/// Where package:// of a robot is looked up when its own `package_dirs` do not have it: the folders of ROS_PACKAGE_PATH, then the packages
+/// installed where this library's dependencies are (`pip install example-robot-data`).
+std::vector<std::filesystem::path> default_package_dirs();
+
 /// Names of the built-in tasks, in alphabetical order.
 std::vector<std::string> list_tasks(std::span<const std::filesystem::path> data_dirs);
 

@@ -48,24 +48,27 @@ Matrix3d rotation_about(int k, double angle) {
   return R;
 }
 
-Pose calc_object_pose(const ObjectNode& node, const VectorRef& q) {
+/// X_WP: where the joint of an object is, given the pose of what it hangs on.
+Pose placed(const ObjectNode& node, const Pose* X_WParent) { return X_WParent ? *X_WParent * node.X_WP : node.X_WP; }
+
+Pose calc_object_pose(const ObjectNode& node, const Pose& X_WP, const VectorRef& q) {
   switch (node.joint) {
     case ObjectJoint::Free:
       return {read_quaternion(q, node.q).toRotationMatrix(), q.segment<3>(node.q)};
     case ObjectJoint::PlanarXY:
     case ObjectJoint::PlanarYZ:
     case ObjectJoint::PlanarXZ:
-      return {node.X_WP.R * rotation_about(node.normal, q[node.q + 2]),
-              node.X_WP.p + q[node.q] * node.X_WP.R.col(node.first) + q[node.q + 1] * node.X_WP.R.col(node.second)};
+      return {X_WP.R * rotation_about(node.normal, q[node.q + 2]),
+              X_WP.p + q[node.q] * X_WP.R.col(node.first) + q[node.q + 1] * X_WP.R.col(node.second)};
     case ObjectJoint::Hinge:
-      return {node.X_WP.R * Eigen::AngleAxisd(q[node.q], node.axis_P).toRotationMatrix(), node.X_WP.p};
+      return {X_WP.R * Eigen::AngleAxisd(q[node.q], node.axis_P).toRotationMatrix(), X_WP.p};
     case ObjectJoint::Slider:
-      return {node.X_WP.R, node.X_WP.p + q[node.q] * (node.X_WP.R * node.axis_P)};
+      return {X_WP.R, X_WP.p + q[node.q] * (X_WP.R * node.axis_P)};
   }
   return {};
 }
 
-void calc_object_axes(const ObjectNode& node, const Pose& X_WB, Kinematics& out) {
+void calc_object_axes(const ObjectNode& node, const Pose& X_WP, const Pose& X_WB, Kinematics& out) {
   out.origin_W.middleCols(node.v, node.n_v).colwise() = X_WB.p;
   switch (node.joint) {
     case ObjectJoint::Free:
@@ -75,14 +78,30 @@ void calc_object_axes(const ObjectNode& node, const Pose& X_WB, Kinematics& out)
     case ObjectJoint::PlanarXY:
     case ObjectJoint::PlanarYZ:
     case ObjectJoint::PlanarXZ:
-      out.axis_W.col(node.v) = node.X_WP.R.col(node.first);
-      out.axis_W.col(node.v + 1) = node.X_WP.R.col(node.second);
-      out.axis_W.col(node.v + 2) = node.X_WP.R.col(node.normal);
+      out.axis_W.col(node.v) = X_WP.R.col(node.first);
+      out.axis_W.col(node.v + 1) = X_WP.R.col(node.second);
+      out.axis_W.col(node.v + 2) = X_WP.R.col(node.normal);
       break;
     case ObjectJoint::Hinge:
     case ObjectJoint::Slider:
-      out.axis_W.col(node.v) = node.X_WP.R * node.axis_P;
+      out.axis_W.col(node.v) = X_WP.R * node.axis_P;
       break;
+  }
+}
+
+/// M_u and gravity see every body that a coordinate moves: columns of linear (of the centre of mass) and angular velocity.
+void calc_columns(const Model::Impl& m, const Kinematics& kinematics, const ObjectNode& mover, const ObjectNode& moved,
+                  Eigen::Matrix<double, 3, 6>& linear, Eigen::Matrix<double, 3, 6>& angular) {
+  const Vector3d p_WCom = kinematics.X_WB[static_cast<std::size_t>(moved.body)] * moved.p_BCom;
+  for (int i = 0; i < mover.n_v; ++i) {
+    const Vector3d axis = kinematics.axis_W.col(mover.v + i);
+    if (m.dofs[static_cast<std::size_t>(mover.v + i)].kind == DofKind::Prismatic) {
+      linear.col(i) = axis;
+      angular.col(i).setZero();
+    } else {
+      linear.col(i) = axis.cross(p_WCom - kinematics.origin_W.col(mover.v + i));
+      angular.col(i) = axis;
+    }
   }
 }
 
@@ -106,8 +125,11 @@ void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out) 
   for (const auto& [body, pose] : m.constant_poses) out.X_WB[static_cast<std::size_t>(body)] = pose;
   for (const ObjectNode& node : m.object_nodes) {
     Pose& X_WB = out.X_WB[static_cast<std::size_t>(node.body)];
-    X_WB = calc_object_pose(node, q);
-    calc_object_axes(node, X_WB, out);
+    const bool hangs = node.parent >= 0;
+    const int parent = hangs ? m.object_nodes[static_cast<std::size_t>(node.parent)].body : 0;
+    const Pose X_WP = placed(node, hangs ? &out.X_WB[static_cast<std::size_t>(parent)] : nullptr);
+    X_WB = calc_object_pose(node, X_WP, q);
+    calc_object_axes(node, X_WP, X_WB, out);
   }
   for (const LinkNode& node : m.link_nodes) {
     const Pose& X_WP = out.X_WB[static_cast<std::size_t>(node.parent)];
@@ -143,37 +165,32 @@ void calc_object_mass(const Model& model, const Kinematics& kinematics, int obje
   const ObjectNode& node = m.object_nodes.at(static_cast<std::size_t>(object));
   core::require_size("M_u.rows", M_u.rows(), node.n_v);
   core::require_size("M_u.cols", M_u.cols(), node.n_v);
-  const Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(node.body)];
-  const Vector3d p_WCom = X_WB * node.p_BCom;
-  const Matrix3d inertia_W = X_WB.R * node.inertia * X_WB.R.transpose();
-  Eigen::Matrix<double, 3, 6> linear, angular;  // of the centre of mass, per coordinate
-  for (int i = 0; i < node.n_v; ++i) {
-    const Vector3d axis = kinematics.axis_W.col(node.v + i);
-    if (m.dofs[static_cast<std::size_t>(node.v + i)].kind == DofKind::Prismatic) {
-      linear.col(i) = axis;
-      angular.col(i).setZero();
-    } else {
-      linear.col(i) = axis.cross(p_WCom - kinematics.origin_W.col(node.v + i));
-      angular.col(i) = axis;
+  M_u.setZero();
+  Eigen::Matrix<double, 3, 6> linear, angular;
+  for (const int o : node.carried) {
+    const ObjectNode& moved = m.object_nodes[static_cast<std::size_t>(o)];
+    calc_columns(m, kinematics, node, moved, linear, angular);
+    const Matrix3d& R_WB = kinematics.X_WB[static_cast<std::size_t>(moved.body)].R;
+    const Matrix3d inertia_W = R_WB * moved.inertia * R_WB.transpose();
+    for (int i = 0; i < node.n_v; ++i) {
+      const Vector3d momentum = moved.mass * linear.col(i);
+      const Vector3d spin = inertia_W * angular.col(i);
+      for (int j = 0; j < node.n_v; ++j) M_u(j, i) += linear.col(j).dot(momentum) + angular.col(j).dot(spin);
     }
-  }
-  for (int i = 0; i < node.n_v; ++i) {
-    const Vector3d momentum = node.mass * linear.col(i);
-    const Vector3d spin = inertia_W * angular.col(i);
-    for (int j = 0; j < node.n_v; ++j) M_u(j, i) = linear.col(j).dot(momentum) + angular.col(j).dot(spin);
   }
 }
 
 void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u) {
   const Model::Impl& m = model.impl();
   core::require_size("tau_u", tau_u.size(), m.n_vu);
+  Eigen::Matrix<double, 3, 6> linear, angular;
   for (const ObjectNode& node : m.object_nodes) {
-    const Vector3d p_WCom = kinematics.X_WB[static_cast<std::size_t>(node.body)] * node.p_BCom;
-    const Vector3d force = node.mass * m.scene.gravity;
-    for (int i = node.v; i < node.v + node.n_v; ++i) {
-      const Vector3d axis = kinematics.axis_W.col(i);
-      const bool slides = m.dofs[static_cast<std::size_t>(i)].kind == DofKind::Prismatic;
-      tau_u[i] = slides ? axis.dot(force) : axis.cross(p_WCom - kinematics.origin_W.col(i)).dot(force);
+    tau_u.segment(node.v, node.n_v).setZero();
+    for (const int o : node.carried) {
+      const ObjectNode& moved = m.object_nodes[static_cast<std::size_t>(o)];
+      calc_columns(m, kinematics, node, moved, linear, angular);
+      const Vector3d force = moved.mass * m.scene.gravity;
+      for (int i = 0; i < node.n_v; ++i) tau_u[node.v + i] += linear.col(i).dot(force);
     }
   }
 }
@@ -213,7 +230,10 @@ void local(const Model& model, VectorRef q0, VectorRef q1, Eigen::Ref<Eigen::Vec
 
 Pose object_pose(const Model& model, VectorRef q, int object) {
   core::require_size("q", q.size(), model.n_q());
-  return calc_object_pose(model.impl().object_nodes.at(static_cast<std::size_t>(object)), q);
+  const ObjectNode& node = model.impl().object_nodes.at(static_cast<std::size_t>(object));
+  if (node.parent < 0) return calc_object_pose(node, node.X_WP, q);
+  const Pose X_WParent = object_pose(model, q, node.parent);
+  return calc_object_pose(node, placed(node, &X_WParent), q);
 }
 
 void require_configuration(const Model& model, std::string_view field, VectorRef q) {

@@ -111,6 +111,17 @@ class Builder {
     m_.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, stiffness});
   }
 
+  /// The object that this one hangs on, −1 for the world.
+  int find_parent(const ObjectSpec& spec, int index) const {
+    if (spec.parent.empty()) return -1;
+    if (spec.joint != ObjectJoint::Hinge && spec.joint != ObjectJoint::Slider)
+      core::throw_invalid("parent", fmt::format("'{}'", spec.parent), "it only for hinge and slider objects");
+    for (int i = 0; i < index; ++i) {
+      if (m_.objects[at(i)].name == spec.parent) return i;
+    }
+    core::throw_invalid("parent", fmt::format("'{}'", spec.parent), "an object listed before");
+  }
+
   void add_object(const ObjectSpec& spec, int index) {
     add_owner_name(spec.name);
     core::require_positive("mass", spec.mass);
@@ -120,7 +131,6 @@ class Builder {
     if (!spec.inertia.allFinite() || factor.info() != Eigen::Success || !spec.inertia.isApprox(spec.inertia.transpose())) {
       core::throw_invalid("inertia", "a matrix that is not symmetric positive definite", "one that is");
     }
-    if (spec.geometries.empty()) core::throw_invalid("shapes", "none", "at least one");
     if (spec.joint == ObjectJoint::Free && spec.p_BCom.norm() > 1e-6) {
       core::throw_invalid("p_BCom", fmt::format("({}, {}, {})", spec.p_BCom[0], spec.p_BCom[1], spec.p_BCom[2]), "0 for a free object");
     }
@@ -128,6 +138,7 @@ class Builder {
     ObjectNode node{.joint = spec.joint,
                     .q = m_.n_q,
                     .v = m_.n_v,
+                    .parent = find_parent(spec, index),
                     .X_WP = spec.X_WP,
                     .mass = spec.mass,
                     .p_BCom = spec.p_BCom,
@@ -172,13 +183,26 @@ class Builder {
     }
     const int n_q = spec.joint == ObjectJoint::Free ? 7 : node.n_v;
     std::vector<int> dofs;
+    if (node.parent >= 0) dofs = m_.bodies[at(m_.object_nodes[at(node.parent)].body)].dofs;
     for (int i = 0; i < node.n_v; ++i) dofs.push_back(m_.n_v + i);
     node.body = add_body(spec.name, BodyKind::Object, index, std::move(dofs));
     m_.inertias.back() = {spec.mass, spec.p_BCom, spec.inertia};
     for (const auto& geometry : spec.geometries)
       add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask);
-    m_.objects.push_back({spec.name, node.body, m_.n_v, node.n_v, m_.n_q, n_q, spec.mass});
+    if (node.parent >= 0) adjacent_.insert({group_[at(m_.object_nodes[at(node.parent)].body)], group_[at(node.body)]});
+    m_.objects.push_back({.name = spec.name,
+                          .body = node.body,
+                          .v_begin = m_.n_v,
+                          .n_v = node.n_v,
+                          .q_begin = m_.n_q,
+                          .n_q = n_q,
+                          .mass = spec.mass,
+                          .parent = node.parent});
     m_.object_nodes.push_back(node);
+    for (int o = index; o >= 0; o = m_.objects[at(o)].parent) {
+      m_.objects[at(o)].carried_mass += spec.mass;
+      m_.object_nodes[at(o)].carried.push_back(index);
+    }
     m_.n_v += node.n_v;
     m_.n_q += n_q;
   }

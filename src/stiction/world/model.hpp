@@ -79,6 +79,8 @@ struct ObjectInfo {
   int v_begin = 0, n_v = 0;  ///< velocity coordinates [v_begin, v_begin + n_v)
   int q_begin = 0, n_q = 0;
   double mass = 0;
+  int parent = -1;          ///< object that it hangs on, listed before it
+  double carried_mass = 0;  ///< of itself and all that hangs on it
 };
 
 struct RobotInfo {
@@ -177,7 +179,8 @@ class KinematicsWorkspace {
 /// Poses of all bodies and axes of all coordinates at q (n_q). No heap use after the first call.
 void calc_kinematics(const Model& model, VectorRef q, KinematicsWorkspace& work, Kinematics& out);
 
-/// Generalised mass matrix of object i (n_v,i × n_v,i, tangent coordinates) [kg, kg m²].
+/// Generalised mass matrix of object i with all that hangs on it (n_v,i × n_v,i, tangent coordinates) [kg, kg m²]: its block on the
+/// diagonal of M_u. Blocks off the diagonal, which couple an object with what hangs on it, are left out of the step's ε M_u.
 void calc_object_mass(const Model& model, const Kinematics& kinematics, int object, Eigen::Ref<Eigen::MatrixXd> M_u);
 
 /// Generalised force of gravity on the objects τᵘ (n_vu) [N, N·m].

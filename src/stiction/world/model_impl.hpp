@@ -12,10 +12,12 @@ namespace stiction::world {
 struct ObjectNode {
   ObjectJoint joint = ObjectJoint::Free;
   int body = 0, q = 0, v = 0, n_v = 0;
-  Pose X_WP;
+  int parent = -1;                                    ///< object that it hangs on
+  Pose X_WP;                                          ///< in the parent's body
   Eigen::Vector3d axis_P = Eigen::Vector3d::UnitZ();  ///< hinge or slider
   int first = 0, second = 1, normal = 2;              ///< axes of P that a planar object slides along and turns about
   double mass = 0;
+  std::vector<int> carried{};  ///< objects that this one moves: itself and those that hang on it
   Eigen::Vector3d p_BCom = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
 };

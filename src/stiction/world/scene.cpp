@@ -145,9 +145,11 @@ Eigen::Vector3d read_axis(const YamlNode& node) {
 
 void read_mass(const YamlNode& node, ObjectSpec& object) {
   object.mass = node.at("mass").positive();
-  const VolumeProperties shape = calc_volume_properties(object.geometries);
-  object.p_BCom = shape.center;
-  object.inertia = object.mass / shape.volume * shape.inertia;
+  if (!object.geometries.empty()) {
+    const VolumeProperties shape = calc_volume_properties(object.geometries);
+    object.p_BCom = shape.center;
+    object.inertia = object.mass / shape.volume * shape.inertia;
+  }
   if (const auto inertia = node.find("inertia")) {
     const Eigen::Vector3d moments = inertia->vector3();
     if (!(moments.minCoeff() > 0)) inertia->fail(fmt::format("{}, {}, {}", moments[0], moments[1], moments[2]), "three numbers > 0");
@@ -165,15 +167,16 @@ void read_mass(const YamlNode& node, ObjectSpec& object) {
 }
 
 ObjectSpec read_object(const YamlNode& node) {
-  node.require_map({"name", "joint", "axis", "pose", "mass", "inertia", "center_of_mass", "friction", "limits", "shapes"});
+  node.require_map({"name", "parent", "joint", "axis", "pose", "mass", "inertia", "center_of_mass", "friction", "limits", "shapes"});
   ObjectSpec object;
   object.name = read_name(node);
   static constexpr std::string_view kJoints[] = {"free", "planar_xy", "planar_yz", "planar_xz", "hinge", "slider"};
   const std::string joint = node.at("joint").one_of(kJoints);
   object.joint = static_cast<ObjectJoint>(std::find(std::begin(kJoints), std::end(kJoints), joint) - std::begin(kJoints));
+  object.parent = node.string_or("parent", "");
   const bool single = object.joint == ObjectJoint::Hinge || object.joint == ObjectJoint::Slider;
   if (single) object.axis = read_axis(node.at("axis"));
-  for (const std::string_view key : {"axis", "limits"}) {
+  for (const std::string_view key : {"axis", "limits", "parent"}) {
     if (!single && node.has(key)) node.at(key).fail(fmt::format("{} of a {} object", key, joint), "it only for hinge and slider objects");
   }
   if (const auto pose = node.find("pose")) {
@@ -185,7 +188,7 @@ ObjectSpec read_object(const YamlNode& node) {
     if (!(range[0] <= range[1])) limits->fail(fmt::format("[{}, {}]", range[0], range[1]), "lower ≤ upper");
     object.limits = {range[0], range[1]};
   }
-  object.geometries = read_geometries(node, node.nonnegative_or("friction", 1.0), false);
+  if (node.has("shapes") || !node.has("inertia")) object.geometries = read_geometries(node, node.nonnegative_or("friction", 1.0), false);
   read_mass(node, object);
   return object;
 }
@@ -366,7 +369,10 @@ Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> pa
     for (const auto& geometry : geometries) names.push_back(fmt::format("{}/{}", owner, geometry.name));
   };
   for (const YamlNode& item : items("objects")) {
-    scene.objects.push_back(read_object(item));
+    ObjectSpec object = read_object(item);
+    if (!object.parent.empty() && std::find(owners.begin(), owners.end(), object.parent) == owners.end())
+      item.at("parent").fail_unknown("object listed before", object.parent, owners);
+    scene.objects.push_back(std::move(object));
     add_owner(item, scene.objects.back().name);
     add_geometries(scene.objects.back().name, scene.objects.back().geometries);
   }

@@ -84,10 +84,11 @@ enum class ObjectJoint {
 
 struct ObjectSpec {
   std::string name;
+  std::string parent{};  ///< object listed before that this one hangs on by a hinge or slider; empty: the world
   ObjectJoint joint = ObjectJoint::Free;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a hinge or slider, in the placed frame
-  Pose X_WP;                                        ///< placed frame P; identity for free objects. q = 0 puts the body frame on P
-  double mass = 0;                                  ///< [kg] > 0
+  Pose X_WP;        ///< placed frame P, in the parent's body frame where there is one; identity for free objects. q = 0 puts the body on P
+  double mass = 0;  ///< [kg] > 0
   Eigen::Vector3d p_BCom = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, body axes [kg m²]
   std::optional<std::array<double, 2>> limits;        ///< hinge or slider range [rad or m]
