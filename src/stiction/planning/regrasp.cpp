@@ -294,28 +294,28 @@ Eigen::VectorXd command_of(const RobotChains& chains, ChainMask moving, const Po
   return u;
 }
 
-/// The branches in `relaxed` stop pushing, those in `moving` back off until they are clear of an object that may follow them a little.
-/// False in `clear` when they cannot.
+/// The branches in `relaxed` stop pushing, those in `moving` back off, and the object settles: Moved where it goes too far, or after
+/// them so that they would touch it on their way. False in `clear` when they cannot back off.
 Outcome let_go(const world::Model& model, const RobotChains& chains, ChainMask relaxed, ChainMask moving, double clearance,
                GeometryWorkspace& geometry, RegraspRun& run, bool& relaxed_held, bool& clear) {
-  constexpr int kMostRetreats = 3;
   Outcome outcome = run.release(relaxed_command(model, chains, relaxed, run.q, run.u));
   relaxed_held = outcome == Outcome::Held;
   clear = true;
-  for (int k = 0; k < kMostRetreats && outcome == Outcome::Held; ++k) {
-    std::vector<Posture> path;
-    Eigen::VectorXd q_clear = run.q;
-    if (!retreat(model, chains, moving, clearance, q_clear, geometry, path)) {
-      clear = false;
-      return Outcome::Moved;
-    }
-    if (path.empty()) break;
-    for (const auto& posture : path) {
-      outcome = run.release(command_of(chains, moving, posture, run.u));
-      if (outcome != Outcome::Held) return outcome;
-    }
+  if (outcome != Outcome::Held) return outcome;
+  std::vector<Posture> path;
+  Eigen::VectorXd q_clear = run.q;
+  clear = retreat(model, chains, moving, clearance, q_clear, geometry, path);
+  if (!clear) return Outcome::Moved;
+  for (const auto& posture : path) {
+    outcome = run.release(command_of(chains, moving, posture, run.u));
+    if (outcome != Outcome::Held) return outcome;
   }
-  return outcome == Outcome::Held ? run.settle() : outcome;
+  outcome = run.settle();
+  if (outcome != Outcome::Held) return outcome;
+  chains.pairs_of(moving, geometry.pairs);
+  world::calc_kinematics(model, run.q, geometry.kinematics_work, geometry.kinematics);
+  const double gap = contact::calc_min_distance(model, geometry.kinematics, geometry.pairs, 0.5 * clearance, geometry.contact_work);
+  return gap >= 0.5 * clearance ? Outcome::Held : Outcome::Moved;
 }
 
 /// A posture to grasp with.
