@@ -4,7 +4,8 @@
     build/release/stiction bench --json > bench.json
     bench/end_to_end.py --seeds 20 > end_to_end.json
     bench/cone_vs.py > cone_vs.json
-    bench/refresh.py bench.json [end_to_end.json [cone_vs.json]]
+    build/release/bench/growth_bench planar_hand allegro_ball_table_3_2 > growth.txt
+    bench/refresh.py bench.json [end_to_end.json [cone_vs.json [growth.txt]]]
 """
 
 import json
@@ -76,7 +77,7 @@ def cone_table(data):
 
 
 def main():
-    if len(sys.argv) not in (2, 3, 4):
+    if len(sys.argv) not in (2, 3, 4, 5):
         print(__doc__, file=sys.stderr)
         return 2
     data = json.loads(pathlib.Path(sys.argv[1]).read_text())
@@ -94,7 +95,8 @@ def main():
         "  `scaling_bodies/N`: a tower of N boxes, four contacts each. contacts: median number of candidates of a step.",
         "* `cone/…`: random but physical cone programs, seeded; the solve alone.",
         "* `rrt_1000/…`: a tree of exactly 1000 extensions with the single-step settings of the published runs, no early stop, all cores.",
-        "* published: the thesis, Table 3.2 on 16 cores, and section 2.3 (an upper bound, commercial solver). peer: the thesis's research code on two",
+        "* `impc_10/…`: ten iterations of trajectory optimisation with the settings of Table 3.1, analytic scheme, all cores.",
+        "* published: the thesis, Tables 3.1 and 3.2 on 16 cores, and section 2.3 (an upper bound, commercial solver). peer: the thesis's research code on two",
         "  cores; its steps include contacts and B.",
         "",
         *bench_table(data),
@@ -105,7 +107,7 @@ def main():
             "",
             "## End to end",
             "",
-            f"`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0 … {runs['seeds'] - 1}, each plan judged by `stiction check`. Wall time of planning.",
+            "`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0, 1, …, each plan judged by `stiction check`. Wall time of planning.",
             "",
             *end_to_end_table(runs),
         ]
@@ -119,6 +121,17 @@ def main():
             "stationarity, cones and complementarity over all rows, recomputed from the raw matrices.",
             "",
             *cone_table(cones),
+        ]
+    if len(sys.argv) > 4:
+        lines += [
+            "",
+            "## Size of the tree",
+            "",
+            "`bench/growth_bench TASK…`: time of an iteration on one thread between two sizes of the tree, and the memory of the process so far.",
+            "",
+            "```",
+            *pathlib.Path(sys.argv[4]).read_text().splitlines(),
+            "```",
         ]
     target = ROOT / "docs" / "benchmarks.md"
     target.write_text("\n".join(lines) + "\n", encoding="utf-8")
