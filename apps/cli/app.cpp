@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <system_error>
@@ -80,6 +81,16 @@ void catch_signals() {
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
+
+core::RunControl make_run_control(std::optional<double> budget_s) {
+  core::RunControl control;
+  control.cancel = &interrupted();
+  if (budget_s) {
+    control.deadline = core::RunControl::Clock::now() + std::chrono::duration_cast<core::RunControl::Clock::duration>(
+                                                            std::chrono::duration<double>(std::min(*budget_s, 1e8)));
+  }
+  return control;
 }
 
 ProgressLine::ProgressLine() : terminal_(::isatty(STDERR_FILENO) == 1) {}

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,8 @@ std::string python_interpreter();
 /// Set by SIGINT and SIGTERM once catch_signals() was called.
 const std::atomic<bool>& interrupted();
 void catch_signals();
+/// Stops at a signal, and after the budget where there is one [s].
+core::RunControl make_run_control(std::optional<double> budget_s = std::nullopt);
 
 /// One line on stderr that is rewritten at most ten times a second; nothing when stderr is not a terminal.
 class ProgressLine {
@@ -84,9 +87,9 @@ struct CheckArguments {
 struct SimulateArguments {
   std::string plan;
   std::string out_dir;
-  double speed = 1;      ///< times the default speeds
+  double speed = 1;    ///< times the default speeds
   double pause_s = 4;  ///< between pieces
-  int substeps = 0;      ///< predict each edge in this many steps; 0: as the plan does
+  int substeps = 0;    ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = 0.05;
   double friction_scale = 1;
   int threads = 0;

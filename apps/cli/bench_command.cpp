@@ -118,9 +118,7 @@ std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::
     if (interrupted()) break;
     planning::PlannerOptions options = task.options;
     options.seed = seed;
-    core::RunControl control;
-    control.cancel = &interrupted();
-    control.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(Seconds(kPlanTimeout_s));
+    core::RunControl control = make_run_control(kPlanTimeout_s);
     control.on_progress = [&](const core::Progress&) { line.show(fmt::format("planning {}, seed {}, for its states", task.name, seed)); };
     planning::PlanResult result;
     (void)planning::plan(task.problem, options, control, result);  // states of an unfinished plan are as good
@@ -307,8 +305,7 @@ class Bench {
       options.seed = static_cast<std::uint64_t>(r);
       options.max_iterations = kTreeIterations;
       options.stop_at_goal = false;
-      core::RunControl control;
-      control.cancel = &interrupted();
+      core::RunControl control = make_run_control();
       control.on_progress = [&](const core::Progress&) {
         line_.show(fmt::format("growing {}, tree {} of {}", entry.row, r + 1, arguments_.repeat));
       };
@@ -326,8 +323,7 @@ class Bench {
     line_.show(fmt::format("timing {}", entry.row));
     const tasks::Task task = tasks::load_task(entry.task, dirs_);
     const auto input = tasks::make_optimize_input(task);
-    core::RunControl control;
-    control.cancel = &interrupted();
+    const core::RunControl control = make_run_control();
     std::vector<double> seconds;
     for (int r = 0; r < arguments_.repeat && !interrupted(); ++r) {
       trajopt::OptimizeWorkspace work(task.model);

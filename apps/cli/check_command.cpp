@@ -14,8 +14,7 @@ int run_check(const CheckArguments& arguments) {
   const tasks::Task task = tasks::load_task_of_plan(plan, path, data_dirs());
 
   catch_signals();
-  core::RunControl control;
-  control.cancel = &interrupted();
+  const core::RunControl control = make_run_control();
   tasks::CheckReport report;
   const core::Status status = tasks::check_plan(task, plan, {}, control, report);
   const std::string_view verdict = status == core::Status::Cancelled ? "Cancelled" : report.pass ? "Passed" : "Failed";

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -106,10 +105,7 @@ int run_optimize(const OptimizeArguments& arguments) {
 
   catch_signals();
   ProgressLine line;
-  core::RunControl control;
-  control.cancel = &interrupted();
-  control.deadline = core::RunControl::Clock::now() + std::chrono::duration_cast<core::RunControl::Clock::duration>(
-                                                          std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
+  core::RunControl control = make_run_control(arguments.timeout_s);
   control.on_progress = [&](const core::Progress& p) {
     line.show(fmt::format("{:6.1f} s   iteration {} of {}   cost {:.4g}", p.elapsed_s, p.iteration, setup.options.iterations, p.best));
   };

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -110,10 +109,7 @@ int run_plan(const PlanArguments& arguments) {
 
   catch_signals();
   ProgressLine line;
-  core::RunControl control;
-  control.cancel = &interrupted();
-  control.deadline = core::RunControl::Clock::now() + std::chrono::duration_cast<core::RunControl::Clock::duration>(
-                                                          std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
+  core::RunControl control = make_run_control(arguments.timeout_s);
   control.on_progress = [&line](const core::Progress& progress) { line.show(progress); };
 
   planning::PlanResult result;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
@@ -28,14 +27,7 @@ void write_trajectory(const fs::path& file, const std::vector<std::string>& join
     for (Eigen::Index j = 0; j < trajectory.u.rows(); ++j) text += fmt::format(",{}", trajectory.u(j, k));
     text += "\n";
   }
-  const fs::path temporary = file.string() + ".tmp";
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    if (!stream.flush())
-      core::throw_invalid("output folder " + file.parent_path().string(), "no space or no permission", "a folder that can be written");
-  }
-  fs::rename(temporary, file);
+  tasks::write_text(text, file);
 }
 
 void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double duration_s, const fs::path& file) {
@@ -69,10 +61,7 @@ int run_refine(const RefineArguments& arguments) {
   tasks::require_writable(dir);
 
   catch_signals();
-  core::RunControl control;
-  control.cancel = &interrupted();
-  control.deadline = core::RunControl::Clock::now() + std::chrono::duration_cast<core::RunControl::Clock::duration>(
-                                                          std::chrono::duration<double>(std::min(arguments.timeout_s, 1e8)));
+  const core::RunControl control = make_run_control(arguments.timeout_s);
   RefineResult result;
   const Status status = planning::refine(task.model, tasks::to_plan(*task.model, file), options, {}, control, result);
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
@@ -124,17 +123,6 @@ json frames(const tasks::PlanFile& plan, const world::Model& model, const execut
   return out;
 }
 
-void write_file(const fs::path& file, const std::string& text) {
-  const fs::path temporary = file.string() + ".tmp";
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    if (!stream.flush())
-      core::throw_invalid("output folder " + file.parent_path().string(), "no space or no permission", "a folder that can be written");
-  }
-  fs::rename(temporary, file);
-}
-
 void print_error(const execution::PieceError& e) {
   const auto share = [](const std::optional<double>& x) { return x ? fmt::format("{:7.3f}", *x) : std::string("      –"); };
   fmt::print(stderr, " {:7.2f} {} {:8.4f} {}", 1e3 * e.mean_position, share(e.normalised_position()), e.mean_angle,
@@ -197,8 +185,7 @@ int run_simulate(const SimulateArguments& arguments) {
   catch_signals();
   ProgressLine line;
   line.show(fmt::format("simulating {} segments", plan.segments.size()));
-  core::RunControl control;
-  control.cancel = &interrupted();
+  const core::RunControl control = make_run_control();
   execution::TransferResult result;
   const Status status = execution::transfer(plant, plan, options, control, result);
   line.clear();
@@ -215,7 +202,7 @@ int run_simulate(const SimulateArguments& arguments) {
     document["report"] = out;
     document["frames"] = frames(file, *task.model, result);
     const fs::path target = dir / "simulation.json";
-    write_file(target, document.dump() + "\n");
+    tasks::write_text(document.dump() + "\n", target);
     fmt::print(stderr, "  {:22} {}\n", "simulation", target.string());
     out["simulation"] = target.string();
     if (arguments.html && status != Status::Cancelled) {

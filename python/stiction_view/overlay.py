@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import html
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 import viser
 
 from . import meshes, scene
-from .plan import Contact, InvalidPlan, Plan, load_plan
+from .plan import Contact, Plan, load_plan, read_document
 
 FORMAT = "stiction-simulation"
 FORMAT_VERSION = 1
@@ -34,22 +33,7 @@ class Simulation:
 def load_simulation(plan_file: Path, file: Path) -> Simulation:
     """Reads what `stiction simulate` wrote beside its plan. Raises InvalidPlan."""
     plan = load_plan(plan_file)
-    try:
-        data = json.loads(Path(file).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidPlan(f"{file}: cannot be read ({error.strerror})") from None
-    except ValueError as error:
-        raise InvalidPlan(f"{file}: not a JSON file ({error})") from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise InvalidPlan(f"{file}: format: got {data.get('format') if isinstance(data, dict) else type(data).__name__!r}, expected {FORMAT!r}")
-    if data.get("format_version") != FORMAT_VERSION:
-        raise InvalidPlan(f"{file}: format_version: got {data.get('format_version')!r}, expected {FORMAT_VERSION}")
-    try:
-        return _read(plan, data)
-    except KeyError as error:
-        raise InvalidPlan(f"{file}: field {error} is missing") from None
-    except (TypeError, ValueError, IndexError) as error:
-        raise InvalidPlan(f"{file}: {error}") from None
+    return read_document(file, FORMAT, FORMAT_VERSION, lambda data: _read(plan, data))
 
 
 def _read(plan: Plan, data: dict[str, Any]) -> Simulation:

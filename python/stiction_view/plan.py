@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 FORMAT = "stiction-plan"
 FORMAT_VERSION = 1
 SEGMENT_KINDS = ("settle", "contact", "regrasp")
+T = TypeVar("T")
 
 
 class InvalidPlan(ValueError):
@@ -92,25 +94,30 @@ def _pose(entry: dict[str, Any]) -> Pose:
     return Pose(_vector(entry["position"], 3), _vector(entry["quaternion_wxyz"], 4))
 
 
-def load_plan(file: Path) -> Plan:
-    """Reads `file`. Raises InvalidPlan."""
+def read_document(file: Path, format_name: str, version: int, read: Callable[[dict[str, Any]], T]) -> T:
+    """What `read` makes of the JSON object in `file`. Raises InvalidPlan."""
     try:
         data = json.loads(Path(file).read_text(encoding="utf-8"))
     except OSError as error:
         raise InvalidPlan(f"{file}: cannot be read ({error.strerror})") from None
     except ValueError as error:
         raise InvalidPlan(f"{file}: not a JSON file ({error})") from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
+    if not isinstance(data, dict) or data.get("format") != format_name:
         got = data.get("format") if isinstance(data, dict) else type(data).__name__
-        raise InvalidPlan(f"{file}: format: got {got!r}, expected {FORMAT!r}")
-    if data.get("format_version") != FORMAT_VERSION:
-        raise InvalidPlan(f"{file}: format_version: got {data.get('format_version')!r}, expected {FORMAT_VERSION}")
+        raise InvalidPlan(f"{file}: format: got {got!r}, expected {format_name!r}")
+    if data.get("format_version") != version:
+        raise InvalidPlan(f"{file}: format_version: got {data.get('format_version')!r}, expected {version}")
     try:
-        return _read(data)
+        return read(data)
     except KeyError as error:
         raise InvalidPlan(f"{file}: field {error} is missing") from None
     except (TypeError, ValueError, IndexError) as error:
         raise InvalidPlan(f"{file}: {error}") from None
+
+
+def load_plan(file: Path) -> Plan:
+    """Reads `file`. Raises InvalidPlan."""
+    return read_document(file, FORMAT, FORMAT_VERSION, _read)
 
 
 def _read(data: dict[str, Any]) -> Plan:

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "stiction/core/invalid_input.hpp"
@@ -13,12 +12,6 @@ namespace {
 
 using Eigen::VectorXd;
 using world::YamlNode;
-
-int positive_int(const YamlNode& node) {
-  const auto value = node.integer();
-  if (value < 1 || value > std::numeric_limits<int>::max()) node.fail("an integer ≥ 1");
-  return static_cast<int>(value);
-}
 
 /// One number for all, or one for each.
 VectorXd numbers(const YamlNode& node, int size) {
@@ -31,7 +24,7 @@ void read_sampling(const YamlNode& node, const world::Model& model, dynamics::Sa
   node.require_map({"std_u", "std_q", "samples"});
   if (const auto v = node.find("std_u")) out.std_u = numbers(*v, model.n_a());
   if (const auto v = node.find("std_q")) out.std_q = numbers(*v, model.n_v());
-  if (const auto v = node.find("samples")) out.samples = positive_int(*v);
+  if (const auto v = node.find("samples")) out.samples = v->positive_int();
 }
 
 void read_object_weights(const YamlNode& node, const world::Model& model, VectorXd& out) {
@@ -62,7 +55,7 @@ trajopt::ForceTrustRegion read_forces(const YamlNode& node) {
   trajopt::ForceTrustRegion out;
   out.max_distance = node.positive_or("max_distance", out.max_distance);
   out.friction = node.positive_or("friction", out.friction);
-  if (const auto v = node.find("rays")) out.rays = positive_int(*v);
+  if (const auto v = node.find("rays")) out.rays = v->positive_int();
   return out;
 }
 
@@ -131,8 +124,8 @@ OptimizeSetup read_optimize_setup(const YamlNode& node, const world::Model& mode
   node.require_map({"horizon", "iterations", "tolerance", "h", "regularisation", "scheme", "analytic", "randomized_first",
                     "randomized_zeroth", "decay", "seed", "use_A", "solver", "weights", "input_bound", "joints_reference", "forces"});
   OptimizeSetup out;
-  out.horizon = positive_int(node.at("horizon"));
-  if (const auto v = node.find("iterations")) out.options.iterations = positive_int(*v);
+  out.horizon = node.at("horizon").positive_int();
+  if (const auto v = node.find("iterations")) out.options.iterations = v->positive_int();
   out.options.tolerance = node.nonnegative_or("tolerance", out.options.tolerance);
   out.options.step.h = node.positive_or("h", out.options.step.h);
   if (const auto v = node.find("regularisation")) out.options.step.regularisation = read_regularisation(*v);

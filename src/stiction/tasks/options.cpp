@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "stiction/core/invalid_input.hpp"
@@ -18,12 +17,6 @@ std::optional<YamlNode> given(const YamlNode& map, std::string_view key) {
   auto value = map.find(key);
   if (value && value->kind() == YamlNode::Kind::Null) return std::nullopt;
   return value;
-}
-
-int positive_int(const YamlNode& node) {
-  const auto value = node.integer();
-  if (value < 1 || value > std::numeric_limits<int>::max()) node.fail("an integer ≥ 1");
-  return static_cast<int>(value);
 }
 
 double probability(const YamlNode& node) {
@@ -47,7 +40,7 @@ dynamics::SubstepLimits read_substep(const YamlNode& node) {
   out.joint_angle = node.positive_or("joint_angle", out.joint_angle);
   out.joint_travel = node.positive_or("joint_travel", out.joint_travel);
   out.slide = node.positive_or("slide", out.slide);
-  if (const auto value = node.find("max_substeps")) out.max_substeps = positive_int(*value);
+  if (const auto value = node.find("max_substeps")) out.max_substeps = value->positive_int();
   return out;
 }
 
@@ -83,7 +76,7 @@ planning::GenericSampler read_generic(const YamlNode& node) {
   if (const auto v = given(node, "whole_probability")) out.whole_probability = probability(*v);
   if (const auto v = given(node, "near_probability")) out.near_probability = probability(*v);
   if (const auto v = given(node, "near_std")) out.near_std = v->positive();
-  if (const auto v = given(node, "tries")) out.tries = positive_int(*v);
+  if (const auto v = given(node, "tries")) out.tries = v->positive_int();
   return out;
 }
 
@@ -212,8 +205,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     if (v->integer() < 0 || v->integer() > 1024) v->fail("an integer in [0, 1024]");
     out.threads = static_cast<int>(v->integer());
   }
-  if (const auto v = given(node, "batch")) out.batch = positive_int(*v);
-  if (const auto v = given(node, "max_iterations")) out.max_iterations = positive_int(*v);
+  if (const auto v = given(node, "batch")) out.batch = v->positive_int();
+  if (const auto v = given(node, "max_iterations")) out.max_iterations = v->positive_int();
   if (const auto v = given(node, "stop_at_goal")) out.stop_at_goal = v->boolean();
   if (const auto v = given(node, "goal_bias")) out.goal_bias = probability(*v);
   if (const auto v = given(node, "grasp_probability")) out.grasp_probability = probability(*v);
@@ -245,7 +238,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "regrasp_tol_angle")) out.regrasp_tol_angle = v->positive();
   if (const auto v = given(node, "release_tol_position")) out.release_tol_position = v->positive();
   if (const auto v = given(node, "release_tol_angle")) out.release_tol_angle = v->positive();
-  if (const auto v = given(node, "grasp_candidates")) out.grasp_candidates = positive_int(*v);
+  if (const auto v = given(node, "grasp_candidates")) out.grasp_candidates = v->positive_int();
   if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v, model);
   if (const auto v = given(node, "sample_box")) out.sample_boxes = read_sample_boxes(*v, model);
   if (const auto v = given(node, "fidelity_edge")) out.fidelity_edge = v->positive();

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/mjcf.hpp"
@@ -49,9 +48,7 @@ std::optional<Decomposition> read_decomposition(const YamlNode& node, std::strin
     found->require_map({"threshold", "max_parts"});
     out.threshold = found->number_or("threshold", out.threshold);
     if (!(out.threshold >= Decomposition::kMinThreshold && out.threshold <= 1)) found->at("threshold").fail("a number from 0.01 to 1");
-    const auto parts = found->integer_or("max_parts", out.max_parts);
-    if (parts < 1 || parts > std::numeric_limits<int>::max()) found->at("max_parts").fail("an integer ≥ 1");
-    out.max_parts = static_cast<int>(parts);
+    if (const auto parts = found->find("max_parts")) out.max_parts = parts->positive_int();
   } else if (!found->is_scalar()) {
     found->fail("true, false or a map with threshold and max_parts");
   } else if (!found->boolean()) {
@@ -348,11 +345,7 @@ Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> pa
   scene.name = node.string_or("name", node.file().stem().string());
   if (const auto gravity = node.find("gravity")) scene.gravity = gravity->vector3();
   scene.contact_distance = node.positive_or("contact_distance", scene.contact_distance);
-  if (const auto most = node.find("max_contacts")) {
-    const auto value = most->integer();
-    if (value < 1 || value > std::numeric_limits<int>::max()) most->fail("an integer ≥ 1");
-    scene.max_contacts = static_cast<int>(value);
-  }
+  if (const auto most = node.find("max_contacts")) scene.max_contacts = most->positive_int();
 
   std::vector<std::string> owners, names;
   const auto items = [&](std::string_view key) {

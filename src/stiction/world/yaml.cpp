@@ -252,6 +252,12 @@ double YamlNode::positive() const {
   return value;
 }
 
+int YamlNode::positive_int() const {
+  const auto value = integer();
+  if (value < 1 || value > std::numeric_limits<int>::max()) fail("an integer ≥ 1");
+  return static_cast<int>(value);
+}
+
 double YamlNode::nonnegative() const {
   const double value = number();
   if (!(value >= 0)) fail("a number ≥ 0");

@@ -57,7 +57,8 @@ class YamlNode {
   double positive() const;     ///< finite, > 0
   double nonnegative() const;  ///< finite, ≥ 0
   std::int64_t integer() const;
-  bool boolean() const;  ///< true or false
+  int positive_int() const;  ///< ≥ 1
+  bool boolean() const;      ///< true or false
   std::string string() const;
   std::string one_of(std::span<const std::string_view> names) const;
   std::string one_of(std::initializer_list<std::string_view> names) const { return one_of(std::span(names.begin(), names.size())); }
