@@ -23,7 +23,9 @@ constexpr std::string_view kKinds[] = {"settle", "contact", "regrasp"};
 
 json optional_number(const std::optional<double>& value) { return value ? json(*value) : json(); }
 
-json to_json(const execution::PieceError& e) {
+json to_json(const std::optional<execution::PieceError>& error) {
+  if (!error) return {};
+  const execution::PieceError& e = *error;
   return {{"mean_position", e.mean_position},
           {"mean_angle", e.mean_angle},
           {"length_position", e.length_position},
@@ -61,8 +63,8 @@ json report(const tasks::PlanFile& plan, const world::Model& model, const execut
     entry["segments"] = {piece.first_segment, piece.last_segment};
     entry["begin_s"] = piece.begin_s;
     entry["end_s"] = piece.end_s;
-    entry["in_plan"] = to_json(*piece.in_plan);
-    entry["alone"] = piece.alone ? to_json(*piece.alone) : json();
+    entry["in_plan"] = to_json(piece.in_plan);
+    entry["alone"] = to_json(piece.alone);
     out["pieces"].push_back(std::move(entry));
   }
   return out;
@@ -123,7 +125,12 @@ json frames(const tasks::PlanFile& plan, const world::Model& model, const execut
   return out;
 }
 
-void print_error(const execution::PieceError& e) {
+void print_error(const std::optional<execution::PieceError>& error) {
+  if (!error) {
+    fmt::print(stderr, " {:>33}", "not reached");
+    return;
+  }
+  const execution::PieceError& e = *error;
   const auto share = [](const std::optional<double>& x) { return x ? fmt::format("{:7.3f}", *x) : std::string("      –"); };
   fmt::print(stderr, " {:7.2f} {} {:8.4f} {}", 1e3 * e.mean_position, share(e.normalised_position()), e.mean_angle,
              share(e.normalised_angle()));
@@ -137,7 +144,9 @@ void print_summary(const tasks::PlanFile& plan, const world::Model& model, const
                                         : "goal missed");
   if (!r.message.empty()) fmt::print(stderr, "  {:22} {}\n", "simulation", r.message);
   const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
-  row("time", fmt::format("{:.1f} s simulated in {:.2f} s", r.duration_s, r.wall_s));
+  row("time",
+      fmt::format("{:.1f} s{} simulated in {:.2f} s", r.duration_s,
+                  r.dropped && !r.pieces.empty() ? fmt::format(" of {:.1f} s", r.pieces.back().end_s + options.hold) : "", r.wall_s));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * options.tol_position,
                                        r.error.angle, options.tol_angle));
   row("deepest penetration", fmt::format("{:.3f} mm", 1e3 * r.max_depth));
@@ -148,8 +157,8 @@ void print_summary(const tasks::PlanFile& plan, const world::Model& model, const
     const auto& piece = r.pieces[i];
     fmt::print(stderr, "  {:3} {:8} {:7.2f}  ", i,
                piece.kind == planning::SegmentKind::Contact ? "push" : kKinds[static_cast<std::size_t>(piece.kind)], piece.end_s);
-    print_error(*piece.in_plan);
-    if (piece.alone) print_error(*piece.alone);
+    print_error(piece.in_plan);
+    if (piece.alone) print_error(piece.alone);
     fmt::print(stderr, "\n");
   }
 }

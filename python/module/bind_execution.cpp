@@ -77,7 +77,7 @@ void bind_piece(nb::module_& m) {
       .def_ro("last_segment", &PieceReport::last_segment)
       .def_ro("begin_s", &PieceReport::begin_s)
       .def_ro("end_s", &PieceReport::end_s)
-      .def_ro("in_plan", &PieceReport::in_plan, "with what earlier pieces left behind; None without the whole run")
+      .def_ro("in_plan", &PieceReport::in_plan, "with what earlier pieces left behind; None where the whole run ended before")
       .def_ro("alone", &PieceReport::alone, "started from the planned state; None for regrasps");
 }
 

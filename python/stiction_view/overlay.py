@@ -115,16 +115,17 @@ class OverlayDrawing(scene.Drawing):
     def summary(self) -> list[tuple[str, str]]:
         report = self.simulation.report
         pushes = [p for p in report["pieces"] if p["kind"] == "contact"]
+        reached = [p["in_plan"] for p in pushes if p["in_plan"]]
         rows = [
             ("open loop", {"Reached": "goal reached", "Missed": "goal missed"}.get(report["status"], report["status"])),
             ("seed", str(self.plan.seed)),
             ("at the end", f"{1e3 * self.plan.error_position:.1f} mm, {self.plan.error_angle:.3f} rad off"),
             ("pieces", f"{len(report['pieces'])}, of which {len(pushes)} push"),
-            ("mean error", f"{1e3 * np.mean([p['in_plan']['mean_position'] for p in pushes]):.1f} mm, {np.mean([p['in_plan']['mean_angle'] for p in pushes]):.3f} rad" if pushes else "–"),
+            ("mean error", f"{1e3 * np.mean([e['mean_position'] for e in reached]):.1f} mm, {np.mean([e['mean_angle'] for e in reached]):.3f} rad" if reached else "–"),
             ("penetration", f"{1e3 * report['max_penetration']:.2f} mm"),
         ]
         if report["dropped"]:
-            rows.append(("dropped", f"{report['dropped']} after {report['dropped_s']:.1f} s"))
+            rows.append(("dropped", f"{report['dropped']} after {report['dropped_s']:.1f} s: the run ends there"))
         if self.rate > 1:
             rows.append(("shown", f"{self.rate:.1f} times as fast"))
         return rows

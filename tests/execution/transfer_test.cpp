@@ -153,7 +153,8 @@ TEST(Transfer, StoppedRuns_KeepWhatTheyHave) {
   rig.control.cancel = &cancel;
   EXPECT_EQ(rig.run(r), Status::Cancelled);
   EXPECT_FALSE(r.reached);
-  EXPECT_TRUE(r.pieces.empty());
+  ASSERT_EQ(r.pieces.size(), 1u);
+  EXPECT_FALSE(r.pieces[0].in_plan);
   rig.control.cancel = nullptr;
   rig.control.deadline = core::RunControl::Clock::now();
   EXPECT_EQ(rig.run(r), Status::MaxIterations);
@@ -181,6 +182,10 @@ TEST(Transfer, ObjectThatFalls_IsReportedAsDropped) {
   ASSERT_TRUE(r.dropped);
   EXPECT_EQ(*r.dropped, 0);
   EXPECT_NEAR(r.dropped_s, std::sqrt(2 * 0.03 / 10), 0.02) << "free fall through 30 mm";
+  EXPECT_EQ(r.duration_s, r.dropped_s) << "and the run ends";
+  ASSERT_EQ(r.pieces.size(), 1u);
+  EXPECT_FALSE(r.pieces[0].in_plan);
+  EXPECT_TRUE(r.pieces[0].alone);
 }
 
 TEST(Transfer, BadOptions_NameTheField) {

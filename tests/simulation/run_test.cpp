@@ -124,6 +124,20 @@ TEST(Simulate, CancelAndDeadline_StopEarlyAndKeepWhatWasRecorded) {
   EXPECT_EQ(static_cast<std::size_t>(r.q.cols()), r.times.size());
 }
 
+TEST(Simulate, Stop_EndsAtTheFirstSampleThatAsksForIt) {
+  Push push;
+  SimulationResult whole, part;
+  ASSERT_EQ(push.run(push.rig.work, whole), Status::Solved);
+  const double z = 0.605;  // on the way from 0.6 m
+  push.rig.run.stop = [&](double, VectorRef q) { return q[1] >= z; };
+  ASSERT_EQ(push.run(push.rig.work, part), Status::Solved);
+  const Eigen::Index last = part.q.cols() - 1;
+  ASSERT_LT(last, whole.q.cols() - 1);
+  EXPECT_GE(part.q(1, last), z);
+  EXPECT_LT(part.q(1, last - 1), z);
+  EXPECT_EQ(part.q, whole.q.leftCols(last + 1)) << "and changes nothing before it";
+}
+
 template <class F>
 std::string message(F&& call) {
   try {

@@ -904,7 +904,7 @@ class PieceReport:
 
     @property
     def in_plan(self) -> PieceError | None:
-        """with what earlier pieces left behind; None without the whole run"""
+        """with what earlier pieces left behind; None where the whole run ended before"""
 
     @property
     def alone(self) -> PieceError | None:

@@ -68,7 +68,7 @@ class Transfer {
   }
 
  private:
-  simulation::SimulationOptions run_options() const { return {.record_interval = options_.record_interval, .control = &control_}; }
+  simulation::SimulationOptions run_options() const { return {.record_interval = options_.record_interval, .control = &control_, .stop = {}}; }
   double time_of(Eigen::Index knot) const { return trajectory_.times[knot]; }
 
   /// The trajectory, its last command held.
@@ -80,11 +80,13 @@ class Transfer {
     u << trajectory_.u, trajectory_.u.col(n - 1);
     simulation::Workspace work(plant_);
     simulation::SimulationResult r;
-    const Status status = simulation::simulate(*plant_, {trajectory_.q.col(0), times, u, nullptr}, run_options(), work, r);
+    simulation::SimulationOptions options = run_options();
+    options.stop = [this](double t, VectorRef q) { return falls(t, q); };
+    const Status status = simulation::simulate(*plant_, {trajectory_.q.col(0), times, u, nullptr}, options, work, r);
     out_.message = r.message;
     out_.max_depth = r.max_depth;
-    out_.duration_s = times[n];
     out_.steps = r.steps;
+    out_.duration_s = r.times.empty() ? 0.0 : r.times.back();
     out_.times = std::move(r.times);
     out_.q = std::move(r.q);
     out_.forces = std::move(r.forces);
@@ -100,14 +102,13 @@ class Transfer {
     }
     for (const Piece& piece : trajectory_.pieces) {
       const double begin = time_of(piece.first_knot), end = time_of(piece.last_knot);
-      if (options_.whole && (out_.times.empty() || out_.times.back() < end)) break;  // stopped before
       PieceReport& report = out_.pieces.emplace_back();
       report.kind = piece.kind;
       report.first_segment = piece.first_segment;
       report.last_segment = piece.last_segment;
       report.begin_s = begin;
       report.end_s = end;
-      if (!options_.whole) continue;
+      if (!options_.whole || out_.times.empty() || out_.times.back() < end) continue;  // stopped before
       const Span span = samples_between(out_.times, begin, end);
       report.in_plan = measure_samples(piece, span, as_vector(out_.times), out_.q_plan, out_.q);
     }
@@ -123,25 +124,26 @@ class Transfer {
   void judge(Status status) {
     if (out_.times.empty()) return;
     out_.error = planning::goal_error(model_, out_.q.col(out_.q.cols() - 1), plan_.goal);
-    find_drop();
     out_.reached =
         status == Status::Solved && !out_.dropped && out_.error.position <= options_.tol_position && out_.error.angle <= options_.tol_angle;
   }
 
-  void find_drop() {
+  /// A free object far below where the plan has it.
+  bool falls(double t, VectorRef q) {
     const Eigen::Vector3d gravity = model_.scene().gravity;
-    if (gravity.norm() == 0) return;
+    if (gravity.norm() == 0) return false;
     const Eigen::Vector3d down = gravity.normalized();
-    for (Eigen::Index k = 0; k < out_.q.cols(); ++k) {
-      for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
-        if (model_.scene().objects[static_cast<std::size_t>(i)].joint != world::ObjectJoint::Free) continue;
-        const Eigen::Vector3d fell = world::object_pose(model_, out_.q.col(k), i).p - world::object_pose(model_, out_.q_plan.col(k), i).p;
-        if (fell.dot(down) < options_.drop_height) continue;
-        out_.dropped = i;
-        out_.dropped_s = out_.times[static_cast<std::size_t>(k)];
-        return;
-      }
+    Eigen::VectorXd planned(model_.n_q());
+    interpolate(model_, trajectory_, t, planned);
+    for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
+      if (model_.scene().objects[static_cast<std::size_t>(i)].joint != world::ObjectJoint::Free) continue;
+      const Eigen::Vector3d fell = world::object_pose(model_, q, i).p - world::object_pose(model_, planned, i).p;
+      if (fell.dot(down) < options_.drop_height) continue;
+      out_.dropped = i;
+      out_.dropped_s = t;
+      return true;
     }
+    return false;
   }
 
   /// Each pushing piece from its planned start at rest.

@@ -45,17 +45,17 @@ struct PieceReport {
   planning::SegmentKind kind = planning::SegmentKind::Contact;
   int first_segment = 0, last_segment = 0;
   double begin_s = 0, end_s = 0;
-  std::optional<PieceError> in_plan;  ///< within the whole run, with what earlier pieces left behind
+  std::optional<PieceError> in_plan;  ///< within the whole run, with what earlier pieces left behind; nothing where it ended before
   std::optional<PieceError> alone;    ///< started from the planned state at rest
 };
 
 struct TransferResult {
   core::Status status = core::Status::NumericalFailure;
   std::string message;                                     ///< what the simulation said, where it is not Solved
-  std::vector<PieceReport> pieces;                         ///< of a whole run those that it came to the end of
+  std::vector<PieceReport> pieces;                         ///< of the plan
   planning::GoalError error;                               ///< of the object at the end of the run
   bool reached = false;                                    ///< the whole plan was run and error is within the tolerances
-  std::optional<int> dropped;                              ///< first object that fell
+  std::optional<int> dropped;                              ///< object that fell: the run ends there
   double dropped_s = 0;                                    ///< and when
   double max_depth = 0;                                    ///< deepest penetration over the whole run [m], ≥ 0
   double duration_s = 0;                                   ///< of the whole run, simulated
@@ -77,7 +77,7 @@ PieceError measure(const world::Model& model, int object, VectorRef times, Eigen
                    Eigen::Ref<const Eigen::MatrixXd> q_sim, Eigen::Ref<const Eigen::MatrixXd> path);
 
 /// Runs the commands of a plan open loop, from the state after the settling of the start to the last knot and `hold` seconds beyond, and
-/// compares the object of the goal with the plan.
+/// compares the object of the goal with the plan. Where an object is dropped the run ends: what comes after it would say nothing.
 /// @returns Solved: run to the end, whatever came out; Cancelled, MaxIterations (deadline), NumericalFailure: `out` holds what was run
 /// @throws  core::InvalidInput: options, or a plan that does not fit the plant's model
 /// Tests: tests/execution

@@ -138,8 +138,10 @@ class Run {
       const auto report = world::call_mujoco([this] { mj_forward(plant_.mujoco.get(), d_); });
       if (!is_good(report)) return Status::NumericalFailure;
       for (int c = 0; c < d_->ncon; ++c) out_.max_depth = std::max(out_.max_depth, -d_->contact[c].dist);
-      if (k % stride_ == 0 || last) record(t);
-      if (last) return Status::Solved;
+      const bool sample = k % stride_ == 0 || last;
+      if (sample) record(t);
+      if (last || (sample && options_.stop && options_.stop(t, out_.q.col(static_cast<Eigen::Index>(out_.times.size()) - 1))))
+        return Status::Solved;
       const auto integrated = world::call_mujoco([this] { mj_implicit(plant_.mujoco.get(), d_); });
       if (!is_good(integrated)) return Status::NumericalFailure;
       ++out_.steps;

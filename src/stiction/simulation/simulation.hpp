@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -75,6 +76,8 @@ struct SimulationInput {
 struct SimulationOptions {
   double record_interval = 0.01;  ///< of the samples in the result [s], rounded to timesteps; > 0
   const core::RunControl* control = nullptr;
+  std::function<bool(double t, VectorRef q)>
+      stop;  ///< asked at every sample; the run ends, Solved, with the first one for which it says yes
   void validate() const;
 };
 
