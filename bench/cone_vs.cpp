@@ -118,7 +118,9 @@ json solve_and_dump(const cone::Problem& problem, const char* family, const char
   cone::Workspace work(problem.layout_ptr());
   cone::Options options;
   options.warm_start = options.sensitivities = false;
-  options.tol_complementarity = 1e-11;  // of each row: theirs are for the sum over all
+  const int rows = problem.n_cones() + problem.n_half_lines() + problem.n_bounds();
+  options.tol_complementarity = 1e-9 / rows;  // of each row: theirs are for the sum over all
+  options.tol_kkt = 1e-9;
   cone::Result result;
   std::vector<double> seconds;
   core::Status status = core::Status::NumericalFailure;

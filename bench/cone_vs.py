@@ -3,7 +3,7 @@
 
     bench/cone_vs.py [INSTANCES] > cone_vs.json
 
-All solve from cold. Theirs are asked for 1e-8, ours for 1e-11 of every row, so that residuals compare; theirs are timed by their own clocks,
+All solve from cold. Theirs are asked for 1e-8, ours for 1e-9 of all rows together, so that residuals compare; theirs are timed by their own clocks,
 without building the problem, ours around solve(). Cones: ours and Clarabel. Pyramids of four rays: ours, Clarabel and ProxQP.
 """
 

@@ -493,6 +493,40 @@ TEST(Linearisation, HingedSlidingAndPlanarObjectsWithOffsetCentres_MatchCentralD
   }
 }
 
+/// A flap on a hinge, which carries a handle on a hinge, which carries a bolt that slides; `base` carries the flap, if it is not the world.
+world::Scene make_chain(const std::string& base) {
+  world::Scene scene = empty_scene();
+  scene.gravity = {0, 1, -9};
+  scene.contact_distance = 0.3;
+  const auto add = [&](const std::string& name, const std::string& parent, world::ObjectJoint joint, const Vector3d& axis,
+                       const Vector3d& at, const world::Shape& shape) {
+    world::ObjectSpec o = free_object(shape);
+    o.name = name;
+    o.parent = parent;
+    o.joint = joint;
+    o.axis = axis;
+    o.X_WP.p = at;
+    if (joint != world::ObjectJoint::Free) o.p_BCom = {0.01, 0.03, 0.02};
+    scene.objects.push_back(o);
+  };
+  if (!base.empty()) add(base, "", world::ObjectJoint::Free, Vector3d::UnitX(), Vector3d::Zero(), world::Sphere{0.02});
+  add("flap", base, world::ObjectJoint::Hinge, {1, 0, 0}, {0, -0.06, 0.0}, world::Capsule{0.02, 0.04});
+  add("handle", "flap", world::ObjectJoint::Hinge, {0, 0.6, 0.8}, {0, 0.05, 0.09}, world::Box{{0.02, 0.03, 0.02}});
+  add("bolt", "handle", world::ObjectJoint::Slider, {0.8, 0, 0.6}, {0.02, 0.04, 0}, world::Sphere{0.015});
+  return scene;
+}
+
+TEST(Linearisation, ObjectsThatHangOnOthers_MatchCentralDifferences) {
+  for (const std::string base : {"", "base"}) {
+    SCOPED_TRACE(base);
+    world::Scene scene = make_chain(base);
+    scene.robots = {wrist("hand_chain" + base, world::Box{{0.03, 0.04, 0.05}})};
+    scene.robots[0].X_WBase.p = {0, 0.12, 0.13};
+    run_scene(scene, {.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 30);
+    run_scene(scene, {.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 5);
+  }
+}
+
 TEST(Linearisation, PyramidsDampingAndNoFriction_MatchCentralDifferences) {
   world::Scene scene = empty_scene();
   scene.contact_distance = 0.2;

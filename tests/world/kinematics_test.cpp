@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/object_derivatives.hpp"
 #include "world/test_scenes.hpp"
 
 namespace stiction::world {
@@ -238,6 +239,43 @@ TEST(ObjectMass, OfOneThatCarriesOthers_IsThatOfAllThatMove) {
   }
   EXPECT_NEAR(info.carried_mass, mass, 1e-14);
   EXPECT_EQ(model->objects().back().parent, model->object_index("drawer"));
+}
+
+TEST_P(AnyScene, MassAndGravity_HaveTheDerivativesOfCentralDifferences) {
+  const auto model = Model::make(GetParam()());
+  core::Random random(11, 0);
+  const double h = 1e-5;
+  const int n = model->n_vu();
+  for (int sample = 0; sample < 3; ++sample) {
+    const VectorXd q = random_configuration(*model, random);
+    for (int object = 0; object < static_cast<int>(model->objects().size()); ++object) {
+      const ObjectInfo& info = model->objects()[static_cast<std::size_t>(object)];
+      VectorXd v(info.n_v);
+      for (double& x : v) x = random.normal();
+      const auto at = [&](const VectorXd& where) {  // (M_u v, τᵘ)
+        const Kinematics k = kinematics_at(*model, where);
+        MatrixXd M_u(info.n_v, info.n_v);
+        VectorXd tau(n);
+        calc_object_mass(*model, k, object, M_u);
+        calc_gravity(*model, k, tau);
+        return std::pair<VectorXd, VectorXd>(M_u * v, tau.segment(info.v_begin, info.n_v));
+      };
+      MatrixXd momentum(info.n_v, n), gravity(info.n_v, n), want_momentum(info.n_v, n), want_gravity(info.n_v, n);
+      calc_object_derivatives(*model, kinematics_at(*model, q), object, v, momentum, gravity);
+      for (int j = 0; j < n; ++j) {
+        VectorXd delta = VectorXd::Zero(model->n_v()), q_plus = q, q_minus = q;
+        delta[j] = h;
+        retract(*model, q, delta, q_plus);
+        retract(*model, q, -delta, q_minus);
+        const auto plus = at(q_plus), minus = at(q_minus);
+        want_momentum.col(j) = (plus.first - minus.first) / (2 * h);
+        want_gravity.col(j) = (plus.second - minus.second) / (2 * h);
+      }
+      const double scale = 1 + at(q).first.norm() + at(q).second.norm();
+      EXPECT_LT((momentum - want_momentum).cwiseAbs().maxCoeff(), 1e-8 * scale) << info.name;
+      EXPECT_LT((gravity - want_gravity).cwiseAbs().maxCoeff(), 1e-8 * scale) << info.name;
+    }
+  }
 }
 
 TEST(Objects, ThatHangOnOthers_AreNotPairedWithThem) {

@@ -795,7 +795,7 @@ void Options::validate() const {
       core::throw_invalid(field, text(value), "a number in [" + text(low) + ", " + text(high) + "]");
     }
   };
-  in("tol_complementarity", tol_complementarity, 1e-11, 1e-2);
+  in("tol_complementarity", tol_complementarity, 1e-12, 1e-2);
   in("tol_kkt", tol_kkt, 1e-12, 1e-2);
   if (max_iterations < 1) core::throw_invalid("max_iterations", std::to_string(max_iterations), "at least 1");
   core::require_positive("infeasible_radius", infeasible_radius);

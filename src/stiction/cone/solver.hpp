@@ -19,7 +19,7 @@ enum class Mode {
 
 struct Options {
   Mode mode = Mode::Exact;
-  /// Exact: largest wᵢᵀzᵢ / S [unit of w], in [1e-11, 1e-2]; S = max(1, ‖b‖∞) rounded down to a power of 2.
+  /// Exact: largest wᵢᵀzᵢ / S [unit of w], in [1e-12, 1e-2]; S = max(1, ‖b‖∞) rounded down to a power of 2.
   /// Smoothed: largest ‖wᵢ∘zᵢ − σᵢe‖∞/σᵢ [-]; up to ten times that where rounding lets Newton's method get no further.
   double tol_complementarity = 1e-9;
   double tol_kkt = 1e-8;    ///< largest scaled stationarity and primal residual [-], in [1e-12, 1e-2]

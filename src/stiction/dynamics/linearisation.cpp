@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "stiction/dynamics/so3.hpp"
+#include "stiction/world/object_derivatives.hpp"
 
 namespace stiction::dynamics::detail {
 namespace {
@@ -53,29 +54,22 @@ void fill_impulses(const SolvedStep& step, const StepResult& out, LinearisationW
 /// S y of one contact.
 Vector3d multiply(const ContactStiffness& S, const Vector3d& y) { return S.sharp * S.sharp.dot(y) + S.rest * y; }
 
-/// −∂(Qδq + b)/∂q (S.8). Robots: b = −hK_a(u − qᵃ). Objects: mass matrix and gravity of one whose centre of mass turns about its axis;
-/// a free object turns about its centre of mass.
-void subtract_objective(const SolvedStep& step, const StepResult& out, Eigen::MatrixXd& R) {
+/// −∂(Qδq + b)/∂q (S.8). Robots: b = −hK_a(u − qᵃ). Objects: mass matrix and gravity where a centre of mass turns about an axis that it is
+/// off; a free object that carries nothing turns about its own.
+void subtract_objective(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, Eigen::MatrixXd& R) {
   const Model& model = step.model;
   const double h = step.options.h;
   for (int j = 0; j < model.n_a(); ++j) R(model.n_vu() + j, model.n_vu() + j) -= h * model.stiffness()[j];
+  work.D_momentum.resize(6, model.n_vu());
+  work.D_gravity.resize(6, model.n_vu());
   const auto objects = model.objects();
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const auto& object = objects[o];
-    const int turn = object.v_begin + object.n_v - 1;  // the only one there may be
-    if (object.n_v == 6 || model.dofs()[at(turn)].kind != world::DofKind::Revolute) continue;
-    const Vector3d axis = step.kinematics.axis_W.col(turn);
-    const Vector3d arm = step.kinematics.X_WB[at(object.body)] * model.scene().objects[o].p_BCom - step.kinematics.origin_W.col(turn);
-    const Vector3d lever = axis.cross(arm), d_lever = axis.cross(lever);
-    const double m = out.epsilon[static_cast<Eigen::Index>(o)] / h * object.mass;
-    Vector3d velocity = out.delta[turn] * lever;  // of the centre of mass
-    for (int i = object.v_begin; i < turn; ++i) {
-      const Vector3d slide = step.kinematics.axis_W.col(i);
-      velocity += out.delta[i] * slide;
-      R(i, turn) -= m * slide.dot(d_lever) * out.delta[turn];
-    }
-    R(turn, turn) -= m * (d_lever.dot(velocity) + lever.dot(d_lever) * out.delta[turn]);
-    R(turn, turn) += h * object.mass * d_lever.dot(model.scene().gravity);
+    if (object.n_v == 6 && object.carried_mass == object.mass) continue;
+    auto D_momentum = work.D_momentum.topRows(object.n_v), D_gravity = work.D_gravity.topRows(object.n_v);
+    world::calc_object_derivatives(model, step.kinematics, static_cast<int>(o), out.delta.segment(object.v_begin, object.n_v), D_momentum,
+                                   D_gravity);
+    R.block(object.v_begin, 0, object.n_v, model.n_vu()) -= out.epsilon[static_cast<Eigen::Index>(o)] / h * D_momentum - h * D_gravity;
   }
 }
 
@@ -197,7 +191,7 @@ void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, Linear
       for (const int j : rows.support) work.by_q.fixed(row, j) += *D++;
     }
   }
-  subtract_objective(step, out, work.by_q.fixed);
+  subtract_objective(step, out, work, work.by_q.fixed);
 }
 
 /// A = T + J_r D_δq_q, T the transport of the tangent space: exp(δθ)ᵀ for free rotations, else 1 (S.10).

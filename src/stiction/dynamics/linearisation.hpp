@@ -54,9 +54,10 @@ struct LinearisationWorkspace {
   contact::ContactDerivatives derivatives;
   LinearSystem by_q, by_u;
   ImpulseDerivatives D_lambda_q, D_lambda_u;
-  RowMatrix motion;                 // 3 × n: D_w_q + J_c X of one contact
-  std::vector<int> actuated;        // velocity indices of the commands
-  std::vector<double> h_stiffness;  // hK_a
+  RowMatrix motion;                       // 3 × n: D_w_q + J_c X of one contact
+  Eigen::MatrixXd D_momentum, D_gravity;  // of one object
+  std::vector<int> actuated;              // velocity indices of the commands
+  std::vector<double> h_stiffness;        // hK_a
 };
 
 /// Fills out.A, out.B and the derivatives of the impulses, whichever the options ask for, at the solution in `out`.

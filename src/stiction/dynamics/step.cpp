@@ -413,9 +413,6 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
     for (const double d : *in.damping) core::require_nonnegative("damping", d);
   }
 
-  const bool hangs = std::any_of(model.objects().begin(), model.objects().end(), [](const auto& o) { return o.parent >= 0; });
-  if (options.with_A && hangs) core::throw_invalid("with_A", "true, with objects that hang on others", "false");
-
   StepWorkspace::Impl& work = workspace.impl();
   const auto* analytic = std::get_if<Analytic>(&options.smoothing);
 

@@ -89,22 +89,6 @@ void calc_object_axes(const ObjectNode& node, const Pose& X_WP, const Pose& X_WB
   }
 }
 
-/// M_u and gravity see every body that a coordinate moves: columns of linear (of the centre of mass) and angular velocity.
-void calc_columns(const Model::Impl& m, const Kinematics& kinematics, const ObjectNode& mover, const ObjectNode& moved,
-                  Eigen::Matrix<double, 3, 6>& linear, Eigen::Matrix<double, 3, 6>& angular) {
-  const Vector3d p_WCom = kinematics.X_WB[static_cast<std::size_t>(moved.body)] * moved.p_BCom;
-  for (int i = 0; i < mover.n_v; ++i) {
-    const Vector3d axis = kinematics.axis_W.col(mover.v + i);
-    if (m.dofs[static_cast<std::size_t>(mover.v + i)].kind == DofKind::Prismatic) {
-      linear.col(i) = axis;
-      angular.col(i).setZero();
-    } else {
-      linear.col(i) = axis.cross(p_WCom - kinematics.origin_W.col(mover.v + i));
-      angular.col(i) = axis;
-    }
-  }
-}
-
 }  // namespace
 
 struct KinematicsWorkspace::Impl {};
@@ -156,41 +140,6 @@ void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out) 
         X_WB.R.noalias() = X_WP.R * node.C0;
         X_WB.p = p;
         break;
-    }
-  }
-}
-
-void calc_object_mass(const Model& model, const Kinematics& kinematics, int object, Eigen::Ref<Eigen::MatrixXd> M_u) {
-  const Model::Impl& m = model.impl();
-  const ObjectNode& node = m.object_nodes.at(static_cast<std::size_t>(object));
-  core::require_size("M_u.rows", M_u.rows(), node.n_v);
-  core::require_size("M_u.cols", M_u.cols(), node.n_v);
-  M_u.setZero();
-  Eigen::Matrix<double, 3, 6> linear, angular;
-  for (const int o : node.carried) {
-    const ObjectNode& moved = m.object_nodes[static_cast<std::size_t>(o)];
-    calc_columns(m, kinematics, node, moved, linear, angular);
-    const Matrix3d& R_WB = kinematics.X_WB[static_cast<std::size_t>(moved.body)].R;
-    const Matrix3d inertia_W = R_WB * moved.inertia * R_WB.transpose();
-    for (int i = 0; i < node.n_v; ++i) {
-      const Vector3d momentum = moved.mass * linear.col(i);
-      const Vector3d spin = inertia_W * angular.col(i);
-      for (int j = 0; j < node.n_v; ++j) M_u(j, i) += linear.col(j).dot(momentum) + angular.col(j).dot(spin);
-    }
-  }
-}
-
-void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u) {
-  const Model::Impl& m = model.impl();
-  core::require_size("tau_u", tau_u.size(), m.n_vu);
-  Eigen::Matrix<double, 3, 6> linear, angular;
-  for (const ObjectNode& node : m.object_nodes) {
-    tau_u.segment(node.v, node.n_v).setZero();
-    for (const int o : node.carried) {
-      const ObjectNode& moved = m.object_nodes[static_cast<std::size_t>(o)];
-      calc_columns(m, kinematics, node, moved, linear, angular);
-      const Vector3d force = moved.mass * m.scene.gravity;
-      for (int i = 0; i < node.n_v; ++i) tau_u[node.v + i] += linear.col(i).dot(force);
     }
   }
 }
