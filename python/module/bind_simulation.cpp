@@ -37,7 +37,7 @@ simulation::SimulationResult simulate(const std::shared_ptr<const Plant>& plant,
   }
   const nb::gil_scoped_release unlocked;
   simulation::Workspace work(plant);
-  (void)simulation::simulate(*plant, in, {record_interval, &control}, work, out);
+  (void)simulation::simulate(*plant, in, {.record_interval = record_interval, .control = &control, .stop = {}}, work, out);
   return out;
 }
 
