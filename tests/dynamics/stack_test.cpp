@@ -99,12 +99,11 @@ TEST(Stack, TenBoxes_StandForAThousandSteps) {
     Scene s(scene);
     for (int i = 0; i < 10; ++i) s.place(i, Eigen::Matrix3d::Identity(), {0, 0, half.z() * (2 * i + 1)});
     const VectorXd q0 = s.q;
-    double most = 0;
     for (int i = 0; i < 1000; ++i) {
       ASSERT_EQ(s.go(), Status::Solved) << i;
-      most = std::max(most, motion(s));
+      // The first two steps find the rest, as far as the complementarity of a step lets them; then nothing moves any more.
+      EXPECT_LT(motion(s), i < 2 ? 1e-8 : 1e-13) << i;
     }
-    EXPECT_LT(most, 1e-8) << "back and forth, as far as the complementarity of one step lets it";
     VectorXd moved(s.model->n_v());
     world::local(*s.model, q0, s.q, moved);
     EXPECT_LT(moved.cwiseAbs().maxCoeff(), 1e-9) << "in all, not per step";
