@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Plans every task with many seeds, checks every plan and says how often, how fast and with how much memory.
+"""Plans every task with many seeds, refines and checks every plan and says how often, how fast and with how much memory.
 
     bench/end_to_end.py [--seeds 20] [--timeout 20] [--program build/release/stiction] [TASK …] > end_to_end.json
 
-One JSON object on stdout; a line for each run on stderr. Exit code 1 when a plan was not solved or not accepted.
+One JSON object on stdout; a line for each run on stderr. Times are those of `stiction plan` and `stiction refine` together, as the programs
+run; a plan is accepted when `stiction check` accepts it as planned and as refined. Exit code 1 when one was not solved or not accepted.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TASKS = [
@@ -34,14 +36,23 @@ TASKS = [
 ]
 
 
-def run(words):
-    """Exit code, stdout, peak resident memory [MB] and processor time [s] of a program."""
+def run(*words):
+    """Exit code, JSON output, peak resident memory [MB], processor time [s] and wall time [s] of a program."""
     with tempfile.TemporaryFile("w+") as out:
-        process = subprocess.Popen(words, stdout=out, stderr=subprocess.DEVNULL)
+        start = time.monotonic()
+        process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
+        wall = time.monotonic() - start
         process.returncode = os.waitstatus_to_exitcode(status)
         out.seek(0)
-        return process.returncode, out.read(), usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime
+        text = out.read()
+    return process.returncode, json.loads(text) if text else {}, usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime, wall
+
+
+def refused(program, plan):
+    """Names of what `stiction check` does not accept."""
+    code, check, *_ = run(program, "check", plan, "--json")
+    return [item["name"] for item in check.get("checks", []) if not item["pass"]] or (["no report"] if code else [])
 
 
 def main():
@@ -58,23 +69,25 @@ def main():
             times, processor_times, peaks, accepted = [], [], [], 0
             for seed in range(arguments.seeds):
                 out = pathlib.Path(folder) / f"{task}-{seed}"
-                words = [arguments.program, "plan", task, "--seed", seed, "--timeout", arguments.timeout, "-o", out, "--json"]
-                code, text, peak, processor = run([str(word) for word in words])
+                code, plan, peak, processor, wall = run(
+                    arguments.program, "plan", task, "--seed", seed, "--timeout", arguments.timeout, "-o", out, "--json"
+                )
                 if code not in (0, 3):
                     print(f"{task} seed {seed}: exit code {code}", file=sys.stderr)
                     return 2
-                plan = json.loads(text)
-                check_code, text, *_ = run([str(arguments.program), "check", str(out), "--json"])
-                check = json.loads(text)
-                failed = [item["name"] for item in check.get("checks", []) if not item["pass"]]
-                good = code == 0 and check_code == 0
-                accepted += good
-                times.append(plan["wall_s"])
+                failed = [f"plan {name}" for name in refused(arguments.program, out)]
+                if code == 0:
+                    _, _, refine_peak, refine_processor, refine_wall = run(arguments.program, "refine", out, "--json")
+                    peak, processor, wall = max(peak, refine_peak), processor + refine_processor, wall + refine_wall
+                    failed += [f"refined {name}" for name in refused(arguments.program, out / "refined")]
+                accepted += code == 0 and not failed
+                times.append(wall)
                 processor_times.append(processor)
                 peaks.append(peak)
                 print(
-                    f"{task} seed {seed}: {plan['status']} in {plan['wall_s']:.2f} s ({processor:.2f} s of processors), {plan['knots']} knots, {plan['regrasps']['in_plan']} regrasps, "
-                    f"{peak:.0f} MB, check {'passed' if check_code == 0 else 'failed: ' + ', '.join(failed)}",
+                    f"{task} seed {seed}: {plan['status']} in {plan['wall_s']:.2f} s, refined in {wall:.2f} s ({processor:.2f} s of processors), "
+                    f"{plan['knots']} knots, {plan['regrasps']['in_plan']} regrasps, {peak:.0f} MB, "
+                    f"check {'failed: ' + ', '.join(failed) if failed else 'passed'}",
                     file=sys.stderr,
                 )
             results.append(

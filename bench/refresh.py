@@ -107,7 +107,7 @@ def main():
             "",
             "## End to end",
             "",
-            "`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0, 1, …, each plan judged by `stiction check`. Wall time of planning.",
+            "`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0, 1, …, then `stiction refine`; `stiction check` judges both. Wall time of both programs.",
             "",
             *end_to_end_table(runs),
         ]

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <system_error>
@@ -108,8 +109,10 @@ void ProgressLine::show(std::string_view text) {
 
 void ProgressLine::show(const core::Progress& p) {
   if (!terminal_) return;
-  show(fmt::format("{:6.1f} s   {:3.0f} % of the budget   {} extensions   {} nodes   nearest to the goal {:.3g}", p.elapsed_s,
-                   100 * p.fraction, p.iteration, p.size, p.best));
+  const double left_s = p.fraction > 0 ? p.elapsed_s * std::max(0.0, 1 / p.fraction - 1) : 0;
+  const double rate = p.elapsed_s > 0 ? static_cast<double>(p.iteration) / p.elapsed_s : 0;
+  show(fmt::format("{:5.1f} s, {:.0f} s left   {} extensions, {:.0f} per second   {} nodes   {:.3g} tolerances from the goal", p.elapsed_s,
+                   std::ceil(left_s), p.iteration, rate, p.size, p.best));
 }
 
 void ProgressLine::clear() {

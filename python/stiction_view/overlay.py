@@ -65,6 +65,7 @@ def _read(plan: Plan, data: dict[str, Any]) -> Simulation:
         contacts=contacts,
         segment=np.asarray(piece),
         segment_kinds=kinds,
+        tree_parents=np.empty(0, dtype=int),
     )
     return Simulation(simulated, planned, np.array([frame["t"] for frame in frames], dtype=float), report)
 

@@ -70,6 +70,8 @@ class Plan:
     contacts: list[list[Contact]]  # per knot
     segment: np.ndarray  # (knots) index of the segment
     segment_kinds: list[str]
+    tree_parents: np.ndarray  # (nodes), -1 for the root
+    tree_poses: np.ndarray  # (nodes, 7) of the goal's object: x, y, z, qw, qx, qy, qz in W
 
 
 def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
@@ -163,6 +165,11 @@ def _read(data: dict[str, Any]) -> Plan:
     if not poses:
         raise ValueError("segments: no knots, nothing to draw")
 
+    parents = np.array([node["parent"] for node in data["tree"]], dtype=int)
+    if (parents >= np.arange(len(parents))).any() or (parents < -1).any():
+        raise ValueError("tree: a node comes before its parent")
+    tree = np.array([_vector(node["object"], 7) for node in data["tree"]]).reshape(-1, 7)
+
     return Plan(
         task=str(data["task"]["name"]),
         status=str(data["status"]),
@@ -178,4 +185,6 @@ def _read(data: dict[str, Any]) -> Plan:
         contacts=contacts,
         segment=np.array(segment),
         segment_kinds=kinds,
+        tree_parents=parents,
+        tree_poses=tree,
     )

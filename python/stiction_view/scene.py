@@ -14,7 +14,7 @@ import numpy as np
 import viser
 
 from . import links, meshes
-from .plan import Plan, Pose
+from .plan import Plan, Pose, rotation_matrices
 
 Color = tuple[int, int, int]
 
@@ -26,6 +26,7 @@ FIXED: Color = (172, 176, 184)
 OBJECT: tuple[Color, Color, Color] = ((238, 126, 36), (253, 226, 178), (120, 52, 10))
 GOAL: Color = (38, 160, 92)
 FORCE: Color = (206, 24, 74)
+TREE: Color = (128, 112, 196)
 KIND_COLOR: dict[str, Color] = {"settle": (158, 162, 170), "contact": OBJECT[0], "regrasp": (70, 122, 214)}
 KIND_TEXT = {"settle": "settle", "contact": "push", "regrasp": "regrasp"}
 
@@ -217,6 +218,7 @@ class Drawing:
         parts = body_meshes(plan, rods)
         self.view = choose_view(plan, parts, self.frames)
         self.segment_shown = -1
+        self.has_tree = False
         self.poses_shown: dict[int, np.ndarray] = {}
         self.moving_nodes: list[tuple[int, viser.SceneNodeHandle]] = []
         self.robot_meshes: list[viser.MeshHandle] = []
@@ -258,6 +260,7 @@ class Drawing:
             self.robot_meshes.append(handle)
         self._add_planes(scene)
         self._add_goal(scene, parts)
+        self._add_tree(scene, parts)
 
         self.force_scale, self.force_longest = self._force_scale(parts)
         self.arrows = scene.add_arrows(
@@ -345,6 +348,31 @@ class Drawing:
             origin_radius=0.0,
         )
 
+    def _add_tree(self, scene: viser.SceneApi, parts: list[BodyMesh]) -> None:
+        """Where the search took the object: edges between the ends of that axis of the object whose end moves most, and the plan's own way."""
+        plan = self.plan
+        if len(plan.tree_parents) < 2:
+            return
+        part = next((p for p in parts if p.body == plan.goal_body), None)
+        length = OBJECT_AXES * (np.abs(part.mesh[0]).max() if part is not None else 0.3 * self.view.radius)
+
+        def ends(poses: np.ndarray) -> np.ndarray:  # (n, axis, 3)
+            return poses[:, None, :3] + length * np.swapaxes(rotation_matrices(poses[:, 3:]), 1, 2)
+
+        tree, way = ends(plan.tree_poses), ends(plan.poses[:, plan.bodies[plan.goal_body].moving])
+        children = np.flatnonzero(plan.tree_parents >= 0)
+        edges = np.stack([tree[plan.tree_parents[children]], tree[children]], axis=1)  # (n, 2, axis, 3)
+        steps = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=-1)  # (n, axis)
+        axis = int(np.argmax(steps.sum(axis=0)))
+        moved = steps[:, axis] > 1e-3 * length
+        for name, points, color, width in (
+            ("/tree", edges[moved, :, axis], TREE, 1.0),
+            ("/way", np.stack([way[:-1, axis], way[1:, axis]], axis=1), OBJECT[0], 3.0),
+        ):
+            if len(points) > 0:
+                scene.add_line_segments(name, points.astype(np.float32), color, thickness=width, thickness_units="screen")
+        self.has_tree = True
+
     def _force_scale(self, parts: list[BodyMesh]) -> tuple[float, float]:
         """Metres per newton, and the length of the longest arrow [m]. The largest tenth of the forces is cut to that length."""
         part = next((p for p in parts if p.body == self.plan.goal_body), None)
@@ -413,7 +441,7 @@ class Drawing:
 
     def keys(self) -> list[tuple[Color, str]]:
         kinds = [k for k in KIND_TEXT if k in self.plan.segment_kinds]
-        return [*((KIND_COLOR[k], KIND_TEXT[k]) for k in kinds), (GOAL, "goal"), (FORCE, "contact force")]
+        return [*((KIND_COLOR[k], KIND_TEXT[k]) for k in kinds), *([(TREE, "search tree")] if self.has_tree else []), (GOAL, "goal"), (FORCE, "contact force")]
 
     def timeline(self) -> str:
         """CSS gradient: what kind of segment each moment of the show belongs to."""

@@ -90,6 +90,38 @@ TEST(Planner, UnreachableGoal_KeepsTheBestPath) {
   EXPECT_LT(result.plan.error.position, 3.0 + 1e-9);
 }
 
+TEST(Planner, Tree_LeadsFromEveryNodeToTheStart) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.max_iterations = 200;
+  options.stop_at_goal = false;
+  long reports = 0;
+  double fraction = 0, elapsed_s = 0;
+  core::RunControl control;
+  control.deadline = core::RunControl::Clock::now() + std::chrono::hours(1);
+  control.on_progress = [&](const core::Progress& p) {
+    ++reports;
+    EXPECT_GE(p.fraction, fraction);
+    EXPECT_GE(p.elapsed_s, elapsed_s);
+    fraction = p.fraction;
+    elapsed_s = p.elapsed_s;
+  };
+  PlanResult result;
+  (void)plan(problem, options, control, result);
+  ASSERT_EQ(static_cast<long>(result.tree.size()), result.nodes);
+  ASSERT_GT(result.nodes, 20);
+  EXPECT_EQ(result.tree[0].parent, -1);
+  const world::Pose start = world::object_pose(*problem.model, problem.q_start, problem.goal.object);
+  EXPECT_LT((result.tree[0].X_WB.p - start.p).norm(), 1e-2);
+  for (std::size_t i = 1; i < result.tree.size(); ++i) {
+    EXPECT_GE(result.tree[i].parent, 0);
+    EXPECT_LT(result.tree[i].parent, static_cast<int>(i));
+  }
+  EXPECT_GT(reports, 10);
+  EXPECT_EQ(fraction, 1.0) << "all iterations are used up";
+  EXPECT_GT(elapsed_s, 0.0);
+}
+
 TEST(Planner, CancelledAtOnce_ReturnsTheStart) {
   const PlanningProblem problem = hand_problem();
   const std::atomic<bool> cancel{true};

@@ -102,4 +102,9 @@ def make_plan(knots_per_segment: int = 12, kinds: tuple[str, ...] = ("settle", "
         },
         "error": {"position": 0.002, "angle": abs(0.8 - angle)},
         "segments": segments,
+        "tree": [
+            {"parent": -1, "edge": "settle", "object": [0, 0, 0, 1, 0, 0, 0]},
+            {"parent": 0, "edge": "contact", "object": [0, 0, 0, *_quaternion_z(angle)]},
+            {"parent": 0, "edge": "contact", "object": [0, 0, 0, *_quaternion_z(-angle)]},
+        ],
     }

@@ -16,7 +16,7 @@ import pytest
 import browser
 import synthetic
 from stiction_view import InvalidPlan, load_plan
-from stiction_view.scene import MAX_FRAMES, choose_frames, frame_times
+from stiction_view.scene import MAX_FRAMES, choose_frames, frame_times, make_page
 
 MAX_BYTES = 10_000_000
 
@@ -108,6 +108,15 @@ def test_page_in_chromium_draws_object_forces_and_regrasp(page: Path) -> None:
         check_quiet(window)
 
 
+def test_page_draws_the_search_tree_where_the_plan_has_one(tmp_path: Path) -> None:
+    plan = synthetic.make_plan()
+    with_tree = make_page(load_plan(write(tmp_path, plan)))
+    plan["tree"] = []
+    without = make_page(load_plan(write(tmp_path, plan)))
+    assert "search tree" in with_tree and "search tree" not in without
+    assert len(with_tree) > len(without)
+
+
 def test_page_is_small_and_self_contained(page: Path) -> None:
     assert page.stat().st_size < MAX_BYTES
     text = page.read_text(encoding="utf-8")
@@ -183,6 +192,7 @@ def edit(**changes: object) -> dict:
         (edit(segments=[]), "segments: no knots"),
         (edit(segments__1__kind="jump"), "segments[1].kind: got 'jump'"),
         (edit(segments__0__knots__0__bodies=[[0.0] * 7]), "segments[0]: a knot has bodies of shape (1, 7)"),
+        (edit(tree__1__parent=2), "tree: a node comes before its parent"),
         (edit(goal__position=[0.0, 1.0]), "expected 3 finite numbers"),
     ],
 )

@@ -131,6 +131,9 @@ class Planner {
     }
     result_.status = grow();
     result_.nodes = tree_.size();
+    for (int i = 0; i < tree_.size(); ++i) {
+      result_.tree.push_back({tree_[i].parent, tree_[i].edge, world::object_pose(model_, tree_[i].q, problem_.goal.object)});
+    }
     if (result_.status != Status::Solved) keep_best();
     return result_.status;
   }
@@ -466,6 +469,10 @@ class Planner {
     progress.iteration = result_.iterations;
     progress.best = goal_ratio_of_best();
     progress.size = tree_.size();
+    const auto seconds = [](auto duration) { return std::chrono::duration<double>(duration).count(); };
+    progress.elapsed_s = seconds(core::RunControl::Clock::now() - begin_);
+    progress.fraction = static_cast<double>(result_.iterations) / options_.max_iterations;
+    if (control_.deadline) progress.fraction = std::max(progress.fraction, progress.elapsed_s / seconds(*control_.deadline - begin_));
     control_.on_progress(progress);
   }
 
@@ -565,6 +572,7 @@ class Planner {
   dynamics::StepOptions exact_, smoothed_;
   Eigen::VectorXd q_goal_;  ///< qᵘ of the goal
   Eigen::VectorXd u_start_;
+  core::RunControl::Clock::time_point begin_ = core::RunControl::Clock::now();
   int best_ = -1;
 
  public:

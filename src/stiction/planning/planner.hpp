@@ -94,6 +94,13 @@ struct RegraspCounts {
   long failed_step = 0;   ///< a step was not solved
 };
 
+/// A node of the tree as a user sees it.
+struct TreeNode {
+  int parent = -1;  ///< index in PlanResult::tree; −1 for the root
+  SegmentKind edge = SegmentKind::Contact;
+  world::Pose X_WB;  ///< of the goal's object
+};
+
 struct PlanResult {
   core::Status status = core::Status::NumericalFailure;  ///< Solved | MaxIterations (deadline or budget) | Cancelled | …
   Plan plan;                                             ///< best so far, also when not Solved
@@ -106,6 +113,7 @@ struct PlanResult {
   long distrusted = 0;      ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
   double wall_s = 0;
+  std::vector<TreeNode> tree;    ///< all nodes, in the order of their making
   std::string reason;            ///< why not Solved, where there is more to say than that the budget was used up
   double start_moved = 0;        ///< how far objects moved before they rested, the larger of [m] and [rad]; > 1e-3: the start is no rest
   double start_penetration = 0;  ///< [m] deepest penetration of the given start, ≥ 0

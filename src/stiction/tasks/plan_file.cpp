@@ -18,6 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// So many nodes of a tree show how it grew.
+constexpr std::size_t kShownNodes = 2000;
+
 PoseNumbers rounded(const PoseNumbers& in, double unit) {
   PoseNumbers out;
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = std::round(in[i] / unit) * unit + 0.0;
@@ -70,6 +73,20 @@ void add_scene(const world::Model& model, const ShownBodies& shown, const world:
   for (const auto& geometry : model.geometries()) {
     out.geometries.push_back({geometry.name, shown.place[static_cast<std::size_t>(geometry.body)], geometry.shape,
                               rounded(to_numbers(geometry.X_BG), 1e-9), geometry.friction});
+  }
+}
+
+/// At most kShownNodes of them, evenly; the parent of one is the nearest ancestor that is kept.
+void add_tree(const std::vector<planning::TreeNode>& tree, PlanFile& out) {
+  const std::size_t stride = (tree.size() + kShownNodes - 1) / kShownNodes;
+  std::vector<int> kept(tree.size());  // of each node, itself or the nearest kept ancestor
+  for (std::size_t i = 0; i < tree.size(); ++i) {
+    const planning::TreeNode& node = tree[i];
+    const int parent = node.parent < 0 ? -1 : kept[static_cast<std::size_t>(node.parent)];
+    kept[i] = parent;
+    if (i % stride != 0) continue;
+    kept[i] = static_cast<int>(out.tree.size());
+    out.tree.push_back({parent, node.edge, to_numbers(node.X_WB)});
   }
 }
 
@@ -135,6 +152,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
       for (const auto& contact : knot.contacts) k.contacts.push_back(stored(model, contact, plan.step.h));
     }
   }
+  add_tree(result.tree, out);
   return out;
 }
 

@@ -38,6 +38,12 @@ struct StoredSegment {
   std::vector<StoredKnot> knots;
 };
 
+struct StoredTreeNode {
+  int parent = -1;  ///< index in PlanFile::tree, before its own; −1 for the root
+  planning::SegmentKind edge = planning::SegmentKind::Contact;
+  PoseNumbers object{};  ///< pose of the goal's object, display
+};
+
 struct StoredObject {
   std::string name;
   world::ObjectJoint joint = world::ObjectJoint::Free;
@@ -87,6 +93,7 @@ struct PlanFile {
   bool goal_from_command_line = false;
   planning::GoalError error;
   std::vector<StoredSegment> segments;
+  std::vector<StoredTreeNode> tree;  ///< display; of a large tree an even choice of its nodes
 };
 
 /// What the file of a finished plan holds. @param file where it will be written; only to spell the path of the task

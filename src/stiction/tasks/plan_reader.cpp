@@ -368,9 +368,9 @@ PlanFile read(const Value& top) {
   if (const Value version = top.at("format_version"); version.integer() != kPlanFormatVersion) {
     version.fail(fmt::format("{}, the only version this program reads", kPlanFormatVersion));
   }
-  top.require_keys({"format",  "format_version", "code_version", "task",   "scene_sha256", "scene_text", "status",
-                    "seed",    "options",        "statistics",   "timing", "step",         "substep",    "joints",
-                    "objects", "bodies",         "geometries",   "start",  "goal",         "error",      "segments"});
+  top.require_keys({"format",     "format_version", "code_version", "task",  "scene_sha256", "scene_text", "status",  "seed",
+                    "options",    "statistics",     "timing",       "step",  "substep",      "joints",     "objects", "bodies",
+                    "geometries", "start",          "goal",         "error", "segments",     "tree"});
   PlanFile out;
   read_head(top, out);
   if (!top.at("options").node().is_object()) top.at("options").fail("an object");
@@ -387,6 +387,15 @@ PlanFile read(const Value& top) {
     StoredSegment& segment = out.segments.emplace_back();
     segment.kind = static_cast<planning::SegmentKind>(v.at("kind").one_of(kSegmentKindNames));
     v.at("knots").each([&](const Value& knot) { segment.knots.push_back(read_knot(knot, out, n_moving)); });
+  });
+  top.at("tree").each([&](const Value& v) {
+    v.require_keys({"parent", "edge", "object"});
+    const auto before = static_cast<long>(out.tree.size()) - 1;
+    StoredTreeNode& node = out.tree.emplace_back();
+    node.parent = static_cast<int>(v.at("parent").integer(-1, before));
+    node.edge = static_cast<planning::SegmentKind>(v.at("edge").one_of(kSegmentKindNames));
+    const Eigen::VectorXd numbers = v.at("object").vector(7);
+    std::copy_n(numbers.data(), 7, node.object.begin());
   });
   return out;
 }

@@ -240,6 +240,12 @@ std::string to_text(const PlanFile& plan) {
     });
     w.raw("}}");
   });
+  w.raw(",\n\"tree\":");
+  w.list(plan.tree, [&](const StoredTreeNode& node) {
+    w.raw("\n{{\"parent\":{},\"edge\":\"{}\",\"object\":", node.parent, kSegmentKindNames[static_cast<std::size_t>(node.edge)]);
+    w.display_list(node.object);
+    w.raw("}}");
+  });
   w.raw("\n}}\n");
   return w.take();
 }
