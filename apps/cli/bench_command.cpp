@@ -44,6 +44,9 @@ constexpr TaskReference kSteps[] = {
     {"allegro_ball", {{}, 0.90e-3}, {{}, 1.38e-3}, {{}, 4.2e-3}},
     {"allegro_ball_table_3_2", {{}, 0.90e-3}, {{}, 1.38e-3}, {{}, 4.2e-3}},
 };
+/// The other tasks: cold steps, exact and with all derivatives.
+constexpr const char* kOtherSteps[] = {"planar_hand_fixed_y", "box_grazing",          "allegro_cube",  "allegro_pen",      "allegro_plate",
+                                       "allegro_door",        "iiwa_bimanual_planar", "iiwa_bimanual", "iiwa_bimanual_box"};
 constexpr Reference kStacking = {10e-3, 6.3e-3};
 constexpr double kStackingStep_s = 0.1;
 constexpr int kFeet[] = {1, 2, 5, 10, 20, 50, 100, 200};
@@ -73,6 +76,7 @@ constexpr TreeReference kTrajectories[] = {
 constexpr int kTreeIterations = 1000;
 constexpr int kStates = 100;           // contact-rich states per task
 constexpr double kPlanTimeout_s = 20;  // of the plans they are taken from
+constexpr double kShortPlan_s = 2;     // of those for kOtherSteps
 constexpr int kConeInstances = 2000;
 
 struct Row {
@@ -110,7 +114,8 @@ Row make_row(std::string name, std::vector<double> seconds, const Reference& ref
   return row;
 }
 
-std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::StepOptions& step_options, ProgressLine& line) {
+std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::StepOptions& step_options, double timeout_s,
+                                       ProgressLine& line) {
   dynamics::StepWorkspace work(task.model);
   dynamics::StepResult step;
   std::vector<State> all;
@@ -118,7 +123,7 @@ std::vector<State> contact_rich_states(const tasks::Task& task, const dynamics::
     if (interrupted()) break;
     planning::PlannerOptions options = task.options;
     options.seed = seed;
-    core::RunControl control = make_run_control(kPlanTimeout_s);
+    core::RunControl control = make_run_control(timeout_s);
     control.on_progress = [&](const core::Progress&) { line.show(fmt::format("planning {}, seed {}, for its states", task.name, seed)); };
     planning::PlanResult result;
     (void)planning::plan(task.problem, options, control, result);  // states of an unfinished plan are as good
@@ -178,7 +183,8 @@ class Bench {
   explicit Bench(const BenchArguments& arguments) : arguments_(arguments), dirs_(data_dirs()) {}
 
   const std::vector<Row>& run() {
-    for (const auto& entry : kSteps) steps(entry);
+    for (const auto& entry : kSteps) steps(entry, false);
+    for (const char* task : kOtherSteps) steps({task, {}, {}, {}}, true);
     stacking();
     randomized("allegro_ball");
     for (const int n : kFeet) scaling(fmt::format("scaling_contacts/{}", n), [n] { return make_feet(n); });
@@ -194,30 +200,30 @@ class Bench {
  private:
   bool wanted(std::string_view name) const { return name.find(arguments_.filter) != std::string_view::npos && !interrupted(); }
 
-  void steps(const TaskReference& entry) {
+  void steps(const TaskReference& entry, bool main_rows_only) {
     struct Kind {
       const char* prefix;
-      bool smoothed, with_A, with_B;
+      bool main_row, smoothed, with_A, with_B;
       const Reference* reference;
     };
     const Reference none;
-    const Kind kinds[] = {{"step_exact/", false, false, false, &none},
-                          {"step_exact_B/", false, false, true, &entry.exact_B},
-                          {"step_smoothed/", true, false, false, &none},
-                          {"step_smoothed_B/", true, false, true, &entry.smoothed_B},
-                          {"step_smoothed_AB/", true, true, true, &entry.smoothed_AB}};
+    const Kind kinds[] = {{"step_exact/", true, false, false, false, &none},
+                          {"step_exact_B/", false, false, false, true, &entry.exact_B},
+                          {"step_smoothed/", false, true, false, false, &none},
+                          {"step_smoothed_B/", false, true, false, true, &entry.smoothed_B},
+                          {"step_smoothed_AB/", true, true, true, true, &entry.smoothed_AB}};
     std::optional<tasks::Task> task;
     dynamics::StepOptions step_options;
     Scenario scenario;
     for (const auto& kind : kinds) {
       for (const bool warm : {false, true}) {
         const std::string name = std::string(kind.prefix) + entry.task + (warm ? "/warm" : "");
-        if (!wanted(name)) continue;
+        if (!wanted(name) || (main_rows_only && (warm || !kind.main_row))) continue;
         if (!task) {
           task = tasks::load_task(entry.task, dirs_);
           step_options.h = task->options.h;
           step_options.regularisation = task->options.regularisation;
-          scenario = {task->model, contact_rich_states(*task, step_options, line_)};
+          scenario = {task->model, contact_rich_states(*task, step_options, main_rows_only ? kShortPlan_s : kPlanTimeout_s, line_)};
         }
         if (scenario.states.empty()) {
           if (interrupted()) return;
@@ -264,7 +270,7 @@ class Bench {
     dynamics::StepOptions options;
     options.h = task.options.h;
     options.regularisation = task.options.regularisation;
-    const auto states = contact_rich_states(task, options, line_);
+    const auto states = contact_rich_states(task, options, kPlanTimeout_s, line_);
     line_.show("timing " + row);
     dynamics::LocalModelWorkspace work(task.model, core::hardware_threads());
     dynamics::LocalModel local;
