@@ -111,8 +111,9 @@ void ProgressLine::show(const core::Progress& p) {
   if (!terminal_) return;
   const double left_s = p.fraction > 0 ? p.elapsed_s * std::max(0.0, 1 / p.fraction - 1) : 0;
   const double rate = p.elapsed_s > 0 ? static_cast<double>(p.iteration) / p.elapsed_s : 0;
-  show(fmt::format("{:5.1f} s, {:.0f} s left   {} extensions, {:.0f} per second   {} nodes   {:.3g} tolerances from the goal", p.elapsed_s,
-                   std::ceil(left_s), p.iteration, rate, p.size, p.best));
+  show(fmt::format("{:5.1f} s, {:.0f} s left   {} extensions, {:.0f} per second   {} nodes   {:.3g} tolerances from the goal{}",
+                   p.elapsed_s, std::ceil(left_s), p.iteration, rate, p.size, p.best,
+                   p.cost ? fmt::format("   best plan {:.1f} s", *p.cost) : ""));
 }
 
 void ProgressLine::clear() {

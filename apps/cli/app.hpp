@@ -63,6 +63,8 @@ struct PlanArguments {
   int threads = 0;
   bool threads_given = false;
   std::string out_dir;
+  std::string scheme;  ///< empty: that of the task
+  bool anytime = false;
   bool html = false;
   bool json = false;
 };

@@ -58,6 +58,7 @@ struct TreeReference {
   const char* row;
   const char* task;
   Reference reference;
+  planning::Scheme scheme = planning::Scheme::Analytic;
 };
 constexpr TreeReference kTrees[] = {
     {"rrt_1000/planar_pushing", "planar_pushing_table_3_2", {3.25, 0.60}},
@@ -66,6 +67,18 @@ constexpr TreeReference kTrees[] = {
     {"rrt_1000/allegro_plate_table_3_2", "allegro_plate_table_3_2", {117.16, {}}},
     {"rrt_1000/allegro_pen_table_3_2", "allegro_pen_table_3_2", {24.84, {}}},
     {"rrt_1000/allegro_door_table_3_2", "allegro_door_table_3_2", {12.42, {}}},
+    {"rrt_1000/planar_pushing/randomized_first", "planar_pushing_table_3_2", {7.50, {}}, planning::Scheme::RandomizedFirst},
+    {"rrt_1000/planar_hand/randomized_first", "planar_hand_table_3_2", {21.34, {}}, planning::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_ball_table_3_2/randomized_first", "allegro_ball_table_3_2", {80.12, {}}, planning::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_plate_table_3_2/randomized_first", "allegro_plate_table_3_2", {161.64, {}}, planning::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_pen_table_3_2/randomized_first", "allegro_pen_table_3_2", {86.12, {}}, planning::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_door_table_3_2/randomized_first", "allegro_door_table_3_2", {34.55, {}}, planning::Scheme::RandomizedFirst},
+    {"rrt_1000/planar_pushing/randomized_zeroth", "planar_pushing_table_3_2", {7.40, {}}, planning::Scheme::RandomizedZeroth},
+    {"rrt_1000/planar_hand/randomized_zeroth", "planar_hand_table_3_2", {21.00, {}}, planning::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_ball_table_3_2/randomized_zeroth", "allegro_ball_table_3_2", {82.00, {}}, planning::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_plate_table_3_2/randomized_zeroth", "allegro_plate_table_3_2", {168.11, {}}, planning::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_pen_table_3_2/randomized_zeroth", "allegro_pen_table_3_2", {81.23, {}}, planning::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_door_table_3_2/randomized_zeroth", "allegro_door_table_3_2", {33.80, {}}, planning::Scheme::RandomizedZeroth},
 };
 /// Table 3.1: ten iterations with analytic smoothing, 16 cores.
 constexpr TreeReference kTrajectories[] = {
@@ -309,6 +322,7 @@ class Bench {
     for (int r = 0; r < arguments_.repeat && !interrupted(); ++r) {
       planning::PlannerOptions options = task.options;
       options.seed = static_cast<std::uint64_t>(r);
+      options.scheme = entry.scheme;
       options.max_iterations = kTreeIterations;
       options.stop_at_goal = false;
       core::RunControl control = make_run_control();

@@ -48,12 +48,14 @@ int main(int argc, char** argv) {
   plan->add_option("task", plan_arguments.task, "Name of a built-in task, or a task file (.yaml)")->required();
   auto* seed = plan->add_option("--seed", plan_arguments.seed, "Seed; the same seed gives the same plan")->check(whole_number);
   plan->add_option("--goal", plan_arguments.goal,
-                   "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates")
+                   "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates; ~ for any value")
       ->expected(1);
   plan->add_option("--timeout", plan_arguments.timeout_s, "Wall-clock budget [s]")->capture_default_str()->check(CLI::PositiveNumber);
   auto* threads = plan->add_option("--threads", plan_arguments.threads, "Threads, 0 = all cores; the plan does not depend on it")
                       ->check(CLI::Range(0, 1024));
+  plan->add_option("--scheme", plan_arguments.scheme, "Local models: exact, analytic, randomized-first, randomized-zeroth");
   plan->add_option("-o,--out", plan_arguments.out_dir, "Folder for the results (default ./TASK-seedN)");
+  plan->add_flag("--anytime", plan_arguments.anytime, "Go on after the first plan, for cheaper ones, until the budget is used up");
   plan->add_flag("--html", plan_arguments.html, "Also write a page to look at, plan.html");
   plan->add_flag("--json", plan_arguments.json, "One JSON object on stdout");
 

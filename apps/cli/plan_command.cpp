@@ -7,6 +7,7 @@
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/planner.hpp"
+#include "stiction/tasks/optimize_options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/task.hpp"
 
@@ -16,16 +17,21 @@ namespace {
 namespace fs = std::filesystem;
 using core::Status;
 
-std::vector<double> parse_numbers(std::string_view field, const std::string& text) {
-  std::vector<double> out;
+std::vector<std::optional<double>> parse_numbers(std::string_view field, const std::string& text) {
+  std::vector<std::optional<double>> out;
   const std::string_view separators = " ,\t";
   for (std::size_t at = text.find_first_not_of(separators); at != std::string::npos;) {
     const std::size_t end = std::min(text.find_first_of(separators, at), text.size());
+    if (end - at == 1 && text[at] == '~') {  // any value
+      out.push_back(std::nullopt);
+      at = text.find_first_not_of(separators, end);
+      continue;
+    }
     const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
     double value = 0;
     const auto [stop, error] = std::from_chars(first, text.data() + end, value);
     if (error != std::errc() || stop != text.data() + end)
-      core::throw_invalid(field, fmt::format("'{}'", text.substr(at, end - at)), "a number");
+      core::throw_invalid(field, fmt::format("'{}'", text.substr(at, end - at)), "a number, or ~ for any value");
     out.push_back(value);
     at = text.find_first_not_of(separators, end);
   }
@@ -43,7 +49,7 @@ struct Counts {
   }
 };
 
-void print_summary(const tasks::Task& task, const planning::PlanResult& r, const fs::path& file) {
+void print_summary(const tasks::Task& task, const planning::PlannerOptions& o, const planning::PlanResult& r, const fs::path& file) {
   const Counts counts(r.plan);
   const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
   fmt::print(stderr, "{}, seed {}: {}\n", task.name, r.seed,
@@ -52,6 +58,8 @@ void print_summary(const tasks::Task& task, const planning::PlanResult& r, const
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
+  row("cost", fmt::format("{:.1f} s at joint speeds, with {:.0f} s per regrasp{}", r.cost, o.cost.regrasp,
+                          r.improvements.size() > 1 ? fmt::format("; the first plan: {:.1f} s", r.improvements.front().cost) : ""));
   row("tree", fmt::format("{} extensions, {} nodes", r.iterations, r.nodes));
   row("work", fmt::format("{} steps, {} local models, {} failed steps", r.steps, r.linearisations, r.failed_steps));
   row("given up", fmt::format("{} edges where half the sub-step gave something else", r.distrusted));
@@ -83,6 +91,10 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
                      {"failed_step", r.regrasps.failed_step}};
   out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
+  out["cost"] = r.cost;
+  out["improvements"] = nlohmann::ordered_json::array();
+  for (const auto& i : r.improvements)
+    out["improvements"].push_back({{"cost", i.cost}, {"iterations", i.iterations}, {"wall_s", i.wall_s}});
   out["segments"] = r.plan.segments.size();
   out["knots"] = counts.knots;
   out["reason"] = r.reason.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(r.reason);
@@ -102,6 +114,9 @@ int run_plan(const PlanArguments& arguments) {
   planning::PlannerOptions options = task.options;
   if (arguments.seed_given) options.seed = arguments.seed;
   if (arguments.threads_given) options.threads = arguments.threads;
+  if (!arguments.scheme.empty()) options.scheme = tasks::parse_scheme("--scheme", arguments.scheme);
+  options.anytime |= arguments.anytime;
+  options.validate(*task.model);
   const fs::path dir =
       arguments.out_dir.empty() ? fs::path(fmt::format("{}-seed{}", task.name, options.seed)) : fs::path(arguments.out_dir);
   const fs::path file = dir / "plan.json";
@@ -116,7 +131,7 @@ int run_plan(const PlanArguments& arguments) {
   const Status status = planning::plan(task.problem, options, control, result);
   line.clear();
   tasks::write_plan(tasks::make_plan_file(task, options, result, file), file);
-  print_summary(task, result, file);
+  print_summary(task, options, result, file);
 
   std::string page;
   bool page_failed = false;

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include "stiction/planning/packing.hpp"
 #include "stiction/planning/planner.hpp"
+#include "stiction/tasks/optimize_options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/task.hpp"
 #include "watcher.hpp"
@@ -15,10 +17,11 @@ struct PlanResult {
   planning::PlanResult result;
 };
 
-std::unique_ptr<PlanResult> plan(const tasks::Task& task, std::optional<std::uint64_t> seed, double timeout_s, int threads,
-                                 const Callback& on_progress) {
+std::unique_ptr<PlanResult> plan(const tasks::Task& task, std::optional<std::uint64_t> seed, std::optional<std::string_view> scheme,
+                                 double timeout_s, int threads, const Callback& on_progress) {
   auto out = std::make_unique<PlanResult>(PlanResult{task, task.options, {}});
   if (seed) out->options.seed = *seed;
+  if (scheme) out->options.scheme = tasks::parse_scheme("scheme", *scheme);
   out->options.threads = threads;
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
@@ -42,6 +45,32 @@ Eigen::MatrixXd path(const planning::Plan& plan, const Eigen::VectorXd& start, G
     for (const auto& knot : segment.knots) out.col(at++) = get(knot);
   }
   return out;
+}
+
+std::string_view edge_name(planning::SegmentKind kind) {
+  switch (kind) {
+    case planning::SegmentKind::Settle:
+      return "settle";
+    case planning::SegmentKind::Contact:
+      return "contact";
+    case planning::SegmentKind::Regrasp:
+      break;
+  }
+  return "regrasp";
+}
+
+Eigen::MatrixXd tree_errors(const PlanResult& r) {
+  Eigen::MatrixXd out(2, static_cast<Eigen::Index>(r.result.records.size()));
+  for (std::size_t i = 0; i < r.result.records.size(); ++i) {
+    const auto error = planning::goal_error(*r.task.model, r.result.records[i].q, r.task.problem.goal);
+    out.col(static_cast<Eigen::Index>(i)) << error.position, error.angle;
+  }
+  return out;
+}
+
+Eigen::VectorXd packing_ratio(const PlanResult& r, double threshold, int samples, std::uint64_t seed) {
+  const planning::PackingOptions options{.threshold = threshold, .gamma = r.options.gamma, .samples = samples, .seed = seed};
+  return planning::calc_packing_ratio(*r.task.model, r.options.sample_boxes, r.result.records, options);
 }
 
 void bind_task(nb::module_& m) {
@@ -86,6 +115,14 @@ void bind_planning(nb::module_& m) {
       .def_ro("best", &core::Progress::best, "distance to the goal so far; smaller is better")
       .def_ro("size", &core::Progress::size)
       .def_ro("elapsed_s", &core::Progress::elapsed_s);
+  nb::class_<planning::NodeRecord>(m, "TreeNode")
+      .def_ro("parent", &planning::NodeRecord::parent, "-1 of the root")
+      .def_prop_ro(
+          "edge", [](const planning::NodeRecord& n) { return edge_name(n.edge); }, "that leads to it: settle, contact, regrasp")
+      .def_ro("iteration", &planning::NodeRecord::iteration, "extensions up to the end of its round")
+      .def_ro("q", &planning::NodeRecord::q, "(n_q)")
+      .def_ro("c_u", &planning::NodeRecord::c_u, "smoothed next configuration of the objects")
+      .def_ro("B_u", &planning::NodeRecord::B_u, "their rows of B");
   nb::class_<PlanResult>(m, "PlanResult")
       .def_prop_ro("status", [](const PlanResult& r) { return r.result.status; })
       .def_prop_ro("seed", [](const PlanResult& r) { return r.result.seed; })
@@ -102,6 +139,11 @@ void bind_planning(nb::module_& m) {
       .def_prop_ro("steps", [](const PlanResult& r) { return r.result.steps; })
       .def_prop_ro("failed_steps", [](const PlanResult& r) { return r.result.failed_steps; })
       .def_prop_ro("wall_s", [](const PlanResult& r) { return r.result.wall_s; })
+      .def_prop_ro(
+          "tree", [](const PlanResult& r) { return r.result.records; }, "its nodes, the root first, with `record_tree` in the task")
+      .def_prop_ro("tree_errors", &tree_errors, "distances of the nodes in `tree` from the goal [m], [rad] (2, nodes)")
+      .def("packing_ratio", &packing_ratio, "threshold"_a = 3.0, "samples"_a = 1000, "seed"_a = 0,
+           "(3.9) after each node in `tree`, by the boxes and γ of the task (nodes)")
       .def(
           "write",
           [](const PlanResult& r, const std::filesystem::path& file) {
@@ -112,8 +154,8 @@ void bind_planning(nb::module_& m) {
         return fmt::format("<stiction.PlanResult: {}, {:.4g} m and {:.4g} rad from the goal>", core::to_string(r.result.status),
                            r.result.plan.error.position, r.result.plan.error.angle);
       });
-  m.def("plan", &plan, "task"_a, nb::kw_only(), "seed"_a = nb::none(), "timeout_s"_a = 20.0, "threads"_a = 0, "on_progress"_a = nb::none(),
-        "Plans a path of the object to the goal. Ctrl-C and an error in on_progress stop it.");
+  m.def("plan", &plan, "task"_a, nb::kw_only(), "seed"_a = nb::none(), "scheme"_a = nb::none(), "timeout_s"_a = 20.0, "threads"_a = 0,
+        "on_progress"_a = nb::none(), "Plans a path of the object to the goal. Ctrl-C and an error in on_progress stop it.");
 }
 
 }  // namespace stiction::python

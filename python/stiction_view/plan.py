@@ -66,12 +66,38 @@ class Plan:
     object_joints: dict[str, str]
     goal_body: int
     goal: Pose
+    goal_region: list[str]  # "y = 0.35", "θ in [1, 1.5]"; empty: the pose itself
     poses: np.ndarray  # (knots, moving bodies, 7): x, y, z, qw, qx, qy, qz in W
     contacts: list[list[Contact]]  # per knot
     segment: np.ndarray  # (knots) index of the segment
     segment_kinds: list[str]
     tree_parents: np.ndarray  # (nodes), -1 for the root
     tree_poses: np.ndarray  # (nodes, 7) of the goal's object: x, y, z, qw, qx, qy, qz in W
+
+
+COORDINATES = {
+    "free": ("x", "y", "z", "roll", "pitch", "yaw"),
+    "planar_xy": ("x", "y", "angle"),
+    "planar_yz": ("y", "z", "angle"),
+    "planar_xz": ("x", "z", "angle"),
+    "hinge": ("angle",),
+    "slider": ("position",),
+}
+
+
+def _region(region: dict, joints: list[str]) -> list[str]:
+    """The bounds of a goal region in words, those that are there."""
+    names = [name for joint in joints for name in COORDINATES[joint]]
+    if not len(names) == len(region["lower"]) == len(region["upper"]):
+        raise ValueError(f"goal.region: expected {len(names)} bounds")
+    words = []
+    for name, lower, upper in zip(names, region["lower"], region["upper"]):
+        if lower is not None and lower == upper:
+            words.append(f"{name} = {lower:.3g}")
+        elif lower is not None or upper is not None:
+            low, high = ("−∞" if lower is None else f"{lower:.3g}"), ("∞" if upper is None else f"{upper:.3g}")
+            words.append(f"{name} in [{low}, {high}]")
+    return words
 
 
 def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
@@ -181,6 +207,7 @@ def _read(data: dict[str, Any]) -> Plan:
         object_joints={o["name"]: o["joint"] for o in data["objects"]},
         goal_body=goal_body,
         goal=_pose(goal),
+        goal_region=_region(goal["region"], [o["joint"] for o in data["objects"]]) if "region" in goal else [],
         poses=np.stack(poses),
         contacts=contacts,
         segment=np.array(segment),

@@ -168,6 +168,10 @@ TEST(Planner, GoalOutsideTheRange_IsRefused) {
   const auto problem = slide_problem(false, 0.7);
   EXPECT_EQ(stiction::test::message_of([&] { (void)plan(problem, slide_options(), {}, result); }),
             "goal: got box/position = 0.8, expected a value in its range [-0.7, 0.7]");
+  auto region = problem;
+  region.goal.region = GoalRegion{Eigen::VectorXd::Constant(1, 0.8), Eigen::VectorXd::Constant(1, 0.9)};
+  EXPECT_EQ(stiction::test::message_of([&] { (void)plan(region, slide_options(), {}, result); }),
+            "goal: got box/position in [0.8, 0.9], expected a value in its range [-0.7, 0.7]");
 }
 
 TEST(Planner, GoalInsideAFixedBody_IsRefused) {

@@ -90,6 +90,11 @@ TEST_F(CheckTest, Forgeries_AreCaughtByTheRightCheck) {
       {"goal moved", "goal", [](PlanFile& p) { p.goal_pose[1] += 0.001; }},
       {"goal turned", "goal_angle",
        [](PlanFile& p) { p.goal_pose[3] = 0.6, p.goal_pose[4] = 0.8, p.goal_pose[5] = 0, p.goal_pose[6] = 0; }},
+      {"goal widened", "goal",
+       [](PlanFile& p) {
+         const double infinity = std::numeric_limits<double>::infinity();
+         p.region = planning::GoalRegion{Eigen::Vector3d::Constant(-infinity), Eigen::Vector3d::Constant(infinity)};
+       }},
       {"wider tolerance", "goal", [](PlanFile& p) { p.tol_position *= 100; }},
       {"error polished", "error", [](PlanFile& p) { p.error.position += 0.005; }},
       {"command changed", "stored_position", [](PlanFile& p) { middle(p).u[1] -= 0.05; }},

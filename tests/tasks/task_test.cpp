@@ -168,6 +168,32 @@ TEST(Tasks, SetGoal_TakesSixNumbersOrCoordinates) {
   expect_refused([&] { set_goal(box, std::vector<double>{1, 2, std::nan("")}); }, {"goal", "nan"});
 }
 
+TEST(Tasks, SetGoal_WithAnyValues_MakesARegion) {
+  Task box = load_task("planar_pushing");
+  set_goal(box, std::vector<std::optional<double>>{std::nullopt, -0.2, std::nullopt});
+  ASSERT_TRUE(box.problem.goal.region);
+  EXPECT_EQ(box.problem.goal.region->lower[1], -0.2);
+  EXPECT_EQ(box.problem.goal.region->upper[1], -0.2);
+  EXPECT_TRUE(std::isinf(box.problem.goal.region->upper[0]) && std::isinf(box.problem.goal.region->lower[2]));
+  set_goal(box, std::vector<double>{0.1, -0.2, 0});
+  EXPECT_FALSE(box.problem.goal.region) << "a pose again";
+}
+
+TEST_F(TaskFile, GoalRegion_IsReadAndItsNearestPoseIsTheGoal) {
+  const Task box = load_task(write("planar_pushing", "goal: {objects: {box: {coordinates: [~, [-0.6, -0.4], 1.5]}}}\n").string());
+  ASSERT_TRUE(box.problem.goal.region);
+  const auto& region = *box.problem.goal.region;
+  EXPECT_TRUE(std::isinf(region.lower[0]) && std::isinf(region.upper[0]));
+  EXPECT_EQ(region.lower.tail<2>(), Eigen::Vector2d(-0.6, 1.5));
+  EXPECT_EQ(region.upper.tail<2>(), Eigen::Vector2d(-0.4, 1.5));
+  EXPECT_LT((box.problem.goal.X_WG.p - Eigen::Vector3d(0, 0, -0.4)).norm(), 1e-15);  // from (0, 0.5)
+  const Task ball = load_task(write("allegro_ball", "goal: {objects: {ball: {position: ~, rpy: [~, ~, 1.57]}}}\n").string());
+  ASSERT_TRUE(ball.problem.goal.region);
+  EXPECT_EQ(ball.problem.goal.region->lower[5], 1.57);
+  EXPECT_TRUE(ball.problem.goal.region->upper.head<5>().array().isInf().all());
+  EXPECT_LT((ball.problem.goal.X_WG.p - ball.problem.q_start.head<3>()).norm(), 1e-15);
+}
+
 TEST_F(TaskFile, OverAnother_Loads) {
   const Task task = load_task(write("planar_pushing", "tolerance: {position: 0.5}\n").string());
   EXPECT_EQ(task.problem.goal.tol_position, 0.5);
@@ -219,6 +245,17 @@ INSTANTIATE_TEST_SUITE_P(
                 "{radius: "
                 "0.1}}]}\n",
                 {"goal.objects.box", "0.66", "a goal inside the limits [-0.5, 0.5]"}},
+        Mistake{"box_grazing",
+                "goal: {objects: {box: {coordinates: [[0.6, 0.9]]}}}\nscene: {objects: [{name: box, joint: slider, axis: [0, 1, 0], mass: "
+                "1, limits: "
+                "[-0.5, 0.5], shapes: [{sphere: {radius: 0.1}}]}]}\n",
+                {"mine.yaml:2", "goal.objects.box", "0.6", "a goal inside the limits [-0.5, 0.5]"}},
+        Mistake{"planar_pushing",
+                "goal: {objects: {box: {coordinates: [0, [1, -1], 0]}}}\n",
+                {"goal.objects.box.coordinates[1]", "lower ≤ upper"}},
+        Mistake{"planar_pushing", "planner: {scheme: smooth}\n", {"planner.scheme", "smooth", "randomized-zeroth"}},
+        Mistake{"planar_pushing", "planner: {metric: euclid}\n", {"planner.metric", "euclid", "global"}},
+        Mistake{"planar_pushing", "planner: {anytime: true, stop_at_goal: false}\n", {"planner.anytime", "stop_at_goal"}},
         Mistake{"allegro_door",
                 "goal: {objects: {handle: {coordinates: [0, 1]}}}\n",
                 {"mine.yaml:2", "goal.objects.handle.coordinates", "1 number"}},

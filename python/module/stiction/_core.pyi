@@ -712,6 +712,31 @@ class Progress:
     @property
     def elapsed_s(self) -> float: ...
 
+class TreeNode:
+    @property
+    def parent(self) -> int:
+        """-1 of the root"""
+
+    @property
+    def edge(self) -> str:
+        """that leads to it: settle, contact, regrasp"""
+
+    @property
+    def iteration(self) -> int:
+        """extensions up to the end of its round"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_q)"""
+
+    @property
+    def c_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """smoothed next configuration of the objects"""
+
+    @property
+    def B_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """their rows of B"""
+
 class PlanResult:
     @property
     def status(self) -> Status: ...
@@ -746,12 +771,25 @@ class PlanResult:
     @property
     def wall_s(self) -> float: ...
 
+    @property
+    def tree(self) -> list[TreeNode]:
+        """its nodes, the root first, with `record_tree` in the task"""
+
+    @property
+    def tree_errors(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """distances of the nodes in `tree` from the goal [m], [rad] (2, nodes)"""
+
+    def packing_ratio(self, threshold: float = 3.0, samples: int = 1000, seed: int = 0) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        (3.9) after each node in `tree`, by the boxes and γ of the task (nodes)
+        """
+
     def write(self, file: str | os.PathLike) -> None:
         """writes the plan file that `stiction check` and `stiction view` read"""
 
     def __repr__(self) -> str: ...
 
-def plan(task: Task, *, seed: int | None = None, timeout_s: float = 20.0, threads: int = 0, on_progress: Callable[[Progress], None] | None = None) -> PlanResult:
+def plan(task: Task, *, seed: int | None = None, scheme: str | None = None, timeout_s: float = 20.0, threads: int = 0, on_progress: Callable[[Progress], None] | None = None) -> PlanResult:
     """
     Plans a path of the object to the goal. Ctrl-C and an error in on_progress stop it.
     """
@@ -904,7 +942,9 @@ class PieceReport:
 
     @property
     def in_plan(self) -> PieceError | None:
-        """with what earlier pieces left behind; None where the whole run ended before"""
+        """
+        with what earlier pieces left behind; None where the whole run ended before
+        """
 
     @property
     def alone(self) -> PieceError | None:

@@ -10,9 +10,10 @@ namespace stiction::core {
 /// What a long run reports between iterations.
 struct Progress {
   long iteration = 0;
-  double fraction = 0.0;  ///< of the budget used, in [0, 1]
-  double best = 0.0;      ///< figure of merit so far; smaller is better (for a planner: distance to the goal)
-  long size = 0;          ///< nodes, samples …
+  double fraction = 0.0;                      ///< of the budget used, in [0, 1]
+  double best = 0.0;                          ///< figure of merit so far; smaller is better (for a planner: distance to the goal)
+  long size = 0;                              ///< nodes, samples …
+  std::optional<double> cost = std::nullopt;  ///< of the best solution, while a run goes on to improve it
   double elapsed_s = 0.0;
 };
 

@@ -31,7 +31,7 @@ void require_std(const char* field, const VectorXd& std, Eigen::Index size) {
   for (const double s : std) core::require_nonnegative(field, s);
 }
 
-void validate(const Model& model, const Sampling& s) {
+void validate_sampling(const Model& model, const Sampling& s) {
   require_std("std_q", s.std_q, model.n_v());
   require_std("std_u", s.std_u, model.n_a());
   if (s.std_q.maxCoeff() == 0 && s.std_u.maxCoeff() == 0) core::throw_invalid("std_u", "0, and std_q too", "a disturbance");
@@ -174,7 +174,7 @@ Status fit(const Model& model, const Sampling& sampling, bool with_A, LocalModel
 
 Status randomized(const Model& model, const StepInput& in, const Sampling& sampling, bool first_order, StepOptions options, bool with_A,
                   LocalModelWorkspace::Impl& work, LocalModel& out) {
-  validate(model, sampling);
+  validate_sampling(model, sampling);
   if (!first_order) validate_fit(model, sampling, with_A);
   options.smoothing = Exact{};
   options.with_A = options.with_B = false;
@@ -208,6 +208,16 @@ Status single_step(const Model& model, const StepInput& in, const Smoothing& smo
 }
 
 }  // namespace
+
+void validate(const Model& model, const LocalModelScheme& scheme, bool with_A) {
+  std::visit(Overloaded{[](const Exact&) {}, [](const Analytic& s) { StepOptions{.smoothing = s}.validate(); },
+                        [&](const RandomizedFirstOrder& s) { validate_sampling(model, s); },
+                        [&](const RandomizedZerothOrder& s) {
+                          validate_sampling(model, s);
+                          validate_fit(model, s, with_A);
+                        }},
+             scheme);
+}
 
 Status calc_local_model(const Model& model, const StepInput& in, const LocalModelScheme& scheme, const StepOptions& options, bool with_A,
                         LocalModelWorkspace& workspace, LocalModel& out) {

@@ -24,6 +24,9 @@ struct RandomizedZerothOrder : Sampling {};
 /// Ways to a local model: (2.9) and the three schemes of §2.4.1.
 using LocalModelScheme = std::variant<Exact, Analytic, RandomizedFirstOrder, RandomizedZerothOrder>;
 
+/// @throws InvalidInput: std_q or std_u of wrong size, negative or all zero, samples < 1, too few for a fit, κ ≤ 0
+void validate(const world::Model& model, const LocalModelScheme& scheme, bool with_A);
+
 /// q_next(q ⊕ δq, u + δu) ≈ c ⊕ (A δq + B δu).
 struct LocalModel {
   core::Status status = core::Status::NumericalFailure;

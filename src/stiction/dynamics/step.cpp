@@ -129,6 +129,8 @@ struct StepWorkspace::Impl {
   world::Kinematics kinematics;
   contact::Workspace contact_work;
   std::vector<contact::Contact> contacts;
+  Eigen::VectorXd q_seen;   // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
+  double margin_seen = -1;  // of contacts and J [m]; < 0: there are none at q_seen
   std::optional<cone::Problem> problem;
   std::optional<cone::Workspace> solver;
   cone::Result solution;
@@ -417,13 +419,20 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   const auto* analytic = std::get_if<Analytic>(&options.smoothing);
 
   set_rays(model, options, work.rays);
-  world::calc_kinematics(model, in.q, work.kinematics_work, work.kinematics);
+  if (work.q_seen.size() == 0 || work.q_seen != in.q) {
+    world::calc_kinematics(model, in.q, work.kinematics_work, work.kinematics);
+    work.q_seen = in.q;
+    work.margin_seen = -1;
+  }
   const double fall = calc_objective(model, in, options, work, out.epsilon);
 
   // An unsupported object must not fall through what it would have met: look as far as it can fall.
   const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
-  contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
-  contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
+  if (work.margin_seen != margin) {
+    contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
+    contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
+    work.margin_seen = margin;
+  }
 
   const bool exact = analytic == nullptr;
   const bool derivatives = options.with_A || options.with_B;

@@ -165,12 +165,4 @@ bool objects_agree(const world::Model& model, const ObjectSpace& space, const Ei
   return largest_share(model, e, position, angle) <= 1;
 }
 
-GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {
-  const world::Pose X_WB = world::object_pose(model, q, goal.object);
-  GoalError error;
-  error.position = (X_WB.p - goal.X_WG.p).norm();
-  error.angle = Eigen::Quaterniond(X_WB.R).angularDistance(Eigen::Quaterniond(goal.X_WG.R));
-  return error;
-}
-
 }  // namespace stiction::planning

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,15 +13,30 @@
 
 namespace stiction::planning {
 
-/// Where one object should go, and how near is near enough.
-struct Goal {
-  int object = 0;              ///< index of the object
-  world::Pose X_WG;            ///< goal pose of its body frame
-  double tol_position = 0.01;  ///< [m] > 0
-  double tol_angle = 0.1;      ///< [rad] > 0
+/// Bounds on coordinates of the objects: x y z [m] and roll pitch yaw [rad], R = Rz(yaw)Ry(pitch)Rx(roll), of a free one, the coordinates of
+/// any other. −∞ and ∞: any value. Bounds of angles are taken modulo 2π, except those of hinges.
+struct GoalRegion {
+  Eigen::VectorXd lower, upper;  ///< (n_vu), in the order of the objects' tangent
 };
 
-/// Distance of an object pose from a goal.
+/// Where one object should go, and how near is near enough.
+struct Goal {
+  int object = 0;                                   ///< index of the object
+  world::Pose X_WG;                                 ///< goal pose of its body frame; one of those in the region, when there is one
+  double tol_position = 0.01;                       ///< [m] > 0
+  double tol_angle = 0.1;                           ///< [rad] > 0
+  std::optional<GoalRegion> region = std::nullopt;  ///< every pose in it will do; of the object and those that it hangs on
+};
+
+/// Roll, pitch and yaw of R = Rz(yaw)Ry(pitch)Rx(roll), pitch in [−π/2, π/2].
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R);
+
+/// The objects at q, moved into the region by as little as each coordinate needs. Of the two triples of roll, pitch and yaw of a rotation the
+/// one that has to turn less is taken.
+/// @param q_u  configuration of the objects (n_qu), changed in place
+void project(const world::Model& model, const GoalRegion& region, Eigen::Ref<Eigen::VectorXd> q_u);
+
+/// Distance of an object pose from a goal, or from its projection on the region of the goal.
 struct GoalError {
   double position = 0;  ///< [m]
   double angle = 0;     ///< [rad], geodesic
@@ -40,6 +56,14 @@ struct Segment {
   std::vector<dynamics::Knot> knots;
 };
 
+/// What a path costs [s]: the time of its commands when every joint keeps to its speed, and a price for each regrasp.
+struct PathCost {
+  double joint_speed = 0.5;   ///< [rad/s] > 0
+  double travel_speed = 0.1;  ///< of sliding joints [m/s] > 0
+  double regrasp = 2.0;       ///< [s] ≥ 0
+  void validate() const;
+};
+
 /// Commands and predicted states from the start to (near) the goal. Consecutive knots are one sub-step apart.
 struct Plan {
   Eigen::VectorXd q_start;  ///< as given, before any projection (n_q)
@@ -50,5 +74,11 @@ struct Plan {
   dynamics::StepOptions step;  ///< dynamics of every sub-step
   dynamics::SubstepLimits substep;
 };
+
+/// max_j |to − from|_j / speed_j [s].
+double command_time(const world::Model& model, const Eigen::VectorXd& from, const Eigen::VectorXd& to, const PathCost& cost);
+
+/// Σ_k max_j |u_k − u_{k−1}|_j / speed_j + price · (number of regrasps), over all knots k.
+double path_cost(const world::Model& model, const Plan& plan, const PathCost& cost);
 
 }  // namespace stiction::planning

@@ -15,6 +15,7 @@
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/regrasp.hpp"
 #include "stiction/planning/robot_chains.hpp"
+#include "stiction/planning/spectral.hpp"
 #include "stiction/planning/tree.hpp"
 
 namespace stiction::planning {
@@ -36,6 +37,11 @@ constexpr double kFallen = 0.05;
 constexpr long kHopelessSamples = 100;
 /// A contact edge must move the robot or an object at least this far to be worth a node [m or rad].
 constexpr double kMinMove = 1e-4;
+/// Extensions after which the search for a cheaper path turns to the next tree, as a multiple of those of the first solution …
+constexpr long kPatience = 4;
+constexpr long kLeastPatience = 1000;  ///< … or so many
+/// Keeps the samples of local models apart from the draws of the search.
+constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
 
 struct Totals {
   long steps = 0, linearisations = 0, failed_steps = 0;
@@ -57,12 +63,14 @@ struct Totals {
 
 /// Everything one thread needs.
 struct Worker {
-  explicit Worker(const std::shared_ptr<const Model>& model) : steps(model), geometry(*model) {}
+  explicit Worker(const std::shared_ptr<const Model>& model) : steps(model), locals(model), geometry(*model) {}
 
   dynamics::StepWorkspace steps;
+  dynamics::LocalModelWorkspace locals;
   GeometryWorkspace geometry;
   dynamics::StepResult step_result;
   dynamics::RolloutResult rollout_result;
+  dynamics::LocalModel local;
   Regrasp regrasp;
   Node candidate;
 };
@@ -72,6 +80,8 @@ struct Item {
   std::uint64_t stream = 0;
   int near = -1;  ///< −1: to be found by the worker
   bool grasp = false;
+  bool to_goal = false;
+  bool spectral = false;      ///< along a principal direction instead of to the subgoal
   Eigen::VectorXd subgoal;    ///< qᵘ (n_qu)
   Eigen::VectorXd near_fine;  ///< Node::q_fine of `near`, when this item computed it
   int refined = -1;           ///< the node that it belongs to
@@ -104,24 +114,25 @@ Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectS
 
 class Planner {
  public:
-  Planner(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result)
-      : model_(*problem.model),
+  /// @param bound  nodes that cost as much to come to are left out [s]
+  Planner(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, double bound, PlanResult& result)
+      : bound_(bound),
+        model_(*problem.model),
         problem_(problem),
         options_(options),
         control_(control),
         result_(result),
         space_(model_),
         chains_(model_),
-        tree_(space_),
+        tree_(space_, global_weights()),
         pool_(options.threads > 0 ? options.threads : core::hardware_threads()) {
     for (int i = 0; i < pool_.size(); ++i) workers_.emplace_back(problem.model);
     exact_.h = options.h;
     exact_.regularisation = options.regularisation;
     smoothed_ = exact_;
-    smoothed_.smoothing = options.smoothing;
-    smoothed_.with_B = true;
     smoothed_.warm_start = false;
     q_goal_ = goal_configuration(problem, space_);
+    if (problem.goal.region) goal_matters_ = bounded_coordinates(*problem.goal.region);
   }
 
   Status run() {
@@ -183,7 +194,7 @@ class Planner {
     root.q = q;
     root.u = u_start_;
     set_edge(settle, model_, root);
-    if (!linearise(root, worker, totals_)) return false;
+    if (!linearise(root, 0, worker, totals_)) return false;
     if (refines() && !simulate_fine(problem_.q_start, u_start_, root.commands, false, worker, totals_, root.q_fine)) return false;
     insert(std::move(root));
     return true;
@@ -238,12 +249,16 @@ class Planner {
     item.refined = item.unsupported = -1;
     item.totals = Totals{};
     item.near = -1;
+    item.spectral = false;
     core::Random random(options_.seed, item.stream << 1);
     item.grasp = random.chance(options_.grasp_probability);
     item.subgoal = q_goal_;
-    const bool to_goal = random.chance(options_.goal_bias);
-    if (to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
-    if (item.near < 0) space_.sample(options_.sample_boxes, random, item.subgoal);
+    item.to_goal = random.chance(options_.goal_bias);
+    if (item.to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
+    if (item.near >= 0) return;
+    item.to_goal = false;
+    item.spectral = options_.spectral_probability > 0 && random.chance(options_.spectral_probability);
+    space_.sample(options_.sample_boxes, random, item.subgoal);
   }
 
   void work_on(Item& item, Worker& worker) {
@@ -255,9 +270,12 @@ class Planner {
     }
     core::Random random(options_.seed, (item.stream << 1) + 1);
     if (item.grasp) choose_regrasp_node(item);
-    item.accepted = item.grasp ? regrasp(item, random, worker) : extend(item, worker);
+    item.accepted = item.grasp ? regrasp(item, random, worker) : extend(item, random, worker);
     if (!item.accepted) return;
-    item.accepted = linearise(item.node, worker, item.totals);
+    item.node.cost = cost_to(item.node);
+    item.accepted = item.node.cost < bound_;
+    if (!item.accepted) return;
+    item.accepted = linearise(item.node, item.stream, worker, item.totals);
   }
 
   /// Plans are checked at half their sub-step, so the tree carries both states. Jumps and single steps are not refined.
@@ -311,10 +329,27 @@ class Planner {
     ++result_.distrusted;
   }
 
+  /// Where an item wants the objects when they are at q_u: its subgoal, or of a goal region the nearest place.
+  Eigen::VectorXd target(const Item& item, const Eigen::VectorXd& q_u) const { return item.to_goal ? goal_from(q_u) : item.subgoal; }
+
+  Eigen::VectorXd goal_from(const Eigen::VectorXd& q_u) const {
+    if (!problem_.goal.region) return q_goal_;
+    Eigen::VectorXd q = q_u;
+    project(model_, *problem_.goal.region, q);
+    return q;
+  }
+
   /// δu* of (P.2), cut or stretched to its length.
-  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e) const {
+  /// Towards a goal region, coordinates that it leaves free may go anywhere.
+  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal) const {
     Eigen::VectorXd delta_u;
-    solve_bounded_least_squares(local.B_u, e, options_.gamma, model_.lower() - q_a, model_.upper() - q_a, delta_u);
+    const Eigen::VectorXd lower = model_.lower() - q_a, upper = model_.upper() - q_a;
+    if (to_goal && problem_.goal.region) {
+      const Eigen::MatrixXd B = goal_matters_.asDiagonal() * local.B_u;
+      solve_bounded_least_squares(B, goal_matters_.cwiseProduct(e), options_.gamma, lower, upper, delta_u);
+    } else {
+      solve_bounded_least_squares(local.B_u, e, options_.gamma, lower, upper, delta_u);
+    }
     const double length = delta_u.norm();
     if (length < 1e-9) return delta_u;
     if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
@@ -325,19 +360,61 @@ class Planner {
     return delta_u;
   }
 
+  /// One of the principal directions of W B_u, W = 1/tolerance of the goal per coordinate, either way (P.3).
+  Eigen::VectorXd principal_direction(const LocalModel& local, core::Random& random) const {
+    const Eigen::MatrixXd V = principal_directions(inverse_tolerances().asDiagonal() * local.B_u);
+    if (V.cols() == 0) return Eigen::VectorXd::Zero(model_.n_a());
+    const double length = std::visit([](const auto& rule) { return rule.length; }, options_.length);
+    const double sign = random.chance(0.5) ? 1 : -1;
+    return sign * length * V.col(random.index(static_cast<int>(V.cols())));
+  }
+
+  /// Per coordinate of the objects, 1/tolerance of the goal.
+  Eigen::VectorXd inverse_tolerances() const {
+    Eigen::VectorXd weights(model_.n_vu());
+    for (int i = 0; i < model_.n_vu(); ++i) {
+      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      weights[i] = 1 / (revolute ? problem_.goal.tol_angle : problem_.goal.tol_position);
+    }
+    return weights;
+  }
+
+  /// 1 per coordinate that a goal region bounds, else 0: all three of a rotation when it bounds one of roll, pitch and yaw.
+  Eigen::VectorXd bounded_coordinates(const GoalRegion& region) const {
+    Eigen::VectorXd out(model_.n_vu());
+    for (int i = 0; i < model_.n_vu(); ++i) out[i] = std::isfinite(region.lower[i]) || std::isfinite(region.upper[i]);
+    for (const auto& object : model_.objects()) {
+      if (object.n_v == 6) out.segment<3>(object.v_begin + 3).setConstant(out.segment<3>(object.v_begin + 3).maxCoeff());
+    }
+    return out;
+  }
+
+  /// Of the path from the root [s].
+  double cost_to(const Node& node) const {
+    const Node& parent = tree_[node.parent];
+    double cost = parent.cost + (node.edge == SegmentKind::Regrasp ? options_.cost.regrasp : 0.0);
+    Eigen::VectorXd u = parent.u;
+    for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+      cost += command_time(model_, u, node.commands.col(k), options_.cost);
+      u = node.commands.col(k);
+    }
+    return cost;
+  }
+
   /// Alg. 3 with joint limits: δu* = argmin ‖B_u δu − e‖² + γ‖δu‖², cut or stretched to its length, rolled out exactly.
-  bool extend(Item& item, Worker& worker) {
+  bool extend(Item& item, core::Random& random, Worker& worker) {
     const Node& near = tree_[item.near];
     const int n_a = model_.n_a();
     const Eigen::VectorXd q_a = near.q.tail(n_a);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
-    space_.error(near.local.c_u.data(), item.subgoal.data(), e.data());
+    const Eigen::VectorXd subgoal = target(item, near.local.c_u);
+    space_.error(near.local.c_u.data(), subgoal.data(), e.data());
     if (near.q_fine.size() > 0) {  // aim with the mean of the two resolutions
       Eigen::VectorXd difference(model_.n_vu());
       space_.error(near.q.data(), near.q_fine.data(), difference.data());
       e -= 0.5 * difference;
     }
-    delta_u = extension(near.local, q_a, e);
+    delta_u = item.spectral ? principal_direction(near.local, random) : extension(near.local, q_a, e, item.to_goal);
     if (delta_u.norm() < 1e-9) return false;
     const Eigen::VectorXd u = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
     if (!move(near, u, worker, item.totals, item.node)) return false;
@@ -387,20 +464,17 @@ class Planner {
   }
 
   /// Distance of the objects from a subgoal, in tolerances of the goal, after the extension (P.2) that the local model at q promises.
-  double promised_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& subgoal, Worker& worker, Totals& totals) {
+  double promised_distance(const Eigen::VectorXd& q, Item& item, Worker& worker) {
     Node& node = worker.candidate;
     node.q = q;
-    if (!linearise(node, worker, totals)) return std::numeric_limits<double>::infinity();
+    if (!linearise(node, item.stream, worker, item.totals)) return std::numeric_limits<double>::infinity();
     const Eigen::VectorXd q_a = q.tail(model_.n_a());
     Eigen::VectorXd e(model_.n_vu());
-    space_.error(node.local.c_u.data(), subgoal.data(), e.data());
-    const Eigen::VectorXd delta_u = extension(node.local, q_a, e);
+    space_.error(node.local.c_u.data(), target(item, node.local.c_u).data(), e.data());
+    const Eigen::VectorXd delta_u = extension(node.local, q_a, e, item.to_goal);
     e -= node.local.B_u * delta_u;
-    for (int i = 0; i < model_.n_vu(); ++i) {
-      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-      e[i] /= revolute ? problem_.goal.tol_angle : problem_.goal.tol_position;
-    }
-    return e.norm();
+    if (item.to_goal && problem_.goal.region) e = e.cwiseProduct(goal_matters_).eval();
+    return inverse_tolerances().cwiseProduct(e).norm();
   }
 
   bool regrasp(Item& item, core::Random& random, Worker& worker) {
@@ -421,7 +495,7 @@ class Planner {
       node.commands = sample->q_a;
       node.states = node.q;
     } else {
-      const auto cost = [&](const Eigen::VectorXd& q) { return promised_distance(q, item.subgoal, worker, item.totals); };
+      const auto cost = [&](const Eigen::VectorXd& q) { return promised_distance(q, item, worker); };
       const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, cost, random, worker.geometry, worker.steps, worker.regrasp,
                                     item.totals.regrasps);
       item.totals.steps += worker.regrasp.steps;
@@ -437,26 +511,41 @@ class Planner {
     return true;
   }
 
-  bool linearise(Node& node, Worker& worker, Totals& totals) {
+  /// Local model of a node. @param stream  of the samples of a randomised scheme
+  bool linearise(Node& node, std::uint64_t stream, Worker& worker, Totals& totals) {
     const Eigen::VectorXd u = node.q.tail(model_.n_a());
     // Far from the goal a smooth model sees far; near it the force at a distance would hide the last millimetres.
     const double sharpening = std::clamp(options_.goal_sharpening / goal_ratio(node.q), 1.0, options_.goal_sharpening);
-    dynamics::StepOptions smoothed = smoothed_;
-    smoothed.smoothing = dynamics::Analytic{options_.smoothing.kappa * sharpening, options_.smoothing.self_sharpness};
-    const Status status = dynamics::step(model_, {node.q, u}, smoothed, worker.steps, worker.step_result);
+    const auto scheme = options_.local_model_scheme(stream, sharpening);
+    const Status status = dynamics::calc_local_model(model_, {node.q, u}, scheme, smoothed_, false, worker.locals, worker.local);
     ++totals.linearisations;
     if (status != Status::Solved) {
       ++totals.failed_steps;
       return false;
     }
-    node.local.set(worker.step_result.q_next, worker.step_result.B, model_.n_qu(), model_.n_vu(), options_.gamma);
+    node.local.set(worker.local.c, worker.local.B, model_.n_qu(), model_.n_vu(), options_.gamma);
     return true;
+  }
+
+  /// Diagonal of a global metric (n_vu), empty for the local one.
+  Eigen::VectorXd global_weights() const {
+    const auto* global = std::get_if<GlobalMetric>(&options_.metric);
+    if (global == nullptr) return {};
+    Eigen::VectorXd weights(model_.n_vu());
+    for (int i = 0; i < model_.n_vu(); ++i) {
+      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      weights[i] = revolute ? global->angle : global->position;
+    }
+    return weights;
   }
 
   int insert(Node node) {
     node.goal_ratio = goal_ratio(node.q);
     const double ratio = node.goal_ratio;
-    const int i = tree_.add(std::move(node), q_goal_);
+    if (options_.record_tree)
+      result_.records.push_back({node.parent, node.edge, result_.iterations, node.q, node.local.c_u, node.local.B_u});
+    const Eigen::VectorXd goal = goal_from(node.local.c_u);
+    const int i = tree_.add(std::move(node), goal);
     if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
     return i;
   }
@@ -514,6 +603,7 @@ class Planner {
     cut_motionless_tail(plan);
     const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
     plan.error = goal_error(model_, q_end, problem_.goal);
+    result_.cost = path_cost(model_, plan, options_.cost);
   }
 
   /// States along an edge, and the forces of every sub-step: the tree keeps no forces. A jump (regrasps of the thesis) has none.
@@ -559,6 +649,7 @@ class Planner {
     }
   }
 
+  double bound_;
   const Model& model_;
   const PlanningProblem& problem_;
   const PlannerOptions& options_;
@@ -570,7 +661,8 @@ class Planner {
   core::ThreadPool pool_;
   std::vector<Worker> workers_;
   dynamics::StepOptions exact_, smoothed_;
-  Eigen::VectorXd q_goal_;  ///< qᵘ of the goal
+  Eigen::VectorXd q_goal_;        ///< qᵘ of the goal
+  Eigen::VectorXd goal_matters_;  ///< of a goal region: bounded_coordinates (n_vu)
   Eigen::VectorXd u_start_;
   core::RunControl::Clock::time_point begin_ = core::RunControl::Clock::now();
   int best_ = -1;
@@ -581,6 +673,21 @@ class Planner {
 
 }  // namespace
 
+dynamics::LocalModelScheme PlannerOptions::local_model_scheme(std::uint64_t stream, double sharpening) const {
+  if (scheme == Scheme::Exact) return dynamics::Exact{};
+  if (scheme == Scheme::Analytic) {
+    dynamics::Analytic analytic = smoothing;
+    analytic.kappa *= sharpening;
+    return analytic;
+  }
+  dynamics::Sampling sampling = randomized;
+  sampling.seed = core::Random(seed ^ kSampleSeed, stream).bits();
+  sampling.std_u /= sharpening;  // disturbances reach as far as forces at a distance do, 1/κ
+  sampling.std_q /= sharpening;
+  if (scheme == Scheme::RandomizedFirst) return dynamics::RandomizedFirstOrder{sampling};
+  return dynamics::RandomizedZerothOrder{sampling};
+}
+
 void PlannerOptions::validate(const Model& model) const {
   const auto probability = [](std::string_view field, double value) {
     if (!(value >= 0 && value <= 1)) core::throw_invalid(field, fmt::format("{}", value), "a probability in [0, 1]");
@@ -589,11 +696,19 @@ void PlannerOptions::validate(const Model& model) const {
   if (batch < 1) core::throw_invalid("planner.batch", std::to_string(batch), "at least 1");
   if (max_iterations < 1) core::throw_invalid("planner.max_iterations", std::to_string(max_iterations), "at least 1");
   probability("planner.goal_bias", goal_bias);
+  probability("planner.spectral_probability", spectral_probability);
+  cost.validate();
+  if (anytime && !stop_at_goal) core::throw_invalid("planner.anytime", "true, with stop_at_goal: false", "stop_at_goal: true");
   probability("planner.grasp_probability", grasp_probability);
   core::require_positive("planner.gamma", gamma);
   core::require_positive("planner.h", h);
   core::require_positive("planner.length", std::visit([](const auto& rule) { return rule.length; }, length));
   core::require_positive("planner.smoothing.kappa", smoothing.kappa);
+  dynamics::validate(model, local_model_scheme(0), false);
+  if (const auto* global = std::get_if<GlobalMetric>(&metric)) {
+    core::require_positive("planner.metric.global.position", global->position);
+    core::require_positive("planner.metric.global.angle", global->angle);
+  }
   if (!(std::isfinite(goal_sharpening) && goal_sharpening >= 1))
     core::throw_invalid("planner.goal_sharpening", fmt::format("{}", goal_sharpening), "a finite number ≥ 1");
   core::require_positive("planner.fidelity_edge", fidelity_edge);
@@ -628,20 +743,40 @@ void PlannerOptions::validate(const Model& model) const {
 
 namespace {
 
-/// Inside the range of the object's joint, and not inside what cannot move, by more than the tolerance of the goal.
+/// A coordinate of an object that the goal bounds. Nothing to say about those without limits.
+void require_in_range(const Model& model, const Goal& goal, int i, double lower, double upper) {
+  const auto& dof = model.dofs()[static_cast<std::size_t>(i)];
+  const double tolerance = dof.kind == world::DofKind::Revolute ? goal.tol_angle : goal.tol_position;
+  if (lower <= dof.upper + tolerance && upper >= dof.lower - tolerance) return;
+  const std::string given =
+      lower == upper ? fmt::format("{} = {}", dof.name, lower) : fmt::format("{} in [{}, {}]", dof.name, lower, upper);
+  core::throw_invalid("goal", given, fmt::format("a value in its range [{}, {}]", dof.lower, dof.upper));
+}
+
+void require_region(const Model& model, const GoalRegion& region) {
+  core::require_size("goal.region.lower", region.lower.size(), model.n_vu());
+  core::require_size("goal.region.upper", region.upper.size(), model.n_vu());
+  for (int i = 0; i < model.n_vu(); ++i) {
+    if (!(region.lower[i] <= region.upper[i]))
+      core::throw_invalid("goal.region",
+                          fmt::format("{} in [{}, {}]", model.dofs()[static_cast<std::size_t>(i)].name, region.lower[i], region.upper[i]),
+                          "lower ≤ upper");
+  }
+}
+
+/// Inside the range of the object's joint, and, where the goal is one pose, not inside what cannot move by more than its tolerance.
 void require_reachable_goal(const PlanningProblem& problem) {
   const Model& model = *problem.model;
   const Goal& goal = problem.goal;
+  if (goal.region) require_region(model, *goal.region);
   const Eigen::VectorXd q_goal = goal_configuration(problem, ObjectSpace(model));
   for (int i = 0; i < model.n_vu(); ++i) {
     const auto& dof = model.dofs()[static_cast<std::size_t>(i)];
     if (!std::isfinite(dof.lower) && !std::isfinite(dof.upper)) continue;
-    const auto& object = model.objects()[static_cast<std::size_t>(dof.owner)];  // hinge or slider
-    const double x = q_goal[object.q_begin];
-    const double tolerance = dof.kind == world::DofKind::Revolute ? goal.tol_angle : goal.tol_position;
-    if (x < dof.lower - tolerance || x > dof.upper + tolerance)
-      core::throw_invalid("goal", fmt::format("{} = {}", dof.name, x), fmt::format("a value in its range [{}, {}]", dof.lower, dof.upper));
+    const double x = q_goal[model.objects()[static_cast<std::size_t>(dof.owner)].q_begin];  // hinge or slider
+    require_in_range(model, goal, i, goal.region ? goal.region->lower[i] : x, goal.region ? goal.region->upper[i] : x);
   }
+  if (goal.region) return;
   Eigen::VectorXd q = problem.q_start;
   q.head(model.n_qu()) = q_goal;
   GeometryWorkspace work(model);
@@ -657,6 +792,60 @@ void require_reachable_goal(const PlanningProblem& problem) {
     core::throw_invalid("goal", fmt::format("a pose in which '{}' is {:.3g} m inside '{}'", a.name, -c.phi, b.name),
                         "one outside everything that cannot move");
   }
+}
+
+void add_counts(const Totals& totals, PlanResult& result) {
+  result.steps += totals.steps;
+  result.linearisations += totals.linearisations;
+  result.failed_steps += totals.failed_steps;
+  Totals regrasps;
+  regrasps.regrasps = result.regrasps;
+  regrasps += totals;
+  result.regrasps = regrasps.regrasps;
+}
+
+double seconds_since(core::RunControl::Clock::time_point start) {
+  return std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
+}
+
+/// Grows one tree after the other for cheaper paths, until the deadline, the budget or a cancel.
+void improve(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
+             core::RunControl::Clock::time_point start, PlanResult& best) {
+  const long patience = std::max(kLeastPatience, kPatience * best.iterations);
+  core::RunControl following = control;
+  if (control.on_progress) {
+    following.on_progress = [&](core::Progress progress) {
+      progress.iteration += best.iterations;
+      progress.best = std::max(best.plan.error.position / problem.goal.tol_position, best.plan.error.angle / problem.goal.tol_angle);
+      progress.cost = best.cost;
+      progress.elapsed_s = seconds_since(start);
+      progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
+      if (control.deadline) {
+        const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
+        progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
+      }
+      control.on_progress(progress);
+    };
+  }
+  for (std::uint64_t tree = 1; best.iterations < options.max_iterations && !control.stop(); ++tree) {
+    PlannerOptions next = options;
+    next.seed = core::Random(options.seed, ~tree).bits();
+    next.record_tree = false;
+    next.max_iterations = static_cast<int>(std::min(patience, options.max_iterations - best.iterations));
+    PlanResult found;
+    Planner planner(problem, next, following, best.cost, found);
+    const Status status = planner.run();
+    add_counts(planner.totals_, best);
+    best.iterations += found.iterations;
+    best.nodes += found.nodes;
+    best.distrusted += found.distrusted;
+    if (status == Status::NumericalFailure) break;
+    if (status != Status::Solved || found.cost >= best.cost) continue;
+    best.plan = std::move(found.plan);
+    best.cost = found.cost;
+    best.improvements.push_back({found.cost, best.iterations, seconds_since(start)});
+  }
+  best.status = control.cancelled() ? Status::Cancelled : Status::Solved;
 }
 
 }  // namespace
@@ -676,14 +865,15 @@ Status plan(const PlanningProblem& problem, const PlannerOptions& options, const
 
   result = PlanResult{};
   result.seed = options.seed;
-  Planner planner(problem, options, control, result);
+  Planner planner(problem, options, control, std::numeric_limits<double>::infinity(), result);
   const Status status = planner.run();
-  result.steps = planner.totals_.steps;
-  result.linearisations = planner.totals_.linearisations;
-  result.failed_steps = planner.totals_.failed_steps;
-  result.regrasps = planner.totals_.regrasps;
-  result.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
-  return status;
+  add_counts(planner.totals_, result);
+  if (status == Status::Solved) {
+    result.improvements.push_back({result.cost, result.iterations, seconds_since(start)});
+    if (options.anytime) improve(problem, options, control, start, result);
+  }
+  result.wall_s = seconds_since(start);
+  return result.status;
 }
 
 }  // namespace stiction::planning

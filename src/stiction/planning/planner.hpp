@@ -6,9 +6,26 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
+#include "stiction/dynamics/local_model.hpp"
 #include "stiction/planning/plan.hpp"
 
 namespace stiction::planning {
+
+/// Ways to the local model of a node (2.4.1).
+enum class Scheme {
+  Exact,             ///< no smoothing: the first ablation of 3.5
+  Analytic,          ///< `smoothing`
+  RandomizedFirst,   ///< `randomized`, averaged derivatives (2.22)
+  RandomizedZeroth,  ///< `randomized`, least squares (2.23)
+};
+
+/// Metric of Nearest.
+struct LocalMetric {};  ///< (3.5): every node has its own
+struct GlobalMetric {
+  double position = 1;  ///< [1/m²] > 0
+  double angle = 1;     ///< [1/rad²] > 0
+};                      ///< Σ wᵢ eᵢ² with e = q_subgoal ⊖ qᵘ of the node, the same everywhere: the ablation Global of 3.5
+using Metric = std::variant<LocalMetric, GlobalMetric>;
 
 /// Length rule of Extend (Alg. 3).
 struct FixedLength {
@@ -55,9 +72,13 @@ struct PlannerOptions {
   double grasp_probability = 0.3;  ///< probability that a node gets a contact sample instead of an extension
   double gamma = 1e-6;             ///< γ of the metric (3.5)
   LengthRule length = CappedLength{};
-  dynamics::Analytic smoothing;  ///< local models (3.3)
-  double goal_sharpening = 10;   ///< κ grows up to this factor as the object comes within as many tolerances of the goal, ≥ 1
-  double h = 0.1;                ///< time step of every model [s]
+  Scheme scheme = Scheme::Analytic;  ///< of local models (3.3)
+  dynamics::Analytic smoothing;
+  dynamics::Sampling randomized;  ///< the seed is not used: every node has a substream of that of the plan
+  Metric metric = LocalMetric{};
+  double goal_sharpening = 10;  ///< κ grows (disturbances shrink) up to this factor as the object comes within as many tolerances of the
+                                ///< goal, ≥ 1
+  double h = 0.1;               ///< time step of every model [s]
   dynamics::Regularisation regularisation = dynamics::ByRule{};
   std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};  ///< nullopt: one single step per extension
   int grasp_candidates = 6;  ///< postures drawn for a regrasp, ≥ 1; the one that promises to bring the object nearest its subgoal is taken
@@ -72,7 +93,13 @@ struct PlannerOptions {
   double fidelity_edge = 0.15;      ///< a node is built on only if half the sub-step moves the object to the same place, up to this
                                     ///< share of the goal's tolerances on its own edge …
   double fidelity_path = 0.8;       ///< … and up to this share on the whole path from the start
+  double spectral_probability = 0;  ///< that an extension follows a principal direction of B_u instead of its subgoal
+  bool anytime = false;             ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
+  PathCost cost;
+  bool record_tree = false;         ///< keep every node in PlanResult::records
   double tolerance_fraction = 0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
+  /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
+  dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
   void validate(const world::Model& model) const;
 };
 
@@ -101,6 +128,23 @@ struct TreeNode {
   world::Pose X_WB;  ///< of the goal's object
 };
 
+/// A node as it entered the tree.
+struct NodeRecord {
+  int parent = -1;
+  SegmentKind edge = SegmentKind::Contact;  ///< that leads to it
+  long iteration = 0;                       ///< extensions up to the end of its round
+  Eigen::VectorXd q;                        ///< (n_q)
+  Eigen::VectorXd c_u;                      ///< smoothed next configuration of the objects (n_qu)
+  Eigen::MatrixXd B_u;                      ///< their rows of B (n_vu × n_a)
+};
+
+/// A solution that was better than those before.
+struct Improvement {
+  double cost = 0;  ///< [s] PathCost
+  long iterations = 0;
+  double wall_s = 0;
+};
+
 struct PlanResult {
   core::Status status = core::Status::NumericalFailure;  ///< Solved | MaxIterations (deadline or budget) | Cancelled | …
   Plan plan;                                             ///< best so far, also when not Solved
@@ -112,6 +156,9 @@ struct PlanResult {
   long failed_steps = 0;    ///< steps whose solve did not end in Solved
   long distrusted = 0;      ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
+  double cost = 0;                        ///< of the plan, by PlannerOptions::cost [s]
+  std::vector<Improvement> improvements;  ///< solutions in the order found; their cost falls
+  std::vector<NodeRecord> records;        ///< all nodes, with PlannerOptions::record_tree, the root first
   double wall_s = 0;
   std::vector<TreeNode> tree;    ///< all nodes, in the order of their making
   std::string reason;            ///< why not Solved, where there is more to say than that the budget was used up
@@ -120,8 +167,10 @@ struct PlanResult {
   bool start_projected = false;  ///< the start was moved to the constraints first (Settle segment)
 };
 
-/// Plans a path of the object to the goal with a tree through contact (Algorithms 2 and 3 with real regrasps).
+/// Plans a path of the object to the goal with a tree through contact (Algorithms 2 and 3 with real regrasps). Anytime: trees are grown one
+/// after the other, each from its own substream and without nodes that cost more to come to than the best path found before.
 /// @returns Solved: the goal is within tolerance, also when the commands are simulated at half the sub-step;
+///          anytime, also when the deadline or the budget ended the search for better ones;
 ///          MaxIterations: deadline, or iteration budget, or no branch of the robots can touch an object (`result.reason`); Cancelled;
 ///          NumericalFailure: the objects do not come to rest at the start. `result.plan` is the best path found in any case.
 /// @throws  InvalidInput, also for a goal inside a fixed body or outside the range of the object's joint

@@ -25,7 +25,12 @@ void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, in
 
 int Tree::add(Node node, const Eigen::VectorXd& q_goal) {
   const int i = size();
-  nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
+  if (global_weights_.size() == 0) {
+    nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
+  } else {
+    const Eigen::VectorXd& w = global_weights_;
+    nearest_.add(node.q.head(q_goal.size()), w.cwiseInverse().asDiagonal().toDenseMatrix(), w.cwiseSqrt().asDiagonal().toDenseMatrix());
+  }
   nodes_.push_back(std::move(node));
   regrasps_.push_back(0);
   Node& added = nodes_.back();

@@ -31,19 +31,22 @@ struct Node {
   LocalModel local;
   double goal_ratio = 0;     ///< worst of position and angle error, divided by the tolerance
   Eigen::VectorXd q_fine;    ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
+  double cost = 0;           ///< of the path from the root [s]
   bool unsupported = false;  ///< the object does not stay when the robot lets go
 };
 
 /// Nodes, and the orders in which the search takes them. No choice scans all nodes.
 class Tree {
  public:
-  explicit Tree(const ObjectSpace& space) : nearest_(space) {}
+  /// @param global_weights  diagonal of a metric that is the same everywhere (n_v); empty: every node has its own
+  explicit Tree(const ObjectSpace& space, Eigen::VectorXd global_weights = {})
+      : nearest_(space), global_weights_(std::move(global_weights)) {}
 
   int add(Node node, const Eigen::VectorXd& q_goal);
   int size() const { return static_cast<int>(nodes_.size()); }
   const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
 
-  /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
+  /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8), or of Σ wᵢ eᵢ² with e = q_u ⊖ qᵘ.
   int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
 
   /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
@@ -72,6 +75,7 @@ class Tree {
 
   std::vector<Node> nodes_;
   NearestPoints nearest_;
+  Eigen::VectorXd global_weights_;
   Queue to_goal_;              // by d(q_goal; node); a node taken is gone
   Queue to_regrasp_;           // by the cost of take_for_regrasp; a node taken comes back with a higher one
   std::vector<int> regrasps_;  // choices by take_for_regrasp

@@ -174,7 +174,12 @@ class Checker {
 
   PoseError goal_error(const Eigen::VectorXd& q) const {
     const world::Pose X_WO = world::object_pose(model_, q, goal_object_);
-    const world::Pose X_WG = to_pose(plan_.goal_pose);
+    world::Pose X_WG = to_pose(plan_.goal_pose);
+    if (plan_.region) {  // what the region means is part of the problem, not of how it was solved
+      Eigen::VectorXd nearest = q;
+      planning::project(model_, *plan_.region, nearest.head(model_.n_qu()));
+      X_WG = world::object_pose(model_, nearest, goal_object_);
+    }
     return {(X_WO.p - X_WG.p).norm(), angle_between(X_WO.R, X_WG.R)};
   }
 
@@ -191,8 +196,13 @@ class Checker {
               [] { return std::string("tolerances against the task"); });
     if (!plan_.goal_from_command_line) {
       const world::Pose X_WG = to_pose(plan_.goal_pose);
-      goal_.see((X_WG.p - problem.goal.X_WG.p).norm() + angle_between(X_WG.R, problem.goal.X_WG.R),
-                [] { return std::string("goal pose against the task"); });
+      if (!plan_.region)
+        goal_.see((X_WG.p - problem.goal.X_WG.p).norm() + angle_between(X_WG.R, problem.goal.X_WG.R),
+                  [] { return std::string("goal pose against the task"); });
+      const auto& region = problem.goal.region;
+      const bool same = plan_.region.has_value() == region.has_value() &&
+                        (!region || (plan_.region->lower == region->lower && plan_.region->upper == region->upper));
+      if (!same) goal_.see(1, [] { return std::string("goal region against the task"); });
     }
 
     const auto differs = [this](std::string what) { dynamics_.see(1, [&] { return what; }); };

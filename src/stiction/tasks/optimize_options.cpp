@@ -20,13 +20,6 @@ VectorXd numbers(const YamlNode& node, int size) {
 
 VectorXd spread(const VectorXd& values, int size) { return values.size() == size ? values : VectorXd::Constant(size, values[0]); }
 
-void read_sampling(const YamlNode& node, const world::Model& model, dynamics::Sampling& out) {
-  node.require_map({"std_u", "std_q", "samples"});
-  if (const auto v = node.find("std_u")) out.std_u = numbers(*v, model.n_a());
-  if (const auto v = node.find("std_q")) out.std_q = numbers(*v, model.n_v());
-  if (const auto v = node.find("samples")) out.samples = v->positive_int();
-}
-
 void read_object_weights(const YamlNode& node, const world::Model& model, VectorXd& out) {
   std::vector<std::string> known;
   for (const auto& object : model.objects()) known.push_back(object.name);
@@ -77,11 +70,20 @@ dynamics::Regularisation read_regularisation(const YamlNode& node) {
 
 nlohmann::ordered_json list(const VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
-nlohmann::ordered_json sampling_json(const dynamics::Sampling& s) {
+nlohmann::ordered_json to_json(const dynamics::Sampling& s) {
   return {{"std_u", list(s.std_u)}, {"std_q", list(s.std_q)}, {"samples", s.samples}};
 }
 
 }  // namespace
+
+void read_sampling(const YamlNode& node, const world::Model& model, dynamics::Sampling& out) {
+  node.require_map({"std_u", "std_q", "samples"});
+  if (const auto v = node.find("std_u")) out.std_u = numbers(*v, model.n_a());
+  if (const auto v = node.find("std_q")) out.std_q = numbers(*v, model.n_v());
+  if (const auto v = node.find("samples")) out.samples = v->positive_int();
+}
+
+std::string sampling_json(const dynamics::Sampling& sampling) { return to_json(sampling).dump(); }
 
 Scheme parse_scheme(std::string_view field, std::string_view name) {
   for (std::size_t i = 0; i < std::size(kSchemeNames); ++i) {
@@ -167,8 +169,8 @@ std::string optimize_setup_json(const OptimizeSetup& s) {
                      {"growth", o.kappa_growth},
                      {"self_sharpness", s.analytic.self_sharpness},
                      {"limit_sharpness", s.analytic.limit_sharpness}};
-  out["randomized_first"] = sampling_json(s.randomized_first);
-  out["randomized_zeroth"] = sampling_json(s.randomized_zeroth);
+  out["randomized_first"] = to_json(s.randomized_first);
+  out["randomized_zeroth"] = to_json(s.randomized_zeroth);
   out["decay"] = o.std_decay;
   out["seed"] = s.randomized_first.seed;
   out["use_A"] = o.use_A;

@@ -2,20 +2,21 @@
 
 #include <string>
 
+#include "stiction/planning/planner.hpp"
 #include "stiction/trajopt/optimize.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
 
-enum class Scheme {
-  Exact,
-  Analytic,
-  RandomizedFirst,
-  RandomizedZeroth
-};
+using planning::Scheme;
 inline constexpr std::string_view kSchemeNames[] = {"exact", "analytic", "randomized-first", "randomized-zeroth"};
 /// @throws core::InvalidInput with the known names
 Scheme parse_scheme(std::string_view field, std::string_view name);
+
+/// {std_u, std_q, samples} of a randomised scheme
+void read_sampling(const world::YamlNode& node, const world::Model& model, dynamics::Sampling& out);
+/// The same as one JSON object.
+std::string sampling_json(const dynamics::Sampling& sampling);
 
 /// sweep | receding
 trajopt::InnerSolver parse_solver(std::string_view field, std::string_view name);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/optimize_options.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -50,6 +51,29 @@ dynamics::Analytic read_smoothing(const YamlNode& node) {
   out.kappa = node.positive_or("kappa", out.kappa);
   out.self_sharpness = node.positive_or("self_sharpness", out.self_sharpness);
   out.limit_sharpness = node.positive_or("limit_sharpness", out.limit_sharpness);
+  return out;
+}
+
+planning::PathCost read_cost(const YamlNode& node) {
+  node.require_map({"joint_speed", "travel_speed", "regrasp"});
+  planning::PathCost out;
+  out.joint_speed = node.positive_or("joint_speed", out.joint_speed);
+  out.travel_speed = node.positive_or("travel_speed", out.travel_speed);
+  out.regrasp = node.nonnegative_or("regrasp", out.regrasp);
+  return out;
+}
+
+planning::Metric read_metric(const YamlNode& node) {
+  if (!node.is_map()) {
+    if (node.string() != "local") node.fail("'local', or 'global' with its weights");
+    return planning::LocalMetric{};
+  }
+  node.require_map({"global"});
+  const YamlNode weights = node.at("global");
+  weights.require_map({"position", "angle"});
+  planning::GlobalMetric out;
+  out.position = weights.positive_or("position", out.position);
+  out.angle = weights.positive_or("angle", out.angle);
   return out;
 }
 
@@ -179,6 +203,13 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "gamma",
                     "length",
                     "smoothing",
+                    "scheme",
+                    "randomized",
+                    "metric",
+                    "record_tree",
+                    "spectral_probability",
+                    "anytime",
+                    "cost",
                     "goal_sharpening",
                     "h",
                     "regularisation",
@@ -220,6 +251,13 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     }
   }
   if (const auto v = given(node, "smoothing")) out.smoothing = read_smoothing(*v);
+  if (const auto v = given(node, "scheme")) out.scheme = parse_scheme("planner.scheme", v->string());
+  if (const auto v = given(node, "randomized")) read_sampling(*v, model, out.randomized);
+  if (const auto v = given(node, "metric")) out.metric = read_metric(*v);
+  if (const auto v = given(node, "spectral_probability")) out.spectral_probability = probability(*v);
+  if (const auto v = given(node, "anytime")) out.anytime = v->boolean();
+  if (const auto v = given(node, "cost")) out.cost = read_cost(*v);
+  if (const auto v = given(node, "record_tree")) out.record_tree = v->boolean();
   if (const auto v = given(node, "goal_sharpening")) out.goal_sharpening = v->positive();
   if (const auto v = given(node, "h")) out.h = v->positive();
   if (const auto v = given(node, "regularisation")) {
@@ -271,6 +309,17 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["smoothing"]["kappa"] = o.smoothing.kappa;
   out["smoothing"]["self_sharpness"] = o.smoothing.self_sharpness;
   out["smoothing"]["limit_sharpness"] = o.smoothing.limit_sharpness;
+  out["scheme"] = kSchemeNames[static_cast<std::size_t>(o.scheme)];
+  if (o.scheme == planning::Scheme::RandomizedFirst || o.scheme == planning::Scheme::RandomizedZeroth)
+    out["randomized"] = nlohmann::ordered_json::parse(sampling_json(o.randomized));
+  if (const auto* global = std::get_if<planning::GlobalMetric>(&o.metric)) {
+    out["metric"]["global"] = {{"position", global->position}, {"angle", global->angle}};
+  } else {
+    out["metric"] = "local";
+  }
+  out["spectral_probability"] = o.spectral_probability;
+  out["anytime"] = o.anytime;
+  out["cost"] = {{"joint_speed", o.cost.joint_speed}, {"travel_speed", o.cost.travel_speed}, {"regrasp", o.cost.regrasp}};
   out["goal_sharpening"] = o.goal_sharpening;
   out["h"] = o.h;
   if (const auto* rule = std::get_if<dynamics::ByRule>(&o.regularisation)) {

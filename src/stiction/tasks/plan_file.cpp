@@ -90,6 +90,14 @@ void add_tree(const std::vector<planning::TreeNode>& tree, PlanFile& out) {
   }
 }
 
+/// Of a region what is nearest to the end of the plan.
+world::Pose goal_pose(const world::Model& model, const planning::Plan& plan) {
+  if (!plan.goal.region) return plan.goal.X_WG;
+  Eigen::VectorXd q = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
+  planning::project(model, *plan.goal.region, q.head(model.n_qu()));
+  return world::object_pose(model, q, plan.goal.object);
+}
+
 }  // namespace
 
 PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
@@ -132,9 +140,10 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   out.q_start = plan.q_start;
   out.u_start = plan.u_start;
   out.goal_object = model.objects()[static_cast<std::size_t>(plan.goal.object)].name;
-  out.goal_pose = rounded(to_numbers(plan.goal.X_WG), 1e-12);
+  out.goal_pose = rounded(to_numbers(goal_pose(model, plan)), 1e-12);
   out.tol_position = plan.goal.tol_position;
   out.tol_angle = plan.goal.tol_angle;
+  out.region = plan.goal.region;
   out.goal_from_command_line = task.goal_from_command_line;
   out.error = plan.error;
   for (const auto& segment : plan.segments) {
@@ -160,7 +169,7 @@ planning::Plan to_plan(const world::Model& model, const PlanFile& file) {
   planning::Plan plan;
   plan.q_start = file.q_start;
   plan.u_start = file.u_start;
-  plan.goal = {model.object_index(file.goal_object), to_pose(file.goal_pose), file.tol_position, file.tol_angle};
+  plan.goal = {model.object_index(file.goal_object), to_pose(file.goal_pose), file.tol_position, file.tol_angle, file.region};
   plan.error = file.error;
   plan.step = file.step;
   if (file.substep) plan.substep = *file.substep;

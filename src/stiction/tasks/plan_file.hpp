@@ -90,6 +90,7 @@ struct PlanFile {
   std::string goal_object;
   PoseNumbers goal_pose{};
   double tol_position = 0, tol_angle = 0;
+  std::optional<planning::GoalRegion> region;  ///< of the goal (n_vu)
   bool goal_from_command_line = false;
   planning::GoalError error;
   std::vector<StoredSegment> segments;

@@ -115,6 +115,16 @@ class Value {
     return out;
   }
   Eigen::Vector3d vector3() const { return vector(3); }
+  /// n numbers, or null for one that is infinite with this sign.
+  Eigen::VectorXd bounds(std::size_t n, double sign) const {
+    if (size() != n) fail(fmt::format("{} numbers", size()), fmt::format("{}", n));
+    Eigen::VectorXd out(static_cast<Eigen::Index>(n));
+    for (std::size_t i = 0; i < n; ++i) {
+      const Value value = (*this)[i];
+      out[static_cast<Eigen::Index>(i)] = value.is_null() ? sign * std::numeric_limits<double>::infinity() : value.number();
+    }
+    return out;
+  }
 
  private:
   std::string path() const {
@@ -342,9 +352,23 @@ void read_scene(const Value& top, PlanFile& out) {
   });
 }
 
+planning::GoalRegion read_region(const Value& region, const PlanFile& plan) {
+  region.require_keys({"lower", "upper"});
+  std::size_t n = 0;
+  for (const auto& object : plan.objects) n += object.n_q == 7 ? 6 : static_cast<std::size_t>(object.n_q);
+  planning::GoalRegion out{region.at("lower").bounds(n, -1), region.at("upper").bounds(n, 1)};
+  if (!(out.lower.array() <= out.upper.array()).all()) region.fail("lower ≤ upper");
+  return out;
+}
+
 void read_goal(const Value& top, PlanFile& out) {
   const Value goal = top.at("goal");
-  goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "from"});
+  if (goal.has("region")) {
+    goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "region", "from"});
+    out.region = read_region(goal.at("region"), out);
+  } else {
+    goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "from"});
+  }
   out.goal_object = goal.at("object").string();
   if (std::none_of(out.objects.begin(), out.objects.end(), [&](const auto& object) { return object.name == out.goal_object; })) {
     goal.at("object").fail("the name of an object");

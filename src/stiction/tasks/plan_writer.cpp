@@ -209,6 +209,16 @@ void write_scene(Writer& w, const PlanFile& p) {
   core::throw_invalid("output folder " + path.string(), why, "a folder that can be written");
 }
 
+/// null where there is none.
+void write_bounds(Writer& w, const Eigen::VectorXd& bounds) {
+  w.list(bounds, [&](double bound) {
+    if (std::isfinite(bound))
+      w.exact(bound);
+    else
+      w.raw("null");
+  });
+}
+
 }  // namespace
 
 std::string to_text(const PlanFile& plan) {
@@ -227,7 +237,15 @@ std::string to_text(const PlanFile& plan) {
   w.exact(plan.tol_position);
   w.raw(",\"angle\":");
   w.exact(plan.tol_angle);
-  w.raw("}},\"from\":\"{}\"}},\n\"error\":{{\"position\":", plan.goal_from_command_line ? "command_line" : "task");
+  w.raw("}}");
+  if (plan.region) {
+    w.raw(",\"region\":{{\"lower\":");
+    write_bounds(w, plan.region->lower);
+    w.raw(",\"upper\":");
+    write_bounds(w, plan.region->upper);
+    w.raw("}}");
+  }
+  w.raw(",\"from\":\"{}\"}},\n\"error\":{{\"position\":", plan.goal_from_command_line ? "command_line" : "task");
   w.exact(plan.error.position);
   w.raw(",\"angle\":");
   w.exact(plan.error.angle);

@@ -92,13 +92,79 @@ void read_joints(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
   }
 }
 
+/// Of a goal: what was written is more than one pose: somewhere [lower, upper], or ~ for any value.
+bool is_region(const YamlNode& node) {
+  for (const char* key : {"position", "rpy", "coordinates"}) {
+    const auto value = node.find(key);
+    if (!value) continue;
+    if (value->kind() == YamlNode::Kind::Null) return true;
+    if (!value->is_sequence()) continue;
+    for (const YamlNode& item : value->items()) {
+      if (item.is_sequence() || item.kind() == YamlNode::Kind::Null) return true;
+    }
+  }
+  return false;
+}
+
+/// Coordinates of a goal, each a number, [lower, upper], or ~ for any value; ~ for all of them.
+void read_bounds(const YamlNode& node, Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) {
+  if (node.kind() == YamlNode::Kind::Null) return;  // bounds are infinite until given
+  const auto items = node.items(static_cast<std::size_t>(lower.size()));
+  for (Eigen::Index i = 0; i < lower.size(); ++i) {
+    const YamlNode& item = items[static_cast<std::size_t>(i)];
+    if (item.kind() == YamlNode::Kind::Null) continue;
+    if (item.is_sequence()) {
+      const Eigen::VectorXd ends = item.vector(2);
+      if (ends[0] > ends[1]) item.fail("[lower, upper] with lower ≤ upper");
+      lower[i] = ends[0], upper[i] = ends[1];
+    } else {
+      lower[i] = upper[i] = item.number();
+    }
+  }
+}
+
+/// Bounds of one object, as a goal section gives them.
+void read_object_region(const YamlNode& node, const Model& model, int object, planning::GoalRegion& region) {
+  const auto& info = model.objects()[static_cast<std::size_t>(object)];
+  auto lower = region.lower.segment(info.v_begin, info.n_v), upper = region.upper.segment(info.v_begin, info.n_v);
+  if (!is_free(model, object)) {
+    node.require_map({"coordinates"});
+    return read_bounds(node.at("coordinates"), lower, upper);
+  }
+  node.require_map({"position", "quaternion_wxyz", "rpy"});
+  read_bounds(node.at("position"), lower.head<3>(), upper.head<3>());
+  const auto rpy = node.find("rpy");
+  if (rpy && !node.has("quaternion_wxyz")) return read_bounds(*rpy, lower.tail<3>(), upper.tail<3>());
+  lower.tail<3>() = upper.tail<3>() = planning::roll_pitch_yaw(read_rotation(node).toRotationMatrix());
+}
+
+planning::GoalRegion unbounded(const Model& model) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  return {Eigen::VectorXd::Constant(model.n_vu(), -infinity), Eigen::VectorXd::Constant(model.n_vu(), infinity)};
+}
+
+/// The goal region, and what of it is nearest to the start.
+void set_region(planning::GoalRegion region, planning::PlanningProblem& problem) {
+  const Model& model = *problem.model;
+  Eigen::VectorXd q = problem.q_start;
+  planning::project(model, region, q.head(model.n_qu()));
+  problem.goal.region = std::move(region);
+  problem.goal.X_WG = world::object_pose(model, q, problem.goal.object);
+  problem.q_goal = q.head(model.n_qu());
+}
+
 /// Of hinges and sliders.
-void require_in_limits(const YamlNode& node, const Model& model, int object, const Eigen::VectorXd& q, std::string_view what) {
+void require_in_limits(const YamlNode& node, const Model& model, int object, double x, std::string_view what) {
   const auto& spec = model.scene().objects[static_cast<std::size_t>(object)];
-  const double x = q[model.objects()[static_cast<std::size_t>(object)].q_begin];
   if (!spec.limits || (x >= (*spec.limits)[0] && x <= (*spec.limits)[1])) return;
   node.fail(fmt::format("{} = {}", spec.name, x),
             fmt::format("a {} inside the limits [{}, {}]", what, (*spec.limits)[0], (*spec.limits)[1]));
+}
+
+/// The number in [lower, upper] that is nearest to the range of a hinge or slider.
+double nearest_in_limits(const Model& model, int object, double lower, double upper) {
+  const auto& spec = model.scene().objects[static_cast<std::size_t>(object)];
+  return spec.limits ? std::clamp((*spec.limits)[0], lower, upper) : lower;
 }
 
 Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
@@ -110,7 +176,7 @@ Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
     const int object = find_object(value, name, model);
     read_object_pose(value, model, object, q);
     seen[static_cast<std::size_t>(object)] = true;
-    require_in_limits(value, model, object, q, "start");
+    require_in_limits(value, model, object, q[model.objects()[static_cast<std::size_t>(object)].q_begin], "start");
   }
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (!seen[i]) objects.fail(fmt::format("no start of object '{}'", model.objects()[i].name), "one for every object");
@@ -133,10 +199,17 @@ void read_goal(const YamlNode& node, const YamlNode& tolerance, const Model& mod
   planning::Goal goal;
   Eigen::VectorXd q = problem.q_start;
   std::vector<int> named;
+  planning::GoalRegion region = unbounded(model);
+  bool several = false;
   for (const auto& [name, value] : entries) {
-    named.push_back(find_object(value, name, model));
-    read_object_pose(value, model, named.back(), q);
-    require_in_limits(value, model, named.back(), q, "goal");
+    const int object = named.emplace_back(find_object(value, name, model));
+    const auto& info = model.objects()[static_cast<std::size_t>(object)];
+    several |= is_region(value);
+    if (!is_region(value)) read_object_pose(value, model, object, q);
+    read_object_region(value, model, object, region);
+    if (info.n_v == 1)
+      require_in_limits(value, model, object, nearest_in_limits(model, object, region.lower[info.v_begin], region.upper[info.v_begin]),
+                        "goal");
   }
   goal.object = *std::max_element(named.begin(), named.end());  // what hangs on another is listed after it
   const auto chain = chain_of(model, goal.object);
@@ -150,6 +223,7 @@ void read_goal(const YamlNode& node, const YamlNode& tolerance, const Model& mod
   goal.tol_position = tolerance.at("position").positive();
   goal.tol_angle = tolerance.at("angle").positive();
   problem.goal = goal;
+  if (several) set_region(std::move(region), problem);
 }
 
 bool names_a_file(const std::string& text) {
@@ -225,6 +299,11 @@ Task load_task(const std::string& name_or_file, std::span<const fs::path> data_d
 Task load_task(const std::string& name_or_file) { return load_task(name_or_file, default_data_dirs()); }
 
 void set_goal(Task& task, std::span<const double> values) {
+  core::require_finite("goal", values);
+  set_goal(task, std::vector<std::optional<double>>(values.begin(), values.end()));
+}
+
+void set_goal(Task& task, const std::vector<std::optional<double>>& values) {
   const Model& model = *task.model;
   const int object = task.problem.goal.object;
   const bool free = is_free(model, object);
@@ -242,22 +321,36 @@ void set_goal(Task& task, std::span<const double> values) {
         "goal", fmt::format("{} numbers", values.size()),
         free ? fmt::format("6 (x y z roll pitch yaw of {})", names) : fmt::format("{} (the coordinates of {})", expected, names));
   }
-  core::require_finite("goal", values);
+  for (const auto& value : values) {
+    if (value) core::require_finite("goal", std::span(&*value, 1));
+  }
+  task.goal_from_command_line = true;
+  task.problem.goal.region.reset();
+  if (std::any_of(values.begin(), values.end(), [](const auto& x) { return !x; })) {
+    planning::GoalRegion region = unbounded(model);
+    std::size_t next = 0;
+    for (const int o : chain) {
+      const auto& info = model.objects()[static_cast<std::size_t>(o)];
+      for (int i = 0; i < info.n_v && next < values.size(); ++i, ++next) {
+        if (values[next]) region.lower[info.v_begin + i] = region.upper[info.v_begin + i] = *values[next];
+      }
+    }
+    return set_region(std::move(region), task.problem);
+  }
   Eigen::VectorXd q = task.problem.q_start;
   if (free) {
     const auto& info = model.objects()[static_cast<std::size_t>(object)];
-    q.segment<3>(info.q_begin) << values[0], values[1], values[2];
-    q.segment<4>(info.q_begin + 3) = Eigen::Quaterniond(rotation_of_rpy({values[3], values[4], values[5]})).coeffs();
+    q.segment<3>(info.q_begin) << *values[0], *values[1], *values[2];
+    q.segment<4>(info.q_begin + 3) = Eigen::Quaterniond(rotation_of_rpy({*values[3], *values[4], *values[5]})).coeffs();
   } else {
     std::size_t next = 0;
     for (const int o : chain) {
       const auto& info = model.objects()[static_cast<std::size_t>(o)];
-      for (int i = 0; i < info.n_q; ++i) q[info.q_begin + i] = values[next++];
+      for (int i = 0; i < info.n_q; ++i) q[info.q_begin + i] = *values[next++];
     }
   }
   task.problem.q_goal = q.head(model.n_qu());
   task.problem.goal.X_WG = world::object_pose(model, q, object);
-  task.goal_from_command_line = true;
 }
 
 trajopt::OptimizeInput make_optimize_input(const Task& task) {

@@ -46,6 +46,8 @@ Task load_task(const std::string& name_or_file);
 /// Replaces the goal pose: x y z [m] roll pitch yaw [rad] for a free object, its coordinates for any other. Tolerances stay.
 /// @throws core::InvalidInput: wrong number of values, not finite
 void set_goal(Task& task, std::span<const double> values);
+/// The same with nullopt for a coordinate that may have any value: a goal region.
+void set_goal(Task& task, const std::vector<std::optional<double>>& values);
 
 /// What trajopt::optimize needs for the task: the constant guess and reference of its section `optimize`. It refers to the task.
 /// @throws core::InvalidInput: no such section

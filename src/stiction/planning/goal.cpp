@@ -1,0 +1,113 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/planning/plan.hpp"
+
+namespace stiction::planning {
+namespace {
+
+using world::ObjectJoint;
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// The number in [lower, upper] that is nearest to x; for an angle modulo 2π.
+double nearest(double x, double lower, double upper, bool angle) {
+  if (!angle) return std::clamp(x, lower, upper);
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return x;  // one turn more is in any half-line
+  const double beyond = x - lower - kTurn * std::floor((x - lower) / kTurn);  // how far above the lower end, in [0, 2π)
+  const double width = upper - lower;
+  if (beyond <= width) return x;
+  return beyond - width <= kTurn - beyond ? upper : lower;
+}
+
+Eigen::Quaterniond rotation_of(const Eigen::Vector3d& rpy) {
+  return Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX());
+}
+
+Eigen::Quaterniond project_rotation(const Eigen::Quaterniond& q, const Eigen::Vector3d& lower, const Eigen::Vector3d& upper) {
+  const Eigen::Vector3d first = roll_pitch_yaw(q.toRotationMatrix());
+  const Eigen::Vector3d second(first[0] + std::numbers::pi, std::numbers::pi - first[1], first[2] + std::numbers::pi);
+  Eigen::Quaterniond best = q;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& rpy : {first, second}) {
+    Eigen::Vector3d inside;
+    for (int i = 0; i < 3; ++i) inside[i] = nearest(rpy[i], lower[i], upper[i], true);
+    if (inside == rpy) return q;
+    const Eigen::Quaterniond candidate = rotation_of(inside);
+    const double turn = candidate.angularDistance(q);
+    if (turn < least) least = turn, best = candidate;
+  }
+  return best;
+}
+
+}  // namespace
+
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R) {
+  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))), std::atan2(R(1, 0), R(0, 0))};
+}
+
+void project(const world::Model& model, const GoalRegion& region, Eigen::Ref<Eigen::VectorXd> q_u) {
+  const auto objects = model.objects();
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    const auto& object = objects[o];
+    const bool free = model.scene().objects[o].joint == ObjectJoint::Free;
+    const auto lower = region.lower.segment(object.v_begin, object.n_v), upper = region.upper.segment(object.v_begin, object.n_v);
+    for (int i = 0; i < (free ? 3 : object.n_v); ++i) {
+      const bool revolute = model.dofs()[static_cast<std::size_t>(object.v_begin + i)].kind == world::DofKind::Revolute;
+      const bool wraps = revolute && object.n_v > 1;  // a hinge knows how often it has turned
+      q_u[object.q_begin + i] = nearest(q_u[object.q_begin + i], lower[i], upper[i], wraps);
+    }
+    if (!free) continue;
+    auto rotation = q_u.segment<4>(object.q_begin + 3);
+    const Eigen::Quaterniond q(rotation[3], rotation[0], rotation[1], rotation[2]);
+    rotation = project_rotation(q, lower.tail<3>(), upper.tail<3>()).coeffs();
+  }
+}
+
+GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {
+  const world::Pose X_WB = world::object_pose(model, q, goal.object);
+  world::Pose X_WG = goal.X_WG;
+  if (goal.region) {
+    Eigen::VectorXd nearest = q;
+    project(model, *goal.region, nearest.head(model.n_qu()));
+    X_WG = world::object_pose(model, nearest, goal.object);
+  }
+  GoalError error;
+  error.position = (X_WB.p - X_WG.p).norm();
+  error.angle = Eigen::Quaterniond(X_WB.R).angularDistance(Eigen::Quaterniond(X_WG.R));
+  return error;
+}
+
+void PathCost::validate() const {
+  core::require_positive("planner.cost.joint_speed", joint_speed);
+  core::require_positive("planner.cost.travel_speed", travel_speed);
+  core::require_nonnegative("planner.cost.regrasp", regrasp);
+}
+
+double path_cost(const world::Model& model, const Plan& plan, const PathCost& cost) {
+  double sum = 0;
+  const Eigen::VectorXd* u = &plan.u_start;
+  for (const Segment& segment : plan.segments) {
+    if (segment.kind == SegmentKind::Regrasp) sum += cost.regrasp;
+    for (const auto& knot : segment.knots) {
+      sum += command_time(model, *u, knot.u, cost);
+      u = &knot.u;
+    }
+  }
+  return sum;
+}
+
+double command_time(const world::Model& model, const Eigen::VectorXd& from, const Eigen::VectorXd& to, const PathCost& cost) {
+  double time = 0;
+  for (int j = 0; j < model.n_a(); ++j) {
+    const bool revolute = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
+    time = std::max(time, std::abs(to[j] - from[j]) / (revolute ? cost.joint_speed : cost.travel_speed));
+  }
+  return time;
+}
+
+}  // namespace stiction::planning

@@ -1,0 +1,126 @@
+#include <limits>
+
+#include <Eigen/SVD>
+#include "planning/systems.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/planning/object_space.hpp"
+#include "stiction/planning/spectral.hpp"
+
+namespace stiction::planning::test {
+namespace {
+
+constexpr double kAny = std::numeric_limits<double>::infinity();
+
+Eigen::Quaterniond rotation(double roll, double pitch, double yaw) {
+  using Eigen::AngleAxisd;
+  using Eigen::Vector3d;
+  return AngleAxisd(yaw, Vector3d::UnitZ()) * AngleAxisd(pitch, Vector3d::UnitY()) * AngleAxisd(roll, Vector3d::UnitX());
+}
+
+TEST(GoalRegion, PlanarObject_EachCoordinateOnItsOwn) {
+  const auto model = load_model("planar_hand");
+  const GoalRegion region{Eigen::Vector3d(-0.1, -kAny, 3.0), Eigen::Vector3d(0.1, kAny, 3.2)};
+  Eigen::VectorXd q = Eigen::Vector3d(0.3, 7, -3.13);  // the angle is 3.153 on the other side of the seam, inside
+  project(*model, region, q);
+  EXPECT_EQ(q, Eigen::VectorXd(Eigen::Vector3d(0.1, 7, -3.13)));
+  q[2] = -2.9;  // 3.383: the upper end is nearer
+  project(*model, region, q);
+  EXPECT_NEAR(q[2], 3.2, 1e-15);
+  q[2] = 0.1;  // the lower end is 2.9 away, the upper 3.18
+  project(*model, region, q);
+  EXPECT_NEAR(q[2], 3.0, 1e-15);
+}
+
+TEST(GoalRegion, YawOnly_ErrorIsTheYawThatIsMissing) {
+  const auto model = load_model("allegro_ball");
+  Goal goal;
+  goal.region = GoalRegion{Eigen::VectorXd::Constant(6, -kAny), Eigen::VectorXd::Constant(6, kAny)};
+  goal.region->lower[5] = goal.region->upper[5] = 1.0;
+  Eigen::VectorXd q = allegro_start();
+  q.segment<4>(3) = rotation(0.3, 0.2, 0.4).coeffs();
+  const GoalError error = goal_error(*model, q, goal);
+  EXPECT_EQ(error.position, 0);
+  EXPECT_NEAR(error.angle, 0.6, 1e-12);  // Rz(1.0)Ry(0.2)Rx(0.3) = Rz(0.6) R
+  q.segment<4>(3) = rotation(-1.2, 0.5, 1.0).coeffs();
+  EXPECT_NEAR(goal_error(*model, q, goal).angle, 0, 1e-7);
+}
+
+TEST(GoalRegion, BothTriplesOfARotationCount) {
+  const auto model = load_model("allegro_ball");
+  GoalRegion region{Eigen::VectorXd::Constant(6, -kAny), Eigen::VectorXd::Constant(6, kAny)};
+  const double pi = std::numbers::pi;
+  region.lower.tail<3>() = region.upper.tail<3>() = Eigen::Vector3d(pi + 0.1, pi - 0.2, pi + 0.3);  // the rotation (0.1, 0.2, 0.3)
+  Eigen::VectorXd q = allegro_start().head(7);
+  q.tail<4>() = rotation(0.1, 0.2, 0.35).coeffs();
+  project(*model, region, q);
+  const Eigen::Vector4d c = q.tail<4>();
+  EXPECT_LT(Eigen::Quaterniond(c[3], c[0], c[1], c[2]).angularDistance(rotation(0.1, 0.2, 0.3)), 1e-12);
+}
+
+TEST(GoalRegion, ProjectedTwice_StaysAndHasNoError) {
+  core::Random random(5, 0);
+  for (const char* task : {"planar_hand", "allegro_ball", "planar_hand_fixed_y"}) {
+    const auto model = load_model(task);
+    for (int sample = 0; sample < 200; ++sample) {
+      Goal goal;
+      goal.object = static_cast<int>(model->objects().size()) - 1;
+      goal.region.emplace();
+      goal.region->lower.resize(model->n_vu());
+      goal.region->upper.resize(model->n_vu());
+      for (int i = 0; i < model->n_vu(); ++i) {
+        const double x = random.normal();
+        goal.region->lower[i] = random.chance(0.3) ? -kAny : x;
+        goal.region->upper[i] = random.chance(0.3) ? kAny : x + random.uniform();
+      }
+      Eigen::VectorXd q(model->n_q());
+      world::retract(*model, model->neutral(), Eigen::VectorXd::NullaryExpr(model->n_v(), [&] { return random.normal(); }), q);
+      project(*model, *goal.region, q.head(model->n_qu()));
+      const Eigen::VectorXd once = q;
+      const GoalError error = goal_error(*model, q, goal);
+      EXPECT_LT(error.position, 1e-12);
+      EXPECT_LT(error.angle, 1e-7);
+      project(*model, *goal.region, q.head(model->n_qu()));
+      EXPECT_TRUE(objects_agree(*model, ObjectSpace(*model), once, q, 1e-9, 1e-7)) << task;
+    }
+  }
+}
+
+TEST(PathCost, IsTimeAtJointSpeedsAndAPricePerRegrasp) {
+  const auto model = load_model("planar_hand");
+  Plan plan;
+  plan.u_start = Eigen::Vector4d::Zero();
+  const auto knot = [](double a, double b) {
+    dynamics::Knot out;
+    out.u = Eigen::Vector4d(a, b, 0, 0);
+    return out;
+  };
+  plan.segments.push_back({SegmentKind::Contact, {knot(0.1, -0.3), knot(0.1, -0.2)}});
+  plan.segments.push_back({SegmentKind::Regrasp, {knot(0.3, -0.2)}});
+  EXPECT_NEAR(path_cost(*model, plan, {.joint_speed = 0.5, .regrasp = 3}), (0.3 + 0.1 + 0.2) / 0.5 + 3, 1e-12);
+  const auto pusher = load_model("planar_pushing");
+  plan.u_start = Eigen::Vector2d::Zero();
+  plan.segments.resize(1);
+  plan.segments[0].knots.resize(1);
+  plan.segments[0].knots[0].u = Eigen::Vector2d(0.02, -0.05);
+  EXPECT_NEAR(path_cost(*pusher, plan, {.travel_speed = 0.1}), 0.5, 1e-12);
+}
+
+TEST(PrincipalDirections, AreThoseOfTheSingularValueDecomposition) {
+  core::Random random(2, 0);
+  for (int sample = 0; sample < 50; ++sample) {
+    Eigen::MatrixXd B(3, 8);
+    for (double& x : B.reshaped()) x = random.normal();
+    if (sample % 2 == 0) B.row(2) = 2 * B.row(0);  // rank 2
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(B, Eigen::ComputeThinV);
+    const Eigen::MatrixXd V = principal_directions(B);
+    ASSERT_EQ(V.cols(), sample % 2 == 0 ? 2 : 3);
+    for (Eigen::Index k = 0; k < V.cols(); ++k) {
+      EXPECT_NEAR(std::abs(V.col(k).dot(svd.matrixV().col(k))), 1, 1e-8);
+      EXPECT_NEAR((B * V.col(k)).norm(), svd.singularValues()[k], 1e-9);
+    }
+  }
+  EXPECT_EQ(principal_directions(Eigen::MatrixXd::Zero(3, 4)).cols(), 0);
+}
+
+}  // namespace
+}  // namespace stiction::planning::test
