@@ -35,7 +35,7 @@ def volume(sigma: np.ndarray) -> float:
 
 def ellipse(sigma: np.ndarray, i: int, j: int) -> np.ndarray:
     """Outline of the projection of the 1-sublevel set on two coordinates."""
-    circle = np.array([f(np.linspace(0, 2 * np.pi, 80)) for f in (np.cos, np.sin)])
+    circle = np.array([f(np.linspace(0, 2 * np.pi, 41)) for f in (np.cos, np.sin)])
     return np.linalg.cholesky(sigma[np.ix_([i, j], [i, j])]) @ circle
 
 

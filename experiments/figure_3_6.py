@@ -51,7 +51,7 @@ def run(quick: bool) -> Result:
     axes[0][-1].legend(fontsize=6)
     result.add("curves: distance never rises, packing ratio never falls and stays below 1", "–", "in every run" if sound else "no", sound)
     hypotheses(result, finals)
-    result.draw("growth", figure, "Least distance to the goal and packing ratio over iterations, mean of the runs and their range.")
+    result.draw("growth", figure, "Least distance to the goal and packing ratio over iterations, mean of the runs.")
     return result
 
 
@@ -62,8 +62,7 @@ def spread(values: np.ndarray) -> str:
 def draw(column: np.ndarray, variant: str, distance: np.ndarray, packing: np.ndarray) -> None:
     at = np.unique(np.linspace(0, distance.shape[1] - 1, SHOWN).astype(int))
     for ax, values in zip(column, (distance, packing)):
-        line = ax.plot(at + 1, values[:, at].mean(axis=0), color=growth.COLOURS[variant], label=variant)[0]
-        ax.fill_between(at + 1, values[:, at].min(axis=0), values[:, at].max(axis=0), color=line.get_color(), alpha=0.12, lw=0)
+        ax.plot(at + 1, values[:, at].mean(axis=0), color=growth.COLOURS[variant], label=variant)
 
 
 def hypotheses(result: Result, finals: dict[str, dict[str, np.ndarray]]) -> None:

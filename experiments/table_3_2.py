@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 
 import numpy as np
@@ -10,15 +11,16 @@ import stiction as st
 from . import growth
 from .report import Result
 
+CORES = os.cpu_count() or 1
 TITLE = "Table 3.2: growth times of six tasks with three smoothing schemes"
 
 
 def run(quick: bool) -> Result:
     names = ("planar_pushing", "planar_hand") if quick else tuple(growth.SYSTEMS)
     iterations = 100 if quick else growth.ITERATIONS
-    seeds = range(1 if quick else 3)
+    seeds = range(1)
     result = Result(
-        f"{iterations} iterations with the settings of the published runs; medians over {len(seeds)} seeds. The wall clock suffers from whatever else runs; the processor time of "
+        f"{iterations} iterations with the settings of the published runs. The wall clock suffers from whatever else runs; the processor time of "
         "all threads does not. Published: 16 cores, 100 samples, as here.",
         settings={"iterations": iterations, "seeds": list(seeds)},
     )
@@ -34,8 +36,9 @@ def run(quick: bool) -> Result:
             for column, value in zip(table.values(), (wall, processor, published)):
                 column.append(value)
             ours = f"{wall:.3f} s, {processor:.3f} s of processor"
-            faster = published * iterations / growth.ITERATIONS / wall
-            result.add(f"{name}, {scheme}", f"{published} s", ours, faster > 1, f"published/ours {faster:.0f}")
+            scaled = published * iterations / growth.ITERATIONS
+            note = f"published/ours {scaled / wall:.0f}; on {CORES} idle cores {scaled * CORES / processor:.0f}"
+            result.add(f"{name}, {scheme}", f"{published} s", ours, scaled > wall, note)
         slower &= of_scheme["analytic"] < min(of_scheme["randomized-first"], of_scheme["randomized-zeroth"])
     result.data["times"] = table
     result.add("hypothesis 2: analytic smoothing is the fastest", "on every task", "on every task" if slower else "not everywhere", slower or None)

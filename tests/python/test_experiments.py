@@ -47,7 +47,9 @@ def test_document_is_small_and_its_pictures_exist(report: Path) -> None:
     text = (report / "chapter.md").read_text()
     pictures = re.findall(r"\]\((chapter/[^)]+\.svg)\)", text)
     assert pictures and all((report / picture).exists() for picture in pictures)
-    assert sum((report / picture).stat().st_size for picture in pictures) < 300_000
+    sizes = {picture: (report / picture).stat().st_size for picture in pictures}
+    assert max(sizes.values()) < 75_000, sizes
+    assert sum(sizes.values()) < 25_000 * len(sizes), sizes
 
 
 def test_document_keeps_the_sections_of_other_experiments(stiction, report: Path, tmp_path: Path) -> None:
