@@ -37,6 +37,35 @@ TEST(Rollout, SlidingContact_IsCutFurtherUntilItSlidesLessThanTheLimit) {
   EXPECT_GT(r.max_slide, 0.2 * limits.slide);
 }
 
+TEST(Rollout, SlideThatNoSubstepShortens_IsStoppedBeforeOrAccepted) {
+  Push push;
+  const Eigen::Vector2d u1(0.1, -0.09);
+  const SubstepLimits limits{.joint_travel = 0.05, .slide = 4e-4};  // the shortest sub-step drags the ball by 3 mm
+  RolloutResult accepted, stopped;
+  ASSERT_EQ(rollout(*push.model, push.q, push.u0, u1, {}, limits, push.work, accepted), Status::Solved);
+  EXPECT_GT(accepted.max_slide, limits.slide);
+  push.work.forget();
+  ASSERT_EQ(rollout(*push.model, push.q, push.u0, u1, {}, limits, push.work, stopped, Overrun::Stop), Status::MaxIterations);
+  EXPECT_LE(stopped.max_slide, limits.slide);
+  ASSERT_LT(stopped.knots.size(), accepted.knots.size());
+  for (std::size_t k = 0; k < stopped.knots.size(); ++k) EXPECT_EQ(stopped.knots[k].q, accepted.knots[k].q);
+}
+
+TEST(Rollout, LowFriction_MaySlideFartherInASubstep) {
+  Push rough, smooth;
+  world::Scene scene = world::load_scene(source_dir() / "tasks" / "planar_pushing.yaml");
+  for (auto& geometry : scene.objects[0].geometries) geometry.friction = 0.02;
+  smooth.model = world::Model::make(scene);
+  StepWorkspace work(smooth.model);
+  const Eigen::Vector2d u1(0.1, -0.09);
+  const SubstepLimits limits{.joint_travel = 0.05, .slide = 4e-3};
+  RolloutResult a, b;
+  ASSERT_EQ(rollout(*rough.model, rough.q, rough.u0, u1, {}, limits, rough.work, a), Status::Solved);
+  ASSERT_EQ(rollout(*smooth.model, smooth.q, smooth.u0, u1, {}, limits, work, b), Status::Solved);
+  EXPECT_EQ(b.knots.size(), 2u);  // as many as the joint limits ask for
+  EXPECT_GT(a.knots.size(), 3 * b.knots.size());
+}
+
 /// The sub-stepped motion converges: halving the sub-steps changes less and less.
 TEST(Rollout, SmallerSubsteps_Converge) {
   Push push;

@@ -18,7 +18,7 @@ struct RandomTree {
       world::retract(*model, model->neutral(), delta, node.q);
       const Eigen::MatrixXd B = Eigen::MatrixXd::NullaryExpr(model->n_v(), model->n_a(), [&] { return random.normal(); });
       node.local.set(node.q, B, model->n_qu(), model->n_vu(), 1e-4);
-      node.goal_ratio = i == 0 ? 10 : 0.9 * tree[node.parent].goal_ratio;  // every edge brought the object nearer
+      node.goal_distance = i == 0 ? 10 : 0.9 * tree[node.parent].goal_distance;  // every edge brought the object nearer
       tree.add(node, goal);
     }
   }
@@ -77,7 +77,7 @@ TEST(Tree, ExtensionWithoutProgress_IsNotTakenToTheGoalButStaysInTheTree) {
   for (const double share : {0.96, 0.94}) {
     Node node = t.tree[0];
     node.parent = 0;
-    node.goal_ratio = share * t.tree[0].goal_ratio;
+    node.goal_distance = share * t.tree[0].goal_distance;
     node.local.set(node.q, Eigen::MatrixXd::Identity(t.model->n_v(), t.model->n_a()), t.model->n_qu(), t.model->n_vu(), 1e-4);
     node.local.c_u = t.goal;  // at distance 0: it would be the first to be taken
     const int added = t.tree.add(node, t.goal);

@@ -46,7 +46,7 @@ ScriptedPlan run_script(Task task, const std::vector<Eigen::VectorXd>& commands)
 ScriptedPlan push_box() {
   Task task = load_task("planar_pushing");
   const Eigen::VectorXd u = task.problem.q_start.tail(2);
-  return run_script(std::move(task), {u + Eigen::Vector2d(0.05, 0.0), u + Eigen::Vector2d(0.05, 0.3), u + Eigen::Vector2d(0.05, 0.2)});
+  return run_script(std::move(task), {u + Eigen::Vector2d(0.05, -0.02), u + Eigen::Vector2d(0.05, 0.3), u + Eigen::Vector2d(0.05, 0.2)});
 }
 
 ScriptedPlan squeeze_ball() {

@@ -14,10 +14,11 @@ using core::Status;
 /// does so however small the command is.
 constexpr int kMaxHalvings = 4;
 
+/// Largest μ·slip: what friction counts for, an object on a slippery floor may go far in a sub-step.
 double largest_slide(const StepResult& result) {
   double slide = 0;
   for (const auto& c : result.contacts) {
-    if (c.active) slide = std::max(slide, c.slide());
+    if (c.active) slide = std::max(slide, c.contact.friction * c.slide());
   }
   return slide;
 }
@@ -42,7 +43,7 @@ int count_substeps(const world::Model& model, VectorRef u_start, VectorRef u_end
 }
 
 Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, VectorRef u_end, const StepOptions& options,
-               const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out) {
+               const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out, Overrun overrun) {
   limits.validate();
   core::require_size("u_start", u_start.size(), model.n_a());
   core::require_size("u_end", u_end.size(), model.n_a());
@@ -70,6 +71,10 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
     if (slide > limits.slide && ds > ds_min * (1 + 1e-9)) {
       ds = std::max(ds_min, 0.5 * ds);
       continue;
+    }
+    if (slide > limits.slide && overrun == Overrun::Stop) {
+      out.status = Status::MaxIterations;
+      return out.status;
     }
     out.max_slide = std::max(out.max_slide, slide);
     if (!out.knots.empty()) {

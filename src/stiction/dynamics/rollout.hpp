@@ -11,7 +11,7 @@ namespace stiction::dynamics {
 struct SubstepLimits {
   double joint_angle = 0.03;   ///< largest move of a revolute command [rad], > 0
   double joint_travel = 0.01;  ///< largest move of a prismatic command [m], > 0
-  double slide = 1e-3;         ///< largest slip at an active contact [m], > 0
+  double slide = 1e-3;         ///< largest μ·slip at an active contact, the gap that the relaxation opens there (2.3.4) [m], > 0
   int max_substeps = 400;      ///< per call, ≥ 1
   void validate() const;
 };
@@ -27,17 +27,24 @@ struct RolloutResult {
   core::Status status = core::Status::NumericalFailure;
   std::vector<Knot> knots;  ///< up to and including the last good sub-step
   int steps = 0;            ///< steps computed, including those redone with a shorter command
-  double max_slide = 0;     ///< [m] largest slip of an active contact in one accepted sub-step
+  double max_slide = 0;     ///< [m] largest μ·slip of an active contact in one accepted sub-step
   double min_phi = 0;       ///< [m] deepest signed distance met after the first sub-step, ≤ 0
+};
+
+/// What happens at a sub-step that slides too far however short it is.
+enum class Overrun {
+  Accept,  ///< it is taken, and shows in max_slide
+  Stop     ///< the rollout ends before it
 };
 
 /// Number of equal parts into which the command must be cut so that no joint moves farther than the limits, ≥ 1.
 int count_substeps(const world::Model& model, VectorRef u_start, VectorRef u_end, const SubstepLimits& limits);
 
 /// Moves the command from u_start to u_end in equal parts small enough for the limits, with the dynamics of options.
-/// A sub-step whose active contacts slide more than limits.slide is redone with half the command increment, four times at most.
-/// @returns Solved: u_end reached; MaxIterations: max_substeps used up; otherwise the status of the step that failed
+/// A sub-step in which μ times the slip of an active contact exceeds limits.slide is redone with half the command increment, four times at most.
+/// @returns Solved: u_end reached; MaxIterations: max_substeps used up, or stopped before a slide; otherwise the status of the step
+///          that failed
 core::Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, VectorRef u_end, const StepOptions& options,
-                     const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out);
+                     const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out, Overrun overrun = Overrun::Accept);
 
 }  // namespace stiction::dynamics

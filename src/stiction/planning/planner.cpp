@@ -11,6 +11,7 @@
 #include "stiction/core/parallel.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/planning/cone_least_squares.hpp"
 #include "stiction/planning/contact_sampler.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/regrasp.hpp"
@@ -35,6 +36,17 @@ constexpr int kMaxSettleSteps = 100;
 constexpr double kFallen = 0.05;
 /// Contact samples that all have to fail before the robot is said to be unable to touch an object.
 constexpr long kHopelessSamples = 100;
+/// Extensions in a row towards one subgoal.
+constexpr std::size_t kLongestChain = 12;
+/// They end when one leaves the object farther from the subgoal than this share of before.
+constexpr double kChainProgress = 0.95;
+/// Contacts farther apart than this do not bound an extension by their forces: those are tiny, and their linear models of no use [m].
+constexpr double kForceReach = 0.01;
+/// Share of the growths whose contact forces stay in their cones.
+constexpr double kInCones = 0.5;
+/// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
+/// is not tried again from the same node.
+constexpr double kSameCommand = 0.1;
 /// A contact edge must move the robot or an object at least this far to be worth a node [m or rad].
 constexpr double kMinMove = 1e-4;
 /// Extensions after which the search for a cheaper path turns to the next tree, as a multiple of those of the first solution …
@@ -65,11 +77,12 @@ struct Totals {
 
 /// Everything one thread needs.
 struct Worker {
-  explicit Worker(const std::shared_ptr<const Model>& model) : steps(model), locals(model), geometry(*model) {}
+  explicit Worker(const std::shared_ptr<const Model>& model) : steps(model), locals(model), geometry(*model), least_squares(model->n_a()) {}
 
   dynamics::StepWorkspace steps;
   dynamics::LocalModelWorkspace locals;
   GeometryWorkspace geometry;
+  ConeLeastSquares least_squares;
   dynamics::StepResult step_result;
   dynamics::RolloutResult rollout_result;
   dynamics::LocalModel local;
@@ -77,20 +90,23 @@ struct Worker {
   Node candidate;
 };
 
-/// One extension of the tree, from the draw of the subgoal to the new node.
+/// One growth of the tree, from the draw of the subgoal to the new nodes.
 struct Item {
   std::uint64_t stream = 0;
   int near = -1;  ///< −1: to be found by the worker
   bool grasp = false;
   bool to_goal = false;
   bool spectral = false;      ///< along a principal direction instead of to the subgoal
+  bool in_cones = false;      ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;    ///< qᵘ (n_qu)
   Eigen::VectorXd near_fine;  ///< Node::q_fine of `near`, when this item computed it
   int refined = -1;           ///< the node that it belongs to
   bool distrusted = false;    ///< it is too far from q to build on
   int unsupported = -1;       ///< a node at which letting go moves the object
-  bool accepted = false;
-  Node node;
+  Eigen::VectorXd command;    ///< that `near` was extended to (n_a); empty: it was not
+  std::vector<Node> chain;    ///< new nodes, each the parent of the next
+  std::size_t taken = 0;      ///< so many of them were extended towards the subgoal already
+  int broken = 0;             ///< edges given up at the end of the chain
   Totals totals;
 };
 
@@ -137,6 +153,8 @@ class Planner {
       smoothed_.tol_complementarity = kSampleComplementarity;
     q_goal_ = goal_configuration(problem, space_);
     if (problem.goal.region) goal_matters_ = bounded_coordinates(*problem.goal.region);
+    weights_ = Eigen::VectorXd::Ones(model_.n_vu());
+    if (refines()) weights_ = problem.goal.tol_angle * inverse_tolerances();
   }
 
   Status run() {
@@ -200,7 +218,7 @@ class Planner {
     set_edge(settle, model_, root);
     if (!linearise(root, 0, worker, totals_)) return false;
     if (refines() && !simulate_fine(problem_.q_start, u_start_, root.commands, false, worker, totals_, root.q_fine)) return false;
-    insert(std::move(root));
+    insert(std::move(root), false);
     return true;
   }
 
@@ -223,9 +241,9 @@ class Planner {
         totals_ += item.totals;
         if (item.refined >= 0) judge(item);
         if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
-        if (!item.accepted) continue;
-        const int node = insert(std::move(item.node));
-        if (options_.stop_at_goal && reaches_goal(node)) return Status::Solved;
+        result_.distrusted += item.broken;
+        if (item.command.size() > 0) tree_.add_tried(item.near, std::move(item.command));
+        if (insert(item)) return Status::Solved;
       }
       report();
       if (cannot_touch()) return Status::MaxIterations;
@@ -249,13 +267,18 @@ class Planner {
   /// deterministic.
   void draw(Item& item, long iteration) {
     item.stream = static_cast<std::uint64_t>(iteration) + 1;
-    item.accepted = item.distrusted = false;
+    item.distrusted = false;
+    item.command.resize(0);
+    item.chain.clear();
+    item.taken = 0;
+    item.broken = 0;
     item.refined = item.unsupported = -1;
     item.totals = Totals{};
     item.near = -1;
     item.spectral = false;
     core::Random random(options_.seed, item.stream << 1);
     item.grasp = random.chance(options_.grasp_probability);
+    item.in_cones = refines() && options_.scheme == Scheme::Analytic && random.chance(kInCones);
     item.subgoal = q_goal_;
     item.to_goal = random.chance(options_.goal_bias);
     if (item.to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
@@ -269,17 +292,61 @@ class Planner {
     if (item.near < 0) item.near = tree_.nearest(item.subgoal);
     if (refines() && tree_[item.near].q_fine.size() == 0) {
       item.refined = item.near;
-      item.distrusted = !refine(item.near, worker, item.totals, item.near_fine);
+      const Node& node = tree_[item.near];
+      const Node& parent = tree_[node.parent];
+      item.distrusted = !refine(parent, parent.q_fine, node, worker, item.totals, item.near_fine);
       if (item.distrusted) return;
     }
     core::Random random(options_.seed, (item.stream << 1) + 1);
     if (item.grasp) choose_regrasp_node(item);
-    item.accepted = item.grasp ? regrasp(item, random, worker) : extend(item, random, worker);
-    if (!item.accepted) return;
-    item.node.cost = cost_to(item.node);
-    item.accepted = item.node.cost < bound_;
-    if (!item.accepted) return;
-    item.accepted = linearise(item.node, item.stream, worker, item.totals);
+    const Node& near = tree_[item.near];
+    Node node;
+    node.parent = item.near;
+    if (!(item.grasp ? regrasp(item, random, worker, node) : extend(near, item, random, worker, item.command, node))) return;
+    if (!complete(near, item, worker, node)) return;
+    item.chain.push_back(std::move(node));
+    const Eigen::VectorXd& near_fine = near.q_fine.size() > 0 ? near.q_fine : item.near_fine;
+    while (refines() && goes_on(item, near) && lengthen(item, near, near_fine, random, worker)) {
+    }
+  }
+
+  /// Cost and local model of a new node; false where it is none.
+  bool complete(const Node& parent, Item& item, Worker& worker, Node& node) {
+    node.cost = cost_to(parent, node);
+    return node.cost < bound_ && linearise(node, item.stream, worker, item.totals);
+  }
+
+  /// The last node of the chain is worth another extension: it is a new grasp, or nearer the subgoal than the node before.
+  bool goes_on(const Item& item, const Node& near) const {
+    const auto& chain = item.chain;
+    if (chain.size() >= kLongestChain) return false;
+    const Node& last = chain.back();
+    if (last.edge == SegmentKind::Regrasp) return true;
+    const Node& before = chain.size() > 1 ? chain[chain.size() - 2] : near;
+    if (item.spectral) return false;
+    const double distance = distance_to_target(item, last.q);
+    return distance > options_.tolerance_fraction && distance < kChainProgress * distance_to_target(item, before.q);
+  }
+
+  /// One more extension towards the subgoal. False at the end of the chain; its last node is gone when it is not to be built on.
+  bool lengthen(Item& item, const Node& near, const Eigen::VectorXd& near_fine, core::Random& random, Worker& worker) {
+    auto& chain = item.chain;
+    const bool first = chain.size() == 1;
+    const Node& before = first ? near : chain[chain.size() - 2];
+    Node& last = chain.back();
+    if (!refine(before, first ? near_fine : before.q_fine, last, worker, item.totals, last.q_fine)) {
+      chain.pop_back();
+      ++item.broken;
+      return false;
+    }
+    item.taken = chain.size();
+    Node next;
+    Eigen::VectorXd command;
+    const bool extended = extend(last, item, random, worker, command, next) && complete(last, item, worker, next);
+    if (command.size() > 0) last.tried.push_back(std::move(command));
+    if (!extended) return false;
+    chain.push_back(std::move(next));
+    return true;
   }
 
   /// Plans are checked at half their sub-step, so the tree carries both states. Jumps and single steps are not refined.
@@ -311,15 +378,14 @@ class Planner {
 
   /// Computes Node::q_fine of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
   /// finger about to slip off would not survive the check of the plan. Done once, when the node is first built on.
-  bool refine(int i, Worker& worker, Totals& totals, Eigen::VectorXd& q_fine) {
-    const Node& node = tree_[i];
-    const Node& parent = tree_[node.parent];
+  bool refine(const Node& parent, const Eigen::VectorXd& parent_fine, const Node& node, Worker& worker, Totals& totals,
+              Eigen::VectorXd& q_fine) {
     q_fine = node.q;  // says that it was tried, whatever comes out
-    if (!simulate_fine(parent.q_fine, parent.u, node.commands, true, worker, totals, q_fine)) return false;
+    if (!simulate_fine(parent_fine, parent.u, node.commands, true, worker, totals, q_fine)) return false;
     const Goal& goal = problem_.goal;
     const int n_vu = model_.n_vu();
     Eigen::VectorXd before(n_vu), after(n_vu);
-    space_.error(parent.q.data(), parent.q_fine.data(), before.data());
+    space_.error(parent.q.data(), parent_fine.data(), before.data());
     space_.error(node.q.data(), q_fine.data(), after.data());
     const auto share = [&](const Eigen::VectorXd& e) { return largest_share(model_, e, goal.tol_position, goal.tol_angle); };
     return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
@@ -343,17 +409,18 @@ class Planner {
     return q;
   }
 
-  /// δu* of (P.2), cut or stretched to its length.
+  /// δu* of (P.2), cut or stretched to its length; with `forces`, the smoothed step that gave the local model, also (P.7).
   /// Towards a goal region, coordinates that it leaves free may go anywhere.
-  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal) const {
-    Eigen::VectorXd delta_u;
-    const Eigen::VectorXd lower = model_.lower() - q_a, upper = model_.upper() - q_a;
-    if (to_goal && problem_.goal.region) {
-      const Eigen::MatrixXd B = goal_matters_.asDiagonal() * local.B_u;
-      solve_bounded_least_squares(B, goal_matters_.cwiseProduct(e), options_.gamma, lower, upper, delta_u);
-    } else {
-      solve_bounded_least_squares(local.B_u, e, options_.gamma, lower, upper, delta_u);
-    }
+  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
+                            const dynamics::StepResult* forces, ConeLeastSquares& least_squares) const {
+    const Eigen::VectorXd lower = (model_.lower() - q_a).cwiseMin(0.0), upper = (model_.upper() - q_a).cwiseMax(0.0);
+    Eigen::VectorXd delta_u, w = weights_;
+    if (to_goal && problem_.goal.region) w = w.cwiseProduct(goal_matters_).eval();
+    const Eigen::MatrixXd B = w.asDiagonal() * local.B_u;
+    const Eigen::VectorXd we = w.cwiseProduct(e);
+    if (forces != nullptr) add_force_cones(*forces, least_squares);
+    if (forces == nullptr || !least_squares.solve(B, we, options_.gamma, lower, upper, delta_u))
+      solve_bounded_least_squares(B, we, options_.gamma, lower, upper, delta_u);
     const double length = delta_u.norm();
     if (length < 1e-9) return delta_u;
     if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
@@ -394,8 +461,7 @@ class Planner {
   }
 
   /// Of the path from the root [s].
-  double cost_to(const Node& node) const {
-    const Node& parent = tree_[node.parent];
+  double cost_to(const Node& parent, const Node& node) const {
     double cost = parent.cost + (node.edge == SegmentKind::Regrasp ? options_.cost.regrasp : 0.0);
     Eigen::VectorXd u = parent.u;
     for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
@@ -405,9 +471,28 @@ class Planner {
     return cost;
   }
 
-  /// Alg. 3 with joint limits: δu* = argmin ‖B_u δu − e‖² + γ‖δu‖², cut or stretched to its length, rolled out exactly.
-  bool extend(Item& item, core::Random& random, Worker& worker) {
-    const Node& near = tree_[item.near];
+  /// λ + D_λ_u δu in its friction cone, for every contact of the robot with an object that is nearer than kForceReach.
+  void add_force_cones(const dynamics::StepResult& step, ConeLeastSquares& least_squares) const {
+    least_squares.clear_cones();
+    Eigen::MatrixXd G(3, model_.n_a());
+    for (std::size_t i = 0; i < step.contacts.size(); ++i) {
+      const auto& c = step.contacts[i];
+      const double mu = c.contact.friction;
+      if (c.contact.phi > kForceReach || mu <= 0 || !chains_.touches_object(c.contact.pair) || chains_.mask_of_pair(c.contact.pair) == 0)
+        continue;
+      const auto D = step.D_lambda_u[i];
+      G.row(0) = mu * D.row(0);
+      G.bottomRows(2) = D.bottomRows(2);
+      const double scale = G.cwiseAbs().maxCoeff();
+      if (!(scale > 0)) continue;
+      G /= scale;
+      least_squares.add_cone(G, Eigen::Vector3d(mu * c.lambda[0], c.lambda[1], c.lambda[2]) / scale);
+    }
+  }
+
+  /// Alg. 3 with joint limits, rolled out exactly.
+  /// @param u  the command that is tried; empty where none was worth it, or one like it was tried from this node before
+  bool extend(const Node& near, Item& item, core::Random& random, Worker& worker, Eigen::VectorXd& u, Node& out) {
     const int n_a = model_.n_a();
     const Eigen::VectorXd q_a = near.q.tail(n_a);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
@@ -418,19 +503,27 @@ class Planner {
       space_.error(near.q.data(), near.q_fine.data(), difference.data());
       e -= 0.5 * difference;
     }
-    delta_u = item.spectral ? principal_direction(near.local, random) : extension(near.local, q_a, e, item.to_goal);
+    const bool in_cones = item.in_cones && !item.spectral;
+    if (in_cones) {  // the tree keeps no forces
+      worker.candidate.q = near.q;
+      if (!linearise_with_forces(worker.candidate, worker, item.totals)) return false;
+    }
+    delta_u = item.spectral ? principal_direction(near.local, random)
+                            : extension(near.local, q_a, e, item.to_goal, in_cones ? &worker.step_result : nullptr, worker.least_squares);
     if (delta_u.norm() < 1e-9) return false;
-    const Eigen::VectorXd u = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
-    if (!move(near, u, worker, item.totals, item.node)) return false;
-    item.node.parent = item.near;
-    item.node.edge = SegmentKind::Contact;
+    const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+    const double same = kSameCommand * (wanted - q_a).norm();
+    if (std::any_of(near.tried.begin(), near.tried.end(), [&](const auto& tried) { return (tried - wanted).norm() < same; })) return false;
+    if (refines()) u = wanted;
+    if (!move(near, wanted, worker, item.totals, out)) return false;
+    out.edge = SegmentKind::Contact;
     // Nodes that came to nothing only slow the search down.
     Eigen::VectorXd moved(model_.n_vu());
-    space_.error(near.q.data(), item.node.q.data(), moved.data());
-    return moved.cwiseAbs().maxCoeff() > kMinMove || (item.node.q.tail(n_a) - q_a).cwiseAbs().maxCoeff() > kMinMove;
+    space_.error(near.q.data(), out.q.data(), moved.data());
+    return moved.cwiseAbs().maxCoeff() > kMinMove || (out.q.tail(n_a) - q_a).cwiseAbs().maxCoeff() > kMinMove;
   }
 
-  /// Exact dynamics from a node to the command u: sub-steps, or one step as in the thesis.
+  /// Exact dynamics from a node towards the command u: sub-steps up to where a contact would slip far at once, or one step as in the thesis.
   bool move(const Node& from, const Eigen::VectorXd& u, Worker& worker, Totals& totals, Node& to) {
     worker.steps.forget();
     if (!options_.substep) {
@@ -447,15 +540,15 @@ class Planner {
       return true;
     }
     auto& r = worker.rollout_result;
-    const Status status = dynamics::rollout(model_, from.q, from.u, u, exact_, *options_.substep, worker.steps, r);
+    const Status status = dynamics::rollout(model_, from.q, from.u, u, exact_, *options_.substep, worker.steps, r, dynamics::Overrun::Stop);
     totals.steps += r.steps;
-    if (status != Status::Solved) {
-      if (status != Status::MaxIterations) ++totals.failed_steps;
+    if (status != Status::Solved && status != Status::MaxIterations) {
+      ++totals.failed_steps;
       return false;
     }
-    if (r.min_phi < -kMaxPenetration || r.max_slide > options_.substep->slide) return false;
+    if (r.knots.empty() || r.min_phi < -kMaxPenetration) return false;
     to.q = r.knots.back().q;
-    to.u = u;
+    to.u = r.knots.back().u;
     set_edge(r.knots, model_, to);
     return true;
   }
@@ -471,19 +564,21 @@ class Planner {
   double promised_distance(const Eigen::VectorXd& q, Item& item, Worker& worker) {
     Node& node = worker.candidate;
     node.q = q;
-    if (!linearise(node, item.stream, worker, item.totals)) return std::numeric_limits<double>::infinity();
+    const bool solved =
+        item.in_cones ? linearise_with_forces(node, worker, item.totals) : linearise(node, item.stream, worker, item.totals);
+    if (!solved) return std::numeric_limits<double>::infinity();
     const Eigen::VectorXd q_a = q.tail(model_.n_a());
     Eigen::VectorXd e(model_.n_vu());
     space_.error(node.local.c_u.data(), target(item, node.local.c_u).data(), e.data());
-    const Eigen::VectorXd delta_u = extension(node.local, q_a, e, item.to_goal);
+    const Eigen::VectorXd delta_u =
+        extension(node.local, q_a, e, item.to_goal, item.in_cones ? &worker.step_result : nullptr, worker.least_squares);
     e -= node.local.B_u * delta_u;
     if (item.to_goal && problem_.goal.region) e = e.cwiseProduct(goal_matters_).eval();
     return inverse_tolerances().cwiseProduct(e).norm();
   }
 
-  bool regrasp(Item& item, core::Random& random, Worker& worker) {
+  bool regrasp(Item& item, core::Random& random, Worker& worker, Node& node) {
     const Node& near = tree_[item.near];
-    Node& node = item.node;
     if (!options_.real_regrasps) {
       ++item.totals.regrasps.tried;
       const GraspDraw draw = draw_grasp(chains_, options_.sampler, random);
@@ -510,7 +605,6 @@ class Planner {
       node.u = worker.regrasp.knots.back().u;
       set_edge(worker.regrasp.knots, model_, node);
     }
-    node.parent = item.near;
     node.edge = SegmentKind::Regrasp;
     return true;
   }
@@ -531,6 +625,24 @@ class Planner {
     return true;
   }
 
+  /// The same by the analytic scheme; leaves the forces and their derivatives in the worker's step result.
+  bool linearise_with_forces(Node& node, Worker& worker, Totals& totals) {
+    const double sharpening = std::clamp(options_.goal_sharpening / goal_ratio(node.q), 1.0, options_.goal_sharpening);
+    dynamics::StepOptions smoothed = smoothed_;
+    smoothed.smoothing = std::get<dynamics::Analytic>(options_.local_model_scheme(0, sharpening));
+    smoothed.with_B = true;
+    smoothed.with_force_derivatives = true;
+    const Eigen::VectorXd u = node.q.tail(model_.n_a());
+    const Status status = dynamics::step(model_, {node.q, u}, smoothed, worker.steps, worker.step_result);
+    ++totals.linearisations;
+    if (status != Status::Solved) {
+      ++totals.failed_steps;
+      return false;
+    }
+    node.local.set(worker.step_result.q_next, worker.step_result.B, model_.n_qu(), model_.n_vu(), options_.gamma);
+    return true;
+  }
+
   /// Diagonal of a global metric (n_vu), empty for the local one.
   Eigen::VectorXd global_weights() const {
     const auto* global = std::get_if<GlobalMetric>(&options_.metric);
@@ -543,13 +655,26 @@ class Planner {
     return weights;
   }
 
-  int insert(Node node) {
+  /// The nodes of an item; true when one of them is at the goal and the search ends there.
+  bool insert(Item& item) {
+    int parent = item.near;
+    for (std::size_t k = 0; k < item.chain.size(); ++k) {
+      item.chain[k].parent = parent;
+      parent = insert(std::move(item.chain[k]), item.to_goal && k < item.taken);
+      if (options_.stop_at_goal && reaches_goal(parent)) return true;
+    }
+    return false;
+  }
+
+  /// @param taken  the node was extended towards the goal already
+  int insert(Node node, bool taken) {
     node.goal_ratio = goal_ratio(node.q);
+    node.goal_distance = distance(node.q, goal_from(node.q.head(model_.n_qu())));
     const double ratio = node.goal_ratio;
     if (options_.record_tree)
       result_.records.push_back({node.parent, node.edge, result_.iterations, node.q, node.local.c_u, node.local.B_u});
     const Eigen::VectorXd goal = goal_from(node.local.c_u);
-    const int i = tree_.add(std::move(node), goal);
+    const int i = tree_.add(std::move(node), goal, taken);
     if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
     return i;
   }
@@ -569,6 +694,16 @@ class Planner {
     control_.on_progress(progress);
   }
 
+  /// Distance of the objects from where an item wants them, in tolerances of the goal: all coordinates count, so that an object that is
+  /// turned first and brought back later gets nearer all the time.
+  double distance_to_target(const Item& item, const Eigen::VectorXd& q) const { return distance(q, target(item, q.head(model_.n_qu()))); }
+
+  double distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const {
+    Eigen::VectorXd e(model_.n_vu());
+    space_.error(q.data(), q_u.data(), e.data());
+    return inverse_tolerances().cwiseProduct(e).norm();
+  }
+
   // ---- the path ------------------------------------------------------------------------------------------------------------
   double goal_ratio(const Eigen::VectorXd& q) const {
     const GoalError error = goal_error(model_, q, problem_.goal);
@@ -580,9 +715,12 @@ class Planner {
     if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
     if (refines()) {
       Eigen::VectorXd q_fine = tree_[node].q_fine;
-      if (q_fine.size() == 0 && !refine(node, workers_[0], totals_, q_fine)) {
-        tree_.bury(node);
-        return false;
+      if (q_fine.size() == 0) {
+        const Node& parent = tree_[tree_[node].parent];
+        if (!refine(parent, parent.q_fine, tree_[node], workers_[0], totals_, q_fine)) {
+          tree_.bury(node);
+          return false;
+        }
       }
       tree_.set_fine(node, q_fine);
       if (goal_ratio(q_fine) > options_.tolerance_fraction) return false;
@@ -667,6 +805,7 @@ class Planner {
   dynamics::StepOptions exact_, smoothed_;
   Eigen::VectorXd q_goal_;        ///< qᵘ of the goal
   Eigen::VectorXd goal_matters_;  ///< of a goal region: bounded_coordinates (n_vu)
+  Eigen::VectorXd weights_;       ///< W of (P.2) (n_vu)
   Eigen::VectorXd u_start_;
   core::RunControl::Clock::time_point begin_ = core::RunControl::Clock::now();
   int best_ = -1;

@@ -23,7 +23,7 @@ void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, in
   S.llt().matrixL().solveInPlace(L_inv);
 }
 
-int Tree::add(Node node, const Eigen::VectorXd& q_goal) {
+int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
   const int i = size();
   if (global_weights_.size() == 0) {
     nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
@@ -37,9 +37,9 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal) {
   added.local.S.resize(0, 0);  // nearest_ has them
   added.local.L_inv.resize(0, 0);
   const bool stalled =
-      added.parent >= 0 && added.edge == SegmentKind::Contact && added.goal_ratio > kProgress * (*this)[added.parent].goal_ratio;
-  if (!stalled) to_goal_.push({nearest_.distance(i, q_goal.data()), i});
-  if (added.edge != SegmentKind::Regrasp) to_regrasp_.push({1 + added.goal_ratio, i});
+      added.parent >= 0 && added.edge == SegmentKind::Contact && added.goal_distance > kProgress * (*this)[added.parent].goal_distance;
+  if (!stalled && !taken) to_goal_.push({nearest_.distance(i, q_goal.data()), i});
+  if (added.edge != SegmentKind::Regrasp) to_regrasp_.push({1 + added.goal_distance, i});
   return i;
 }
 
@@ -59,7 +59,7 @@ int Tree::take_for_regrasp() {
     const int i = to_regrasp_.top().node;
     to_regrasp_.pop();
     if (nearest_.removed(i) || (*this)[i].unsupported) continue;
-    to_regrasp_.push({(1 + (*this)[i].goal_ratio) * (1 + kWear * ++regrasps_[static_cast<std::size_t>(i)]), i});
+    to_regrasp_.push({(1 + (*this)[i].goal_distance) * (1 + kWear * ++regrasps_[static_cast<std::size_t>(i)]), i});
     return i;
   }
   return -1;

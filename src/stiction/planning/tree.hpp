@@ -29,10 +29,12 @@ struct Node {
   Eigen::MatrixXd commands;  ///< of the edge's sub-steps, one column each (n_a × steps)
   Eigen::MatrixXd states;    ///< after each of them (n_q × steps)
   LocalModel local;
-  double goal_ratio = 0;     ///< worst of position and angle error, divided by the tolerance
-  Eigen::VectorXd q_fine;    ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
-  double cost = 0;           ///< of the path from the root [s]
-  bool unsupported = false;  ///< the object does not stay when the robot lets go
+  double goal_ratio = 0;                 ///< worst of position and angle error, divided by the tolerance
+  double goal_distance = 0;              ///< of all objects from the goal, in tolerances
+  Eigen::VectorXd q_fine;                ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
+  double cost = 0;                       ///< of the path from the root [s]
+  std::vector<Eigen::VectorXd> tried{};  ///< commands of extensions from here (n_a each)
+  bool unsupported = false;              ///< the object does not stay when the robot lets go
 };
 
 /// Nodes, and the orders in which the search takes them. No choice scans all nodes.
@@ -42,7 +44,8 @@ class Tree {
   explicit Tree(const ObjectSpace& space, Eigen::VectorXd global_weights = {})
       : nearest_(space), global_weights_(std::move(global_weights)) {}
 
-  int add(Node node, const Eigen::VectorXd& q_goal);
+  /// @param taken  it was taken towards the goal already
+  int add(Node node, const Eigen::VectorXd& q_goal, bool taken = false);
   int size() const { return static_cast<int>(nodes_.size()); }
   const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
 
@@ -56,6 +59,7 @@ class Tree {
   /// earlier choice makes a node less attractive. Marks it. −1 when none is left.
   int take_for_regrasp();
 
+  void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void set_unsupported(int i) { nodes_[static_cast<std::size_t>(i)].unsupported = true; }
   void set_fine(int i, Eigen::VectorXd q_fine) { nodes_[static_cast<std::size_t>(i)].q_fine = std::move(q_fine); }
 
