@@ -54,6 +54,12 @@ constexpr long kPatience = 4;
 constexpr long kLeastPatience = 1000;  ///< … or so many
 /// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves; a fifth faster.
 constexpr double kSampleComplementarity = 1e-6;
+/// A tree is given up for a new one when the objects have come no nearer the goal, by this share, …
+constexpr double kGain = 0.99;
+/// … for so many extensions and half of all that it had: how long a tree takes is spread widely, and most that stall stall for good.
+constexpr long kLeastStall = 1000;
+/// Keeps the seeds of later trees apart from the draws of the search.
+constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 /// Keeps the samples of local models apart from the draws of the search.
 constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
 
@@ -171,6 +177,11 @@ class Planner {
     return result_.status;
   }
 
+  /// The tree comes no nearer to the goal any more. Trees of jumps, and those that are to have a certain size, never stall.
+  bool stalled() const {
+    return options_.stop_at_goal && refines() && result_.iterations - last_gain_ > std::max(kLeastStall, result_.iterations / 2);
+  }
+
  private:
   // ---- root ----------------------------------------------------------------------------------------------------------------
   /// Lets the given start settle under the exact dynamics with the robot commanded where it is.
@@ -246,6 +257,7 @@ class Planner {
         if (insert(item)) return Status::Solved;
       }
       report();
+      if (stalled()) return Status::MaxIterations;
       if (cannot_touch()) return Status::MaxIterations;
     }
     return Status::MaxIterations;
@@ -671,6 +683,10 @@ class Planner {
     node.goal_ratio = goal_ratio(node.q);
     node.goal_distance = distance(node.q, goal_from(node.q.head(model_.n_qu())));
     const double ratio = node.goal_ratio;
+    if (node.goal_distance < kGain * least_distance_) {
+      least_distance_ = node.goal_distance;
+      last_gain_ = result_.iterations;
+    }
     if (options_.record_tree)
       result_.records.push_back({node.parent, node.edge, result_.iterations, node.q, node.local.c_u, node.local.B_u});
     const Eigen::VectorXd goal = goal_from(node.local.c_u);
@@ -809,6 +825,8 @@ class Planner {
   Eigen::VectorXd u_start_;
   core::RunControl::Clock::time_point begin_ = core::RunControl::Clock::now();
   int best_ = -1;
+  double least_distance_ = std::numeric_limits<double>::infinity();  ///< of the objects from the goal, in tolerances
+  long last_gain_ = 0;                                               ///< extensions after which it last became less
 
  public:
   Totals totals_;
@@ -951,6 +969,57 @@ double seconds_since(core::RunControl::Clock::time_point start) {
   return std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
 }
 
+double worst_share(const Plan& plan) {
+  return std::max(plan.error.position / plan.goal.tol_position, plan.error.angle / plan.goal.tol_angle);
+}
+
+/// Grows a tree, and a new one each time that one has stalled, until a path is found or the budget is used up.
+void search(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
+            core::RunControl::Clock::time_point start, PlanResult& best) {
+  core::RunControl following = control;
+  if (control.on_progress) {
+    following.on_progress = [&](core::Progress progress) {
+      if (best.iterations > 0) progress.best = std::min(progress.best, worst_share(best.plan));
+      progress.iteration += best.iterations;
+      progress.elapsed_s = seconds_since(start);
+      progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
+      if (control.deadline) {
+        const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
+        progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
+      }
+      control.on_progress(progress);
+    };
+  }
+  bool again = true;
+  for (std::uint64_t tree = 0; again; ++tree) {
+    PlannerOptions next = options;
+    if (tree > 0) next.seed = core::Random(options.seed ^ kTreeSeed, tree).bits();
+    next.max_iterations = options.max_iterations - static_cast<int>(best.iterations);
+    PlanResult found;
+    Planner planner(problem, next, following, std::numeric_limits<double>::infinity(), found);
+    const Status status = planner.run();
+    again = status == Status::MaxIterations && planner.stalled() && !control.stop() && found.iterations < next.max_iterations;
+    // Counts of all trees, everything else of the best.
+    PlanResult counts = tree == 0 ? found : best;
+    if (tree > 0) {
+      counts.iterations += found.iterations;
+      counts.nodes += found.nodes;
+      counts.distrusted += found.distrusted;
+    } else {
+      counts.seed = options.seed;
+    }
+    add_counts(planner.totals_, counts);
+    if (tree > 0 && (status == Status::Solved || worst_share(found.plan) < worst_share(best.plan))) {
+      counts.plan = std::move(found.plan);
+      counts.cost = found.cost;
+      counts.records = std::move(found.records);
+      counts.tree = std::move(found.tree);
+    }
+    counts.status = status;
+    best = std::move(counts);
+  }
+}
+
 /// Grows one tree after the other for cheaper paths, until the deadline, the budget or a cancel.
 void improve(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
              core::RunControl::Clock::time_point start, PlanResult& best) {
@@ -1007,11 +1076,8 @@ Status plan(const PlanningProblem& problem, const PlannerOptions& options, const
   require_reachable_goal(problem);
 
   result = PlanResult{};
-  result.seed = options.seed;
-  Planner planner(problem, options, control, std::numeric_limits<double>::infinity(), result);
-  const Status status = planner.run();
-  add_counts(planner.totals_, result);
-  if (status == Status::Solved) {
+  search(problem, options, control, start, result);
+  if (result.status == Status::Solved) {
     result.improvements.push_back({result.cost, result.iterations, seconds_since(start)});
     if (options.anytime) improve(problem, options, control, start, result);
   }
