@@ -12,6 +12,7 @@ A run that misses is lost in one piece: the one after whose start the object was
     model      the push misses by more than half of the tolerances even when it is started from the planned state at rest
     amplified  the push started alone follows its plan: what earlier pieces left behind grew
     simulation MuJoCo refused to go on
+    push       one of these two: not told apart with --whole-only
     sum        no piece is the one: the errors of all pieces together
 """
 
@@ -64,6 +65,8 @@ def find_cause(report):
         return "sum", number  # between two pieces, or after the last one
     if piece["kind"] == "regrasp":
         return "regrasp", number
+    if piece["alone"] is None:
+        return "push", number
     return ("model" if share(piece["alone"], "end") > 0.5 else "amplified"), number
 
 

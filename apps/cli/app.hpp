@@ -94,6 +94,7 @@ struct SimulateArguments {
   int substeps = 0;    ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = 0.05;
   double friction_scale = 1;
+  bool whole_only = false;  ///< pushes are not run by themselves as well
   int threads = 0;
   bool html = false;
   bool json = false;

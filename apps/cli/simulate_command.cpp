@@ -178,6 +178,7 @@ int run_simulate(const SimulateArguments& arguments) {
   options.speed.revolute *= arguments.speed;
   options.speed.prismatic *= arguments.speed;
   options.speed.pause = arguments.pause_s;
+  options.alone = !arguments.whole_only;
   options.threads = arguments.threads;
   simulation::PlantOptions plant_options;
   plant_options.rest_time = arguments.rest_time_s;

@@ -2,6 +2,7 @@
 
 #include "planning/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/planning/object_space.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::planning::test {
@@ -50,6 +51,48 @@ TEST(Planner, PlanarHand_ReachesTheGoalAtBothResolutions) {
         EXPECT_LE((knot.u - u).cwiseAbs().maxCoeff(), options.substep->joint_angle * (1 + 1e-9));
         u = knot.u;
       }
+    }
+  }
+}
+
+TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLess) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.edge_friction = 0.65;
+  const ObjectSpace space(*problem.model);
+  dynamics::StepWorkspace work(problem.model);
+  dynamics::StepResult r;
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    options.seed = seed;
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+    dynamics::StepOptions slippery = result.plan.step;
+    slippery.friction_scale = 0.65;
+    Eigen::VectorXd q_begin = result.plan.q_start;
+    for (const auto& segment : result.plan.segments) {
+      Eigen::VectorXd q = q_begin;
+      q_begin = segment.knots.back().q;
+      if (segment.kind != SegmentKind::Contact) continue;
+      for (const auto& knot : segment.knots) {
+        ASSERT_EQ(dynamics::step(*problem.model, {q, knot.u}, slippery, work, r), Status::Solved);
+        q = r.q_next;
+      }
+      const double share = options.fidelity_edge + 1e-3;
+      EXPECT_TRUE(objects_agree(*problem.model, space, q_begin, q, share * problem.goal.tol_position, share * problem.goal.tol_angle));
+    }
+  }
+}
+
+TEST(Planner, Friction_IsThatOfEveryStepOfThePlan) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.friction = 0.7;
+  PlanResult result;
+  ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+  EXPECT_EQ(result.plan.step.friction_scale, 0.7);
+  for (const auto& segment : result.plan.segments) {
+    for (const auto& knot : segment.knots) {
+      for (const auto& c : knot.contacts) EXPECT_LE(c.lambda.tail<2>().norm(), 0.7 * c.contact.friction * c.lambda[0] * (1 + 1e-6) + 1e-9);
     }
   }
 }
@@ -271,6 +314,10 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
+  EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");
+  EXPECT_EQ(message([](auto& o) { o.friction = 0; }), "planner.friction: got 0, expected a number in (0, 1]");
+  EXPECT_EQ(message([](auto& o) { o.squeeze = -1; }).substr(0, 15), "planner.squeeze");
+  EXPECT_EQ(message([](auto& o) { o.open_probability = 2; }), "planner.open_probability: got 2, expected a probability in [0, 1]");
   EXPECT_EQ(message([](auto& o) { o.regrasp_friction = 0; }), "planner.regrasp_friction: got 0, expected a number in (0, 1]");
 }
 

@@ -113,7 +113,8 @@ TEST(Refine, PushIntoTheAir_IsDroppedAndTheRegraspsAroundItBecomeOne) {
   EXPECT_EQ(r.pushes, 2);
   EXPECT_EQ(r.regrasps_before, 2);
   EXPECT_LE(r.regrasps, 1) << "the hand is where it was: it may not even have to let go";
-  EXPECT_LT(r.knots, r.knots_before);
+  EXPECT_EQ(r.plan.step.h, 0.02);
+  EXPECT_LT(r.knots, 5 * r.knots_before) << "every step of the plan becomes five";
   EXPECT_TRUE(r.plan.error.within(p.plan.goal));
   EXPECT_TRUE(r.fine_error.within(p.plan.goal));
   expect_consistent(*p.model, p.model, r.plan);
@@ -154,6 +155,43 @@ TEST(Refine, MotionlessTail_IsCut) {
   EXPECT_TRUE(r.plan.error.within(p.plan.goal));
 }
 
+/// A plan may end within the tolerance of its goal; the refined one goes there.
+TEST(Refine, LastPush_IsLedToTheGoal) {
+  Pushing p;
+  p.go(SegmentKind::Contact, {{0, 0.1}, {0, 0.15}});
+  p.set_goal();
+  p.plan.goal.X_WG.p.z() += 0.015;
+  RefineResult with, without;
+  ASSERT_EQ(p.run(with), Status::Solved);
+  EXPECT_EQ(with.corrected, 1);
+  EXPECT_LT(with.plan.error.position, 0.004);
+  EXPECT_LT(with.fine_error.position, 0.004);
+  expect_consistent(*p.model, p.model, with.plan);
+  VectorXd before = p.plan.u_start;
+  for (const auto& segment : with.plan.segments) {
+    for (const auto& knot : segment.knots) {
+      EXPECT_LE((knot.u - before).cwiseAbs().maxCoeff(), with.plan.substep.joint_travel * (1 + 1e-9));
+      before = knot.u;
+    }
+  }
+  p.refine_options.mpc_iterations = 0;
+  ASSERT_EQ(p.run(without), Status::Solved);
+  EXPECT_EQ(without.corrected, 0);
+  EXPECT_GT(without.plan.error.position, 0.01);
+}
+
+TEST(Refine, TimeStep_CutsEveryStepOfThePlan) {
+  for (const double h : {0.1, 0.05, 0.03}) {  // 0.03 does not divide 0.1
+    Pushing p = push_with_detour();
+    p.refine_options.h = h;
+    RefineResult r;
+    ASSERT_EQ(p.run(r), Status::Solved);
+    EXPECT_LE(r.plan.step.h, h + 1e-12);
+    EXPECT_NEAR(std::round(0.1 / r.plan.step.h), 0.1 / r.plan.step.h, 1e-9);
+    EXPECT_NEAR(r.plan.substep.joint_travel * 0.1, p.plan.substep.joint_travel * r.plan.step.h, 1e-12);
+  }
+}
+
 /// The planner's own plans: the goal is kept, joint limits hold, every state follows from the one before it.
 TEST(Refine, PlannedPath_StaysAPlan) {
   PlanningProblem problem = hand_problem();
@@ -168,7 +206,9 @@ TEST(Refine, PlannedPath_StaysAPlan) {
   expect_consistent(*problem.model, problem.model, r.plan);
   for (const auto& segment : r.plan.segments) {
     for (const auto& knot : segment.knots) {
-      EXPECT_TRUE((knot.u.array() >= problem.model->lower().array()).all() && (knot.u.array() <= problem.model->upper().array()).all());
+      constexpr double kRounding = 1e-12;  // of commands between two at a limit
+      EXPECT_GE((knot.u - problem.model->lower()).minCoeff(), -kRounding);
+      EXPECT_GE((problem.model->upper() - knot.u).minCoeff(), -kRounding);
     }
   }
   ASSERT_EQ(refine(problem.model, planned.plan, options, {}, {}, again), Status::Solved);

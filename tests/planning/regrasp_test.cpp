@@ -133,5 +133,62 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   EXPECT_EQ(counts.accepted + counts.no_sample + counts.no_path + counts.object_moved + counts.failed_step, 40);
 }
 
+/// With every finger in the air the ball rolls wherever gravity pulls it; a cube lies.
+TEST(TryRegrasp, WithTheWholeHandOpen_ABallIsFreeToRollAwayAndACubeIsNot) {
+  for (const bool round : {true, false}) {
+    const auto model = load_model(round ? "allegro_ball" : "allegro_cube");
+    const RobotChains chains(*model);
+    GeometryWorkspace geometry(*model);
+    dynamics::StepWorkspace steps(model);
+    Eigen::VectorXd q = allegro_start();
+    q.tail(16).setZero();  // the open hand, thumb aside
+    q[7 + 12] = 0.3;
+    if (!round) q[2] = 0.0415;
+    PlannerOptions options;
+    options.sampler = GenericSampler{.whole_probability = 1};
+    RegraspCounts kept, refused;
+    for (int attempt = 0; attempt < 15; ++attempt) {
+      for (const double probability : {1.0, 0.0}) {
+        core::Random random(10, static_cast<std::uint64_t>(attempt));
+        Regrasp regrasp;
+        options.open_probability = probability;
+        RegraspCounts& counts = probability > 0 ? kept : refused;
+        if (try_regrasp(*model, chains, options, q, q.tail(16), {}, random, geometry, steps, regrasp, counts)) {
+          EXPECT_EQ(regrasp.open, round);
+        }
+      }
+    }
+    EXPECT_GT(kept.accepted, 3) << (round ? "ball" : "cube");
+    EXPECT_EQ(kept.open, round ? kept.accepted : 0);
+    EXPECT_EQ(refused.accepted, round ? 0 : kept.accepted);
+    EXPECT_EQ(refused.too_open > 0, round);
+  }
+}
+
+TEST(TryRegrasp, Squeeze_LeavesCommandsAheadOfTheJointsThatTouch) {
+  const auto model = load_model("planar_hand");
+  const RobotChains chains(*model);
+  GeometryWorkspace geometry(*model);
+  dynamics::StepWorkspace steps(model);
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.squeeze = 0.02;
+  RegraspCounts counts;
+  int squeezed = 0;
+  for (int attempt = 0; attempt < 40; ++attempt) {
+    core::Random random(11, static_cast<std::uint64_t>(attempt));
+    Regrasp regrasp;
+    if (!try_regrasp(*model, chains, options, problem.q_start, problem.q_start.tail(4), {}, random, geometry, steps, regrasp, counts))
+      continue;
+    const auto& last = regrasp.knots.back();
+    const Eigen::VectorXd ahead = last.u - last.q.tail(4);
+    EXPECT_LT(ahead.cwiseAbs().maxCoeff(), 2 * options.squeeze) << "the squeeze, and what the other arm pushes back";
+    if (ahead.cwiseAbs().maxCoeff() < 1e-3) continue;
+    ++squeezed;
+    EXPECT_FALSE(last.contacts.empty()) << "the joints are held back by what they touch";
+  }
+  EXPECT_GT(squeezed, 5);
+}
+
 }  // namespace
 }  // namespace stiction::planning::test

@@ -244,6 +244,13 @@ std::optional<ContactSample> sample_contact(const world::Model& model, const Rob
                         work);
 }
 
+Eigen::VectorXd gap_gradient(const world::Model& model, const contact::Contact& contact, std::span<const int> joints,
+                             GeometryWorkspace& work) {
+  Eigen::VectorXd out(model.n_a());
+  gap_gradient(model, contact, joint_flags(model, {joints.begin(), joints.end()}), work, out);
+  return out;
+}
+
 bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
              GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
   const int n_a = model.n_a();

@@ -44,6 +44,10 @@ GraspDraw draw_grasp(const RobotChains& chains, const Sampler& sampler, core::Ra
 std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
                                             const GraspDraw& draw, const Eigen::VectorXd& q, core::Random& random, GeometryWorkspace& work);
 
+/// dφ/dqᵃ of one contact in the given joints, 0 elsewhere (n_a). The kinematics in `work` are those of the contact.
+Eigen::VectorXd gap_gradient(const world::Model& model, const contact::Contact& contact, std::span<const int> joints,
+                             GeometryWorkspace& work);
+
 /// Moves the joints of the branches in `moving` until every pair they move is at least `clearance` apart, by the shortest small
 /// steps; true when that succeeded within joint limits. Appends each posture to `path` (full q_a).
 bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,

@@ -77,6 +77,8 @@ struct Totals {
     regrasps.no_path += o.regrasps.no_path;
     regrasps.object_moved += o.regrasps.object_moved;
     regrasps.failed_step += o.regrasps.failed_step;
+    regrasps.open += o.regrasps.open;
+    regrasps.too_open += o.regrasps.too_open;
     return *this;
   }
 };
@@ -153,6 +155,7 @@ class Planner {
     for (int i = 0; i < pool_.size(); ++i) workers_.emplace_back(problem.model);
     exact_.h = options.h;
     exact_.regularisation = options.regularisation;
+    exact_.friction_scale = options.friction;
     smoothed_ = exact_;
     smoothed_.warm_start = false;
     if (options.scheme == Scheme::RandomizedFirst || options.scheme == Scheme::RandomizedZeroth)
@@ -400,7 +403,27 @@ class Planner {
     space_.error(parent.q.data(), parent_fine.data(), before.data());
     space_.error(node.q.data(), q_fine.data(), after.data());
     const auto share = [&](const Eigen::VectorXd& e) { return largest_share(model_, e, goal.tol_position, goal.tol_angle); };
-    return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
+    if (share(after) > options_.fidelity_path || share(after - before) > options_.fidelity_edge) return false;
+    return node.edge != SegmentKind::Contact || options_.edge_friction == 1 || holds_slippery(node, parent, worker, totals);
+  }
+
+  /// An edge does the same with every μ at edge_friction of it.
+  bool holds_slippery(const Node& node, const Node& parent, Worker& worker, Totals& totals) {
+    dynamics::StepOptions slippery = exact_;
+    slippery.friction_scale *= options_.edge_friction;
+    Eigen::VectorXd q = parent.q;
+    worker.steps.forget();
+    for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+      ++totals.steps;
+      if (dynamics::step(model_, {q, node.commands.col(k)}, slippery, worker.steps, worker.step_result) != Status::Solved) {
+        ++totals.failed_steps;
+        return false;
+      }
+      q = worker.step_result.q_next;
+    }
+    Eigen::VectorXd e(model_.n_vu());
+    space_.error(node.q.data(), q.data(), e.data());
+    return largest_share(model_, e, problem_.goal.tol_position, problem_.goal.tol_angle) <= options_.fidelity_edge;
   }
 
   void judge(Item& item) {
@@ -506,7 +529,7 @@ class Planner {
   /// @param u  the command that is tried; empty where none was worth it, or one like it was tried from this node before
   bool extend(const Node& near, Item& item, core::Random& random, Worker& worker, Eigen::VectorXd& u, Node& out) {
     const int n_a = model_.n_a();
-    const Eigen::VectorXd q_a = near.q.tail(n_a);
+    const Eigen::VectorXd q_a = resting_command(near);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
     const Eigen::VectorXd subgoal = target(item, near.local.c_u);
     space_.error(near.local.c_u.data(), subgoal.data(), e.data());
@@ -518,6 +541,7 @@ class Planner {
     const bool in_cones = item.in_cones && !item.spectral;
     if (in_cones) {  // the tree keeps no forces
       worker.candidate.q = near.q;
+      worker.candidate.u = near.u;
       if (!linearise_with_forces(worker.candidate, worker, item.totals)) return false;
     }
     delta_u = item.spectral ? principal_direction(near.local, random)
@@ -529,10 +553,18 @@ class Planner {
     if (refines()) u = wanted;
     if (!move(near, wanted, worker, item.totals, out)) return false;
     out.edge = SegmentKind::Contact;
+    out.open = false;
     // Nodes that came to nothing only slow the search down.
     Eigen::VectorXd moved(model_.n_vu());
     space_.error(near.q.data(), out.q.data(), moved.data());
-    return moved.cwiseAbs().maxCoeff() > kMinMove || (out.q.tail(n_a) - q_a).cwiseAbs().maxCoeff() > kMinMove;
+    return moved.cwiseAbs().maxCoeff() > kMinMove || (out.q.tail(n_a) - near.q.tail(n_a)).cwiseAbs().maxCoeff() > kMinMove;
+  }
+
+  /// Where the command of an extension starts from: the joints, and what is left of the squeeze of the command.
+  Eigen::VectorXd resting_command(const Node& node) const {
+    Eigen::VectorXd u = node.q.tail(model_.n_a());
+    if (options_.squeeze > 0) u += (node.u - u).cwiseMax(-options_.squeeze).cwiseMin(options_.squeeze);
+    return u;
   }
 
   /// Exact dynamics from a node towards the command u: sub-steps up to where a contact would slip far at once, or one step as in the thesis.
@@ -576,6 +608,7 @@ class Planner {
   double promised_distance(const Eigen::VectorXd& q, Item& item, Worker& worker) {
     Node& node = worker.candidate;
     node.q = q;
+    node.u = q.tail(model_.n_a());
     const bool solved =
         item.in_cones ? linearise_with_forces(node, worker, item.totals) : linearise(node, item.stream, worker, item.totals);
     if (!solved) return std::numeric_limits<double>::infinity();
@@ -615,6 +648,7 @@ class Planner {
       if (!held) return false;
       node.q = worker.regrasp.knots.back().q;
       node.u = worker.regrasp.knots.back().u;
+      node.open = worker.regrasp.open;
       set_edge(worker.regrasp.knots, model_, node);
     }
     node.edge = SegmentKind::Regrasp;
@@ -623,7 +657,7 @@ class Planner {
 
   /// Local model of a node. @param stream  of the samples of a randomised scheme
   bool linearise(Node& node, std::uint64_t stream, Worker& worker, Totals& totals) {
-    const Eigen::VectorXd u = node.q.tail(model_.n_a());
+    const Eigen::VectorXd u = resting_command(node);
     // Far from the goal a smooth model sees far; near it the force at a distance would hide the last millimetres.
     const double sharpening = std::clamp(options_.goal_sharpening / goal_ratio(node.q), 1.0, options_.goal_sharpening);
     const auto scheme = options_.local_model_scheme(stream, sharpening);
@@ -644,7 +678,7 @@ class Planner {
     smoothed.smoothing = std::get<dynamics::Analytic>(options_.local_model_scheme(0, sharpening));
     smoothed.with_B = true;
     smoothed.with_force_derivatives = true;
-    const Eigen::VectorXd u = node.q.tail(model_.n_a());
+    const Eigen::VectorXd u = resting_command(node);
     const Status status = dynamics::step(model_, {node.q, u}, smoothed, worker.steps, worker.step_result);
     ++totals.linearisations;
     if (status != Status::Solved) {
@@ -755,6 +789,7 @@ class Planner {
     plan.step = exact_;
     if (options_.substep) plan.substep = *options_.substep;
     plan.segments.clear();
+    totals_.regrasps.open_in_plan = std::count_if(path.begin(), path.end(), [this](int i) { return tree_[i].open; });
     for (const int i : path) {
       if (tree_[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree_[i]));
     }
@@ -877,6 +912,13 @@ void PlannerOptions::validate(const Model& model) const {
   if (substep) substep->validate();
   if (!(regrasp_friction > 0 && regrasp_friction <= 1))
     core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
+  for (const auto& [name, value] : {std::pair("planner.friction", friction), {"planner.edge_friction", edge_friction}}) {
+    if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{}", value), "a number in (0, 1]");
+  }
+  core::require_nonnegative("planner.squeeze", squeeze);
+  core::require_positive("planner.regrasp_clearance", regrasp_clearance);
+  core::require_nonnegative("planner.regrasp_tilt", regrasp_tilt);
+  probability("planner.open_probability", open_probability);
   core::require_positive("planner.regrasp_tol_position", regrasp_tol_position);
   core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
   core::require_positive("planner.release_tol_position", release_tol_position);

@@ -82,8 +82,15 @@ struct PlannerOptions {
   dynamics::Regularisation regularisation = dynamics::ByRule{};
   std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};  ///< nullopt: one single step per extension
   int grasp_candidates = 6;  ///< postures drawn for a regrasp, ≥ 1; the one that promises to bring the object nearest its subgoal is taken
-  bool real_regrasps = true;           ///< false: the robot jumps to its contact sample, as in the thesis's trees
-  double regrasp_friction = 0.8;       ///< regrasps must hold with every μ times this
+  bool real_regrasps = true;  ///< false: the robot jumps to its contact sample, as in the thesis's trees
+  double friction = 1.0;  ///< every μ of the plan is that of the scene times this: what slips in the world then slips in the plan as well
+  double edge_friction = 1.0;  ///< a node is built on only if its edge does the same with every μ times this; 1: not looked at
+  double squeeze = 0.0;  ///< commands stay up to this far ahead of the joints that push, so that a grasp keeps its force [rad or m], ≥ 0
+  double regrasp_friction = 0.8;    ///< regrasps must hold with every μ times this
+  double regrasp_clearance = 2e-3;  ///< that moving branches keep to everything between their contacts [m]
+  double regrasp_tilt =
+      0.1;  ///< an object that would not stay where it is let go if gravity came from this far aside is free to roll away [rad], ≥ 0 …
+  double open_probability = 1.0;       ///< … and such a regrasp is kept with this probability: the last resort
   double regrasp_tol_position = 2e-3;  ///< the object may move this much while branches move to their new contacts [m]
   double regrasp_tol_angle = 0.02;     ///< [rad]
   double release_tol_position = 5e-3;  ///< … and this much while they let go of it before: it settles on what is left [m]
@@ -119,6 +126,9 @@ struct RegraspCounts {
   long no_path = 0;       ///< no collision-free path
   long object_moved = 0;  ///< the object did not stay where it was
   long failed_step = 0;   ///< a step was not solved
+  long open = 0;          ///< of those accepted: the object was free to roll away
+  long too_open = 0;      ///< not accepted because of that
+  long open_in_plan = 0;  ///< of the plan: the object is free to roll away
 };
 
 /// A node of the tree as a user sees it.

@@ -9,6 +9,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -44,11 +45,19 @@ class Refiner {
         space_(model_),
         chains_(model_),
         steps_(model),
-        geometry_(model_) {
+        geometry_(model_),
+        optimizer_(model, options.threads) {
     exact_ = plan.step;
     exact_.smoothing = dynamics::Exact{};
     exact_.with_A = exact_.with_B = false;
     exact_.warm_start = false;  // every knot follows from the one before it alone
+    cuts_ = std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))));
+    exact_.h = plan.step.h / cuts_;
+    substep_ = plan.substep;
+    substep_.joint_angle /= cuts_;
+    substep_.joint_travel /= cuts_;
+    substep_.slide /= cuts_;
+    substep_.max_substeps *= cuts_;
   }
 
   Status run() {
@@ -59,6 +68,7 @@ class Refiner {
     const bool good = reaches_goal(plan_, 1.0, given);
     out_.fine_error = given.error;
     if (!good) return Status::NumericalFailure;
+    prepare_mpc();
     std::vector<Push> shorter = pushes;
     if (refine_.cut_tails) cut_tails(shorter);
     if (refine_.drop_pushes) drop_pushes(shorter);
@@ -73,7 +83,7 @@ class Refiner {
       rests_ = variant.rest;
       Plan built;
       least_clearance_ = std::numeric_limits<double>::infinity();
-      reconnected_ = 0;
+      reconnected_ = corrected_ = 0;
       const Status status = build(*variant.pushes, built);
       if (status == Status::Cancelled || status == Status::MaxIterations) return status;
       if (status != Status::Solved || !reaches_goal(built, options_.tolerance_fraction, verdict)) continue;
@@ -85,6 +95,7 @@ class Refiner {
       out_.variant = variant.name;
       out_.rests = rests_;
       out_.reconnected = reconnected_;
+      out_.corrected = corrected_;
       out_.least_clearance = reconnected_ > 0 ? least_clearance_ : 0.0;
       break;
     }
@@ -169,6 +180,8 @@ class Refiner {
   // ---- simulated anew ------------------------------------------------------------------------------------------------------------
   Status build(const std::vector<Push>& pushes, Plan& built) {
     built = plan_;
+    built.step.h = exact_.h;
+    built.substep = substep_;
     built.segments.clear();
     q_ = plan_.q_start;
     u_ = plan_.u_start;
@@ -185,10 +198,13 @@ class Refiner {
           return Status::Infeasible;
       }
       steps_.forget();
+      const Eigen::VectorXd q_before = q_, u_before = u_;
+      const std::size_t first = built.segments.size();
       for (const Segment& edge : push.edges) {
         if (!replay(edge, built)) return Status::Infeasible;
       }
       if (rests_ && !come_to_rest(built.segments.back())) return Status::Infeasible;
+      correct(q_before, u_before, i + 1 == pushes.size() ? q_goal_ : push.edges.back().knots.back().q, first, built);
     }
     return Status::Solved;
   }
@@ -200,8 +216,15 @@ class Refiner {
     return false;
   }
 
+  dynamics::StepOptions exact_of(const Plan& plan) const {
+    dynamics::StepOptions options = exact_;
+    options.h = plan.step.h;
+    return options;
+  }
+
   /// One sub-step of the exact dynamics, stored.
-  bool advance(const Eigen::VectorXd& u, Segment& segment) {
+  bool advance(const Eigen::VectorXd& command, Segment& segment) {
+    const Eigen::VectorXd u = command.cwiseMax(model_.lower()).cwiseMin(model_.upper());  // rounding
     if (!step(u, exact_)) return false;
     q_ = result_.q_next;
     u_ = u;
@@ -218,10 +241,11 @@ class Refiner {
   Plan with_forces() {
     Plan out = plan_;
     q_ = plan_.q_start;
+    const dynamics::StepOptions options = exact_of(plan_);
     for (Segment& segment : out.segments) {
       for (dynamics::Knot& knot : segment.knots) {
         knot.contacts.clear();
-        if (step(knot.u, exact_)) {
+        if (step(knot.u, options)) {
           for (const auto& c : result_.contacts) {
             if (c.active) knot.contacts.push_back(c);
           }
@@ -232,18 +256,105 @@ class Refiner {
     return out;
   }
 
+  /// In sub-steps that keep the limits of the plan.
+  bool advance_in_parts(const Eigen::VectorXd& u, Segment& segment) {
+    const Eigen::VectorXd u_before = u_;
+    const int parts = dynamics::count_substeps(model_, u_before, u, substep_);
+    for (int k = 1; k <= parts; ++k) {
+      const double s = static_cast<double>(k) / parts;
+      if (!advance(k == parts ? u : Eigen::VectorXd((1 - s) * u_before + s * u), segment)) return false;
+    }
+    return true;
+  }
+
+  /// The commands of a segment, in steps that are cuts_ times as short.
   bool replay(const Segment& from, Plan& built) {
     Segment& segment = built.segments.emplace_back(Segment{from.kind, {}});
-    return std::all_of(from.knots.begin(), from.knots.end(), [&](const auto& knot) { return advance(knot.u, segment); });
+    for (const auto& knot : from.knots) {
+      const Eigen::VectorXd u = u_;
+      for (int k = 1; k <= cuts_; ++k) {
+        const double s = static_cast<double>(k) / cuts_;
+        if (!advance(k == cuts_ ? knot.u : Eigen::VectorXd((1 - s) * u + s * knot.u), segment)) return false;
+      }
+    }
+    return true;
+  }
+
+  // ---- iMPC -----------------------------------------------------------------------------------------------------------------------
+  /// Distance of the object of the goal from where it should be, in tolerances of the goal.
+  double miss(const Eigen::VectorXd& q_target, const Eigen::VectorXd& q) const {
+    Eigen::VectorXd e(model_.n_vu());
+    space_.error(q_target.data(), q.data(), e.data());
+    return largest_share(model_, e, plan_.goal.tol_position, plan_.goal.tol_angle);
+  }
+
+  /// The push that was replayed last, from q_before on, in the segments from `first` on: where it ends away from the target, iMPC (Alg. 1) starts from
+  /// its commands. What comes out replaces them if it ends nearer.
+  void correct(const Eigen::VectorXd& q_before, const Eigen::VectorXd& u_before, const Eigen::VectorXd& q_target, std::size_t first,
+               Plan& built) {
+    const double missed = miss(q_target, q_);
+    if (refine_.mpc_iterations == 0 || missed <= refine_.mpc_share) return;
+    std::vector<Eigen::VectorXd> u, reference{q_before};
+    for (std::size_t s = first; s < built.segments.size(); ++s) {
+      for (const auto& knot : built.segments[s].knots) {
+        u.push_back(knot.u.cwiseMax(model_.lower()).cwiseMin(model_.upper()));
+        reference.push_back(knot.q);
+      }
+    }
+    reference.back().head(model_.n_qu()) = q_target.head(model_.n_qu());
+    mpc_.iterations = refine_.mpc_iterations;
+    if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, optimizer_, optimized_) != Status::Solved) return;
+    out_.steps += optimized_.steps;
+    const Eigen::VectorXd q_after = q_, u_after = u_;
+    std::vector<Segment> corrected;
+    q_ = q_before;
+    u_ = u_before;
+    bool good = true;
+    std::size_t t = 0;
+    for (std::size_t s = first; good && s < built.segments.size(); ++s) {
+      Segment& segment = corrected.emplace_back(Segment{SegmentKind::Contact, {}});
+      for (std::size_t k = 0; good && k < built.segments[s].knots.size(); ++k) good = advance_in_parts(optimized_.u[t++], segment);
+    }
+    if (good && miss(q_target, q_) < missed) {
+      std::move(corrected.begin(), corrected.end(), built.segments.begin() + static_cast<std::ptrdiff_t>(first));
+      ++corrected_;
+    } else {
+      q_ = q_after;
+      u_ = u_after;
+    }
+  }
+
+  /// The object in tolerances of the goal, at the end fully and on its way a little; changes of the command in limits of a sub-step.
+  void prepare_mpc() {
+    constexpr double kWay = 1e-2, kChange = 1e-2;
+    mpc_.step = exact_;
+    mpc_.scheme = options_.smoothing;
+    mpc_.threads = options_.threads;
+    mpc_.weights.Q = mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
+    for (int i = 0; i < model_.n_vu(); ++i) {
+      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      const double tolerance = revolute ? plan_.goal.tol_angle : plan_.goal.tol_position;
+      mpc_.weights.Qd[i] = 1 / (tolerance * tolerance);
+    }
+    mpc_.weights.Q = kWay * mpc_.weights.Qd;
+    mpc_.weights.R.resize(model_.n_a());
+    for (int j = 0; j < model_.n_a(); ++j) {
+      const bool revolute = model_.dofs()[static_cast<std::size_t>(model_.n_vu() + j)].kind == world::DofKind::Revolute;
+      const double limit = revolute ? substep_.joint_angle : substep_.joint_travel;
+      mpc_.weights.R[j] = kChange / (limit * limit);
+    }
+    const auto& object = model_.objects()[static_cast<std::size_t>(plan_.goal.object)];
+    q_goal_ = end_of(plan_);
+    q_goal_.segment(object.q_begin, object.n_q) = space_.coordinates(plan_.goal.object, plan_.goal.X_WG);
   }
 
   /// The regularisation holds objects back in every sub-step (S.3); in the world nothing does for long.
   bool come_to_rest(Segment& push) {
     constexpr int kMostKnots = 10;
-    for (int k = 0; k < kMostKnots; ++k) {
+    for (int k = 0; k < kMostKnots * cuts_; ++k) {
       const Eigen::VectorXd before = q_;
       if (!advance(u_, push)) return false;
-      if (share(before, q_) <= 0.01) {
+      if (share(before, q_) <= 0.01 / cuts_) {
         push.knots.pop_back();
         q_ = before;
         break;
@@ -329,7 +440,7 @@ class Refiner {
 
   bool roll_to(const Eigen::VectorXd& u, double position, double angle, Segment& segment) {
     if ((u - u_).cwiseAbs().maxCoeff() == 0) return true;
-    const Status status = dynamics::rollout(model_, q_, u_, u, exact_, plan_.substep, steps_, rollout_);
+    const Status status = dynamics::rollout(model_, q_, u_, u, exact_, substep_, steps_, rollout_);
     out_.steps += rollout_.steps;
     if (status != Status::Solved) {
       ++out_.failed_steps;
@@ -387,11 +498,12 @@ class Refiner {
     q_ = plan.q_start;
     Eigen::VectorXd u = plan.u_start;
     bool first = true;  // the given start may penetrate
+    const dynamics::StepOptions options = exact_of(plan);
     steps_.forget();
     for (const Segment& segment : plan.segments) {
       for (const auto& knot : segment.knots) {
         for (const Eigen::VectorXd& next : {Eigen::VectorXd(0.5 * (u + knot.u)), knot.u}) {
-          if (!step(next, exact_)) return false;
+          if (!step(next, options)) return false;
           for (const auto& c : result_.contacts) {
             if (!first) verdict.penetration = std::max(verdict.penetration, -c.contact.phi);
             if (c.active) verdict.force_gap = std::max(verdict.force_gap, c.anitescu_gap());
@@ -419,10 +531,16 @@ class Refiner {
   dynamics::StepOptions exact_;
   dynamics::StepResult result_;
   dynamics::RolloutResult rollout_;
-  Eigen::VectorXd q_, u_;  ///< where the simulation is
+  int cuts_ = 1;  ///< parts of a step of the plan
+  dynamics::SubstepLimits substep_;
+  trajopt::OptimizeOptions mpc_;
+  trajopt::OptimizeWorkspace optimizer_;
+  trajopt::OptimizeResult optimized_;
+  Eigen::VectorXd q_goal_;  ///< the objects at the goal, in a whole configuration
+  Eigen::VectorXd q_, u_;   ///< where the simulation is
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
-  int reconnected_ = 0;
+  int reconnected_ = 0, corrected_ = 0;
   bool rests_ = true;
 };
 
@@ -441,6 +559,9 @@ void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
 void RefineOptions::validate() const {
   if (clearances.empty()) core::throw_invalid("refine.clearances", "none", "at least one");
   for (const double clearance : clearances) core::require_positive("refine.clearances", clearance);
+  core::require_positive("refine.h", h);
+  if (mpc_iterations < 0) core::throw_invalid("refine.mpc_iterations", std::to_string(mpc_iterations), "0 or more");
+  core::require_positive("refine.mpc_share", mpc_share);
   core::require_positive("refine.motionless_position", motionless_position);
   core::require_positive("refine.motionless_angle", motionless_angle);
 }

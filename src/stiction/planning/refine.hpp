@@ -17,6 +17,9 @@ struct RefineOptions {
   bool drop_pushes = true;            ///< pushes that move no object are left out and the regrasps around them become one
   bool cut_tails = true;              ///< what follows the last motion of the objects in a push is left out
   bool rest = true;                   ///< commands of a push are held at its end until the objects rest in the model as well
+  double h = 0.02;                    ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
+  int mpc_iterations = 6;             ///< of iMPC for a push that ends away from the plan, ≥ 0 …
+  double mpc_share = 0.2;             ///< … by more than this share of the goal's tolerances; the last one is led to the goal itself
   bool reconnect = true;              ///< regrasps are planned anew; without it they are kept as they are
   double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
   double motionless_angle = 1e-3;     ///< … and [rad]
@@ -31,6 +34,7 @@ struct RefineResult {
   bool rests = false;   ///< pushes end at rest
   int pushes_before = 0, pushes = 0;
   int regrasps_before = 0, regrasps = 0;
+  int corrected = 0;    ///< pushes whose commands iMPC changed
   int reconnected = 0;  ///< regrasps that were planned anew; the others replay the commands of the plan
   long knots_before = 0, knots = 0;
   double least_clearance = 0;  ///< of the regrasps that were planned anew [m]; 0 without any

@@ -1,8 +1,10 @@
 #include "stiction/planning/regrasp.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "stiction/planning/object_space.hpp"
@@ -193,6 +195,7 @@ class RegraspRun {
       : q(q0), u(u0), model_(model), options_(options), steps_(steps), space_(model), q0_(q0), q_rest_(q0), out_(out) {
     step_.h = options.h;
     step_.regularisation = options.regularisation;
+    step_.friction_scale = options.friction;
     out_.knots.clear();
     steps_.forget();
   }
@@ -225,7 +228,7 @@ class RegraspRun {
     while (k < out_.knots.size() && fits_reduced_cones(out_.knots[k])) ++k;
     Eigen::VectorXd q_slippery = k == 0 ? q0_ : out_.knots[k - 1].q;
     dynamics::StepOptions slippery = step_;
-    slippery.friction_scale = options_.regrasp_friction;
+    slippery.friction_scale = options_.friction * options_.regrasp_friction;
     steps_.forget();
     for (; k < out_.knots.size(); ++k) {
       ++out_.steps;
@@ -240,7 +243,40 @@ class RegraspRun {
     return Outcome::Held;
   }
 
+  /// A free object does not stay where it is with what holds it now when gravity comes from options.regrasp_tilt aside.
+  bool rolls_away() {
+    if (options_.regrasp_tilt == 0) return false;
+    const Eigen::Vector3d gravity = model_.scene().gravity;
+    if (gravity.norm() == 0) return false;
+    Eigen::VectorXd tau = Eigen::VectorXd::Zero(model_.n_v());
+    const Eigen::Vector3d side = gravity.unitOrthogonal() * std::tan(options_.regrasp_tilt) * gravity.norm();
+    for (int direction = 0; direction < 4; ++direction) {
+      const Eigen::Vector3d aside = Eigen::AngleAxisd(direction * std::numbers::pi / 2, gravity.normalized()) * side;
+      bool any = false;
+      for (std::size_t i = 0; i < model_.objects().size(); ++i) {
+        if (model_.scene().objects[i].joint != world::ObjectJoint::Free) continue;
+        any = true;
+        tau.segment<3>(model_.objects()[i].v_begin) = model_.objects()[i].mass * aside;
+      }
+      if (!any) return false;
+      Eigen::VectorXd q_tilted = q;
+      steps_.forget();
+      for (int k = 0; k < kTiltSteps; ++k) {
+        ++out_.steps;
+        if (dynamics::step(model_, {q_tilted, u, &tau}, step_, steps_, step_result_) != Status::Solved) {
+          ++out_.failed_steps;
+          return true;
+        }
+        q_tilted = step_result_.q_next;
+        if (!objects_agree(model_, space_, q, q_tilted, kHeldPosition, kHeldAngle)) return true;
+      }
+    }
+    return false;
+  }
+
  private:
+  static constexpr int kTiltSteps = 3;
+  static constexpr double kHeldPosition = 5e-3, kHeldAngle = 0.1;  // motion of an object that is held [m], [rad]
   static constexpr int kMaxSettleSteps = 20;
   static constexpr double kResting = 1e-5;  // motion in a step that counts as none [m or rad]
 
@@ -265,7 +301,7 @@ class RegraspRun {
 
   bool fits_reduced_cones(const dynamics::Knot& knot) const {
     return std::all_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
-      return c.lambda.tail<2>().norm() <= options_.regrasp_friction * c.contact.friction * c.lambda[0];
+      return c.lambda.tail<2>().norm() <= options_.friction * options_.regrasp_friction * c.contact.friction * c.lambda[0];
     });
   }
 
@@ -292,6 +328,27 @@ Eigen::VectorXd relaxed_command(const world::Model& model, const RobotChains& ch
 Eigen::VectorXd command_of(const RobotChains& chains, ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
   for (const int j : chains.joints_of(moving)) u[j] = posture[j];
   return u;
+}
+
+/// The command u with every branch in `moving` that touches an object ahead of its posture by `squeeze` against the gap.
+Eigen::VectorXd squeezing_command(const world::Model& model, const RobotChains& chains, ChainMask moving, double squeeze,
+                                  const Eigen::VectorXd& q, const Eigen::VectorXd& u, GeometryWorkspace& geometry) {
+  constexpr double kNear = 1e-3;  // a gap that is closed by the squeeze [m]
+  Eigen::VectorXd out = u;
+  world::calc_kinematics(model, q, geometry.kinematics_work, geometry.kinematics);
+  for (int c = 0; c < chains.size(); ++c) {
+    if (!(moving >> c & 1)) continue;
+    const auto pairs = chains.object_pairs(c);
+    contact::query_pairs(model, geometry.kinematics, pairs, kNear, geometry.contact_work, geometry.contacts);
+    Eigen::VectorXd closing = Eigen::VectorXd::Zero(model.n_a());
+    const auto contacts = geometry.contacts;
+    for (const auto& contact : contacts) {
+      if (contact.phi < kNear) closing -= gap_gradient(model, contact, chains.joints(c), geometry);
+    }
+    const double largest = closing.cwiseAbs().maxCoeff();
+    if (largest > 1e-9) out += squeeze / largest * closing;
+  }
+  return out.cwiseMax(model.lower()).cwiseMin(model.upper());
 }
 
 /// The branches in `relaxed` stop pushing, those in `moving` back off, and the object settles: Moved where it goes too far, or after
@@ -362,7 +419,8 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
 
   // First with the squeeze of the branches that hold, then with everything let go.
   std::optional<RegraspRun> run;
-  const PathOptions path_options;
+  PathOptions path_options;
+  path_options.clearance = options.regrasp_clearance;
   Outcome outcome = Outcome::Moved;
   for (const ChainMask relaxed : {draw.moved, chains.all()}) {
     run.emplace(model, options, q, u, steps, out);
@@ -378,6 +436,11 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
     }
   }
   if (outcome != Outcome::Held) return count_failure(outcome);
+  out.open = run->rolls_away();
+  if (out.open && !random.chance(options.open_probability)) {
+    ++counts.too_open;
+    return false;
+  }
 
   const auto candidates = draw_candidates(model, chains, options, draw, run->q, cost, random, geometry);
   if (candidates.empty()) {
@@ -396,9 +459,14 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
     outcome = run->move(command_of(chains, draw.moved, posture, run->u));
     if (outcome != Outcome::Held) return count_failure(outcome);
   }
+  if (options.squeeze > 0) {
+    outcome = run->move(squeezing_command(model, chains, draw.moved, options.squeeze, run->q, run->u, geometry));
+    if (outcome != Outcome::Held) return count_failure(outcome);
+  }
   outcome = run->follow_slippery();
   if (outcome != Outcome::Held) return count_failure(outcome);
   ++counts.accepted;
+  counts.open += out.open;
   return true;
 }
 

@@ -36,6 +36,7 @@ struct Regrasp {
   std::vector<dynamics::Knot> knots;  ///< at full friction
   int steps = 0;                      ///< dynamics steps computed
   long failed_steps = 0;
+  bool open = false;         ///< the object is free to roll away meanwhile
   bool unsupported = false;  ///< the object moves as soon as every branch lets go: no sample can help at this node
 };
 

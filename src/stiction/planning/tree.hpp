@@ -35,6 +35,7 @@ struct Node {
   double cost = 0;                       ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};  ///< commands of extensions from here (n_a each)
   bool unsupported = false;              ///< the object does not stay when the robot lets go
+  bool open = false;                     ///< a regrasp during which the object is free to roll away
 };
 
 /// Nodes, and the orders in which the search takes them. No choice scans all nodes.

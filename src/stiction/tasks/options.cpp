@@ -216,7 +216,13 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "substep",
                     "single_step",
                     "real_regrasps",
+                    "friction",
+                    "edge_friction",
+                    "squeeze",
                     "regrasp_friction",
+                    "regrasp_clearance",
+                    "regrasp_tilt",
+                    "open_probability",
                     "regrasp_tol_position",
                     "regrasp_tol_angle",
                     "release_tol_position",
@@ -271,7 +277,13 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "substep")) out.substep = read_substep(*v);
   if (const auto v = given(node, "single_step"); v && v->boolean()) out.substep.reset();
   if (const auto v = given(node, "real_regrasps")) out.real_regrasps = v->boolean();
+  if (const auto v = given(node, "friction")) out.friction = v->positive();
+  if (const auto v = given(node, "edge_friction")) out.edge_friction = v->positive();
+  out.squeeze = node.nonnegative_or("squeeze", out.squeeze);
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
+  if (const auto v = given(node, "regrasp_clearance")) out.regrasp_clearance = v->positive();
+  out.regrasp_tilt = node.nonnegative_or("regrasp_tilt", out.regrasp_tilt);
+  if (const auto v = given(node, "open_probability")) out.open_probability = probability(*v);
   if (const auto v = given(node, "regrasp_tol_position")) out.regrasp_tol_position = v->positive();
   if (const auto v = given(node, "regrasp_tol_angle")) out.regrasp_tol_angle = v->positive();
   if (const auto v = given(node, "release_tol_position")) out.release_tol_position = v->positive();
@@ -337,7 +349,13 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
     out["single_step"] = true;
   }
   out["real_regrasps"] = o.real_regrasps;
+  out["friction"] = o.friction;
+  out["edge_friction"] = o.edge_friction;
+  out["squeeze"] = o.squeeze;
   out["regrasp_friction"] = o.regrasp_friction;
+  out["regrasp_clearance"] = o.regrasp_clearance;
+  out["regrasp_tilt"] = o.regrasp_tilt;
+  out["open_probability"] = o.open_probability;
   out["regrasp_tol_position"] = o.regrasp_tol_position;
   out["regrasp_tol_angle"] = o.regrasp_tol_angle;
   out["release_tol_position"] = o.release_tol_position;
