@@ -789,7 +789,7 @@ class Planner {
     plan.step = exact_;
     if (options_.substep) plan.substep = *options_.substep;
     plan.segments.clear();
-    totals_.regrasps.open_in_plan = std::count_if(path.begin(), path.end(), [this](int i) { return tree_[i].open; });
+    result_.regrasps.open_in_plan = std::count_if(path.begin(), path.end(), [this](int i) { return tree_[i].open; });
     for (const int i : path) {
       if (tree_[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree_[i]));
     }

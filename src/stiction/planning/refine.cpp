@@ -330,6 +330,7 @@ class Refiner {
     mpc_.step = exact_;
     mpc_.scheme = options_.smoothing;
     mpc_.threads = options_.threads;
+    mpc_.tolerance = 0.05;  // an iteration that gains less than this share of the cost is the last
     mpc_.weights.Q = mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
     for (int i = 0; i < model_.n_vu(); ++i) {
       const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
@@ -343,9 +344,13 @@ class Refiner {
       const double limit = revolute ? substep_.joint_angle : substep_.joint_travel;
       mpc_.weights.R[j] = kChange / (limit * limit);
     }
-    const auto& object = model_.objects()[static_cast<std::size_t>(plan_.goal.object)];
     q_goal_ = end_of(plan_);
-    q_goal_.segment(object.q_begin, object.n_q) = space_.coordinates(plan_.goal.object, plan_.goal.X_WG);
+    if (plan_.goal.region) {
+      project(model_, *plan_.goal.region, q_goal_.head(model_.n_qu()));
+    } else {
+      const auto& object = model_.objects()[static_cast<std::size_t>(plan_.goal.object)];
+      q_goal_.segment(object.q_begin, object.n_q) = space_.coordinates(plan_.goal.object, plan_.goal.X_WG);
+    }
   }
 
   /// The regularisation holds objects back in every sub-step (S.3); in the world nothing does for long.
