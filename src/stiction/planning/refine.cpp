@@ -330,7 +330,6 @@ class Refiner {
     mpc_.step = exact_;
     mpc_.scheme = options_.smoothing;
     mpc_.threads = options_.threads;
-    mpc_.tolerance = 0.05;  // an iteration that gains less than this share of the cost is the last
     mpc_.weights.Q = mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
     for (int i = 0; i < model_.n_vu(); ++i) {
       const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
