@@ -60,14 +60,20 @@ def test_plan_that_is_none_is_refused(stiction, real_plan: Path, tmp_path: Path)
     assert missing.returncode == 2 and "nothing.json" in missing.stderr
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_refined_plans_keep_every_promise_at_a_small_step(stiction, tmp_path: Path, seed: int) -> None:
-    assert stiction("plan", "planar_hand", "--seed", seed, "-o", tmp_path).returncode == 0
-    done = stiction("refine", tmp_path, "-o", tmp_path / "refined", "--json")
-    assert done.returncode == 0 and json.loads(done.stdout)["h"] <= 0.02
-    done = stiction("check", tmp_path / "refined", "--json")
-    assert done.returncode == 0, done.stderr
-    values = {check["name"]: check["value"] for check in json.loads(done.stdout)["checks"]}
-    assert values["penetration"] < 1e-3
-    assert values["joint_limits"] == 0
-    assert values["regrasp_contact"] == 0, "fingers that move touch nothing before the end"
+def test_refined_plans_keep_every_promise_at_a_small_step(stiction, tmp_path: Path) -> None:
+    refined = 0
+    for seed in range(4):
+        plan = tmp_path / str(seed)
+        assert stiction("plan", "planar_hand", "--seed", seed, "-o", plan).returncode == 0
+        done = stiction("refine", plan, "-o", plan / "refined", "--json")
+        assert done.returncode == 0, done.stderr
+        out = json.loads(done.stdout)
+        assert out["h"] <= 0.02 or out["variant"] == "unchanged"
+        refined += out["variant"] != "unchanged"
+        done = stiction("check", plan / "refined", "--json")
+        assert done.returncode == 0, done.stderr
+        values = {check["name"]: check["value"] for check in json.loads(done.stdout)["checks"]}
+        assert values["penetration"] < 1e-3
+        assert values["joint_limits"] == 0
+        assert values["regrasp_contact"] == 0, "fingers that move touch nothing before the end"
+    assert refined >= 2, "most plans can be refined"
