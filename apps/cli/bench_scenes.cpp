@@ -26,14 +26,17 @@ world::Scene ground_scene() {
   return scene;
 }
 
-/// The same state again and again, reached by a step from itself: at rest.
+/// The same state at rest again and again, reached from one that lies a little higher: a step from the very same one would find its contacts
+/// in the workspace.
 Scenario at_rest(const world::Scene& scene, const std::vector<Vector3d>& positions) {
   Scenario out;
   out.model = Model::make(scene);
   VectorXd q = out.model->neutral();
   for (std::size_t i = 0; i < positions.size(); ++i) q.segment<3>(out.model->objects()[i].q_begin) = positions[i];
   const VectorXd u(0);
-  out.states.assign(20, {q, u, q, u});
+  VectorXd q_before = q;
+  for (std::size_t i = 0; i < positions.size(); ++i) q_before[out.model->objects()[i].q_begin + 2] += 1e-6;
+  out.states.assign(20, {q_before, u, q, u});
   return out;
 }
 

@@ -73,9 +73,7 @@ void calc_samples(const Model& model, const StepInput& in, const Sampling& sampl
     s.q.resize(model.n_q());
     world::retract(model, in.q, s.w_q, s.q);
     s.u = in.u + s.w_u;
-    StepWorkspace& step_work = work.steps[static_cast<std::size_t>(worker)];
-    step_work.forget();  // what another sample left there must not count
-    s.step.status = step(model, {s.q, s.u, in.tau_ext, in.damping}, options, step_work, s.step);
+    s.step.status = step(model, {s.q, s.u, in.tau_ext, in.damping}, options, work.steps[static_cast<std::size_t>(worker)], s.step);
   });
 }
 
@@ -179,7 +177,7 @@ Status randomized(const Model& model, const StepInput& in, const Sampling& sampl
   options.smoothing = Exact{};
   options.with_A = options.with_B = false;
   options.with_force_derivatives = false;
-  work.steps[0].forget();
+  options.warm_start = false;  // what another sample left in a workspace must not count
   const Status status = step(model, in, options, work.steps[0], work.nominal);
   if (status != Status::Solved) return status;
   options.with_A = first_order && with_A;
@@ -199,7 +197,7 @@ Status single_step(const Model& model, const StepInput& in, const Smoothing& smo
   options.with_A = with_A;
   options.with_B = true;
   options.with_force_derivatives = false;
-  work.steps[0].forget();
+  options.warm_start = false;
   const Status status = step(model, in, options, work.steps[0], work.nominal);
   out.c = work.nominal.q_next;
   out.B = work.nominal.B;

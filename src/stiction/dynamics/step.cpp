@@ -156,7 +156,10 @@ struct StepWorkspace::Impl {
 StepWorkspace::StepWorkspace(std::shared_ptr<const Model> model) : impl_(std::make_unique<Impl>(std::move(model))) {}
 StepWorkspace::~StepWorkspace() = default;
 StepWorkspace::StepWorkspace(StepWorkspace&&) noexcept = default;
-void StepWorkspace::forget() { impl_->solver->forget(); }
+void StepWorkspace::forget() {
+  impl_->solver->forget();
+  impl_->q_seen.resize(0);
+}
 const Model& StepWorkspace::model() const { return *impl_->model; }
 
 namespace {
