@@ -68,7 +68,9 @@ class Transfer {
   }
 
  private:
-  simulation::SimulationOptions run_options() const { return {.record_interval = options_.record_interval, .control = &control_, .stop = {}}; }
+  simulation::SimulationOptions run_options() const {
+    return {.record_interval = options_.record_interval, .control = &control_, .stop = {}};
+  }
   double time_of(Eigen::Index knot) const { return trajectory_.times[knot]; }
 
   /// The trajectory, its last command held.

@@ -512,7 +512,7 @@ class Planner {
     Eigen::MatrixXd G(3, model_.n_a());
     for (std::size_t i = 0; i < step.contacts.size(); ++i) {
       const auto& c = step.contacts[i];
-      const double mu = c.contact.friction;
+      const double mu = c.contact.friction * exact_.friction_scale;
       if (c.contact.phi > kForceReach || mu <= 0 || !chains_.touches_object(c.contact.pair) || chains_.mask_of_pair(c.contact.pair) == 0)
         continue;
       const auto D = step.D_lambda_u[i];

@@ -377,9 +377,10 @@ class Checker {
     penetration_.see(depth, [&] { return here("stored " + pair_name(pair)); });
     check_display(knot);
     check_stored_cones(knot);
-    if (!step(normalised(q_before), knot.u)) return;
+    const Eigen::VectorXd q_from = normalised(q_before);
+    if (!step(q_from, knot.u)) return;
     compare_states(result_.q_next, q, stored_position_, stored_angle_);
-    check_stored_forces(knot);
+    check_stored_forces(q_from, knot);
   }
 
   void compare_states(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Worst& position, Worst& angle) {
@@ -412,30 +413,47 @@ class Checker {
     return a + b > 0 ? 2 * a * b / (a + b) : 0;
   }
 
-  /// Redundant contacts may share a load in many ways, so only the sum over the contacts of each object is compared.
-  void check_stored_forces(const StoredKnot& knot) {
-    const std::size_t n = model_.objects().size();
-    std::vector<Eigen::Vector3d> stored(n, Eigen::Vector3d::Zero()), simulated(n, Eigen::Vector3d::Zero());
-    double largest = reference_force_;
-    const auto add = [&](std::vector<Eigen::Vector3d>& sums, int a, int b, const Eigen::Vector3d& force) {
-      for (const auto& [geometry, sign] : {std::pair{a, 1.0}, std::pair{b, -1.0}}) {
-        const auto& body = model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)];
-        if (body.kind == world::BodyKind::Object) sums[static_cast<std::size_t>(body.owner)] += sign * force;
-      }
+  /// Redundant contacts may share a load in many ways, and a hinge takes whatever does not turn it: what is compared is the sum over the
+  /// contacts along every coordinate that an object slides along or, where it is held by a joint, turns about (as a force at the longest lever).
+  void check_stored_forces(const Eigen::VectorXd& q_before, const StoredKnot& knot) {
+    struct Force {
+      int a, b;  // geometries
+      Eigen::Vector3d point_W, force_W;
     };
-    for (const auto& c : knot.contacts) {
-      add(stored, c.a, c.b, c.force_W);
-      largest = std::max(largest, c.force_W.norm());
-    }
+    std::vector<Force> stored, simulated;
+    for (const auto& c : knot.contacts) stored.push_back({c.a, c.b, c.point_W, c.force_W});
     for (const auto& c : result_.contacts) {
       const auto& pair = model_.pairs()[static_cast<std::size_t>(c.contact.pair)];
-      const Eigen::Vector3d force =
-          (c.contact.nhat_BA_W * c.lambda[0] + c.contact.t1_W * c.lambda[1] + c.contact.t2_W * c.lambda[2]) / step_options_.h;
-      add(simulated, pair.geometry_a, pair.geometry_b, force);
-      largest = std::max(largest, force.norm());
+      simulated.push_back({pair.geometry_a, pair.geometry_b, c.contact.p_WB, dynamics::calc_wrench(c, step_options_.h).head<3>()});
     }
-    for (std::size_t i = 0; i < n; ++i) {
-      stored_force_.see((stored[i] - simulated[i]).norm() / largest, [&] { return here(plan_.objects[i].name); });
+    double largest = reference_force_;
+    for (const auto* forces : {&stored, &simulated}) {
+      for (const Force& f : *forces) largest = std::max(largest, f.force_W.norm());
+    }
+    world::calc_kinematics(model_, q_before, kinematics_work_, kinematics_);
+    for (const auto& object : model_.objects()) {
+      for (int v = object.v_begin; v < object.v_begin + object.n_v; ++v) {
+        const bool revolute = model_.dofs()[static_cast<std::size_t>(v)].kind == world::DofKind::Revolute;
+        if (revolute && object.n_v == 6) continue;
+        const Eigen::Vector3d axis = kinematics_.axis_W.col(v), origin = kinematics_.origin_W.col(v);
+        const auto direction = [&](const Eigen::Vector3d& point) { return revolute ? Eigen::Vector3d(axis.cross(point - origin)) : axis; };
+        const auto moves = [&](int geometry) {
+          const auto& dofs = model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)].dofs;
+          return std::find(dofs.begin(), dofs.end(), v) != dofs.end();
+        };
+        double lever = revolute ? 1e-3 : 1.0;
+        const auto along = [&](const std::vector<Force>& forces) {
+          double sum = 0;
+          for (const Force& f : forces) {
+            const double sign = static_cast<double>(moves(f.a)) - static_cast<double>(moves(f.b));
+            sum += sign * direction(f.point_W).dot(f.force_W);
+            if (sign != 0) lever = std::max(lever, direction(f.point_W).norm());
+          }
+          return sum;
+        };
+        const double difference = along(stored) - along(simulated);
+        stored_force_.see(std::abs(difference) / lever / largest, [&] { return here(object.name); });
+      }
     }
   }
 

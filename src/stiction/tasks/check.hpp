@@ -43,7 +43,7 @@ struct CheckOptions {
   double quaternion_norm = 1e-6;  ///< allowed deviation from 1
   double stored_position = 1e-4;  ///< allowed difference between a stored knot and one full sub-step from the knot before it [m]
   double stored_angle = 1e-3;     ///< the same for angles and joints [rad]
-  double stored_force = 0.05;     ///< allowed difference of the stored net force on an object, relative to the largest force
+  double stored_force = 0.05;     ///< allowed difference of the stored forces along an object's coordinates, relative to the largest force
   double display = 2e-6;          ///< allowed rounding of body poses
 };
 
