@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 
@@ -20,6 +21,8 @@ using world::Model;
 /// Penetration and Anitescu's gap at an active contact that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
 /// allows 1 mm.
 constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.9e-3;
+/// A push that ends farther than this from where it did in the plan, in tolerances of the goal, is not made good by those after it.
+constexpr double kLost = 2;
 /// A branch whose posture differs by more than this between two pushes has moved [rad or m].
 constexpr double kMoved = 5e-3;
 
@@ -51,13 +54,6 @@ class Refiner {
     exact_.smoothing = dynamics::Exact{};
     exact_.with_A = exact_.with_B = false;
     exact_.warm_start = false;  // every knot follows from the one before it alone
-    cuts_ = std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))));
-    exact_.h = plan.step.h / cuts_;
-    substep_ = plan.substep;
-    substep_.joint_angle /= cuts_;
-    substep_.joint_travel /= cuts_;
-    substep_.slide /= cuts_;
-    substep_.max_substeps *= cuts_;
   }
 
   Status run() {
@@ -68,7 +64,6 @@ class Refiner {
     const bool good = reaches_goal(plan_, 1.0, given);
     out_.fine_error = given.error;
     if (!good) return Status::NumericalFailure;
-    prepare_mpc();
     std::vector<Push> shorter = pushes;
     if (refine_.cut_tails) cut_tails(shorter);
     if (refine_.drop_pushes) drop_pushes(shorter);
@@ -77,9 +72,20 @@ class Refiner {
       const std::vector<Push>* pushes;
       bool rest;
     };
-    for (const Variant& variant : {Variant{"shortened", &shorter, true}, Variant{"shortened", &shorter, false},
-                                   Variant{"reconnected", &pushes, true}, Variant{"reconnected", &pushes, false}}) {
+    using Trial = std::pair<Variant, int>;  // and its sub-steps for each of the plan's
+    const std::initializer_list<Variant> variants = {
+        {"shortened", &shorter, true}, {"shortened", &shorter, false}, {"reconnected", &pushes, true}, {"reconnected", &pushes, false}};
+    const int cuts = std::max(1, static_cast<int>(std::ceil(plan_.step.h / refine_.h * (1 - 1e-12))));
+    std::vector<Trial> trials;
+    if (cuts > 1) {  // what is not shorter is left for the steps of the plan: trials of small ones, with iMPC, take most of the time
+      for (const Variant& v : variants) {
+        if (v.pushes == &shorter) trials.push_back({v, cuts});
+      }
+    }
+    for (const Variant& v : variants) trials.push_back({v, 1});
+    for (const auto& [variant, n_cuts] : trials) {
       if (variant.rest && !refine_.rest) continue;
+      cut_steps(n_cuts);
       rests_ = variant.rest;
       Plan built;
       least_clearance_ = std::numeric_limits<double>::infinity();
@@ -204,10 +210,27 @@ class Refiner {
         if (!replay(edge, built)) return Status::Infeasible;
       }
       if (rests_ && !come_to_rest(built.segments.back())) return Status::Infeasible;
-      correct(q_before, u_before, i + 1 == pushes.size() ? q_goal_ : push.edges.back().knots.back().q, first, built);
+      const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
+      correct(q_before, u_before, i + 1 == pushes.size() ? q_goal_ : q_planned, first, built);
+      if (!coarse() && i + 1 < pushes.size() && miss(q_planned, q_) > kLost) return Status::Infeasible;
     }
     return Status::Solved;
   }
+
+  /// Every sub-step of the plan in so many of the same length.
+  void cut_steps(int cuts) {
+    cuts_ = cuts;
+    exact_.h = plan_.step.h / cuts;
+    substep_ = plan_.substep;
+    substep_.joint_angle /= cuts;
+    substep_.joint_travel /= cuts;
+    substep_.slide /= cuts;
+    substep_.max_substeps *= cuts;
+    prepare_mpc();
+  }
+
+  /// At steps of the plan that are longer than asked for: the last resort, where pushes end as planned and iMPC only makes things worse.
+  bool coarse() const { return exact_.h > refine_.h * (1 + 1e-9); }
 
   bool step(const Eigen::VectorXd& u, const dynamics::StepOptions& options) {
     ++out_.steps;
@@ -293,7 +316,7 @@ class Refiner {
   void correct(const Eigen::VectorXd& q_before, const Eigen::VectorXd& u_before, const Eigen::VectorXd& q_target, std::size_t first,
                Plan& built) {
     const double missed = miss(q_target, q_);
-    if (refine_.mpc_iterations == 0 || missed <= refine_.mpc_share) return;
+    if (coarse() || refine_.mpc_iterations == 0 || missed <= refine_.mpc_share) return;
     std::vector<Eigen::VectorXd> u, reference{q_before};
     for (std::size_t s = first; s < built.segments.size(); ++s) {
       for (const auto& knot : built.segments[s].knots) {
@@ -330,6 +353,7 @@ class Refiner {
     mpc_.step = exact_;
     mpc_.scheme = options_.smoothing;
     mpc_.threads = options_.threads;
+    mpc_.qp_tolerance = 1e-3;  // the step is judged by the dynamics
     mpc_.weights.Q = mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
     for (int i = 0; i < model_.n_vu(); ++i) {
       const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
