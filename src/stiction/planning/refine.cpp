@@ -192,6 +192,7 @@ class Refiner {
     q_ = plan_.q_start;
     u_ = plan_.u_start;
     steps_.forget();
+    mpc_work_ = 0;
     for (const Segment& segment : plan_.segments) {
       if (segment.kind == SegmentKind::Settle && !replay(segment, built)) return Status::NumericalFailure;
     }
@@ -213,6 +214,7 @@ class Refiner {
       const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
       correct(q_before, u_before, i + 1 == pushes.size() ? q_goal_ : q_planned, first, built);
       if (!coarse() && i + 1 < pushes.size() && miss(q_planned, q_) > kLost) return Status::Infeasible;
+      if (mpc_work_ > refine_.mpc_work) return Status::Infeasible;
     }
     return Status::Solved;
   }
@@ -325,6 +327,8 @@ class Refiner {
       }
     }
     reference.back().head(model_.n_qu()) = q_target.head(model_.n_qu());
+    mpc_work_ += static_cast<double>(u.size()) * std::pow(model_.n_v() + model_.n_a(), 3);
+    if (mpc_work_ > refine_.mpc_work) return;
     mpc_.iterations = refine_.mpc_iterations;
     if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, optimizer_, optimized_) != Status::Solved) return;
     out_.steps += optimized_.steps;
@@ -559,7 +563,8 @@ class Refiner {
   dynamics::StepOptions exact_;
   dynamics::StepResult result_;
   dynamics::RolloutResult rollout_;
-  int cuts_ = 1;  ///< parts of a step of the plan
+  int cuts_ = 1;         ///< parts of a step of the plan
+  double mpc_work_ = 0;  ///< of the trial so far, as in RefineOptions
   dynamics::SubstepLimits substep_;
   trajopt::OptimizeOptions mpc_;
   trajopt::OptimizeWorkspace optimizer_;
@@ -590,6 +595,7 @@ void RefineOptions::validate() const {
   core::require_positive("refine.h", h);
   if (mpc_iterations < 0) core::throw_invalid("refine.mpc_iterations", std::to_string(mpc_iterations), "0 or more");
   core::require_positive("refine.mpc_share", mpc_share);
+  core::require_nonnegative("refine.mpc_work", mpc_work);
   core::require_positive("refine.motionless_position", motionless_position);
   core::require_positive("refine.motionless_angle", motionless_angle);
 }

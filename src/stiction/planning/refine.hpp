@@ -14,12 +14,14 @@ struct RefineOptions {
   std::uint64_t seed = 0;  ///< of the searches for regrasp paths
   /// Distances that moving branches keep to everything, tried in this order [m], each > 0. The first is a length that errors of an execution stay below.
   std::vector<double> clearances = {0.02, 0.01, 0.005, 0.002};
-  bool drop_pushes = true;            ///< pushes that move no object are left out and the regrasps around them become one
-  bool cut_tails = true;              ///< what follows the last motion of the objects in a push is left out
-  bool rest = true;                   ///< commands of a push are held at its end until the objects rest in the model as well
-  double h = 0.02;                    ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
-  int mpc_iterations = 6;             ///< of iMPC for a push that ends away from the plan, ≥ 0 …
-  double mpc_share = 0.2;             ///< … by more than this share of the goal's tolerances; the last one is led to the goal itself
+  bool drop_pushes = true;  ///< pushes that move no object are left out and the regrasps around them become one
+  bool cut_tails = true;    ///< what follows the last motion of the objects in a push is left out
+  bool rest = true;         ///< commands of a push are held at its end until the objects rest in the model as well
+  double h = 0.02;          ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
+  int mpc_iterations = 6;   ///< of iMPC for a push that ends away from the plan, ≥ 0 …
+  double mpc_share = 0.2;   ///< … by more than this share of the goal's tolerances; the last one is led to the goal itself
+  double mpc_work =
+      5e7;  ///< Σ T (n_v + n_a)³ over the pushes of a trial that iMPC looks at, T their steps; a trial that asks for more is given up, ≥ 0
   bool reconnect = true;              ///< regrasps are planned anew; without it they are kept as they are
   double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
   double motionless_angle = 1e-3;     ///< … and [rad]
