@@ -327,9 +327,7 @@ class Bench {
       options.max_iterations = kTreeIterations;
       options.stop_at_goal = false;
       core::RunControl control = make_run_control();
-      control.on_progress = [&](const core::Progress&) {
-        line_.show(fmt::format("growing {}, tree {} of {}", entry.row, r + 1, repeat));
-      };
+      control.on_progress = [&](const core::Progress&) { line_.show(fmt::format("growing {}, tree {} of {}", entry.row, r + 1, repeat)); };
       planning::PlanResult result;
       const auto start = Clock::now();
       const Status status = planning::plan(task.problem, options, control, result);

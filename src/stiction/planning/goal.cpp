@@ -16,7 +16,7 @@ constexpr double kTurn = 2 * std::numbers::pi;
 /// The number in [lower, upper] that is nearest to x; for an angle modulo 2π.
 double nearest(double x, double lower, double upper, bool angle) {
   if (!angle) return std::clamp(x, lower, upper);
-  if (!std::isfinite(lower) || !std::isfinite(upper)) return x;  // one turn more is in any half-line
+  if (!std::isfinite(lower) || !std::isfinite(upper)) return x;               // one turn more is in any half-line
   const double beyond = x - lower - kTurn * std::floor((x - lower) / kTurn);  // how far above the lower end, in [0, 2π)
   const double width = upper - lower;
   if (beyond <= width) return x;
