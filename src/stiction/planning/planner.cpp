@@ -655,38 +655,38 @@ class Planner {
     return true;
   }
 
-  /// Local model of a node. @param stream  of the samples of a randomised scheme
-  bool linearise(Node& node, std::uint64_t stream, Worker& worker, Totals& totals) {
-    const Eigen::VectorXd u = resting_command(node);
-    // Far from the goal a smooth model sees far; near it the force at a distance would hide the last millimetres.
-    const double sharpening = std::clamp(options_.goal_sharpening / goal_ratio(node.q), 1.0, options_.goal_sharpening);
-    const auto scheme = options_.local_model_scheme(stream, sharpening);
-    const Status status = dynamics::calc_local_model(model_, {node.q, u}, scheme, smoothed_, false, worker.locals, worker.local);
+  /// Far from the goal a smooth model sees far; near it the force at a distance would hide the last millimetres.
+  dynamics::LocalModelScheme scheme_at(const Node& node, std::uint64_t stream) const {
+    return options_.local_model_scheme(stream, std::clamp(options_.goal_sharpening / goal_ratio(node.q), 1.0, options_.goal_sharpening));
+  }
+
+  bool take_model(Status status, const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, Node& node, Totals& totals) const {
     ++totals.linearisations;
     if (status != Status::Solved) {
       ++totals.failed_steps;
       return false;
     }
-    node.local.set(worker.local.c, worker.local.B, model_.n_qu(), model_.n_vu(), options_.gamma);
+    node.local.set(q_next, B, model_.n_qu(), model_.n_vu(), options_.gamma);
     return true;
+  }
+
+  /// Local model of a node. @param stream  of the samples of a randomised scheme
+  bool linearise(Node& node, std::uint64_t stream, Worker& worker, Totals& totals) {
+    const Eigen::VectorXd u = resting_command(node);
+    const Status status =
+        dynamics::calc_local_model(model_, {node.q, u}, scheme_at(node, stream), smoothed_, false, worker.locals, worker.local);
+    return take_model(status, worker.local.c, worker.local.B, node, totals);
   }
 
   /// The same by the analytic scheme; leaves the forces and their derivatives in the worker's step result.
   bool linearise_with_forces(Node& node, Worker& worker, Totals& totals) {
-    const double sharpening = std::clamp(options_.goal_sharpening / goal_ratio(node.q), 1.0, options_.goal_sharpening);
     dynamics::StepOptions smoothed = smoothed_;
-    smoothed.smoothing = std::get<dynamics::Analytic>(options_.local_model_scheme(0, sharpening));
+    smoothed.smoothing = std::get<dynamics::Analytic>(scheme_at(node, 0));
     smoothed.with_B = true;
     smoothed.with_force_derivatives = true;
     const Eigen::VectorXd u = resting_command(node);
     const Status status = dynamics::step(model_, {node.q, u}, smoothed, worker.steps, worker.step_result);
-    ++totals.linearisations;
-    if (status != Status::Solved) {
-      ++totals.failed_steps;
-      return false;
-    }
-    node.local.set(worker.step_result.q_next, worker.step_result.B, model_.n_qu(), model_.n_vu(), options_.gamma);
-    return true;
+    return take_model(status, worker.step_result.q_next, worker.step_result.B, node, totals);
   }
 
   /// Diagonal of a global metric (n_vu), empty for the local one.
@@ -737,11 +737,7 @@ class Planner {
     progress.iteration = result_.iterations;
     progress.best = goal_ratio_of_best();
     progress.size = tree_.size();
-    const auto seconds = [](auto duration) { return std::chrono::duration<double>(duration).count(); };
-    progress.elapsed_s = seconds(core::RunControl::Clock::now() - begin_);
-    progress.fraction = static_cast<double>(result_.iterations) / options_.max_iterations;
-    if (control_.deadline) progress.fraction = std::max(progress.fraction, progress.elapsed_s / seconds(*control_.deadline - begin_));
-    control_.on_progress(progress);
+    control_.on_progress(progress);  // time and share of the budget are those of the run: see place_in_run
   }
 
   /// Distance of the objects from where an item wants them, in tolerances of the goal: all coordinates count, so that an object that is
@@ -858,7 +854,6 @@ class Planner {
   Eigen::VectorXd goal_matters_;  ///< of a goal region: bounded_coordinates (n_vu)
   Eigen::VectorXd weights_;       ///< W of (P.2) (n_vu)
   Eigen::VectorXd u_start_;
-  core::RunControl::Clock::time_point begin_ = core::RunControl::Clock::now();
   int best_ = -1;
   double least_distance_ = std::numeric_limits<double>::infinity();  ///< of the objects from the goal, in tolerances
   long last_gain_ = 0;                                               ///< extensions after which it last became less
@@ -1015,6 +1010,17 @@ double worst_share(const Plan& plan) {
   return std::max(plan.error.position / plan.goal.tol_position, plan.error.angle / plan.goal.tol_angle);
 }
 
+/// What a tree reports, as part of a run that had so many extensions before it.
+void place_in_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start, long before,
+                  core::Progress& progress) {
+  progress.iteration += before;
+  progress.elapsed_s = seconds_since(start);
+  progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
+  if (!control.deadline) return;
+  const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
+  progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
+}
+
 /// Grows a tree, and a new one each time that one has stalled, until a path is found or the budget is used up.
 void search(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
             core::RunControl::Clock::time_point start, PlanResult& best) {
@@ -1022,13 +1028,7 @@ void search(const PlanningProblem& problem, const PlannerOptions& options, const
   if (control.on_progress) {
     following.on_progress = [&](core::Progress progress) {
       if (best.iterations > 0) progress.best = std::min(progress.best, worst_share(best.plan));
-      progress.iteration += best.iterations;
-      progress.elapsed_s = seconds_since(start);
-      progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
-      if (control.deadline) {
-        const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
-        progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
-      }
+      place_in_run(options, control, start, best.iterations, progress);
       control.on_progress(progress);
     };
   }
@@ -1069,15 +1069,9 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
   core::RunControl following = control;
   if (control.on_progress) {
     following.on_progress = [&](core::Progress progress) {
-      progress.iteration += best.iterations;
-      progress.best = std::max(best.plan.error.position / problem.goal.tol_position, best.plan.error.angle / problem.goal.tol_angle);
+      progress.best = worst_share(best.plan);
       progress.cost = best.cost;
-      progress.elapsed_s = seconds_since(start);
-      progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
-      if (control.deadline) {
-        const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
-        progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
-      }
+      place_in_run(options, control, start, best.iterations, progress);
       control.on_progress(progress);
     };
   }
