@@ -55,6 +55,27 @@ TEST(Planner, PlanarHand_ReachesTheGoalAtBothResolutions) {
   }
 }
 
+// Half of all edges disagree somewhere at a hundredth of the tolerances: what is left of them has to carry the search.
+TEST(Planner, EdgesThatDisagree_AreBuiltOnUpToWhereTheyDo) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.fidelity_edge = 0.01;
+  PlanResult result;
+  ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+  EXPECT_GT(result.distrusted, 0);
+  const ObjectSpace space(*problem.model);
+  Plan part = result.plan;
+  part.segments.clear();
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(3), after(3);
+  for (const Segment& segment : result.plan.segments) {
+    part.segments.push_back(segment);
+    space.error(segment.knots.back().q.data(), simulate(problem, part, 2).data(), after.data());
+    const double share = largest_share(*problem.model, after - before, problem.goal.tol_position, problem.goal.tol_angle);
+    EXPECT_LE(share, options.fidelity_edge * (1 + 1e-3)) << "edge " << part.segments.size();
+    before = after;
+  }
+}
+
 TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLess) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();

@@ -114,7 +114,9 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(9, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    if (!try_regrasp(*model, chains, options, q, q.tail(16), {}, random, geometry, steps, regrasp, counts)) continue;
+    if (!try_regrasp(*model, chains, options, q, q.tail(16), draw_grasp(chains, options.sampler, random), {}, random, geometry, steps,
+                     regrasp, counts))
+      continue;
     for (const double friction : {1.0, options.regrasp_friction}) {  // an own simulation of every knot
       dynamics::StepOptions step_options;
       step_options.friction_scale = friction;
@@ -153,7 +155,8 @@ TEST(TryRegrasp, WithTheWholeHandOpen_ABallIsFreeToRollAwayAndACubeIsNot) {
         Regrasp regrasp;
         options.open_probability = probability;
         RegraspCounts& counts = probability > 0 ? kept : refused;
-        if (try_regrasp(*model, chains, options, q, q.tail(16), {}, random, geometry, steps, regrasp, counts)) {
+        if (try_regrasp(*model, chains, options, q, q.tail(16), draw_grasp(chains, options.sampler, random), {}, random, geometry, steps,
+                        regrasp, counts)) {
           EXPECT_EQ(regrasp.open, round);
         }
       }
@@ -178,7 +181,8 @@ TEST(TryRegrasp, Squeeze_LeavesCommandsAheadOfTheJointsThatTouch) {
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(11, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    if (!try_regrasp(*model, chains, options, problem.q_start, problem.q_start.tail(4), {}, random, geometry, steps, regrasp, counts))
+    if (!try_regrasp(*model, chains, options, problem.q_start, problem.q_start.tail(4), draw_grasp(chains, options.sampler, random), {},
+                     random, geometry, steps, regrasp, counts))
       continue;
     const auto& last = regrasp.knots.back();
     const Eigen::VectorXd ahead = last.u - last.q.tail(4);

@@ -36,6 +36,8 @@ constexpr int kMaxSettleSteps = 100;
 constexpr double kFallen = 0.05;
 /// Contact samples that all have to fail before the robot is said to be unable to touch an object.
 constexpr long kHopelessSamples = 100;
+/// Draws of the branches of a regrasp, until some may be able to let go of the object.
+constexpr int kDraws = 30;
 /// Extensions in a row towards one subgoal.
 constexpr std::size_t kLongestChain = 12;
 /// They end when one leaves the object farther from the subgoal than this share of before.
@@ -109,8 +111,10 @@ struct Item {
   Eigen::VectorXd subgoal;    ///< qᵘ (n_qu)
   Eigen::VectorXd near_fine;  ///< Node::q_fine of `near`, when this item computed it
   int refined = -1;           ///< the node that it belongs to
-  bool distrusted = false;    ///< it is too far from q to build on
-  int unsupported = -1;       ///< a node at which letting go moves the object
+  bool distrusted = false;    ///< it is too far from q to build on; the chain then is what is left of the node's edge
+  GraspDraw draw;             ///< of a regrasp
+  bool stuck = false;         ///< its branches cannot let go of the object at `near`
+  int unsupported = -1;       ///< a node at which no branches can
   Eigen::VectorXd command;    ///< that `near` was extended to (n_a); empty: it was not
   std::vector<Node> chain;    ///< new nodes, each the parent of the next
   std::size_t taken = 0;      ///< so many of them were extended towards the subgoal already
@@ -231,7 +235,12 @@ class Planner {
     root.u = u_start_;
     set_edge(settle, model_, root);
     if (!linearise(root, 0, worker, totals_)) return false;
-    if (refines() && !simulate_fine(problem_.q_start, u_start_, root.commands, false, worker, totals_, root.q_fine)) return false;
+    if (refines()) {
+      const Eigen::MatrixXd fine = simulate_fine(problem_.q_start, u_start_, root.commands, false, worker, totals_);
+      if (fine.cols() < root.commands.cols()) return false;
+      root.q_fine = problem_.q_start;
+      if (fine.cols() > 0) root.q_fine = fine.rightCols(1);
+    }
     insert(std::move(root), false);
     return true;
   }
@@ -254,6 +263,7 @@ class Planner {
         Item& item = items[static_cast<std::size_t>(i)];
         totals_ += item.totals;
         if (item.refined >= 0) judge(item);
+        if (item.stuck) tree_.add_stuck(item.near, item.draw.moved);
         if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
         result_.distrusted += item.broken;
         if (item.command.size() > 0) tree_.add_tried(item.near, std::move(item.command));
@@ -288,6 +298,7 @@ class Planner {
     item.taken = 0;
     item.broken = 0;
     item.refined = item.unsupported = -1;
+    item.stuck = false;
     item.totals = Totals{};
     item.near = -1;
     item.spectral = false;
@@ -309,11 +320,16 @@ class Planner {
       item.refined = item.near;
       const Node& node = tree_[item.near];
       const Node& parent = tree_[node.parent];
-      item.distrusted = !refine(parent, parent.q_fine, node, worker, item.totals, item.near_fine);
-      if (item.distrusted) return;
+      Node left;
+      item.distrusted = !refine(parent, parent.q_fine, node, worker, item.totals, item.near_fine, &left);
+      if (item.distrusted) {
+        item.near = node.parent;
+        if (left.q.size() > 0 && complete(parent, item, worker, left)) item.chain.push_back(std::move(left));
+        return;
+      }
     }
     core::Random random(options_.seed, (item.stream << 1) + 1);
-    if (item.grasp) choose_regrasp_node(item);
+    if (item.grasp) choose_regrasp(item, random);
     const Node& near = tree_[item.near];
     Node node;
     node.parent = item.near;
@@ -349,9 +365,11 @@ class Planner {
     const bool first = chain.size() == 1;
     const Node& before = first ? near : chain[chain.size() - 2];
     Node& last = chain.back();
-    if (!refine(before, first ? near_fine : before.q_fine, last, worker, item.totals, last.q_fine)) {
-      chain.pop_back();
+    Node left;
+    if (!refine(before, first ? near_fine : before.q_fine, last, worker, item.totals, last.q_fine, &left)) {
       ++item.broken;
+      chain.pop_back();
+      if (left.q.size() > 0 && complete(first ? near : chain.back(), item, worker, left)) chain.push_back(std::move(left));
       return false;
     }
     item.taken = chain.size();
@@ -367,9 +385,10 @@ class Planner {
   /// Plans are checked at half their sub-step, so the tree carries both states. Jumps and single steps are not refined.
   bool refines() const { return options_.substep && options_.real_regrasps; }
 
-  /// The state after the commands of an edge at half its sub-step.
-  bool simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_slide, Worker& worker,
-                     Totals& totals, Eigen::VectorXd& q_fine) {
+  /// The states after the commands of an edge at half its sub-step (n_q × commands); fewer columns where it ended before.
+  Eigen::MatrixXd simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_slide,
+                                Worker& worker, Totals& totals) {
+    Eigen::MatrixXd states(model_.n_q(), commands.cols());
     worker.steps.forget();
     for (Eigen::Index k = 0; k < commands.cols(); ++k) {
       for (const double s : {0.5, 1.0}) {
@@ -377,34 +396,63 @@ class Planner {
         ++totals.steps;
         if (dynamics::step(model_, {q, u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
           ++totals.failed_steps;
-          return false;
+          return states.leftCols(k);
         }
         q = worker.step_result.q_next;
         // A force across a gap is the relaxation's (2.3.4), not the world's.
         for (const auto& c : worker.step_result.contacts) {
-          if (limit_slide && c.active && c.contact.friction * c.slide() > kMaxForceGap) return false;
+          if (limit_slide && c.active && c.contact.friction * c.slide() > kMaxForceGap) return states.leftCols(k);
         }
       }
+      states.col(k) = q;
       u_last = commands.col(k);
     }
-    q_fine = q;
-    return true;
+    return states;
   }
 
   /// Computes Node::q_fine of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
   /// finger about to slip off would not survive the check of the plan. Done once, when the node is first built on.
+  /// @param left  of an edge that they disagree on, what comes before; no q where that is nothing
   bool refine(const Node& parent, const Eigen::VectorXd& parent_fine, const Node& node, Worker& worker, Totals& totals,
-              Eigen::VectorXd& q_fine) {
+              Eigen::VectorXd& q_fine, Node* left = nullptr) {
     q_fine = node.q;  // says that it was tried, whatever comes out
-    if (!simulate_fine(parent_fine, parent.u, node.commands, true, worker, totals, q_fine)) return false;
+    const Eigen::MatrixXd fine = simulate_fine(parent_fine, parent.u, node.commands, true, worker, totals);
     const Goal& goal = problem_.goal;
-    const int n_vu = model_.n_vu();
-    Eigen::VectorXd before(n_vu), after(n_vu);
+    Eigen::VectorXd before(model_.n_vu()), after(model_.n_vu());
     space_.error(parent.q.data(), parent_fine.data(), before.data());
-    space_.error(node.q.data(), q_fine.data(), after.data());
     const auto share = [&](const Eigen::VectorXd& e) { return largest_share(model_, e, goal.tol_position, goal.tol_angle); };
-    if (share(after) > options_.fidelity_path || share(after - before) > options_.fidelity_edge) return false;
-    return node.edge != SegmentKind::Contact || options_.edge_friction == 1 || holds_slippery(node, parent, worker, totals);
+    const auto agrees = [&](Eigen::Index k) {
+      space_.error(node.states.col(k).data(), fine.col(k).data(), after.data());
+      return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
+    };
+    const Eigen::Index n = node.commands.cols();
+    const bool slippery = node.edge == SegmentKind::Contact && options_.edge_friction < 1;
+    if (fine.cols() == n && agrees(n - 1)) {
+      q_fine = fine.col(n - 1);
+      return !slippery || holds_slippery(node, parent, worker, totals);
+    }
+    if (left == nullptr || node.edge != SegmentKind::Contact) return false;
+    for (Eigen::Index k = fine.cols() - (fine.cols() == n ? 2 : 1); k >= 0; --k) {
+      if (!agrees(k)) continue;
+      if (!cut_edge(parent, node, k + 1, fine.col(k), *left) || (slippery && !holds_slippery(*left, parent, worker, totals)))
+        left->q.resize(0);
+      break;
+    }
+    return false;
+  }
+
+  /// The first n sub-steps of an edge. False where they move nothing.
+  bool cut_edge(const Node& parent, const Node& node, Eigen::Index n, Eigen::VectorXd q_fine, Node& out) const {
+    out.parent = node.parent;
+    out.edge = node.edge;
+    out.open = node.open;
+    out.commands = node.commands.leftCols(n);
+    out.states = node.states.leftCols(n);
+    out.q = out.states.rightCols(1);
+    out.u = out.commands.rightCols(1);
+    out.q_fine = std::move(q_fine);
+    out.tried = {node.u};  // it goes wrong from here
+    return moves(parent, out);
   }
 
   /// An edge does the same with every μ at edge_friction of it.
@@ -427,7 +475,10 @@ class Planner {
   }
 
   void judge(Item& item) {
-    if (tree_[item.refined].q_fine.size() > 0) return;  // another item of the round was first, with the same outcome
+    if (tree_[item.refined].q_fine.size() > 0) {  // another item of the round was first, with the same outcome
+      if (item.distrusted) item.chain.clear();
+      return;
+    }
     tree_.set_fine(item.refined, std::move(item.near_fine));
     if (!item.distrusted) return;
     tree_.bury(item.refined);
@@ -528,7 +579,6 @@ class Planner {
   /// Alg. 3 with joint limits, rolled out exactly.
   /// @param u  the command that is tried; empty where none was worth it, or one like it was tried from this node before
   bool extend(const Node& near, Item& item, core::Random& random, Worker& worker, Eigen::VectorXd& u, Node& out) {
-    const int n_a = model_.n_a();
     const Eigen::VectorXd q_a = resting_command(near);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
     const Eigen::VectorXd subgoal = target(item, near.local.c_u);
@@ -554,10 +604,14 @@ class Planner {
     if (!move(near, wanted, worker, item.totals, out)) return false;
     out.edge = SegmentKind::Contact;
     out.open = false;
-    // Nodes that came to nothing only slow the search down.
+    return moves(near, out);
+  }
+
+  /// Nodes that came to nothing only slow the search down.
+  bool moves(const Node& from, const Node& to) const {
     Eigen::VectorXd moved(model_.n_vu());
-    space_.error(near.q.data(), out.q.data(), moved.data());
-    return moved.cwiseAbs().maxCoeff() > kMinMove || (out.q.tail(n_a) - near.q.tail(n_a)).cwiseAbs().maxCoeff() > kMinMove;
+    space_.error(from.q.data(), to.q.data(), moved.data());
+    return moved.cwiseAbs().maxCoeff() > kMinMove || (to.q - from.q).tail(model_.n_a()).cwiseAbs().maxCoeff() > kMinMove;
   }
 
   /// Where the command of an extension starts from: the joints, and what is left of the squeeze of the command.
@@ -597,11 +651,18 @@ class Planner {
     return true;
   }
 
-  /// A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from where the first one started. Where the object does
-  /// not stay when let go, push instead.
-  void choose_regrasp_node(Item& item) {
+  /// Where a regrasp starts, and the branches that let go. A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from
+  /// where the first one started. Where the object does not stay when branches let go, others are drawn; where it never does, push instead.
+  void choose_regrasp(Item& item, core::Random& random) {
     if (tree_[item.near].edge == SegmentKind::Regrasp) item.near = tree_[item.near].parent;
-    if (tree_[item.near].unsupported) item.grasp = false;
+    const Node& near = tree_[item.near];
+    item.grasp = false;
+    if (near.unsupported) return;
+    for (int k = 0; k < kDraws && !item.grasp; ++k) {
+      item.draw = draw_grasp(chains_, options_.sampler, random);
+      item.grasp = std::find(near.stuck.begin(), near.stuck.end(), item.draw.moved) == near.stuck.end();
+    }
+    if (!item.grasp) item.unsupported = item.near;
   }
 
   /// Distance of the objects from a subgoal, in tolerances of the goal, after the extension (P.2) that the local model at q promises.
@@ -626,8 +687,7 @@ class Planner {
     const Node& near = tree_[item.near];
     if (!options_.real_regrasps) {
       ++item.totals.regrasps.tried;
-      const GraspDraw draw = draw_grasp(chains_, options_.sampler, random);
-      const auto sample = sample_contact(model_, chains_, options_.sampler, draw, near.q, random, worker.geometry);
+      const auto sample = sample_contact(model_, chains_, options_.sampler, item.draw, near.q, random, worker.geometry);
       if (!sample) {
         ++item.totals.regrasps.no_sample;
         return false;
@@ -640,11 +700,11 @@ class Planner {
       node.states = node.q;
     } else {
       const auto cost = [&](const Eigen::VectorXd& q) { return promised_distance(q, item, worker); };
-      const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, cost, random, worker.geometry, worker.steps, worker.regrasp,
-                                    item.totals.regrasps);
+      const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, item.draw, cost, random, worker.geometry, worker.steps,
+                                    worker.regrasp, item.totals.regrasps);
       item.totals.steps += worker.regrasp.steps;
       item.totals.failed_steps += worker.regrasp.failed_steps;
-      if (worker.regrasp.unsupported) item.unsupported = item.near;
+      item.stuck = worker.regrasp.stuck;
       if (!held) return false;
       node.q = worker.regrasp.knots.back().q;
       node.u = worker.regrasp.knots.back().u;

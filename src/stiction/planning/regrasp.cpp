@@ -354,9 +354,8 @@ Eigen::VectorXd squeezing_command(const world::Model& model, const RobotChains& 
 /// The branches in `relaxed` stop pushing, those in `moving` back off, and the object settles: Moved where it goes too far, or after
 /// them so that they would touch it on their way. False in `clear` when they cannot back off.
 Outcome let_go(const world::Model& model, const RobotChains& chains, ChainMask relaxed, ChainMask moving, double clearance,
-               GeometryWorkspace& geometry, RegraspRun& run, bool& relaxed_held, bool& clear) {
+               GeometryWorkspace& geometry, RegraspRun& run, bool& clear) {
   Outcome outcome = run.release(relaxed_command(model, chains, relaxed, run.q, run.u));
-  relaxed_held = outcome == Outcome::Held;
   clear = true;
   if (outcome != Outcome::Held) return outcome;
   std::vector<Posture> path;
@@ -401,13 +400,12 @@ std::vector<Candidate> draw_candidates(const world::Model& model, const RobotCha
 }  // namespace
 
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, const std::function<double(const Eigen::VectorXd& q)>& cost, core::Random& random,
-                 GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
+                 const Eigen::VectorXd& u, const GraspDraw& draw, const std::function<double(const Eigen::VectorXd& q)>& cost,
+                 core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
   out.steps = 0;
   out.failed_steps = 0;
-  out.unsupported = false;
+  out.stuck = true;
   ++counts.tried;
-  const GraspDraw draw = draw_grasp(chains, options.sampler, random);
   if (draw.moved == 0) {
     ++counts.no_sample;
     return false;
@@ -424,18 +422,16 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   Outcome outcome = Outcome::Moved;
   for (const ChainMask relaxed : {draw.moved, chains.all()}) {
     run.emplace(model, options, q, u, steps, out);
-    bool relaxed_held = false, clear = false;
-    outcome = let_go(model, chains, relaxed, draw.moved, path_options.clearance, geometry, *run, relaxed_held, clear);
+    bool clear = false;
+    outcome = let_go(model, chains, relaxed, draw.moved, path_options.clearance, geometry, *run, clear);
     if (!clear) {
       ++counts.no_path;
       return false;
     }
-    if (outcome == Outcome::Held || relaxed == chains.all()) {
-      out.unsupported = relaxed == chains.all() && !relaxed_held;
-      break;
-    }
+    if (outcome == Outcome::Held || relaxed == chains.all()) break;
   }
   if (outcome != Outcome::Held) return count_failure(outcome);
+  out.stuck = false;
   out.open = run->rolls_away();
   if (out.open && !random.chance(options.open_probability)) {
     ++counts.too_open;

@@ -36,11 +36,11 @@ struct Regrasp {
   std::vector<dynamics::Knot> knots;  ///< at full friction
   int steps = 0;                      ///< dynamics steps computed
   long failed_steps = 0;
-  bool open = false;         ///< the object is free to roll away meanwhile
-  bool unsupported = false;  ///< the object moves as soon as every branch lets go: no sample can help at this node
+  bool open = false;   ///< the object is free to roll away meanwhile
+  bool stuck = false;  ///< the drawn branches cannot let go of the object at this node: no sample can help
 };
 
-/// Tries one regrasp at (q, u): the drawn branches let go and back off, a contact sample is drawn where the object comes to rest, and
+/// Tries one regrasp at (q, u): the branches of `draw` let go and back off, a contact sample is drawn where the object comes to rest, and
 /// they move there; all simulated with the exact dynamics, at full friction and at options.regrasp_friction of it. The object must
 /// stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of where it came to rest from then on. Branches
 /// that do not move keep their squeeze; where the object does not stay with that, everything lets go first.
@@ -48,7 +48,7 @@ struct Regrasp {
 ///                has a path is taken; empty: they are taken as they come
 /// @param counts  the outcome is counted by cause
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, const std::function<double(const Eigen::VectorXd& q)>& cost, core::Random& random,
-                 GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts);
+                 const Eigen::VectorXd& u, const GraspDraw& draw, const std::function<double(const Eigen::VectorXd& q)>& cost,
+                 core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts);
 
 }  // namespace stiction::planning

@@ -6,6 +6,7 @@
 
 #include "stiction/planning/nearest.hpp"
 #include "stiction/planning/plan.hpp"
+#include "stiction/planning/robot_chains.hpp"
 
 namespace stiction::planning {
 
@@ -34,7 +35,8 @@ struct Node {
   Eigen::VectorXd q_fine;                ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
   double cost = 0;                       ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};  ///< commands of extensions from here (n_a each)
-  bool unsupported = false;              ///< the object does not stay when the robot lets go
+  std::vector<ChainMask> stuck{};        ///< branches that cannot let go of the object together
+  bool unsupported = false;              ///< none can
   bool open = false;                     ///< a regrasp during which the object is free to roll away
 };
 
@@ -61,6 +63,7 @@ class Tree {
   int take_for_regrasp();
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
+  void add_stuck(int i, ChainMask branches) { nodes_[static_cast<std::size_t>(i)].stuck.push_back(branches); }
   void set_unsupported(int i) { nodes_[static_cast<std::size_t>(i)].unsupported = true; }
   void set_fine(int i, Eigen::VectorXd q_fine) { nodes_[static_cast<std::size_t>(i)].q_fine = std::move(q_fine); }
 
