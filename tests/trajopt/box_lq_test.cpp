@@ -70,6 +70,30 @@ TEST(BoxLq, WideBoxes_GainsAreThoseOfTheLinearRegulator) {
   }
 }
 
+/// 1.4^120 = 3e17: simulated from the inputs alone, no digit of a state would be left, nor of a gradient by costates.
+TEST(BoxLq, LongUnstableDynamics_KeepTheirDigits) {
+  BoxLqProblem p = random_problem(5, 3, 2, 120, 0);
+  p.x0.setZero();
+  const Eigen::MatrixXd A = (Eigen::Matrix3d() << 1.4, 0.2, 0, 0, 0.9, 0.1, 0.05, 0, 0.5).finished();
+  for (auto& s : p.stages) s.A = A, s.Q.setIdentity(), s.lower.setConstant(-0.5), s.upper.setConstant(0.5), s.r *= 0.1, s.q *= 0.1;
+  BoxLqWorkspace work;
+  BoxLqResult out, rough;
+  ASSERT_EQ(solve_box_lq(p, {.tolerance = 1e-10}, work, out), Status::Solved);
+  EXPECT_LE(out.iterations, 30);
+  int at_bounds = 0;
+  for (std::size_t t = 0; t < p.stages.size(); ++t) {
+    const auto& s = p.stages[t];
+    EXPECT_LE((out.x[t + 1] - s.A * out.x[t] - s.B * out.u[t]).norm(), 1e-12) << t;
+    EXPECT_LE(out.x[t + 1].norm(), 10) << t;
+    at_bounds += (out.u[t].cwiseAbs().array() > 0.4999).any();
+  }
+  EXPECT_GT(at_bounds, 0);
+  ASSERT_EQ(solve_box_lq(p, {.tolerance = 1e-2}, work, rough), Status::Solved);
+  EXPECT_LT(rough.iterations, out.iterations);
+  EXPECT_GE(rough.cost, out.cost - 1e-9);
+  EXPECT_LE(rough.cost, out.cost + 1e-2) << "what the gap promises";
+}
+
 TEST(BoxLq, InputsAtBounds_HaveNoGain) {
   const BoxLqProblem p = random_problem(4, 4, 3, 8, 0);
   BoxLqWorkspace work;

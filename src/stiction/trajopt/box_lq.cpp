@@ -18,6 +18,8 @@ using Stage = BoxLqWorkspace::Stage;
 constexpr double kNarrow = 1e-9;
 /// Share of the way to the nearest bound that a step may go.
 constexpr double kToBoundary = 0.995;
+/// The start keeps so much of every box to its bounds.
+constexpr double kInside = 0.01;
 
 void require_finite(const std::string& field, const Eigen::Ref<const Eigen::MatrixXd>& values) {
   if (!values.allFinite()) core::throw_invalid(field, "a number that is not finite", "finite numbers");
@@ -69,7 +71,6 @@ class Solver {
     start();
     out.status = Status::MaxIterations;
     for (out.iterations = 0; out.iterations < options_.max_iterations; ++out.iterations) {
-      calc_gradient();
       out.gap = gap();
       if (out.gap <= options_.tolerance) {
         out.status = Status::Solved;
@@ -80,7 +81,7 @@ class Solver {
         break;
       }
     }
-    if (out.status == Status::MaxIterations) calc_gradient(), out.gap = gap();
+    if (out.status == Status::MaxIterations) out.gap = gap();
     if (out.iterations == 0 && !factorise()) out.status = Status::NumericalFailure;
     store(out);
     return out.status;
@@ -111,15 +112,18 @@ class Solver {
     for (std::size_t t = 0; t < T_; ++t) f(p_.stages[t], w_.stages[t], t);
   }
 
-  /// The middle of every box, and multipliers of the size of the gradient there.
+  /// No change at all, or the nearest to it inside of every box, and multipliers of the size of the gradient there. Away from it, unstable dynamics would
+  /// take the states so far that no digit of theirs is left in the end.
   void start() {
     w_.stages.resize(T_);
     count_ = 0;
     each([&](const LqStage& d, Stage& s, std::size_t t) {
       const Eigen::Index k = d.g.size();
-      s.u = 0.5 * (d.lower + d.upper);
+      s.u = VectorXd::Zero(m_);
       s.s_lower.resize(m_), s.s_upper.resize(m_);
       for (Eigen::Index i = 0; i < m_; ++i) {
+        const double margin = kInside * (high(t, i) - low(t, i));
+        s.u[i] = std::clamp(0.0, low(t, i) + margin, high(t, i) - margin);
         s.s_lower[i] = s.u[i] - low(t, i);
         s.s_upper[i] = high(t, i) - s.u[i];
       }
@@ -127,15 +131,16 @@ class Solver {
       for (VectorXd* v : {&s.s_row, &s.y_row}) v->setZero(k);
       for (VectorXd* v : {&s.dz_lower, &s.dz_upper, &s.du, &s.center_lower, &s.center_upper}) v->resize(m_);
       for (VectorXd* v : {&s.ds_row, &s.dy_row, &s.center_row}) v->resize(k);
+      s.dx_next.resize(n_);
       count_ += 2 * static_cast<double>(m_) + static_cast<double>(k);
     });
     simulate();
     calc_gradient();
     double work = 0;  // of the gradient over half a box
     each([&](const LqStage&, Stage& s, std::size_t t) {
-      for (Eigen::Index i = 0; i < m_; ++i) work = std::max(work, std::abs(s.gradient[i]) * 0.5 * (high(t, i) - low(t, i)));
+      for (Eigen::Index i = 0; i < m_; ++i) work += std::abs(s.gradient[i]) * 0.5 * (high(t, i) - low(t, i));
     });
-    const double mu = std::max(work, options_.tolerance / count_);
+    const double mu = std::max(work, options_.tolerance) / count_;
     each([&](const LqStage& d, Stage& s, std::size_t t) {
       for (Eigen::Index i = 0; i < m_; ++i) {
         s.z_lower[i] = mu / s.s_lower[i];
@@ -146,6 +151,7 @@ class Solver {
       s.s_row = s.s_row.cwiseMax(0.1 * unit);
       s.y_row = mu * s.s_row.cwiseInverse();
     });
+    unbalanced_ = calc_imbalance();
   }
 
   const VectorXd& state(std::size_t t) const { return t == 0 ? p_.x0 : w_.stages[t - 1].x_next; }
@@ -166,16 +172,13 @@ class Solver {
 
   /// Gradient of the Lagrangian to u_t at the present point, by the costates, without the multipliers of the boxes.
   void calc_gradient() {
-    cost_ = 0;
     w_.costate.setZero(n_);
     for (std::size_t t = T_; t-- > 0;) {
       const LqStage& d = p_.stages[t];
       Stage& s = w_.stages[t];
-      w_.x.noalias() = d.Q * s.x_next;
-      cost_ += 0.5 * s.x_next.dot(w_.x) + d.q.dot(s.x_next);
-      w_.costate += w_.x + d.q;
+      w_.costate += d.q;
+      w_.costate.noalias() += d.Q * s.x_next;
       change(t, w_.change);
-      cost_ += 0.5 * w_.change.cwiseAbs2().dot(p_.R);
       s.gradient = p_.R.cwiseProduct(w_.change);
       if (t + 1 < T_) {
         change(t + 1, w_.change);
@@ -191,6 +194,16 @@ class Solver {
     }
   }
 
+  double cost() {
+    double out = 0;
+    each([&](const LqStage& d, Stage& s, std::size_t t) {
+      w_.x.noalias() = d.Q * s.x_next;
+      change(t, w_.change);
+      out += 0.5 * s.x_next.dot(w_.x) + d.q.dot(s.x_next) + 0.5 * w_.change.cwiseAbs2().dot(p_.R);
+    });
+    return out;
+  }
+
   /// r_t + u_t − u_{t−1}.
   void change(std::size_t t, VectorXd& out) const {
     out = p_.stages[t].r + w_.stages[t].u;
@@ -198,17 +211,18 @@ class Solver {
   }
 
   /// f(u) − f* ≤ Σ s·z + Σ |residual| · width, since f is convex and every input lies in its box; rows that do not hold yet count with
-  /// their multipliers.
-  double gap() {
+  /// their multipliers. Residuals are linear: a step of length α leaves 1 − α of them.
+  double gap() { return count_ * complementarity() + unbalanced_; }
+
+  /// Σ |residual| · width at the start.
+  double calc_imbalance() {
+    calc_gradient();
     double out = 0;
     each([&](const LqStage& d, Stage& s, std::size_t t) {
-      for (Eigen::Index i = 0; i < m_; ++i) {
-        const double residual = s.gradient[i] - s.z_lower[i] + s.z_upper[i];
-        out += s.s_lower[i] * s.z_lower[i] + s.s_upper[i] * s.z_upper[i] + std::abs(residual) * (high(t, i) - low(t, i));
-      }
+      for (Eigen::Index i = 0; i < m_; ++i) out += std::abs(s.gradient[i] - s.z_lower[i] + s.z_upper[i]) * (high(t, i) - low(t, i));
       if (d.g.size() == 0) return;
       row_value(d, t, w_.row);
-      out += s.s_row.dot(s.y_row) + (w_.row - s.s_row).cwiseAbs().dot(s.y_row);
+      out += (w_.row - s.s_row).cwiseAbs().dot(s.y_row);
     });
     return out;
   }
@@ -354,9 +368,9 @@ class Solver {
         s.ds_row.noalias() += d.Gx * w_.x;
         s.ds_row.noalias() += d.Gu * s.du;
       }
-      w_.x_new.noalias() = d.A * w_.x;
-      w_.x_new.noalias() += d.B * s.du;
-      w_.x.swap(w_.x_new);
+      s.dx_next.noalias() = d.A * w_.x;
+      s.dx_next.noalias() += d.B * s.du;
+      w_.x = s.dx_next;
       w_.u_before = s.du;
     });
   }
@@ -365,6 +379,8 @@ class Solver {
     if (!(alpha > 0)) return false;
     each([&](const LqStage&, Stage& s, std::size_t) {
       s.u += alpha * s.du;
+      s.x_next +=
+          alpha * s.dx_next;  // by the feedback of forward(): simulated from the inputs alone, unstable dynamics would amplify rounding
       s.s_lower += alpha * s.du;
       s.s_upper -= alpha * s.du;
       s.z_lower += alpha * s.dz_lower;
@@ -372,14 +388,14 @@ class Solver {
       s.s_row += alpha * s.ds_row;
       s.y_row += alpha * s.dy_row;
     });
-    simulate();
+    unbalanced_ *= 1 - alpha;
     return true;
   }
 
   void store(BoxLqResult& out) {
     out.u.resize(T_), out.x.resize(T_ + 1), out.gains.resize(T_);
     out.x[0] = p_.x0;
-    out.cost = cost_;
+    out.cost = cost();
     each([&](const LqStage&, Stage& s, std::size_t t) {
       out.u[t] = s.u;
       out.x[t + 1] = s.x_next;
@@ -392,8 +408,8 @@ class Solver {
   BoxLqWorkspace& w_;
   Eigen::Index n_, m_;
   std::size_t T_;
-  double count_ = 0;  // of products slack · multiplier
-  double cost_ = 0;
+  double count_ = 0;       // of products slack · multiplier
+  double unbalanced_ = 0;  // of what gap() says of the residuals
 };
 
 }  // namespace

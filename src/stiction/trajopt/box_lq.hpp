@@ -66,7 +66,7 @@ class BoxLqWorkspace {
     Eigen::LLT<Eigen::MatrixXd> llt;
     LqGains gains;
     Eigen::VectorXd p_x, k;                                  // of the step: linear term of the cost to go, du = K_x dx + K_u du_{t−1} + k
-    Eigen::VectorXd u, x_next, du, gradient;                 // iterate, step, gradient of the Lagrangian without the boxes' multipliers
+    Eigen::VectorXd u, x_next, du, dx_next, gradient;        // iterate, step, gradient of the Lagrangian without the boxes' multipliers
     Eigen::VectorXd s_lower, s_upper;                        // slacks of the box
     Eigen::VectorXd z_lower, z_upper, dz_lower, dz_upper;    // its multipliers
     Eigen::VectorXd s_row, y_row, ds_row, dy_row;            // slacks and multipliers of the rows
@@ -75,7 +75,7 @@ class BoxLqWorkspace {
   std::vector<Stage> stages;
   Eigen::MatrixXd S_A;
   RowMatrix weighted_x, weighted_u;
-  Eigen::VectorXd costate, x, x_new, u_before, change, row;
+  Eigen::VectorXd costate, x, u_before, change, row;
 };
 
 /// Primal–dual interior-point method with Mehrotra's corrector; a Riccati recursion over (x_t, u_{t−1}) is the factorisation, so that
