@@ -38,7 +38,8 @@ void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double du
   row("pushes", fmt::format("{} of {}", r.pushes, r.pushes_before));
   row("regrasps", fmt::format("{} of {}, {} planned anew", r.regrasps, r.regrasps_before, r.reconnected));
   row("sub-steps", fmt::format("{} of {}", r.knots, r.knots_before));
-  row("time step", fmt::format("{:.3g} s, {} of {} pushes corrected by iMPC", r.plan.step.h, r.corrected, r.pushes));
+  row("pushes led back", fmt::format("{} of {} by feedback, {} by iMPC", r.led, r.pushes, r.corrected));
+  row("time step", fmt::format("{:.3g} s", r.plan.step.h));
   row("clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * plan.tol_position,
                                        r.plan.error.angle, plan.tol_angle));
@@ -108,6 +109,7 @@ int run_refine(const RefineArguments& arguments) {
     out["variant"] = result.variant;
     out["rests"] = result.rests;
     out["h"] = result.plan.step.h;
+    out["led"] = result.led;
     out["corrected"] = result.corrected;
     out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
     out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};

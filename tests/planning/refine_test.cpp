@@ -161,8 +161,16 @@ TEST(Refine, LastPush_IsLedToTheGoal) {
   p.go(SegmentKind::Contact, {{0, 0.1}, {0, 0.15}});
   p.set_goal();
   p.plan.goal.X_WG.p.z() += 0.015;
-  RefineResult with, without;
+  RefineResult by_feedback, with, without;
+  ASSERT_EQ(p.run(by_feedback), Status::Solved);
+  EXPECT_EQ(by_feedback.led, 1);
+  EXPECT_EQ(by_feedback.corrected, 0);
+  EXPECT_LT(by_feedback.plan.error.position, 0.004);
+  EXPECT_LT(by_feedback.fine_error.position, 0.004);
+  expect_consistent(*p.model, p.model, by_feedback.plan);
+  p.refine_options.miss = 100;  // no push is led back
   ASSERT_EQ(p.run(with), Status::Solved);
+  EXPECT_EQ(with.led, 0);
   EXPECT_EQ(with.corrected, 1);
   EXPECT_LT(with.plan.error.position, 0.004);
   EXPECT_LT(with.fine_error.position, 0.004);

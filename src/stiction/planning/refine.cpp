@@ -4,11 +4,14 @@
 #include <chrono>
 #include <cmath>
 #include <initializer_list>
+#include <iterator>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/planning/bounded_least_squares.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/trajopt/optimize.hpp"
 
@@ -23,6 +26,19 @@ using world::Model;
 constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.9e-3;
 /// A push that ends farther than this from where it did in the plan, in tolerances of the goal, is not made good by those after it.
 constexpr double kLost = 2;
+/// On its way it is given up farther away than this.
+constexpr double kStrayed = 4;
+/// Weights γ of (E.6) that a push is tried with until it ends near enough, from none to firm feedback.
+constexpr double kNoFeedback = std::numeric_limits<double>::infinity();
+constexpr std::initializer_list<double> kFeedback = {kNoFeedback, 1e-1, 3e-2, 1e-2, 3e-3};
+/// What feedback may add to a command at a knot of the plan, as a share of what a sub-step may.
+constexpr double kMostFeedback = 0.3;
+/// Knots of the plan's length after a push in which feedback may still take the objects to their target.
+constexpr int kMostLeading = 10;
+/// Rows of a matrix whose products take as long as what else is done for it.
+constexpr double kOverhead = 20;
+/// A branch that moves farther than kElsewhere [rad or m] in a regrasp has to get this far away from everything [m], as the checker demands.
+constexpr double kElsewhere = 0.1, kFree = 1e-3;
 /// A branch whose posture differs by more than this between two pushes has moved [rad or m].
 constexpr double kMoved = 5e-3;
 
@@ -49,6 +65,8 @@ class Refiner {
         chains_(model_),
         steps_(model),
         geometry_(model_),
+        half_steps_(model),
+        smooth_steps_(model),
         optimizer_(model, options.threads) {
     exact_ = plan.step;
     exact_.smoothing = dynamics::Exact{};
@@ -60,10 +78,9 @@ class Refiner {
     const std::vector<Push> pushes = split();
     out_.plan = with_forces();
     out_.variant = "unchanged";
-    Verdict given, verdict;
-    const bool good = reaches_goal(plan_, 1.0, given);
-    out_.fine_error = given.error;
-    if (!good) return Status::NumericalFailure;
+    given_ = in_halves(plan_);
+    out_.fine_error = goal_error(model_, given_.q, plan_.goal);
+    if (!reaches_goal(plan_, given_, 1.0)) return Status::NumericalFailure;
     std::vector<Push> shorter = pushes;
     if (refine_.cut_tails) cut_tails(shorter);
     if (refine_.drop_pushes) drop_pushes(shorter);
@@ -89,18 +106,18 @@ class Refiner {
       rests_ = variant.rest;
       Plan built;
       least_clearance_ = std::numeric_limits<double>::infinity();
-      reconnected_ = corrected_ = 0;
+      reconnected_ = corrected_ = led_ = 0;
       const Status status = build(*variant.pushes, built);
       if (status == Status::Cancelled || status == Status::MaxIterations) return status;
-      if (status != Status::Solved || !reaches_goal(built, options_.tolerance_fraction, verdict)) continue;
-      if (verdict.penetration > std::max(kMostPenetration, given.penetration)) continue;
-      if (verdict.force_gap > std::max(kMostForceGap, given.force_gap)) continue;
+      if (status != Status::Solved || !reaches_goal(built, halves_, options_.tolerance_fraction)) continue;
+      if (!holds(halves_)) continue;
       built.error = goal_error(model_, end_of(built), plan_.goal);
       out_.plan = std::move(built);
-      out_.fine_error = verdict.error;
+      out_.fine_error = goal_error(model_, halves_.q, plan_.goal);
       out_.variant = variant.name;
       out_.rests = rests_;
       out_.reconnected = reconnected_;
+      out_.led = led_;
       out_.corrected = corrected_;
       out_.least_clearance = reconnected_ > 0 ? least_clearance_ : 0.0;
       break;
@@ -109,6 +126,70 @@ class Refiner {
   }
 
  private:
+  // ---- at half the sub-step ------------------------------------------------------------------------------------------------------
+  /// Where the commands lead at half the sub-step, and the worst that was met on the way.
+  struct Halves {
+    Eigen::VectorXd q, u;
+    double penetration = 0, force_gap = 0;  ///< [m]
+    bool started = false;                   ///< what is given may penetrate
+  };
+
+  bool holds(const Halves& at) const {
+    return at.penetration <= std::max(kMostPenetration, given_.penetration) && at.force_gap <= std::max(kMostForceGap, given_.force_gap);
+  }
+
+  bool go_on(std::span<const Segment> segments, const dynamics::StepOptions& options, Halves& at) {
+    half_steps_.forget();
+    for (const Segment& segment : segments) {
+      for (const auto& knot : segment.knots) {
+        for (const Eigen::VectorXd& u : {Eigen::VectorXd(0.5 * (at.u + knot.u)), knot.u}) {
+          ++out_.steps;
+          if (dynamics::step(model_, {at.q, u}, options, half_steps_, half_result_) != Status::Solved) {
+            ++out_.failed_steps;
+            return false;
+          }
+          for (const auto& c : half_result_.contacts) {
+            if (at.started) at.penetration = std::max(at.penetration, -c.contact.phi);
+            if (c.active) at.force_gap = std::max(at.force_gap, c.anitescu_gap());
+          }
+          at.started = true;
+          at.q = half_result_.q_next;
+        }
+        at.u = knot.u;
+      }
+    }
+    return true;
+  }
+
+  /// A push or a regrasp as it was simulated, and where that left everything.
+  struct Run {
+    std::vector<Segment> segments;
+    Eigen::VectorXd q, u;
+    Halves halves;
+    double missed =
+        std::numeric_limits<double>::infinity();  ///< at its end, in tolerances of the goal: the worse of whole and half sub-steps
+    double clearance = 0;                         ///< of a regrasp that was planned anew [m]
+  };
+
+  /// Where the robot and the objects are now is the end of a run to q_target. @returns false: it
+  /// misses that by best_missed or more, or at half the sub-step it penetrates or pulls across a gap
+  bool finish(const Eigen::VectorXd& q_target, double best_missed, Run& run) {
+    if (miss(q_target, q_) >= best_missed) return false;
+    run.q = q_;
+    run.u = u_;
+    run.halves = halves_;
+    if (!go_on(run.segments, exact_, run.halves)) return false;
+    run.missed = std::max(miss(q_target, q_), miss(q_target, run.halves.q));
+    return holds(run.halves);
+  }
+
+  void take(Run& run, Plan& built) {
+    q_ = run.q;
+    u_ = run.u;
+    halves_ = std::move(run.halves);
+    std::move(run.segments.begin(), run.segments.end(), std::back_inserter(built.segments));
+  }
+
   // ---- the plan as a list of pushes ----------------------------------------------------------------------------------------------
   std::vector<Push> split() const {
     std::vector<Push> pushes;
@@ -193,28 +274,18 @@ class Refiner {
     u_ = plan_.u_start;
     steps_.forget();
     mpc_work_ = 0;
+    halves_ = {plan_.q_start, plan_.u_start};
     for (const Segment& segment : plan_.segments) {
-      if (segment.kind == SegmentKind::Settle && !replay(segment, built)) return Status::NumericalFailure;
+      if (segment.kind == SegmentKind::Settle && !replay(segment, built.segments.emplace_back(Segment{segment.kind, {}})))
+        return Status::NumericalFailure;
     }
+    if (!go_on(built.segments, exact_, halves_)) return Status::NumericalFailure;
     for (std::size_t i = 0; i < pushes.size(); ++i) {
       if (control_.cancelled()) return Status::Cancelled;
       if (control_.expired()) return Status::MaxIterations;
       const Push& push = pushes[i];
-      if (push.regrasp || push.merged) {
-        if (!(refine_.reconnect && connect(push, i, built)) && (push.merged || !push.regrasp || !regrasp_as_planned(push, built)))
-          return Status::Infeasible;
-      }
-      steps_.forget();
-      const Eigen::VectorXd q_before = q_, u_before = u_;
-      const std::size_t first = built.segments.size();
-      for (const Segment& edge : push.edges) {
-        if (!replay(edge, built)) return Status::Infeasible;
-      }
-      if (rests_ && !come_to_rest(built.segments.back())) return Status::Infeasible;
-      const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
-      correct(q_before, u_before, i + 1 == pushes.size() ? q_goal_ : q_planned, first, built);
-      if (!coarse() && i + 1 < pushes.size() && miss(q_planned, q_) > kLost) return Status::Infeasible;
-      if (mpc_work_ > refine_.mpc_work) return Status::Infeasible;
+      if ((push.regrasp || push.merged) && !regrasp(push, i, built)) return Status::Infeasible;
+      if (!(coarse() ? replay(push, built) : follow(push, i + 1 == pushes.size(), built))) return Status::Infeasible;
     }
     return Status::Solved;
   }
@@ -249,7 +320,7 @@ class Refiner {
 
   /// One sub-step of the exact dynamics, stored.
   bool advance(const Eigen::VectorXd& command, Segment& segment) {
-    const Eigen::VectorXd u = command.cwiseMax(model_.lower()).cwiseMin(model_.upper());  // rounding
+    const Eigen::VectorXd u = within_limits(command);  // rounding
     if (!step(u, exact_)) return false;
     q_ = result_.q_next;
     u_ = u;
@@ -281,10 +352,12 @@ class Refiner {
     return out;
   }
 
-  /// In sub-steps that keep the limits of the plan.
-  bool advance_in_parts(const Eigen::VectorXd& u, Segment& segment) {
+  Eigen::VectorXd within_limits(const Eigen::VectorXd& u) const { return u.cwiseMax(model_.lower()).cwiseMin(model_.upper()); }
+
+  /// In so many sub-steps or more, which keep the limits of the plan.
+  bool advance_in_parts(const Eigen::VectorXd& u, Segment& segment, int least = 1) {
     const Eigen::VectorXd u_before = u_;
-    const int parts = dynamics::count_substeps(model_, u_before, u, substep_);
+    const int parts = std::max(least, dynamics::count_substeps(model_, u_before, u, substep_));
     for (int k = 1; k <= parts; ++k) {
       const double s = static_cast<double>(k) / parts;
       if (!advance(k == parts ? u : Eigen::VectorXd((1 - s) * u_before + s * u), segment)) return false;
@@ -293,8 +366,7 @@ class Refiner {
   }
 
   /// The commands of a segment, in steps that are cuts_ times as short.
-  bool replay(const Segment& from, Plan& built) {
-    Segment& segment = built.segments.emplace_back(Segment{from.kind, {}});
+  bool replay(const Segment& from, Segment& segment) {
     for (const auto& knot : from.knots) {
       const Eigen::VectorXd u = u_;
       for (int k = 1; k <= cuts_; ++k) {
@@ -302,6 +374,107 @@ class Refiner {
         if (!advance(k == cuts_ ? knot.u : Eigen::VectorXd((1 - s) * u + s * knot.u), segment)) return false;
       }
     }
+    return true;
+  }
+
+  bool replay(const Push& push, Plan& built) {
+    steps_.forget();
+    const std::size_t first = built.segments.size();
+    for (const Segment& edge : push.edges) {
+      if (!replay(edge, built.segments.emplace_back(Segment{edge.kind, {}}))) return false;
+    }
+    if (rests_ && !come_to_rest(built.segments.back())) return false;
+    return go_on(std::span(built.segments).subspan(first), exact_, halves_);
+  }
+
+  // ---- feedback -------------------------------------------------------------------------------------------------------------------
+  /// A push in small steps ends elsewhere than it did in the plan: feedback on the objects, as little as brings it near enough, then iMPC.
+  bool follow(const Push& push, bool last, Plan& built) {
+    const Eigen::VectorXd q_before = q_, u_before = u_;
+    const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
+    const Eigen::VectorXd& q_target = last ? q_goal_ : q_planned;
+    Run best, run;
+    bool led = false;
+    for (const double gamma : kFeedback) {
+      q_ = q_before;
+      u_ = u_before;
+      if (follow(push, q_target, gamma, best.missed, run) && run.missed < best.missed) {
+        std::swap(best, run);
+        led = gamma != kNoFeedback;
+      }
+      if (best.missed <= refine_.miss) break;
+      if (control_.stop()) return false;
+    }
+    if (best.segments.empty()) return false;
+    if (best.missed > refine_.mpc_miss) correct(q_before, u_before, q_target, best);
+    if (!last && best.missed > kLost) return false;
+    led_ += led;
+    take(best, built);
+    return true;
+  }
+
+  /// The commands of a push, moved along with feedback on where its objects are against where the plan has them on the way to q_target.
+  bool follow(const Push& push, const Eigen::VectorXd& q_target, double gamma, double best_missed, Run& run) {
+    run = {};
+    steps_.forget();
+    const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
+    Eigen::VectorXd shift(model_.n_vu()), e(model_.n_vu()), added = Eigen::VectorXd::Zero(model_.n_a()), delta;
+    space_.error(q_planned.data(), q_target.data(), shift.data());
+    std::size_t n = 0, k = 0;
+    for (const Segment& edge : push.edges) n += edge.knots.size();
+    for (const Segment& edge : push.edges) {
+      Segment& segment = run.segments.emplace_back(Segment{edge.kind, {}});
+      for (const auto& knot : edge.knots) {
+        if (!advance_in_parts(within_limits(knot.u + added), segment, cuts_)) return false;
+        space_.error(q_.data(), knot.q.data(), e.data());
+        if (miss(knot.q, q_) > kStrayed) return false;
+        e += static_cast<double>(++k) / static_cast<double>(n) * shift;
+        if (gamma != kNoFeedback && calc_feedback(e, gamma, delta)) added += delta;
+      }
+    }
+    if (rests_ && !come_to_rest(run.segments.back())) return false;
+    if (gamma != kNoFeedback && !lead(q_target, gamma, run.segments.back())) return false;
+    return finish(q_target, best_missed, run);
+  }
+
+  /// On from the end of a push, for as long as that brings the objects nearer.
+  bool lead(const Eigen::VectorXd& q_target, double gamma, Segment& segment) {
+    Eigen::VectorXd e(model_.n_vu()), delta;
+    double missed = miss(q_target, q_);
+    for (int k = 0; k < kMostLeading && missed > refine_.miss; ++k) {
+      space_.error(q_.data(), q_target.data(), e.data());
+      if (!calc_feedback(e, gamma, delta)) return true;
+      const Eigen::VectorXd q = q_, u = u_;
+      const std::size_t size = segment.knots.size();
+      if (!advance_in_parts(within_limits(u_ + delta), segment, cuts_)) return false;
+      if (rests_ && !come_to_rest(segment)) return false;
+      const double now = miss(q_target, q_);
+      if (now < missed) {
+        missed = now;
+      } else {
+        segment.knots.resize(size);
+        q_ = q;
+        u_ = u;
+        steps_.forget();
+        return true;
+      }
+    }
+    return true;
+  }
+
+  /// The change of the command that moves the objects by e in the smoothed local model where they are, (E.6).
+  bool calc_feedback(const Eigen::VectorXd& e, double gamma, Eigen::VectorXd& delta) {
+    dynamics::StepOptions smooth = exact_;
+    smooth.smoothing = options_.smoothing;
+    smooth.with_B = true;
+    smooth_steps_.forget();
+    ++out_.steps;
+    if (dynamics::step(model_, {q_, u_}, smooth, smooth_steps_, smooth_result_) != Status::Solved) return false;
+    const Eigen::MatrixXd WB = weights_.asDiagonal() * smooth_result_.B.topRows(model_.n_vu()) * limits_.asDiagonal();
+    const Eigen::VectorXd lower = (model_.lower() - u_).cwiseMin(0.0).cwiseQuotient(limits_).cwiseMax(-kMostFeedback);
+    const Eigen::VectorXd upper = (model_.upper() - u_).cwiseMax(0.0).cwiseQuotient(limits_).cwiseMin(kMostFeedback);
+    solve_bounded_least_squares(WB, weights_.cwiseProduct(e), gamma, lower, upper, delta);
+    delta = delta.cwiseProduct(limits_).eval();
     return true;
   }
 
@@ -313,43 +486,39 @@ class Refiner {
     return largest_share(model_, e, plan_.goal.tol_position, plan_.goal.tol_angle);
   }
 
-  /// The push that was replayed last, from q_before on, in the segments from `first` on: where it ends away from the target, iMPC (Alg. 1) starts from
-  /// its commands. What comes out replaces them if it ends nearer.
-  void correct(const Eigen::VectorXd& q_before, const Eigen::VectorXd& u_before, const Eigen::VectorXd& q_target, std::size_t first,
-               Plan& built) {
-    const double missed = miss(q_target, q_);
-    if (coarse() || refine_.mpc_iterations == 0 || missed <= refine_.mpc_share) return;
+  /// iMPC (Alg. 1) starts from the commands of a push that ends away from its target. What comes out replaces them if it ends nearer.
+  void correct(const Eigen::VectorXd& q_before, const Eigen::VectorXd& u_before, const Eigen::VectorXd& q_target, Run& run) {
+    if (refine_.mpc_iterations == 0) return;
     std::vector<Eigen::VectorXd> u, reference{q_before};
-    for (std::size_t s = first; s < built.segments.size(); ++s) {
-      for (const auto& knot : built.segments[s].knots) {
-        u.push_back(knot.u.cwiseMax(model_.lower()).cwiseMin(model_.upper()));
+    for (const Segment& segment : run.segments) {
+      for (const auto& knot : segment.knots) {
+        u.push_back(knot.u);
         reference.push_back(knot.q);
       }
     }
     reference.back().head(model_.n_qu()) = q_target.head(model_.n_qu());
-    mpc_work_ += static_cast<double>(u.size()) * std::pow(model_.n_v() + model_.n_a(), 3);
-    if (mpc_work_ > refine_.mpc_work) return;
+    const double work = static_cast<double>(u.size()) * std::pow(model_.n_v() + model_.n_a() + kOverhead, 3);
+    if (mpc_work_ + work > refine_.mpc_work) return;
+    mpc_work_ += work;
     mpc_.iterations = refine_.mpc_iterations;
     if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, optimizer_, optimized_) != Status::Solved) return;
     out_.steps += optimized_.steps;
-    const Eigen::VectorXd q_after = q_, u_after = u_;
-    std::vector<Segment> corrected;
+    Run corrected;
     q_ = q_before;
     u_ = u_before;
-    bool good = true;
     std::size_t t = 0;
-    for (std::size_t s = first; good && s < built.segments.size(); ++s) {
-      Segment& segment = corrected.emplace_back(Segment{SegmentKind::Contact, {}});
-      for (std::size_t k = 0; good && k < built.segments[s].knots.size(); ++k) good = advance_in_parts(optimized_.u[t++], segment);
+    for (const Segment& from : run.segments) {
+      Segment& segment = corrected.segments.emplace_back(Segment{SegmentKind::Contact, {}});
+      for (std::size_t k = 0; k < from.knots.size(); ++k) {
+        if (!advance_in_parts(optimized_.u[t++], segment)) return;
+      }
     }
-    if (good && miss(q_target, q_) < missed) {
-      std::move(corrected.begin(), corrected.end(), built.segments.begin() + static_cast<std::ptrdiff_t>(first));
-      ++corrected_;
-    } else {
-      q_ = q_after;
-      u_ = u_after;
-    }
+    if (!finish(q_target, run.missed, corrected) || corrected.missed >= run.missed) return;
+    run = std::move(corrected);
+    ++corrected_;
   }
+
+  bool revolute(int dof) const { return model_.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute; }
 
   /// The object in tolerances of the goal, at the end fully and on its way a little; changes of the command in limits of a sub-step.
   void prepare_mpc() {
@@ -358,19 +527,14 @@ class Refiner {
     mpc_.scheme = options_.smoothing;
     mpc_.threads = options_.threads;
     mpc_.qp_tolerance = 1e-3;  // the step is judged by the dynamics
-    mpc_.weights.Q = mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
-    for (int i = 0; i < model_.n_vu(); ++i) {
-      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-      const double tolerance = revolute ? plan_.goal.tol_angle : plan_.goal.tol_position;
-      mpc_.weights.Qd[i] = 1 / (tolerance * tolerance);
-    }
+    mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
+    weights_.resize(model_.n_vu());
+    for (int i = 0; i < model_.n_vu(); ++i) weights_[i] = 1 / (revolute(i) ? plan_.goal.tol_angle : plan_.goal.tol_position);
+    mpc_.weights.Qd.head(model_.n_vu()) = weights_.cwiseAbs2();
     mpc_.weights.Q = kWay * mpc_.weights.Qd;
-    mpc_.weights.R.resize(model_.n_a());
-    for (int j = 0; j < model_.n_a(); ++j) {
-      const bool revolute = model_.dofs()[static_cast<std::size_t>(model_.n_vu() + j)].kind == world::DofKind::Revolute;
-      const double limit = revolute ? substep_.joint_angle : substep_.joint_travel;
-      mpc_.weights.R[j] = kChange / (limit * limit);
-    }
+    limits_.resize(model_.n_a());
+    for (int j = 0; j < model_.n_a(); ++j) limits_[j] = revolute(model_.n_vu() + j) ? substep_.joint_angle : substep_.joint_travel;
+    mpc_.weights.R = kChange * limits_.cwiseAbs2().cwiseInverse();
     q_goal_ = end_of(plan_);
     if (plan_.goal.region) {
       project(model_, *plan_.goal.region, q_goal_.head(model_.n_qu()));
@@ -396,12 +560,14 @@ class Refiner {
   }
 
   /// The commands of the plan's own regrasp, after a way back to where they start: a tail may have been cut.
-  bool regrasp_as_planned(const Push& push, Plan& built) {
+  bool regrasp_as_planned(const Push& push, Run& run) {
     Segment back{SegmentKind::Regrasp, {}};
     q_rest_ = q_;
+    steps_.forget();
     if (!roll_to(push.u_regrasp, options_.release_tol_position, options_.release_tol_angle, back)) return false;
-    if (!back.knots.empty()) built.segments.push_back(std::move(back));
-    return replay(*push.regrasp, built);
+    if (!back.knots.empty()) run.segments.push_back(std::move(back));
+    Segment& segment = run.segments.emplace_back(Segment{SegmentKind::Regrasp, {}});
+    return replay(*push.regrasp, segment) && is_free_on_its_way(segment);
   }
 
   // ---- regrasps -------------------------------------------------------------------------------------------------------------------
@@ -426,23 +592,47 @@ class Refiner {
     return out;
   }
 
-  /// From where the robot is to where the push starts; nothing is changed when it cannot.
-  bool connect(const Push& push, std::size_t number, Plan& built) {
+  /// From where the robot is to where the push starts: with the largest clearance that leaves the objects where the push wants them; else with what
+  /// leaves them nearest to it, the commands of the plan among it.
+  bool regrasp(const Push& push, std::size_t number, Plan& built) {
     const Eigen::VectorXd q_before = q_, u_before = u_;
     const Moves moves = moves_to(push);
-    for (const double clearance : refine_.clearances) {
-      Segment segment{SegmentKind::Regrasp, {}};
-      core::Random random(refine_.seed, number);
-      if (go(push, moves, clearance, random, segment) && holds_slippery(q_before, segment)) {
-        least_clearance_ = std::min(least_clearance_, clearance);
-        ++reconnected_;
-        if (!segment.knots.empty()) built.segments.push_back(std::move(segment));
-        return true;
-      }
+    Run best, run;
+    const auto see = [&](bool found) {
+      if (found && finish(push.q_entry, best.missed, run) && run.missed < best.missed) std::swap(best, run);
       q_ = q_before;
       u_ = u_before;
+      return best.missed <= refine_.miss;
+    };
+    bool good = false;
+    if (refine_.reconnect) {
+      for (auto clearance = refine_.clearances.begin(); !good && clearance != refine_.clearances.end(); ++clearance) {
+        run = {};
+        run.clearance = *clearance;
+        good = see(connect(push, number, moves, run));
+      }
     }
-    return false;
+    if (!good && !push.merged && push.regrasp) {
+      run = {};
+      see(regrasp_as_planned(push, run));
+    }
+    if (std::isinf(best.missed)) return false;
+    if (best.clearance > 0) {
+      least_clearance_ = std::min(least_clearance_, best.clearance);
+      ++reconnected_;
+    }
+    take(best, built);
+    return true;
+  }
+
+  bool connect(const Push& push, std::size_t number, const Moves& moves, Run& run) {
+    const Eigen::VectorXd q_before = q_;
+    Segment segment{SegmentKind::Regrasp, {}};
+    core::Random random(refine_.seed, number);
+    if (!go(push, moves, run.clearance, random, segment) || !is_free_on_its_way(segment) || !holds_slippery(q_before, segment))
+      return false;
+    if (!segment.knots.empty()) run.segments.push_back(std::move(segment));
+    return true;
   }
 
   bool go(const Push& push, const Moves& moves, double clearance, core::Random& random, Segment& segment) {
@@ -488,6 +678,30 @@ class Refiner {
     return true;
   }
 
+  /// Every branch that goes elsewhere touches nothing from when it first is kFree away from everything to when it last is.
+  bool is_free_on_its_way(const Segment& segment) {
+    const auto& knots = segment.knots;
+    for (int c = 0; c < chains_.size(); ++c) {
+      double excursion = 0;
+      for (const auto& knot : knots) {
+        for (const int j : chains_.joints(c)) excursion = std::max(excursion, std::abs((knot.q - knots.front().q)[model_.n_qu() + j]));
+      }
+      if (excursion < kElsewhere) continue;
+      chains_.pairs_of(ChainMask{1} << c, pairs_);
+      bool was_free = false, touched = false;
+      for (const auto& knot : knots) {
+        world::calc_kinematics(model_, knot.q, geometry_.kinematics_work, geometry_.kinematics);
+        const double gap = contact::calc_min_distance(model_, geometry_.kinematics, pairs_, -std::numeric_limits<double>::infinity(),
+                                                      geometry_.contact_work);
+        if (gap >= kFree && touched) return false;
+        was_free = was_free || gap >= kFree;
+        touched = touched || (was_free && gap <= 0);
+      }
+      if (!was_free) return false;
+    }
+    return true;
+  }
+
   /// The objects do the same with every μ at regrasp_friction of it.
   bool holds_slippery(const Eigen::VectorXd& q_before, const Segment& segment) {
     dynamics::StepOptions slippery = exact_;
@@ -517,37 +731,17 @@ class Refiner {
     return error.position <= fraction * plan_.goal.tol_position && error.angle <= fraction * plan_.goal.tol_angle;
   }
 
-  struct Verdict {
-    GoalError error;         ///< at half the sub-step
-    double penetration = 0;  ///< [m]
-    double force_gap = 0;    ///< [m]
-  };
+  /// At half the sub-step, which says what the checker looks at besides.
+  Halves in_halves(const Plan& plan) {
+    Halves out{plan.q_start, plan.u_start};
+    if (!go_on(plan.segments, exact_of(plan), out)) out.q = plan.q_start;
+    return out;
+  }
 
-  /// At the sub-step and at half of it; the second says what the checker looks at besides.
-  bool reaches_goal(const Plan& plan, double fraction, Verdict& verdict) {
-    verdict = {};
-    if (plan.segments.empty() || !within(goal_error(model_, end_of(plan), plan_.goal), fraction)) return false;
-    q_ = plan.q_start;
-    Eigen::VectorXd u = plan.u_start;
-    bool first = true;  // the given start may penetrate
-    const dynamics::StepOptions options = exact_of(plan);
-    steps_.forget();
-    for (const Segment& segment : plan.segments) {
-      for (const auto& knot : segment.knots) {
-        for (const Eigen::VectorXd& next : {Eigen::VectorXd(0.5 * (u + knot.u)), knot.u}) {
-          if (!step(next, options)) return false;
-          for (const auto& c : result_.contacts) {
-            if (!first) verdict.penetration = std::max(verdict.penetration, -c.contact.phi);
-            if (c.active) verdict.force_gap = std::max(verdict.force_gap, c.anitescu_gap());
-          }
-          first = false;
-          q_ = result_.q_next;
-        }
-        u = knot.u;
-      }
-    }
-    verdict.error = goal_error(model_, q_, plan_.goal);
-    return within(verdict.error, fraction);
+  /// At the sub-step and at half of it.
+  bool reaches_goal(const Plan& plan, const Halves& halves, double fraction) const {
+    return !plan.segments.empty() && within(goal_error(model_, end_of(plan), plan_.goal), fraction) &&
+           within(goal_error(model_, halves.q, plan_.goal), fraction);
   }
 
   const Model& model_;
@@ -560,11 +754,16 @@ class Refiner {
   RobotChains chains_;
   dynamics::StepWorkspace steps_;
   GeometryWorkspace geometry_;
+  std::vector<int> pairs_;
   dynamics::StepOptions exact_;
   dynamics::StepResult result_;
   dynamics::RolloutResult rollout_;
-  int cuts_ = 1;         ///< parts of a step of the plan
-  double mpc_work_ = 0;  ///< of the trial so far, as in RefineOptions
+  dynamics::StepWorkspace half_steps_, smooth_steps_;
+  dynamics::StepResult half_result_, smooth_result_;
+  Halves given_, halves_;             ///< of the plan, and where the simulation is
+  Eigen::VectorXd weights_, limits_;  ///< 1/tolerance of the goal (n_vu); limits of a sub-step (n_a)
+  int cuts_ = 1;                      ///< parts of a step of the plan
+  double mpc_work_ = 0;               ///< of the trial so far, as in RefineOptions
   dynamics::SubstepLimits substep_;
   trajopt::OptimizeOptions mpc_;
   trajopt::OptimizeWorkspace optimizer_;
@@ -573,7 +772,7 @@ class Refiner {
   Eigen::VectorXd q_, u_;   ///< where the simulation is
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
-  int reconnected_ = 0, corrected_ = 0;
+  int reconnected_ = 0, corrected_ = 0, led_ = 0;
   bool rests_ = true;
 };
 
@@ -594,7 +793,8 @@ void RefineOptions::validate() const {
   for (const double clearance : clearances) core::require_positive("refine.clearances", clearance);
   core::require_positive("refine.h", h);
   if (mpc_iterations < 0) core::throw_invalid("refine.mpc_iterations", std::to_string(mpc_iterations), "0 or more");
-  core::require_positive("refine.mpc_share", mpc_share);
+  core::require_positive("refine.miss", miss);
+  core::require_positive("refine.mpc_miss", mpc_miss);
   core::require_nonnegative("refine.mpc_work", mpc_work);
   core::require_positive("refine.motionless_position", motionless_position);
   core::require_positive("refine.motionless_angle", motionless_angle);

@@ -18,11 +18,12 @@ struct RefineOptions {
   bool cut_tails = true;    ///< what follows the last motion of the objects in a push is left out
   bool rest = true;         ///< commands of a push are held at its end until the objects rest in the model as well
   double h = 0.02;          ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
-  int mpc_iterations = 6;   ///< of iMPC for a push that ends away from the plan, ≥ 0 …
-  double mpc_share = 0.2;   ///< … by more than this share of the goal's tolerances; the last one is led to the goal itself
-  double mpc_work =
-      5e7;  ///< Σ T (n_v + n_a)³ over the pushes of a trial that iMPC looks at, T their steps; a trial that asks for more is given up, ≥ 0
-  bool reconnect = true;              ///< regrasps are planned anew; without it they are kept as they are
+  double miss =
+      0.2;  ///< a push that ends farther than this from the plan, in tolerances of the goal, is led back by feedback; the last one to the goal itself, > 0
+  double mpc_miss = 0.5;   ///< … and by iMPC where it is still farther away than this, > 0
+  int mpc_iterations = 4;  ///< of iMPC, ≥ 0
+  double mpc_work = 2e7;   ///< Σ T (n_v + n_a + 20)³ over the pushes of a trial that iMPC works on, T their steps, is at most this, ≥ 0
+  bool reconnect = true;   ///< regrasps are planned anew; without it they are kept as they are
   double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
   double motionless_angle = 1e-3;     ///< … and [rad]
   PathOptions path;                   ///< of the searches; its clearance is not used
@@ -36,6 +37,7 @@ struct RefineResult {
   bool rests = false;   ///< pushes end at rest
   int pushes_before = 0, pushes = 0;
   int regrasps_before = 0, regrasps = 0;
+  int led = 0;          ///< pushes with feedback (E.6)
   int corrected = 0;    ///< pushes whose commands iMPC changed
   int reconnected = 0;  ///< regrasps that were planned anew; the others replay the commands of the plan
   long knots_before = 0, knots = 0;
