@@ -114,6 +114,37 @@ TEST(LocalModel, FreeBallTurned_DerivativeIsCarriedThroughTheDisturbance) {
   }
 }
 
+/// A sample looks first at the rows that the nominal step and its B expect it to come near. It ends where the step ends that looks at all
+/// within reach, however wrong that was: disturbances of 0.4 rad are far from small. Both are centred at a complementarity of 1e-8 J·s,
+/// which leaves 1e-6 m where impulses are 0.01 N·s.
+TEST(LocalModel, OneSample_IsTheStepThere) {
+  for (const char* task : {"allegro_ball", "planar_hand"}) {
+    const auto model = load_task(task);
+    core::Random states(5, 0);
+    LocalModelWorkspace work(model);
+    StepWorkspace step_work(model);
+    StepResult expected;
+    LocalModel out;
+    int pushed = 0;
+    for (std::uint64_t seed = 0; seed < 60; ++seed) {
+      const VectorXd q = sample_task(task, *model, states), u = q.tail(model->n_a());
+      const double s = seed % 2 == 0 ? 0.1 : 0.4;
+      core::Random random(seed, 0);
+      for (int i = 0; i < model->n_v(); ++i) random.normal();
+      VectorXd w(model->n_a());
+      for (auto& x : w) x = s * random.normal();
+      ASSERT_EQ(step(*model, {q, u + w}, {.with_B = true, .warm_start = false}, step_work, expected), Status::Solved);
+      ASSERT_EQ(calc_local_model(*model, {q, u}, RandomizedFirstOrder{disturbed(s, 1, seed)}, {}, false, work, out), Status::Solved);
+      VectorXd off(model->n_v());
+      world::local(*model, expected.q_next, out.c, off);
+      EXPECT_LT(off.norm(), 1e-6) << task << ' ' << seed;
+      EXPECT_LT((out.B - expected.B).norm(), 1e-4) << task << ' ' << seed;
+      pushed += expected.B.topRows(model->n_vu()).norm() > 1e-2;
+    }
+    EXPECT_GT(pushed, 30);
+  }
+}
+
 TEST(LocalModel, FirstAndZerothOrder_AgreeOnTheHand) {
   const auto model = load_task("planar_hand");
   VectorXd q(7), u(4);

@@ -8,6 +8,7 @@
 #include "stiction/core/overloaded.hpp"
 #include "stiction/core/parallel.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/dynamics/sample_step.hpp"
 #include "stiction/dynamics/so3.hpp"
 
 namespace stiction::dynamics {
@@ -22,6 +23,7 @@ using world::Model;
 struct Sample {
   VectorXd w_q, w_u;  // disturbance
   VectorXd q, u;      // disturbed point
+  VectorXd guess;     // of δq there
   StepResult step;
   VectorXd r;  // of q_next, from the nominal one
 };
@@ -59,10 +61,12 @@ LocalModelWorkspace::LocalModelWorkspace(LocalModelWorkspace&&) noexcept = defau
 
 namespace {
 
-/// Exact steps from all disturbed points; sample i depends on the seed and on i alone.
+/// Exact steps from all disturbed points; sample i depends on the seed and on i alone. Where only u is disturbed, the nominal step and its B
+/// say which contacts a sample comes near.
 void calc_samples(const Model& model, const StepInput& in, const Sampling& sampling, const StepOptions& options,
                   LocalModelWorkspace::Impl& work) {
   work.samples.resize(static_cast<std::size_t>(sampling.samples));
+  const bool same_q = sampling.std_q.maxCoeff() == 0;
   work.pool.run(sampling.samples, [&](int item, int worker) {
     Sample& s = work.samples[static_cast<std::size_t>(item)];
     core::Random random(sampling.seed, static_cast<std::uint64_t>(item));
@@ -73,7 +77,15 @@ void calc_samples(const Model& model, const StepInput& in, const Sampling& sampl
     s.q.resize(model.n_q());
     world::retract(model, in.q, s.w_q, s.q);
     s.u = in.u + s.w_u;
-    s.step.status = step(model, {s.q, s.u, in.tau_ext, in.damping}, options, work.steps[static_cast<std::size_t>(worker)], s.step);
+    const StepInput disturbed{s.q, s.u, in.tau_ext, in.damping};
+    StepWorkspace& step_work = work.steps[static_cast<std::size_t>(worker)];
+    if (same_q) {
+      s.guess = work.nominal.delta;
+      s.guess.noalias() += work.nominal.B * s.w_u;
+      s.step.status = detail::sample_step(model, disturbed, s.guess, options, step_work, s.step);
+    } else {
+      s.step.status = step(model, disturbed, options, step_work, s.step);
+    }
   });
 }
 
@@ -175,7 +187,8 @@ Status randomized(const Model& model, const StepInput& in, const Sampling& sampl
   validate_sampling(model, sampling);
   if (!first_order) validate_fit(model, sampling, with_A);
   options.smoothing = Exact{};
-  options.with_A = options.with_B = false;
+  options.with_A = false;
+  options.with_B = true;
   options.with_force_derivatives = false;
   options.warm_start = false;  // what another sample left in a workspace must not count
   const Status status = step(model, in, options, work.steps[0], work.nominal);

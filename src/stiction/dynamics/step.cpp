@@ -8,6 +8,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
 #include "stiction/dynamics/linearisation.hpp"
+#include "stiction/dynamics/sample_step.hpp"
 
 namespace stiction::dynamics {
 namespace {
@@ -22,6 +23,9 @@ using world::Model;
 constexpr double kNearContact = 2e-3;  // [m]
 constexpr double kNearLimit = 0.02;    // [rad or m]
 constexpr double kMotionShare = 0.25;
+/// Where δq is known roughly, the rows are those that keep less room than this under it.
+constexpr double kGuessContact = 1e-3;  // [m]
+constexpr double kGuessLimit = 0.01;    // [rad or m]
 constexpr int kMaxRounds = 12;
 constexpr int kMostRays = 64;
 
@@ -348,6 +352,43 @@ double motion_bound(const Model& model, const StepWorkspace::Impl& work, const E
   return bound;
 }
 
+/// Rows of a smoothed step: self-contacts enter where they push as hard as a contact with an object does where it enters, σ/φ is the same.
+void include_smoothed(const Model& model, const StepInput& in, const StepOptions& options, double self_sharpness,
+                      StepWorkspace::Impl& work) {
+  const double near_self = (model.scene().contact_distance + options.contact_margin) / self_sharpness;
+  work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
+    work.included[i] = !self || least_commanded_gap(model, options, i, work) < near_self;
+  }
+  for_each_limit(model, in,
+                 [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
+}
+
+/// Rows that an exact step looks at first.
+void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, double fall, StepWorkspace::Impl& work) {
+  const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) work.included[i] = work.contacts[i].phi < near_contact;
+  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+    const int j = variable - model.n_vu();
+    const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && offset < kNearLimit + motion;
+  });
+}
+
+/// The same where δq is known roughly.
+void include_near(const Model& model, const StepInput& in, const StepOptions& options, const Eigen::VectorXd& guess,
+                  StepWorkspace::Impl& work) {
+  const double motion = 2 * motion_bound(model, work, guess);
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const double phi = work.contacts[i].phi, mu = work.contacts[i].friction * options.friction_scale;
+    work.included[i] = phi < kGuessContact + (1 + mu) * motion && slack(work, phi, mu, displacement(model, i, guess, work)) < kGuessContact;
+  }
+  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && sign * guess[variable] + offset < kGuessLimit;
+  });
+}
+
 /// Puts rows that the solution violates into the problem of the next round; true when there are any.
 bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
   bool any = false;
@@ -404,9 +445,9 @@ void read_contacts(const Model& model, const StepOptions& options, StepWorkspace
   }
 }
 
-}  // namespace
-
-Status step(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& workspace, StepResult& out) {
+/// step() and sample_step(): `guess` may be null.
+Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd* guess, const StepOptions& options,
+                  StepWorkspace& workspace, StepResult& out) {
   options.validate();
   core::require_size("q", in.q.size(), model.n_q());
   core::require_size("u", in.u.size(), model.n_a());
@@ -442,24 +483,14 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   const double sigma = exact ? 0.0 : options.h / analytic->kappa;
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double sigma_limit = exact ? 0.0 : sigma / analytic->limit_sharpness;
-  const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);
-  // Self-contacts enter where they push as hard as a contact with an object does where it enters: σ/φ is the same.
-  const double near_self = exact ? 0.0 : (model.scene().contact_distance + options.contact_margin) / analytic->self_sharpness;
-  if (!exact) work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
   work.included.resize(work.contacts.size());
   work.moved.resize(work.contacts.size());
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const bool self = work.self_contact[static_cast<std::size_t>(work.contacts[i].pair)] != 0;
-    if (exact)
-      work.included[i] = work.contacts[i].phi < near_contact;
-    else
-      work.included[i] = !self || least_commanded_gap(model, options, i, work) < near_self;
-  }
-  for_each_limit(model, in, [&](int variable, double sign, double offset) {
-    const int j = variable - model.n_vu();
-    const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
-    work.limit_included[limit_id(variable, sign)] = options.joint_limits && (!exact || offset < kNearLimit + motion);
-  });
+  if (!exact)
+    include_smoothed(model, in, options, analytic->self_sharpness, work);
+  else if (guess == nullptr)
+    include_within_reach(model, in, options, fall, work);
+  else
+    include_near(model, in, options, *guess, work);
 
   cone::Options solver_options;
   solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
@@ -505,13 +536,24 @@ Status step(const Model& model, const StepInput& in, const StepOptions& options,
   out.delta = work.solution.x;
   out.q_next.resize(model.n_q());
   world::retract(model, in.q, out.delta, out.q_next);
-  read_contacts(model, options, work, out.contacts);
+  if (guess == nullptr || options.with_A) read_contacts(model, options, work, out.contacts);
   if (derivatives) {
     const detail::SolvedStep solved{model,  options,     work.kinematics, work.J, work.included, work.rays, work.bound_variables,
                                     work.Q, *work.solver};
     detail::linearise(solved, work.contact_work, work.linearisation, out);
   }
   return out.status;
+}
+
+}  // namespace
+
+Status step(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& workspace, StepResult& out) {
+  return solve_step(model, in, nullptr, options, workspace, out);
+}
+
+Status detail::sample_step(const Model& model, const StepInput& in, const Eigen::VectorXd& guess, const StepOptions& options,
+                           StepWorkspace& workspace, StepResult& out) {
+  return solve_step(model, in, &guess, options, workspace, out);
 }
 
 }  // namespace stiction::dynamics
