@@ -56,6 +56,31 @@ TEST(Planner, PlanarHand_ReachesTheGoalAtBothResolutions) {
 }
 
 // Half of all edges disagree somewhere at a hundredth of the tolerances: what is left of them has to carry the search.
+/// What rests on the sixth digit of a command is no plan: at half the sub-step, with other errors than those that the planner tried.
+TEST(Planner, Plan_SurvivesNoiseInItsCommands) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  for (options.seed = 0; options.seed < 4; ++options.seed) {
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+    core::Random random(99, options.seed);
+    dynamics::StepWorkspace work(problem.model);
+    dynamics::StepResult step;
+    Eigen::VectorXd q = result.plan.q_start, u = result.plan.u_start;
+    for (const auto& segment : result.plan.segments) {
+      for (const auto& knot : segment.knots) {
+        const Eigen::VectorXd next = knot.u + Eigen::VectorXd::NullaryExpr(u.size(), [&] { return random.uniform(-1e-6, 1e-6); });
+        for (const Eigen::VectorXd& command : {Eigen::VectorXd(0.5 * (u + next)), next}) {
+          ASSERT_EQ(dynamics::step(*problem.model, {q, command}, result.plan.step, work, step), Status::Solved);
+          q = step.q_next;
+        }
+        u = next;
+      }
+    }
+    EXPECT_TRUE(goal_error(*problem.model, q, problem.goal).within(problem.goal)) << "seed " << options.seed;
+  }
+}
+
 TEST(Planner, EdgesThatDisagree_AreBuiltOnUpToWhereTheyDo) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();

@@ -94,6 +94,24 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_for_regrasp(), first);
 }
 
+TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
+  RandomTree t("planar_pushing");
+  constexpr int kNode = 7;
+  t.tree.bury(kNode + 20);
+  const auto behind = [&](int i) {
+    const auto path = t.tree.path_to(i);
+    return std::find(path.begin(), path.end(), kNode) != path.end();
+  };
+  int expected = 0;
+  for (int i = 0; i < t.tree.size(); ++i) expected += behind(i) && i != kNode + 20;
+  ASSERT_GT(expected, 1);
+  EXPECT_EQ(t.tree.bury_branch(kNode), expected);
+  EXPECT_EQ(t.tree.bury_branch(kNode), 0) << "a second time";
+  int found = 0;
+  for (int i = t.tree.take_nearest_to_goal(); i >= 0; i = t.tree.take_nearest_to_goal(), ++found) EXPECT_FALSE(behind(i)) << i;
+  EXPECT_EQ(found, 200 - expected - 1);
+}
+
 TEST(Tree, PathTo_GoesFromTheRootAlongParents) {
   RandomTree t("planar_pushing");
   const auto path = t.tree.path_to(199);

@@ -38,6 +38,8 @@ constexpr double kFallen = 0.05;
 constexpr long kHopelessSamples = 100;
 /// Draws of the branches of a regrasp, until some may be able to let go of the object.
 constexpr int kDraws = 30;
+/// Errors of commands that a plan has to survive [rad or m].
+constexpr double kNoise = 1e-6;
 /// Extensions in a row towards one subgoal.
 constexpr std::size_t kLongestChain = 12;
 /// They end when one leaves the object farther from the subgoal than this share of before.
@@ -831,8 +833,37 @@ class Planner {
       tree_.set_fine(node, q_fine);
       if (goal_ratio(q_fine) > options_.tolerance_fraction) return false;
     }
-    keep(tree_.path_to(node));
+    const std::vector<int> path = tree_.path_to(node);
+    if (refines() && !survives_noise(path)) return false;
+    keep(path);
     return true;
+  }
+
+  /// A plan that rests on the sixth digit of a command is none: at half the sub-step, with commands that are off by kNoise, it still reaches the goal.
+  /// Where it does not, everything behind the edge that went elsewhere is taken out of the search.
+  bool survives_noise(const std::vector<int>& path) {
+    core::Random random(options_.seed, 0);
+    Eigen::VectorXd q = problem_.q_start, u = u_start_, e(model_.n_vu());
+    for (const int i : path) {
+      const Node& node = tree_[i];
+      Eigen::MatrixXd commands = node.commands;
+      for (double& value : commands.reshaped()) value += random.uniform(-kNoise, kNoise);
+      const Eigen::MatrixXd states = simulate_fine(q, u, commands, node.edge != SegmentKind::Settle, workers_[0], totals_);
+      bool held = states.cols() == commands.cols();
+      if (held && states.cols() > 0) {
+        q = states.rightCols(1);
+        u = commands.rightCols(1);
+        space_.error(node.q_fine.data(), q.data(), e.data());
+        held = largest_share(model_, e, problem_.goal.tol_position, problem_.goal.tol_angle) <= options_.fidelity_edge;
+      }
+      if (!held && node.parent >= 0) {
+        result_.distrusted += tree_.bury_branch(i);
+        return false;
+      }
+    }
+    if (goal_ratio(q) <= options_.tolerance_fraction) return true;
+    tree_.bury(path.back());
+    return false;
   }
 
   void keep_best() { keep(tree_.path_to(best_)); }

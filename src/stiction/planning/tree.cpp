@@ -45,6 +45,20 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
 
 void Tree::bury(int i) { nearest_.remove(i); }
 
+int Tree::bury_branch(int i) {
+  std::vector<char> behind(nodes_.size(), 0);
+  behind[static_cast<std::size_t>(i)] = 1;
+  int n = 0;
+  for (int k = i; k < size(); ++k) {  // parents come before their children
+    const int parent = (*this)[k].parent;
+    if (k > i && (parent < 0 || behind[static_cast<std::size_t>(parent)] == 0)) continue;
+    behind[static_cast<std::size_t>(k)] = 1;
+    n += !nearest_.removed(k);
+    bury(k);
+  }
+  return n;
+}
+
 int Tree::take_nearest_to_goal() {
   while (!to_goal_.empty()) {
     const int i = to_goal_.top().node;

@@ -69,6 +69,8 @@ class Tree {
 
   /// Takes a node out of every later search; it must have no children.
   void bury(int i);
+  /// The same for a node and all behind it. @returns their number
+  int bury_branch(int i);
 
   /// Node indices from the root to i.
   std::vector<int> path_to(int i) const;
