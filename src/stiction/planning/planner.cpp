@@ -434,7 +434,7 @@ class Planner {
       return !slippery || holds_slippery(node, parent, worker, totals);
     }
     if (left == nullptr || node.edge != SegmentKind::Contact) return false;
-    for (Eigen::Index k = fine.cols() - (fine.cols() == n ? 2 : 1); k >= 0; --k) {
+    for (Eigen::Index k = fine.cols() / 2 - 1; k >= 0; --k) {  // half of it: at its end things are about to go wrong
       if (!agrees(k)) continue;
       if (!cut_edge(parent, node, k + 1, fine.col(k), *left) || (slippery && !holds_slippery(*left, parent, worker, totals)))
         left->q.resize(0);
