@@ -112,6 +112,30 @@ TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
   EXPECT_EQ(found, 200 - expected - 1);
 }
 
+TEST(Tree, GraspsForASubgoal_StartWhereTheObjectIsNearest) {
+  RandomTree t("planar_pushing");
+  Node grasp;
+  grasp.parent = 0;
+  grasp.edge = SegmentKind::Regrasp;
+  grasp.q = t.tree[0].q;
+  grasp.local = t.tree[0].local;
+  grasp.local.set(grasp.q, t.tree[0].local.B_u, t.model->n_qu(), t.model->n_vu(), 1e-4);
+  const int regrasp = t.tree.add(grasp, t.goal);
+  for (int query = 0; query < 50; ++query) {
+    const Eigen::VectorXd q_u = Eigen::VectorXd::NullaryExpr(3, [&] { return t.random.normal(); });
+    const auto distance = [&](int i) {
+      Eigen::Vector3d e = q_u - t.tree[i].q.head(3);
+      e[2] = std::remainder(e[2], 2 * std::numbers::pi);
+      return e.squaredNorm();
+    };
+    const int near = t.tree.nearest_for_regrasp(q_u);
+    ASSERT_NE(near, regrasp) << "another grasp starts where this one did";
+    for (int i = 0; i < regrasp; ++i) EXPECT_LE(distance(near), distance(i) * (1 + 1e-9)) << i;
+  }
+  for (int i = 0; i < regrasp; ++i) t.tree.set_unsupported(i);
+  EXPECT_EQ(t.tree.nearest_for_regrasp(t.goal), -1);
+}
+
 TEST(Tree, PathTo_GoesFromTheRootAlongParents) {
   RandomTree t("planar_pushing");
   const auto path = t.tree.path_to(199);

@@ -48,6 +48,8 @@ constexpr double kChainProgress = 0.95;
 constexpr double kForceReach = 0.01;
 /// Share of the growths whose contact forces stay in their cones.
 constexpr double kInCones = 0.5;
+/// Share of the regrasps towards drawn subgoals that start from the node whose object is nearest, the others from the nearest one.
+constexpr double kByPlace = 0.5;
 /// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
 /// is not tried again from the same node.
 constexpr double kSameCommand = 0.1;
@@ -108,6 +110,7 @@ struct Item {
   int near = -1;  ///< −1: to be found by the worker
   bool grasp = false;
   bool to_goal = false;
+  bool by_place = false;      ///< near by the place of the objects, whatever the posture
   bool spectral = false;      ///< along a principal direction instead of to the subgoal
   bool in_cones = false;      ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;    ///< qᵘ (n_qu)
@@ -156,7 +159,7 @@ class Planner {
         result_(result),
         space_(model_),
         chains_(model_),
-        tree_(space_, global_weights()),
+        tree_(space_, global_weights(), inverse_tolerances().cwiseAbs2()),
         pool_(options.threads > 0 ? options.threads : core::hardware_threads()) {
     for (int i = 0; i < pool_.size(); ++i) workers_.emplace_back(problem.model);
     exact_.h = options.h;
@@ -307,6 +310,7 @@ class Planner {
     core::Random random(options_.seed, item.stream << 1);
     item.grasp = random.chance(options_.grasp_probability);
     item.in_cones = refines() && options_.scheme == Scheme::Analytic && random.chance(kInCones);
+    item.by_place = item.grasp && refines() && random.chance(kByPlace);
     item.subgoal = q_goal_;
     item.to_goal = random.chance(options_.goal_bias);
     if (item.to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
@@ -317,6 +321,7 @@ class Planner {
   }
 
   void work_on(Item& item, Worker& worker) {
+    if (item.near < 0 && item.by_place) item.near = tree_.nearest_for_regrasp(item.subgoal);
     if (item.near < 0) item.near = tree_.nearest(item.subgoal);
     if (refines() && tree_[item.near].q_fine.size() == 0) {
       item.refined = item.near;

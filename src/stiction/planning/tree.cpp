@@ -23,14 +23,24 @@ void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, in
   S.llt().matrixL().solveInPlace(L_inv);
 }
 
+namespace {
+
+/// A point with the metric Σ wᵢ eᵢ².
+void add_weighted(NearestPoints& points, const Eigen::VectorXd& c, const Eigen::VectorXd& w) {
+  points.add(c, w.cwiseInverse().asDiagonal().toDenseMatrix(), w.cwiseSqrt().asDiagonal().toDenseMatrix());
+}
+
+}  // namespace
+
 int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
   const int i = size();
   if (global_weights_.size() == 0) {
     nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
   } else {
-    const Eigen::VectorXd& w = global_weights_;
-    nearest_.add(node.q.head(q_goal.size()), w.cwiseInverse().asDiagonal().toDenseMatrix(), w.cwiseSqrt().asDiagonal().toDenseMatrix());
+    add_weighted(nearest_, node.q.head(q_goal.size()), global_weights_);
   }
+  add_weighted(places_, node.q.head(q_goal.size()), place_weights_);
+  if (node.edge == SegmentKind::Regrasp) places_.remove(i);  // another grasp starts where this one did
   nodes_.push_back(std::move(node));
   regrasps_.push_back(0);
   Node& added = nodes_.back();
@@ -43,7 +53,10 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
   return i;
 }
 
-void Tree::bury(int i) { nearest_.remove(i); }
+void Tree::bury(int i) {
+  nearest_.remove(i);
+  places_.remove(i);
+}
 
 int Tree::bury_branch(int i) {
   std::vector<char> behind(nodes_.size(), 0);

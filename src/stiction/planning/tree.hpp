@@ -44,8 +44,11 @@ struct Node {
 class Tree {
  public:
   /// @param global_weights  diagonal of a metric that is the same everywhere (n_v); empty: every node has its own
-  explicit Tree(const ObjectSpace& space, Eigen::VectorXd global_weights = {})
-      : nearest_(space), global_weights_(std::move(global_weights)) {}
+  /// @param place_weights   w of nearest_for_regrasp (n_v); empty: 1
+  explicit Tree(const ObjectSpace& space, Eigen::VectorXd global_weights = {}, Eigen::VectorXd place_weights = {})
+      : nearest_(space), places_(space), global_weights_(std::move(global_weights)), place_weights_(std::move(place_weights)) {
+    if (place_weights_.size() == 0) place_weights_.setOnes(space.n_v());
+  }
 
   /// @param taken  it was taken towards the goal already
   int add(Node node, const Eigen::VectorXd& q_goal, bool taken = false);
@@ -54,6 +57,10 @@ class Tree {
 
   /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8), or of Σ wᵢ eᵢ² with e = q_u ⊖ qᵘ.
   int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
+
+  /// argmin Σ wᵢ eᵢ² with e = q_u ⊖ qᵘ over the nodes at which branches may let go of the object: where a grasp for q_u starts. The
+  /// posture will change, so that the node's metric says nothing. −1 when there is none.
+  int nearest_for_regrasp(const Eigen::VectorXd& q_u) const { return places_.nearest(q_u.data()); }
 
   /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
   int take_nearest_to_goal();
@@ -64,7 +71,10 @@ class Tree {
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_stuck(int i, ChainMask branches) { nodes_[static_cast<std::size_t>(i)].stuck.push_back(branches); }
-  void set_unsupported(int i) { nodes_[static_cast<std::size_t>(i)].unsupported = true; }
+  void set_unsupported(int i) {
+    nodes_[static_cast<std::size_t>(i)].unsupported = true;
+    places_.remove(i);
+  }
   void set_fine(int i, Eigen::VectorXd q_fine) { nodes_[static_cast<std::size_t>(i)].q_fine = std::move(q_fine); }
 
   /// Takes a node out of every later search; it must have no children.
@@ -85,7 +95,8 @@ class Tree {
 
   std::vector<Node> nodes_;
   NearestPoints nearest_;
-  Eigen::VectorXd global_weights_;
+  NearestPoints places_;  // of the objects at the nodes
+  Eigen::VectorXd global_weights_, place_weights_;
   Queue to_goal_;              // by d(q_goal; node); a node taken is gone
   Queue to_regrasp_;           // by the cost of take_for_regrasp; a node taken comes back with a higher one
   std::vector<int> regrasps_;  // choices by take_for_regrasp
