@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/moving_links.hpp"
 #include "stiction/world/object_derivatives.hpp"
 #include "world/test_scenes.hpp"
 
@@ -39,6 +40,43 @@ INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
                          testing::Values(
                              +[] { return test::make_zoo(); }, +[] { return test::make_linked(); }),
                          [](const auto& scene) { return scene.index == 0 ? "zoo" : "linked"; });
+
+/// Bodies and axes on the way to the bodies asked for are those of calc_kinematics, to the bit, and nothing else has changed.
+TEST_P(AnyScene, MovingLinks_AreTheKinematicsOfTheBodiesAskedFor) {
+  const auto model = Model::make(GetParam()());
+  core::Random random(4, 0);
+  MovingLinks links;
+  bool left_out = false;
+  for (int sample = 0; sample < 50; ++sample) {
+    const VectorXd before = random_configuration(*model, random);
+    VectorXd q = before;
+    std::vector<char> moving(static_cast<std::size_t>(model->n_a()));
+    for (int j = 0; j < model->n_a(); ++j) {
+      if (!random.chance(0.5)) continue;
+      moving[static_cast<std::size_t>(j)] = 1;
+      q[model->n_qu() + j] += random.normal();
+    }
+    const std::vector<int> bodies{random.index(static_cast<int>(model->bodies().size())),
+                                  random.index(static_cast<int>(model->bodies().size()))};
+    const Kinematics old = kinematics_at(*model, before), expected = kinematics_at(*model, q);
+    Kinematics partial = old;
+    links.select(*model, moving, bodies);
+    links.update(*model, q, partial);
+    for (std::size_t b = 0; b < model->bodies().size(); ++b) {
+      const bool asked = std::find(bodies.begin(), bodies.end(), static_cast<int>(b)) != bodies.end();
+      const Pose &X = partial.X_WB[b], &now = expected.X_WB[b], &then = old.X_WB[b];
+      const bool is_now = X.R == now.R && X.p == now.p, is_then = X.R == then.R && X.p == then.p;
+      EXPECT_TRUE(is_now || (!asked && is_then));
+      left_out |= !is_now;
+      if (!asked) continue;
+      for (const int dof : model->bodies()[b].dofs) {
+        EXPECT_EQ(partial.axis_W.col(dof), expected.axis_W.col(dof));
+        EXPECT_EQ(partial.origin_W.col(dof), expected.origin_W.col(dof));
+      }
+    }
+  }
+  EXPECT_TRUE(left_out) << "every link was moved for any two bodies";
+}
 
 TEST_P(AnyScene, AxesAndOrigins_AreTheDerivativeOfEveryBodyThroughRetract) {
   const auto model = Model::make(GetParam()());

@@ -181,16 +181,26 @@ Workspace::Workspace(const world::Model& model) : impl_(std::make_unique<Impl>(m
 Workspace::~Workspace() = default;
 Workspace::Workspace(Workspace&&) noexcept = default;
 
+void Workspace::Impl::place(int geometry, const world::Kinematics& kinematics) {
+  const GeometryData& g = geometries[geometry];
+  const world::Pose& X_WB = kinematics.X_WB[g.body];
+  const Vector3d center = X_WB * g.p_BCenter;
+  center_x[geometry] = center.x();
+  center_y[geometry] = center.y();
+  center_z[geometry] = center.z();
+  if (g.shape.kind != Kind::Sphere) X_WG[geometry] = X_WB * g.X_BG;
+}
+
 void Workspace::Impl::set_kinematics(const world::Kinematics& kinematics) {
-  for (std::size_t i = 0; i < geometries.size(); ++i) {
-    const GeometryData& g = geometries[i];
-    const world::Pose& X_WB = kinematics.X_WB[g.body];
-    const Vector3d center = X_WB * g.p_BCenter;
-    center_x[i] = center.x();
-    center_y[i] = center.y();
-    center_z[i] = center.z();
+  for (int i = 0; i < static_cast<int>(geometries.size()); ++i) place(i, kinematics);
+}
+
+void Workspace::Impl::set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices) {
+  if (2 * pair_indices.size() >= geometries.size()) return set_kinematics(kinematics);
+  for (const int i : pair_indices) {
+    place(pairs[i].a, kinematics);
+    place(pairs[i].b, kinematics);
   }
-  for (const int i : posed) X_WG[i] = kinematics.X_WB[geometries[i].body] * geometries[i].X_BG;
 }
 
 double Workspace::Impl::distance2(int pair) const {
@@ -390,12 +400,12 @@ void query_pairs(const world::Model& model, const world::Kinematics& kinematics,
   Workspace::Impl& w = work.impl();
   require_match(w, model, kinematics);
   require_length("cutoff", cutoff);
-  w.set_kinematics(kinematics);
   std::size_t slots = 0;
   for (const int i : pair_indices) {
     require_pair(w, i);
     slots += static_cast<std::size_t>(w.slots(i));
   }
+  w.set_kinematics(kinematics, pair_indices);
   out.resize(slots);
   Contact* next = out.data();
   for (const int i : pair_indices) {

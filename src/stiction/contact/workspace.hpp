@@ -47,6 +47,8 @@ struct Workspace::Impl {
 
   void find_planes(const world::Model& model);
   void set_kinematics(const world::Kinematics& kinematics);
+  void set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices);  // of the geometries of these pairs at least
+  void place(int geometry, const world::Kinematics& kinematics);
   double distance2(int pair) const;    // of the bounding centres [m²]
   double lower_bound(int pair) const;  // of phi [m]
   void narrow(int pair, Distance& out);

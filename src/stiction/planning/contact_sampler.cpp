@@ -18,16 +18,33 @@ void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, Geom
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
 }
 
-/// Row of dφ/dq_a over all joints for one contact (A relative to B along n), zero for joints that are not `moving`.
-void gap_gradient(const world::Model& model, const contact::Contact& contact, const std::vector<char>& moving, GeometryWorkspace& work,
-                  Eigen::Ref<Eigen::VectorXd> gradient) {
-  const auto& support = model.supports()[static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support)];
-  work.jacobian.resize(3 * support.size());
-  contact::calc_jacobian(model, work.kinematics, contact, work.jacobian.data());
+/// Row of dφ/dq_a over all joints for one contact (A relative to B along n), zero for joints that are not `moving`. The first row of
+/// contact::calc_jacobian() where it is asked for.
+void gap_gradient(const world::Model& model, const contact::Contact& contact, const std::vector<char>& moving,
+                  const GeometryWorkspace& work, Eigen::Ref<Eigen::VectorXd> gradient) {
+  const auto& pair = model.pairs()[static_cast<std::size_t>(contact.pair)];
+  const auto dofs_of = [&](int geometry) -> const std::vector<int>& {
+    return model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(geometry)].body)].dofs;
+  };
+  const auto &dofs_a = dofs_of(pair.geometry_a), &dofs_b = dofs_of(pair.geometry_b);
+  const auto has = [](const std::vector<int>& dofs, int dof) { return std::find(dofs.begin(), dofs.end(), dof) != dofs.end(); };
+  const auto rate = [&](int dof, const Eigen::Vector3d& p_W, const Eigen::Vector3d& origin_W) {
+    const Eigen::Vector3d axis = work.kinematics.axis_W.col(dof);
+    const bool slides = model.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Prismatic;
+    return contact.nhat_BA_W.dot(slides ? axis : Eigen::Vector3d(axis.cross(p_W - origin_W)));
+  };
+  const auto is_moving = [&](int dof) { return dof >= model.n_vu() && moving[static_cast<std::size_t>(dof - model.n_vu())]; };
   gradient.setZero();
-  for (std::size_t c = 0; c < support.size(); ++c) {
-    const int joint = support[c] - model.n_vu();
-    if (joint >= 0 && moving[static_cast<std::size_t>(joint)]) gradient[joint] = work.jacobian[c];
+  for (const int dof : dofs_a) {
+    if (!is_moving(dof)) continue;
+    double& entry = gradient[dof - model.n_vu()];
+    if (!has(dofs_b, dof))
+      entry = rate(dof, contact.p_WA, work.kinematics.origin_W.col(dof));
+    else if (model.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute)
+      entry = rate(dof, contact.p_WA, contact.p_WB);  // moved together: only the gap between the two points counts
+  }
+  for (const int dof : dofs_b) {
+    if (is_moving(dof) && !has(dofs_a, dof)) gradient[dof - model.n_vu()] = -rate(dof, contact.p_WB, work.kinematics.origin_W.col(dof));
   }
 }
 
@@ -80,12 +97,17 @@ bool is_clear(const world::Model& model, const RobotChains& chains, ChainMask mo
   return true;
 }
 
-/// Brings one pair into contact by Newton steps on its gap in the branch's joints; q is changed in place.
+/// Brings one pair into contact by Newton steps on its gap in the branch's joints; q is changed in place. Only what moves the pair is
+/// computed: the rest of the kinematics in `work` is out of date after it.
 bool touch(const world::Model& model, int pair, const std::vector<char>& moving, Eigen::VectorXd& q, GeometryWorkspace& work) {
   Eigen::VectorXd gradient(model.n_a());
   const int pairs[1] = {pair};
+  const auto body = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].body; };
+  const world::Pair& of = model.pairs()[static_cast<std::size_t>(pair)];
+  const int bodies[2] = {body(of.geometry_a), body(of.geometry_b)};
+  work.links.select(model, moving, bodies);
   for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
-    update_kinematics(model, q, work);
+    work.links.update(model, q, work.kinematics);
     contact::query_pairs(model, work.kinematics, pairs, std::numeric_limits<double>::infinity(), work.contact_work, work.contacts);
     if (work.contacts.empty()) return false;
     const auto& c =
@@ -108,17 +130,21 @@ bool sample_chain(const world::Model& model, const RobotChains& chains, const Ge
   if (pairs.empty()) return false;
   const auto moving = joint_flags(model, {joints.begin(), joints.end()});
   const Eigen::VectorXd q_before = q;
+  update_kinematics(model, q, work);
+  std::vector<std::pair<double, double>> ranges;
+  for (const int j : joints) ranges.push_back(draw_range(model, pairs, j, q[model.n_qu() + j], work));
   for (int attempt = 0; attempt < options.tries; ++attempt) {
     q = q_before;
-    update_kinematics(model, q, work);
     const bool near = random.chance(options.near_probability);
-    for (const int j : joints) {
-      double& value = q[model.n_qu() + j];
-      const auto [low, high] = draw_range(model, pairs, j, value, work);
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      double& value = q[model.n_qu() + joints[k]];
+      const auto [low, high] = ranges[k];
       value = near ? std::clamp(value + options.near_std * random.normal(), low, high) : random.uniform(low, high);
     }
     const int pair = pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
-    if (touch(model, pair, moving, q, work) && is_clear(model, chains, ChainMask{1} << chain, work)) return true;
+    if (!touch(model, pair, moving, q, work)) continue;
+    update_kinematics(model, q, work);
+    if (is_clear(model, chains, ChainMask{1} << chain, work)) return true;
   }
   q = q_before;
   return false;

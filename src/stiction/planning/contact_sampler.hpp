@@ -8,6 +8,7 @@
 #include "stiction/core/random.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/planning/robot_chains.hpp"
+#include "stiction/world/moving_links.hpp"
 
 namespace stiction::planning {
 
@@ -17,9 +18,9 @@ struct GeometryWorkspace {
 
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
+  world::MovingLinks links;  // of a search over a few joints
   contact::Workspace contact_work;
   std::vector<contact::Contact> contacts;
-  std::vector<double> jacobian;
   std::vector<int> pairs;
 };
 

@@ -99,6 +99,34 @@ KinematicsWorkspace::KinematicsWorkspace(KinematicsWorkspace&&) noexcept = defau
 
 void calc_kinematics(const Model& model, VectorRef q, KinematicsWorkspace&, Kinematics& out) { calc_kinematics(model.impl(), q, out); }
 
+void place_link(const LinkNode& node, const VectorRef& q, Kinematics& out) {
+  const Pose& X_WP = out.X_WB[static_cast<std::size_t>(node.parent)];
+  Pose& X_WB = out.X_WB[static_cast<std::size_t>(node.body)];
+  const Vector3d p = X_WP.R * node.p_PJ + X_WP.p;
+  switch (node.kind) {
+    case LinkNode::Kind::Revolute: {
+      const Matrix3d R_PB = node.C0 + std::cos(q[node.q]) * node.C1 + std::sin(q[node.q]) * node.C2;
+      X_WB.R.noalias() = X_WP.R * R_PB;
+      X_WB.p = p;
+      out.axis_W.col(node.v).noalias() = X_WP.R * node.axis_P;
+      out.origin_W.col(node.v) = p;
+      break;
+    }
+    case LinkNode::Kind::Prismatic: {
+      const Vector3d axis = X_WP.R * node.axis_P;
+      X_WB.R.noalias() = X_WP.R * node.C0;
+      X_WB.p = p + q[node.q] * axis;
+      out.axis_W.col(node.v) = axis;
+      out.origin_W.col(node.v) = X_WB.p;
+      break;
+    }
+    case LinkNode::Kind::Welded:
+      X_WB.R.noalias() = X_WP.R * node.C0;
+      X_WB.p = p;
+      break;
+  }
+}
+
 void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out) {
   core::require_size("q", q.size(), m.n_q);
   if (out.X_WB.size() != m.bodies.size() || out.axis_W.cols() != m.n_v) {
@@ -115,33 +143,7 @@ void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out) 
     X_WB = calc_object_pose(node, X_WP, q);
     calc_object_axes(node, X_WP, X_WB, out);
   }
-  for (const LinkNode& node : m.link_nodes) {
-    const Pose& X_WP = out.X_WB[static_cast<std::size_t>(node.parent)];
-    Pose& X_WB = out.X_WB[static_cast<std::size_t>(node.body)];
-    const Vector3d p = X_WP.R * node.p_PJ + X_WP.p;
-    switch (node.kind) {
-      case LinkNode::Kind::Revolute: {
-        const Matrix3d R_PB = node.C0 + std::cos(q[node.q]) * node.C1 + std::sin(q[node.q]) * node.C2;
-        X_WB.R.noalias() = X_WP.R * R_PB;
-        X_WB.p = p;
-        out.axis_W.col(node.v).noalias() = X_WP.R * node.axis_P;
-        out.origin_W.col(node.v) = p;
-        break;
-      }
-      case LinkNode::Kind::Prismatic: {
-        const Vector3d axis = X_WP.R * node.axis_P;
-        X_WB.R.noalias() = X_WP.R * node.C0;
-        X_WB.p = p + q[node.q] * axis;
-        out.axis_W.col(node.v) = axis;
-        out.origin_W.col(node.v) = X_WB.p;
-        break;
-      }
-      case LinkNode::Kind::Welded:
-        X_WB.R.noalias() = X_WP.R * node.C0;
-        X_WB.p = p;
-        break;
-    }
-  }
+  for (const LinkNode& node : m.link_nodes) place_link(node, q, out);
 }
 
 void retract(const Model& model, VectorRef q, VectorRef delta, Eigen::Ref<Eigen::VectorXd> out) {

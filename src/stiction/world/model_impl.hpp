@@ -59,4 +59,7 @@ struct Model::Impl {
 
 void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out);
 
+/// Pose of a link and axis of its joint, from those of its parent.
+void place_link(const LinkNode& node, const VectorRef& q, Kinematics& out);
+
 }  // namespace stiction::world
