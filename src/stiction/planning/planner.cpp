@@ -28,7 +28,7 @@ using world::Model;
 /// Largest penetration that an edge may build up [m].
 constexpr double kMaxPenetration = 5e-4;
 /// Gap across which a force may act in a sub-step of half the length: Anitescu's relaxation opens μ · slide [m].
-constexpr double kMaxForceGap = 0.9e-3;
+constexpr double kMaxForceGap = 0.85e-3;
 /// The settling of the start stops when no object moves farther than this in a step [m or rad].
 constexpr double kSettled = 1e-6;
 constexpr int kMaxSettleSteps = 100;
@@ -165,6 +165,8 @@ class Planner {
     exact_.h = options.h;
     exact_.regularisation = options.regularisation;
     exact_.friction_scale = options.friction;
+    cold_ = exact_;
+    cold_.warm_start = false;
     smoothed_ = exact_;
     smoothed_.warm_start = false;
     if (options.scheme == Scheme::RandomizedFirst || options.scheme == Scheme::RandomizedZeroth)
@@ -392,7 +394,8 @@ class Planner {
   /// Plans are checked at half their sub-step, so the tree carries both states. Jumps and single steps are not refined.
   bool refines() const { return options_.substep && options_.real_regrasps; }
 
-  /// The states after the commands of an edge at half its sub-step (n_q × commands); fewer columns where it ended before.
+  /// The states after the commands of an edge at half its sub-step (n_q × commands), every step from its state alone, as the checker does; fewer columns
+  /// where it ended before.
   Eigen::MatrixXd simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_slide,
                                 Worker& worker, Totals& totals) {
     Eigen::MatrixXd states(model_.n_q(), commands.cols());
@@ -401,7 +404,7 @@ class Planner {
       for (const double s : {0.5, 1.0}) {
         const Eigen::VectorXd u = (1 - s) * u_last + s * commands.col(k);
         ++totals.steps;
-        if (dynamics::step(model_, {q, u}, exact_, worker.steps, worker.step_result) != Status::Solved) {
+        if (dynamics::step(model_, {q, u}, cold_, worker.steps, worker.step_result) != Status::Solved) {
           ++totals.failed_steps;
           return states.leftCols(k);
         }
@@ -849,25 +852,23 @@ class Planner {
   bool survives_noise(const std::vector<int>& path) {
     core::Random random(options_.seed, 0);
     Eigen::VectorXd q = problem_.q_start, u = u_start_, e(model_.n_vu());
+    int astray = -1;  // the first edge that is
+    bool whole = true;
     for (const int i : path) {
       const Node& node = tree_[i];
       Eigen::MatrixXd commands = node.commands;
       for (double& value : commands.reshaped()) value += random.uniform(-kNoise, kNoise);
       const Eigen::MatrixXd states = simulate_fine(q, u, commands, node.edge != SegmentKind::Settle, workers_[0], totals_);
-      bool held = states.cols() == commands.cols();
-      if (held && states.cols() > 0) {
-        q = states.rightCols(1);
-        u = commands.rightCols(1);
-        space_.error(node.q_fine.data(), q.data(), e.data());
-        held = largest_share(model_, e, problem_.goal.tol_position, problem_.goal.tol_angle) <= options_.fidelity_edge;
-      }
-      if (!held && node.parent >= 0) {
-        result_.distrusted += tree_.bury_branch(i);
-        return false;
-      }
+      whole = states.cols() == commands.cols();
+      if (states.cols() > 0) q = states.rightCols(1);
+      if (commands.cols() > 0) u = commands.rightCols(1);
+      space_.error(node.q_fine.data(), q.data(), e.data());
+      const double off = largest_share(model_, e, problem_.goal.tol_position, problem_.goal.tol_angle);
+      if (astray < 0 && node.parent >= 0 && (!whole || off > options_.fidelity_edge)) astray = i;
+      if (!whole) break;
     }
-    if (goal_ratio(q) <= options_.tolerance_fraction) return true;
-    tree_.bury(path.back());
+    if (whole && goal_ratio(q) <= options_.tolerance_fraction) return true;
+    result_.distrusted += tree_.bury_branch(astray >= 0 ? astray : path.back());
     return false;
   }
 
@@ -945,7 +946,7 @@ class Planner {
   Tree tree_;
   core::ThreadPool pool_;
   std::vector<Worker> workers_;
-  dynamics::StepOptions exact_, smoothed_;
+  dynamics::StepOptions cold_, exact_, smoothed_;
   Eigen::VectorXd q_goal_;        ///< qᵘ of the goal
   Eigen::VectorXd goal_matters_;  ///< of a goal region: bounded_coordinates (n_vu)
   Eigen::VectorXd weights_;       ///< W of (P.2) (n_vu)
