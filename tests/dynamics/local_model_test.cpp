@@ -145,6 +145,41 @@ TEST(LocalModel, OneSample_IsTheStepThere) {
   }
 }
 
+/// Twenty balls in a row, 2 mm apart. The nominal step leaves all of them alone, so that a sample that pushes finds them one after the other.
+/// Rows with B end centred at t = 5e-10 S with S ≤ 16 N·s: a row in the program that is 2 mm open pushes with 2t/φ < 1e-5 N·s, which moves a ball of
+/// εm/h = 1 N·s/m by 1e-5 m; one left out does not push.
+TEST(LocalModel, OneSampleAlongARow_MeetsEveryBall) {
+  world::Scene scene = empty_scene();
+  scene.contact_distance = 0.05;
+  scene.robots.push_back(pusher(0));
+  const int n = 20;
+  for (int i = 0; i < n; ++i) {
+    world::ObjectSpec& object = scene.objects.emplace_back(ball(world::ObjectJoint::Slider, 1, 0.1, 0));
+    object.name += std::to_string(i);
+    object.axis = Eigen::Vector3d::UnitY();
+    object.X_WP.p.y() = 0.202 * (i + 1);
+  }
+  const auto model = Model::make(scene);
+  const VectorXd q = model->neutral(), u = q.tail(2);
+  LocalModelWorkspace work(model);
+  StepWorkspace step_work(model);
+  StepResult expected;
+  LocalModel out;
+  double farthest = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Sampling sampling{.std_u = Eigen::Vector2d(1, 1e-3), .samples = 1, .seed = seed};
+    core::Random random(seed, 0);
+    for (int i = 0; i < model->n_v(); ++i) random.normal();
+    VectorXd w(2);
+    for (int i = 0; i < 2; ++i) w[i] = sampling.std_u[i] * random.normal();
+    ASSERT_EQ(step(*model, {q, u + w}, {.with_B = true, .warm_start = false}, step_work, expected), Status::Solved);
+    ASSERT_EQ(calc_local_model(*model, {q, u}, RandomizedFirstOrder{sampling}, {}, false, work, out), Status::Solved);
+    EXPECT_LT((out.c - expected.q_next).cwiseAbs().maxCoeff(), 2e-5) << seed;
+    farthest = std::max(farthest, expected.q_next[n - 1]);
+  }
+  EXPECT_GT(farthest, 0.01);
+}
+
 TEST(LocalModel, FirstAndZerothOrder_AgreeOnTheHand) {
   const auto model = load_task("planar_hand");
   VectorXd q(7), u(4);

@@ -26,7 +26,7 @@ constexpr double kMotionShare = 0.25;
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
 constexpr double kGuessContact = 1e-3;  // [m]
 constexpr double kGuessLimit = 0.01;    // [rad or m]
-constexpr int kMaxRounds = 12;
+constexpr int kMaxRounds = 12;          // the last one has all rows
 constexpr int kMostRays = 64;
 
 /// A contact is active when its normal force exceeds this share of the heaviest object's weight, or of what the softest joint gives for
@@ -389,6 +389,11 @@ void include_near(const Model& model, const StepInput& in, const StepOptions& op
   });
 }
 
+void include_all(const StepOptions& options, StepWorkspace::Impl& work) {
+  std::ranges::fill(work.included, char{1});
+  if (options.joint_limits) std::ranges::fill(work.limit_included, char{1});
+}
+
 /// Puts rows that the solution violates into the problem of the next round; true when there are any.
 bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
   bool any = false;
@@ -520,6 +525,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
     out.iterations += work.solution.iterations;
     if (out.status != Status::Solved || !add_violated(model, in, options, work)) break;
+    if (round == kMaxRounds - 2) include_all(options, work);
   }
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;
