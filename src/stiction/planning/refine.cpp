@@ -23,7 +23,7 @@ using world::Model;
 
 /// Penetration and Anitescu's gap at an active contact that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
 /// allows 1 mm.
-constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.9e-3;
+constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.95e-3;
 /// A push that ends farther than this from where it did in the plan, in tolerances of the goal, is not made good by those after it.
 constexpr double kLost = 2;
 /// On its way it is given up farther away than this.
@@ -564,7 +564,7 @@ class Refiner {
     Segment back{SegmentKind::Regrasp, {}};
     q_rest_ = q_;
     steps_.forget();
-    if (!roll_to(push.u_regrasp, options_.release_tol_position, options_.release_tol_angle, back)) return false;
+    if (!roll_to(push.u_regrasp, options_.release_tol_position, options_.release_tol_angle, push.q_entry, back)) return false;
     if (!back.knots.empty()) run.segments.push_back(std::move(back));
     Segment& segment = run.segments.emplace_back(Segment{SegmentKind::Regrasp, {}});
     return replay(*push.regrasp, segment) && is_free_on_its_way(segment);
@@ -641,7 +641,7 @@ class Refiner {
     Eigen::VectorXd u = u_;  // springs of moving branches are unloaded where they are
     for (const int j : chains_.joints_of(moves.moving)) u[j] = q_[model_.n_qu() + j];
     for (const int j : chains_.joints_of(moves.relaxed)) u[j] = push.u_entry[j];
-    if (!roll_to(u, options_.release_tol_position, options_.release_tol_angle, segment)) return false;
+    if (!roll_to(u, options_.release_tol_position, options_.release_tol_angle, push.q_entry, segment)) return false;
     q_rest_ = q_;
     if (moves.moving == 0) return true;
 
@@ -655,12 +655,13 @@ class Refiner {
     for (std::size_t k = 0; k < path.size(); ++k) {
       u = u_;
       for (const int j : joints) u[j] = k + 1 == path.size() ? push.u_entry[j] : path[k][j];
-      if (!roll_to(u, options_.regrasp_tol_position, options_.regrasp_tol_angle, segment)) return false;
+      if (!roll_to(u, options_.regrasp_tol_position, options_.regrasp_tol_angle, push.q_entry, segment)) return false;
     }
     return true;
   }
 
-  bool roll_to(const Eigen::VectorXd& u, double position, double angle, Segment& segment) {
+  /// @returns false where the objects neither stay nor are where they are wanted
+  bool roll_to(const Eigen::VectorXd& u, double position, double angle, const Eigen::VectorXd& q_wanted, Segment& segment) {
     if ((u - u_).cwiseAbs().maxCoeff() == 0) return true;
     const Status status = dynamics::rollout(model_, q_, u_, u, exact_, substep_, steps_, rollout_);
     out_.steps += rollout_.steps;
@@ -669,7 +670,7 @@ class Refiner {
       return false;
     }
     for (const auto& knot : rollout_.knots) {
-      if (!objects_agree(model_, space_, q_rest_, knot.q, position, angle)) return false;
+      if (!objects_agree(model_, space_, q_rest_, knot.q, position, angle) && miss(q_wanted, knot.q) > refine_.mpc_miss) return false;
     }
     q_ = rollout_.knots.back().q;
     u_ = u;
@@ -687,12 +688,11 @@ class Refiner {
         for (const int j : chains_.joints(c)) excursion = std::max(excursion, std::abs((knot.q - knots.front().q)[model_.n_qu() + j]));
       }
       if (excursion < kElsewhere) continue;
-      chains_.pairs_of(ChainMask{1} << c, pairs_);
       bool was_free = false, touched = false;
       for (const auto& knot : knots) {
         world::calc_kinematics(model_, knot.q, geometry_.kinematics_work, geometry_.kinematics);
-        const double gap = contact::calc_min_distance(model_, geometry_.kinematics, pairs_, -std::numeric_limits<double>::infinity(),
-                                                      geometry_.contact_work);
+        const double gap = contact::calc_min_distance(model_, geometry_.kinematics, chains_.pairs_against(c),
+                                                      -std::numeric_limits<double>::infinity(), geometry_.contact_work);
         if (gap >= kFree && touched) return false;
         was_free = was_free || gap >= kFree;
         touched = touched || (was_free && gap <= 0);
@@ -754,7 +754,6 @@ class Refiner {
   RobotChains chains_;
   dynamics::StepWorkspace steps_;
   GeometryWorkspace geometry_;
-  std::vector<int> pairs_;
   dynamics::StepOptions exact_;
   dynamics::StepResult result_;
   dynamics::RolloutResult rollout_;

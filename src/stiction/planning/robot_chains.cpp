@@ -22,6 +22,7 @@ RobotChains::RobotChains(const world::Model& model) {
   all_ = size() == 64 ? ~ChainMask{0} : (ChainMask{1} << size()) - 1;
 
   object_pairs_.resize(joints_.size());
+  against_.resize(joints_.size());
   const auto body_of = [&](int geometry) -> const world::Body& {
     return model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(geometry)].body)];
   };
@@ -50,9 +51,10 @@ RobotChains::RobotChains(const world::Model& model) {
     pair_mask_.push_back(mask != 0 ? mask : both);
     const bool object = a.kind == world::BodyKind::Object || b.kind == world::BodyKind::Object;
     object_pair_.push_back(object ? 1 : 0);
-    if (!object) continue;
     for (int c = 0; c < size(); ++c) {
-      if (mask >> c & 1) object_pairs_[static_cast<std::size_t>(c)].push_back(static_cast<int>(i));
+      if (!(mask >> c & 1)) continue;
+      against_[static_cast<std::size_t>(c)].push_back(static_cast<int>(i));
+      if (object) object_pairs_[static_cast<std::size_t>(c)].push_back(static_cast<int>(i));
     }
   }
 }

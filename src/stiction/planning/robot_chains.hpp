@@ -28,6 +28,8 @@ class RobotChains {
 
   /// Pairs of which exactly one side is moved, or both, by the branches in the mask.
   void pairs_of(ChainMask mask, std::vector<int>& pairs) const;
+  /// Pairs of which exactly one side is moved by this branch.
+  std::span<const int> pairs_against(int chain) const { return against_[static_cast<std::size_t>(chain)]; }
 
   /// Pairs between a geometry carried by this branch and an object.
   std::span<const int> object_pairs(int chain) const { return object_pairs_[static_cast<std::size_t>(chain)]; }
@@ -36,7 +38,7 @@ class RobotChains {
 
  private:
   std::vector<std::vector<int>> joints_;
-  std::vector<std::vector<int>> object_pairs_;
+  std::vector<std::vector<int>> object_pairs_, against_;
   std::vector<int> depth_;
   std::vector<ChainMask> pair_mask_;
   std::vector<char> object_pair_;
