@@ -42,6 +42,13 @@ void validate_sampling(const Model& model, const Sampling& s) {
 
 double entry(const VectorXd& std, Eigen::Index i) { return std.size() == 1 ? std[0] : std[i]; }
 
+/// std · normal(); where that is 0, only the two numbers that a normal one takes are drawn.
+double draw(double std, core::Random& random) {
+  if (std > 0) return std * random.normal();
+  random.bits(), random.bits();
+  return 0;
+}
+
 }  // namespace
 
 struct LocalModelWorkspace::Impl {
@@ -72,8 +79,8 @@ void calc_samples(const Model& model, const StepInput& in, const Sampling& sampl
     core::Random random(sampling.seed, static_cast<std::uint64_t>(item));
     s.w_q.resize(model.n_v());
     s.w_u.resize(model.n_a());
-    for (Eigen::Index i = 0; i < s.w_q.size(); ++i) s.w_q[i] = entry(sampling.std_q, i) * random.normal();
-    for (Eigen::Index i = 0; i < s.w_u.size(); ++i) s.w_u[i] = entry(sampling.std_u, i) * random.normal();
+    for (Eigen::Index i = 0; i < s.w_q.size(); ++i) s.w_q[i] = draw(entry(sampling.std_q, i), random);
+    for (Eigen::Index i = 0; i < s.w_u.size(); ++i) s.w_u[i] = draw(entry(sampling.std_u, i), random);
     s.q.resize(model.n_q());
     world::retract(model, in.q, s.w_q, s.q);
     s.u = in.u + s.w_u;
