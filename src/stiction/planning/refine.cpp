@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
@@ -166,20 +167,46 @@ class Refiner {
     std::vector<Segment> segments;
     Eigen::VectorXd q, u;
     Halves halves;
-    double missed =
-        std::numeric_limits<double>::infinity();  ///< at its end, in tolerances of the goal: the worse of whole and half sub-steps
-    double clearance = 0;                         ///< of a regrasp that was planned anew [m]
+    double missed = 0;     ///< at its end, in tolerances of the goal: at the sub-step, once finished the worse of whole and half sub-steps
+    double gamma = 0;      ///< of the feedback on a push
+    double clearance = 0;  ///< of a regrasp that was planned anew [m]
   };
 
-  /// Where the robot and the objects are now is the end of a run to q_target. @returns false: it
-  /// misses that by best_missed or more, or at half the sub-step it penetrates or pulls across a gap
-  bool finish(const Eigen::VectorXd& q_target, double best_missed, Run& run) {
-    if (miss(q_target, q_) >= best_missed) return false;
-    run.q = q_;
-    run.u = u_;
+  /// From where the simulation is: the first run in a list that ends near enough to q_target, else the one that ends nearest. Half sub-steps are looked at
+  /// only of what may be it.
+  /// @param simulate  (Run&) → bool: from q_, u_ to q_, u_; false where it comes to nothing
+  template <class Simulate>
+  std::optional<Run> best_of(std::vector<Run> runs, const Eigen::VectorXd& q_target, Simulate&& simulate) {
+    const Eigen::VectorXd q_before = q_, u_before = u_;
+    std::vector<Run*> later;
+    std::optional<Run> best;
+    for (Run& run : runs) {
+      if (control_.stop()) break;
+      const bool done = simulate(run);
+      run.q = std::exchange(q_, q_before);
+      run.u = std::exchange(u_, u_before);
+      if (!done) continue;
+      run.missed = miss(q_target, run.q);
+      if (run.missed > refine_.miss) {
+        later.push_back(&run);
+      } else if (finish(q_target, run)) {
+        if (run.missed <= refine_.miss) return std::move(run);
+        if (!best || run.missed < best->missed) best = std::move(run);
+      }
+    }
+    std::stable_sort(later.begin(), later.end(), [](const Run* a, const Run* b) { return a->missed < b->missed; });
+    for (Run* run : later) {
+      if (best && best->missed <= run->missed) break;
+      if (finish(q_target, *run) && (!best || run->missed < best->missed)) best = std::move(*run);
+    }
+    return best;
+  }
+
+  /// @returns false: at half the sub-step it penetrates, or pulls across a gap
+  bool finish(const Eigen::VectorXd& q_target, Run& run) {
     run.halves = halves_;
     if (!go_on(run.segments, exact_, run.halves)) return false;
-    run.missed = std::max(miss(q_target, q_), miss(q_target, run.halves.q));
+    run.missed = std::max(run.missed, miss(q_target, run.halves.q));
     return holds(run.halves);
   }
 
@@ -393,30 +420,21 @@ class Refiner {
     const Eigen::VectorXd q_before = q_, u_before = u_;
     const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
     const Eigen::VectorXd& q_target = last ? q_goal_ : q_planned;
-    Run best, run;
-    bool led = false;
-    for (const double gamma : kFeedback) {
-      q_ = q_before;
-      u_ = u_before;
-      if (follow(push, q_target, gamma, best.missed, run) && run.missed < best.missed) {
-        std::swap(best, run);
-        led = gamma != kNoFeedback;
-      }
-      if (best.missed <= refine_.miss) break;
-      if (control_.stop()) return false;
-    }
-    if (best.segments.empty()) return false;
-    if (best.missed > refine_.mpc_miss) correct(q_before, u_before, q_target, best);
-    if (!last && best.missed > kLost) return false;
-    led_ += led;
-    take(best, built);
+    std::vector<Run> runs(kFeedback.size());
+    for (std::size_t k = 0; k < runs.size(); ++k) runs[k].gamma = kFeedback.begin()[k];
+    std::optional<Run> best = best_of(std::move(runs), q_target, [&](Run& run) { return follow(push, q_target, run); });
+    if (!best) return false;
+    if (best->missed > refine_.mpc_miss) correct(q_before, u_before, q_target, *best);
+    if (!last && best->missed > kLost) return false;
+    led_ += best->gamma != kNoFeedback;
+    take(*best, built);
     return true;
   }
 
   /// The commands of a push, moved along with feedback on where its objects are against where the plan has them on the way to q_target.
-  bool follow(const Push& push, const Eigen::VectorXd& q_target, double gamma, double best_missed, Run& run) {
-    run = {};
+  bool follow(const Push& push, const Eigen::VectorXd& q_target, Run& run) {
     steps_.forget();
+    const bool feedback = run.gamma != kNoFeedback;
     const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
     Eigen::VectorXd shift(model_.n_vu()), e(model_.n_vu()), added = Eigen::VectorXd::Zero(model_.n_a()), delta;
     space_.error(q_planned.data(), q_target.data(), shift.data());
@@ -429,12 +447,11 @@ class Refiner {
         space_.error(q_.data(), knot.q.data(), e.data());
         if (miss(knot.q, q_) > kStrayed) return false;
         e += static_cast<double>(++k) / static_cast<double>(n) * shift;
-        if (gamma != kNoFeedback && calc_feedback(e, gamma, delta)) added += delta;
+        if (feedback && calc_feedback(e, run.gamma, delta)) added += delta;
       }
     }
     if (rests_ && !come_to_rest(run.segments.back())) return false;
-    if (gamma != kNoFeedback && !lead(q_target, gamma, run.segments.back())) return false;
-    return finish(q_target, best_missed, run);
+    return !feedback || lead(q_target, run.gamma, run.segments.back());
   }
 
   /// On from the end of a push, for as long as that brings the objects nearer.
@@ -504,6 +521,7 @@ class Refiner {
     if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, optimizer_, optimized_) != Status::Solved) return;
     out_.steps += optimized_.steps;
     Run corrected;
+    corrected.gamma = run.gamma;
     q_ = q_before;
     u_ = u_before;
     std::size_t t = 0;
@@ -513,7 +531,10 @@ class Refiner {
         if (!advance_in_parts(optimized_.u[t++], segment)) return;
       }
     }
-    if (!finish(q_target, run.missed, corrected) || corrected.missed >= run.missed) return;
+    corrected.q = q_;
+    corrected.u = u_;
+    corrected.missed = miss(q_target, q_);
+    if (corrected.missed >= run.missed || !finish(q_target, corrected) || corrected.missed >= run.missed) return;
     run = std::move(corrected);
     ++corrected_;
   }
@@ -595,33 +616,21 @@ class Refiner {
   /// From where the robot is to where the push starts: with the largest clearance that leaves the objects where the push wants them; else with what
   /// leaves them nearest to it, the commands of the plan among it.
   bool regrasp(const Push& push, std::size_t number, Plan& built) {
-    const Eigen::VectorXd q_before = q_, u_before = u_;
     const Moves moves = moves_to(push);
-    Run best, run;
-    const auto see = [&](bool found) {
-      if (found && finish(push.q_entry, best.missed, run) && run.missed < best.missed) std::swap(best, run);
-      q_ = q_before;
-      u_ = u_before;
-      return best.missed <= refine_.miss;
-    };
-    bool good = false;
+    std::vector<Run> runs;
     if (refine_.reconnect) {
-      for (auto clearance = refine_.clearances.begin(); !good && clearance != refine_.clearances.end(); ++clearance) {
-        run = {};
-        run.clearance = *clearance;
-        good = see(connect(push, number, moves, run));
-      }
+      for (const double clearance : refine_.clearances) runs.emplace_back().clearance = clearance;
     }
-    if (!good && !push.merged && push.regrasp) {
-      run = {};
-      see(regrasp_as_planned(push, run));
-    }
-    if (std::isinf(best.missed)) return false;
-    if (best.clearance > 0) {
-      least_clearance_ = std::min(least_clearance_, best.clearance);
+    if (!push.merged && push.regrasp) runs.emplace_back();
+    std::optional<Run> best = best_of(std::move(runs), push.q_entry, [&](Run& run) {
+      return run.clearance > 0 ? connect(push, number, moves, run) : regrasp_as_planned(push, run);
+    });
+    if (!best) return false;
+    if (best->clearance > 0) {
+      least_clearance_ = std::min(least_clearance_, best->clearance);
       ++reconnected_;
     }
-    take(best, built);
+    take(*best, built);
     return true;
   }
 
