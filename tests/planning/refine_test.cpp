@@ -219,9 +219,12 @@ TEST(Refine, PlannedPath_StaysAPlan) {
       EXPECT_GE((problem.model->upper() - knot.u).minCoeff(), -kRounding);
     }
   }
-  ASSERT_EQ(refine(problem.model, planned.plan, options, {}, {}, again), Status::Solved);
-  EXPECT_EQ(r.plan.segments.back().knots.back().q, again.plan.segments.back().knots.back().q) << "the same bits";
-  EXPECT_EQ(r.steps, again.steps);
+  for (options.threads = 1; options.threads <= 3; ++options.threads) {
+    ASSERT_EQ(refine(problem.model, planned.plan, options, {}, {}, again), Status::Solved);
+    EXPECT_EQ(r.variant, again.variant);
+    EXPECT_EQ(r.plan.segments.back().knots.back().q, again.plan.segments.back().knots.back().q) << "the same bits";
+    EXPECT_EQ(r.steps, again.steps);
+  }
 }
 
 TEST(Refine, PlanThatMissesItsGoal_IsHandedBack) {

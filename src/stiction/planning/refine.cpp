@@ -1,8 +1,10 @@
 #include "stiction/planning/refine.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <initializer_list>
 #include <iterator>
 #include <limits>
@@ -11,9 +13,11 @@
 #include <utility>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/parallel.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/bounded_least_squares.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/planning/pushes.hpp"
 #include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::planning {
@@ -43,98 +47,81 @@ constexpr double kElsewhere = 0.1, kFree = 1e-3;
 /// A branch whose posture differs by more than this between two pushes has moved [rad or m].
 constexpr double kMoved = 5e-3;
 
-/// Contact edges between two regrasps, with the state and command from which they start.
-struct Push {
-  Eigen::VectorXd q_entry, u_entry;
-  std::vector<Segment> edges;
-  std::optional<Segment> regrasp;  ///< that led to it; none before the first one of a plan that starts with a push
-  Eigen::VectorXd u_regrasp;       ///< command from which that started
-  bool merged = false;             ///< a push before it was dropped, so that `regrasp` starts elsewhere
+/// One way to refine a plan.
+struct Trial {
+  const char* name;
+  const std::vector<Push>* pushes;
+  bool rest;  ///< pushes end at rest
+  int cuts;   ///< sub-steps for each of the plan's
+};
+
+/// Where the commands lead at half the sub-step, and the worst that was met on the way.
+struct Halves {
+  Eigen::VectorXd q, u;
+  double penetration = 0, force_gap = 0;  ///< [m]
+  bool started = false;                   ///< what is given may penetrate
 };
 
 class Refiner {
  public:
   Refiner(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
-          const core::RunControl& control, RefineResult& out)
+          const core::RunControl& control)
       : model_(*model),
         plan_(plan),
         options_(options),
         refine_(refine_options),
         control_(control),
-        out_(out),
         space_(model_),
+        motion_(model_, refine_options.motionless_position, refine_options.motionless_angle),
         chains_(model_),
         steps_(model),
         geometry_(model_),
         half_steps_(model),
         smooth_steps_(model),
-        optimizer_(model, options.threads) {
+        optimizer_(model, 1) {
     exact_ = plan.step;
     exact_.smoothing = dynamics::Exact{};
     exact_.with_A = exact_.with_B = false;
     exact_.warm_start = false;  // every knot follows from the one before it alone
   }
 
-  Status run() {
-    const std::vector<Push> pushes = split();
+  /// The given plan with its forces, and how it does at half the sub-step. @returns false: it does not reach its goal
+  bool look_at_plan(RefineResult& out, Halves& given) {
+    out_ = {};
     out_.plan = with_forces();
     out_.variant = "unchanged";
-    given_ = in_halves(plan_);
-    out_.fine_error = goal_error(model_, given_.q, plan_.goal);
-    if (!reaches_goal(plan_, given_, 1.0)) return Status::NumericalFailure;
-    std::vector<Push> shorter = pushes;
-    if (refine_.cut_tails) cut_tails(shorter);
-    if (refine_.drop_pushes) drop_pushes(shorter);
-    struct Variant {
-      const char* name;
-      const std::vector<Push>* pushes;
-      bool rest;
-    };
-    using Trial = std::pair<Variant, int>;  // and its sub-steps for each of the plan's
-    const std::initializer_list<Variant> variants = {
-        {"shortened", &shorter, true}, {"shortened", &shorter, false}, {"reconnected", &pushes, true}, {"reconnected", &pushes, false}};
-    const int cuts = std::max(1, static_cast<int>(std::ceil(plan_.step.h / refine_.h * (1 - 1e-12))));
-    std::vector<Trial> trials;
-    if (cuts > 1) {  // what is not shorter is left for the steps of the plan: trials of small ones, with iMPC, take most of the time
-      for (const Variant& v : variants) {
-        if (v.pushes == &shorter) trials.push_back({v, cuts});
-      }
-    }
-    for (const Variant& v : variants) trials.push_back({v, 1});
-    for (const auto& [variant, n_cuts] : trials) {
-      if (variant.rest && !refine_.rest) continue;
-      cut_steps(n_cuts);
-      rests_ = variant.rest;
-      Plan built;
-      least_clearance_ = std::numeric_limits<double>::infinity();
-      reconnected_ = corrected_ = led_ = 0;
-      const Status status = build(*variant.pushes, built);
-      if (status == Status::Cancelled || status == Status::MaxIterations) return status;
-      if (status != Status::Solved || !reaches_goal(built, halves_, options_.tolerance_fraction)) continue;
-      if (!holds(halves_)) continue;
+    given = in_halves(plan_);
+    out_.fine_error = goal_error(model_, given.q, plan_.goal);
+    out = out_;
+    return reaches_goal(plan_, given, 1.0);
+  }
+
+  /// @param given       of look_at_plan(): a refined plan may be as bad as that
+  /// @param superseded  the trial is of no use any more
+  /// @returns true: `out` is a refined plan; else its steps are counted alone
+  bool attempt(const Trial& trial, const Halves& given, const std::function<bool()>& superseded, RefineResult& out) {
+    out_ = {};
+    given_ = given;
+    superseded_ = superseded;
+    cut_steps(trial.cuts);
+    rests_ = trial.rest;
+    least_clearance_ = std::numeric_limits<double>::infinity();
+    Plan built;
+    const bool good = build(*trial.pushes, built) && reaches_goal(built, halves_, options_.tolerance_fraction) && holds(halves_);
+    if (good) {
       built.error = goal_error(model_, end_of(built), plan_.goal);
       out_.plan = std::move(built);
       out_.fine_error = goal_error(model_, halves_.q, plan_.goal);
-      out_.variant = variant.name;
+      out_.variant = trial.name;
       out_.rests = rests_;
-      out_.reconnected = reconnected_;
-      out_.led = led_;
-      out_.corrected = corrected_;
-      out_.least_clearance = reconnected_ > 0 ? least_clearance_ : 0.0;
-      break;
+      out_.least_clearance = out_.reconnected > 0 ? least_clearance_ : 0.0;
     }
-    return Status::Solved;
+    out = std::move(out_);
+    return good;
   }
 
  private:
   // ---- at half the sub-step ------------------------------------------------------------------------------------------------------
-  /// Where the commands lead at half the sub-step, and the worst that was met on the way.
-  struct Halves {
-    Eigen::VectorXd q, u;
-    double penetration = 0, force_gap = 0;  ///< [m]
-    bool started = false;                   ///< what is given may penetrate
-  };
-
   bool holds(const Halves& at) const {
     return at.penetration <= std::max(kMostPenetration, given_.penetration) && at.force_gap <= std::max(kMostForceGap, given_.force_gap);
   }
@@ -181,7 +168,7 @@ class Refiner {
     std::vector<Run*> later;
     std::optional<Run> best;
     for (Run& run : runs) {
-      if (control_.stop()) break;
+      if (stop()) break;
       const bool done = simulate(run);
       run.q = std::exchange(q_, q_before);
       run.u = std::exchange(u_, u_before);
@@ -217,82 +204,10 @@ class Refiner {
     std::move(run.segments.begin(), run.segments.end(), std::back_inserter(built.segments));
   }
 
-  // ---- the plan as a list of pushes ----------------------------------------------------------------------------------------------
-  std::vector<Push> split() const {
-    std::vector<Push> pushes;
-    Eigen::VectorXd q = plan_.q_start, u = plan_.u_start;
-    Eigen::VectorXd u_regrasp = u;
-    std::optional<Segment> regrasp;
-    bool open = false;  // the last push goes on
-    for (const Segment& segment : plan_.segments) {
-      if (segment.knots.empty()) continue;
-      if (segment.kind == SegmentKind::Regrasp) {
-        if (regrasp) {  // one after the other
-          regrasp->knots.insert(regrasp->knots.end(), segment.knots.begin(), segment.knots.end());
-        } else {
-          regrasp = segment;
-          u_regrasp = u;
-        }
-        open = false;
-      } else if (segment.kind == SegmentKind::Contact) {
-        if (!open) pushes.push_back({q, u, {}, std::move(regrasp), u_regrasp, false});
-        regrasp.reset();
-        pushes.back().edges.push_back(segment);
-        open = true;
-      }
-      q = segment.knots.back().q;
-      u = segment.knots.back().u;
-    }
-    return pushes;  // a regrasp at the end serves nothing
-  }
-
-  double share(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) const {
-    Eigen::VectorXd e(model_.n_vu());
-    space_.error(q0.data(), q1.data(), e.data());
-    return largest_share(model_, e, refine_.motionless_position, refine_.motionless_angle);
-  }
-
-  /// 3.4.5 (ii): what follows the last motion of the objects is dropped.
-  void cut_tails(std::vector<Push>& pushes) const {
-    for (Push& push : pushes) {
-      const Eigen::VectorXd q_end = push.edges.back().knots.back().q;
-      while (!push.edges.empty()) {
-        auto& knots = push.edges.back().knots;
-        while (knots.size() > 1 && share(knots[knots.size() - 2].q, q_end) <= 0.1) knots.pop_back();
-        const bool whole = knots.size() == 1 && push.edges.size() > 1;
-        if (!whole || share(push.edges[push.edges.size() - 2].knots.back().q, q_end) > 0.1) break;
-        push.edges.pop_back();
-      }
-    }
-  }
-
-  bool moves_something(const Push& push) const {
-    for (const Segment& edge : push.edges) {
-      for (const auto& knot : edge.knots) {
-        if (share(push.q_entry, knot.q) > 1) return true;
-      }
-    }
-    return false;
-  }
-
-  /// 3.4.5 (i): of contact samples with nothing moved between them only the last counts.
-  void drop_pushes(std::vector<Push>& pushes) const {
-    std::vector<Push> kept;
-    bool dropped = false;
-    for (Push& push : pushes) {
-      if (!moves_something(push)) {
-        dropped = true;
-        continue;
-      }
-      push.merged = dropped;
-      dropped = false;
-      kept.push_back(std::move(push));
-    }
-    if (!kept.empty()) pushes = std::move(kept);
-  }
-
   // ---- simulated anew ------------------------------------------------------------------------------------------------------------
-  Status build(const std::vector<Push>& pushes, Plan& built) {
+  bool stop() const { return control_.stop() || superseded_(); }
+
+  bool build(const std::vector<Push>& pushes, Plan& built) {
     built = plan_;
     built.step.h = exact_.h;
     built.substep = substep_;
@@ -303,18 +218,16 @@ class Refiner {
     mpc_work_ = 0;
     halves_ = {plan_.q_start, plan_.u_start};
     for (const Segment& segment : plan_.segments) {
-      if (segment.kind == SegmentKind::Settle && !replay(segment, built.segments.emplace_back(Segment{segment.kind, {}})))
-        return Status::NumericalFailure;
+      if (segment.kind == SegmentKind::Settle && !replay(segment, built.segments.emplace_back(Segment{segment.kind, {}}))) return false;
     }
-    if (!go_on(built.segments, exact_, halves_)) return Status::NumericalFailure;
+    if (!go_on(built.segments, exact_, halves_)) return false;
     for (std::size_t i = 0; i < pushes.size(); ++i) {
-      if (control_.cancelled()) return Status::Cancelled;
-      if (control_.expired()) return Status::MaxIterations;
+      if (stop()) return false;
       const Push& push = pushes[i];
-      if ((push.regrasp || push.merged) && !regrasp(push, i, built)) return Status::Infeasible;
-      if (!(coarse() ? replay(push, built) : follow(push, i + 1 == pushes.size(), built))) return Status::Infeasible;
+      if ((push.regrasp || push.merged) && !regrasp(push, i, built)) return false;
+      if (!(coarse() ? replay(push, built) : follow(push, i + 1 == pushes.size(), built))) return false;
     }
-    return Status::Solved;
+    return true;
   }
 
   /// Every sub-step of the plan in so many of the same length.
@@ -426,7 +339,7 @@ class Refiner {
     if (!best) return false;
     if (best->missed > refine_.mpc_miss) correct(q_before, u_before, q_target, *best);
     if (!last && best->missed > kLost) return false;
-    led_ += best->gamma != kNoFeedback;
+    out_.led += best->gamma != kNoFeedback;
     take(*best, built);
     return true;
   }
@@ -536,7 +449,7 @@ class Refiner {
     corrected.missed = miss(q_target, q_);
     if (corrected.missed >= run.missed || !finish(q_target, corrected) || corrected.missed >= run.missed) return;
     run = std::move(corrected);
-    ++corrected_;
+    ++out_.corrected;
   }
 
   bool revolute(int dof) const { return model_.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute; }
@@ -546,7 +459,7 @@ class Refiner {
     constexpr double kWay = 1e-2, kChange = 1e-2;
     mpc_.step = exact_;
     mpc_.scheme = options_.smoothing;
-    mpc_.threads = options_.threads;
+    mpc_.threads = 1;
     mpc_.qp_tolerance = 1e-3;  // the step is judged by the dynamics
     mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
     weights_.resize(model_.n_vu());
@@ -571,7 +484,7 @@ class Refiner {
     for (int k = 0; k < kMostKnots * cuts_; ++k) {
       const Eigen::VectorXd before = q_;
       if (!advance(u_, push)) return false;
-      if (share(before, q_) <= 0.01 / cuts_) {
+      if (motion_.share(before, q_) <= 0.01 / cuts_) {
         push.knots.pop_back();
         q_ = before;
         break;
@@ -628,7 +541,7 @@ class Refiner {
     if (!best) return false;
     if (best->clearance > 0) {
       least_clearance_ = std::min(least_clearance_, best->clearance);
-      ++reconnected_;
+      ++out_.reconnected;
     }
     take(*best, built);
     return true;
@@ -758,8 +671,10 @@ class Refiner {
   const PlannerOptions& options_;
   const RefineOptions& refine_;
   const core::RunControl& control_;
-  RefineResult& out_;
+  RefineResult out_;
+  std::function<bool()> superseded_;
   ObjectSpace space_;
+  Motion motion_;
   RobotChains chains_;
   dynamics::StepWorkspace steps_;
   GeometryWorkspace geometry_;
@@ -780,9 +695,59 @@ class Refiner {
   Eigen::VectorXd q_, u_;   ///< where the simulation is
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
-  int reconnected_ = 0, corrected_ = 0, led_ = 0;
   bool rests_ = true;
 };
+
+/// In the order in which they are wanted.
+std::vector<Trial> list_trials(const Plan& plan, const RefineOptions& options, const std::vector<Push>& shorter,
+                               const std::vector<Push>& pushes) {
+  const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / options.h * (1 - 1e-12))));
+  std::vector<Trial> trials;
+  for (const bool rest : {true, false}) trials.push_back({"shortened", &shorter, rest, cuts});
+  if (cuts > 1) {  // what is not shorter is left for the steps of the plan: trials of small ones take most of the time
+    for (const bool rest : {true, false}) trials.push_back({"shortened", &shorter, rest, 1});
+  }
+  for (const bool rest : {true, false}) trials.push_back({"reconnected", &pushes, rest, 1});
+  if (!options.rest) std::erase_if(trials, [](const Trial& trial) { return trial.rest; });
+  return trials;
+}
+
+/// The first trial that works. They run side by side; those behind one that does are given up.
+Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
+           const core::RunControl& control, RefineResult& out) {
+  core::ThreadPool pool(options.threads > 0 ? options.threads : core::hardware_threads());
+  std::vector<std::unique_ptr<Refiner>> refiners;
+  for (int i = 0; i < pool.size(); ++i) refiners.push_back(std::make_unique<Refiner>(model, plan, options, refine_options, control));
+  Halves given;
+  if (!refiners[0]->look_at_plan(out, given)) return Status::NumericalFailure;
+  const Motion motion(*model, refine_options.motionless_position, refine_options.motionless_angle);
+  const std::vector<Push> pushes = split_at_regrasps(plan);
+  std::vector<Push> shorter = pushes;
+  if (refine_options.cut_tails) cut_tails(motion, shorter);
+  if (refine_options.drop_pushes) drop_pushes(motion, shorter);
+  const std::vector<Trial> trials = list_trials(plan, refine_options, shorter, pushes);
+
+  const int n = static_cast<int>(trials.size());
+  std::vector<RefineResult> results(trials.size());
+  std::atomic<int> first = n;
+  pool.run(n, [&](int i, int worker) {
+    const auto superseded = [&first, i] { return first.load() < i; };
+    const auto k = static_cast<std::size_t>(i);
+    if (superseded() || !refiners[static_cast<std::size_t>(worker)]->attempt(trials[k], given, superseded, results[k])) return;
+    for (int best = first.load(); i < best && !first.compare_exchange_weak(best, i);) {
+    }
+  });
+  long steps = out.steps, failed_steps = out.failed_steps;
+  for (int i = 0; i < std::min(first.load() + 1, n); ++i) {
+    steps += results[static_cast<std::size_t>(i)].steps;
+    failed_steps += results[static_cast<std::size_t>(i)].failed_steps;
+  }
+  if (first < n) out = std::move(results[static_cast<std::size_t>(first.load())]);
+  out.steps = steps;
+  out.failed_steps = failed_steps;
+  if (first < n) return Status::Solved;
+  return control.cancelled() ? Status::Cancelled : control.expired() ? Status::MaxIterations : Status::Solved;
+}
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
   SegmentKind before = SegmentKind::Settle;
@@ -819,8 +784,7 @@ Status refine(const std::shared_ptr<const Model>& model, const Plan& plan, const
   core::require_size("plan.u_start", plan.u_start.size(), model->n_a());
   if (plan.goal.object < 0 || plan.goal.object >= static_cast<int>(model->objects().size()))
     core::throw_invalid("plan.goal.object", std::to_string(plan.goal.object), "the index of an object");
-  out = RefineResult{};
-  out.status = Refiner(model, plan, options, refine_options, control, out).run();
+  out.status = run(model, plan, options, refine_options, control, out);
   count(plan, out.pushes_before, out.regrasps_before, out.knots_before);
   count(out.plan, out.pushes, out.regrasps, out.knots);
   out.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
