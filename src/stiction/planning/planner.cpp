@@ -13,6 +13,7 @@
 #include "stiction/planning/bounded_least_squares.hpp"
 #include "stiction/planning/cone_least_squares.hpp"
 #include "stiction/planning/contact_sampler.hpp"
+#include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/regrasp.hpp"
 #include "stiction/planning/robot_chains.hpp"
@@ -27,8 +28,8 @@ using world::Model;
 
 /// Largest penetration that an edge may build up [m].
 constexpr double kMaxPenetration = 5e-4;
-/// Gap across which a force may act in a sub-step of half the length: Anitescu's relaxation opens μ · slide [m].
-constexpr double kMaxForceGap = 0.85e-3;
+/// Distance across which a force may act in a sub-step of half the length [m]; the checker allows 1 mm.
+constexpr double kMaxForceGap = 0.95e-3;
 /// The settling of the start stops when no object moves farther than this in a step [m or rad].
 constexpr double kSettled = 1e-6;
 constexpr int kMaxSettleSteps = 100;
@@ -396,8 +397,8 @@ class Planner {
 
   /// The states after the commands of an edge at half its sub-step (n_q × commands), every step from its state alone, as the checker does; fewer columns
   /// where it ended before.
-  Eigen::MatrixXd simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_slide,
-                                Worker& worker, Totals& totals) {
+  Eigen::MatrixXd simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_gap, Worker& worker,
+                                Totals& totals) {
     Eigen::MatrixXd states(model_.n_q(), commands.cols());
     worker.steps.forget();
     for (Eigen::Index k = 0; k < commands.cols(); ++k) {
@@ -409,10 +410,7 @@ class Planner {
           return states.leftCols(k);
         }
         q = worker.step_result.q_next;
-        // A force across a gap is the relaxation's (2.3.4), not the world's.
-        for (const auto& c : worker.step_result.contacts) {
-          if (limit_slide && c.active && c.contact.friction * c.slide() > kMaxForceGap) return states.leftCols(k);
-        }
+        if (limit_gap && calc_force_gap(model_, worker.step_result, worker.geometry) > kMaxForceGap) return states.leftCols(k);
       }
       states.col(k) = q;
       u_last = commands.col(k);
@@ -826,8 +824,9 @@ class Planner {
     return std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
   }
 
-  /// At the goal at both resolutions; then the path is kept.
+  /// At the goal at both resolutions; then the path is kept. A regrasp serves nothing at the end, and is cut off there.
   bool reaches_goal(int node) {
+    if (tree_[node].edge == SegmentKind::Regrasp) return false;
     if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
     if (refines()) {
       Eigen::VectorXd q_fine = tree_[node].q_fine;

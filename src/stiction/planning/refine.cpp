@@ -16,6 +16,7 @@
 #include "stiction/core/parallel.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/pushes.hpp"
 #include "stiction/trajopt/optimize.hpp"
@@ -26,7 +27,7 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// Penetration and Anitescu's gap at an active contact that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
+/// Penetration and distance across which a force acts that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
 /// allows 1 mm.
 constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.95e-3;
 /// A push that ends farther than this from where it did in the plan, in tolerances of the goal, is not made good by those after it.
@@ -138,8 +139,8 @@ class Refiner {
           }
           for (const auto& c : half_result_.contacts) {
             if (at.started) at.penetration = std::max(at.penetration, -c.contact.phi);
-            if (c.active) at.force_gap = std::max(at.force_gap, c.anitescu_gap());
           }
+          at.force_gap = std::max(at.force_gap, calc_force_gap(model_, half_result_, geometry_));
           at.started = true;
           at.q = half_result_.q_next;
         }

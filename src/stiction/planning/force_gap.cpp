@@ -1,0 +1,24 @@
+#include "stiction/planning/force_gap.hpp"
+
+#include <algorithm>
+
+namespace stiction::planning {
+
+double calc_force_gap(const world::Model& model, const dynamics::StepResult& step, GeometryWorkspace& work) {
+  constexpr double kSmall = 0.4e-3;
+  double worst = 0;
+  bool placed = false;
+  for (const auto& c : step.contacts) {
+    if (!c.active) continue;
+    double gap = c.anitescu_gap();
+    if (gap > kSmall) {
+      if (!placed) world::calc_kinematics(model, step.q_next, work.kinematics_work, work.kinematics);
+      placed = true;
+      gap = contact::pair_distance(model, work.kinematics, c.contact.pair, work.contact_work).phi;
+    }
+    worst = std::max(worst, gap);
+  }
+  return worst;
+}
+
+}  // namespace stiction::planning

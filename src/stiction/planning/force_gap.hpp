@@ -1,0 +1,12 @@
+#pragma once
+
+#include "stiction/dynamics/step.hpp"
+#include "stiction/planning/contact_sampler.hpp"
+
+namespace stiction::planning {
+
+/// Largest distance across which a force acts after a step [m], which is the relaxation's (2.3.4) and not the world's: the distance of the pair itself,
+/// as the checker measures it. Over steps that turn things it is up to 0.2 mm more than Anitescu's linear gap φ + J_n δq; gaps below 0.4 mm are taken from that.
+double calc_force_gap(const world::Model& model, const dynamics::StepResult& step, GeometryWorkspace& work);
+
+}  // namespace stiction::planning
