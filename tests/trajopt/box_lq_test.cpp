@@ -94,6 +94,21 @@ TEST(BoxLq, LongUnstableDynamics_KeepTheirDigits) {
   EXPECT_LE(rough.cost, out.cost + 1e-2) << "what the gap promises";
 }
 
+/// Products of A that overflow: no step is better than one that is not a number.
+TEST(BoxLq, HopelesslyUnstableDynamics_GiveFiniteInputs) {
+  for (const double growth : {30.0, 1e5, 1e60}) {
+    BoxLqProblem p = random_problem(5, 3, 2, 200, 0);
+    p.x0.setZero();
+    for (auto& s : p.stages) s.A = growth * Eigen::Matrix3d::Identity(), s.lower.setConstant(-0.5), s.upper.setConstant(0.5);
+    BoxLqWorkspace work;
+    BoxLqResult out;
+    const Status status = solve_box_lq(p, {.tolerance = 1e-6}, work, out);
+    for (const auto& u : out.u) EXPECT_TRUE(u.allFinite()) << growth;
+    for (const auto& gain : out.gains) EXPECT_TRUE(gain.K_x.allFinite() && gain.K_u.allFinite()) << growth;
+    EXPECT_TRUE(status == Status::Solved || status == Status::MaxIterations || status == Status::NumericalFailure);
+  }
+}
+
 TEST(BoxLq, InputsAtBounds_HaveNoGain) {
   const BoxLqProblem p = random_problem(4, 4, 3, 8, 0);
   BoxLqWorkspace work;

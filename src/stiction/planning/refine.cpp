@@ -500,6 +500,7 @@ class Refiner {
     q_rest_ = q_;
     steps_.forget();
     if (!roll_to(push.u_regrasp, options_.release_tol_position, options_.release_tol_angle, push.q_entry, back)) return false;
+    if (!is_free_on_its_way(back)) return false;
     if (!back.knots.empty()) run.segments.push_back(std::move(back));
     Segment& segment = run.segments.emplace_back(Segment{SegmentKind::Regrasp, {}});
     return replay(*push.regrasp, segment) && is_free_on_its_way(segment);

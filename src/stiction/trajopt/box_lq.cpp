@@ -101,9 +101,12 @@ class Solver {
     if (!factorise()) return false;
     const double mu = complementarity();
     aim(0, false);
-    const double predicted = complementarity_after(std::min(1.0, try_step()));
+    const double to_boundary = try_step();
+    if (std::isnan(to_boundary)) return false;
+    const double predicted = complementarity_after(std::min(1.0, to_boundary));
     aim(std::pow(predicted / mu, 3) * mu, true);
-    return take(std::min(1.0, kToBoundary * try_step()));
+    const double length = try_step();
+    return !std::isnan(length) && take(std::min(1.0, kToBoundary * length));
   }
 
   /// Visits f(stage data, stage, time).
@@ -303,15 +306,18 @@ class Solver {
     s.H.noalias() += d.Gu.transpose() * w_.weighted_u;
   }
 
-  /// The Newton step to the centres, with the factors at hand; all its parts. @returns the longest step that keeps everything positive
+  /// The Newton step to the centres, with the factors at hand; all its parts. @returns the longest step that keeps everything
+  /// positive; NaN where the step is not finite: unstable dynamics have used up all digits
   double try_step() {
     backward();
     forward();
     double limit = std::numeric_limits<double>::infinity();
+    bool finite = true;
     const auto see = [&limit](double value, double change) {
       if (change < 0) limit = std::min(limit, -value / change);
     };
     each([&](const LqStage& d, Stage& s, std::size_t) {
+      finite = finite && s.du.allFinite() && s.dx_next.allFinite();
       for (Eigen::Index i = 0; i < m_; ++i) {
         const double sl = s.s_lower[i], su = s.s_upper[i];
         s.dz_lower[i] = (s.center_lower[i] - s.z_lower[i] * s.du[i]) / sl - s.z_lower[i];
@@ -324,7 +330,7 @@ class Solver {
         see(s.s_row[i], s.ds_row[i]), see(s.y_row[i], s.dy_row[i]);
       }
     });
-    return limit;
+    return finite ? limit : std::numeric_limits<double>::quiet_NaN();
   }
 
   /// Linear terms of the cost to go, in increments from the present point: absolute inputs would lose the digits of small slacks.
@@ -400,6 +406,7 @@ class Solver {
       out.u[t] = s.u;
       out.x[t + 1] = s.x_next;
       out.gains[t] = s.gains;
+      if (!s.gains.K_x.allFinite() || !s.gains.K_u.allFinite()) out.gains[t].K_x.setZero(), out.gains[t].K_u.setZero();
     });
   }
 
