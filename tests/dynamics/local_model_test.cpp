@@ -114,6 +114,13 @@ TEST(LocalModel, FreeBallTurned_DerivativeIsCarriedThroughTheDisturbance) {
   }
 }
 
+/// w_u of sample 0 where q is not disturbed: its numbers follow those of w_q.
+VectorXd first_disturbance(const Model& model, const VectorXd& std_u, std::uint64_t seed) {
+  core::Random random(seed, 0);
+  for (int i = 0; i < model.n_v(); ++i) random.normal();
+  return std_u.unaryExpr([&](double s) { return s * random.normal(); });
+}
+
 /// A sample looks first at the rows that the nominal step and its B expect it to come near. It ends where the step ends that looks at all
 /// within reach, however wrong that was: disturbances of 0.4 rad are far from small. Both are centred at a complementarity of 1e-8 J·s,
 /// which leaves 1e-6 m where impulses are 0.01 N·s.
@@ -129,10 +136,7 @@ TEST(LocalModel, OneSample_IsTheStepThere) {
     for (std::uint64_t seed = 0; seed < 60; ++seed) {
       const VectorXd q = sample_task(task, *model, states), u = q.tail(model->n_a());
       const double s = seed % 2 == 0 ? 0.1 : 0.4;
-      core::Random random(seed, 0);
-      for (int i = 0; i < model->n_v(); ++i) random.normal();
-      VectorXd w(model->n_a());
-      for (auto& x : w) x = s * random.normal();
+      const VectorXd w = first_disturbance(*model, VectorXd::Constant(model->n_a(), s), seed);
       ASSERT_EQ(step(*model, {q, u + w}, {.with_B = true, .warm_start = false}, step_work, expected), Status::Solved);
       ASSERT_EQ(calc_local_model(*model, {q, u}, RandomizedFirstOrder{disturbed(s, 1, seed)}, {}, false, work, out), Status::Solved);
       VectorXd off(model->n_v());
@@ -168,10 +172,7 @@ TEST(LocalModel, OneSampleAlongARow_MeetsEveryBall) {
   double farthest = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Sampling sampling{.std_u = Eigen::Vector2d(1, 1e-3), .samples = 1, .seed = seed};
-    core::Random random(seed, 0);
-    for (int i = 0; i < model->n_v(); ++i) random.normal();
-    VectorXd w(2);
-    for (int i = 0; i < 2; ++i) w[i] = sampling.std_u[i] * random.normal();
+    const VectorXd w = first_disturbance(*model, sampling.std_u, seed);
     ASSERT_EQ(step(*model, {q, u + w}, {.with_B = true, .warm_start = false}, step_work, expected), Status::Solved);
     ASSERT_EQ(calc_local_model(*model, {q, u}, RandomizedFirstOrder{sampling}, {}, false, work, out), Status::Solved);
     EXPECT_LT((out.c - expected.q_next).cwiseAbs().maxCoeff(), 2e-5) << seed;

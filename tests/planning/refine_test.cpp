@@ -161,20 +161,21 @@ TEST(Refine, LastPush_IsLedToTheGoal) {
   p.go(SegmentKind::Contact, {{0, 0.1}, {0, 0.15}});
   p.set_goal();
   p.plan.goal.X_WG.p.z() += 0.015;
+  const auto expect_at_goal = [&](const RefineResult& r) {
+    EXPECT_LT(r.plan.error.position, 0.004);
+    EXPECT_LT(r.fine_error.position, 0.004);
+    expect_consistent(*p.model, p.model, r.plan);
+  };
   RefineResult by_feedback, with, without;
   ASSERT_EQ(p.run(by_feedback), Status::Solved);
   EXPECT_EQ(by_feedback.led, 1);
   EXPECT_EQ(by_feedback.corrected, 0);
-  EXPECT_LT(by_feedback.plan.error.position, 0.004);
-  EXPECT_LT(by_feedback.fine_error.position, 0.004);
-  expect_consistent(*p.model, p.model, by_feedback.plan);
+  expect_at_goal(by_feedback);
   p.refine_options.miss = 100;  // no push is led back
   ASSERT_EQ(p.run(with), Status::Solved);
   EXPECT_EQ(with.led, 0);
   EXPECT_EQ(with.corrected, 1);
-  EXPECT_LT(with.plan.error.position, 0.004);
-  EXPECT_LT(with.fine_error.position, 0.004);
-  expect_consistent(*p.model, p.model, with.plan);
+  expect_at_goal(with);
   VectorXd before = p.plan.u_start;
   for (const auto& segment : with.plan.segments) {
     for (const auto& knot : segment.knots) {

@@ -477,9 +477,14 @@ class Planner {
       }
       q = worker.step_result.q_next;
     }
+    return share_of_tolerances(node.q, q) <= options_.fidelity_edge;
+  }
+
+  /// Worst displacement of an object between two configurations, in tolerances of the goal.
+  double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
     Eigen::VectorXd e(model_.n_vu());
-    space_.error(node.q.data(), q.data(), e.data());
-    return largest_share(model_, e, problem_.goal.tol_position, problem_.goal.tol_angle) <= options_.fidelity_edge;
+    space_.error(from.data(), to.data(), e.data());
+    return largest_share(model_, e, problem_.goal.tol_position, problem_.goal.tol_angle);
   }
 
   void judge(Item& item) {
@@ -850,7 +855,7 @@ class Planner {
   /// Where it does not, everything behind the edge that went elsewhere is taken out of the search.
   bool survives_noise(const std::vector<int>& path) {
     core::Random random(options_.seed, 0);
-    Eigen::VectorXd q = problem_.q_start, u = u_start_, e(model_.n_vu());
+    Eigen::VectorXd q = problem_.q_start, u = u_start_;
     int astray = -1;  // the first edge that is
     bool whole = true;
     for (const int i : path) {
@@ -861,9 +866,8 @@ class Planner {
       whole = states.cols() == commands.cols();
       if (states.cols() > 0) q = states.rightCols(1);
       if (commands.cols() > 0) u = commands.rightCols(1);
-      space_.error(node.q_fine.data(), q.data(), e.data());
-      const double off = largest_share(model_, e, problem_.goal.tol_position, problem_.goal.tol_angle);
-      if (astray < 0 && node.parent >= 0 && (!whole || off > options_.fidelity_edge)) astray = i;
+      const bool held = whole && share_of_tolerances(node.q_fine, q) <= options_.fidelity_edge;
+      if (astray < 0 && node.parent >= 0 && !held) astray = i;
       if (!whole) break;
     }
     if (whole && goal_ratio(q) <= options_.tolerance_fraction) return true;

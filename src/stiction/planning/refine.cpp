@@ -91,7 +91,8 @@ class Refiner {
     out_ = {};
     out_.plan = with_forces();
     out_.variant = "unchanged";
-    given = in_halves(plan_);
+    given = {plan_.q_start, plan_.u_start};
+    if (!go_on(plan_.segments, exact_of_plan(), given)) given.q = plan_.q_start;
     out_.fine_error = goal_error(model_, given.q, plan_.goal);
     out = out_;
     return reaches_goal(plan_, given, 1.0);
@@ -253,9 +254,9 @@ class Refiner {
     return false;
   }
 
-  dynamics::StepOptions exact_of(const Plan& plan) const {
+  dynamics::StepOptions exact_of_plan() const {
     dynamics::StepOptions options = exact_;
-    options.h = plan.step.h;
+    options.h = plan_.step.h;
     return options;
   }
 
@@ -268,25 +269,24 @@ class Refiner {
     dynamics::Knot& knot = segment.knots.emplace_back();
     knot.u = u;
     knot.q = q_;
-    for (const auto& c : result_.contacts) {
-      if (c.active) knot.contacts.push_back(c);
-    }
+    keep_forces(knot);
     return true;
+  }
+
+  void keep_forces(dynamics::Knot& knot) const {
+    std::copy_if(result_.contacts.begin(), result_.contacts.end(), std::back_inserter(knot.contacts),
+                 [](const auto& c) { return c.active; });
   }
 
   /// The given plan; a plan that was read from a file comes without forces.
   Plan with_forces() {
     Plan out = plan_;
     q_ = plan_.q_start;
-    const dynamics::StepOptions options = exact_of(plan_);
+    const dynamics::StepOptions options = exact_of_plan();
     for (Segment& segment : out.segments) {
       for (dynamics::Knot& knot : segment.knots) {
         knot.contacts.clear();
-        if (step(knot.u, options)) {
-          for (const auto& c : result_.contacts) {
-            if (c.active) knot.contacts.push_back(c);
-          }
-        }
+        if (step(knot.u, options)) keep_forces(knot);
         q_ = knot.q;
       }
     }
@@ -297,8 +297,12 @@ class Refiner {
 
   /// In so many sub-steps or more, which keep the limits of the plan.
   bool advance_in_parts(const Eigen::VectorXd& u, Segment& segment, int least = 1) {
+    return ramp(u, std::max(least, dynamics::count_substeps(model_, u_, u, substep_)), segment);
+  }
+
+  /// Moves the command in equal parts.
+  bool ramp(const Eigen::VectorXd& u, int parts, Segment& segment) {
     const Eigen::VectorXd u_before = u_;
-    const int parts = std::max(least, dynamics::count_substeps(model_, u_before, u, substep_));
     for (int k = 1; k <= parts; ++k) {
       const double s = static_cast<double>(k) / parts;
       if (!advance(k == parts ? u : Eigen::VectorXd((1 - s) * u_before + s * u), segment)) return false;
@@ -308,14 +312,7 @@ class Refiner {
 
   /// The commands of a segment, in steps that are cuts_ times as short.
   bool replay(const Segment& from, Segment& segment) {
-    for (const auto& knot : from.knots) {
-      const Eigen::VectorXd u = u_;
-      for (int k = 1; k <= cuts_; ++k) {
-        const double s = static_cast<double>(k) / cuts_;
-        if (!advance(k == cuts_ ? knot.u : Eigen::VectorXd((1 - s) * u + s * knot.u), segment)) return false;
-      }
-    }
-    return true;
+    return std::all_of(from.knots.begin(), from.knots.end(), [&](const auto& knot) { return ramp(knot.u, cuts_, segment); });
   }
 
   bool replay(const Push& push, Plan& built) {
@@ -653,13 +650,6 @@ class Refiner {
   /// Within a fraction of the tolerances.
   bool within(const GoalError& error, double fraction) const {
     return error.position <= fraction * plan_.goal.tol_position && error.angle <= fraction * plan_.goal.tol_angle;
-  }
-
-  /// At half the sub-step, which says what the checker looks at besides.
-  Halves in_halves(const Plan& plan) {
-    Halves out{plan.q_start, plan.u_start};
-    if (!go_on(plan.segments, exact_of(plan), out)) out.q = plan.q_start;
-    return out;
   }
 
   /// At the sub-step and at half of it.

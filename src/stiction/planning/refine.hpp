@@ -18,8 +18,8 @@ struct RefineOptions {
   bool cut_tails = true;    ///< what follows the last motion of the objects in a push is left out
   bool rest = true;         ///< commands of a push are held at its end until the objects rest in the model as well
   double h = 0.02;          ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
-  double miss =
-      0.2;  ///< a push that ends farther than this from the plan, in tolerances of the goal, is led back by feedback; the last one to the goal itself, > 0
+  /// A push that ends farther than this from the plan, in tolerances of the goal, is led back by feedback; the last one to the goal itself, > 0.
+  double miss = 0.2;
   double mpc_miss = 0.5;   ///< … and by iMPC where it is still farther away than this, > 0
   int mpc_iterations = 4;  ///< of iMPC, ≥ 0
   double mpc_work = 2e7;   ///< Σ T (n_v + n_a + 20)³ over the pushes of a trial that iMPC works on, T their steps, is at most this, ≥ 0

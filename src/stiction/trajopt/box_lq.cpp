@@ -385,8 +385,8 @@ class Solver {
     if (!(alpha > 0)) return false;
     each([&](const LqStage&, Stage& s, std::size_t) {
       s.u += alpha * s.du;
-      s.x_next +=
-          alpha * s.dx_next;  // by the feedback of forward(): simulated from the inputs alone, unstable dynamics would amplify rounding
+      // By the feedback of forward(): simulated from the inputs alone, unstable dynamics would amplify rounding.
+      s.x_next += alpha * s.dx_next;
       s.s_lower += alpha * s.du;
       s.s_upper -= alpha * s.du;
       s.z_lower += alpha * s.dz_lower;
