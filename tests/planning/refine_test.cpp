@@ -104,6 +104,19 @@ double least_gap(const world::Model& model, const Segment& segment, double clear
   return least;
 }
 
+/// Largest move of a command in one step.
+double longest_command(const Plan& plan, SegmentKind kind) {
+  double longest = 0;
+  VectorXd u = plan.u_start;
+  for (const auto& segment : plan.segments) {
+    for (const auto& knot : segment.knots) {
+      if (segment.kind == kind) longest = std::max(longest, (knot.u - u).cwiseAbs().maxCoeff());
+      u = knot.u;
+    }
+  }
+  return longest;
+}
+
 TEST(Refine, PushIntoTheAir_IsDroppedAndTheRegraspsAroundItBecomeOne) {
   Pushing p = push_with_detour();
   RefineResult r;
@@ -197,8 +210,26 @@ TEST(Refine, TimeStep_CutsEveryStepOfThePlan) {
     ASSERT_EQ(p.run(r), Status::Solved);
     EXPECT_LE(r.plan.step.h, h + 1e-12);
     EXPECT_NEAR(std::round(0.1 / r.plan.step.h), 0.1 / r.plan.step.h, 1e-9);
-    EXPECT_NEAR(r.plan.substep.joint_travel * 0.1, p.plan.substep.joint_travel * r.plan.step.h, 1e-12);
+    const double cut = r.plan.step.h / 0.1;
+    EXPECT_NEAR(r.plan.substep.slide, cut * p.plan.substep.slide, 1e-12);
+    EXPECT_EQ(r.plan.substep.joint_travel, p.plan.substep.joint_travel);
+    EXPECT_LE(longest_command(r.plan, SegmentKind::Contact), cut * p.plan.substep.joint_travel + 1e-12);
+    EXPECT_LE(longest_command(r.plan, SegmentKind::Regrasp), p.plan.substep.joint_travel + 1e-12);
   }
+}
+
+TEST(Refine, RegraspThatTouchesNothing_GoesAsFarInAStepAsThePlan) {
+  Pushing p;
+  p.go(SegmentKind::Contact, {{0, 0.1}});
+  p.go(SegmentKind::Regrasp, {{0, 0.05}, {-0.65, 0.05}, {-0.65, 0.69}, {-0.605, 0.69}});
+  p.go(SegmentKind::Contact, {{-0.57, 0.69}});
+  p.set_goal();
+  RefineResult r;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  ASSERT_EQ(r.reconnected, 1);
+  EXPECT_LT(r.plan.step.h, 0.021);
+  EXPECT_GT(longest_command(r.plan, SegmentKind::Regrasp), 0.9 * p.plan.substep.joint_travel);
+  EXPECT_LE(longest_command(r.plan, SegmentKind::Contact), 0.2 * p.plan.substep.joint_travel + 1e-12);
 }
 
 /// The planner's own plans: the goal is kept, joint limits hold, every state follows from the one before it.

@@ -102,6 +102,20 @@ TEST(FindPath, KeepsItsClearanceBetweenTheContacts) {
   EXPECT_GE(found, 15);
 }
 
+TEST(FitsCones, OnlyIfEveryForceDoes) {
+  dynamics::Knot knot;
+  EXPECT_TRUE(fits_cones(knot, 0.8)) << "no force";
+  knot.contacts.resize(2);
+  for (auto& c : knot.contacts) {
+    c.contact.friction = 0.5;
+    c.lambda = {10, 3, 2.4};  // ‖λ_t‖ = 3.84 of 5
+  }
+  EXPECT_TRUE(fits_cones(knot, 0.8)) << "3.84 of 4";
+  EXPECT_FALSE(fits_cones(knot, 0.7)) << "3.84 of 3.5";
+  knot.contacts[1].lambda[1] = 4;
+  EXPECT_FALSE(fits_cones(knot, 0.8)) << "4.66 of 4";
+}
+
 TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   const auto model = load_model("allegro_ball");
   const RobotChains chains(*model);

@@ -45,6 +45,8 @@ constexpr int kMostLeading = 10;
 constexpr double kOverhead = 20;
 /// A branch that moves farther than kElsewhere [rad or m] in a regrasp has to get this far away from everything [m], as the checker demands.
 constexpr double kElsewhere = 0.1, kFree = 1e-3;
+/// A regrasp that takes the objects this much farther from where the next push wants them, in tolerances of the goal, leaves them where they are.
+constexpr double kLeftAlone = 0.05;
 /// A branch whose posture differs by more than this between two pushes has moved [rad or m].
 constexpr double kMoved = 5e-3;
 
@@ -163,9 +165,10 @@ class Refiner {
 
   /// From where the simulation is: the first run in a list that ends near enough to q_target, else the one that ends nearest. Half sub-steps are looked at
   /// only of what may be it.
+  /// @param enough    what is near enough, in tolerances of the goal
   /// @param simulate  (Run&) → bool: from q_, u_ to q_, u_; false where it comes to nothing
   template <class Simulate>
-  std::optional<Run> best_of(std::vector<Run> runs, const Eigen::VectorXd& q_target, Simulate&& simulate) {
+  std::optional<Run> best_of(std::vector<Run> runs, const Eigen::VectorXd& q_target, double enough, Simulate&& simulate) {
     const Eigen::VectorXd q_before = q_, u_before = u_;
     std::vector<Run*> later;
     std::optional<Run> best;
@@ -176,10 +179,10 @@ class Refiner {
       run.u = std::exchange(u_, u_before);
       if (!done) continue;
       run.missed = miss(q_target, run.q);
-      if (run.missed > refine_.miss) {
+      if (run.missed > enough) {
         later.push_back(&run);
       } else if (finish(q_target, run)) {
-        if (run.missed <= refine_.miss) return std::move(run);
+        if (run.missed <= enough) return std::move(run);
         if (!best || run.missed < best->missed) best = std::move(run);
       }
     }
@@ -212,7 +215,7 @@ class Refiner {
   bool build(const std::vector<Push>& pushes, Plan& built) {
     built = plan_;
     built.step.h = exact_.h;
-    built.substep = substep_;
+    built.substep = free_substep_;
     built.segments.clear();
     q_ = plan_.q_start;
     u_ = plan_.u_start;
@@ -241,6 +244,9 @@ class Refiner {
     substep_.joint_travel /= cuts;
     substep_.slide /= cuts;
     substep_.max_substeps *= cuts;
+    free_substep_ = substep_;
+    free_substep_.joint_angle = plan_.substep.joint_angle;
+    free_substep_.joint_travel = plan_.substep.joint_travel;
     prepare_mpc();
   }
 
@@ -333,7 +339,7 @@ class Refiner {
     const Eigen::VectorXd& q_target = last ? q_goal_ : q_planned;
     std::vector<Run> runs(kFeedback.size());
     for (std::size_t k = 0; k < runs.size(); ++k) runs[k].gamma = kFeedback.begin()[k];
-    std::optional<Run> best = best_of(std::move(runs), q_target, [&](Run& run) { return follow(push, q_target, run); });
+    std::optional<Run> best = best_of(std::move(runs), q_target, refine_.miss, [&](Run& run) { return follow(push, q_target, run); });
     if (!best) return false;
     if (best->missed > refine_.mpc_miss) correct(q_before, u_before, q_target, *best);
     if (!last && best->missed > kLost) return false;
@@ -496,7 +502,7 @@ class Refiner {
     Segment back{SegmentKind::Regrasp, {}};
     q_rest_ = q_;
     steps_.forget();
-    if (!roll_to(push.u_regrasp, options_.release_tol_position, options_.release_tol_angle, push.q_entry, back)) return false;
+    if (!roll_to(push.u_regrasp, substep_, options_.release_tol_position, options_.release_tol_angle, push.q_entry, back)) return false;
     if (!is_free_on_its_way(back)) return false;
     if (!back.knots.empty()) run.segments.push_back(std::move(back));
     Segment& segment = run.segments.emplace_back(Segment{SegmentKind::Regrasp, {}});
@@ -525,8 +531,8 @@ class Refiner {
     return out;
   }
 
-  /// From where the robot is to where the push starts: with the largest clearance that leaves the objects where the push wants them; else with what
-  /// leaves them nearest to it, the commands of the plan among it.
+  /// From where the robot is to where the push starts: with the largest clearance that leaves the objects where the push wants them, or where they are; else
+  /// with what leaves them nearest to it, the commands of the plan among it.
   bool regrasp(const Push& push, std::size_t number, Plan& built) {
     const Moves moves = moves_to(push);
     std::vector<Run> runs;
@@ -534,7 +540,8 @@ class Refiner {
       for (const double clearance : refine_.clearances) runs.emplace_back().clearance = clearance;
     }
     if (!push.merged && push.regrasp) runs.emplace_back();
-    std::optional<Run> best = best_of(std::move(runs), push.q_entry, [&](Run& run) {
+    const double missed = std::max(miss(push.q_entry, q_), miss(push.q_entry, halves_.q));
+    std::optional<Run> best = best_of(std::move(runs), push.q_entry, std::max(refine_.miss, missed + kLeftAlone), [&](Run& run) {
       return run.clearance > 0 ? connect(push, number, moves, run) : regrasp_as_planned(push, run);
     });
     if (!best) return false;
@@ -562,7 +569,7 @@ class Refiner {
     Eigen::VectorXd u = u_;  // springs of moving branches are unloaded where they are
     for (const int j : chains_.joints_of(moves.moving)) u[j] = q_[model_.n_qu() + j];
     for (const int j : chains_.joints_of(moves.relaxed)) u[j] = push.u_entry[j];
-    if (!roll_to(u, options_.release_tol_position, options_.release_tol_angle, push.q_entry, segment)) return false;
+    if (!roll_to(u, substep_, options_.release_tol_position, options_.release_tol_angle, push.q_entry, segment)) return false;
     q_rest_ = q_;
     if (moves.moving == 0) return true;
 
@@ -573,18 +580,32 @@ class Refiner {
     path_options.clearance = clearance;
     std::vector<Eigen::VectorXd> path;
     if (find_path(model_, chains_, moves.moving, q_, goal, path_options, random, geometry_, path) != PathOutcome::Found) return false;
+    bool was_clear = false;
     for (std::size_t k = 0; k < path.size(); ++k) {
       u = u_;
       for (const int j : joints) u[j] = k + 1 == path.size() ? push.u_entry[j] : path[k][j];
-      if (!roll_to(u, options_.regrasp_tol_position, options_.regrasp_tol_angle, push.q_entry, segment)) return false;
+      const bool clear = is_clear(moves.moving, path[k], 0.5 * clearance);
+      const dynamics::SubstepLimits& limits = was_clear && clear ? free_substep_ : substep_;
+      if (!roll_to(u, limits, options_.regrasp_tol_position, options_.regrasp_tol_angle, push.q_entry, segment)) return false;
+      was_clear = clear;
     }
     return true;
   }
 
+  /// Nothing is nearer than so much to the branches in `moving` at a posture.
+  bool is_clear(ChainMask moving, const Eigen::VectorXd& q_a, double clearance) {
+    Eigen::VectorXd q = q_;
+    q.tail(model_.n_a()) = q_a;
+    chains_.pairs_of(moving, geometry_.pairs);
+    world::calc_kinematics(model_, q, geometry_.kinematics_work, geometry_.kinematics);
+    return contact::calc_min_distance(model_, geometry_.kinematics, geometry_.pairs, clearance, geometry_.contact_work) >= clearance;
+  }
+
   /// @returns false where the objects neither stay nor are where they are wanted
-  bool roll_to(const Eigen::VectorXd& u, double position, double angle, const Eigen::VectorXd& q_wanted, Segment& segment) {
+  bool roll_to(const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, double position, double angle,
+               const Eigen::VectorXd& q_wanted, Segment& segment) {
     if ((u - u_).cwiseAbs().maxCoeff() == 0) return true;
-    const Status status = dynamics::rollout(model_, q_, u_, u, exact_, substep_, steps_, rollout_);
+    const Status status = dynamics::rollout(model_, q_, u_, u, exact_, limits, steps_, rollout_);
     out_.steps += rollout_.steps;
     if (status != Status::Solved) {
       ++out_.failed_steps;
@@ -623,19 +644,22 @@ class Refiner {
     return true;
   }
 
-  /// The objects do the same with every μ at regrasp_friction of it.
+  /// The objects do the same with every μ at regrasp_friction of it. Steps whose forces lie in those cones are the same, so that the first ones that do are
+  /// not simulated again.
   bool holds_slippery(const Eigen::VectorXd& q_before, const Segment& segment) {
     dynamics::StepOptions slippery = exact_;
     slippery.friction_scale = exact_.friction_scale * options_.regrasp_friction;
+    const auto& knots = segment.knots;
+    std::size_t k = 0;
+    while (k < knots.size() && fits_cones(knots[k], slippery.friction_scale)) ++k;
     const Eigen::VectorXd q_end = q_;
-    q_ = q_before;
+    q_ = k == 0 ? q_before : knots[k - 1].q;
     steps_.forget();
     bool held = true;
-    for (const auto& knot : segment.knots) {
-      held = step(knot.u, slippery);
+    for (; held && k < knots.size(); ++k) {
+      held = step(knots[k].u, slippery);
       if (held) q_ = result_.q_next;
-      held = held && objects_agree(model_, space_, knot.q, q_, options_.regrasp_tol_position, options_.regrasp_tol_angle);
-      if (!held) break;
+      held = held && objects_agree(model_, space_, knots[k].q, q_, options_.regrasp_tol_position, options_.regrasp_tol_angle);
     }
     q_ = q_end;
     steps_.forget();
@@ -675,11 +699,11 @@ class Refiner {
   dynamics::RolloutResult rollout_;
   dynamics::StepWorkspace half_steps_, smooth_steps_;
   dynamics::StepResult half_result_, smooth_result_;
-  Halves given_, halves_;             ///< of the plan, and where the simulation is
-  Eigen::VectorXd weights_, limits_;  ///< 1/tolerance of the goal (n_vu); limits of a sub-step (n_a)
-  int cuts_ = 1;                      ///< parts of a step of the plan
-  double mpc_work_ = 0;               ///< of the trial so far, as in RefineOptions
-  dynamics::SubstepLimits substep_;
+  Halves given_, halves_;                           ///< of the plan, and where the simulation is
+  Eigen::VectorXd weights_, limits_;                ///< 1/tolerance of the goal (n_vu); limits of a sub-step (n_a)
+  int cuts_ = 1;                                    ///< parts of a step of the plan
+  double mpc_work_ = 0;                             ///< of the trial so far, as in RefineOptions
+  dynamics::SubstepLimits substep_, free_substep_;  ///< … and where the branches that move touch nothing, in commands as far as in the plan
   trajopt::OptimizeOptions mpc_;
   trajopt::OptimizeWorkspace optimizer_;
   trajopt::OptimizeResult optimized_;

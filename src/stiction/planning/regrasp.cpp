@@ -173,6 +173,12 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
   return PathOutcome::Found;
 }
 
+bool fits_cones(const dynamics::Knot& knot, double friction_scale) {
+  return std::all_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
+    return c.lambda.tail<2>().norm() <= friction_scale * c.contact.friction * c.lambda[0];
+  });
+}
+
 namespace {
 
 enum class Outcome {
@@ -225,7 +231,7 @@ class RegraspRun {
   /// first knot whose forces do not.
   Outcome follow_slippery() {
     std::size_t k = 0;
-    while (k < out_.knots.size() && fits_reduced_cones(out_.knots[k])) ++k;
+    while (k < out_.knots.size() && fits_cones(out_.knots[k], options_.friction * options_.regrasp_friction)) ++k;
     Eigen::VectorXd q_slippery = k == 0 ? q0_ : out_.knots[k - 1].q;
     dynamics::StepOptions slippery = step_;
     slippery.friction_scale = options_.friction * options_.regrasp_friction;
@@ -297,12 +303,6 @@ class RegraspRun {
     u = u_next;
     out_.knots.insert(out_.knots.end(), std::make_move_iterator(result_.knots.begin()), std::make_move_iterator(result_.knots.end()));
     return Outcome::Held;
-  }
-
-  bool fits_reduced_cones(const dynamics::Knot& knot) const {
-    return std::all_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
-      return c.lambda.tail<2>().norm() <= options_.friction * options_.regrasp_friction * c.contact.friction * c.lambda[0];
-    });
   }
 
   const world::Model& model_;

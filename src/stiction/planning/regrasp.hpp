@@ -31,6 +31,10 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
                       const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random, GeometryWorkspace& work,
                       std::vector<Eigen::VectorXd>& path);
 
+/// All forces of a sub-step lie in friction cones with every μ times this. It is then the solution with those cones too: it stays feasible, since v_n ≥ μ‖v_t‖
+/// only gets weaker, and complementary.
+bool fits_cones(const dynamics::Knot& knot, double friction_scale);
+
 /// A regrasp that was simulated and holds.
 struct Regrasp {
   std::vector<dynamics::Knot> knots;  ///< at full friction
