@@ -67,8 +67,9 @@ struct Halves {
 
 class Refiner {
  public:
+  /// @param threads  on which runs from one state are tried side by side
   Refiner(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
-          const core::RunControl& control)
+          const core::RunControl& control, int threads)
       : model_(*model),
         plan_(plan),
         options_(options),
@@ -81,50 +82,63 @@ class Refiner {
         geometry_(model_),
         half_steps_(model),
         smooth_steps_(model),
-        optimizer_(model, 1) {
+        shared_model_(model),
+        pool_(threads) {
+    for (int i = 1; i < threads; ++i) others_.push_back(std::make_unique<Refiner>(model, plan, options, refine_options, control, 1));
     exact_ = plan.step;
     exact_.smoothing = dynamics::Exact{};
     exact_.with_A = exact_.with_B = false;
     exact_.warm_start = false;  // every knot follows from the one before it alone
   }
 
-  /// The given plan with its forces, and how it does at half the sub-step. @returns false: it does not reach its goal
-  bool look_at_plan(RefineResult& out, Halves& given) {
-    out_ = {};
-    out_.plan = with_forces();
-    out_.variant = "unchanged";
-    given = {plan_.q_start, plan_.u_start};
-    if (!go_on(plan_.segments, exact_of_plan(), given)) given.q = plan_.q_start;
-    out_.fine_error = goal_error(model_, given.q, plan_.goal);
-    out = out_;
-    return reaches_goal(plan_, given, 1.0);
+  /// How the given plan does at half the sub-step. @returns false: it does not reach its goal
+  bool look_at_plan() {
+    given_ = {plan_.q_start, plan_.u_start};
+    if (!go_on(plan_.segments, exact_of_plan(), given_)) given_.q = plan_.q_start;
+    return reaches_goal(plan_, given_, 1.0);
   }
 
-  /// @param given       of look_at_plan(): a refined plan may be as bad as that
-  /// @param superseded  the trial is of no use any more
-  /// @returns true: `out` is a refined plan; else its steps are counted alone
-  bool attempt(const Trial& trial, const Halves& given, const std::function<bool()>& superseded, RefineResult& out) {
-    out_ = {};
-    given_ = given;
-    superseded_ = superseded;
-    cut_steps(trial.cuts);
-    rests_ = trial.rest;
+  /// The given plan, with forces: one that was read from a file comes without.
+  void keep_plan(RefineResult& out) {
+    start_over();
+    out_.plan = with_forces();
+    out_.variant = "unchanged";
+    out_.fine_error = goal_error(model_, given_.q, plan_.goal);
+    out = std::move(out_);
+  }
+
+  /// After look_at_plan(): a refined plan may be as bad as the given one.
+  /// @returns true: `out` is a refined plan; steps are those of everything so far
+  bool attempt(const Trial& trial, RefineResult& out) {
+    start_over();
+    set_up(trial);
+    for (const auto& other : others_) {
+      other->given_ = given_;
+      other->set_up(trial);
+    }
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
     const bool good = build(*trial.pushes, built) && reaches_goal(built, halves_, options_.tolerance_fraction) && holds(halves_);
-    if (good) {
-      built.error = goal_error(model_, end_of(built), plan_.goal);
-      out_.plan = std::move(built);
-      out_.fine_error = goal_error(model_, halves_.q, plan_.goal);
-      out_.variant = trial.name;
-      out_.rests = rests_;
-      out_.least_clearance = out_.reconnected > 0 ? least_clearance_ : 0.0;
-    }
+    if (!good) return false;
+    built.error = goal_error(model_, end_of(built), plan_.goal);
+    out_.plan = std::move(built);
+    out_.fine_error = goal_error(model_, halves_.q, plan_.goal);
+    out_.variant = trial.name;
+    out_.rests = rests_;
+    out_.least_clearance = out_.reconnected > 0 ? least_clearance_ : 0.0;
     out = std::move(out_);
-    return good;
+    return true;
   }
 
  private:
+  /// Nothing is refined any more; steps are those of everything so far.
+  void start_over() {
+    const long steps = out_.steps, failed_steps = out_.failed_steps;
+    out_ = {};
+    out_.steps = steps;
+    out_.failed_steps = failed_steps;
+  }
+
   // ---- at half the sub-step ------------------------------------------------------------------------------------------------------
   bool holds(const Halves& at) const {
     return at.penetration <= std::max(kMostPenetration, given_.penetration) && at.force_gap <= std::max(kMostForceGap, given_.force_gap);
@@ -158,48 +172,92 @@ class Refiner {
     std::vector<Segment> segments;
     Eigen::VectorXd q, u;
     Halves halves;
-    double missed = 0;     ///< at its end, in tolerances of the goal: at the sub-step, once finished the worse of whole and half sub-steps
+    bool done = false;     ///< it came to something
+    bool holds = false;    ///< at half sub-steps as well
+    double whole = 0;      ///< missed at its end, in tolerances of the goal, at whole sub-steps
+    double missed = 0;     ///< the worse of whole and half sub-steps, once finished
     double gamma = 0;      ///< of the feedback on a push
     double clearance = 0;  ///< of a regrasp that was planned anew [m]
+    long steps = 0, failed_steps = 0;
   };
 
   /// From where the simulation is: the first run in a list that ends near enough to q_target, else the one that ends nearest. Half sub-steps are looked at
-  /// only of what may be it.
+  /// only of what may be it. As many as there are threads are tried side by side; what comes out, and the steps that count, are those of one thread.
   /// @param enough    what is near enough, in tolerances of the goal
-  /// @param simulate  (Run&) → bool: from q_, u_ to q_, u_; false where it comes to nothing
+  /// @param simulate  (Refiner&, Run&) → bool: from its q_, u_ to q_, u_; false where it comes to nothing
   template <class Simulate>
   std::optional<Run> best_of(std::vector<Run> runs, const Eigen::VectorXd& q_target, double enough, Simulate&& simulate) {
-    const Eigen::VectorXd q_before = q_, u_before = u_;
+    for (const auto& other : others_) other->start_from(*this);
     std::vector<Run*> later;
     std::optional<Run> best;
-    for (Run& run : runs) {
-      if (stop()) break;
-      const bool done = simulate(run);
-      run.q = std::exchange(q_, q_before);
-      run.u = std::exchange(u_, u_before);
-      if (!done) continue;
-      run.missed = miss(q_target, run.q);
-      if (run.missed > enough) {
-        later.push_back(&run);
-      } else if (finish(q_target, run)) {
-        if (run.missed <= enough) return std::move(run);
-        if (!best || run.missed < best->missed) best = std::move(run);
+    const auto better = [&best](const Run& run) { return run.holds && (!best || run.missed < best->missed); };
+    const auto n = static_cast<int>(runs.size());
+    for (int first = 0; first < n; first += pool_.size()) {
+      const std::span<Run> some(&runs[static_cast<std::size_t>(first)], static_cast<std::size_t>(std::min(pool_.size(), n - first)));
+      side_by_side(some, [&](Refiner& refiner, Run& run) { refiner.try_run(q_target, enough, simulate, run); });
+      if (stop()) return best;
+      for (Run& run : some) {
+        count(run);
+        if (run.done && run.whole > enough) later.push_back(&run);
+        if (run.holds && run.missed <= enough) return std::move(run);
+        if (better(run)) best = std::move(run);
       }
     }
-    std::stable_sort(later.begin(), later.end(), [](const Run* a, const Run* b) { return a->missed < b->missed; });
-    for (Run* run : later) {
-      if (best && best->missed <= run->missed) break;
-      if (finish(q_target, *run) && (!best || run->missed < best->missed)) best = std::move(*run);
+    std::stable_sort(later.begin(), later.end(), [](const Run* a, const Run* b) { return a->whole < b->whole; });
+    for (std::size_t first = 0; first < later.size(); first += static_cast<std::size_t>(pool_.size())) {
+      if (best && best->missed <= later[first]->whole) break;
+      const std::span<Run*> some(&later[first], std::min(static_cast<std::size_t>(pool_.size()), later.size() - first));
+      side_by_side(some, [&](Refiner& refiner, Run* run) { refiner.finish(q_target, *run); });
+      for (Run* run : some) {
+        if (best && best->missed <= run->whole) return best;
+        count(*run);
+        if (better(*run)) best = std::move(*run);
+      }
     }
     return best;
   }
 
-  /// @returns false: at half the sub-step it penetrates, or pulls across a gap
-  bool finish(const Eigen::VectorXd& q_target, Run& run) {
+  template <class Item, class Body>
+  void side_by_side(std::span<Item> items, const Body& body) {
+    pool_.run(static_cast<int>(items.size()), [&](int i, int worker) {
+      body(worker == 0 ? *this : *others_[static_cast<std::size_t>(worker) - 1], items[static_cast<std::size_t>(i)]);
+    });
+  }
+
+  void start_from(const Refiner& other) {
+    q_ = other.q_;
+    u_ = other.u_;
+    halves_ = other.halves_;
+  }
+
+  void count(const Run& run) {
+    out_.steps += run.steps;
+    out_.failed_steps += run.failed_steps;
+  }
+
+  /// A run from where the simulation is, which stays there. Finished at once where it ends near enough.
+  template <class Simulate>
+  void try_run(const Eigen::VectorXd& q_target, double enough, const Simulate& simulate, Run& run) {
+    if (stop()) return;
+    const Eigen::VectorXd q_before = q_, u_before = u_;
+    const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
+    run.done = simulate(*this, run);
+    run.q = std::exchange(q_, q_before);
+    run.u = std::exchange(u_, u_before);
+    run.steps = std::exchange(out_.steps, steps);
+    run.failed_steps = std::exchange(out_.failed_steps, failed_steps);
+    run.whole = miss(q_target, run.q);
+    if (run.done && run.whole <= enough) finish(q_target, run);
+  }
+
+  /// Half sub-steps: `holds` is false where it penetrates there, or pulls across a gap. The steps count as the run's.
+  void finish(const Eigen::VectorXd& q_target, Run& run) {
+    const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
     run.halves = halves_;
-    if (!go_on(run.segments, exact_, run.halves)) return false;
-    run.missed = std::max(run.missed, miss(q_target, run.halves.q));
-    return holds(run.halves);
+    run.holds = go_on(run.segments, exact_, run.halves) && holds(run.halves);
+    run.missed = std::max(run.whole, miss(q_target, run.halves.q));
+    run.steps += std::exchange(out_.steps, steps);
+    run.failed_steps += std::exchange(out_.failed_steps, failed_steps);
   }
 
   void take(Run& run, Plan& built) {
@@ -210,7 +268,7 @@ class Refiner {
   }
 
   // ---- simulated anew ------------------------------------------------------------------------------------------------------------
-  bool stop() const { return control_.stop() || superseded_(); }
+  bool stop() const { return control_.stop(); }
 
   bool build(const std::vector<Push>& pushes, Plan& built) {
     built = plan_;
@@ -236,7 +294,9 @@ class Refiner {
   }
 
   /// Every sub-step of the plan in so many of the same length.
-  void cut_steps(int cuts) {
+  void set_up(const Trial& trial) {
+    rests_ = trial.rest;
+    const int cuts = trial.cuts;
     cuts_ = cuts;
     exact_.h = plan_.step.h / cuts;
     substep_ = plan_.substep;
@@ -339,7 +399,8 @@ class Refiner {
     const Eigen::VectorXd& q_target = last ? q_goal_ : q_planned;
     std::vector<Run> runs(kFeedback.size());
     for (std::size_t k = 0; k < runs.size(); ++k) runs[k].gamma = kFeedback.begin()[k];
-    std::optional<Run> best = best_of(std::move(runs), q_target, refine_.miss, [&](Run& run) { return follow(push, q_target, run); });
+    std::optional<Run> best =
+        best_of(std::move(runs), q_target, refine_.miss, [&](Refiner& refiner, Run& run) { return refiner.follow(push, q_target, run); });
     if (!best) return false;
     if (best->missed > refine_.mpc_miss) correct(q_before, u_before, q_target, *best);
     if (!last && best->missed > kLost) return false;
@@ -435,7 +496,8 @@ class Refiner {
     if (mpc_work_ + work > refine_.mpc_work) return;
     mpc_work_ += work;
     mpc_.iterations = refine_.mpc_iterations;
-    if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, optimizer_, optimized_) != Status::Solved) return;
+    if (!optimizer_) optimizer_.emplace(shared_model_, pool_.size());
+    if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, *optimizer_, optimized_) != Status::Solved) return;
     out_.steps += optimized_.steps;
     Run corrected;
     corrected.gamma = run.gamma;
@@ -450,8 +512,11 @@ class Refiner {
     }
     corrected.q = q_;
     corrected.u = u_;
-    corrected.missed = miss(q_target, q_);
-    if (corrected.missed >= run.missed || !finish(q_target, corrected) || corrected.missed >= run.missed) return;
+    corrected.whole = miss(q_target, q_);
+    if (corrected.whole >= run.missed) return;
+    finish(q_target, corrected);
+    count(corrected);
+    if (!corrected.holds || corrected.missed >= run.missed) return;
     run = std::move(corrected);
     ++out_.corrected;
   }
@@ -463,7 +528,7 @@ class Refiner {
     constexpr double kWay = 1e-2, kChange = 1e-2;
     mpc_.step = exact_;
     mpc_.scheme = options_.smoothing;
-    mpc_.threads = 1;
+    mpc_.threads = pool_.size();
     mpc_.qp_tolerance = 1e-3;  // the step is judged by the dynamics
     mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
     weights_.resize(model_.n_vu());
@@ -541,9 +606,10 @@ class Refiner {
     }
     if (!push.merged && push.regrasp) runs.emplace_back();
     const double missed = std::max(miss(push.q_entry, q_), miss(push.q_entry, halves_.q));
-    std::optional<Run> best = best_of(std::move(runs), push.q_entry, std::max(refine_.miss, missed + kLeftAlone), [&](Run& run) {
-      return run.clearance > 0 ? connect(push, number, moves, run) : regrasp_as_planned(push, run);
-    });
+    std::optional<Run> best =
+        best_of(std::move(runs), push.q_entry, std::max(refine_.miss, missed + kLeftAlone), [&](Refiner& refiner, Run& run) {
+          return run.clearance > 0 ? refiner.connect(push, number, moves, run) : refiner.regrasp_as_planned(push, run);
+        });
     if (!best) return false;
     if (best->clearance > 0) {
       least_clearance_ = std::min(least_clearance_, best->clearance);
@@ -688,7 +754,6 @@ class Refiner {
   const RefineOptions& refine_;
   const core::RunControl& control_;
   RefineResult out_;
-  std::function<bool()> superseded_;
   ObjectSpace space_;
   Motion motion_;
   RobotChains chains_;
@@ -705,13 +770,16 @@ class Refiner {
   double mpc_work_ = 0;                             ///< of the trial so far, as in RefineOptions
   dynamics::SubstepLimits substep_, free_substep_;  ///< … and where the branches that move touch nothing, in commands as far as in the plan
   trajopt::OptimizeOptions mpc_;
-  trajopt::OptimizeWorkspace optimizer_;
+  std::optional<trajopt::OptimizeWorkspace> optimizer_;  ///< made when first needed
   trajopt::OptimizeResult optimized_;
   Eigen::VectorXd q_goal_;  ///< the objects at the goal, in a whole configuration
   Eigen::VectorXd q_, u_;   ///< where the simulation is
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
   bool rests_ = true;
+  std::shared_ptr<const Model> shared_model_;
+  core::ThreadPool pool_;
+  std::vector<std::unique_ptr<Refiner>> others_;  ///< for the threads besides the first
 };
 
 /// In the order in which they are wanted.
@@ -728,40 +796,23 @@ std::vector<Trial> list_trials(const Plan& plan, const RefineOptions& options, c
   return trials;
 }
 
-/// The first trial that works. They run side by side; those behind one that does are given up.
+/// The first trial that works.
 Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
            const core::RunControl& control, RefineResult& out) {
-  core::ThreadPool pool(options.threads > 0 ? options.threads : core::hardware_threads());
-  std::vector<std::unique_ptr<Refiner>> refiners;
-  for (int i = 0; i < pool.size(); ++i) refiners.push_back(std::make_unique<Refiner>(model, plan, options, refine_options, control));
-  Halves given;
-  if (!refiners[0]->look_at_plan(out, given)) return Status::NumericalFailure;
+  Refiner refiner(model, plan, options, refine_options, control, options.threads > 0 ? options.threads : core::hardware_threads());
+  if (!refiner.look_at_plan()) {
+    refiner.keep_plan(out);
+    return Status::NumericalFailure;
+  }
   const Motion motion(*model, refine_options.motionless_position, refine_options.motionless_angle);
   const std::vector<Push> pushes = split_at_regrasps(plan);
   std::vector<Push> shorter = pushes;
   if (refine_options.cut_tails) cut_tails(motion, shorter);
   if (refine_options.drop_pushes) drop_pushes(motion, shorter);
-  const std::vector<Trial> trials = list_trials(plan, refine_options, shorter, pushes);
-
-  const int n = static_cast<int>(trials.size());
-  std::vector<RefineResult> results(trials.size());
-  std::atomic<int> first = n;
-  pool.run(n, [&](int i, int worker) {
-    const auto superseded = [&first, i] { return first.load() < i; };
-    const auto k = static_cast<std::size_t>(i);
-    if (superseded() || !refiners[static_cast<std::size_t>(worker)]->attempt(trials[k], given, superseded, results[k])) return;
-    for (int best = first.load(); i < best && !first.compare_exchange_weak(best, i);) {
-    }
-  });
-  long steps = out.steps, failed_steps = out.failed_steps;
-  for (int i = 0; i < std::min(first.load() + 1, n); ++i) {
-    steps += results[static_cast<std::size_t>(i)].steps;
-    failed_steps += results[static_cast<std::size_t>(i)].failed_steps;
+  for (const Trial& trial : list_trials(plan, refine_options, shorter, pushes)) {
+    if (refiner.attempt(trial, out)) return Status::Solved;
   }
-  if (first < n) out = std::move(results[static_cast<std::size_t>(first.load())]);
-  out.steps = steps;
-  out.failed_steps = failed_steps;
-  if (first < n) return Status::Solved;
+  refiner.keep_plan(out);
   return control.cancelled() ? Status::Cancelled : control.expired() ? Status::MaxIterations : Status::Solved;
 }
 
