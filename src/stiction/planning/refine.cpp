@@ -45,8 +45,8 @@ constexpr int kMostLeading = 10;
 constexpr double kOverhead = 20;
 /// A branch that moves farther than kElsewhere [rad or m] in a regrasp has to get this far away from everything [m], as the checker demands.
 constexpr double kElsewhere = 0.1, kFree = 1e-3;
-/// A regrasp that takes the objects this much farther from where the next push wants them, in tolerances of the goal, leaves them where they are.
-constexpr double kLeftAlone = 0.05;
+/// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.
+constexpr double kSamePlace = 0.05;
 /// A branch whose posture differs by more than this between two pushes has moved [rad or m].
 constexpr double kMoved = 5e-3;
 
@@ -118,7 +118,7 @@ class Refiner {
     }
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
-    const bool good = build(*trial.pushes, built) && reaches_goal(built, halves_, options_.tolerance_fraction) && holds(halves_);
+    const bool good = build(*trial.pushes, built) && reaches_goal(built, halves_, options_.tolerance_fraction);
     if (!good) return false;
     built.error = goal_error(model_, end_of(built), plan_.goal);
     out_.plan = std::move(built);
@@ -144,6 +144,7 @@ class Refiner {
     return at.penetration <= std::max(kMostPenetration, given_.penetration) && at.force_gap <= std::max(kMostForceGap, given_.force_gap);
   }
 
+  /// @returns false: a step was not solved, or it does not hold (the given plan always does)
   bool go_on(std::span<const Segment> segments, const dynamics::StepOptions& options, Halves& at) {
     half_steps_.forget();
     for (const Segment& segment : segments) {
@@ -160,6 +161,7 @@ class Refiner {
           at.force_gap = std::max(at.force_gap, calc_force_gap(model_, half_result_, geometry_));
           at.started = true;
           at.q = half_result_.q_next;
+          if (!holds(at)) return false;
         }
         at.u = knot.u;
       }
@@ -205,11 +207,11 @@ class Refiner {
     }
     std::stable_sort(later.begin(), later.end(), [](const Run* a, const Run* b) { return a->whole < b->whole; });
     for (std::size_t first = 0; first < later.size(); first += static_cast<std::size_t>(pool_.size())) {
-      if (best && best->missed <= later[first]->whole) break;
+      if (best && best->missed <= later[first]->whole + kSamePlace) break;
       const std::span<Run*> some(&later[first], std::min(static_cast<std::size_t>(pool_.size()), later.size() - first));
       side_by_side(some, [&](Refiner& refiner, Run* run) { refiner.finish(q_target, *run); });
       for (Run* run : some) {
-        if (best && best->missed <= run->whole) return best;
+        if (best && best->missed <= run->whole + kSamePlace) return best;
         count(*run);
         if (better(*run)) best = std::move(*run);
       }
@@ -254,7 +256,7 @@ class Refiner {
   void finish(const Eigen::VectorXd& q_target, Run& run) {
     const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
     run.halves = halves_;
-    run.holds = go_on(run.segments, exact_, run.halves) && holds(run.halves);
+    run.holds = go_on(run.segments, exact_, run.halves);
     run.missed = std::max(run.whole, miss(q_target, run.halves.q));
     run.steps += std::exchange(out_.steps, steps);
     run.failed_steps += std::exchange(out_.failed_steps, failed_steps);
@@ -607,7 +609,7 @@ class Refiner {
     if (!push.merged && push.regrasp) runs.emplace_back();
     const double missed = std::max(miss(push.q_entry, q_), miss(push.q_entry, halves_.q));
     std::optional<Run> best =
-        best_of(std::move(runs), push.q_entry, std::max(refine_.miss, missed + kLeftAlone), [&](Refiner& refiner, Run& run) {
+        best_of(std::move(runs), push.q_entry, std::max(refine_.miss, missed + kSamePlace), [&](Refiner& refiner, Run& run) {
           return run.clearance > 0 ? refiner.connect(push, number, moves, run) : refiner.regrasp_as_planned(push, run);
         });
     if (!best) return false;
@@ -782,6 +784,14 @@ class Refiner {
   std::vector<std::unique_ptr<Refiner>> others_;  ///< for the threads besides the first
 };
 
+std::size_t count_knots(const std::vector<Push>& pushes) {
+  std::size_t n = 0;
+  for (const Push& push : pushes) {
+    for (const Segment& edge : push.edges) n += edge.knots.size();
+  }
+  return n;
+}
+
 /// In the order in which they are wanted.
 std::vector<Trial> list_trials(const Plan& plan, const RefineOptions& options, const std::vector<Push>& shorter,
                                const std::vector<Push>& pushes) {
@@ -791,7 +801,9 @@ std::vector<Trial> list_trials(const Plan& plan, const RefineOptions& options, c
   if (cuts > 1) {  // what is not shorter is left for the steps of the plan: trials of small ones take most of the time
     for (const bool rest : {true, false}) trials.push_back({"shortened", &shorter, rest, 1});
   }
-  for (const bool rest : {true, false}) trials.push_back({"reconnected", &pushes, rest, 1});
+  if (count_knots(shorter) != count_knots(pushes)) {  // else it is the same again
+    for (const bool rest : {true, false}) trials.push_back({"reconnected", &pushes, rest, 1});
+  }
   if (!options.rest) std::erase_if(trials, [](const Trial& trial) { return trial.rest; });
   return trials;
 }
