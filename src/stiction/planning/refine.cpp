@@ -54,8 +54,10 @@ constexpr double kMoved = 5e-3;
 struct Trial {
   const char* name;
   const std::vector<Push>* pushes;
-  bool rest;  ///< pushes end at rest
+  bool rest;  ///< pushes end at rest; those in small steps where that does
   int cuts;   ///< sub-steps for each of the plan's
+  bool after_break =
+      false;  ///< only where the one before ended with a push that does not hold: without rest it often does; one that is lost is lost again
 };
 
 /// Where the commands lead at half the sub-step, and the worst that was met on the way.
@@ -112,6 +114,8 @@ class Refiner {
   bool attempt(const Trial& trial, RefineResult& out) {
     start_over();
     set_up(trial);
+    out_.rests = trial.rest;
+    broke_ = false;
     for (const auto& other : others_) {
       other->given_ = given_;
       other->set_up(trial);
@@ -124,11 +128,13 @@ class Refiner {
     out_.plan = std::move(built);
     out_.fine_error = goal_error(model_, halves_.q, plan_.goal);
     out_.variant = trial.name;
-    out_.rests = rests_;
     out_.least_clearance = out_.reconnected > 0 ? least_clearance_ : 0.0;
     out = std::move(out_);
     return true;
   }
+
+  /// The last trial ended with a push that comes to nothing, penetrates or pulls across a gap whatever the feedback.
+  bool broke() const { return broke_; }
 
  private:
   /// Nothing is refined any more; steps are those of everything so far.
@@ -179,6 +185,7 @@ class Refiner {
     double whole = 0;      ///< missed at its end, in tolerances of the goal, at whole sub-steps
     double missed = 0;     ///< the worse of whole and half sub-steps, once finished
     double gamma = 0;      ///< of the feedback on a push
+    bool rests = false;    ///< a push ends at rest
     double clearance = 0;  ///< of a regrasp that was planned anew [m]
     long steps = 0, failed_steps = 0;
   };
@@ -394,21 +401,36 @@ class Refiner {
   }
 
   // ---- feedback -------------------------------------------------------------------------------------------------------------------
-  /// A push in small steps ends elsewhere than it did in the plan: feedback on the objects, as little as brings it near enough, then iMPC.
+  /// A push in small steps ends elsewhere than it did in the plan: feedback on the objects, as little as brings it near enough, then iMPC. It ends at rest
+  /// where that does not take it too far away.
   bool follow(const Push& push, bool last, Plan& built) {
     const Eigen::VectorXd q_before = q_, u_before = u_;
     const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
     const Eigen::VectorXd& q_target = last ? q_goal_ : q_planned;
-    std::vector<Run> runs(kFeedback.size());
-    for (std::size_t k = 0; k < runs.size(); ++k) runs[k].gamma = kFeedback.begin()[k];
-    std::optional<Run> best =
-        best_of(std::move(runs), q_target, refine_.miss, [&](Refiner& refiner, Run& run) { return refiner.follow(push, q_target, run); });
-    if (!best) return false;
-    if (best->missed > refine_.mpc_miss) correct(q_before, u_before, q_target, *best);
-    if (!last && best->missed > kLost) return false;
-    out_.led += best->gamma != kNoFeedback;
-    take(*best, built);
-    return true;
+    const auto will_do = [&](const Run& run) {
+      return last ? reaches_goal(run.q, run.halves, options_.tolerance_fraction) : run.missed <= kLost;
+    };
+    for (const bool rests : {true, false}) {
+      if (rests && !rests_) continue;
+      std::vector<Run> runs(kFeedback.size());
+      for (std::size_t k = 0; k < runs.size(); ++k) {
+        runs[k].gamma = kFeedback.begin()[k];
+        runs[k].rests = rests;
+      }
+      std::optional<Run> best =
+          best_of(std::move(runs), q_target, refine_.miss, [&](Refiner& refiner, Run& run) { return refiner.follow(push, q_target, run); });
+      if (best && best->missed > refine_.mpc_miss) correct(q_before, u_before, q_target, *best);
+      if (best && will_do(*best)) {
+        out_.led += best->gamma != kNoFeedback;
+        out_.rests = out_.rests && best->rests;
+        take(*best, built);
+        return true;
+      }
+      broke_ = !best;
+      q_ = q_before;
+      u_ = u_before;
+    }
+    return false;
   }
 
   /// The commands of a push, moved along with feedback on where its objects are against where the plan has them on the way to q_target.
@@ -430,21 +452,21 @@ class Refiner {
         if (feedback && calc_feedback(e, run.gamma, delta)) added += delta;
       }
     }
-    if (rests_ && !come_to_rest(run.segments.back())) return false;
-    return !feedback || lead(q_target, run.gamma, run.segments.back());
+    if (run.rests && !come_to_rest(run.segments.back())) return false;
+    return !feedback || lead(q_target, run, run.segments.back());
   }
 
   /// On from the end of a push, for as long as that brings the objects nearer.
-  bool lead(const Eigen::VectorXd& q_target, double gamma, Segment& segment) {
+  bool lead(const Eigen::VectorXd& q_target, const Run& run, Segment& segment) {
     Eigen::VectorXd e(model_.n_vu()), delta;
     double missed = miss(q_target, q_);
     for (int k = 0; k < kMostLeading && missed > refine_.miss; ++k) {
       space_.error(q_.data(), q_target.data(), e.data());
-      if (!calc_feedback(e, gamma, delta)) return true;
+      if (!calc_feedback(e, run.gamma, delta)) return true;
       const Eigen::VectorXd q = q_, u = u_;
       const std::size_t size = segment.knots.size();
       if (!advance_in_parts(within_limits(u_ + delta), segment, cuts_)) return false;
-      if (rests_ && !come_to_rest(segment)) return false;
+      if (run.rests && !come_to_rest(segment)) return false;
       const double now = miss(q_target, q_);
       if (now < missed) {
         missed = now;
@@ -503,6 +525,7 @@ class Refiner {
     out_.steps += optimized_.steps;
     Run corrected;
     corrected.gamma = run.gamma;
+    corrected.rests = run.rests;
     q_ = q_before;
     u_ = u_before;
     std::size_t t = 0;
@@ -746,8 +769,10 @@ class Refiner {
 
   /// At the sub-step and at half of it.
   bool reaches_goal(const Plan& plan, const Halves& halves, double fraction) const {
-    return !plan.segments.empty() && within(goal_error(model_, end_of(plan), plan_.goal), fraction) &&
-           within(goal_error(model_, halves.q, plan_.goal), fraction);
+    return !plan.segments.empty() && reaches_goal(end_of(plan), halves, fraction);
+  }
+  bool reaches_goal(const Eigen::VectorXd& q, const Halves& halves, double fraction) const {
+    return within(goal_error(model_, q, plan_.goal), fraction) && within(goal_error(model_, halves.q, plan_.goal), fraction);
   }
 
   const Model& model_;
@@ -779,6 +804,7 @@ class Refiner {
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
   bool rests_ = true;
+  bool broke_ = false;
   std::shared_ptr<const Model> shared_model_;
   core::ThreadPool pool_;
   std::vector<std::unique_ptr<Refiner>> others_;  ///< for the threads besides the first
@@ -797,7 +823,8 @@ std::vector<Trial> list_trials(const Plan& plan, const RefineOptions& options, c
                                const std::vector<Push>& pushes) {
   const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / options.h * (1 - 1e-12))));
   std::vector<Trial> trials;
-  for (const bool rest : {true, false}) trials.push_back({"shortened", &shorter, rest, cuts});
+  trials.push_back({"shortened", &shorter, true, cuts});
+  trials.push_back({"shortened", &shorter, false, cuts, options.rest});
   if (cuts > 1) {  // what is not shorter is left for the steps of the plan: trials of small ones take most of the time
     for (const bool rest : {true, false}) trials.push_back({"shortened", &shorter, rest, 1});
   }
@@ -822,6 +849,7 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
   if (refine_options.cut_tails) cut_tails(motion, shorter);
   if (refine_options.drop_pushes) drop_pushes(motion, shorter);
   for (const Trial& trial : list_trials(plan, refine_options, shorter, pushes)) {
+    if (trial.after_break && !refiner.broke()) continue;
     if (refiner.attempt(trial, out)) return Status::Solved;
   }
   refiner.keep_plan(out);
