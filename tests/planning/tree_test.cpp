@@ -1,6 +1,7 @@
 #include "stiction/planning/tree.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "planning/systems.hpp"
 
@@ -85,6 +86,19 @@ TEST(Tree, ExtensionWithoutProgress_IsNotTakenToTheGoalButStaysInTheTree) {
   }
 }
 
+TEST(Tree, NodesToPushOnFrom_AreThoseNearTheGoalMoreOften) {
+  RandomTree t("planar_pushing");
+  int nearest = 0;
+  for (int i = 1; i < t.tree.size(); ++i) {
+    if (t.tree[i].goal_distance < t.tree[nearest].goal_distance) nearest = i;
+  }
+  std::vector<int> taken(200, 0);
+  for (int k = 0; k < 2000; ++k) ++taken[static_cast<std::size_t>(t.tree.take_for_push())];
+  EXPECT_EQ(*std::max_element(taken.begin(), taken.end()), taken[static_cast<std::size_t>(nearest)]);
+  EXPECT_GT(taken[static_cast<std::size_t>(nearest)], 2 * taken[0]) << "0 is the farthest";
+  EXPECT_GT(taken[0], 0) << "what is tried often wears, and all get their turn";
+}
+
 TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   RandomTree t("planar_pushing");
   const int first = t.tree.nearest(t.goal);
@@ -92,6 +106,7 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   EXPECT_NE(t.tree.nearest(t.goal), first);
   for (int k = 0; k < 199; ++k) EXPECT_NE(t.tree.take_nearest_to_goal(), first);
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_for_regrasp(), first);
+  for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_for_push(), first);
 }
 
 TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {

@@ -51,6 +51,9 @@ constexpr double kForceReach = 0.01;
 constexpr double kInCones = 0.5;
 /// Share of the regrasps towards drawn subgoals that start from the node whose object is nearest, the others from the nearest one.
 constexpr double kByPlace = 0.5;
+/// Share of the pushes not yet taken to the goal that start from the front of the tree (Tree::take_for_push), half of them towards the goal:
+/// by the metric alone, most start from the many postures around an object that has hardly moved.
+constexpr double kFromFront = 0.5, kFrontToGoal = 0.5;
 /// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
 /// is not tried again from the same node.
 constexpr double kSameCommand = 0.1;
@@ -296,8 +299,8 @@ class Planner {
     return true;
   }
 
-  /// SampleSubgoal, and for subgoals that are the goal also Nearest: each node is taken there once, since the extension is
-  /// deterministic.
+  /// SampleSubgoal, and for subgoals that are the goal also Nearest: first each node is taken there once, by its metric, then those near
+  /// the goal again.
   void draw(Item& item, long iteration) {
     item.stream = static_cast<std::uint64_t>(iteration) + 1;
     item.distrusted = false;
@@ -318,7 +321,9 @@ class Planner {
     item.to_goal = random.chance(options_.goal_bias);
     if (item.to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
     if (item.near >= 0) return;
-    item.to_goal = false;
+    if (!item.grasp && refines() && random.chance(kFromFront)) item.near = tree_.take_for_push();
+    item.to_goal = item.near >= 0 && random.chance(kFrontToGoal);
+    if (item.to_goal) return;
     item.spectral = options_.spectral_probability > 0 && random.chance(options_.spectral_probability);
     space_.sample(options_.sample_boxes, random, item.subgoal);
   }

@@ -9,7 +9,7 @@ namespace {
 /// An extension that left the object farther from the goal than this share of before is not taken on towards the goal: its direction is
 /// used up, and chains of such nodes once swallowed the whole budget.
 constexpr double kProgress = 0.95;
-/// A node tried five times for a regrasp counts as twice as far from the goal.
+/// A node tried five times counts as twice as far from the goal.
 constexpr double kWear = 0.2;
 
 }  // namespace
@@ -42,14 +42,14 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
   add_weighted(places_, node.q.head(q_goal.size()), place_weights_);
   if (node.edge == SegmentKind::Regrasp) places_.remove(i);  // another grasp starts where this one did
   nodes_.push_back(std::move(node));
-  regrasps_.push_back(0);
   Node& added = nodes_.back();
   added.local.S.resize(0, 0);  // nearest_ has them
   added.local.L_inv.resize(0, 0);
   const bool stalled =
       added.parent >= 0 && added.edge == SegmentKind::Contact && added.goal_distance > kProgress * (*this)[added.parent].goal_distance;
   if (!stalled && !taken) to_goal_.push({nearest_.distance(i, q_goal.data()), i});
-  if (added.edge != SegmentKind::Regrasp) to_regrasp_.push({1 + added.goal_distance, i});
+  if (added.edge != SegmentKind::Regrasp) add_worn(to_regrasp_, i);
+  add_worn(to_push_, i);
   return i;
 }
 
@@ -81,15 +81,30 @@ int Tree::take_nearest_to_goal() {
   return -1;
 }
 
-int Tree::take_for_regrasp() {
-  while (!to_regrasp_.empty()) {
-    const int i = to_regrasp_.top().node;
-    to_regrasp_.pop();
-    if (nearest_.removed(i) || (*this)[i].unsupported) continue;
-    to_regrasp_.push({(1 + (*this)[i].goal_distance) * (1 + kWear * ++regrasps_[static_cast<std::size_t>(i)]), i});
+void Tree::add_worn(WornQueue& worn, int i) const {
+  worn.taken.resize(nodes_.size(), 0);
+  worn.queue.push({(1 + (*this)[i].goal_distance) * (1 + kWear * worn.taken[static_cast<std::size_t>(i)]), i});
+}
+
+template <class Usable>
+int Tree::take_worn(WornQueue& worn, const Usable& usable) const {
+  while (!worn.queue.empty()) {
+    const int i = worn.queue.top().node;
+    worn.queue.pop();
+    if (nearest_.removed(i) || !usable((*this)[i])) continue;
+    ++worn.taken[static_cast<std::size_t>(i)];
+    add_worn(worn, i);
     return i;
   }
   return -1;
+}
+
+int Tree::take_for_regrasp() {
+  return take_worn(to_regrasp_, [](const Node& node) { return !node.unsupported; });
+}
+
+int Tree::take_for_push() {
+  return take_worn(to_push_, [](const Node&) { return true; });
 }
 
 std::vector<int> Tree::path_to(int i) const {

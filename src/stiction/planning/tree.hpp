@@ -69,6 +69,9 @@ class Tree {
   /// earlier choice makes a node less attractive. Marks it. −1 when none is left.
   int take_for_regrasp();
 
+  /// The same for the node to push on from, regrasps included.
+  int take_for_push();
+
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_stuck(int i, ChainMask branches) { nodes_[static_cast<std::size_t>(i)].stuck.push_back(branches); }
   void set_unsupported(int i) {
@@ -93,13 +96,22 @@ class Tree {
   };
   using Queue = std::priority_queue<Choice, std::vector<Choice>, std::greater<>>;
 
+  /// By the distance of the objects from the goal; a node taken comes back with a higher cost.
+  struct WornQueue {
+    Queue queue;
+    std::vector<int> taken{};  // times, by node
+  };
+
+  void add_worn(WornQueue& worn, int i) const;
+  template <class Usable>
+  int take_worn(WornQueue& worn, const Usable& usable) const;
+
   std::vector<Node> nodes_;
   NearestPoints nearest_;
   NearestPoints places_;  // of the objects at the nodes
   Eigen::VectorXd global_weights_, place_weights_;
-  Queue to_goal_;              // by d(q_goal; node); a node taken is gone
-  Queue to_regrasp_;           // by the cost of take_for_regrasp; a node taken comes back with a higher one
-  std::vector<int> regrasps_;  // choices by take_for_regrasp
+  Queue to_goal_;  // by d(q_goal; node); a node taken is gone
+  WornQueue to_regrasp_, to_push_;
 };
 
 }  // namespace stiction::planning
