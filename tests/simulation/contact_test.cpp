@@ -90,6 +90,26 @@ TEST(Contact, ObjectAtRest_IsCarriedByItsWeightAndDoesNotSinkIn) {
   }
 }
 
+/// A can that is left on its face with some spin and wobble stands still within two seconds. With the contact of fingers it rolls round its rim,
+/// fed by what a sliding contact opens.
+TEST(Contact, StandingCan_StopsTurning) {
+  world::Scene scene = empty_scene({0, 0, -9.8});
+  scene.objects.push_back(solid(ObjectJoint::Free, world::Cylinder{0.14, 0.25}, 0.5, 0.5));
+  scene.objects[0].inertia = 0.042 * Eigen::Matrix3d::Identity();
+  scene.fixed.push_back(ground(0.06));
+  PlantOptions hard;
+  hard.contact.ground_softness = 1;
+  Rig standard(scene), as_fingers(scene, hard);
+  Eigen::VectorXd q0(7), v0(6);
+  q0 << 0, 0, 0.25, 0, 0, 0, 1;
+  for (const auto& [spin, wobble] : {std::pair(0.3, 0.0), std::pair(0.05, 0.3)}) {
+    v0 << 0, 0, 0, wobble, 0, spin;
+    for (Rig* rig : {&standard, &as_fingers}) ASSERT_EQ(rig->hold(q0, {}, 2.0, &v0), Status::Solved) << rig->result.message;
+    EXPECT_LT(standard.v_end().norm(), 1e-3) << spin << ", " << wobble;
+    EXPECT_GT(as_fingers.v_end().norm(), 0.05) << spin << ", " << wobble;
+  }
+}
+
 TEST(Contact, BallOfTheAllegroTask_RestsInThePalmWithoutSinkingIn) {
   auto model = load_task("allegro_ball");
   Rig rig(model);

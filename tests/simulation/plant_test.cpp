@@ -144,6 +144,7 @@ TEST(Plant, OptionsOutOfRange_AreNamed) {
   EXPECT_EQ(with([](auto& o) { o.contact.impedance = 1; }), "contact.impedance: got 1, expected a number in (0, 0.9999]");
   EXPECT_EQ(with([](auto& o) { o.contact.friction_stiffening = 0.5; }), "contact.friction_stiffening: got 0.5, expected a number ≥ 1");
   EXPECT_EQ(with([](auto& o) { o.contact.noslip_iterations = -1; }), "contact.noslip_iterations: got -1, expected an integer ≥ 0");
+  EXPECT_EQ(with([](auto& o) { o.contact.ground_softness = 0.5; }), "contact.ground_softness: got 0.5, expected a number ≥ 1");
 }
 
 TEST(Plant, InertiaThatNoBodyHas_IsRefusedWithTheReason) {

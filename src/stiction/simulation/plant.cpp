@@ -88,6 +88,8 @@ void ContactOptions::validate(double timestep) const {
   }
   if (noslip_iterations < 0) core::throw_invalid("contact.noslip_iterations", fmt::format("{}", noslip_iterations), "an integer ≥ 0");
   core::require_nonnegative("contact.friction_scale", friction_scale);
+  if (!(ground_softness >= 1) || !std::isfinite(ground_softness))
+    core::throw_invalid("contact.ground_softness", fmt::format("{}", ground_softness), "a number ≥ 1");
 }
 
 void PlantOptions::validate() const {

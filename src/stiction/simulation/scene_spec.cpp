@@ -57,6 +57,7 @@ class SceneWriter {
     bodies_.resize(model.bodies().size());
     const ContactOptions& c = options.contact;
     solref_[0] = c.time_constant, solref_[1] = 1;
+    solref_friction_[0] = c.friction_time_constant, solref_friction_[1] = 1;
     // The same at every depth: what is said about penetration and creep then holds at every load.
     const double solimp[] = {c.impedance, c.impedance, 1e-3, 0.5, 2};
     std::copy(std::begin(solimp), std::end(solimp), solimp_);
@@ -222,10 +223,19 @@ class SceneWriter {
     pair->friction[0] = pair->friction[1] = mu;
     pair->friction[2] = pair->friction[3] = pair->friction[4] = 0;  // not of these contact dimensions
     std::copy_n(solref_, mjNREF, pair->solref);
+    std::copy_n(solref_friction_, mjNREF, pair->solreffriction);
     std::copy_n(solimp_, mjNIMP, pair->solimp);
-    pair->solreffriction[0] = options_.contact.friction_time_constant;
-    pair->solreffriction[1] = 1;
+    if (on_ground(entry)) {
+      pair->solref[0] *= options_.contact.ground_softness;
+      pair->solreffriction[0] *= options_.contact.ground_softness;
+    }
     pair->margin = pair->gap = pair->adhesion = 0;
+  }
+
+  /// An object on fixed geometry.
+  bool on_ground(const world::Pair& pair) const {
+    const auto kind = [&](int geometry) { return model_.bodies()[at(model_.geometries()[at(geometry)].body)].kind; };
+    return kind(pair.geometry_a) == world::BodyKind::Object && kind(pair.geometry_b) == world::BodyKind::Fixed;
   }
 
   /// Its damping follows from the inertia of what is compiled here, see Plant::make.
@@ -244,7 +254,7 @@ class SceneWriter {
   const PlantOptions& options_;
   mjSpec* spec_;
   std::vector<mjsBody*> bodies_;  ///< per body of the model
-  mjtNum solref_[mjNREF] = {};
+  mjtNum solref_[mjNREF] = {}, solref_friction_[mjNREF] = {};
   mjtNum solimp_[mjNIMP] = {};
 };
 
