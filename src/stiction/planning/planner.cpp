@@ -346,12 +346,12 @@ class Planner {
     core::Random random(options_.seed, (item.stream << 1) + 1);
     if (item.grasp) choose_regrasp(item, random);
     const Node& near = tree_[item.near];
-    const Eigen::VectorXd& near_fine = near.q_fine.size() > 0 ? near.q_fine : item.near_fine;
     Node node;
     node.parent = item.near;
-    if (!(item.grasp ? regrasp(item, random, worker, node) : extend(near, near_fine, item, random, worker, item.command, node))) return;
+    if (!(item.grasp ? regrasp(item, random, worker, node) : extend(near, item, random, worker, item.command, node))) return;
     if (!complete(near, item, worker, node)) return;
     item.chain.push_back(std::move(node));
+    const Eigen::VectorXd& near_fine = near.q_fine.size() > 0 ? near.q_fine : item.near_fine;
     while (refines() && goes_on(item, near) && lengthen(item, near, near_fine, random, worker)) {
     }
   }
@@ -392,7 +392,7 @@ class Planner {
     item.taken = chain.size();
     Node next;
     Eigen::VectorXd command;
-    const bool extended = extend(last, last.q_fine, item, random, worker, command, next) && complete(last, item, worker, next);
+    const bool extended = extend(last, item, random, worker, command, next) && complete(last, item, worker, next);
     if (command.size() > 0) last.tried.push_back(std::move(command));
     if (!extended) return false;
     chain.push_back(std::move(next));
@@ -597,17 +597,16 @@ class Planner {
   }
 
   /// Alg. 3 with joint limits, rolled out exactly.
-  /// @param near_fine  Node::q_fine of `near`; empty where there is none
-  /// @param u          the command that is tried; empty where none was worth it, or one like it was tried from this node before
-  bool extend(const Node& near, const Eigen::VectorXd& near_fine, Item& item, core::Random& random, Worker& worker, Eigen::VectorXd& u,
-              Node& out) {
+  /// @param u  the command that is tried; empty where none was worth it, or one like it was tried from this node before
+  bool extend(const Node& near, Item& item, core::Random& random, Worker& worker, Eigen::VectorXd& u, Node& out) {
     const Eigen::VectorXd q_a = resting_command(near);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
     const Eigen::VectorXd subgoal = target(item, near.local.c_u);
     space_.error(near.local.c_u.data(), subgoal.data(), e.data());
-    if (near_fine.size() > 0) {  // aim with the mean of the two resolutions
+    // Aim with the mean of the two resolutions. A node that is new to the second has only the first: its next command is another one then.
+    if (near.q_fine.size() > 0) {
       Eigen::VectorXd difference(model_.n_vu());
-      space_.error(near.q.data(), near_fine.data(), difference.data());
+      space_.error(near.q.data(), near.q_fine.data(), difference.data());
       e -= 0.5 * difference;
     }
     const bool in_cones = item.in_cones && !item.spectral;
