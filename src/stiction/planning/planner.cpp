@@ -17,6 +17,7 @@
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/regrasp.hpp"
 #include "stiction/planning/robot_chains.hpp"
+#include "stiction/planning/slide.hpp"
 #include "stiction/planning/spectral.hpp"
 #include "stiction/planning/tree.hpp"
 
@@ -54,6 +55,8 @@ constexpr double kByPlace = 0.5;
 /// Share of the pushes not yet taken to the goal that start from the front of the tree (Tree::take_for_push), half of them towards the goal:
 /// by the metric alone, most start from the many postures around an object that has hardly moved.
 constexpr double kFromFront = 0.5, kFrontToGoal = 0.5;
+/// A slide is at least so long, as a share of the length rule, in sub-steps shorter by a factor: all that they do is to slip.
+constexpr double kShortestSlide = 0.2, kSlideSubstep = 0.5;
 /// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
 /// is not tried again from the same node.
 constexpr double kSameCommand = 0.1;
@@ -114,6 +117,7 @@ struct Item {
   int near = -1;  ///< −1: to be found by the worker
   bool grasp = false;
   bool to_goal = false;
+  bool slide = false;         ///< a branch slides along what it touches, wherever the objects go
   bool by_place = false;      ///< near by the place of the objects, whatever the posture
   bool spectral = false;      ///< along a principal direction instead of to the subgoal
   bool in_cones = false;      ///< contact forces stay in their cones (P.7)
@@ -312,7 +316,7 @@ class Planner {
     item.stuck = false;
     item.totals = Totals{};
     item.near = -1;
-    item.spectral = false;
+    item.spectral = item.slide = false;
     core::Random random(options_.seed, item.stream << 1);
     item.grasp = random.chance(options_.grasp_probability);
     item.in_cones = refines() && options_.scheme == Scheme::Analytic && random.chance(kInCones);
@@ -322,7 +326,8 @@ class Planner {
     if (item.to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
     if (item.near >= 0) return;
     if (!item.grasp && refines() && random.chance(kFromFront)) item.near = tree_.take_for_push();
-    item.to_goal = item.near >= 0 && random.chance(kFrontToGoal);
+    item.slide = item.near >= 0 && random.chance(options_.slide_probability);
+    item.to_goal = item.slide || (item.near >= 0 && random.chance(kFrontToGoal));
     if (item.to_goal) return;
     item.spectral = options_.spectral_probability > 0 && random.chance(options_.spectral_probability);
     space_.sample(options_.sample_boxes, random, item.subgoal);
@@ -348,7 +353,10 @@ class Planner {
     const Node& near = tree_[item.near];
     Node node;
     node.parent = item.near;
-    if (!(item.grasp ? regrasp(item, random, worker, node) : extend(near, item, random, worker, item.command, node))) return;
+    const bool grown = item.grasp   ? regrasp(item, random, worker, node)
+                       : item.slide ? slide(near, item, random, worker, node)
+                                    : extend(near, item, random, worker, item.command, node);
+    if (!grown) return;
     if (!complete(near, item, worker, node)) return;
     item.chain.push_back(std::move(node));
     const Eigen::VectorXd& near_fine = near.q_fine.size() > 0 ? near.q_fine : item.near_fine;
@@ -628,6 +636,26 @@ class Planner {
     return moves(near, out);
   }
 
+  /// A branch slides along an object that it touches (P.8). No B_u asks for that: such motion moves objects by friction alone, until the branch
+  /// comes to an edge. It gets an arm out from under a box that it has let down, where backing off is barred, and contacts to better places.
+  /// The other branches keep their squeeze or stop pushing, either as often.
+  bool slide(const Node& near, Item& item, core::Random& random, Worker& worker, Node& out) {
+    const auto drawn = draw_slide(model_, chains_, near.q, random, worker.geometry);
+    if (!drawn) return false;
+    const double length = std::visit([](const auto& rule) { return rule.length; }, options_.length) * random.uniform(kShortestSlide, 1.0);
+    const Eigen::VectorXd q_a = near.q.tail(model_.n_a());
+    Eigen::VectorXd u = random.chance(0.5) ? near.u : q_a;
+    for (const int j : chains_.joints(drawn->branch)) u[j] = q_a[j] + length * drawn->delta[j];
+    u = u.cwiseMax(model_.lower()).cwiseMin(model_.upper());
+    dynamics::SubstepLimits limits = *options_.substep;
+    limits.joint_angle *= kSlideSubstep;
+    limits.joint_travel *= kSlideSubstep;
+    if (!roll_out(near, u, limits, worker, item.totals, out)) return false;
+    out.edge = SegmentKind::Contact;
+    out.open = false;
+    return moves(near, out);
+  }
+
   /// Nodes that came to nothing only slow the search down.
   bool moves(const Node& from, const Node& to) const {
     Eigen::VectorXd moved(model_.n_vu());
@@ -658,8 +686,15 @@ class Planner {
       to.states = to.q;
       return true;
     }
+    return roll_out(from, u, *options_.substep, worker, totals, to);
+  }
+
+  /// Sub-steps up to where a contact would slip far at once.
+  bool roll_out(const Node& from, const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, Worker& worker, Totals& totals,
+                Node& to) {
+    worker.steps.forget();
     auto& r = worker.rollout_result;
-    const Status status = dynamics::rollout(model_, from.q, from.u, u, exact_, *options_.substep, worker.steps, r, dynamics::Overrun::Stop);
+    const Status status = dynamics::rollout(model_, from.q, from.u, u, exact_, limits, worker.steps, r, dynamics::Overrun::Stop);
     totals.steps += r.steps;
     if (status != Status::Solved && status != Status::MaxIterations) {
       ++totals.failed_steps;
@@ -996,6 +1031,7 @@ void PlannerOptions::validate(const Model& model) const {
   if (max_iterations < 1) core::throw_invalid("planner.max_iterations", std::to_string(max_iterations), "at least 1");
   probability("planner.goal_bias", goal_bias);
   probability("planner.spectral_probability", spectral_probability);
+  probability("planner.slide_probability", slide_probability);
   cost.validate();
   if (anytime && !stop_at_goal) core::throw_invalid("planner.anytime", "true, with stop_at_goal: false", "stop_at_goal: true");
   probability("planner.grasp_probability", grasp_probability);

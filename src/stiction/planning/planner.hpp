@@ -101,6 +101,7 @@ struct PlannerOptions {
                                     ///< share of the goal's tolerances on its own edge …
   double fidelity_path = 0.8;       ///< … and up to this share on the whole path from the start
   double spectral_probability = 0;  ///< that an extension follows a principal direction of B_u instead of its subgoal
+  double slide_probability = 0;     ///< that a push from the front of the tree slides a branch along an object instead (P.8)
   bool anytime = false;             ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
   PathCost cost;
   bool record_tree = false;         ///< keep every node in PlanResult::records

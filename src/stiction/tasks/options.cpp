@@ -208,6 +208,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "metric",
                     "record_tree",
                     "spectral_probability",
+                    "slide_probability",
                     "anytime",
                     "cost",
                     "goal_sharpening",
@@ -261,6 +262,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "randomized")) read_sampling(*v, model, out.randomized);
   if (const auto v = given(node, "metric")) out.metric = read_metric(*v);
   if (const auto v = given(node, "spectral_probability")) out.spectral_probability = probability(*v);
+  if (const auto v = given(node, "slide_probability")) out.slide_probability = probability(*v);
   if (const auto v = given(node, "anytime")) out.anytime = v->boolean();
   if (const auto v = given(node, "cost")) out.cost = read_cost(*v);
   if (const auto v = given(node, "record_tree")) out.record_tree = v->boolean();
@@ -330,6 +332,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
     out["metric"] = "local";
   }
   out["spectral_probability"] = o.spectral_probability;
+  out["slide_probability"] = o.slide_probability;
   out["anytime"] = o.anytime;
   out["cost"] = {{"joint_speed", o.cost.joint_speed}, {"travel_speed", o.cost.travel_speed}, {"regrasp", o.cost.regrasp}};
   out["goal_sharpening"] = o.goal_sharpening;
