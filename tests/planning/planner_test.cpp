@@ -1,4 +1,5 @@
 #include "stiction/planning/planner.hpp"
+#include "stiction/planning/drag.hpp"
 
 #include "planning/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -94,7 +95,7 @@ TEST(Planner, EdgesThatDisagree_AreBuiltOnUpToWhereTheyDo) {
   }
 }
 
-TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLess) {
+TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLessAndAgainstDrag) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
   options.edge_friction = 0.65;
@@ -107,15 +108,17 @@ TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLess) {
     ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
     dynamics::StepOptions slippery = result.plan.step;
     slippery.friction_scale = 0.65;
-    Eigen::VectorXd q_begin = result.plan.q_start;
+    const Drag drag(*problem.model, problem.q_start, options.rest_time);
+    long steps = 0;
+    Eigen::VectorXd q_begin = result.plan.q_start, u_begin = result.plan.u_start;
     for (const auto& segment : result.plan.segments) {
-      Eigen::VectorXd q = q_begin;
+      Eigen::VectorXd q = q_begin, u = u_begin;
+      Eigen::MatrixXd commands(problem.model->n_a(), static_cast<Eigen::Index>(segment.knots.size()));
+      for (Eigen::Index k = 0; k < commands.cols(); ++k) commands.col(k) = segment.knots[static_cast<std::size_t>(k)].u;
       q_begin = segment.knots.back().q;
+      u_begin = segment.knots.back().u;
       if (segment.kind != SegmentKind::Contact) continue;
-      for (const auto& knot : segment.knots) {
-        ASSERT_EQ(dynamics::step(*problem.model, {q, knot.u}, slippery, work, r), Status::Solved);
-        q = r.q_next;
-      }
+      ASSERT_EQ(drag.push(commands, slippery, work, r, q, u, steps), Status::Solved);
       const double share = options.fidelity_edge + 1e-3;
       EXPECT_TRUE(objects_agree(*problem.model, space, q_begin, q, share * problem.goal.tol_position, share * problem.goal.tol_angle));
     }
@@ -353,6 +356,7 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
+  EXPECT_EQ(message([](auto& o) { o.rest_time = 0; }), "planner.rest_time: got 0, expected a finite number > 0");
   EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.friction = 0; }), "planner.friction: got 0, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.squeeze = -1; }).substr(0, 15), "planner.squeeze");

@@ -16,16 +16,6 @@ using planning::SegmentKind;
 
 constexpr double kLeastInterval = 1e-6;  // [s]
 
-/// v_j of (E.1) while pushing.
-Eigen::VectorXd speeds(const world::Model& model, const SpeedLimits& limits) {
-  Eigen::VectorXd v(model.n_a());
-  for (int j = 0; j < model.n_a(); ++j) {
-    const auto& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
-    v[j] = dof.kind == world::DofKind::Revolute ? limits.revolute : limits.prismatic;
-  }
-  return v;
-}
-
 void require_plan(const world::Model& model, const planning::Plan& plan) {
   world::require_configuration(model, "plan.q_start", plan.q_start);
   core::require_size("plan.u_start", plan.u_start.size(), model.n_a());
@@ -43,7 +33,7 @@ void require_plan(const world::Model& model, const planning::Plan& plan) {
 /// Knots as they come.
 class Builder {
  public:
-  Builder(const world::Model& model, const SpeedLimits& limits) : limits_(limits), speed_(speeds(model, limits)) {}
+  Builder(const world::Model& model, const SpeedLimits& limits) : limits_(limits), speed_(limits.of_joints(model)) {}
 
   void start(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { add(0, u, q); }
 
@@ -100,13 +90,6 @@ class Builder {
 };
 
 }  // namespace
-
-void SpeedLimits::validate() const {
-  core::require_positive("speed.revolute", revolute);
-  core::require_positive("speed.prismatic", prismatic);
-  core::require_positive("speed.regrasp_factor", regrasp_factor);
-  core::require_nonnegative("speed.pause", pause);
-}
 
 Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const SpeedLimits& limits) {
   limits.validate();

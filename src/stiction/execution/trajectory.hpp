@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "stiction/planning/plan.hpp"
+#include "stiction/planning/speed_limits.hpp"
 #include "stiction/world/model.hpp"
 
 // Plans as functions of time: docs/theory/execution.md.
@@ -12,14 +13,7 @@ namespace stiction::execution {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-/// How fast joints may be commanded to move. Small, because plans know no inertia.
-struct SpeedLimits {
-  double revolute = 0.1;        ///< while pushing [rad/s], > 0
-  double prismatic = 0.0125;    ///< while pushing [m/s], > 0
-  double regrasp_factor = 4.0;  ///< regrasps may be this much faster, > 0
-  double pause = 4.0;           ///< commands rest this long between pieces [s], ≥ 0
-  void validate() const;        ///< @throws core::InvalidInput naming the field
-};
+using planning::SpeedLimits;
 
 /// A piece of a plan between contact samples: contact edges that follow each other, one regrasp, or the settling of the start. The pieces of
 /// contact edges are the segments of the thesis (3.6.1).

@@ -13,6 +13,7 @@
 #include "stiction/planning/bounded_least_squares.hpp"
 #include "stiction/planning/cone_least_squares.hpp"
 #include "stiction/planning/contact_sampler.hpp"
+#include "stiction/planning/drag.hpp"
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/regrasp.hpp"
@@ -167,6 +168,7 @@ class Planner {
         result_(result),
         space_(model_),
         chains_(model_),
+        drag_(model_, problem.q_start, options.rest_time),
         tree_(space_, global_weights(), inverse_tolerances().cwiseAbs2()),
         pool_(options.threads > 0 ? options.threads : core::hardware_threads()) {
     for (int i = 0; i < pool_.size(); ++i) workers_.emplace_back(problem.model);
@@ -478,19 +480,14 @@ class Planner {
     return moves(parent, out);
   }
 
-  /// An edge does the same with every μ at edge_friction of it.
+  /// An edge does the same with every μ at edge_friction of it, against what objects on joints rest on.
   bool holds_slippery(const Node& node, const Node& parent, Worker& worker, Totals& totals) {
     dynamics::StepOptions slippery = exact_;
     slippery.friction_scale *= options_.edge_friction;
-    Eigen::VectorXd q = parent.q;
-    worker.steps.forget();
-    for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
-      ++totals.steps;
-      if (dynamics::step(model_, {q, node.commands.col(k)}, slippery, worker.steps, worker.step_result) != Status::Solved) {
-        ++totals.failed_steps;
-        return false;
-      }
-      q = worker.step_result.q_next;
+    Eigen::VectorXd q = parent.q, u = parent.u;
+    if (drag_.push(node.commands, slippery, worker.steps, worker.step_result, q, u, totals.steps) != Status::Solved) {
+      ++totals.failed_steps;
+      return false;
     }
     return share_of_tolerances(node.q, q) <= options_.fidelity_edge;
   }
@@ -989,6 +986,7 @@ class Planner {
   PlanResult& result_;
   ObjectSpace space_;
   RobotChains chains_;
+  Drag drag_;
   Tree tree_;
   core::ThreadPool pool_;
   std::vector<Worker> workers_;
@@ -1051,6 +1049,7 @@ void PlannerOptions::validate(const Model& model) const {
   if (substep) substep->validate();
   if (!(regrasp_friction > 0 && regrasp_friction <= 1))
     core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
+  core::require_positive("planner.rest_time", rest_time);
   for (const auto& [name, value] : {std::pair("planner.friction", friction), {"planner.edge_friction", edge_friction}}) {
     if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{}", value), "a number in (0, 1]");
   }

@@ -16,6 +16,7 @@
 #include "stiction/core/parallel.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/planning/drag.hpp"
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/pushes.hpp"
@@ -80,6 +81,7 @@ class Refiner {
         space_(model_),
         motion_(model_, refine_options.motionless_position, refine_options.motionless_angle),
         chains_(model_),
+        drag_(model_, plan.q_start, options.rest_time),
         steps_(model),
         geometry_(model_),
         half_steps_(model),
@@ -259,14 +261,33 @@ class Refiner {
     if (run.done && run.whole <= enough) finish(q_target, run);
   }
 
-  /// Half sub-steps: `holds` is false where it penetrates there, or pulls across a gap. The steps count as the run's.
+  /// Half sub-steps: `holds` is false where it penetrates there, pulls across a gap, or is a push that needs all of its friction. The steps count as the run's.
   void finish(const Eigen::VectorXd& q_target, Run& run) {
     const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
     run.halves = halves_;
-    run.holds = go_on(run.segments, exact_, run.halves);
+    run.holds = go_on(run.segments, exact_, run.halves) && (run.gamma == 0 || has_margin(run));
     run.missed = std::max(run.whole, miss(q_target, run.halves.q));
     run.steps += std::exchange(out_.steps, steps);
     run.failed_steps += std::exchange(out_.failed_steps, failed_steps);
+  }
+
+  /// Of a plan with a margin of friction: a push does the same with every μ at regrasp_friction of it, against what objects on joints rest on.
+  bool has_margin(const Run& run) {
+    if (options_.edge_friction == 1) return true;
+    std::vector<Eigen::VectorXd> list;
+    for (const Segment& segment : run.segments) {
+      for (const auto& knot : segment.knots) list.push_back(knot.u);
+    }
+    Eigen::MatrixXd commands(model_.n_a(), static_cast<Eigen::Index>(list.size()));
+    for (std::size_t k = 0; k < list.size(); ++k) commands.col(static_cast<Eigen::Index>(k)) = list[k];
+    dynamics::StepOptions slippery = exact_;
+    slippery.friction_scale = exact_.friction_scale * options_.regrasp_friction;
+    Eigen::VectorXd q = q_, u = u_;
+    if (drag_.push(commands, slippery, steps_, result_, q, u, out_.steps) != Status::Solved) {
+      ++out_.failed_steps;
+      return false;
+    }
+    return miss(run.q, q) <= refine_.mpc_miss;
   }
 
   void take(Run& run, Plan& built) {
@@ -539,6 +560,8 @@ class Refiner {
     corrected.u = u_;
     corrected.whole = miss(q_target, q_);
     if (corrected.whole >= run.missed) return;
+    q_ = q_before;
+    u_ = u_before;
     finish(q_target, corrected);
     count(corrected);
     if (!corrected.holds || corrected.missed >= run.missed) return;
@@ -784,6 +807,7 @@ class Refiner {
   ObjectSpace space_;
   Motion motion_;
   RobotChains chains_;
+  Drag drag_;
   dynamics::StepWorkspace steps_;
   GeometryWorkspace geometry_;
   dynamics::StepOptions exact_;

@@ -219,6 +219,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "real_regrasps",
                     "friction",
                     "edge_friction",
+                    "rest_time",
                     "squeeze",
                     "regrasp_friction",
                     "regrasp_clearance",
@@ -281,6 +282,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "real_regrasps")) out.real_regrasps = v->boolean();
   if (const auto v = given(node, "friction")) out.friction = v->positive();
   if (const auto v = given(node, "edge_friction")) out.edge_friction = v->positive();
+  if (const auto v = given(node, "rest_time")) out.rest_time = v->positive();
   out.squeeze = node.nonnegative_or("squeeze", out.squeeze);
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_clearance")) out.regrasp_clearance = v->positive();
@@ -354,6 +356,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["real_regrasps"] = o.real_regrasps;
   out["friction"] = o.friction;
   out["edge_friction"] = o.edge_friction;
+  out["rest_time"] = o.rest_time;
   out["squeeze"] = o.squeeze;
   out["regrasp_friction"] = o.regrasp_friction;
   out["regrasp_clearance"] = o.regrasp_clearance;

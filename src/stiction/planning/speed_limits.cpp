@@ -1,0 +1,23 @@
+#include "stiction/planning/speed_limits.hpp"
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::planning {
+
+void SpeedLimits::validate() const {
+  core::require_positive("speed.revolute", revolute);
+  core::require_positive("speed.prismatic", prismatic);
+  core::require_positive("speed.regrasp_factor", regrasp_factor);
+  core::require_nonnegative("speed.pause", pause);
+}
+
+Eigen::VectorXd SpeedLimits::of_joints(const world::Model& model) const {
+  Eigen::VectorXd v(model.n_a());
+  for (int j = 0; j < model.n_a(); ++j) {
+    const auto& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
+    v[j] = dof.kind == world::DofKind::Revolute ? revolute : prismatic;
+  }
+  return v;
+}
+
+}  // namespace stiction::planning

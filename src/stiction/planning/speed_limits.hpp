@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "stiction/world/model.hpp"
+
+namespace stiction::planning {
+
+/// How fast joints may be commanded to move. Small, because plans know no inertia.
+struct SpeedLimits {
+  double revolute = 0.1;        ///< while pushing [rad/s], > 0
+  double prismatic = 0.0125;    ///< while pushing [m/s], > 0
+  double regrasp_factor = 4.0;  ///< regrasps may be this much faster, > 0
+  double pause = 4.0;           ///< commands rest this long between pieces [s], ≥ 0
+  void validate() const;        ///< @throws core::InvalidInput naming the field
+
+  /// v_j of (E.1), per joint (n_a) while pushing [rad/s or m/s].
+  Eigen::VectorXd of_joints(const world::Model& model) const;
+};
+
+}  // namespace stiction::planning
