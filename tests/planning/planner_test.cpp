@@ -125,6 +125,42 @@ TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLessAndAgainstDrag) {
   }
 }
 
+/// Pushes that start with the object somewhere else, by errors that the planner has not drawn, end near enough all the same.
+TEST(Planner, StartNoise_PlansForgiveErrorsOfThePushesBefore) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.start_noise = 0.25;
+  dynamics::StepWorkspace work(problem.model);
+  dynamics::StepResult r;
+  core::Random random(99, 0);
+  int runs = 0, reached = 0;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    options.seed = seed;
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+    for (int draw = 0; draw < 5; ++draw) {
+      Eigen::VectorXd q = problem.q_start, delta = Eigen::VectorXd::Zero(problem.model->n_v());
+      SegmentKind before = SegmentKind::Settle;
+      for (const auto& segment : result.plan.segments) {
+        if (segment.kind == SegmentKind::Contact && before != SegmentKind::Contact) {
+          const double e = options.start_noise, x = e * problem.goal.tol_position, angle = e * problem.goal.tol_angle;
+          delta.head<3>() << random.uniform(-x, x), random.uniform(-x, x), random.uniform(-angle, angle);
+          world::retract(*problem.model, q, delta, q);
+        }
+        before = segment.kind;
+        for (const auto& knot : segment.knots) {
+          ASSERT_EQ(dynamics::step(*problem.model, {q, knot.u}, result.plan.step, work, r), Status::Solved);
+          q = r.q_next;
+        }
+      }
+      const GoalError error = goal_error(*problem.model, q, problem.goal);
+      ++runs;
+      reached += error.position <= problem.goal.tol_position && error.angle <= problem.goal.tol_angle;
+    }
+  }
+  EXPECT_GE(reached, 0.8 * runs) << "of " << runs;
+}
+
 TEST(Planner, Friction_IsThatOfEveryStepOfThePlan) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
@@ -356,6 +392,7 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
+  EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.rest_time = 0; }), "planner.rest_time: got 0, expected a finite number > 0");
   EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.friction = 0; }), "planner.friction: got 0, expected a number in (0, 1]");

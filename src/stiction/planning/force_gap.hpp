@@ -6,7 +6,8 @@
 namespace stiction::planning {
 
 /// Largest distance across which a force acts after a step [m], which is the relaxation's (2.3.4) and not the world's: the distance of the pair itself,
-/// as the checker measures it. Over steps that turn things it is up to 0.2 mm more than Anitescu's linear gap φ + J_n δq; gaps below 0.4 mm are taken from that.
+/// as the checker measures it. Over steps that turn things it is up to 0.2 mm more than Anitescu's linear gap φ + J_n δq; gaps below 0.4 mm are taken
+/// from that, unless an object moved by more than 20 mm or 0.02 rad.
 double calc_force_gap(const world::Model& model, const dynamics::StepResult& step, GeometryWorkspace& work);
 
 }  // namespace stiction::planning

@@ -43,6 +43,8 @@ constexpr long kHopelessSamples = 100;
 constexpr int kDraws = 30;
 /// Errors of commands that a plan has to survive [rad or m].
 constexpr double kNoise = 1e-6;
+/// Times that a path is tried with other objects' places at the start of its pushes.
+constexpr int kDisturbances = 4;
 /// Extensions in a row towards one subgoal.
 constexpr std::size_t kLongestChain = 12;
 /// They end when one leaves the object farther from the subgoal than this share of before.
@@ -891,26 +893,53 @@ class Planner {
     return true;
   }
 
-  /// A plan that rests on the sixth digit of a command is none: at half the sub-step, with commands that are off by kNoise, it still reaches the goal.
-  /// Where it does not, everything behind the edge that went elsewhere is taken out of the search.
+  /// What a path has to survive.
+  struct Disturbance {
+    double command = 0;  ///< every command is off by up to this [rad or m]
+    double start = 0;    ///< the objects are off by up to this share of the goal's tolerances where a push starts
+    double edge = 0;     ///< an edge went elsewhere when it ends farther from where the tree has it than this share
+    double goal = 0;     ///< and the goal counts as reached at this share
+  };
+
+  /// A plan that rests on the sixth digit of a command is none: with commands that are off by kNoise it still reaches the goal. Nor is one in which every push
+  /// multiplies what the one before left behind (start_noise).
   bool survives_noise(const std::vector<int>& path) {
-    core::Random random(options_.seed, 0);
-    Eigen::VectorXd q = problem_.q_start, u = u_start_;
+    if (!survives({kNoise, 0, options_.fidelity_edge, options_.tolerance_fraction}, 0, path)) return false;
+    for (int draw = 1; options_.start_noise > 0 && draw <= kDisturbances; ++draw) {
+      if (!survives({0, options_.start_noise, 1, 1}, static_cast<std::uint64_t>(draw), path)) return false;
+    }
+    return true;
+  }
+
+  /// At half the sub-step. Where the path does not reach the goal, everything behind the edge that went elsewhere is taken out of the search.
+  bool survives(const Disturbance& disturbance, std::uint64_t stream, const std::vector<int>& path) {
+    core::Random random(options_.seed, stream);
+    const Eigen::VectorXd tolerances = inverse_tolerances().cwiseInverse();
+    Eigen::VectorXd q = problem_.q_start, u = u_start_, delta = Eigen::VectorXd::Zero(model_.n_v());
     int astray = -1;  // the first edge that is
     bool whole = true;
+    SegmentKind before = SegmentKind::Settle;
     for (const int i : path) {
       const Node& node = tree_[i];
       Eigen::MatrixXd commands = node.commands;
-      for (double& value : commands.reshaped()) value += random.uniform(-kNoise, kNoise);
-      const Eigen::MatrixXd states = simulate_fine(q, u, commands, node.edge != SegmentKind::Settle, workers_[0], totals_);
+      if (disturbance.command > 0) {
+        for (double& value : commands.reshaped()) value += random.uniform(-disturbance.command, disturbance.command);
+      }
+      if (disturbance.start > 0 && node.edge == SegmentKind::Contact && before != SegmentKind::Contact) {
+        for (int k = 0; k < model_.n_vu(); ++k) delta[k] = random.uniform(-disturbance.start, disturbance.start) * tolerances[k];
+        world::retract(model_, q, delta, q);
+      }
+      before = node.edge;
+      const bool limit_gap = disturbance.start == 0 && node.edge != SegmentKind::Settle;
+      const Eigen::MatrixXd states = simulate_fine(q, u, commands, limit_gap, workers_[0], totals_);
       whole = states.cols() == commands.cols();
       if (states.cols() > 0) q = states.rightCols(1);
       if (commands.cols() > 0) u = commands.rightCols(1);
-      const bool held = whole && share_of_tolerances(node.q_fine, q) <= options_.fidelity_edge;
+      const bool held = whole && share_of_tolerances(node.q_fine, q) <= disturbance.edge;
       if (astray < 0 && node.parent >= 0 && !held) astray = i;
       if (!whole) break;
     }
-    if (whole && goal_ratio(q) <= options_.tolerance_fraction) return true;
+    if (whole && goal_ratio(q) <= disturbance.goal) return true;
     result_.distrusted += tree_.bury_branch(astray >= 0 ? astray : path.back());
     return false;
   }
@@ -1050,6 +1079,7 @@ void PlannerOptions::validate(const Model& model) const {
   if (!(regrasp_friction > 0 && regrasp_friction <= 1))
     core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
   core::require_positive("planner.rest_time", rest_time);
+  core::require_nonnegative("planner.start_noise", start_noise);
   for (const auto& [name, value] : {std::pair("planner.friction", friction), {"planner.edge_friction", edge_friction}}) {
     if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{}", value), "a number in (0, 1]");
   }

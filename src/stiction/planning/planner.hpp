@@ -101,6 +101,8 @@ struct PlannerOptions {
   double fidelity_edge = 0.15;      ///< a node is built on only if half the sub-step moves the object to the same place, up to this
                                     ///< share of the goal's tolerances on its own edge …
   double fidelity_path = 0.8;       ///< … and up to this share on the whole path from the start
+  double start_noise = 0;           ///< a plan still reaches its goal when its pushes start with the objects off by up to this share of the
+                                    ///< goal's tolerances, ≥ 0
   double spectral_probability = 0;  ///< that an extension follows a principal direction of B_u instead of its subgoal
   double slide_probability = 0;     ///< that a push from the front of the tree slides a branch along an object instead (P.8)
   bool anytime = false;             ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations

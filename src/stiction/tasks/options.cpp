@@ -220,6 +220,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "friction",
                     "edge_friction",
                     "rest_time",
+                    "start_noise",
                     "squeeze",
                     "regrasp_friction",
                     "regrasp_clearance",
@@ -283,6 +284,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "friction")) out.friction = v->positive();
   if (const auto v = given(node, "edge_friction")) out.edge_friction = v->positive();
   if (const auto v = given(node, "rest_time")) out.rest_time = v->positive();
+  if (const auto v = given(node, "start_noise")) out.start_noise = v->nonnegative();
   out.squeeze = node.nonnegative_or("squeeze", out.squeeze);
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_clearance")) out.regrasp_clearance = v->positive();
@@ -357,6 +359,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["friction"] = o.friction;
   out["edge_friction"] = o.edge_friction;
   out["rest_time"] = o.rest_time;
+  out["start_noise"] = o.start_noise;
   out["squeeze"] = o.squeeze;
   out["regrasp_friction"] = o.regrasp_friction;
   out["regrasp_clearance"] = o.regrasp_clearance;
