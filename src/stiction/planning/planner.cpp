@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <unordered_map>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/parallel.hpp"
@@ -45,6 +47,10 @@ constexpr int kDraws = 30;
 constexpr double kNoise = 1e-6;
 /// Times that a path is tried with other objects' places at the start of its pushes.
 constexpr int kDisturbances = 4;
+/// A disturbed path that is so far from where the tree has it does not come back, in tolerances of the goal.
+constexpr double kLost = 4;
+/// No edge of a path: it got where it was to go.
+constexpr int kOnPath = -1;
 /// Extensions in a row towards one subgoal.
 constexpr std::size_t kLongestChain = 12;
 /// They end when one leaves the object farther from the subgoal than this share of before.
@@ -893,55 +899,84 @@ class Planner {
     return true;
   }
 
-  /// What a path has to survive.
-  struct Disturbance {
-    double command = 0;  ///< every command is off by up to this [rad or m]
-    double start = 0;    ///< the objects are off by up to this share of the goal's tolerances where a push starts
-    double edge = 0;     ///< an edge went elsewhere when it ends farther from where the tree has it than this share
-    double goal = 0;     ///< and the goal counts as reached at this share
-  };
-
-  /// A plan that rests on the sixth digit of a command is none: with commands that are off by kNoise it still reaches the goal. Nor is one in which every push
-  /// multiplies what the one before left behind (start_noise).
+  /// A plan that rests on the sixth digit of a command is none: at half the sub-step, with commands that are off by kNoise, it still reaches the goal. Nor is one in
+  /// which a push multiplies what those before it left behind: with objects that are off where pushes start (start_noise) it does so too.
   bool survives_noise(const std::vector<int>& path) {
-    if (!survives({kNoise, 0, options_.fidelity_edge, options_.tolerance_fraction}, 0, path)) return false;
-    for (int draw = 1; options_.start_noise > 0 && draw <= kDisturbances; ++draw) {
-      if (!survives({0, options_.start_noise, 1, 1}, static_cast<std::uint64_t>(draw), path)) return false;
+    if (!survives(follow_with_noise(path))) return false;
+    for (int first = 0; options_.start_noise > 0 && first < kDisturbances; first += 2) {  // whatever the number of threads
+      std::array<int, 2> ends{};
+      std::array<Totals, 2> totals;
+      pool_.run(2, [&](int i, int worker) {
+        const auto k = static_cast<std::size_t>(i);
+        ends[k] = follow_disturbed(path, first + i, workers_[static_cast<std::size_t>(worker)], totals[k]);
+      });
+      for (const Totals& part : totals) totals_ += part;
+      for (const int end : ends) {
+        if (!survives(end)) return false;
+      }
     }
     return true;
   }
 
-  /// At half the sub-step. Where the path does not reach the goal, everything behind the edge that went elsewhere is taken out of the search.
-  bool survives(const Disturbance& disturbance, std::uint64_t stream, const std::vector<int>& path) {
-    core::Random random(options_.seed, stream);
-    const Eigen::VectorXd tolerances = inverse_tolerances().cwiseInverse();
-    Eigen::VectorXd q = problem_.q_start, u = u_start_, delta = Eigen::VectorXd::Zero(model_.n_v());
-    int astray = -1;  // the first edge that is
-    bool whole = true;
-    SegmentKind before = SegmentKind::Settle;
+  /// Everything behind the edge that went elsewhere is taken out of the search.
+  bool survives(int end) {
+    if (end != kOnPath) result_.distrusted += tree_.bury_branch(end);
+    return end == kOnPath;
+  }
+
+  /// @returns kOnPath: the goal was reached; else the first edge that went elsewhere, or the last one
+  int follow_with_noise(const std::vector<int>& path) {
+    core::Random random(options_.seed, 0);
+    Eigen::VectorXd q = problem_.q_start, u = u_start_;
+    int astray = kOnPath;
     for (const int i : path) {
       const Node& node = tree_[i];
       Eigen::MatrixXd commands = node.commands;
-      if (disturbance.command > 0) {
-        for (double& value : commands.reshaped()) value += random.uniform(-disturbance.command, disturbance.command);
-      }
-      if (disturbance.start > 0 && node.edge == SegmentKind::Contact && before != SegmentKind::Contact) {
-        for (int k = 0; k < model_.n_vu(); ++k) delta[k] = random.uniform(-disturbance.start, disturbance.start) * tolerances[k];
-        world::retract(model_, q, delta, q);
-      }
-      before = node.edge;
-      const bool limit_gap = disturbance.start == 0 && node.edge != SegmentKind::Settle;
-      const Eigen::MatrixXd states = simulate_fine(q, u, commands, limit_gap, workers_[0], totals_);
-      whole = states.cols() == commands.cols();
+      for (double& value : commands.reshaped()) value += random.uniform(-kNoise, kNoise);
+      const Eigen::MatrixXd states = simulate_fine(q, u, commands, node.edge != SegmentKind::Settle, workers_[0], totals_);
+      const bool whole = states.cols() == commands.cols();
       if (states.cols() > 0) q = states.rightCols(1);
       if (commands.cols() > 0) u = commands.rightCols(1);
-      const bool held = whole && share_of_tolerances(node.q_fine, q) <= disturbance.edge;
-      if (astray < 0 && node.parent >= 0 && !held) astray = i;
-      if (!whole) break;
+      const bool held = whole && share_of_tolerances(node.q_fine, q) <= options_.fidelity_edge;
+      if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
+      if (!whole) return astray == kOnPath ? path.back() : astray;
     }
-    if (whole && goal_ratio(q) <= disturbance.goal) return true;
-    result_.distrusted += tree_.bury_branch(astray >= 0 ? astray : path.back());
-    return false;
+    if (goal_ratio(q) <= options_.tolerance_fraction) return kOnPath;
+    return astray == kOnPath ? path.back() : astray;
+  }
+
+  /// The same with the objects off by up to start_noise of the tolerances wherever a push starts, by errors that belong to the node. Paths to the goal have most
+  /// of their way in common, so that what was followed once is kept. One that strays by kLost is not followed on.
+  int follow_disturbed(const std::vector<int>& path, int draw, Worker& worker, Totals& totals) {
+    auto& followed = disturbed_[static_cast<std::size_t>(draw)];
+    const Eigen::VectorXd tolerances = inverse_tolerances().cwiseInverse();
+    Eigen::VectorXd u = u_start_, delta = Eigen::VectorXd::Zero(model_.n_v());
+    Disturbed state{problem_.q_start, kOnPath};
+    SegmentKind before = SegmentKind::Settle;
+    for (const int i : path) {
+      const Node& node = tree_[i];
+      const bool starts = node.edge == SegmentKind::Contact && before != SegmentKind::Contact;
+      before = node.edge;
+      if (const auto known = followed.find(i); known != followed.end()) {
+        state = known->second;
+      } else {
+        if (starts) {
+          core::Random random(options_.seed,
+                              static_cast<std::uint64_t>(kDisturbances) * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(draw));
+          for (int k = 0; k < model_.n_vu(); ++k) delta[k] = random.uniform(-options_.start_noise, options_.start_noise) * tolerances[k];
+          world::retract(model_, state.q, delta, state.q);
+        }
+        const Eigen::MatrixXd states = simulate_fine(state.q, u, node.commands, false, worker, totals);
+        if (states.cols() < node.commands.cols()) return state.astray == kOnPath ? i : state.astray;
+        if (states.cols() > 0) state.q = states.rightCols(1);
+        if (state.astray == kOnPath && node.parent >= 0 && share_of_tolerances(node.q_fine, state.q) > 1) state.astray = i;
+        followed[i] = state;
+      }
+      if (node.commands.cols() > 0) u = node.commands.rightCols(1);
+      if (share_of_tolerances(node.q_fine, state.q) > kLost) return state.astray == kOnPath ? path.back() : state.astray;
+    }
+    if (goal_ratio(state.q) <= 1) return kOnPath;
+    return state.astray == kOnPath ? path.back() : state.astray;
   }
 
   void keep_best() { keep(tree_.path_to(best_)); }
@@ -1014,6 +1049,12 @@ class Planner {
   const core::RunControl& control_;
   PlanResult& result_;
   ObjectSpace space_;
+  /// Where a disturbed path is at a node, and the first edge that went elsewhere.
+  struct Disturbed {
+    Eigen::VectorXd q;
+    int astray;
+  };
+  std::array<std::unordered_map<int, Disturbed>, kDisturbances> disturbed_;
   RobotChains chains_;
   Drag drag_;
   Tree tree_;
