@@ -63,6 +63,7 @@ def main():
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/stiction")
     arguments = parser.parse_args()
 
+    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True).stdout.strip() or None
     results = []
     with tempfile.TemporaryDirectory() as folder:
         for task in arguments.tasks or TASKS:
@@ -94,6 +95,7 @@ def main():
                 {
                     "task": task,
                     "runs": arguments.seeds,
+                    "commit": commit,
                     "accepted": accepted,
                     "median_s": statistics.median(times),
                     "worst_s": max(times),

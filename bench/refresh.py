@@ -53,12 +53,12 @@ def bench_table(data):
 
 def end_to_end_table(data):
     lines = [
-        "| task | solved and accepted | median [s] | worst [s] | peak memory [MB] |",
-        "|---|---|---|---|---|",
+        "| task | solved and accepted | median [s] | worst [s] | peak memory [MB] | commit |",
+        "|---|---|---|---|---|---|",
     ]
     for row in data["results"]:
         lines.append(
-            f"| `{row['task']}` | {row['accepted']} of {row['runs']} | {row['median_s']:.2f} | {row['worst_s']:.2f} | {row['peak_mb']:.0f} |"
+            f"| `{row['task']}` | {row['accepted']} of {row['runs']} | {row['median_s']:.2f} | {row['worst_s']:.2f} | {row['peak_mb']:.0f} | {row.get('commit', '–')} |"
         )
     return lines
 
