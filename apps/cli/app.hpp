@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
+#include "stiction/planning/speed_limits.hpp"
 
 namespace stiction::app {
 
@@ -92,7 +93,7 @@ struct SimulateArguments {
   double speed = 1;    ///< times the default speeds
   double pause_s = 4;  ///< between pieces
   int substeps = 0;    ///< predict each edge in this many steps; 0: as the plan does
-  double rest_time_s = 0.05;
+  double rest_time_s = planning::kRestTime;
   double friction_scale = 1;
   bool whole_only = false;  ///< pushes are not run by themselves as well
   int threads = 0;

@@ -15,8 +15,6 @@ using execution::SpeedLimits;
 using execution::TransferOptions;
 using execution::TransferResult;
 
-constexpr double kRestTime = 0.05;  // [s], the published damping of the box of planar_pushing
-
 TransferResult transfer(const std::filesystem::path& plan_file, double speed, double pause, double regrasp_factor,
                         std::optional<int> substeps, double rest_time, double friction_scale, double hold, bool whole, bool alone,
                         int threads, std::optional<double> timeout_s) {
@@ -106,8 +104,9 @@ void bind_execution(nb::module_& m) {
       .def_ro("piece", &TransferResult::piece, "index into pieces (samples)")
       .def_ro("wall_s", &TransferResult::wall_s);
   m.def("transfer", &transfer, "plan_file"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = SpeedLimits{}.pause,
-        "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(), "rest_time"_a = kRestTime, "friction_scale"_a = 1.0,
-        "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
+        "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(), "rest_time"_a = planning::kRestTime,
+        "friction_scale"_a = 1.0, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0,
+        "timeout_s"_a = nb::none(),
         "Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
         "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s.");
 }

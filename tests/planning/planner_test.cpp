@@ -153,9 +153,8 @@ TEST(Planner, StartNoise_PlansForgiveErrorsOfThePushesBefore) {
           q = r.q_next;
         }
       }
-      const GoalError error = goal_error(*problem.model, q, problem.goal);
       ++runs;
-      reached += error.position <= problem.goal.tol_position && error.angle <= problem.goal.tol_angle;
+      reached += goal_error(*problem.model, q, problem.goal).within(problem.goal);
     }
   }
   EXPECT_GE(reached, 0.8 * runs) << "of " << runs;

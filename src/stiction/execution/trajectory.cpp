@@ -48,7 +48,7 @@ class Builder {
   void move(const Eigen::VectorXd& u, const Eigen::VectorXd& q) {
     Piece& piece = out_.pieces.back();
     const double factor = piece.kind == SegmentKind::Regrasp ? limits_.regrasp_factor : 1.0;
-    const double dt = ((u - u_.back()).array().abs() / speed_.array()).maxCoeff() / factor;
+    const double dt = planning::calc_duration(u_.back(), u, speed_) / factor;
     if (dt >= kLeastInterval) {
       add(times_.back() + dt, u, q);
     } else if (last() > piece.first_knot) {

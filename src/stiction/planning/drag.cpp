@@ -41,8 +41,8 @@ core::Status Drag::push(const Eigen::MatrixXd& commands, const dynamics::StepOpt
   work.forget();
   for (Eigen::Index k = 0; k < commands.cols(); ++k) {
     const Eigen::VectorXd to = commands.col(k);
-    const double duration = (to - u).cwiseAbs().cwiseQuotient(speeds_).maxCoeff();  // (E.1)
-    if (const core::Status status = go(to, std::max(duration, kLeastInterval)); status != core::Status::Solved) return status;
+    if (const core::Status status = go(to, std::max(calc_duration(u, to, speeds_), kLeastInterval)); status != core::Status::Solved)
+      return status;
   }
   for (int k = 0; acts_ && k < kPauses; ++k) {
     const Eigen::VectorXd to = u;

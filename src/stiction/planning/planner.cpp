@@ -677,8 +677,8 @@ class Planner {
 
   /// Exact dynamics from a node towards the command u: sub-steps up to where a contact would slip far at once, or one step as in the thesis.
   bool move(const Node& from, const Eigen::VectorXd& u, Worker& worker, Totals& totals, Node& to) {
-    worker.steps.forget();
     if (!options_.substep) {
+      worker.steps.forget();
       const Status status = dynamics::step(model_, {from.q, u}, exact_, worker.steps, worker.step_result);
       ++totals.steps;
       if (status != Status::Solved) {
@@ -929,6 +929,7 @@ class Planner {
     core::Random random(options_.seed, 0);
     Eigen::VectorXd q = problem_.q_start, u = u_start_;
     int astray = kOnPath;
+    const auto lost = [&astray](int otherwise) { return astray == kOnPath ? otherwise : astray; };
     for (const int i : path) {
       const Node& node = tree_[i];
       Eigen::MatrixXd commands = node.commands;
@@ -939,10 +940,9 @@ class Planner {
       if (commands.cols() > 0) u = commands.rightCols(1);
       const bool held = whole && share_of_tolerances(node.q_fine, q) <= options_.fidelity_edge;
       if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
-      if (!whole) return astray == kOnPath ? path.back() : astray;
+      if (!whole) return lost(path.back());
     }
-    if (goal_ratio(q) <= options_.tolerance_fraction) return kOnPath;
-    return astray == kOnPath ? path.back() : astray;
+    return goal_ratio(q) <= options_.tolerance_fraction ? kOnPath : lost(path.back());
   }
 
   /// The same with the objects off by up to start_noise of the tolerances wherever a push starts, by errors that belong to the node. Paths to the goal have most
@@ -952,6 +952,7 @@ class Planner {
     const Eigen::VectorXd tolerances = inverse_tolerances().cwiseInverse();
     Eigen::VectorXd u = u_start_, delta = Eigen::VectorXd::Zero(model_.n_v());
     Disturbed state{problem_.q_start, kOnPath};
+    const auto lost = [&state](int otherwise) { return state.astray == kOnPath ? otherwise : state.astray; };
     SegmentKind before = SegmentKind::Settle;
     for (const int i : path) {
       const Node& node = tree_[i];
@@ -967,16 +968,15 @@ class Planner {
           world::retract(model_, state.q, delta, state.q);
         }
         const Eigen::MatrixXd states = simulate_fine(state.q, u, node.commands, false, worker, totals);
-        if (states.cols() < node.commands.cols()) return state.astray == kOnPath ? i : state.astray;
+        if (states.cols() < node.commands.cols()) return lost(i);
         if (states.cols() > 0) state.q = states.rightCols(1);
         if (state.astray == kOnPath && node.parent >= 0 && share_of_tolerances(node.q_fine, state.q) > 1) state.astray = i;
         followed[i] = state;
       }
       if (node.commands.cols() > 0) u = node.commands.rightCols(1);
-      if (share_of_tolerances(node.q_fine, state.q) > kLost) return state.astray == kOnPath ? path.back() : state.astray;
+      if (share_of_tolerances(node.q_fine, state.q) > kLost) return lost(path.back());
     }
-    if (goal_ratio(state.q) <= 1) return kOnPath;
-    return state.astray == kOnPath ? path.back() : state.astray;
+    return goal_ratio(state.q) <= 1 ? kOnPath : lost(path.back());
   }
 
   void keep_best() { keep(tree_.path_to(best_)); }

@@ -8,6 +8,7 @@
 #include "stiction/core/run_control.hpp"
 #include "stiction/dynamics/local_model.hpp"
 #include "stiction/planning/plan.hpp"
+#include "stiction/planning/speed_limits.hpp"
 
 namespace stiction::planning {
 
@@ -85,7 +86,8 @@ struct PlannerOptions {
   bool real_regrasps = true;  ///< false: the robot jumps to its contact sample, as in the thesis's trees
   double friction = 1.0;  ///< every μ of the plan is that of the scene times this: what slips in the world then slips in the plan as well
   double edge_friction = 1.0;  ///< a node is built on only if its edge does the same with every μ times this; 1: not looked at
-  double rest_time = 0.05;  ///< … where objects on joints rest on what stops them in this time when nothing pushes them [s], > 0 (Drag)
+  double rest_time =
+      kRestTime;         ///< … where objects on joints rest on what stops them in this time when nothing pushes them [s], > 0 (Drag)
   double squeeze = 0.0;  ///< commands stay up to this far ahead of the joints that push, so that a grasp keeps its force [rad or m], ≥ 0
   double regrasp_friction = 0.8;    ///< regrasps must hold with every μ times this
   double regrasp_clearance = 2e-3;  ///< that moving branches keep to everything between their contacts [m]

@@ -274,12 +274,12 @@ class Refiner {
   /// Of a plan with a margin of friction: a push does the same with every μ at regrasp_friction of it, against what objects on joints rest on.
   bool has_margin(const Run& run) {
     if (options_.edge_friction == 1) return true;
-    std::vector<Eigen::VectorXd> list;
-    for (const Segment& segment : run.segments) {
-      for (const auto& knot : segment.knots) list.push_back(knot.u);
+    Eigen::Index n = 0;
+    for (const Segment& segment : run.segments) n += static_cast<Eigen::Index>(segment.knots.size());
+    Eigen::MatrixXd commands(model_.n_a(), n);
+    for (Eigen::Index k = 0; const Segment& segment : run.segments) {
+      for (const auto& knot : segment.knots) commands.col(k++) = knot.u;
     }
-    Eigen::MatrixXd commands(model_.n_a(), static_cast<Eigen::Index>(list.size()));
-    for (std::size_t k = 0; k < list.size(); ++k) commands.col(static_cast<Eigen::Index>(k)) = list[k];
     dynamics::StepOptions slippery = exact_;
     slippery.friction_scale = exact_.friction_scale * options_.regrasp_friction;
     Eigen::VectorXd q = q_, u = u_;

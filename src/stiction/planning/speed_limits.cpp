@@ -20,4 +20,8 @@ Eigen::VectorXd SpeedLimits::of_joints(const world::Model& model) const {
   return v;
 }
 
+double calc_duration(const Eigen::VectorXd& u_before, const Eigen::VectorXd& u, const Eigen::VectorXd& speeds) {
+  return (u - u_before).cwiseAbs().cwiseQuotient(speeds).maxCoeff();
+}
+
 }  // namespace stiction::planning

@@ -6,6 +6,9 @@
 
 namespace stiction::planning {
 
+/// In which what objects on joints rest on stops them [s]: that gives the box of planar_pushing its published damping.
+inline constexpr double kRestTime = 0.05;
+
 /// How fast joints may be commanded to move. Small, because plans know no inertia.
 struct SpeedLimits {
   double revolute = 0.1;        ///< while pushing [rad/s], > 0
@@ -17,5 +20,8 @@ struct SpeedLimits {
   /// v_j of (E.1), per joint (n_a) while pushing [rad/s or m/s].
   Eigen::VectorXd of_joints(const world::Model& model) const;
 };
+
+/// Δt = max_j |u_j − u_before,j| / v_j  (E.1) [s]
+double calc_duration(const Eigen::VectorXd& u_before, const Eigen::VectorXd& u, const Eigen::VectorXd& speeds);
 
 }  // namespace stiction::planning
