@@ -164,6 +164,24 @@ Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectS
   return q_goal;
 }
 
+/// Positions in the boxes of subgoals, made as large as start and goal ask for; angles are free.
+GoalRegion places(const PlanningProblem& problem, const PlannerOptions& options) {
+  const Model& model = *problem.model;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  GoalRegion out{Eigen::VectorXd::Constant(model.n_vu(), -kInfinity), Eigen::VectorXd::Constant(model.n_vu(), kInfinity)};
+  const Eigen::VectorXd q_goal = goal_configuration(problem, ObjectSpace(model));
+  for (const SampleBox& box : options.sample_boxes) {
+    const auto& object = model.objects()[static_cast<std::size_t>(box.object)];
+    for (int i = 0; i < object.n_v; ++i) {
+      const int v = object.v_begin + i, q = object.q_begin + i;  // positions come first in both
+      if (model.dofs()[static_cast<std::size_t>(v)].kind == world::DofKind::Revolute) continue;
+      out.lower[v] = std::min({box.lower[i], problem.q_start[q], q_goal[q]});
+      out.upper[v] = std::max({box.upper[i], problem.q_start[q], q_goal[q]});
+    }
+  }
+  return out;
+}
+
 class Planner {
  public:
   /// @param bound  nodes that cost as much to come to are left out [s]
@@ -191,6 +209,7 @@ class Planner {
       smoothed_.tol_complementarity = kSampleComplementarity;
     q_goal_ = goal_configuration(problem, space_);
     if (problem.goal.region) goal_matters_ = bounded_coordinates(*problem.goal.region);
+    if (options.stray_weight > 0) boxes_ = places(problem, options);
     weights_ = Eigen::VectorXd::Ones(model_.n_vu());
     if (refines()) weights_ = problem.goal.tol_angle * inverse_tolerances();
   }
@@ -836,7 +855,7 @@ class Planner {
   /// @param taken  the node was extended towards the goal already
   int insert(Node node, bool taken) {
     node.goal_ratio = goal_ratio(node.q);
-    node.goal_distance = distance(node.q, goal_from(node.q.head(model_.n_qu())));
+    node.goal_distance = distance(node.q, goal_from(node.q.head(model_.n_qu()))) + options_.stray_weight * strayed(node.q);
     const double ratio = node.goal_ratio;
     if (node.goal_distance < kGain * least_distance_) {
       least_distance_ = node.goal_distance;
@@ -869,6 +888,14 @@ class Planner {
     Eigen::VectorXd e(model_.n_vu());
     space_.error(q.data(), q_u.data(), e.data());
     return inverse_tolerances().cwiseProduct(e).norm();
+  }
+
+  /// Way back of objects that have left the boxes of subgoals, in tolerances of the goal.
+  double strayed(const Eigen::VectorXd& q) const {
+    if (options_.stray_weight == 0) return 0;
+    Eigen::VectorXd q_u = q.head(model_.n_qu());
+    project(model_, boxes_, q_u);
+    return distance(q, q_u);
   }
 
   // ---- the path ------------------------------------------------------------------------------------------------------------
@@ -1043,6 +1070,7 @@ class Planner {
   }
 
   double bound_;
+  GoalRegion boxes_;  ///< where objects are expected, with a stray_weight
   const Model& model_;
   const PlanningProblem& problem_;
   const PlannerOptions& options_;
@@ -1100,6 +1128,7 @@ void PlannerOptions::validate(const Model& model) const {
   probability("planner.goal_bias", goal_bias);
   probability("planner.spectral_probability", spectral_probability);
   probability("planner.slide_probability", slide_probability);
+  core::require_nonnegative("planner.stray_weight", stray_weight);
   cost.validate();
   if (anytime && !stop_at_goal) core::throw_invalid("planner.anytime", "true, with stop_at_goal: false", "stop_at_goal: true");
   probability("planner.grasp_probability", grasp_probability);

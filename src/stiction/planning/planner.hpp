@@ -107,7 +107,8 @@ struct PlannerOptions {
                                     ///< goal's tolerances, ≥ 0
   double spectral_probability = 0;  ///< that an extension follows a principal direction of B_u instead of its subgoal
   double slide_probability = 0;     ///< that a push from the front of the tree slides a branch along an object instead (P.8)
-  bool anytime = false;             ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
+  double stray_weight = 0;  ///< an object outside the boxes of subgoals counts as farther from the goal by the way back times this, ≥ 0
+  bool anytime = false;     ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
   PathCost cost;
   bool record_tree = false;         ///< keep every node in PlanResult::records
   double tolerance_fraction = 0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it

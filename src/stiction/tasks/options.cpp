@@ -209,6 +209,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "record_tree",
                     "spectral_probability",
                     "slide_probability",
+                    "stray_weight",
                     "anytime",
                     "cost",
                     "goal_sharpening",
@@ -265,6 +266,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "metric")) out.metric = read_metric(*v);
   if (const auto v = given(node, "spectral_probability")) out.spectral_probability = probability(*v);
   if (const auto v = given(node, "slide_probability")) out.slide_probability = probability(*v);
+  out.stray_weight = node.nonnegative_or("stray_weight", out.stray_weight);
   if (const auto v = given(node, "anytime")) out.anytime = v->boolean();
   if (const auto v = given(node, "cost")) out.cost = read_cost(*v);
   if (const auto v = given(node, "record_tree")) out.record_tree = v->boolean();
@@ -337,6 +339,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   }
   out["spectral_probability"] = o.spectral_probability;
   out["slide_probability"] = o.slide_probability;
+  out["stray_weight"] = o.stray_weight;
   out["anytime"] = o.anytime;
   out["cost"] = {{"joint_speed", o.cost.joint_speed}, {"travel_speed", o.cost.travel_speed}, {"regrasp", o.cost.regrasp}};
   out["goal_sharpening"] = o.goal_sharpening;
