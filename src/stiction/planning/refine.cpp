@@ -177,6 +177,15 @@ class Refiner {
     return true;
   }
 
+  /// The commands of a push with feedback, up to where it rests or not.
+  struct Way {
+    std::vector<Segment> segments;
+    Eigen::VectorXd q, u;
+    bool known = false, good = false;  ///< simulated; it came to something
+    bool counted = false;              ///< its steps are in the result
+    long steps = 0, failed_steps = 0;
+  };
+
   /// A push or a regrasp as it was simulated, and where that left everything.
   struct Run {
     std::vector<Segment> segments;
@@ -187,6 +196,7 @@ class Refiner {
     double whole = 0;      ///< missed at its end, in tolerances of the goal, at whole sub-steps
     double missed = 0;     ///< the worse of whole and half sub-steps, once finished
     double gamma = 0;      ///< of the feedback on a push
+    Way* way = nullptr;    ///< of a push: shared by the runs that end at rest and those that do not
     bool rests = false;    ///< a push ends at rest
     double clearance = 0;  ///< of a regrasp that was planned anew [m]
     long steps = 0, failed_steps = 0;
@@ -244,6 +254,9 @@ class Refiner {
   void count(const Run& run) {
     out_.steps += run.steps;
     out_.failed_steps += run.failed_steps;
+    if (run.way == nullptr || std::exchange(run.way->counted, true)) return;
+    out_.steps += run.way->steps;
+    out_.failed_steps += run.way->failed_steps;
   }
 
   /// A run from where the simulation is, which stays there. Finished at once where it ends near enough.
@@ -431,11 +444,13 @@ class Refiner {
     const auto will_do = [&](const Run& run) {
       return last ? reaches_goal(run.q, run.halves, options_.tolerance_fraction) : run.missed <= kLost;
     };
+    std::vector<Way> ways(kFeedback.size());
     for (const bool rests : {true, false}) {
       if (rests && !rests_) continue;
       std::vector<Run> runs(kFeedback.size());
       for (std::size_t k = 0; k < runs.size(); ++k) {
         runs[k].gamma = kFeedback.begin()[k];
+        runs[k].way = &ways[k];
         runs[k].rests = rests;
       }
       std::optional<Run> best =
@@ -454,27 +469,46 @@ class Refiner {
     return false;
   }
 
-  /// The commands of a push, moved along with feedback on where its objects are against where the plan has them on the way to q_target.
+  /// A push with feedback, its end at rest or not, and what feedback does after it.
   bool follow(const Push& push, const Eigen::VectorXd& q_target, Run& run) {
+    Way& way = *run.way;
+    if (!way.known) {
+      const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
+      way.good = go_along(push, q_target, run.gamma, way);
+      way.known = true;
+      way.q = q_;
+      way.u = u_;
+      way.steps = std::exchange(out_.steps, steps);
+      way.failed_steps = std::exchange(out_.failed_steps, failed_steps);
+    }
+    if (!way.good) return false;
+    run.segments = way.segments;
+    q_ = way.q;
+    u_ = way.u;
     steps_.forget();
-    const bool feedback = run.gamma != kNoFeedback;
+    if (run.rests && !come_to_rest(run.segments.back())) return false;
+    return run.gamma == kNoFeedback || lead(q_target, run, run.segments.back());
+  }
+
+  /// The commands of a push, moved along with feedback on where its objects are against where the plan has them on the way to q_target.
+  bool go_along(const Push& push, const Eigen::VectorXd& q_target, double gamma, Way& way) {
+    steps_.forget();
     const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
     Eigen::VectorXd shift(model_.n_vu()), e(model_.n_vu()), added = Eigen::VectorXd::Zero(model_.n_a()), delta;
     space_.error(q_planned.data(), q_target.data(), shift.data());
     std::size_t n = 0, k = 0;
     for (const Segment& edge : push.edges) n += edge.knots.size();
     for (const Segment& edge : push.edges) {
-      Segment& segment = run.segments.emplace_back(Segment{edge.kind, {}});
+      Segment& segment = way.segments.emplace_back(Segment{edge.kind, {}});
       for (const auto& knot : edge.knots) {
         if (!advance_in_parts(within_limits(knot.u + added), segment, cuts_)) return false;
         space_.error(q_.data(), knot.q.data(), e.data());
         if (miss(knot.q, q_) > kStrayed) return false;
         e += static_cast<double>(++k) / static_cast<double>(n) * shift;
-        if (feedback && calc_feedback(e, run.gamma, delta)) added += delta;
+        if (gamma != kNoFeedback && calc_feedback(e, gamma, delta)) added += delta;
       }
     }
-    if (run.rests && !come_to_rest(run.segments.back())) return false;
-    return !feedback || lead(q_target, run, run.segments.back());
+    return true;
   }
 
   /// On from the end of a push, for as long as that brings the objects nearer.
