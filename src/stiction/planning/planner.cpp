@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <unordered_map>
 
 #include "stiction/core/invalid_input.hpp"
@@ -292,6 +293,7 @@ class Planner {
   // ---- growth --------------------------------------------------------------------------------------------------------------
   Status grow() {
     std::vector<Item> items(static_cast<std::size_t>(options_.batch));
+    std::vector<int> order;
     if (options_.stop_at_goal && reaches_goal(best_)) return Status::Solved;
     if (cannot_touch()) return Status::MaxIterations;
     while (result_.iterations < options_.max_iterations) {
@@ -299,8 +301,12 @@ class Planner {
       if (control_.expired()) return Status::MaxIterations;
       const int n = static_cast<int>(std::min<long>(options_.batch, options_.max_iterations - result_.iterations));
       for (int i = 0; i < n; ++i) draw(items[static_cast<std::size_t>(i)], result_.iterations + i);
-      pool_.run(n, [&](int i, int worker) {
-        if (!control_.cancelled()) work_on(items[static_cast<std::size_t>(i)], workers_[static_cast<std::size_t>(worker)]);
+      order.resize(static_cast<std::size_t>(n));
+      std::iota(order.begin(), order.end(), 0);  // regrasps take longest, and a round as long as its last item
+      std::stable_partition(order.begin(), order.end(), [&](int i) { return items[static_cast<std::size_t>(i)].grasp; });
+      pool_.run(n, [&](int k, int worker) {
+        const auto i = static_cast<std::size_t>(order[static_cast<std::size_t>(k)]);
+        if (!control_.cancelled()) work_on(items[i], workers_[static_cast<std::size_t>(worker)]);
       });
       result_.iterations += n;
       for (int i = 0; i < n; ++i) {
