@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <unordered_map>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/parallel.hpp"
@@ -46,10 +44,8 @@ constexpr long kHopelessSamples = 100;
 constexpr int kDraws = 30;
 /// Errors of commands that a plan has to survive [rad or m].
 constexpr double kNoise = 1e-6;
-/// Times that a path is tried with other objects' places at the start of its pushes.
+/// Times that every edge is tried with its objects elsewhere: two draws of errors, either way.
 constexpr int kDisturbances = 4;
-/// A disturbed path that is so far from where the tree has it does not come back, in tolerances of the goal.
-constexpr double kLost = 4;
 /// No edge of a path: it got where it was to go.
 constexpr int kOnPath = -1;
 /// Extensions in a row towards one subgoal.
@@ -78,11 +74,13 @@ constexpr long kLeastPatience = 1000;  ///< … or so many
 /// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves; a fifth faster.
 constexpr double kSampleComplementarity = 1e-6;
 /// A tree is given up for a new one when the objects have come no nearer the goal, by this share, …
-constexpr double kGain = 0.99;
+constexpr double kGain = 0.9;
 /// … for so many extensions and half of all that it had: how long a tree takes is spread widely, and most that stall stall for good.
 constexpr long kLeastStall = 1000;
 /// Keeps the seeds of later trees apart from the draws of the search.
 constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
+/// Keeps errors of objects apart from the draws of the search.
+constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
 /// Keeps the samples of local models apart from the draws of the search.
 constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
 
@@ -127,21 +125,21 @@ struct Item {
   int near = -1;  ///< −1: to be found by the worker
   bool grasp = false;
   bool to_goal = false;
-  bool slide = false;         ///< a branch slides along what it touches, wherever the objects go
-  bool by_place = false;      ///< near by the place of the objects, whatever the posture
-  bool spectral = false;      ///< along a principal direction instead of to the subgoal
-  bool in_cones = false;      ///< contact forces stay in their cones (P.7)
-  Eigen::VectorXd subgoal;    ///< qᵘ (n_qu)
-  Eigen::VectorXd near_fine;  ///< Node::q_fine of `near`, when this item computed it
-  int refined = -1;           ///< the node that it belongs to
-  bool distrusted = false;    ///< it is too far from q to build on; the chain then is what is left of the node's edge
-  GraspDraw draw;             ///< of a regrasp
-  bool stuck = false;         ///< its branches cannot let go of the object at `near`
-  int unsupported = -1;       ///< a node at which no branches can
-  Eigen::VectorXd command;    ///< that `near` was extended to (n_a); empty: it was not
-  std::vector<Node> chain;    ///< new nodes, each the parent of the next
-  std::size_t taken = 0;      ///< so many of them were extended towards the subgoal already
-  int broken = 0;             ///< edges given up at the end of the chain
+  bool slide = false;       ///< a branch slides along what it touches, wherever the objects go
+  bool by_place = false;    ///< near by the place of the objects, whatever the posture
+  bool spectral = false;    ///< along a principal direction instead of to the subgoal
+  bool in_cones = false;    ///< contact forces stay in their cones (P.7)
+  Eigen::VectorXd subgoal;  ///< qᵘ (n_qu)
+  Followed near_followed;   ///< of `near`, when this item computed it
+  int refined = -1;         ///< the node that it belongs to
+  bool distrusted = false;  ///< it is too far from q to build on; the chain then is what is left of the node's edge
+  GraspDraw draw;           ///< of a regrasp
+  bool stuck = false;       ///< its branches cannot let go of the object at `near`
+  int unsupported = -1;     ///< a node at which no branches can
+  Eigen::VectorXd command;  ///< that `near` was extended to (n_a); empty: it was not
+  std::vector<Node> chain;  ///< new nodes, each the parent of the next
+  std::size_t taken = 0;    ///< so many of them were extended towards the subgoal already
+  int broken = 0;           ///< edges given up at the end of the chain
   Totals totals;
 };
 
@@ -283,8 +281,9 @@ class Planner {
     if (refines()) {
       const Eigen::MatrixXd fine = simulate_fine(problem_.q_start, u_start_, root.commands, false, worker, totals_);
       if (fine.cols() < root.commands.cols()) return false;
-      root.q_fine = problem_.q_start;
-      if (fine.cols() > 0) root.q_fine = fine.rightCols(1);
+      root.followed.q_fine = problem_.q_start;
+      if (fine.cols() > 0) root.followed.q_fine = fine.rightCols(1);
+      root.followed.disturbed = root.q.replicate(1, options_.start_noise > 0 ? kDisturbances : 0);
     }
     insert(std::move(root), false);
     return true;
@@ -371,12 +370,12 @@ class Planner {
   void work_on(Item& item, Worker& worker) {
     if (item.near < 0 && item.by_place) item.near = tree_.nearest_for_regrasp(item.subgoal);
     if (item.near < 0) item.near = tree_.nearest(item.subgoal);
-    if (refines() && tree_[item.near].q_fine.size() == 0) {
+    if (refines() && tree_[item.near].followed.empty()) {
       item.refined = item.near;
       const Node& node = tree_[item.near];
       const Node& parent = tree_[node.parent];
       Node left;
-      item.distrusted = !refine(parent, parent.q_fine, node, worker, item.totals, item.near_fine, &left);
+      item.distrusted = !refine(parent, parent.followed, node, worker, item.totals, item.near_followed, &left);
       if (item.distrusted) {
         item.near = node.parent;
         if (left.q.size() > 0 && complete(parent, item, worker, left)) item.chain.push_back(std::move(left));
@@ -394,13 +393,14 @@ class Planner {
     if (!grown) return;
     if (!complete(near, item, worker, node)) return;
     item.chain.push_back(std::move(node));
-    const Eigen::VectorXd& near_fine = near.q_fine.size() > 0 ? near.q_fine : item.near_fine;
-    while (refines() && goes_on(item, near) && lengthen(item, near, near_fine, random, worker)) {
+    const Followed& near_followed = near.followed.empty() ? item.near_followed : near.followed;
+    while (refines() && goes_on(item, near) && lengthen(item, near, near_followed, random, worker)) {
     }
   }
 
   /// Cost and local model of a new node; false where it is none.
   bool complete(const Node& parent, Item& item, Worker& worker, Node& node) {
+    node.pushes = parent.pushes + starts_push(parent, node);
     node.cost = cost_to(parent, node);
     return node.cost < bound_ && linearise(node, item.stream, worker, item.totals);
   }
@@ -419,19 +419,19 @@ class Planner {
   }
 
   /// One more extension towards the subgoal. False at the end of the chain; its last node is gone when it is not to be built on.
-  bool lengthen(Item& item, const Node& near, const Eigen::VectorXd& near_fine, core::Random& random, Worker& worker) {
+  bool lengthen(Item& item, const Node& near, const Followed& near_followed, core::Random& random, Worker& worker) {
     auto& chain = item.chain;
     const bool first = chain.size() == 1;
     const Node& before = first ? near : chain[chain.size() - 2];
     Node& last = chain.back();
     Node left;
-    if (!refine(before, first ? near_fine : before.q_fine, last, worker, item.totals, last.q_fine, &left)) {
+    if (!refine(before, first ? near_followed : before.followed, last, worker, item.totals, last.followed, &left)) {
       ++item.broken;
       chain.pop_back();
       if (left.q.size() > 0 && complete(first ? near : chain.back(), item, worker, left)) chain.push_back(std::move(left));
       return false;
     }
-    if (item.to_goal && std::max(goal_ratio(last.q), goal_ratio(last.q_fine)) <= options_.tolerance_fraction) return false;
+    if (item.to_goal && std::max(goal_ratio(last.q), goal_ratio(last.followed.q_fine)) <= options_.tolerance_fraction) return false;
     item.taken = chain.size();
     Node next;
     Eigen::VectorXd command;
@@ -468,32 +468,34 @@ class Planner {
     return states;
   }
 
-  /// Computes Node::q_fine of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
-  /// finger about to slip off would not survive the check of the plan. Done once, when the node is first built on.
-  /// @param left  of an edge that they disagree on, what comes before; no q where that is nothing
-  bool refine(const Node& parent, const Eigen::VectorXd& parent_fine, const Node& node, Worker& worker, Totals& totals,
-              Eigen::VectorXd& q_fine, Node* left = nullptr) {
-    q_fine = node.q;  // says that it was tried, whatever comes out
-    const Eigen::MatrixXd fine = simulate_fine(parent_fine, parent.u, node.commands, true, worker, totals);
+  /// Computes Node::followed of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
+  /// finger about to slip off would not survive the check of the plan; where slippery contacts do not the same; and where a disturbed
+  /// path goes elsewhere. Done once, when the node is first built on.
+  /// @param left  of an edge that the resolutions disagree on, what comes before; no q where that is nothing
+  bool refine(const Node& parent, const Followed& parent_followed, const Node& node, Worker& worker, Totals& totals, Followed& followed,
+              Node* left = nullptr) {
+    followed.q_fine = node.q;  // says that it was tried, whatever comes out
+    const Eigen::MatrixXd fine = simulate_fine(parent_followed.q_fine, parent.u, node.commands, true, worker, totals);
     const Goal& goal = problem_.goal;
     Eigen::VectorXd before(model_.n_vu()), after(model_.n_vu());
-    space_.error(parent.q.data(), parent_fine.data(), before.data());
+    space_.error(parent.q.data(), parent_followed.q_fine.data(), before.data());
     const auto share = [&](const Eigen::VectorXd& e) { return largest_share(model_, e, goal.tol_position, goal.tol_angle); };
     const auto agrees = [&](Eigen::Index k) {
       space_.error(node.states.col(k).data(), fine.col(k).data(), after.data());
       return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
     };
+    const auto holds = [&](const Node& edge, Eigen::MatrixXd& disturbed) {
+      return holds_slippery(edge, parent, worker, totals) && holds_disturbed(edge, parent, parent_followed, worker, totals, disturbed);
+    };
     const Eigen::Index n = node.commands.cols();
-    const bool slippery = node.edge == SegmentKind::Contact && options_.edge_friction < 1;
     if (fine.cols() == n && agrees(n - 1)) {
-      q_fine = fine.col(n - 1);
-      return !slippery || holds_slippery(node, parent, worker, totals);
+      followed.q_fine = fine.col(n - 1);
+      return holds(node, followed.disturbed);
     }
     if (left == nullptr || node.edge != SegmentKind::Contact) return false;
     for (Eigen::Index k = fine.cols() / 2 - 1; k >= 0; --k) {  // half of it: at its end things are about to go wrong
       if (!agrees(k)) continue;
-      if (!cut_edge(parent, node, k + 1, fine.col(k), *left) || (slippery && !holds_slippery(*left, parent, worker, totals)))
-        left->q.resize(0);
+      if (!cut_edge(parent, node, k + 1, fine.col(k), *left) || !holds(*left, left->followed.disturbed)) left->q.resize(0);
       break;
     }
     return false;
@@ -508,13 +510,14 @@ class Planner {
     out.states = node.states.leftCols(n);
     out.q = out.states.rightCols(1);
     out.u = out.commands.rightCols(1);
-    out.q_fine = std::move(q_fine);
+    out.followed.q_fine = std::move(q_fine);
     out.tried = {node.u};  // it goes wrong from here
     return moves(parent, out);
   }
 
-  /// An edge does the same with every μ at edge_friction of it, against what objects on joints rest on.
+  /// A push does the same with every μ at edge_friction of it, against what objects on joints rest on.
   bool holds_slippery(const Node& node, const Node& parent, Worker& worker, Totals& totals) {
+    if (node.edge != SegmentKind::Contact || options_.edge_friction == 1) return true;
     dynamics::StepOptions slippery = exact_;
     slippery.friction_scale *= options_.edge_friction;
     Eigen::VectorXd q = parent.q, u = parent.u;
@@ -525,6 +528,39 @@ class Planner {
     return share_of_tolerances(node.q, q) <= options_.fidelity_edge;
   }
 
+  static bool starts_push(const Node& parent, const Node& node) {
+    return node.edge == SegmentKind::Contact && parent.edge != SegmentKind::Contact;
+  }
+
+  /// The objects off by up to start_noise of the tolerances wherever a push starts, by the same errors in all n-th pushes: after every edge they
+  /// still are within the tolerances of where the tree has them. Pushes that multiply errors are left before others are built on them.
+  bool holds_disturbed(const Node& node, const Node& parent, const Followed& parent_followed, Worker& worker, Totals& totals,
+                       Eigen::MatrixXd& disturbed) {
+    disturbed = parent_followed.disturbed;
+    const Eigen::VectorXd most = options_.start_noise * inverse_tolerances().cwiseInverse();
+    Eigen::VectorXd error = Eigen::VectorXd::Zero(model_.n_v());
+    for (Eigen::Index i = 0; i < disturbed.cols(); ++i) {
+      Eigen::VectorXd q = disturbed.col(i);
+      if (starts_push(parent, node)) {
+        core::Random random(options_.seed ^ kDisturbanceSeed, static_cast<std::uint64_t>(kDisturbances * parent.pushes + i / 2));
+        for (int k = 0; k < model_.n_vu(); ++k) error[k] = (i % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
+        world::retract(model_, q, error, q);
+      }
+      worker.steps.forget();
+      for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+        ++totals.steps;
+        if (dynamics::step(model_, {q, node.commands.col(k)}, exact_, worker.steps, worker.step_result) != Status::Solved) {
+          ++totals.failed_steps;
+          return false;
+        }
+        q = worker.step_result.q_next;
+      }
+      if (share_of_tolerances(node.q, q) > 1) return false;
+      disturbed.col(i) = q;
+    }
+    return true;
+  }
+
   /// Worst displacement of an object between two configurations, in tolerances of the goal.
   double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
     Eigen::VectorXd e(model_.n_vu());
@@ -533,11 +569,11 @@ class Planner {
   }
 
   void judge(Item& item) {
-    if (tree_[item.refined].q_fine.size() > 0) {  // another item of the round was first, with the same outcome
+    if (!tree_[item.refined].followed.empty()) {  // another item of the round was first, with the same outcome
       if (item.distrusted) item.chain.clear();
       return;
     }
-    tree_.set_fine(item.refined, std::move(item.near_fine));
+    tree_.set_followed(item.refined, std::move(item.near_followed));
     if (!item.distrusted) return;
     tree_.bury(item.refined);
     ++result_.distrusted;
@@ -642,9 +678,9 @@ class Planner {
     const Eigen::VectorXd subgoal = target(item, near.local.c_u);
     space_.error(near.local.c_u.data(), subgoal.data(), e.data());
     // Aim with the mean of the two resolutions. A node that is new to the second has only the first: its next command is another one then.
-    if (near.q_fine.size() > 0) {
+    if (!near.followed.empty()) {
       Eigen::VectorXd difference(model_.n_vu());
-      space_.error(near.q.data(), near.q_fine.data(), difference.data());
+      space_.error(near.q.data(), near.followed.q_fine.data(), difference.data());
       e -= 0.5 * difference;
     }
     const bool in_cones = item.in_cones && !item.spectral;
@@ -910,49 +946,41 @@ class Planner {
     return std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
   }
 
-  /// At the goal at both resolutions; then the path is kept. A regrasp serves nothing at the end, and is cut off there.
+  /// At the goal at both resolutions, from all disturbed starts; then the path is kept. A regrasp serves nothing at the end, and is cut off there.
   bool reaches_goal(int node) {
     if (tree_[node].edge == SegmentKind::Regrasp) return false;
     if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
-    if (refines()) {
-      Eigen::VectorXd q_fine = tree_[node].q_fine;
-      if (q_fine.size() == 0) {
-        const Node& parent = tree_[tree_[node].parent];
-        if (!refine(parent, parent.q_fine, tree_[node], workers_[0], totals_, q_fine)) {
-          tree_.bury(node);
-          return false;
-        }
-      }
-      tree_.set_fine(node, q_fine);
-      if (goal_ratio(q_fine) > options_.tolerance_fraction) return false;
-    }
     const std::vector<int> path = tree_.path_to(node);
-    if (refines() && !survives_noise(path)) return false;
+    if (refines() && !(follow_to_goal(node) && survives_noise(path))) return false;
     keep(path);
     return true;
   }
 
-  /// A plan that rests on the sixth digit of a command is none: at half the sub-step, with commands that are off by kNoise, it still reaches the goal. Nor is one in
-  /// which a push multiplies what those before it left behind: with objects that are off where pushes start (start_noise) it does so too.
-  bool survives_noise(const std::vector<int>& path) {
-    if (!survives(follow_with_noise(path))) return false;
-    for (int first = 0; options_.start_noise > 0 && first < kDisturbances; first += 2) {  // whatever the number of threads
-      std::array<int, 2> ends{};
-      std::array<Totals, 2> totals;
-      pool_.run(2, [&](int i, int worker) {
-        const auto k = static_cast<std::size_t>(i);
-        ends[k] = follow_disturbed(path, first + i, workers_[static_cast<std::size_t>(worker)], totals[k]);
-      });
-      for (const Totals& part : totals) totals_ += part;
-      for (const int end : ends) {
-        if (!survives(end)) return false;
-      }
+  bool follow_to_goal(int node) {
+    Followed followed = tree_[node].followed;
+    bool holds = true;
+    if (followed.empty()) {
+      const Node& parent = tree_[tree_[node].parent];
+      holds = refine(parent, parent.followed, tree_[node], workers_[0], totals_, followed);
     }
-    return true;
+    if (holds && goal_ratio(followed.q_fine) > options_.tolerance_fraction) {
+      tree_.set_followed(node, std::move(followed));
+      return false;
+    }
+    for (const auto& q : followed.disturbed.colwise()) holds = holds && goal_ratio(q) <= 1;
+    if (holds) {
+      tree_.set_followed(node, std::move(followed));
+    } else {
+      tree_.bury(node);
+      ++result_.distrusted;
+    }
+    return holds;
   }
 
-  /// Everything behind the edge that went elsewhere is taken out of the search.
-  bool survives(int end) {
+  /// A plan that rests on the sixth digit of a command is none: at half the sub-step, with commands that are off by kNoise, it still reaches the goal.
+  /// Else everything behind the edge that went elsewhere is taken out of the search.
+  bool survives_noise(const std::vector<int>& path) {
+    const int end = follow_with_noise(path);
     if (end != kOnPath) result_.distrusted += tree_.bury_branch(end);
     return end == kOnPath;
   }
@@ -971,45 +999,11 @@ class Planner {
       const bool whole = states.cols() == commands.cols();
       if (states.cols() > 0) q = states.rightCols(1);
       if (commands.cols() > 0) u = commands.rightCols(1);
-      const bool held = whole && share_of_tolerances(node.q_fine, q) <= options_.fidelity_edge;
+      const bool held = whole && share_of_tolerances(node.followed.q_fine, q) <= options_.fidelity_edge;
       if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
       if (!whole) return lost(path.back());
     }
     return goal_ratio(q) <= options_.tolerance_fraction ? kOnPath : lost(path.back());
-  }
-
-  /// The same with the objects off by up to start_noise of the tolerances wherever a push starts, by errors that belong to the node. Paths to the goal have most
-  /// of their way in common, so that what was followed once is kept. One that strays by kLost is not followed on.
-  int follow_disturbed(const std::vector<int>& path, int draw, Worker& worker, Totals& totals) {
-    auto& followed = disturbed_[static_cast<std::size_t>(draw)];
-    const Eigen::VectorXd tolerances = inverse_tolerances().cwiseInverse();
-    Eigen::VectorXd u = u_start_, delta = Eigen::VectorXd::Zero(model_.n_v());
-    Disturbed state{problem_.q_start, kOnPath};
-    const auto lost = [&state](int otherwise) { return state.astray == kOnPath ? otherwise : state.astray; };
-    SegmentKind before = SegmentKind::Settle;
-    for (const int i : path) {
-      const Node& node = tree_[i];
-      const bool starts = node.edge == SegmentKind::Contact && before != SegmentKind::Contact;
-      before = node.edge;
-      if (const auto known = followed.find(i); known != followed.end()) {
-        state = known->second;
-      } else {
-        if (starts) {
-          core::Random random(options_.seed,
-                              static_cast<std::uint64_t>(kDisturbances) * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(draw));
-          for (int k = 0; k < model_.n_vu(); ++k) delta[k] = random.uniform(-options_.start_noise, options_.start_noise) * tolerances[k];
-          world::retract(model_, state.q, delta, state.q);
-        }
-        const Eigen::MatrixXd states = simulate_fine(state.q, u, node.commands, false, worker, totals);
-        if (states.cols() < node.commands.cols()) return lost(i);
-        if (states.cols() > 0) state.q = states.rightCols(1);
-        if (state.astray == kOnPath && node.parent >= 0 && share_of_tolerances(node.q_fine, state.q) > 1) state.astray = i;
-        followed[i] = state;
-      }
-      if (node.commands.cols() > 0) u = node.commands.rightCols(1);
-      if (share_of_tolerances(node.q_fine, state.q) > kLost) return lost(path.back());
-    }
-    return goal_ratio(state.q) <= 1 ? kOnPath : lost(path.back());
   }
 
   void keep_best() { keep(tree_.path_to(best_)); }
@@ -1083,12 +1077,6 @@ class Planner {
   const core::RunControl& control_;
   PlanResult& result_;
   ObjectSpace space_;
-  /// Where a disturbed path is at a node, and the first edge that went elsewhere.
-  struct Disturbed {
-    Eigen::VectorXd q;
-    int astray;
-  };
-  std::array<std::unordered_map<int, Disturbed>, kDisturbances> disturbed_;
   RobotChains chains_;
   Drag drag_;
   Tree tree_;

@@ -100,11 +100,11 @@ struct PlannerOptions {
   double release_tol_angle = 0.1;      ///< [rad]
   Sampler sampler = GenericSampler{};
   std::vector<SampleBox> sample_boxes;
-  double fidelity_edge = 0.15;      ///< a node is built on only if half the sub-step moves the object to the same place, up to this
-                                    ///< share of the goal's tolerances on its own edge …
-  double fidelity_path = 0.8;       ///< … and up to this share on the whole path from the start
-  double start_noise = 0;           ///< a plan still reaches its goal when its pushes start with the objects off by up to this share of the
-                                    ///< goal's tolerances, ≥ 0
+  double fidelity_edge = 0.15;  ///< a node is built on only if half the sub-step moves the object to the same place, up to this
+                                ///< share of the goal's tolerances on its own edge …
+  double fidelity_path = 0.8;   ///< … and up to this share on the whole path from the start
+  double start_noise = 0;  ///< nodes that are built on are reached, and so is the goal, when pushes start with the objects off by up to
+                           ///< this share of the goal's tolerances, ≥ 0
   double spectral_probability = 0;  ///< that an extension follows a principal direction of B_u instead of its subgoal
   double slide_probability = 0;     ///< that a push from the front of the tree slides a branch along an object instead (P.8)
   double stray_weight = 0;  ///< an object outside the boxes of subgoals counts as farther from the goal by the way back times this, ≥ 0

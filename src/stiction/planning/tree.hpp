@@ -21,6 +21,14 @@ struct LocalModel {
   void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma);
 };
 
+/// What comes of a path from the root when it is followed otherwise than the tree did.
+struct Followed {
+  Eigen::VectorXd q_fine;     ///< at half its sub-steps (n_q)
+  Eigen::MatrixXd disturbed;  ///< with the objects off where pushes start, one column per draw (n_q × draws)
+
+  bool empty() const { return q_fine.size() == 0; }
+};
+
 /// A state of the tree and the edge that leads to it.
 struct Node {
   int parent = -1;
@@ -32,7 +40,8 @@ struct Node {
   LocalModel local;
   double goal_ratio = 0;                 ///< worst of position and angle error, divided by the tolerance
   double goal_distance = 0;              ///< of all objects from the goal, in tolerances
-  Eigen::VectorXd q_fine;                ///< q when the whole path from the root is simulated at half its sub-steps; empty until asked for
+  int pushes = 0;                        ///< that started on the path from the root
+  Followed followed{};                   ///< empty until asked for
   double cost = 0;                       ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};  ///< commands of extensions from here (n_a each)
   std::vector<ChainMask> stuck{};        ///< branches that cannot let go of the object together
@@ -78,7 +87,7 @@ class Tree {
     nodes_[static_cast<std::size_t>(i)].unsupported = true;
     places_.remove(i);
   }
-  void set_fine(int i, Eigen::VectorXd q_fine) { nodes_[static_cast<std::size_t>(i)].q_fine = std::move(q_fine); }
+  void set_followed(int i, Followed followed) { nodes_[static_cast<std::size_t>(i)].followed = std::move(followed); }
 
   /// Takes a node out of every later search; it must have no children.
   void bury(int i);
