@@ -403,6 +403,27 @@ TEST(Planner, ProgressAndBudget_AreReported) {
   EXPECT_EQ(calls, 13);  // rounds of 8
 }
 
+TEST(Planner, Restart_TreesEndAfterTheSequenceOfLuby) {
+  PlanningProblem problem = hand_problem();
+  problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
+  PlannerOptions options = hand_options();
+  options.restart = 16;  // two rounds
+  options.max_iterations = 160;
+  std::vector<long> ends;
+  long last = 0;
+  int size = 0;
+  core::RunControl control;
+  control.on_progress = [&](const core::Progress& p) {
+    if (p.size < size) ends.push_back(last);
+    last = p.iteration;
+    size = p.size;
+  };
+  PlanResult result;
+  EXPECT_EQ(plan(problem, options, control, result), Status::MaxIterations);
+  EXPECT_EQ(result.iterations, 160);
+  EXPECT_EQ(ends, (std::vector<long>{16, 32, 64, 80, 96, 128})) << "1 1 2 1 1 2 4 …";
+}
+
 TEST(Planner, BadOptions_NameTheField) {
   const PlanningProblem problem = hand_problem();
   const auto message = [&](auto&& change) -> std::string {
@@ -418,6 +439,8 @@ TEST(Planner, BadOptions_NameTheField) {
   };
   EXPECT_EQ(message([](auto& o) { o.goal_bias = 1.5; }), "planner.goal_bias: got 1.5, expected a probability in [0, 1]");
   EXPECT_EQ(message([](auto& o) { o.gamma = 0; }), "planner.gamma: got 0, expected a finite number > 0");
+  EXPECT_EQ(message([](auto& o) { o.restart = -1; }), "planner.restart: got -1, expected 0 (where a tree stalls) or more");
+  EXPECT_EQ(message([](auto& o) { o.grasp_trials = -1; }), "planner.grasp_trials: got -1, expected 0 or more");
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");

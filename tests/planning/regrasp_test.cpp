@@ -182,6 +182,43 @@ TEST(TryRegrasp, WithTheWholeHandOpen_ABallIsFreeToRollAwayAndACubeIsNot) {
   }
 }
 
+/// Postures promise more the later they were drawn, and the first two of those that promise most turn out in the opposite order.
+TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
+  const auto model = load_model("planar_hand");
+  const RobotChains chains(*model);
+  GeometryWorkspace geometry(*model);
+  dynamics::StepWorkspace steps(model);
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.grasp_trials = 2;
+  RegraspCounts counts;
+  int best_taken = 0;
+  for (int attempt = 0; attempt < 40; ++attempt) {
+    core::Random random(12, static_cast<std::uint64_t>(attempt));
+    std::vector<Eigen::VectorXd> drawn, simulated;
+    const auto command = [&](std::size_t i) { return Eigen::VectorXd::Constant(4, static_cast<double>(i)); };
+    GraspJudge judge;
+    judge.promise = [&](const Eigen::VectorXd& q) -> Promise {
+      drawn.emplace_back(q.tail(4));
+      return {-static_cast<double>(drawn.size()), command(drawn.size())};
+    };
+    judge.simulated = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& u) {
+      simulated.emplace_back(q.tail(4));
+      EXPECT_EQ(u, command(drawn.size() + 1 - simulated.size())) << "that of the promise";
+      return -static_cast<double>(simulated.size());
+    };
+    Regrasp regrasp;
+    const bool held = try_regrasp(*model, chains, options, problem.q_start, problem.q_start.tail(4),
+                                  draw_grasp(chains, options.sampler, random), judge, random, geometry, steps, regrasp, counts);
+    ASSERT_EQ(simulated.size(), std::min<std::size_t>(2, drawn.size()));
+    for (std::size_t i = 0; i < simulated.size(); ++i) EXPECT_EQ(simulated[i], drawn[drawn.size() - 1 - i]);
+    if (!held || simulated.size() < 2) continue;
+    best_taken += (regrasp.knots.back().u - simulated[1]).norm() < 1e-9;
+  }
+  EXPECT_GT(counts.accepted, 10);
+  EXPECT_GT(best_taken, counts.accepted * 3 / 4) << "the others had no path";
+}
+
 TEST(TryRegrasp, Squeeze_LeavesCommandsAheadOfTheJointsThatTouch) {
   const auto model = load_model("planar_hand");
   const RobotChains chains(*model);

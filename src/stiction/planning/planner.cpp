@@ -788,13 +788,13 @@ class Planner {
   }
 
   /// Distance of the objects from a subgoal, in tolerances of the goal, after the extension (P.2) that the local model at q promises.
-  double promised_distance(const Eigen::VectorXd& q, Item& item, Worker& worker) {
+  Promise promise(const Eigen::VectorXd& q, Item& item, Worker& worker) {
     Node& node = worker.candidate;
     node.q = q;
     node.u = q.tail(model_.n_a());
     const bool solved =
         item.in_cones ? linearise_with_forces(node, worker, item.totals) : linearise(node, item.stream, worker, item.totals);
-    if (!solved) return std::numeric_limits<double>::infinity();
+    if (!solved) return {std::numeric_limits<double>::infinity(), node.u};
     const Eigen::VectorXd q_a = q.tail(model_.n_a());
     Eigen::VectorXd e(model_.n_vu());
     space_.error(node.local.c_u.data(), target(item, node.local.c_u).data(), e.data());
@@ -802,7 +802,20 @@ class Planner {
         extension(node.local, q_a, e, item.to_goal, item.in_cones ? &worker.step_result : nullptr, worker.least_squares);
     e -= node.local.B_u * delta_u;
     if (item.to_goal && problem_.goal.region) e = e.cwiseProduct(goal_matters_).eval();
-    return inverse_tolerances().cwiseProduct(e).norm();
+    return {inverse_tolerances().cwiseProduct(e).norm(), (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper())};
+  }
+
+  /// The same distance after the exact extension.
+  double simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& command, const Item& item, Worker& worker) {
+    Node from, to;
+    from.q = q;
+    from.u = q.tail(model_.n_a());
+    Totals totals;
+    const bool moved = move(from, command, worker, totals, to);
+    worker.regrasp.steps += totals.steps;
+    worker.regrasp.failed_steps += totals.failed_steps;
+    worker.steps.forget();  // the regrasp goes on from elsewhere
+    return distance_to_target(item, moved ? to.q : q);
   }
 
   bool regrasp(Item& item, core::Random& random, Worker& worker, Node& node) {
@@ -821,8 +834,9 @@ class Planner {
       node.commands = sample->q_a;
       node.states = node.q;
     } else {
-      const auto cost = [&](const Eigen::VectorXd& q) { return promised_distance(q, item, worker); };
-      const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, item.draw, cost, random, worker.geometry, worker.steps,
+      const GraspJudge judge{[&](const auto& q) { return promise(q, item, worker); },
+                             [&](const auto& q, const auto& command) { return simulated_distance(q, command, item, worker); }};
+      const bool held = try_regrasp(model_, chains_, options_, near.q, near.u, item.draw, judge, random, worker.geometry, worker.steps,
                                     worker.regrasp, item.totals.regrasps);
       item.totals.steps += worker.regrasp.steps;
       item.totals.failed_steps += worker.regrasp.failed_steps;
@@ -1118,6 +1132,7 @@ void PlannerOptions::validate(const Model& model) const {
   };
   if (threads < 0) core::throw_invalid("planner.threads", std::to_string(threads), "0 (all cores) or more");
   if (batch < 1) core::throw_invalid("planner.batch", std::to_string(batch), "at least 1");
+  if (restart < 0) core::throw_invalid("planner.restart", std::to_string(restart), "0 (where a tree stalls) or more");
   if (max_iterations < 1) core::throw_invalid("planner.max_iterations", std::to_string(max_iterations), "at least 1");
   probability("planner.goal_bias", goal_bias);
   probability("planner.spectral_probability", spectral_probability);
@@ -1155,6 +1170,7 @@ void PlannerOptions::validate(const Model& model) const {
   core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
   core::require_positive("planner.release_tol_position", release_tol_position);
   core::require_positive("planner.release_tol_angle", release_tol_angle);
+  if (grasp_trials < 0) core::throw_invalid("planner.grasp_trials", std::to_string(grasp_trials), "0 or more");
   if (grasp_candidates < 1) core::throw_invalid("planner.grasp_candidates", std::to_string(grasp_candidates), "at least 1");
   if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))
     core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
@@ -1258,7 +1274,22 @@ void place_in_run(const PlannerOptions& options, const core::RunControl& control
   progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
 }
 
-/// Grows a tree, and a new one each time that one has stalled, until a path is found or the budget is used up.
+/// The sequence 1 1 2 1 1 2 4 … (Luby, Sinclair & Zuckerman 1993): restarts after such times cost at most a logarithmic factor more than
+/// the best fixed time would, which nobody knows. @param i  ≥ 1
+long luby(long i) {
+  long power = 1;
+  while (2 * power - 1 < i) power *= 2;
+  return i == 2 * power - 1 ? power : luby(i - power + 1);
+}
+
+/// Extensions that a tree may have.
+int tree_budget(const PlannerOptions& options, std::uint64_t tree, long used) {
+  const long left = options.max_iterations - used;
+  if (options.restart == 0 || !options.stop_at_goal) return static_cast<int>(left);
+  return static_cast<int>(std::min(left, options.restart * luby(static_cast<long>(tree) + 1)));
+}
+
+/// Grows a tree, and a new one each time that one has stalled or used up its budget, until a path is found or the budget is used up.
 void search(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
             core::RunControl::Clock::time_point start, PlanResult& best) {
   core::RunControl following = control;
@@ -1273,11 +1304,12 @@ void search(const PlanningProblem& problem, const PlannerOptions& options, const
   for (std::uint64_t tree = 0; again; ++tree) {
     PlannerOptions next = options;
     if (tree > 0) next.seed = core::Random(options.seed ^ kTreeSeed, tree).bits();
-    next.max_iterations = options.max_iterations - static_cast<int>(best.iterations);
+    next.max_iterations = tree_budget(options, tree, best.iterations);
     PlanResult found;
     Planner planner(problem, next, following, std::numeric_limits<double>::infinity(), found);
     const Status status = planner.run();
-    again = status == Status::MaxIterations && planner.stalled() && !control.stop() && found.iterations < next.max_iterations;
+    const bool over = planner.stalled() || found.iterations >= next.max_iterations;
+    again = status == Status::MaxIterations && over && !control.stop() && best.iterations + found.iterations < options.max_iterations;
     // Counts of all trees, everything else of the best.
     PlanResult counts = tree == 0 ? found : best;
     if (tree > 0) {

@@ -65,11 +65,12 @@ struct SampleBox {
 
 struct PlannerOptions {
   std::uint64_t seed = 0;
-  int threads = 0;                 ///< 0 = all cores; the result does not depend on it
-  int batch = 8;                   ///< extensions per round, ≥ 1; the result does depend on it
-  int max_iterations = 100000;     ///< extensions, ≥ 1
-  bool stop_at_goal = true;        ///< false: always run max_iterations (timing)
-  double goal_bias = 0.3;          ///< probability that the subgoal is the goal
+  int threads = 0;              ///< 0 = all cores; the result does not depend on it
+  int batch = 8;                ///< extensions per round, ≥ 1; the result does depend on it
+  int max_iterations = 100000;  ///< extensions, ≥ 1
+  int restart = 0;              ///< trees end after this many extensions times 1, 1, 2, 1, 1, 2, 4, … (Luby), ≥ 0; 0: where they stall
+  bool stop_at_goal = true;     ///< false: always run max_iterations (timing)
+  double goal_bias = 0.3;       ///< probability that the subgoal is the goal
   double grasp_probability = 0.3;  ///< probability that a node gets a contact sample instead of an extension
   double gamma = 1e-6;             ///< γ of the metric (3.5)
   LengthRule length = CappedLength{};
@@ -83,6 +84,7 @@ struct PlannerOptions {
   dynamics::Regularisation regularisation = dynamics::ByRule{};
   std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};  ///< nullopt: one single step per extension
   int grasp_candidates = 6;  ///< postures drawn for a regrasp, ≥ 1; the one that promises to bring the object nearest its subgoal is taken
+  int grasp_trials = 0;      ///< … after so many of those that promise most were simulated: then by what came of it, ≥ 0
   bool real_regrasps = true;  ///< false: the robot jumps to its contact sample, as in the thesis's trees
   double friction = 1.0;  ///< every μ of the plan is that of the scene times this: what slips in the world then slips in the plan as well
   double edge_friction = 1.0;  ///< a node is built on only if its edge does the same with every μ times this; 1: not looked at

@@ -376,14 +376,25 @@ Outcome let_go(const world::Model& model, const RobotChains& chains, ChainMask r
 
 /// A posture to grasp with.
 struct Candidate {
-  double cost;
+  Promise promise;
   Posture q_a;
 };
 
-/// Cheapest first.
+/// The first n become what the simulation says, best first: a local model sees forces across gaps that the exact dynamics does not make.
+void simulate_best(const GraspJudge& judge, std::size_t n, Eigen::VectorXd q, std::vector<Candidate>& candidates) {
+  if (!judge.simulated) return;
+  n = std::min(n, candidates.size());
+  const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(n);
+  for (auto it = candidates.begin(); it != end; ++it) {
+    q.tail(it->q_a.size()) = it->q_a;
+    it->promise.distance = judge.simulated(q, it->promise.command);
+  }
+  std::stable_sort(candidates.begin(), end, [](const Candidate& a, const Candidate& b) { return a.promise.distance < b.promise.distance; });
+}
+
+/// Best first.
 std::vector<Candidate> draw_candidates(const world::Model& model, const RobotChains& chains, const PlannerOptions& options,
-                                       const GraspDraw& draw, const Eigen::VectorXd& q,
-                                       const std::function<double(const Eigen::VectorXd& q)>& cost, core::Random& random,
+                                       const GraspDraw& draw, const Eigen::VectorXd& q, const GraspJudge& judge, core::Random& random,
                                        GeometryWorkspace& geometry) {
   std::vector<Candidate> out;
   Eigen::VectorXd q_grasp = q;
@@ -391,17 +402,18 @@ std::vector<Candidate> draw_candidates(const world::Model& model, const RobotCha
     const auto sample = sample_contact(model, chains, options.sampler, draw, q, random, geometry);
     if (!sample) continue;
     q_grasp.tail(model.n_a()) = sample->q_a;
-    out.push_back({cost ? cost(q_grasp) : 0.0, sample->q_a});
+    out.push_back({judge.promise ? judge.promise(q_grasp) : Promise{}, sample->q_a});
   }
-  std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) { return a.promise.distance < b.promise.distance; });
+  simulate_best(judge, static_cast<std::size_t>(options.grasp_trials), q, out);
   return out;
 }
 
 }  // namespace
 
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, const GraspDraw& draw, const std::function<double(const Eigen::VectorXd& q)>& cost,
-                 core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
+                 const Eigen::VectorXd& u, const GraspDraw& draw, const GraspJudge& judge, core::Random& random,
+                 GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
   out.steps = 0;
   out.failed_steps = 0;
   out.stuck = true;
@@ -438,7 +450,7 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
     return false;
   }
 
-  const auto candidates = draw_candidates(model, chains, options, draw, run->q, cost, random, geometry);
+  const auto candidates = draw_candidates(model, chains, options, draw, run->q, judge, random, geometry);
   if (candidates.empty()) {
     ++counts.no_sample;
     return false;

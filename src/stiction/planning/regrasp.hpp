@@ -44,15 +44,27 @@ struct Regrasp {
   bool stuck = false;  ///< the drawn branches cannot let go of the object at this node: no sample can help
 };
 
+/// What a posture that was drawn is good for.
+struct Promise {
+  double distance;          ///< of the objects from their subgoal after the extension, lower is better
+  Eigen::VectorXd command;  ///< of that extension (n_a)
+};
+
+/// How postures that were drawn are told apart. Empty functions: they are taken as they come.
+struct GraspJudge {
+  std::function<Promise(const Eigen::VectorXd& q)> promise;                                   ///< by a local model
+  std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& command)> simulated;  ///< what comes of it
+};
+
 /// Tries one regrasp at (q, u): the branches of `draw` let go and back off, a contact sample is drawn where the object comes to rest, and
 /// they move there; all simulated with the exact dynamics, at full friction and at options.regrasp_friction of it. The object must
 /// stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of where it came to rest from then on. Branches
 /// that do not move keep their squeeze; where the object does not stay with that, everything lets go first.
-/// @param cost    of a state with a drawn posture, lower is better: of options.grasp_candidates postures the one with the least cost that
-///                has a path is taken; empty: they are taken as they come
+/// @param judge   of options.grasp_candidates postures the one that promises most and has a path is taken; options.grasp_trials of those that
+///                promise most are simulated before, and the others come after them
 /// @param counts  the outcome is counted by cause
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, const GraspDraw& draw, const std::function<double(const Eigen::VectorXd& q)>& cost,
-                 core::Random& random, GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts);
+                 const Eigen::VectorXd& u, const GraspDraw& draw, const GraspJudge& judge, core::Random& random,
+                 GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts);
 
 }  // namespace stiction::planning

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "stiction/core/invalid_input.hpp"
@@ -24,6 +25,12 @@ double probability(const YamlNode& node) {
   const double value = node.number();
   if (value < 0 || value > 1) node.fail("a probability in [0, 1]");
   return value;
+}
+
+int nonnegative_int(const YamlNode& node) {
+  const auto value = node.integer();
+  if (value < 0 || value > std::numeric_limits<int>::max()) node.fail("an integer ≥ 0");
+  return static_cast<int>(value);
 }
 
 /// One of two keys, each with a positive number.
@@ -197,6 +204,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "threads",
                     "batch",
                     "max_iterations",
+                    "restart",
                     "stop_at_goal",
                     "goal_bias",
                     "grasp_probability",
@@ -232,6 +240,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "release_tol_position",
                     "release_tol_angle",
                     "grasp_candidates",
+                    "grasp_trials",
                     "sampler",
                     "sample_box",
                     "fidelity_edge",
@@ -248,6 +257,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   }
   if (const auto v = given(node, "batch")) out.batch = v->positive_int();
   if (const auto v = given(node, "max_iterations")) out.max_iterations = v->positive_int();
+  if (const auto v = given(node, "restart")) out.restart = nonnegative_int(*v);
   if (const auto v = given(node, "stop_at_goal")) out.stop_at_goal = v->boolean();
   if (const auto v = given(node, "goal_bias")) out.goal_bias = probability(*v);
   if (const auto v = given(node, "grasp_probability")) out.grasp_probability = probability(*v);
@@ -297,6 +307,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "release_tol_position")) out.release_tol_position = v->positive();
   if (const auto v = given(node, "release_tol_angle")) out.release_tol_angle = v->positive();
   if (const auto v = given(node, "grasp_candidates")) out.grasp_candidates = v->positive_int();
+  if (const auto v = given(node, "grasp_trials")) out.grasp_trials = nonnegative_int(*v);
   if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v, model);
   if (const auto v = given(node, "sample_box")) out.sample_boxes = read_sample_boxes(*v, model);
   if (const auto v = given(node, "fidelity_edge")) out.fidelity_edge = v->positive();
@@ -317,6 +328,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   nlohmann::ordered_json out;
   out["batch"] = o.batch;
   out["max_iterations"] = o.max_iterations;
+  out["restart"] = o.restart;
   out["stop_at_goal"] = o.stop_at_goal;
   out["goal_bias"] = o.goal_bias;
   out["grasp_probability"] = o.grasp_probability;
@@ -373,6 +385,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["release_tol_position"] = o.release_tol_position;
   out["release_tol_angle"] = o.release_tol_angle;
   out["grasp_candidates"] = o.grasp_candidates;
+  out["grasp_trials"] = o.grasp_trials;
   out["sampler"] = sampler_json(o.sampler, model);
   out["sample_box"] = nlohmann::ordered_json::object();
   for (const auto& box : o.sample_boxes) {
