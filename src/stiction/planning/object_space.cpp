@@ -32,7 +32,7 @@ double angle_about(const Eigen::Matrix3d& R, const Eigen::Vector3d& axis) {
   return 2.0 * std::atan2(q.vec().dot(axis), q.w());
 }
 
-double wrap(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
+double wrap(double angle) { return std::abs(angle) <= std::numbers::pi ? angle : std::remainder(angle, 2.0 * std::numbers::pi); }
 
 /// 2·acos(w)/√(1 − w²) for 0 ≤ w ≤ 1, the factor from the vector part of a quaternion to its rotation vector, to 4e-8 [-]: with
 /// acos(w) = √(1 − w)·P(w) (Abramowitz & Stegun 4.4.46) nothing is singular and no trigonometric function is called, which the search
