@@ -182,15 +182,26 @@ TEST(TryRegrasp, WithTheWholeHandOpen_ABallIsFreeToRollAwayAndACubeIsNot) {
   }
 }
 
+/// Regrasps of planar_hand at its start.
+struct HandRegrasps {
+  std::shared_ptr<const world::Model> model = load_model("planar_hand");
+  RobotChains chains{*model};
+  GeometryWorkspace geometry{*model};
+  dynamics::StepWorkspace steps{model};
+  PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+
+  bool attempt(const GraspJudge& judge, core::Random& random, Regrasp& out, RegraspCounts& counts) {
+    const Eigen::VectorXd u = problem.q_start.tail(4);
+    const GraspDraw draw = draw_grasp(chains, options.sampler, random);
+    return try_regrasp(*model, chains, options, problem.q_start, u, draw, judge, random, geometry, steps, out, counts);
+  }
+};
+
 /// Postures promise more the later they were drawn, and the first two of those that promise most turn out in the opposite order.
 TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
-  const auto model = load_model("planar_hand");
-  const RobotChains chains(*model);
-  GeometryWorkspace geometry(*model);
-  dynamics::StepWorkspace steps(model);
-  const PlanningProblem problem = hand_problem();
-  PlannerOptions options = hand_options();
-  options.grasp_trials = 2;
+  HandRegrasps hand;
+  hand.options.grasp_trials = 2;
   RegraspCounts counts;
   int best_taken = 0;
   for (int attempt = 0; attempt < 40; ++attempt) {
@@ -208,8 +219,7 @@ TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
       return -static_cast<double>(simulated.size());
     };
     Regrasp regrasp;
-    const bool held = try_regrasp(*model, chains, options, problem.q_start, problem.q_start.tail(4),
-                                  draw_grasp(chains, options.sampler, random), judge, random, geometry, steps, regrasp, counts);
+    const bool held = hand.attempt(judge, random, regrasp, counts);
     ASSERT_EQ(simulated.size(), std::min<std::size_t>(2, drawn.size()));
     for (std::size_t i = 0; i < simulated.size(); ++i) EXPECT_EQ(simulated[i], drawn[drawn.size() - 1 - i]);
     if (!held || simulated.size() < 2) continue;
@@ -220,24 +230,17 @@ TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
 }
 
 TEST(TryRegrasp, Squeeze_LeavesCommandsAheadOfTheJointsThatTouch) {
-  const auto model = load_model("planar_hand");
-  const RobotChains chains(*model);
-  GeometryWorkspace geometry(*model);
-  dynamics::StepWorkspace steps(model);
-  const PlanningProblem problem = hand_problem();
-  PlannerOptions options = hand_options();
-  options.squeeze = 0.02;
+  HandRegrasps hand;
+  hand.options.squeeze = 0.02;
   RegraspCounts counts;
   int squeezed = 0;
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(11, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    if (!try_regrasp(*model, chains, options, problem.q_start, problem.q_start.tail(4), draw_grasp(chains, options.sampler, random), {},
-                     random, geometry, steps, regrasp, counts))
-      continue;
+    if (!hand.attempt({}, random, regrasp, counts)) continue;
     const auto& last = regrasp.knots.back();
     const Eigen::VectorXd ahead = last.u - last.q.tail(4);
-    EXPECT_LT(ahead.cwiseAbs().maxCoeff(), 2 * options.squeeze) << "the squeeze, and what the other arm pushes back";
+    EXPECT_LT(ahead.cwiseAbs().maxCoeff(), 2 * hand.options.squeeze) << "the squeeze, and what the other arm pushes back";
     if (ahead.cwiseAbs().maxCoeff() < 1e-3) continue;
     ++squeezed;
     EXPECT_FALSE(last.contacts.empty()) << "the joints are held back by what they touch";

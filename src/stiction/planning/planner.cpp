@@ -536,6 +536,7 @@ class Planner {
   /// still are within the tolerances of where the tree has them. Pushes that multiply errors are left before others are built on them.
   bool holds_disturbed(const Node& node, const Node& parent, const Followed& parent_followed, Worker& worker, Totals& totals,
                        Eigen::MatrixXd& disturbed) {
+    if (options_.start_noise == 0) return true;
     disturbed = parent_followed.disturbed;
     const Eigen::VectorXd most = options_.start_noise * inverse_tolerances().cwiseInverse();
     Eigen::VectorXd error = Eigen::VectorXd::Zero(model_.n_v());
@@ -964,8 +965,9 @@ class Planner {
   bool reaches_goal(int node) {
     if (tree_[node].edge == SegmentKind::Regrasp) return false;
     if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
+    if (refines() && !follow_to_goal(node)) return false;
     const std::vector<int> path = tree_.path_to(node);
-    if (refines() && !(follow_to_goal(node) && survives_noise(path))) return false;
+    if (refines() && !survives_noise(path)) return false;
     keep(path);
     return true;
   }
