@@ -95,7 +95,8 @@ struct SimulateArguments {
   int substeps = 0;    ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = planning::kRestTime;
   double friction_scale = 1;
-  bool whole_only = false;  ///< pushes are not run by themselves as well
+  bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs
+  bool whole_only = false;         ///< pushes are not run by themselves as well
   int threads = 0;
   bool html = false;
   bool json = false;

@@ -103,6 +103,9 @@ int main(int argc, char** argv) {
   simulate->add_option("--friction", simulate_arguments.friction_scale, "Multiplies every coefficient of friction of the simulation")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
+  simulate->add_flag(
+      "!--no-velocity-reference", simulate_arguments.velocity_reference,
+      "Damping acts on the velocity of a joint, not on what it differs by from that of its command: joints lag behind, as in the thesis");
   simulate->add_flag("--whole-only", simulate_arguments.whole_only, "Only the whole plan, not every push by itself");
   simulate->add_option("--threads", simulate_arguments.threads, "Threads, 0 = all cores; the result does not depend on it")
       ->check(CLI::Range(0, 1024));

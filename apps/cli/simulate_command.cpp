@@ -182,6 +182,7 @@ int run_simulate(const SimulateArguments& arguments) {
   options.threads = arguments.threads;
   simulation::PlantOptions plant_options;
   plant_options.rest_time = arguments.rest_time_s;
+  plant_options.velocity_reference = arguments.velocity_reference;
   plant_options.contact.friction_scale = arguments.friction_scale;
   const auto plant = simulation::Plant::make(task.model, plant_options);
   if (arguments.substeps > 0) {

@@ -16,8 +16,8 @@ using execution::TransferOptions;
 using execution::TransferResult;
 
 TransferResult transfer(const std::filesystem::path& plan_file, double speed, double pause, double regrasp_factor,
-                        std::optional<int> substeps, double rest_time, double friction_scale, double hold, bool whole, bool alone,
-                        int threads, std::optional<double> timeout_s) {
+                        std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
+                        bool whole, bool alone, int threads, std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
   const tasks::PlanFile file = tasks::read_plan(plan_file);
@@ -39,6 +39,7 @@ TransferResult transfer(const std::filesystem::path& plan_file, double speed, do
   options.threads = threads;
   simulation::PlantOptions plant_options;
   plant_options.rest_time = rest_time;
+  plant_options.velocity_reference = velocity_reference;
   plant_options.contact.friction_scale = friction_scale;
   core::RunControl control;
   if (timeout_s) {
@@ -105,10 +106,11 @@ void bind_execution(nb::module_& m) {
       .def_ro("wall_s", &TransferResult::wall_s);
   m.def("transfer", &transfer, "plan_file"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = SpeedLimits{}.pause,
         "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(), "rest_time"_a = planning::kRestTime,
-        "friction_scale"_a = 1.0, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0,
-        "timeout_s"_a = nb::none(),
+        "friction_scale"_a = 1.0, "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true,
+        "threads"_a = 0, "timeout_s"_a = nb::none(),
         "Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
-        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s.");
+        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s. Without `velocity_reference` damping acts on the "
+        "velocities of the joints themselves, which lag behind their commands, as in the thesis.");
 }
 
 }  // namespace stiction::python

@@ -13,11 +13,13 @@ using simulation::PlantOptions;
 
 std::shared_ptr<const Plant> make_plant(const ModelPtr& model, double timestep, double damping_ratio, double armature,
                                         double spring_resolution, double time_constant, double friction_time_constant, double impedance,
-                                        double friction_stiffening, int noslip_iterations, double friction_scale, double ground_softness) {
+                                        double friction_stiffening, int noslip_iterations, double friction_scale, double ground_softness,
+                                        bool velocity_reference) {
   const nb::gil_scoped_release unlocked;
   PlantOptions options;
   options.timestep = timestep;
   options.damping_ratio = damping_ratio;
+  options.velocity_reference = velocity_reference;
   options.armature = armature;
   options.spring_resolution = spring_resolution;
   options.contact = {time_constant,     friction_time_constant, impedance,      friction_stiffening,
@@ -80,7 +82,8 @@ void bind_simulation(nb::module_& m) {
            "armature"_a = options.armature, "spring_resolution"_a = options.spring_resolution, "time_constant"_a = contact.time_constant,
            "friction_time_constant"_a = contact.friction_time_constant, "impedance"_a = contact.impedance,
            "friction_stiffening"_a = contact.friction_stiffening, "noslip_iterations"_a = contact.noslip_iterations,
-           "friction_scale"_a = contact.friction_scale, "ground_softness"_a = contact.ground_softness)
+           "friction_scale"_a = contact.friction_scale, "ground_softness"_a = contact.ground_softness,
+           "velocity_reference"_a = options.velocity_reference)
       .def_prop_ro(
           "timestep", [](const Plant& plant) { return plant.options().timestep; }, "[s]")
       .def_prop_ro("damping", &Plant::damping, nb::rv_policy::copy, "of the joint springs (n_a) [N s/m or N m s/rad]")

@@ -33,7 +33,7 @@ planning::Plan commands_only(const std::vector<std::pair<SegmentKind, std::vecto
 TEST(Trajectory, OneJointMovesAtItsLimitAndNoneFaster) {
   const auto model = load_model("planar_pushing");
   const auto plan = commands_only({{SegmentKind::Contact, {{0.1, 0.0}, {0.12, 0.3}}}, {SegmentKind::Regrasp, {{1.0, 0.3}, {1.0, -0.4}}}});
-  const SpeedLimits limits{.revolute = 1, .prismatic = 0.2, .regrasp_factor = 3, .pause = 0};
+  const SpeedLimits limits{.revolute = 1, .prismatic = 0.2, .regrasp_factor = 3, .landing_factor = 3, .pause = 0};
   const Trajectory t = make_trajectory(*model, plan, limits);
   ASSERT_EQ(t.pieces.size(), 2u);
   ASSERT_EQ(t.times.size(), 5);
@@ -56,7 +56,7 @@ TEST(Trajectory, RandomPlans_SpeedOfEveryIntervalIsTheLimit) {
       segment.knots.push_back({.u = u, .q = q, .contacts = {}});
     }
   }
-  const SpeedLimits limits{.revolute = 0.3, .prismatic = 1, .regrasp_factor = 2, .pause = 0.5};
+  const SpeedLimits limits{.revolute = 0.3, .prismatic = 1, .regrasp_factor = 2, .landing_factor = 2, .pause = 0.5};
   const Trajectory t = make_trajectory(*model, plan, limits);
   ASSERT_EQ(t.pieces.size(), 4u) << "edges that follow each other are one piece";
   for (const Piece& piece : t.pieces) {
@@ -68,6 +68,27 @@ TEST(Trajectory, RandomPlans_SpeedOfEveryIntervalIsTheLimit) {
   }
   for (std::size_t i = 1; i < t.pieces.size(); ++i)
     EXPECT_NEAR(t.times[t.pieces[i].first_knot] - t.times[t.pieces[i - 1].last_knot], 0.5, 1e-12) << "the pause";
+}
+
+/// From 0.25 to 2 times the speed within the first 0.5 s at the speed of pushes, and back: ∫ dr / f(r) by (E.8).
+TEST(Trajectory, Regrasps_LeaveAndReachContactSlowly) {
+  const auto model = load_model("planar_pushing");
+  const auto plan = commands_only({{SegmentKind::Contact, {{0.0, 0.1}}}, {SegmentKind::Regrasp, {{0.1, 0.1}, {0.9, 0.3}, {1.0, 0.3}}}});
+  const SpeedLimits limits{.revolute = 1, .prismatic = 0.1, .regrasp_factor = 2, .ramp = 0.25, .landing_factor = 0.25, .pause = 0};
+  const Trajectory t = make_trajectory(*model, plan, limits);
+  const Piece& piece = t.pieces.back();
+  const double whole = 1.0 / 0.1, slow = 0.25 * 0.25 / 0.25, ramp = 0.25 * std::log(2 / 0.25), fast = (whole - 2 * 0.5) / 2;
+  EXPECT_NEAR(t.times[piece.last_knot] - t.times[piece.first_knot], 2 * (slow + ramp) + fast, 0.03);
+  double fastest = 0, last = 0, slowest = 1e9;
+  for (Eigen::Index k = piece.first_knot; k < piece.last_knot; ++k) {
+    last = (t.u(0, k + 1) - t.u(0, k)) / (t.times[k + 1] - t.times[k]) / 0.1;
+    slowest = std::min(slowest, last);
+    fastest = std::max(fastest, last);
+    EXPECT_NEAR((t.q.col(k).tail(2) - t.u.col(k)).norm(), 0, 1e-9) << "states between those of the plan, as the commands";
+  }
+  EXPECT_NEAR(slowest, 0.25, 1e-9);
+  EXPECT_NEAR(fastest, 2, 1e-9);
+  EXPECT_NEAR(last, 0.25, 1e-9);
 }
 
 TEST(Trajectory, KnotWithoutCommandIncrement_TakesNoTime) {
@@ -151,6 +172,8 @@ TEST(Trajectory, BadInput_NamesTheField) {
   auto plan = commands_only({{SegmentKind::Contact, {{0.1, 0.0}}}});
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.revolute = 0}); }).find("speed.revolute"), std::string::npos);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.pause = -1}); }).find("speed.pause"), std::string::npos);
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.ramp = 0}); }).find("speed.ramp"), std::string::npos);
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.landing_factor = 0}); }).find("speed.landing_factor"), std::string::npos);
   plan.segments[0].knots[0].u.resize(3);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments[0].knots[0].u"), std::string::npos);
   plan.segments.clear();

@@ -149,6 +149,46 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   EXPECT_EQ(counts.accepted + counts.no_sample + counts.no_path + counts.object_moved + counts.failed_step, 40);
 }
 
+/// Regrasps of the planar hand at its start.
+struct HandRegrasps {
+  explicit HandRegrasps(const std::string& task = "planar_hand") : model(load_model(task)) {}
+
+  std::shared_ptr<const world::Model> model;
+  RobotChains chains{*model};
+  GeometryWorkspace geometry{*model};
+  dynamics::StepWorkspace steps{model};
+  Eigen::VectorXd q = hand_problem().q_start;
+  PlannerOptions options = hand_options();
+
+  bool attempt(const GraspJudge& judge, core::Random& random, Regrasp& out, RegraspCounts& counts) {
+    const GraspDraw draw = draw_grasp(chains, options.sampler, random);
+    return try_regrasp(*model, chains, options, q, q.tail(4), draw, judge, random, geometry, steps, out, counts);
+  }
+};
+
+/// A ball that only goes up and down: a finger that presses from the side, off its centre, lets it slide away, a step at a time.
+TEST(TryRegrasp, AcceptedOnes_HoldTheObjectForAsLongAsCommandsRest) {
+  HandRegrasps hand("planar_hand_fixed_y");
+  const ObjectSpace space(*hand.model);
+  hand.options.squeeze = 0.03;
+  hand.q = (Eigen::VectorXd(6) << 0.35, 0, hand_problem().q_start.tail(4)).finished();
+  RegraspCounts counts;
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    core::Random random(13, static_cast<std::uint64_t>(attempt));
+    Regrasp regrasp;
+    if (!hand.attempt({}, random, regrasp, counts)) continue;
+    Eigen::VectorXd now = regrasp.knots.back().q;
+    dynamics::StepResult result;
+    hand.steps.forget();
+    for (int k = 0; k < 100; ++k) {
+      ASSERT_EQ(dynamics::step(*hand.model, {now, regrasp.knots.back().u}, {}, hand.steps, result), core::Status::Solved);
+      now = result.q_next;
+    }
+    EXPECT_TRUE(objects_agree(*hand.model, space, regrasp.knots.back().q, now, 1e-4, 1e-3)) << "attempt " << attempt;
+  }
+  EXPECT_GT(counts.accepted, 10);
+}
+
 /// With every finger in the air the ball rolls wherever gravity pulls it; a cube lies.
 TEST(TryRegrasp, WithTheWholeHandOpen_ABallIsFreeToRollAwayAndACubeIsNot) {
   for (const bool round : {true, false}) {
@@ -181,22 +221,6 @@ TEST(TryRegrasp, WithTheWholeHandOpen_ABallIsFreeToRollAwayAndACubeIsNot) {
     EXPECT_EQ(refused.too_open > 0, round);
   }
 }
-
-/// Regrasps of planar_hand at its start.
-struct HandRegrasps {
-  std::shared_ptr<const world::Model> model = load_model("planar_hand");
-  RobotChains chains{*model};
-  GeometryWorkspace geometry{*model};
-  dynamics::StepWorkspace steps{model};
-  PlanningProblem problem = hand_problem();
-  PlannerOptions options = hand_options();
-
-  bool attempt(const GraspJudge& judge, core::Random& random, Regrasp& out, RegraspCounts& counts) {
-    const Eigen::VectorXd u = problem.q_start.tail(4);
-    const GraspDraw draw = draw_grasp(chains, options.sampler, random);
-    return try_regrasp(*model, chains, options, problem.q_start, u, draw, judge, random, geometry, steps, out, counts);
-  }
-};
 
 /// Postures promise more the later they were drawn, and the first two of those that promise most turn out in the opposite order.
 TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {

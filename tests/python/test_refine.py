@@ -77,3 +77,18 @@ def test_refined_plans_keep_every_promise_at_a_small_step(stiction, tmp_path: Pa
         assert values["joint_limits"] == 0
         assert values["regrasp_contact"] == 0, "fingers that move touch nothing before the end"
     assert refined >= 2, "most plans can be refined"
+
+
+def test_where_a_push_fails_after_a_wide_regrasp_a_narrower_one_is_taken(stiction, tmp_path: Path) -> None:
+    """In small steps nothing comes of these plans, and at the steps of the plan the first clearance that holds is not always one for the push after it."""
+    least = []
+    for seed in (0, 5):
+        plan = tmp_path / str(seed)
+        assert stiction("plan", "planar_hand_fixed_y", "--seed", seed, "-o", plan).returncode == 0
+        done = stiction("refine", plan, "-o", plan / "refined", "--json")
+        assert done.returncode == 0, done.stderr
+        out = json.loads(done.stdout)
+        assert stiction("check", plan / "refined").returncode == 0
+        if out["variant"] != "unchanged":
+            least.append(out["least_clearance"])
+    assert least and min(least) >= 2e-3

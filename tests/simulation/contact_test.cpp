@@ -110,6 +110,20 @@ TEST(Contact, StandingCan_StopsTurning) {
   }
 }
 
+/// MuJoCo loses sight of a plane that a cylinder's axis is perpendicular to but for rounding.
+TEST(Contact, CanThatIsUprightButForRounding_Stands) {
+  world::Scene scene = empty_scene({0, 0, -9.8});
+  scene.objects.push_back(solid(ObjectJoint::Free, world::Cylinder{0.14, 0.25}, 0.5, 0.5));
+  scene.fixed.push_back(ground(0.06));
+  Rig rig(scene);
+  for (const double tilt : {0.0, 1e-16, 1.4e-15, -2e-14, 1e-12}) {
+    Eigen::VectorXd q0(7);
+    q0 << 0, 0, 0.25, tilt, -0.9 * tilt, -std::sin(0.3), std::cos(0.3);
+    ASSERT_EQ(rig.hold(q0, {}, 0.2), Status::Solved) << rig.result.message;
+    EXPECT_NEAR(rig.q_end()[2], 0.25, 1e-4) << tilt;
+  }
+}
+
 TEST(Contact, BallOfTheAllegroTask_RestsInThePalmWithoutSinkingIn) {
   auto model = load_task("allegro_ball");
   Rig rig(model);

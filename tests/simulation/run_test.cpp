@@ -96,6 +96,24 @@ TEST(Simulate, StartingVelocity_IsInTangentCoordinates) {
   EXPECT_LT((rig.v_end() - v0).norm(), 1e-9);
 }
 
+/// A joint on a ramp: with damping on its own velocity it trails by v D/K, with damping on what it differs by from the command by nothing.
+TEST(Simulate, VelocityReference_TakesTheLagAway) {
+  for (const bool reference : {false, true}) {
+    world::Scene scene = empty_scene(Eigen::Vector3d::Zero());
+    scene.robots.push_back(pusher(500));
+    PlantOptions options;
+    options.velocity_reference = reference;
+    Rig rig(scene, options);
+    const double speed = 0.2, duration = 1.0;
+    Eigen::MatrixXd u = Eigen::MatrixXd::Zero(2, 2);
+    u(0, 1) = speed * duration;
+    ASSERT_EQ(simulate(*rig.plant, {VectorXd::Zero(2), Vector2d(0, duration), u, nullptr}, rig.run, rig.work, rig.result), Status::Solved);
+    const Eigen::Index before_end = rig.result.q.cols() - 2;  // the last command is at rest
+    const double lag = speed * rig.result.times[static_cast<std::size_t>(before_end)] - rig.result.q(0, before_end);
+    EXPECT_NEAR(lag, reference ? 0.0 : speed * rig.plant->damping()[0] / 500, 1e-5);
+  }
+}
+
 TEST(Simulate, UnstableSpring_IsReportedAndLeavesTheWorkspaceUsable) {
   world::Scene scene = empty_scene(Eigen::Vector3d::Zero());
   scene.robots.push_back(pusher(1e9));

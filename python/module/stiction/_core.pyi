@@ -614,7 +614,7 @@ class Plant:
     A model as MuJoCo simulates it; contacts as docs/theory/simulation.md says.
     """
 
-    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5) -> None: ...
+    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool = False) -> None: ...
 
     @property
     def timestep(self) -> float:
@@ -1002,7 +1002,7 @@ class TransferResult:
     @property
     def wall_s(self) -> float: ...
 
-def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, pause: float = 4.0, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, pause: float = 4.0, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
-    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s.
+    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s. Without `velocity_reference` damping acts on the velocities of the joints themselves, which lag behind their commands, as in the thesis.
     """

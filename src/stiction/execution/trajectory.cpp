@@ -15,6 +15,7 @@ using core::Status;
 using planning::SegmentKind;
 
 constexpr double kLeastInterval = 1e-6;  // [s]
+constexpr double kPartOfRamp = 0.2;      // in which the speed of a regrasp is constant
 
 void require_plan(const world::Model& model, const planning::Plan& plan) {
   world::require_configuration(model, "plan.q_start", plan.q_start);
@@ -30,10 +31,17 @@ void require_plan(const world::Model& model, const planning::Plan& plan) {
   }
 }
 
+/// Straight for positions and joints, the shortest rotation for orientations.
+void blend(const world::Model& model, const VectorRef& q0, const VectorRef& q1, double s, Eigen::Ref<Eigen::VectorXd> q) {
+  Eigen::VectorXd delta(model.n_v());
+  world::local(model, q0, q1, delta);
+  world::retract(model, q0, s * delta, q);
+}
+
 /// Knots as they come.
 class Builder {
  public:
-  Builder(const world::Model& model, const SpeedLimits& limits) : limits_(limits), speed_(limits.of_joints(model)) {}
+  Builder(const world::Model& model, const SpeedLimits& limits) : model_(model), limits_(limits), speed_(limits.of_joints(model)) {}
 
   void start(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { add(0, u, q); }
 
@@ -45,18 +53,29 @@ class Builder {
     out_.pieces.push_back({kind, segment, segment, last(), last()});
   }
 
-  void move(const Eigen::VectorXd& u, const Eigen::VectorXd& q) {
-    Piece& piece = out_.pieces.back();
-    const double factor = piece.kind == SegmentKind::Regrasp ? limits_.regrasp_factor : 1.0;
-    const double dt = planning::calc_duration(u_.back(), u, speed_) / factor;
-    if (dt >= kLeastInterval) {
-      add(times_.back() + dt, u, q);
-    } else if (last() > piece.first_knot) {
-      q_.back() = q;  // the state moved on while the command did not
-    } else {
-      add(times_.back() + kLeastInterval, u, q);
+  void push(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { move(u, q, planning::calc_duration(u_.back(), u, speed_)); }
+
+  /// A regrasp, slow at its ends (E.8).
+  void regrasp(const std::vector<dynamics::Knot>& knots) {
+    const double fast = limits_.regrasp_factor, slow = std::min(limits_.landing_factor, fast);
+    double whole = 0;  // [s] at the speed of pushes
+    for (std::size_t k = 0; k < knots.size(); ++k)
+      whole += planning::calc_duration(k == 0 ? u_.back() : knots[k - 1].u, knots[k].u, speed_);
+    double begin = 0;
+    for (const auto& knot : knots) {
+      const Eigen::VectorXd u = u_.back(), q = q_.back();
+      const double duration = planning::calc_duration(u, knot.u, speed_);
+      const bool constant = fast <= slow || std::min(begin, whole - begin - duration) >= fast * limits_.ramp;
+      const int parts = constant ? 1 : std::max(1, static_cast<int>(std::ceil(duration / (kPartOfRamp * limits_.ramp))));
+      for (int i = 1; i <= parts; ++i) {
+        const double s = static_cast<double>(i) / parts, middle = begin + (s - 0.5 / parts) * duration;
+        const double factor = std::clamp(std::min(middle, whole - middle) / limits_.ramp, slow, fast);
+        Eigen::VectorXd q_s = knot.q;
+        if (i < parts) blend(model_, q, knot.q, s, q_s);
+        move((1 - s) * u + s * knot.u, q_s, duration / parts / factor);
+      }
+      begin += duration;
     }
-    piece.last_knot = last();
   }
 
   Piece& piece() { return out_.pieces.back(); }
@@ -75,6 +94,18 @@ class Builder {
   }
 
  private:
+  void move(const Eigen::VectorXd& u, const Eigen::VectorXd& q, double dt) {
+    Piece& piece = out_.pieces.back();
+    if (dt >= kLeastInterval) {
+      add(times_.back() + dt, u, q);
+    } else if (last() > piece.first_knot) {
+      q_.back() = q;  // the state moved on while the command did not
+    } else {
+      add(times_.back() + kLeastInterval, u, q);
+    }
+    piece.last_knot = last();
+  }
+
   Eigen::Index last() const { return static_cast<Eigen::Index>(times_.size()) - 1; }
   void add(double t, const Eigen::VectorXd& u, const Eigen::VectorXd& q) {
     times_.push_back(t);
@@ -82,6 +113,7 @@ class Builder {
     q_.push_back(q);
   }
 
+  const world::Model& model_;
   const SpeedLimits& limits_;
   Eigen::VectorXd speed_;
   Trajectory out_;
@@ -109,7 +141,11 @@ Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan
     const bool goes_on = !builder.empty() && segment.kind == SegmentKind::Contact && builder.piece().kind == SegmentKind::Contact;
     if (!goes_on) builder.begin_piece(segment.kind, static_cast<int>(s));
     builder.piece().last_segment = static_cast<int>(s);
-    for (const auto& knot : segment.knots) builder.move(knot.u, knot.q);
+    if (segment.kind == SegmentKind::Regrasp) {
+      builder.regrasp(segment.knots);
+    } else {
+      for (const auto& knot : segment.knots) builder.push(knot.u, knot.q);
+    }
   }
   if (builder.empty()) core::throw_invalid("plan.segments", "nothing that moves", "at least one segment with knots");
   return builder.take();
@@ -124,9 +160,7 @@ void interpolate(const world::Model& model, const Trajectory& trajectory, double
     return;
   }
   const double s = (t - begin[after - 1]) / (begin[after] - begin[after - 1]);
-  Eigen::VectorXd delta(model.n_v());
-  world::local(model, trajectory.q.col(after - 1), trajectory.q.col(after), delta);
-  world::retract(model, trajectory.q.col(after - 1), s * delta, q);
+  blend(model, trajectory.q.col(after - 1), trajectory.q.col(after), s, q);
 }
 
 Status predict(const world::Model& model, const planning::Plan& plan, int substeps, planning::Plan& out) {

@@ -44,6 +44,11 @@ struct GoalError {
 };
 GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
 
+/// The configuration near q in which goal_error() is least: of the object and those that it hangs on, the others stay. Gauss–Newton on the pose;
+/// projected on a region.
+/// @param q  near the goal (n_q)
+Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
+
 enum class SegmentKind {
   Settle,   ///< from the given start to rest on the constraints (first segment only)
   Contact,  ///< an extension: the robot pushes

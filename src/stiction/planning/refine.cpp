@@ -329,11 +329,36 @@ class Refiner {
     if (!go_on(built.segments, exact_, halves_)) return false;
     for (std::size_t i = 0; i < pushes.size(); ++i) {
       if (stop()) return false;
-      const Push& push = pushes[i];
-      if ((push.regrasp || push.merged) && !regrasp(push, i, built)) return false;
-      if (!(coarse() ? replay(push, built) : follow(push, i + 1 == pushes.size(), built))) return false;
+      if (!reach_and_push(pushes[i], i, i + 1 == pushes.size(), built)) return false;
     }
     return true;
+  }
+
+  /// The regrasp before a push, where there is one, and the push. At the steps of the plan another clearance is tried where it comes to nothing.
+  bool reach_and_push(const Push& push, std::size_t number, bool last, Plan& built) {
+    if (!push.regrasp && !push.merged) return coarse() ? replay(push, built) : follow(push, last, built);
+    const Eigen::VectorXd q_before = q_, u_before = u_;
+    const Halves halves_before = halves_;
+    const std::size_t segments = built.segments.size();
+    const int reconnected = out_.reconnected;
+    const double least_clearance = least_clearance_;
+    std::vector<double> clearances;
+    if (refine_.reconnect) clearances = refine_.clearances;
+    if (!push.merged && push.regrasp) clearances.push_back(0);
+    while (!clearances.empty()) {
+      const std::optional<double> clearance = regrasp(push, number, clearances, built);
+      if (!clearance) return false;
+      if (coarse() ? replay(push, built) : follow(push, last, built)) return true;
+      if (!coarse()) return false;
+      std::erase(clearances, *clearance);
+      q_ = q_before;
+      u_ = u_before;
+      halves_ = halves_before;
+      built.segments.resize(segments);
+      out_.reconnected = reconnected;
+      least_clearance_ = least_clearance;
+    }
+    return false;
   }
 
   /// Every sub-step of the plan in so many of the same length.
@@ -620,13 +645,7 @@ class Refiner {
     limits_.resize(model_.n_a());
     for (int j = 0; j < model_.n_a(); ++j) limits_[j] = revolute(model_.n_vu() + j) ? substep_.joint_angle : substep_.joint_travel;
     mpc_.weights.R = kChange * limits_.cwiseAbs2().cwiseInverse();
-    q_goal_ = end_of(plan_);
-    if (plan_.goal.region) {
-      project(model_, *plan_.goal.region, q_goal_.head(model_.n_qu()));
-    } else {
-      const auto& object = model_.objects()[static_cast<std::size_t>(plan_.goal.object)];
-      q_goal_.segment(object.q_begin, object.n_q) = space_.coordinates(plan_.goal.object, plan_.goal.X_WG);
-    }
+    q_goal_ = at_goal(model_, end_of(plan_), plan_.goal);
   }
 
   /// The regularisation holds objects back in every sub-step (S.3); in the world nothing does for long.
@@ -680,25 +699,24 @@ class Refiner {
 
   /// From where the robot is to where the push starts: with the largest clearance that leaves the objects where the push wants them, or where they are; else
   /// with what leaves them nearest to it, the commands of the plan among it.
-  bool regrasp(const Push& push, std::size_t number, Plan& built) {
+  /// @param clearances  that may count, 0: the commands of the plan   @returns that which was taken
+  std::optional<double> regrasp(const Push& push, std::size_t number, const std::vector<double>& clearances, Plan& built) {
     const Moves moves = moves_to(push);
-    std::vector<Run> runs;
-    if (refine_.reconnect) {
-      for (const double clearance : refine_.clearances) runs.emplace_back().clearance = clearance;
-    }
-    if (!push.merged && push.regrasp) runs.emplace_back();
+    std::vector<Run> runs(clearances.size());
+    for (std::size_t k = 0; k < runs.size(); ++k) runs[k].clearance = clearances[k];
     const double missed = std::max(miss(push.q_entry, q_), miss(push.q_entry, halves_.q));
     std::optional<Run> best =
         best_of(std::move(runs), push.q_entry, std::max(refine_.miss, missed + kSamePlace), [&](Refiner& refiner, Run& run) {
           return run.clearance > 0 ? refiner.connect(push, number, moves, run) : refiner.regrasp_as_planned(push, run);
         });
-    if (!best) return false;
-    if (best->clearance > 0) {
-      least_clearance_ = std::min(least_clearance_, best->clearance);
+    if (!best) return {};
+    const double clearance = best->clearance;
+    if (clearance > 0) {
+      least_clearance_ = std::min(least_clearance_, clearance);
       ++out_.reconnected;
     }
     take(*best, built);
-    return true;
+    return clearance;
   }
 
   bool connect(const Push& push, std::size_t number, const Moves& moves, Run& run) {
@@ -719,7 +737,7 @@ class Refiner {
     for (const int j : chains_.joints_of(moves.relaxed)) u[j] = push.u_entry[j];
     if (!roll_to(u, substep_, options_.release_tol_position, options_.release_tol_angle, push.q_entry, segment)) return false;
     q_rest_ = q_;
-    if (moves.moving == 0) return true;
+    if (moves.moving == 0) return hold(push.q_entry, segment);
 
     Eigen::VectorXd goal = q_.tail(model_.n_a());
     const auto joints = chains_.joints_of(moves.moving);
@@ -737,7 +755,22 @@ class Refiner {
       if (!roll_to(u, limits, options_.regrasp_tol_position, options_.regrasp_tol_angle, push.q_entry, segment)) return false;
       was_clear = clear;
     }
-    return true;
+    return hold(push.q_entry, segment);
+  }
+
+  /// Holds the command until the objects rest in the new grip. @returns false where they slide out of it
+  bool hold(const Eigen::VectorXd& q_wanted, Segment& segment) {
+    for (int k = 0; k < kMostHeld * cuts_; ++k) {
+      const Eigen::VectorXd before = q_;
+      if (!advance(u_, segment) || !stays(q_, options_.regrasp_tol_position, options_.regrasp_tol_angle, q_wanted)) return false;
+      if (objects_agree(model_, space_, before, q_, kResting / cuts_, kResting / cuts_)) return true;
+    }
+    return false;
+  }
+
+  /// The objects are where they rested before, or where they are wanted.
+  bool stays(const Eigen::VectorXd& q, double position, double angle, const Eigen::VectorXd& q_wanted) const {
+    return objects_agree(model_, space_, q_rest_, q, position, angle) || miss(q_wanted, q) <= refine_.mpc_miss;
   }
 
   /// Nothing is nearer than so much to the branches in `moving` at a posture.
@@ -760,7 +793,7 @@ class Refiner {
       return false;
     }
     for (const auto& knot : rollout_.knots) {
-      if (!objects_agree(model_, space_, q_rest_, knot.q, position, angle) && miss(q_wanted, knot.q) > refine_.mpc_miss) return false;
+      if (!stays(knot.q, position, angle, q_wanted)) return false;
     }
     q_ = rollout_.knots.back().q;
     u_ = u;

@@ -213,14 +213,17 @@ class RegraspRun {
 
   /// Holds the command until the object rests; what follows is judged against where that is.
   Outcome settle() {
-    for (int k = 0; k < kMaxSettleSteps; ++k) {
-      const Eigen::VectorXd before = q;
-      const Outcome outcome = release(u);
-      if (outcome != Outcome::Held) return outcome;
-      if (objects_agree(model_, space_, before, q, kResting, kResting)) break;
-    }
-    q_rest_ = q;
-    return Outcome::Held;
+    bool rests = false;
+    const Outcome outcome = hold({options_.release_tol_position, options_.release_tol_angle}, rests);
+    if (outcome == Outcome::Held) q_rest_ = q;
+    return outcome;
+  }
+
+  /// Holds the command until the object rests in the new grip: Moved where it slides out of it.
+  Outcome keep() {
+    bool rests = false;
+    const Outcome outcome = hold({options_.regrasp_tol_position, options_.regrasp_tol_angle}, rests);
+    return outcome == Outcome::Held && !rests ? Outcome::Moved : outcome;
   }
 
   /// Moves the command to u_next while the object rests.
@@ -283,8 +286,16 @@ class RegraspRun {
  private:
   static constexpr int kTiltSteps = 3;
   static constexpr double kHeldPosition = 5e-3, kHeldAngle = 0.1;  // motion of an object that is held [m], [rad]
-  static constexpr int kMaxSettleSteps = 20;
-  static constexpr double kResting = 1e-5;  // motion in a step that counts as none [m or rad]
+  /// Holds the command for up to kMostHeld steps, or until the object rests.
+  Outcome hold(const Allowance& allowance, bool& rests) {
+    for (int k = 0; k < kMostHeld && !rests; ++k) {
+      const Eigen::VectorXd before = q;
+      const Outcome outcome = follow(u, allowance);
+      if (outcome != Outcome::Held) return outcome;
+      rests = objects_agree(model_, space_, before, q, kResting, kResting);
+    }
+    return Outcome::Held;
+  }
 
   /// At full friction; appends the knots. While the object rests it is judged against the place where it came to rest, else against the
   /// start.
@@ -471,6 +482,8 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
     outcome = run->move(squeezing_command(model, chains, draw.moved, options.squeeze, run->q, run->u, geometry));
     if (outcome != Outcome::Held) return count_failure(outcome);
   }
+  outcome = run->keep();
+  if (outcome != Outcome::Held) return count_failure(outcome);
   outcome = run->follow_slippery();
   if (outcome != Outcome::Held) return count_failure(outcome);
   ++counts.accepted;

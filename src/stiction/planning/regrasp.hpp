@@ -56,10 +56,15 @@ struct GraspJudge {
   std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& command)> simulated;  ///< what comes of it
 };
 
+/// Objects that move by less than this in a step of the plan rest [m or rad]; a command is held for so many of them at most.
+inline constexpr double kResting = 1e-5;
+inline constexpr int kMostHeld = 20;
+
 /// Tries one regrasp at (q, u): the branches of `draw` let go and back off, a contact sample is drawn where the object comes to rest, and
-/// they move there; all simulated with the exact dynamics, at full friction and at options.regrasp_friction of it. The object must
-/// stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of where it came to rest from then on. Branches
-/// that do not move keep their squeeze; where the object does not stay with that, everything lets go first.
+/// they move there and hold until the object rests in the new grip; all simulated with the exact dynamics, at full friction and at
+/// options.regrasp_friction of it. The object must stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of
+/// where it came to rest from then on. Branches that do not move keep their squeeze; where the object does not stay with that, everything
+/// lets go first.
 /// @param judge   of options.grasp_candidates postures the one that promises most and has a path is taken; options.grasp_trials of those that
 ///                promise most are simulated before, and the others come after them
 /// @param counts  the outcome is counted by cause

@@ -8,6 +8,8 @@ void SpeedLimits::validate() const {
   core::require_positive("speed.revolute", revolute);
   core::require_positive("speed.prismatic", prismatic);
   core::require_positive("speed.regrasp_factor", regrasp_factor);
+  core::require_positive("speed.ramp", ramp);
+  core::require_positive("speed.landing_factor", landing_factor);
   core::require_nonnegative("speed.pause", pause);
 }
 

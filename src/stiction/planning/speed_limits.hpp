@@ -13,9 +13,11 @@ inline constexpr double kRestTime = 0.05;
 struct SpeedLimits {
   double revolute = 0.1;        ///< while pushing [rad/s], > 0
   double prismatic = 0.0125;    ///< while pushing [m/s], > 0
-  double regrasp_factor = 4.0;  ///< regrasps may be this much faster, > 0
-  double pause = 4.0;           ///< commands rest this long between pieces [s], ≥ 0
-  void validate() const;        ///< @throws core::InvalidInput naming the field
+  double regrasp_factor = 4.0;  ///< regrasps may be this much faster, > 0 …
+  double ramp = 0.25;  ///< … where they are more than regrasp_factor times this from their ends, in time at the speed of pushes [s], > 0
+  double landing_factor = 0.25;  ///< … and where they leave and reach contact this times as fast, at most regrasp_factor, > 0
+  double pause = 4.0;            ///< commands rest this long between pieces [s], ≥ 0
+  void validate() const;         ///< @throws core::InvalidInput naming the field
 
   /// v_j of (E.1), per joint (n_a) while pushing [rad/s or m/s].
   Eigen::VectorXd of_joints(const world::Model& model) const;

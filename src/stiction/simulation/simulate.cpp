@@ -45,23 +45,30 @@ void validate(const world::Model& model, const SimulationInput& in) {
   if (!in.v0->allFinite()) core::throw_invalid("v0", "a number that is not finite", "finite numbers");
 }
 
-/// u(t), looked up forwards only.
+/// u(t) + K_a⁻¹ D u̇(t), looked up forwards only: what a spring with damping −D q̇ is told to have one of D (u̇ − q̇).
 class Commands {
  public:
-  explicit Commands(const SimulationInput& in) : in_(in) {}
+  /// @param lead  K_a⁻¹ D (n_a) [s], or 0
+  Commands(const SimulationInput& in, Eigen::VectorXd lead) : in_(in), lead_(std::move(lead)) {}
 
   double operator()(int joint, double t) {
     const Eigen::Index last = in_.times.size() - 1;
     while (knot_ < last && t >= in_.times[knot_ + 1]) ++knot_;
     if (knot_ == last) return in_.u(joint, last);
-    const double s = (t - in_.times[knot_]) / (in_.times[knot_ + 1] - in_.times[knot_]);
-    return (1 - s) * in_.u(joint, knot_) + s * in_.u(joint, knot_ + 1);
+    const double duration = in_.times[knot_ + 1] - in_.times[knot_], change = in_.u(joint, knot_ + 1) - in_.u(joint, knot_);
+    return in_.u(joint, knot_) + (t - in_.times[knot_] + lead_[joint]) / duration * change;
   }
 
  private:
   const SimulationInput& in_;
+  Eigen::VectorXd lead_;
   Eigen::Index knot_ = 0;
 };
+
+Eigen::VectorXd calc_lead(const Plant::Impl& plant) {
+  if (!plant.options.velocity_reference) return Eigen::VectorXd::Zero(plant.model->n_a());
+  return plant.damping.cwiseQuotient(plant.model->stiffness());
+}
 
 /// Contact forces of the state that was last evaluated, by pair.
 void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairForce>& out) {
@@ -96,7 +103,7 @@ void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairF
 class Run {
  public:
   Run(const Plant::Impl& plant, const SimulationInput& in, const SimulationOptions& options, mjData* data, SimulationResult& out)
-      : plant_(plant), in_(in), options_(options), d_(data), out_(out), commands_(in) {
+      : plant_(plant), in_(in), options_(options), d_(data), out_(out), commands_(in, calc_lead(plant)) {
     const double h = plant.options.timestep, end = in.times[in.times.size() - 1];
     steps_ = static_cast<long>(std::ceil(end / h * (1 - 1e-12)));
     stride_ = std::max(1L, std::lround(options.record_interval / h));
@@ -122,8 +129,31 @@ class Run {
  private:
   void start() {
     copy_to_qpos(plant_, in_.q0, d_->qpos);
+    tilt_upright_cylinders();
     if (in_.v0 == nullptr) return;
     for (int i = 0; i < plant_.model->n_v(); ++i) d_->qvel[plant_.v_address[at(i)]] = (*in_.v0)[i];
+  }
+
+  /// MuJoCo looks for the lowest points of a cylinder on a plane along the difference of axis and normal. Off by 1e-15 rad, as quasi-static steps leave
+  /// things that stand, that is rounding alone, the points come out too high by up to the radius, and the cylinder falls through the plane.
+  void tilt_upright_cylinders() {
+    constexpr double kRounding = 1e-10, kTilt = 1e-8;  // [rad]
+    const mjModel* m = plant_.mujoco.get();
+    mj_kinematics(m, d_);
+    const auto axis = [&](int geom) {
+      return Eigen::Vector3d(d_->geom_xmat[9 * geom + 2], d_->geom_xmat[9 * geom + 5], d_->geom_xmat[9 * geom + 8]);
+    };
+    for (int p = 0; p < m->npair; ++p) {
+      int plane = m->pair_geom1[p], cylinder = m->pair_geom2[p];
+      if (m->geom_type[plane] != mjGEOM_PLANE) std::swap(plane, cylinder);
+      if (m->geom_type[plane] != mjGEOM_PLANE || m->geom_type[cylinder] != mjGEOM_CYLINDER) continue;
+      const int joint = m->body_jntadr[m->geom_bodyid[cylinder]];
+      if (joint < 0 || m->jnt_type[joint] != mjJNT_FREE) continue;
+      const double tilt = axis(cylinder).cross(axis(plane)).norm();
+      if (tilt == 0 || tilt > kRounding) continue;
+      const mjtNum turn[] = {kTilt, 0.7 * kTilt, 0.4 * kTilt};
+      mju_quatIntegrate(d_->qpos + m->jnt_qposadr[joint] + 3, turn, 1.0);
+    }
   }
 
   Status loop() {

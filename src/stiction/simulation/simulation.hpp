@@ -35,7 +35,10 @@ struct ContactOptions {
 struct PlantOptions {
   double timestep = 2e-4;      ///< [s]
   double damping_ratio = 1.0;  ///< of a joint spring with the inertia that its joint moves at neutral(), ≥ 0
-  double armature = 0.0;       ///< inertia of every motor as its joint sees it [kg or kg m²], ≥ 0
+  /// Damping acts on u̇ − q̇, as in a joint impedance controller that is told velocities; false: on −q̇, so that joints lag behind their commands by D/K of the
+  /// speed, each by its own.
+  bool velocity_reference = false;
+  double armature = 0.0;  ///< inertia of every motor as its joint sees it [kg or kg m²], ≥ 0
   double spring_resolution =
       1;  ///< armature is raised to K_a (timestep / this)²: then no joint spring turns faster than this per step [rad]
   /// Objects on a planar joint, a hinge or a slider rest on something that is not in the scene, which brings them to rest in this time:
