@@ -10,6 +10,10 @@
 #include "stiction/core/run_control.hpp"
 #include "stiction/planning/speed_limits.hpp"
 
+namespace stiction::execution {
+struct Trajectory;
+}
+
 namespace stiction::app {
 
 /// Exit codes of the program.
@@ -109,6 +113,20 @@ struct RefineArguments {
   bool html = false;
   bool json = false;
 };
+struct SolveArguments {
+  std::string task;
+  std::uint64_t seed = 0;  ///< of the first try; the next ones count up
+  bool seed_given = false;
+  std::string goal;
+  int tries = 20;
+  double timeout_s = 120;                ///< of all tries
+  std::vector<double> friction = {1.0};  ///< the goal has to be reached with every μ times each of these
+  double speed = 1;                      ///< times the default speeds
+  int threads = 0;
+  bool threads_given = false;
+  std::string out_dir;
+  bool json = false;
+};
 struct ViewArguments {
   std::string plan;
   std::string html;
@@ -132,9 +150,16 @@ int run_optimize(const OptimizeArguments& arguments);
 int run_check(const CheckArguments& arguments);
 int run_simulate(const SimulateArguments& arguments);
 int run_refine(const RefineArguments& arguments);
+int run_solve(const SolveArguments& arguments);
 int run_view(const ViewArguments& arguments);
 int run_bench(const BenchArguments& arguments);
 int run_reproduce(const ReproduceArguments& arguments);
+
+/// Numbers of a command line, nothing for ~. @throws core::InvalidInput naming the option
+std::vector<std::optional<double>> parse_numbers(std::string_view option, const std::string& text);
+
+/// Times [s] and commands in the order of the joints, one knot per line.
+void write_trajectory(const std::filesystem::path& file, const std::vector<std::string>& joints, const execution::Trajectory& trajectory);
 
 /// Names of the experiments: the files figure_*, table_* and errata_* of the package, figure_2_13.py as "figure-2.13".
 std::vector<std::string> list_experiments();

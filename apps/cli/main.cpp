@@ -124,6 +124,29 @@ int main(int argc, char** argv) {
   refine->add_flag("--html", refine_arguments.html, "Also write a page to look at, plan.html");
   refine->add_flag("--json", refine_arguments.json, "One JSON object on stdout");
 
+  app::SolveArguments solve_arguments;
+  auto* solve = cli.add_subcommand("solve", "Plans, refines and simulates, seed after seed, until a plan reaches its goal in MuJoCo");
+  solve->add_option("task", solve_arguments.task, "Name of a built-in task, or a task file (.yaml)")->required();
+  auto* solve_seed = solve->add_option("--seed", solve_arguments.seed, "Seed of the first try")->check(whole_number);
+  solve->add_option("--goal", solve_arguments.goal, "Goal pose in place of that of the task, as for `plan`")->expected(1);
+  solve->add_option("--tries", solve_arguments.tries, "Seeds that are tried")->capture_default_str()->check(CLI::Range(1, 1000000));
+  solve->add_option("--timeout", solve_arguments.timeout_s, "Wall-clock budget of all tries [s]")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  solve
+      ->add_option("--friction", solve_arguments.friction,
+                   "The goal has to be reached with every coefficient of friction times each of these numbers")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  solve->add_option("--speed", solve_arguments.speed, "Joint speeds, times 0.1 rad/s and 0.0125 m/s")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  auto* solve_threads = solve->add_option("--threads", solve_arguments.threads, "Threads, 0 = all cores; the plan does not depend on it")
+                            ->check(CLI::Range(0, 1024));
+  solve->add_option("-o,--out", solve_arguments.out_dir, "Folder for plan.json and trajectory.csv (default ./TASK-solved)");
+  solve->add_flag("--json", solve_arguments.json, "One JSON object on stdout");
+
   app::ViewArguments view_arguments;
   auto* view = cli.add_subcommand("view", "Shows a plan in the browser");
   view->add_option("plan", view_arguments.plan, "Plan file, or its folder")->required();
@@ -165,11 +188,13 @@ int main(int argc, char** argv) {
   }
   plan_arguments.seed_given = seed->count() > 0;
   plan_arguments.threads_given = threads->count() > 0;
+  solve_arguments.seed_given = solve_seed->count() > 0;
+  solve_arguments.threads_given = solve_threads->count() > 0;
   optimize_arguments.seed_given = optimize_seed->count() > 0;
   optimize_arguments.threads_given = optimize_threads->count() > 0;
 
   const bool json = tasks_json || plan_arguments.json || optimize_arguments.json || check_arguments.json || simulate_arguments.json ||
-                    refine_arguments.json || bench_arguments.json || reproduce_arguments.json;
+                    refine_arguments.json || solve_arguments.json || bench_arguments.json || reproduce_arguments.json;
   try {
     if (*tasks) return app::run_tasks(tasks_json);
     if (*plan) return app::run_plan(plan_arguments);
@@ -177,6 +202,7 @@ int main(int argc, char** argv) {
     if (*check) return app::run_check(check_arguments);
     if (*simulate) return app::run_simulate(simulate_arguments);
     if (*refine) return app::run_refine(refine_arguments);
+    if (*solve) return app::run_solve(solve_arguments);
     if (*view) return app::run_view(view_arguments);
     if (*reproduce) return app::run_reproduce(reproduce_arguments);
     return app::run_bench(bench_arguments);

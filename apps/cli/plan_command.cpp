@@ -17,27 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 using core::Status;
 
-std::vector<std::optional<double>> parse_numbers(std::string_view field, const std::string& text) {
-  std::vector<std::optional<double>> out;
-  const std::string_view separators = " ,\t";
-  for (std::size_t at = text.find_first_not_of(separators); at != std::string::npos;) {
-    const std::size_t end = std::min(text.find_first_of(separators, at), text.size());
-    if (end - at == 1 && text[at] == '~') {  // any value
-      out.push_back(std::nullopt);
-      at = text.find_first_not_of(separators, end);
-      continue;
-    }
-    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
-    double value = 0;
-    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
-    if (error != std::errc() || stop != text.data() + end)
-      core::throw_invalid(field, fmt::format("'{}'", text.substr(at, end - at)), "a number, or ~ for any value");
-    out.push_back(value);
-    at = text.find_first_not_of(separators, end);
-  }
-  return out;
-}
-
 struct Counts {
   long knots = 0, regrasps = 0, contact_segments = 0;
   explicit Counts(const planning::Plan& plan) {
@@ -115,6 +94,27 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
 }
 
 }  // namespace
+
+std::vector<std::optional<double>> parse_numbers(std::string_view option, const std::string& text) {
+  std::vector<std::optional<double>> out;
+  const std::string_view separators = " ,\t";
+  for (std::size_t at = text.find_first_not_of(separators); at != std::string::npos;) {
+    const std::size_t end = std::min(text.find_first_of(separators, at), text.size());
+    if (end - at == 1 && text[at] == '~') {  // any value
+      out.push_back(std::nullopt);
+      at = text.find_first_not_of(separators, end);
+      continue;
+    }
+    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
+    double value = 0;
+    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
+    if (error != std::errc() || stop != text.data() + end)
+      core::throw_invalid(option, fmt::format("'{}'", text.substr(at, end - at)), "a number, or ~ for any value");
+    out.push_back(value);
+    at = text.find_first_not_of(separators, end);
+  }
+  return out;
+}
 
 int run_plan(const PlanArguments& arguments) {
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());

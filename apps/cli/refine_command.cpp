@@ -17,19 +17,6 @@ namespace fs = std::filesystem;
 using core::Status;
 using planning::RefineResult;
 
-/// Times [s] and commands in the order of the plan's joints, one knot per line.
-void write_trajectory(const fs::path& file, const std::vector<std::string>& joints, const execution::Trajectory& trajectory) {
-  std::string text = "time_s";
-  for (const auto& joint : joints) text += "," + joint;
-  text += "\n";
-  for (Eigen::Index k = 0; k < trajectory.times.size(); ++k) {
-    text += fmt::format("{}", trajectory.times[k]);
-    for (Eigen::Index j = 0; j < trajectory.u.rows(); ++j) text += fmt::format(",{}", trajectory.u(j, k));
-    text += "\n";
-  }
-  tasks::write_text(text, file);
-}
-
 void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double duration_s, const fs::path& file) {
   const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
   fmt::print(stderr, "{}, seed {}: {}\n", plan.task_name, plan.seed,
@@ -48,6 +35,18 @@ void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double du
 }
 
 }  // namespace
+
+void write_trajectory(const fs::path& file, const std::vector<std::string>& joints, const execution::Trajectory& trajectory) {
+  std::string text = "time_s";
+  for (const auto& joint : joints) text += "," + joint;
+  text += "\n";
+  for (Eigen::Index k = 0; k < trajectory.times.size(); ++k) {
+    text += fmt::format("{}", trajectory.times[k]);
+    for (Eigen::Index j = 0; j < trajectory.u.rows(); ++j) text += fmt::format(",{}", trajectory.u(j, k));
+    text += "\n";
+  }
+  tasks::write_text(text, file);
+}
 
 int run_refine(const RefineArguments& arguments) {
   const fs::path path = arguments.plan;

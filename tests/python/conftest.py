@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -39,6 +40,22 @@ def stiction(program: Path, root: Path):
             timeout=timeout,
             env={**os.environ, "PYTHONPATH": str(root / "python")},
         )
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def interrupted(program: Path):
+    """Runs the program, sends it a signal after some seconds and returns its CompletedProcess."""
+
+    def run(*arguments: object, after: float = 2, number: signal.Signals = signal.SIGINT) -> subprocess.CompletedProcess[str]:
+        words = [str(program), *map(str, arguments)]
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.communicate(timeout=after)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+        return subprocess.CompletedProcess(words, process.returncode, out, err)
 
     return run
 

@@ -154,17 +154,10 @@ def test_unreachable_goal_ends_at_the_timeout_with_the_best_plan(tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_run_keeps_the_best_plan(tmp_path, number):
-    words = [str(PROGRAM), *UNREACHABLE, "--timeout", "60", "-o", str(tmp_path), "--json"]
-    process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        process.communicate(timeout=3)
-        pytest.fail("the goal should be out of reach")
-    except subprocess.TimeoutExpired:
-        process.send_signal(number)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, err
-    assert json.loads(out)["status"] == "Cancelled"
+def test_interrupted_run_keeps_the_best_plan(interrupted, tmp_path, number):
+    done = interrupted(*UNREACHABLE, "--timeout", 60, "-o", tmp_path, "--json", after=3, number=number)
+    assert done.returncode == 130, done.stderr
+    assert json.loads(done.stdout)["status"] == "Cancelled"
     assert json.loads((tmp_path / "plan.json").read_text())["status"] == "Cancelled"
     assert run("check", tmp_path, "--json").returncode == 1
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 
 @pytest.fixture(scope="module")
@@ -92,3 +93,25 @@ def test_where_a_push_fails_after_a_wide_regrasp_a_narrower_one_is_taken(stictio
         if out["variant"] != "unchanged":
             least.append(out["least_clearance"])
     assert least and min(least) >= 2e-3
+
+
+def hardest_brace(plan: dict) -> float:
+    """Largest normal force [N] of the robot on itself or on what does not move, in pushes."""
+    robot_or_fixed = {i for i, geometry in enumerate(plan["geometries"]) if not geometry["name"].startswith("bucket/")}
+    contacts = [c for segment in plan["segments"] if segment["kind"] == "contact" for knot in segment["knots"] for c in knot["contacts"]]
+    normal = lambda c: sum(n * f for n, f in zip(c["normal"], c["force"]))
+    return max((abs(normal(c)) for c in contacts if {c["a"], c["b"]} <= robot_or_fixed), default=0)
+
+
+def test_arms_do_not_lean_on_each_other_where_the_task_says_so(stiction, root: Path, tmp_path: Path) -> None:
+    hardest = {}
+    for limit in (None, 5):
+        task = tmp_path / "task.yaml"
+        task.write_text(yaml.safe_dump({"base": str(root / "tasks/iiwa_bimanual.yaml"), "planner": {"brace_force": limit}}))
+        hardest[limit] = 0
+        for seed in range(4):
+            done = stiction("plan", task, "--seed", seed, "-o", tmp_path)
+            assert done.returncode == 0, done.stderr
+            hardest[limit] = max(hardest[limit], hardest_brace(json.loads((tmp_path / "plan.json").read_text())))
+    assert hardest[None] > 10, "without it they do"
+    assert hardest[5] <= 5

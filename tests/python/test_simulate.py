@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import signal
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -66,15 +64,10 @@ def test_one_step_per_edge_predicts_something_else_for_the_same_run(stiction, re
     assert moved != [p["in_plan"]["mean_position"] for p in before["pieces"] if p["kind"] == "contact"]
 
 
-def test_interrupted_run_says_so(program: Path, real_plan: Path, tmp_path: Path) -> None:
-    words = [str(program), "simulate", str(real_plan), "--speed", "0.01", "--json", "-o", str(tmp_path)]
-    process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    with pytest.raises(subprocess.TimeoutExpired):
-        process.communicate(timeout=2)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, err
-    assert json.loads(out)["status"] == "Cancelled"
+def test_interrupted_run_says_so(interrupted, real_plan: Path, tmp_path: Path) -> None:
+    done = interrupted("simulate", real_plan, "--speed", 0.01, "--json", "-o", tmp_path)
+    assert done.returncode == 130, done.stderr
+    assert json.loads(done.stdout)["status"] == "Cancelled"
     assert json.loads((tmp_path / "simulation.json").read_text())["report"]["status"] == "Cancelled"
 
 

@@ -17,6 +17,7 @@
 #include "stiction/planning/drag.hpp"
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/planning/race.hpp"
 #include "stiction/planning/regrasp.hpp"
 #include "stiction/planning/robot_chains.hpp"
 #include "stiction/planning/slide.hpp"
@@ -85,13 +86,14 @@ constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
 constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
 
 struct Totals {
-  long steps = 0, linearisations = 0, failed_steps = 0;
+  long steps = 0, linearisations = 0, failed_steps = 0, distrusted = 0;
   RegraspCounts regrasps;
 
   Totals& operator+=(const Totals& o) {
     steps += o.steps;
     linearisations += o.linearisations;
     failed_steps += o.failed_steps;
+    distrusted += o.distrusted;
     regrasps.tried += o.regrasps.tried;
     regrasps.accepted += o.regrasps.accepted;
     regrasps.no_sample += o.regrasps.no_sample;
@@ -117,6 +119,15 @@ struct Worker {
   dynamics::LocalModel local;
   Regrasp regrasp;
   Node candidate;
+};
+
+/// The threads of a run and their workspaces, shared by its trees.
+struct Crew {
+  Crew(const std::shared_ptr<const Model>& model, int threads) : pool(threads > 0 ? threads : core::hardware_threads()) {
+    for (int i = 0; i < pool.size(); ++i) workers.emplace_back(model);
+  }
+  core::ThreadPool pool;
+  std::vector<Worker> workers;
 };
 
 /// One growth of the tree, from the draw of the subgoal to the new nodes.
@@ -184,7 +195,8 @@ GoalRegion places(const PlanningProblem& problem, const PlannerOptions& options)
 class Planner {
  public:
   /// @param bound  nodes that cost as much to come to are left out [s]
-  Planner(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, double bound, PlanResult& result)
+  Planner(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, double bound, Crew& crew,
+          PlanResult& result)
       : bound_(bound),
         model_(*problem.model),
         problem_(problem),
@@ -195,8 +207,8 @@ class Planner {
         chains_(model_),
         drag_(model_, problem.q_start, options.rest_time),
         tree_(space_, global_weights(), inverse_tolerances().cwiseAbs2()),
-        pool_(options.threads > 0 ? options.threads : core::hardware_threads()) {
-    for (int i = 0; i < pool_.size(); ++i) workers_.emplace_back(problem.model);
+        pool_(crew.pool),
+        workers_(crew.workers) {
     exact_.h = options.h;
     exact_.regularisation = options.regularisation;
     exact_.friction_scale = options.friction;
@@ -213,24 +225,40 @@ class Planner {
     if (refines()) weights_ = problem.goal.tol_angle * inverse_tolerances();
   }
 
-  Status run() {
-    if (!plant_root()) {
-      result_.status = Status::NumericalFailure;
-      return result_.status;
-    }
-    result_.status = grow();
-    result_.nodes = tree_.size();
+  /// Grows the tree, from where it was, to so many extensions in all.
+  Status grow_to(long iterations) {
+    if (best_ < 0 && !plant_root()) return result_.status = Status::NumericalFailure;
+    return result_.status = grow(iterations);
+  }
+
+  /// Writes the tree and its best path into the result.
+  void finish() {
     for (int i = 0; i < tree_.size(); ++i) {
       result_.tree.push_back({tree_[i].parent, tree_[i].edge, world::object_pose(model_, tree_[i].q, problem_.goal.object)});
     }
-    if (result_.status != Status::Solved) keep_best();
-    return result_.status;
+    if (best_ >= 0 && result_.status != Status::Solved) keep_best();
   }
 
-  /// The tree comes no nearer to the goal any more. Trees of jumps, and those that are to have a certain size, never stall.
-  bool stalled() const {
-    return options_.stop_at_goal && refines() && result_.iterations - last_gain_ > std::max(kLeastStall, result_.iterations / 2);
+  /// Adds what it took to the counts of a run.
+  void add_counts(PlanResult& out) const {
+    out.iterations += iterations_;
+    out.nodes += tree_.size();
+    out.steps += totals_.steps;
+    out.linearisations += totals_.linearisations;
+    out.failed_steps += totals_.failed_steps;
+    out.distrusted += totals_.distrusted;
+    Totals regrasps;
+    regrasps.regrasps = out.regrasps;
+    regrasps += totals_;
+    out.regrasps = regrasps.regrasps;
   }
+
+  long iterations() const { return iterations_; }
+  /// Of the best node: how far the objects are from the goal, in tolerances.
+  double goal_ratio() const { return tree_[best_].goal_ratio; }
+
+  /// The tree comes no nearer to the goal any more. Trees of jumps, and those that are to have a certain size, never stall.
+  bool stalled() const { return options_.stop_at_goal && refines() && iterations_ - last_gain_ > std::max(kLeastStall, iterations_ / 2); }
 
  private:
   // ---- root ----------------------------------------------------------------------------------------------------------------
@@ -290,16 +318,16 @@ class Planner {
   }
 
   // ---- growth --------------------------------------------------------------------------------------------------------------
-  Status grow() {
+  Status grow(long iterations) {
     std::vector<Item> items(static_cast<std::size_t>(options_.batch));
     std::vector<int> order;
     if (options_.stop_at_goal && reaches_goal(best_)) return Status::Solved;
     if (cannot_touch()) return Status::MaxIterations;
-    while (result_.iterations < options_.max_iterations) {
+    while (iterations_ < iterations) {
       if (control_.cancelled()) return Status::Cancelled;
       if (control_.expired()) return Status::MaxIterations;
-      const int n = static_cast<int>(std::min<long>(options_.batch, options_.max_iterations - result_.iterations));
-      for (int i = 0; i < n; ++i) draw(items[static_cast<std::size_t>(i)], result_.iterations + i);
+      const int n = static_cast<int>(std::min<long>(options_.batch, iterations - iterations_));
+      for (int i = 0; i < n; ++i) draw(items[static_cast<std::size_t>(i)], iterations_ + i);
       order.resize(static_cast<std::size_t>(n));
       std::iota(order.begin(), order.end(), 0);  // regrasps take longest, and a round as long as its last item
       std::stable_partition(order.begin(), order.end(), [&](int i) { return items[static_cast<std::size_t>(i)].grasp; });
@@ -307,14 +335,14 @@ class Planner {
         const auto i = static_cast<std::size_t>(order[static_cast<std::size_t>(k)]);
         if (!control_.cancelled()) work_on(items[i], workers_[static_cast<std::size_t>(worker)]);
       });
-      result_.iterations += n;
+      iterations_ += n;
       for (int i = 0; i < n; ++i) {
         Item& item = items[static_cast<std::size_t>(i)];
         totals_ += item.totals;
         if (item.refined >= 0) judge(item);
         if (item.stuck) tree_.add_stuck(item.near, item.draw.moved);
         if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
-        result_.distrusted += item.broken;
+        totals_.distrusted += item.broken;
         if (item.command.size() > 0) tree_.add_tried(item.near, std::move(item.command));
         if (insert(item)) return Status::Solved;
       }
@@ -577,7 +605,7 @@ class Planner {
     tree_.set_followed(item.refined, std::move(item.near_followed));
     if (!item.distrusted) return;
     tree_.bury(item.refined);
-    ++result_.distrusted;
+    ++totals_.distrusted;
   }
 
   /// Where an item wants the objects when they are at q_u: its subgoal, or of a goal region the nearest place.
@@ -767,11 +795,21 @@ class Planner {
       ++totals.failed_steps;
       return false;
     }
+    const auto braced = std::find_if(r.knots.begin(), r.knots.end(), [this](const auto& knot) { return braces(knot); });
+    r.knots.erase(braced, r.knots.end());
     if (r.knots.empty() || r.min_phi < -kMaxPenetration) return false;
     to.q = r.knots.back().q;
     to.u = r.knots.back().u;
     set_edge(r.knots, model_, to);
     return true;
+  }
+
+  /// The robot presses on itself or on what does not move with more than brace_force.
+  bool braces(const dynamics::Knot& knot) const {
+    return std::any_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
+      const int pair = c.contact.pair;
+      return chains_.mask_of_pair(pair) != 0 && !chains_.touches_object(pair) && c.lambda[0] > options_.brace_force * options_.h;
+    });
   }
 
   /// Where a regrasp starts, and the branches that let go. A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from
@@ -916,23 +954,20 @@ class Planner {
     const double ratio = node.goal_ratio;
     if (node.goal_distance < kGain * least_distance_) {
       least_distance_ = node.goal_distance;
-      last_gain_ = result_.iterations;
+      last_gain_ = iterations_;
     }
-    if (options_.record_tree)
-      result_.records.push_back({node.parent, node.edge, result_.iterations, node.q, node.local.c_u, node.local.B_u});
+    if (options_.record_tree) result_.records.push_back({node.parent, node.edge, iterations_, node.q, node.local.c_u, node.local.B_u});
     const Eigen::VectorXd goal = goal_from(node.local.c_u);
     const int i = tree_.add(std::move(node), goal, taken);
     if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
     return i;
   }
 
-  double goal_ratio_of_best() const { return tree_[best_].goal_ratio; }
-
   void report() {
     if (!control_.on_progress) return;
     core::Progress progress;
-    progress.iteration = result_.iterations;
-    progress.best = goal_ratio_of_best();
+    progress.iteration = iterations_;
+    progress.best = goal_ratio();
     progress.size = tree_.size();
     control_.on_progress(progress);  // time and share of the budget are those of the run: see place_in_run
   }
@@ -988,7 +1023,7 @@ class Planner {
       tree_.set_followed(node, std::move(followed));
     } else {
       tree_.bury(node);
-      ++result_.distrusted;
+      ++totals_.distrusted;
     }
     return holds;
   }
@@ -997,7 +1032,7 @@ class Planner {
   /// Else everything behind the edge that went elsewhere is taken out of the search.
   bool survives_noise(const std::vector<int>& path) {
     const int end = follow_with_noise(path);
-    if (end != kOnPath) result_.distrusted += tree_.bury_branch(end);
+    if (end != kOnPath) totals_.distrusted += tree_.bury_branch(end);
     return end == kOnPath;
   }
 
@@ -1096,18 +1131,17 @@ class Planner {
   RobotChains chains_;
   Drag drag_;
   Tree tree_;
-  core::ThreadPool pool_;
-  std::vector<Worker> workers_;
+  core::ThreadPool& pool_;
+  std::vector<Worker>& workers_;
   dynamics::StepOptions cold_, exact_, smoothed_;
   Eigen::VectorXd q_goal_;        ///< qᵘ of the goal
   Eigen::VectorXd goal_matters_;  ///< of a goal region: bounded_coordinates (n_vu)
   Eigen::VectorXd weights_;       ///< W of (P.2) (n_vu)
   Eigen::VectorXd u_start_;
+  long iterations_ = 0;
   int best_ = -1;
   double least_distance_ = std::numeric_limits<double>::infinity();  ///< of the objects from the goal, in tolerances
   long last_gain_ = 0;                                               ///< extensions after which it last became less
-
- public:
   Totals totals_;
 };
 
@@ -1165,6 +1199,7 @@ void PlannerOptions::validate(const Model& model) const {
     if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{}", value), "a number in (0, 1]");
   }
   core::require_nonnegative("planner.squeeze", squeeze);
+  if (!(brace_force > 0)) core::throw_invalid("planner.brace_force", fmt::format("{:g}", brace_force), "a number > 0");
   core::require_positive("planner.regrasp_clearance", regrasp_clearance);
   core::require_nonnegative("planner.regrasp_tilt", regrasp_tilt);
   probability("planner.open_probability", open_probability);
@@ -1247,16 +1282,6 @@ void require_reachable_goal(const PlanningProblem& problem) {
   }
 }
 
-void add_counts(const Totals& totals, PlanResult& result) {
-  result.steps += totals.steps;
-  result.linearisations += totals.linearisations;
-  result.failed_steps += totals.failed_steps;
-  Totals regrasps;
-  regrasps.regrasps = result.regrasps;
-  regrasps += totals;
-  result.regrasps = regrasps.regrasps;
-}
-
 double seconds_since(core::RunControl::Clock::time_point start) {
   return std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
 }
@@ -1276,60 +1301,82 @@ void place_in_run(const PlannerOptions& options, const core::RunControl& control
   progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
 }
 
-/// The sequence 1 1 2 1 1 2 4 … (Luby, Sinclair & Zuckerman 1993): restarts after such times cost at most a logarithmic factor more than
-/// the best fixed time would, which nobody knows. @param i  ≥ 1
-long luby(long i) {
-  long power = 1;
-  while (2 * power - 1 < i) power *= 2;
-  return i == 2 * power - 1 ? power : luby(i - power + 1);
-}
+/// A tree that may go on to grow.
+struct GrowingTree {
+  GrowingTree(const PlanningProblem& problem, const PlannerOptions& given, std::uint64_t number, const core::RunControl& control,
+              Crew& crew)
+      : options(with_seed(given, number)), planner(problem, options, control, std::numeric_limits<double>::infinity(), crew, found) {}
+  GrowingTree(const GrowingTree&) = delete;
+  GrowingTree& operator=(const GrowingTree&) = delete;
 
-/// Extensions that a tree may have.
-int tree_budget(const PlannerOptions& options, std::uint64_t tree, long used) {
-  const long left = options.max_iterations - used;
-  if (options.restart == 0 || !options.stop_at_goal) return static_cast<int>(left);
-  return static_cast<int>(std::min(left, options.restart * luby(static_cast<long>(tree) + 1)));
-}
+  const PlannerOptions options;
+  PlanResult found;
+  Planner planner;
 
-/// Grows a tree, and a new one each time that one has stalled or used up its budget, until a path is found or the budget is used up.
+ private:
+  static PlannerOptions with_seed(PlannerOptions options, std::uint64_t number) {
+    if (number > 0) options.seed = core::Random(options.seed ^ kTreeSeed, number).bits();
+    return options;
+  }
+};
+
+/// Grows trees until a path is found or the budget is used up: one after the other, each until it stalls, or side by side with `restart`.
 void search(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
-            core::RunControl::Clock::time_point start, PlanResult& best) {
+            core::RunControl::Clock::time_point start, PlanResult& out) {
+  const bool races = options.restart > 0 && options.stop_at_goal;
+  Crew crew(problem.model, options.threads);
+  Race race(options.restart);
+  std::vector<std::unique_ptr<GrowingTree>> trees;
+  std::size_t best = 0;
+  long used = 0, before = 0;  // extensions of all trees, and of all but the one that grows
+  double least = std::numeric_limits<double>::infinity();
   core::RunControl following = control;
   if (control.on_progress) {
     following.on_progress = [&](core::Progress progress) {
-      if (best.iterations > 0) progress.best = std::min(progress.best, worst_share(best.plan));
-      place_in_run(options, control, start, best.iterations, progress);
+      progress.best = least = std::min(least, progress.best);
+      place_in_run(options, control, start, before, progress);
       control.on_progress(progress);
     };
   }
-  bool again = true;
-  for (std::uint64_t tree = 0; again; ++tree) {
-    PlannerOptions next = options;
-    if (tree > 0) next.seed = core::Random(options.seed ^ kTreeSeed, tree).bits();
-    next.max_iterations = tree_budget(options, tree, best.iterations);
-    PlanResult found;
-    Planner planner(problem, next, following, std::numeric_limits<double>::infinity(), found);
-    const Status status = planner.run();
-    const bool over = planner.stalled() || found.iterations >= next.max_iterations;
-    again = status == Status::MaxIterations && over && !control.stop() && best.iterations + found.iterations < options.max_iterations;
-    // Counts of all trees, everything else of the best.
-    PlanResult counts = tree == 0 ? found : best;
-    if (tree > 0) {
-      counts.iterations += found.iterations;
-      counts.nodes += found.nodes;
-      counts.distrusted += found.distrusted;
-    } else {
-      counts.seed = options.seed;
+  PlanResult dropped;  // only counts
+  std::string cause;   // that every tree has
+  Status status = Status::MaxIterations;
+  do {
+    const auto i = races ? static_cast<std::size_t>(race.next()) : trees.size();
+    if (i == trees.size()) trees.push_back(std::make_unique<GrowingTree>(problem, options, i, following, crew));
+    Planner& planner = trees[i]->planner;
+    before = used - planner.iterations();
+    const long left = options.max_iterations - before;
+    status = planner.grow_to(races ? std::min(left, race.budget(static_cast<int>(i))) : left);
+    used = before + planner.iterations();
+    cause = trees[i]->found.reason;
+    if (status == Status::NumericalFailure) break;
+    const bool better = status == Status::Solved || planner.goal_ratio() < trees[best]->planner.goal_ratio();
+    if (races) {
+      race.reached(static_cast<int>(i), planner.goal_ratio(), planner.stalled());
+    } else if (i > 0) {
+      std::unique_ptr<GrowingTree>& worse = trees[better ? best : i];
+      worse->planner.add_counts(dropped);
+      worse.reset();
     }
-    add_counts(planner.totals_, counts);
-    if (tree > 0 && (status == Status::Solved || worst_share(found.plan) < worst_share(best.plan))) {
-      counts.plan = std::move(found.plan);
-      counts.cost = found.cost;
-      counts.records = std::move(found.records);
-      counts.tree = std::move(found.tree);
-    }
-    counts.status = status;
-    best = std::move(counts);
+    if (better) best = i;
+  } while (status == Status::MaxIterations && cause.empty() && used < options.max_iterations && !control.stop());
+
+  trees[best]->planner.finish();
+  out = std::move(trees[best]->found);
+  out.status = status == Status::MaxIterations && control.cancelled() ? Status::Cancelled : status;  // cancelled between two trees
+  out.reason = cause;
+  out.seed = options.seed;
+  out.iterations = dropped.iterations;
+  out.nodes = dropped.nodes;
+  out.distrusted = dropped.distrusted;
+  out.steps = dropped.steps;
+  out.linearisations = dropped.linearisations;
+  out.failed_steps = dropped.failed_steps;
+  dropped.regrasps.open_in_plan = out.regrasps.open_in_plan;
+  out.regrasps = dropped.regrasps;
+  for (const auto& tree : trees) {
+    if (tree) tree->planner.add_counts(out);
   }
 }
 
@@ -1346,20 +1393,19 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
       control.on_progress(progress);
     };
   }
+  Crew crew(problem.model, options.threads);
   for (std::uint64_t tree = 1; best.iterations < options.max_iterations && !control.stop(); ++tree) {
     PlannerOptions next = options;
     next.seed = core::Random(options.seed, ~tree).bits();
     next.record_tree = false;
     next.max_iterations = static_cast<int>(std::min(patience, options.max_iterations - best.iterations));
     PlanResult found;
-    Planner planner(problem, next, following, best.cost, found);
-    const Status status = planner.run();
-    add_counts(planner.totals_, best);
-    best.iterations += found.iterations;
-    best.nodes += found.nodes;
-    best.distrusted += found.distrusted;
+    Planner planner(problem, next, following, best.cost, crew, found);
+    const Status status = planner.grow_to(next.max_iterations);
+    planner.add_counts(best);
     if (status == Status::NumericalFailure) break;
     if (status != Status::Solved || found.cost >= best.cost) continue;
+    planner.finish();
     best.plan = std::move(found.plan);
     best.cost = found.cost;
     best.improvements.push_back({found.cost, best.iterations, seconds_since(start)});

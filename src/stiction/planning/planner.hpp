@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <variant>
@@ -68,9 +69,11 @@ struct PlannerOptions {
   int threads = 0;              ///< 0 = all cores; the result does not depend on it
   int batch = 8;                ///< extensions per round, ≥ 1; the result does depend on it
   int max_iterations = 100000;  ///< extensions, ≥ 1
-  int restart = 0;              ///< trees end after this many extensions times 1, 1, 2, 1, 1, 2, 4, … (Luby), ≥ 0; 0: where they stall
-  bool stop_at_goal = true;     ///< false: always run max_iterations (timing)
-  double goal_bias = 0.3;       ///< probability that the subgoal is the goal
+  int restart =
+      0;  ///< trees grow side by side, first to this many extensions, the better half on to twice as many (P.10), ≥ 0; 0: one after the other, each
+  ///< until it stalls
+  bool stop_at_goal = true;        ///< false: always run max_iterations (timing)
+  double goal_bias = 0.3;          ///< probability that the subgoal is the goal
   double grasp_probability = 0.3;  ///< probability that a node gets a contact sample instead of an extension
   double gamma = 1e-6;             ///< γ of the metric (3.5)
   LengthRule length = CappedLength{};
@@ -91,6 +94,8 @@ struct PlannerOptions {
   double rest_time =
       kRestTime;         ///< … where objects on joints rest on what stops them in this time when nothing pushes them [s], > 0 (Drag)
   double squeeze = 0.0;  ///< commands stay up to this far ahead of the joints that push, so that a grasp keeps its force [rad or m], ≥ 0
+  /// Pushes end before the robot presses on itself or on what does not move with more than this [N], > 0.
+  double brace_force = std::numeric_limits<double>::infinity();
   double regrasp_friction = 0.8;    ///< regrasps must hold with every μ times this
   double regrasp_clearance = 2e-3;  ///< that moving branches keep to everything between their contacts [m]
   double regrasp_tilt =

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -231,6 +233,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "rest_time",
                     "start_noise",
                     "squeeze",
+                    "brace_force",
                     "regrasp_friction",
                     "regrasp_clearance",
                     "regrasp_tilt",
@@ -298,6 +301,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "rest_time")) out.rest_time = v->positive();
   if (const auto v = given(node, "start_noise")) out.start_noise = v->nonnegative();
   out.squeeze = node.nonnegative_or("squeeze", out.squeeze);
+  if (const auto v = given(node, "brace_force")) out.brace_force = v->positive();
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_clearance")) out.regrasp_clearance = v->positive();
   out.regrasp_tilt = node.nonnegative_or("regrasp_tilt", out.regrasp_tilt);
@@ -376,6 +380,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["rest_time"] = o.rest_time;
   out["start_noise"] = o.start_noise;
   out["squeeze"] = o.squeeze;
+  if (std::isfinite(o.brace_force)) out["brace_force"] = o.brace_force;
   out["regrasp_friction"] = o.regrasp_friction;
   out["regrasp_clearance"] = o.regrasp_clearance;
   out["regrasp_tilt"] = o.regrasp_tilt;
