@@ -94,6 +94,13 @@ core::RunControl make_run_control(std::optional<double> budget_s) {
   return control;
 }
 
+planning::SpeedLimits speed_limits(double factor) {
+  planning::SpeedLimits out;
+  out.revolute *= factor;
+  out.prismatic *= factor;
+  return out;
+}
+
 ProgressLine::ProgressLine() : terminal_(::isatty(STDERR_FILENO) == 1) {}
 ProgressLine::~ProgressLine() { clear(); }
 

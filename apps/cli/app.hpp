@@ -158,6 +158,9 @@ int run_reproduce(const ReproduceArguments& arguments);
 /// Numbers of a command line, nothing for ~. @throws core::InvalidInput naming the option
 std::vector<std::optional<double>> parse_numbers(std::string_view option, const std::string& text);
 
+/// The default speeds times a factor.
+planning::SpeedLimits speed_limits(double factor);
+
 /// Times [s] and commands in the order of the joints, one knot per line.
 void write_trajectory(const std::filesystem::path& file, const std::vector<std::string>& joints, const execution::Trajectory& trajectory);
 

@@ -83,10 +83,7 @@ int run_refine(const RefineArguments& arguments) {
   task.goal_from_command_line = file.goal_from_command_line;
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
-  execution::SpeedLimits speed;
-  speed.revolute *= arguments.speed;
-  speed.prismatic *= arguments.speed;
-  const execution::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, speed);
+  const execution::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, speed_limits(arguments.speed));
   write_trajectory(dir / "trajectory.csv", file.joints, trajectory);
   print_summary(file, result, trajectory.duration(), target);
 

@@ -175,8 +175,7 @@ int run_simulate(const SimulateArguments& arguments) {
   if (writes) tasks::require_writable(dir.empty() ? fs::path(".") : dir);
 
   execution::TransferOptions options;
-  options.speed.revolute *= arguments.speed;
-  options.speed.prismatic *= arguments.speed;
+  options.speed = speed_limits(arguments.speed);
   options.speed.pause = arguments.pause_s;
   options.alone = !arguments.whole_only;
   options.threads = arguments.threads;

@@ -86,23 +86,16 @@ class Solver {
     tasks::write_plan(t.file, target_);
     if (t.solved())
       write_trajectory(target_.parent_path() / "trajectory.csv", t.file.joints,
-                       execution::make_trajectory(*task_.model, t.result.plan, speed()));
+                       execution::make_trajectory(*task_.model, t.result.plan, speed_limits(arguments_.speed)));
   }
 
  private:
-  execution::SpeedLimits speed() const {
-    execution::SpeedLimits out;
-    out.revolute *= arguments_.speed;
-    out.prismatic *= arguments_.speed;
-    return out;
-  }
-
   static int threads(const SolveArguments& a) { return a.threads_given && a.threads > 0 ? a.threads : core::hardware_threads(); }
 
   void simulate(const core::RunControl& control, Try& out) {
     const auto start = core::RunControl::Clock::now();
     execution::TransferOptions options;
-    options.speed = speed();
+    options.speed = speed_limits(arguments_.speed);
     options.alone = false;
     const auto run = [&](std::size_t k) {
       out.runs[k].status = execution::transfer(plants_[k], out.result.plan, options, control, out.runs[k]);

@@ -1405,7 +1405,6 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
     planner.add_counts(best);
     if (status == Status::NumericalFailure) break;
     if (status != Status::Solved || found.cost >= best.cost) continue;
-    planner.finish();
     best.plan = std::move(found.plan);
     best.cost = found.cost;
     best.improvements.push_back({found.cost, best.iterations, seconds_since(start)});
