@@ -42,6 +42,8 @@ constexpr std::initializer_list<double> kFeedback = {kNoFeedback, 1e-1, 3e-2, 1e
 constexpr double kMostFeedback = 0.3;
 /// Knots of the plan's length after a push in which feedback may still take the objects to their target.
 constexpr int kMostLeading = 10;
+/// A trial that took more work than this, in the unit of RefineOptions::mpc_work, is not repeated without rest: some tenths of a second.
+constexpr double kSecondTry = 5e8;
 /// Rows of a matrix whose products take as long as what else is done for it.
 constexpr double kOverhead = 20;
 /// A branch that moves farther than kElsewhere [rad or m] in a regrasp has to get this far away from everything [m], as the checker demands.
@@ -57,8 +59,7 @@ struct Trial {
   const std::vector<Push>* pushes;
   bool rest;  ///< pushes end at rest; those in small steps where that does
   int cuts;   ///< sub-steps for each of the plan's
-  bool after_break =
-      false;  ///< only where the one before ended with a push that does not hold: without rest it often does; one that is lost is lost again
+  bool after_break = false;  ///< only where the one before ended with a push that does not hold, and took little: one that is lost is lost again
 };
 
 /// Where the commands lead at half the sub-step, and the worst that was met on the way.
@@ -118,6 +119,7 @@ class Refiner {
     set_up(trial);
     out_.rests = trial.rest;
     broke_ = false;
+    steps_before_ = out_.steps;
     for (const auto& other : others_) {
       other->given_ = given_;
       other->set_up(trial);
@@ -135,8 +137,8 @@ class Refiner {
     return true;
   }
 
-  /// The last trial ended with a push that comes to nothing, penetrates or pulls across a gap whatever the feedback.
-  bool broke() const { return broke_; }
+  /// The last trial soon ended with a push that comes to nothing, penetrates or pulls across a gap whatever the feedback.
+  bool broke_soon() const { return broke_ && work(out_.steps - steps_before_) <= kSecondTry; }
 
  private:
   /// Nothing is refined any more; steps are those of everything so far.
@@ -596,9 +598,9 @@ class Refiner {
       }
     }
     reference.back().head(model_.n_qu()) = q_target.head(model_.n_qu());
-    const double work = static_cast<double>(u.size()) * std::pow(model_.n_v() + model_.n_a() + kOverhead, 3);
-    if (mpc_work_ + work > refine_.mpc_work) return;
-    mpc_work_ += work;
+    const double more = work(static_cast<long>(u.size()));
+    if (mpc_work_ + more > refine_.mpc_work) return;
+    mpc_work_ += more;
     mpc_.iterations = refine_.mpc_iterations;
     if (!optimizer_) optimizer_.emplace(shared_model_, pool_.size());
     if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, *optimizer_, optimized_) != Status::Solved) return;
@@ -627,6 +629,9 @@ class Refiner {
     run = std::move(corrected);
     ++out_.corrected;
   }
+
+  /// Of so many steps.
+  double work(long steps) const { return static_cast<double>(steps) * std::pow(model_.n_v() + model_.n_a() + kOverhead, 3); }
 
   bool revolute(int dof) const { return model_.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute; }
 
@@ -896,6 +901,7 @@ class Refiner {
   double least_clearance_ = 0;
   bool rests_ = true;
   bool broke_ = false;
+  long steps_before_ = 0;  ///< of all trials before this one
   std::shared_ptr<const Model> shared_model_;
   core::ThreadPool pool_;
   std::vector<std::unique_ptr<Refiner>> others_;  ///< for the threads besides the first
@@ -940,7 +946,7 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
   if (refine_options.cut_tails) cut_tails(motion, shorter);
   if (refine_options.drop_pushes) drop_pushes(motion, shorter);
   for (const Trial& trial : list_trials(plan, refine_options, shorter, pushes)) {
-    if (trial.after_break && !refiner.broke()) continue;
+    if (trial.after_break && !refiner.broke_soon()) continue;
     if (refiner.attempt(trial, out)) return Status::Solved;
   }
   refiner.keep_plan(out);
