@@ -33,6 +33,7 @@ TASKS = [
     "iiwa_bimanual_planar",
     "iiwa_bimanual",
     "iiwa_bimanual_box",
+    "ur5_mesh_push",
 ]
 
 

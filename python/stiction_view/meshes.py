@@ -88,12 +88,15 @@ def box(half_extents: list[float]) -> Mesh:
 
 def polyhedron(vertices: list[list[float]], triangles: list[list[int]]) -> Mesh:
     points, corners = np.asarray(vertices, dtype=float), np.asarray(triangles, dtype=int)
-    centre = points.mean(axis=0)
-    outward = points[corners].mean(axis=1) - centre
-    patch = (np.arctan2(outward[:, 1], outward[:, 0]) // (np.pi / 4)).astype(int) % 2
-    if len(corners) < 400:  # few faces: show them as facets
+    if len(corners) < 400:  # few faces: show them as facets, each in one colour
+        a, b, c = (points[corners[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        steep = np.abs(normal[:, 2]) > 0.9 * np.linalg.norm(normal, axis=1)
+        turn = np.arctan2(normal[:, 1], normal[:, 0]) + 0.1  # no face of a box is where the colour changes
+        patch = np.where(steep, 2 * (normal[:, 2] > 0), (turn // (np.pi / 2)).astype(int) % 2)
         return points[corners].reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), patch
-    return points, corners, patch
+    outward = points[corners].mean(axis=1) - points.mean(axis=0)
+    return points, corners, (np.arctan2(outward[:, 1], outward[:, 0]) // (np.pi / 4)).astype(int) % 2
 
 
 def of_shape(shape: dict[str, Any]) -> Mesh | None:

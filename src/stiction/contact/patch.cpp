@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <numeric>
 
 namespace stiction::contact::detail {
 namespace {
@@ -78,6 +80,7 @@ class Gatherer {
   void keep_extremes_of_section();
   void keep_most();
 
+  const Patch::Point& point(int i) const { return points_[static_cast<std::size_t>(i)]; }
   Owner incident() const { return owner_ == Owner::First ? Owner::Second : Owner::First; }
   const Placed& placed(Owner owner) const { return owner == Owner::First ? a_ : b_; }
   Vector3d to_local(const Vector3d& p_W) const {
@@ -415,18 +418,22 @@ void Gatherer::keep_extremes_of_section() {
 /// The lowest point, and those that would be the lowest if the bodies tilted a little on each other, in evenly spread directions that
 /// are fixed in the reference. At a tie the lower code, so that rounding does not choose.
 void Gatherer::keep_most() {
-  std::sort(points_.begin(), points_.end(), [](const Patch::Point& p, const Patch::Point& q) { return p.code < q.code; });
+  std::vector<int>& order = scratch_.order;  // by code; those that stay come first
+  order.resize(points_.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [this](int i, int j) { return point(i).code < point(j).code; });
   const double tie = kSame * scale_;
-  int kept = 0;
+  std::ptrdiff_t kept = 0;
   const auto keep_lowest = [&](const Vector3d& tilt) {
-    const auto height = [&](const Patch::Point& p) { return p.at.phi - tilt.dot(p.at.p_WA); };
-    std::size_t best = 0;
-    for (std::size_t i = 1; i < points_.size(); ++i) {
-      if (height(points_[i]) < height(points_[best]) - tie) best = i;
+    std::ptrdiff_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::ptrdiff_t k = 0; k < std::ssize(order); ++k) {
+      const Distance& at = point(order[static_cast<std::size_t>(k)]).at;
+      const double height = at.phi - tilt.dot(at.p_WA);
+      if (height < least - tie) least = height, best = k;
     }
-    if (static_cast<int>(best) < kept) return;
-    std::rotate(points_.begin() + kept, points_.begin() + static_cast<std::ptrdiff_t>(best),
-                points_.begin() + static_cast<std::ptrdiff_t>(best) + 1);
+    if (best < kept) return;
+    std::rotate(order.begin() + kept, order.begin() + best, order.begin() + best + 1);
     ++kept;
   };
   keep_lowest(Vector3d::Zero());
@@ -434,7 +441,9 @@ void Gatherer::keep_most() {
     const double angle = 2 * std::numbers::pi * k / (Patch::kMost - 1);
     keep_lowest(kTilt * (std::cos(angle) * e1_ + std::sin(angle) * e2_));
   }
-  points_.resize(static_cast<std::size_t>(kept));
+  scratch_.kept.clear();
+  for (std::ptrdiff_t k = 0; k < kept; ++k) scratch_.kept.push_back(point(order[static_cast<std::size_t>(k)]));
+  points_.swap(scratch_.kept);
 }
 
 void Gatherer::choose(Patch& out) {
