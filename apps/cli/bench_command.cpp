@@ -45,8 +45,9 @@ constexpr TaskReference kSteps[] = {
     {"allegro_ball_table_3_2", {{}, 0.90e-3}, {{}, 1.38e-3}, {{}, 4.2e-3}},
 };
 /// The other tasks: cold steps, exact and with all derivatives.
-constexpr const char* kOtherSteps[] = {"planar_hand_fixed_y", "box_grazing",          "allegro_cube",  "allegro_pen",      "allegro_plate",
-                                       "allegro_door",        "iiwa_bimanual_planar", "iiwa_bimanual", "iiwa_bimanual_box", "ur5_mesh_push"};
+constexpr const char* kOtherSteps[] = {"planar_hand_fixed_y", "box_grazing",  "allegro_cube",         "allegro_pen",
+                                       "allegro_plate",       "allegro_door", "iiwa_bimanual_planar", "iiwa_bimanual",
+                                       "iiwa_bimanual_box",   "ur5_mesh_push"};
 constexpr Reference kStacking = {10e-3, 6.3e-3};
 constexpr double kStackingStep_s = 0.1;
 constexpr int kFeet[] = {1, 2, 5, 10, 20, 50, 100, 200};

@@ -17,7 +17,8 @@ namespace stiction::world::test {
 inline std::filesystem::path source_dir() { return STICTION_SOURCE_DIR; }
 
 inline std::shared_ptr<const Model> load_task(const std::string& task) {
-  return Model::make(load_scene(source_dir() / "tasks" / (task + ".yaml")));
+  const std::filesystem::path packages[] = {STICTION_TEST_PACKAGE_DIR};
+  return Model::make(load_scene(source_dir() / "tasks" / (task + ".yaml"), packages));
 }
 
 inline Eigen::VectorXd random_vector(core::Random& random, Eigen::Index n, double scale) {

@@ -34,8 +34,8 @@ struct ClipCorner {
 /// Storage of one thread; nothing in it outlives a query.
 struct PatchScratch {
   std::vector<ClipCorner> polygon, clipped;
-  std::vector<int> vertex;             // names of the corners of the incident polygon
-  std::vector<Vector3d> corner_W;      // and where they are
+  std::vector<int> vertex;                   // names of the corners of the incident polygon
+  std::vector<Vector3d> corner_W;            // and where they are
   std::vector<Patch::Point> gathered, kept;  // before and after the choice of kMost
   std::vector<int> order;                    // of those gathered
 };

@@ -85,6 +85,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
     data.patch = detail::has_patch(geometries[data.first].shape, geometries[data.second].shape);
     data.boxes = a.kind == Kind::Box && b.kind == Kind::Box;
+    data.in_slabs = geometries[data.second].shape.kind == Kind::Box && !model.planar_axis();
     if (a.kind != Kind::Sphere || b.kind != Kind::Sphere) {
       data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
       if (!data.kernel) {
@@ -174,7 +175,8 @@ void Workspace::Impl::reserve_scratch() {
   patch_scratch.clipped.reserve(2 * most + 2);
   patch_scratch.corner_W.reserve(most);
   patch_scratch.vertex.reserve(std::max(most, vertices));
-  patch_scratch.gathered.reserve(2 * most + vertices + 4);
+  for (auto* points : {&patch_scratch.gathered, &patch_scratch.kept}) points->reserve(2 * most + vertices + 4);
+  patch_scratch.order.reserve(2 * most + vertices + 4);
 }
 
 Workspace::Workspace(const world::Model& model) : impl_(std::make_unique<Impl>(model)) {}
@@ -211,10 +213,12 @@ double Workspace::Impl::distance2(int pair) const {
 
 double Workspace::Impl::lower_bound(int pair) const {
   const PairData& p = pairs[pair];
-  if (p.half_space < 0) return std::sqrt(distance2(pair)) - radius_sum[pair];
-  const world::Pose& plane = X_WG[p.second];
+  if (p.half_space < 0 && !p.in_slabs) return std::sqrt(distance2(pair)) - radius_sum[pair];
+  const world::Pose& X = X_WG[p.second];
   const Vector3d center(center_x[p.first], center_y[p.first], center_z[p.first]);
-  return plane.R.col(2).dot(center - plane.p) - geometries[p.first].shape.bounding_radius;
+  const double radius = geometries[p.first].shape.bounding_radius;
+  if (p.half_space >= 0) return X.R.col(2).dot(center - X.p) - radius;
+  return ((X.R.transpose() * (center - X.p)).cwiseAbs() - geometries[p.second].shape.half).maxCoeff() - radius;
 }
 
 // Takes what rounding or an arbitrary choice along extruded edges left across the plane out of an answer.
@@ -299,7 +303,7 @@ int Workspace::Impl::fill_patch(int pair, double limit, Contact* out) {
 
 int Workspace::Impl::fill(int pair, double limit, Contact* out) {
   const PairData& p = pairs[pair];
-  if (p.half_space >= 0 && lower_bound(pair) >= limit) return 0;
+  if ((p.half_space >= 0 || p.in_slabs) && lower_bound(pair) >= limit) return 0;
   if (p.patch) return fill_patch(pair, limit, out);
   Distance d;
   narrow(pair, d);
@@ -434,9 +438,8 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
         if (best < stop_below) return best;
         continue;
       }
-    } else if (w.lower_bound(i) >= best) {
-      continue;
     }
+    if ((p.half_space >= 0 || p.in_slabs) && w.lower_bound(i) >= best) continue;
     w.narrow(i, d);
     best = std::min(best, d.phi);
     if (best < stop_below) return best;

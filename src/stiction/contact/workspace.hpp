@@ -29,6 +29,7 @@ struct Workspace::Impl {
     bool patch = false;              // may touch in several points
     bool boxes = false;              // two boxes, not of a planar model
     bool in_plane = false;           // planar models: both centres lie in one plane, so that only motion in it parts them
+    bool in_slabs = false;           // the second is a box, not of a planar model: its slabs bound phi from below
     int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
     int n_columns = 0;

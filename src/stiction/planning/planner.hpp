@@ -69,9 +69,9 @@ struct PlannerOptions {
   int threads = 0;              ///< 0 = all cores; the result does not depend on it
   int batch = 8;                ///< extensions per round, ≥ 1; the result does depend on it
   int max_iterations = 100000;  ///< extensions, ≥ 1
-  int restart =
-      0;  ///< trees grow side by side, first to this many extensions, the better half on to twice as many (P.10), ≥ 0; 0: one after the other, each
-  ///< until it stalls
+  /// Trees grow side by side, first to this many extensions, the better half on to twice as many (P.10), ≥ 0; 0: one after the other, each until it
+  /// stalls.
+  int restart = 0;
   bool stop_at_goal = true;        ///< false: always run max_iterations (timing)
   double goal_bias = 0.3;          ///< probability that the subgoal is the goal
   double grasp_probability = 0.3;  ///< probability that a node gets a contact sample instead of an extension

@@ -59,7 +59,8 @@ struct Trial {
   const std::vector<Push>* pushes;
   bool rest;  ///< pushes end at rest; those in small steps where that does
   int cuts;   ///< sub-steps for each of the plan's
-  bool after_break = false;  ///< only where the one before ended with a push that does not hold, and took little: one that is lost is lost again
+  bool after_break =
+      false;  ///< only where the one before ended with a push that does not hold, and took little: one that is lost is lost again
 };
 
 /// Where the commands lead at half the sub-step, and the worst that was met on the way.
