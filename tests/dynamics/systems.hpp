@@ -10,14 +10,12 @@
 #include "stiction/core/random.hpp"
 #include "stiction/dynamics/rollout.hpp"
 #include "stiction/world/model.hpp"
+#include "world/test_scenes.hpp"
 
 namespace stiction::dynamics::test {
 
-inline std::filesystem::path source_dir() { return STICTION_SOURCE_DIR; }
-
-inline std::shared_ptr<const world::Model> load_task(const std::string& task) {
-  return world::Model::make(world::load_scene(source_dir() / "tasks" / (task + ".yaml")));
-}
+using world::test::load_task;
+using world::test::source_dir;
 
 /// A state of the task around the object with the fingers near it, so that several contacts act.
 inline Eigen::VectorXd sample_task(const std::string& task, const world::Model& model, core::Random& random) {

@@ -221,6 +221,10 @@ double Workspace::Impl::lower_bound(int pair) const {
   return ((X.R.transpose() * (center - X.p)).cwiseAbs() - geometries[p.second].shape.half).maxCoeff() - radius;
 }
 
+bool Workspace::Impl::is_beyond(int pair, double limit) const {
+  return (pairs[pair].half_space >= 0 || pairs[pair].in_slabs) && lower_bound(pair) >= limit;
+}
+
 // Takes what rounding or an arbitrary choice along extruded edges left across the plane out of an answer.
 void Workspace::Impl::flatten(const PairData& p, Distance& out) const {
   const int k = *planar_axis;
@@ -303,7 +307,7 @@ int Workspace::Impl::fill_patch(int pair, double limit, Contact* out) {
 
 int Workspace::Impl::fill(int pair, double limit, Contact* out) {
   const PairData& p = pairs[pair];
-  if ((p.half_space >= 0 || p.in_slabs) && lower_bound(pair) >= limit) return 0;
+  if (is_beyond(pair, limit)) return 0;
   if (p.patch) return fill_patch(pair, limit, out);
   Distance d;
   narrow(pair, d);
@@ -439,7 +443,7 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
         continue;
       }
     }
-    if ((p.half_space >= 0 || p.in_slabs) && w.lower_bound(i) >= best) continue;
+    if (w.is_beyond(i, best)) continue;
     w.narrow(i, d);
     best = std::min(best, d.phi);
     if (best < stop_below) return best;

@@ -50,8 +50,9 @@ struct Workspace::Impl {
   void set_kinematics(const world::Kinematics& kinematics);
   void set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices);  // of the geometries of these pairs at least
   void place(int geometry, const world::Kinematics& kinematics);
-  double distance2(int pair) const;    // of the bounding centres [m²]
-  double lower_bound(int pair) const;  // of phi [m]
+  double distance2(int pair) const;              // of the bounding centres [m²]
+  double lower_bound(int pair) const;            // of phi [m]
+  bool is_beyond(int pair, double limit) const;  // beside a plane or a box that bounds phi better than spheres do
   void narrow(int pair, Distance& out);
   void flatten(const PairData& pair, Distance& out) const;
   void reserve_scratch();
