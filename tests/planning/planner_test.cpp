@@ -204,28 +204,64 @@ TEST(Planner, Friction_IsThatOfEveryStepOfThePlan) {
   }
 }
 
-TEST(Planner, SameSeed_SameBitsForAnyNumberOfThreads) {
-  const PlanningProblem problem = hand_problem();
-  std::vector<PlanResult> results(3);
-  for (int i = 0; i < 3; ++i) {
-    PlannerOptions options = hand_options();
-    options.seed = 3;
-    options.threads = 1 + i;
-    ASSERT_EQ(plan(problem, options, {}, results[static_cast<std::size_t>(i)]), Status::Solved);
-  }
-  for (int i = 1; i < 3; ++i) {
-    const PlanResult &a = results[0], &b = results[static_cast<std::size_t>(i)];
-    EXPECT_EQ(a.iterations, b.iterations);
-    EXPECT_EQ(a.steps, b.steps);
-    ASSERT_EQ(a.plan.segments.size(), b.plan.segments.size());
-    for (std::size_t s = 0; s < a.plan.segments.size(); ++s) {
-      ASSERT_EQ(a.plan.segments[s].knots.size(), b.plan.segments[s].knots.size());
-      for (std::size_t k = 0; k < a.plan.segments[s].knots.size(); ++k) {
-        EXPECT_EQ(a.plan.segments[s].knots[k].u, b.plan.segments[s].knots[k].u);
-        EXPECT_EQ(a.plan.segments[s].knots[k].q, b.plan.segments[s].knots[k].q);
-      }
+void expect_same_bits(const Plan& a, const Plan& b) {
+  ASSERT_EQ(a.segments.size(), b.segments.size());
+  for (std::size_t s = 0; s < a.segments.size(); ++s) {
+    ASSERT_EQ(a.segments[s].knots.size(), b.segments[s].knots.size());
+    for (std::size_t k = 0; k < a.segments[s].knots.size(); ++k) {
+      EXPECT_EQ(a.segments[s].knots[k].u, b.segments[s].knots[k].u);
+      EXPECT_EQ(a.segments[s].knots[k].q, b.segments[s].knots[k].q);
     }
   }
+}
+
+TEST(Planner, SameSeed_SameBitsForAnyNumberOfThreads) {
+  const PlanningProblem problem = hand_problem();
+  for (const auto& [trees, restart] : {std::pair(1, 0), {2, 0}, {3, 0}, {2, 24}, {3, 24}}) {
+    std::vector<PlanResult> results(3);
+    for (int i = 0; i < 3; ++i) {
+      PlannerOptions options = hand_options();
+      options.seed = 3;
+      options.threads = 1 + i;
+      options.trees = trees;
+      options.restart = restart;
+      ASSERT_EQ(plan(problem, options, {}, results[static_cast<std::size_t>(i)]), Status::Solved) << trees << " " << restart;
+    }
+    for (int i = 1; i < 3; ++i) {
+      const PlanResult &a = results[0], &b = results[static_cast<std::size_t>(i)];
+      EXPECT_EQ(a.iterations, b.iterations) << trees << " " << restart;
+      EXPECT_EQ(a.nodes, b.nodes);
+      EXPECT_EQ(a.steps, b.steps);
+      EXPECT_EQ(a.regrasps.tried, b.regrasps.tried);
+      expect_same_bits(a.plan, b.plan);
+    }
+  }
+}
+
+/// The first tree grows as it would alone; it is either done first, or another one was with less.
+TEST(Planner, TreesSideBySide_TheFirstThatIsDoneGivesThePlan) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  int first = 0;
+  constexpr int kSeeds = 12;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    PlanResult alone, both;
+    options.seed = static_cast<std::uint64_t>(seed);
+    options.trees = 1;
+    options.batch = 4;
+    ASSERT_EQ(plan(problem, options, {}, alone), Status::Solved);
+    options.trees = 2;
+    options.batch = 8;
+    ASSERT_EQ(plan(problem, options, {}, both), Status::Solved);
+    if (both.nodes > alone.nodes && both.plan.segments.size() == alone.plan.segments.size()) {
+      ++first;
+      expect_same_bits(both.plan, alone.plan);
+    } else {
+      EXPECT_LT(both.steps, 2 * alone.steps) << "two trees that have cost as much";
+    }
+  }
+  EXPECT_GT(first, 0);
+  EXPECT_LT(first, kSeeds);
 }
 
 TEST(Planner, UnreachableGoal_KeepsTheBestPath) {
@@ -389,6 +425,7 @@ TEST(Planner, ProgressAndBudget_AreReported) {
   PlannerOptions options = hand_options();
   options.stop_at_goal = false;
   options.max_iterations = 100;
+  options.threads = 1;  // which takes all turns: it is the calling one that reports
   long calls = 0, last = 0;
   core::RunControl control;
   control.on_progress = [&](const core::Progress& p) {
@@ -409,6 +446,7 @@ TEST(Planner, Restart_BetterHalfOfTheTreesGrowsOn) {
   PlannerOptions options = hand_options();
   options.restart = 16;  // two rounds
   options.max_iterations = 160;
+  options.threads = options.trees = 1;
   std::vector<long> ends;  // of turns, in extensions of all trees
   long last = 0;
   int size = 0;
@@ -429,7 +467,7 @@ TEST(Planner, Restart_BetterHalfOfTheTreesGrowsOn) {
   EXPECT_EQ(ends[0], 16) << "the second tree is a new one";
   EXPECT_EQ(ends[1], 48) << "the better of two goes on to 32, then there is a third";
   PlanResult again;
-  options.threads = 1;
+  options.threads = 3;
   EXPECT_EQ(plan(problem, options, {}, again), Status::MaxIterations);
   EXPECT_EQ(again.nodes, result.nodes);
   EXPECT_EQ(again.steps, result.steps);
@@ -440,6 +478,7 @@ TEST(Planner, CancelledBetweenTwoTrees_IsCancelled) {
   problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
   PlannerOptions options = hand_options();
   options.restart = 16;
+  options.trees = options.threads = 1;
   std::atomic<bool> stop = false;
   core::RunControl control;
   control.cancel = &stop;
@@ -468,6 +507,7 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.brace_force = 0; }), "planner.brace_force: got 0, expected a number > 0");
   EXPECT_EQ(message([](auto& o) { o.grasp_trials = -1; }), "planner.grasp_trials: got -1, expected 0 or more");
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
+  EXPECT_EQ(message([](auto& o) { o.trees = 0; }), "planner.trees: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
   EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");

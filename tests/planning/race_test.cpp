@@ -34,9 +34,23 @@ TEST(Race, LateTreeThatIsNearerOvertakes) {
 
 TEST(Race, StalledTreeStaysWhereItIs) {
   Race race(10);
-  race.reached(0, 2, false);
-  race.reached(1, 1, true);
+  const int first = race.next();
+  race.reached(first, 2, false);
+  const int second = race.next();
+  race.reached(second, 1, true);
   EXPECT_EQ(race.next(), 2) << "1 is the better half";
+}
+
+TEST(Race, TwoTreesUnderWay) {
+  Race race(10);
+  EXPECT_EQ(race.next(), 0);
+  EXPECT_EQ(race.next(), 1);
+  race.reached(1, 2, false);
+  EXPECT_EQ(race.next(), 2) << "0 has not come to its rung yet";
+  race.reached(0, 1, false);
+  EXPECT_EQ(race.next(), 0);
+  EXPECT_EQ(race.budget(0), 20);
+  EXPECT_EQ(race.next(), 3) << "0 is on its way, and the better half of two is one";
 }
 
 TEST(Race, EqualDistances_FirstComeFirst) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -16,6 +17,7 @@
 #include "stiction/planning/contact_sampler.hpp"
 #include "stiction/planning/drag.hpp"
 #include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/lanes.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/race.hpp"
 #include "stiction/planning/regrasp.hpp"
@@ -106,6 +108,34 @@ struct Totals {
   }
 };
 
+/// What a tree has come to.
+struct Counts {
+  long iterations = 0, nodes = 0;
+  Totals totals;
+  long cost = 0;  ///< Planner::cost()
+
+  Counts& operator+=(const Counts& o) {
+    iterations += o.iterations;
+    nodes += o.nodes;
+    totals += o.totals;
+    return *this;
+  }
+};
+
+/// Adds counts to those of a run.
+void add(const Counts& counts, PlanResult& out) {
+  out.iterations += counts.iterations;
+  out.nodes += counts.nodes;
+  out.steps += counts.totals.steps;
+  out.linearisations += counts.totals.linearisations;
+  out.failed_steps += counts.totals.failed_steps;
+  out.distrusted += counts.totals.distrusted;
+  Totals sum;
+  sum.regrasps = out.regrasps;
+  sum += counts.totals;
+  out.regrasps = sum.regrasps;
+}
+
 /// Everything one thread needs.
 struct Worker {
   explicit Worker(const std::shared_ptr<const Model>& model) : steps(model), locals(model), geometry(*model), least_squares(model->n_a()) {}
@@ -128,6 +158,8 @@ struct Crew {
   }
   core::ThreadPool pool;
   std::vector<Worker> workers;
+  std::atomic<long> extensions{0};  ///< of all trees
+  std::atomic<bool> over{false};    ///< what is still under way comes too late
 };
 
 /// One growth of the tree, from the draw of the subgoal to the new nodes.
@@ -192,7 +224,7 @@ GoalRegion places(const PlanningProblem& problem, const PlannerOptions& options)
   return out;
 }
 
-class Planner {
+class Planner final : public Growth {
  public:
   /// @param bound  nodes that cost as much to come to are left out [s]
   Planner(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, double bound, Crew& crew,
@@ -207,8 +239,8 @@ class Planner {
         chains_(model_),
         drag_(model_, problem.q_start, options.rest_time),
         tree_(space_, global_weights(), inverse_tolerances().cwiseAbs2()),
-        pool_(crew.pool),
-        workers_(crew.workers) {
+        crew_(crew),
+        items_(static_cast<std::size_t>(round_size(options))) {
     exact_.h = options.h;
     exact_.regularisation = options.regularisation;
     exact_.friction_scale = options.friction;
@@ -225,10 +257,31 @@ class Planner {
     if (refines()) weights_ = problem.goal.tol_angle * inverse_tolerances();
   }
 
-  /// Grows the tree, from where it was, to so many extensions in all.
-  Status grow_to(long iterations) {
-    if (best_ < 0 && !plant_root()) return result_.status = Status::NumericalFailure;
-    return result_.status = grow(iterations);
+  /// Turns grow the tree, from where it was, to so many extensions in all.
+  void grow_to(long iterations) { limit_ = iterations; }
+
+  int turn(int worker) override {
+    result_.status = take_in(crew_.workers[static_cast<std::size_t>(worker)]);
+    counted_.push_back(counts());
+    if (worker == 0) report();  // of the calling thread, where signals and callbacks are welcome
+    return result_.status == Status::MaxIterations && may_go_on() ? draw_round() : 0;
+  }
+
+  void work(int item, int worker) override {
+    const auto i = static_cast<std::size_t>(order_[static_cast<std::size_t>(item)]);
+    if (!control_.cancelled() && !crew_.over) work_on(items_[i], crew_.workers[static_cast<std::size_t>(worker)]);
+  }
+
+  /// About the time that it took: a local model takes as long as two steps, and draws that come to nothing are not for nothing.
+  long cost() const override { return iterations_ + totals_.steps + 2 * totals_.linearisations; }
+
+  void report() {
+    if (!control_.on_progress || best_ < 0) return;
+    core::Progress progress;
+    progress.iteration = iterations_;
+    progress.best = goal_ratio();
+    progress.size = tree_.size();
+    control_.on_progress(progress);  // time and share of the budget are those of the run: see place_in_run
   }
 
   /// Writes the tree and its best path into the result.
@@ -236,26 +289,19 @@ class Planner {
     for (int i = 0; i < tree_.size(); ++i) {
       result_.tree.push_back({tree_[i].parent, tree_[i].edge, world::object_pose(model_, tree_[i].q, problem_.goal.object)});
     }
-    if (best_ >= 0 && result_.status != Status::Solved) keep_best();
+    if (best_ >= 0 && result_.status != Status::Solved) keep(tree_.path_to(best_), crew_.workers[0]);
   }
 
-  /// Adds what it took to the counts of a run.
-  void add_counts(PlanResult& out) const {
-    out.iterations += iterations_;
-    out.nodes += tree_.size();
-    out.steps += totals_.steps;
-    out.linearisations += totals_.linearisations;
-    out.failed_steps += totals_.failed_steps;
-    out.distrusted += totals_.distrusted;
-    Totals regrasps;
-    regrasps.regrasps = out.regrasps;
-    regrasps += totals_;
-    out.regrasps = regrasps.regrasps;
+  Counts counts() const { return {iterations_, tree_.size(), totals_, cost()}; }
+  /// The last ones at which it had cost no more.
+  Counts counts_at(long cost) const {
+    const auto after = std::find_if(counted_.rbegin(), counted_.rend(), [cost](const Counts& c) { return c.cost <= cost; });
+    return after == counted_.rend() ? Counts{} : *after;
   }
 
   long iterations() const { return iterations_; }
   /// Of the best node: how far the objects are from the goal, in tolerances.
-  double goal_ratio() const { return tree_[best_].goal_ratio; }
+  double goal_ratio() const { return best_ < 0 ? std::numeric_limits<double>::infinity() : tree_[best_].goal_ratio; }
 
   /// The tree comes no nearer to the goal any more. Trees of jumps, and those that are to have a certain size, never stall.
   bool stalled() const { return options_.stop_at_goal && refines() && iterations_ - last_gain_ > std::max(kLeastStall, iterations_ / 2); }
@@ -263,8 +309,7 @@ class Planner {
  private:
   // ---- root ----------------------------------------------------------------------------------------------------------------
   /// Lets the given start settle under the exact dynamics with the robot commanded where it is.
-  bool plant_root() {
-    Worker& worker = workers_[0];
+  bool plant_root(Worker& worker) {
     Eigen::VectorXd q = problem_.q_start;
     u_start_ = q.tail(model_.n_a()).cwiseMax(model_.lower()).cwiseMin(model_.upper());
     std::vector<dynamics::Knot> settle;
@@ -318,39 +363,42 @@ class Planner {
   }
 
   // ---- growth --------------------------------------------------------------------------------------------------------------
-  Status grow(long iterations) {
-    std::vector<Item> items(static_cast<std::size_t>(options_.batch));
-    std::vector<int> order;
-    if (options_.stop_at_goal && reaches_goal(best_)) return Status::Solved;
-    if (cannot_touch()) return Status::MaxIterations;
-    while (iterations_ < iterations) {
-      if (control_.cancelled()) return Status::Cancelled;
-      if (control_.expired()) return Status::MaxIterations;
-      const int n = static_cast<int>(std::min<long>(options_.batch, iterations - iterations_));
-      for (int i = 0; i < n; ++i) draw(items[static_cast<std::size_t>(i)], iterations_ + i);
-      order.resize(static_cast<std::size_t>(n));
-      std::iota(order.begin(), order.end(), 0);  // regrasps take longest, and a round as long as its last item
-      std::stable_partition(order.begin(), order.end(), [&](int i) { return items[static_cast<std::size_t>(i)].grasp; });
-      pool_.run(n, [&](int k, int worker) {
-        const auto i = static_cast<std::size_t>(order[static_cast<std::size_t>(k)]);
-        if (!control_.cancelled()) work_on(items[i], workers_[static_cast<std::size_t>(worker)]);
-      });
-      iterations_ += n;
-      for (int i = 0; i < n; ++i) {
-        Item& item = items[static_cast<std::size_t>(i)];
-        totals_ += item.totals;
-        if (item.refined >= 0) judge(item);
-        if (item.stuck) tree_.add_stuck(item.near, item.draw.moved);
-        if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
-        totals_.distrusted += item.broken;
-        if (item.command.size() > 0) tree_.add_tried(item.near, std::move(item.command));
-        if (insert(item)) return Status::Solved;
-      }
-      report();
-      if (stalled()) return Status::MaxIterations;
-      if (cannot_touch()) return Status::MaxIterations;
+  static int round_size(const PlannerOptions& options) {
+    return options.stop_at_goal ? std::max(1, options.batch / options.trees) : options.batch;
+  }
+
+  /// Takes in what came of a round; the root comes before the first one. @returns MaxIterations: nothing final
+  Status take_in(Worker& worker) {
+    if (crew_.over) return Status::MaxIterations;
+    if (best_ < 0) {
+      if (!plant_root(worker)) return Status::NumericalFailure;
+      if (options_.stop_at_goal && reaches_goal(best_, worker)) return Status::Solved;
     }
-    return Status::MaxIterations;
+    const int n = std::exchange(drawn_, 0);
+    iterations_ += n;
+    crew_.extensions += n;
+    for (int i = 0; i < n; ++i) {
+      Item& item = items_[static_cast<std::size_t>(i)];
+      totals_ += item.totals;
+      if (item.refined >= 0) judge(item);
+      if (item.stuck) tree_.add_stuck(item.near, item.draw.moved);
+      if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
+      totals_.distrusted += item.broken;
+      if (item.command.size() > 0) tree_.add_tried(item.near, std::move(item.command));
+      if (insert(item, worker)) return Status::Solved;
+    }
+    return control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
+  }
+
+  bool may_go_on() { return iterations_ < limit_ && !crew_.over && !control_.stop() && !stalled() && !cannot_touch(); }
+
+  int draw_round() {
+    drawn_ = static_cast<int>(std::min<long>(std::ssize(items_), limit_ - iterations_));
+    for (int i = 0; i < drawn_; ++i) draw(items_[static_cast<std::size_t>(i)], iterations_ + i);
+    order_.resize(static_cast<std::size_t>(drawn_));
+    std::iota(order_.begin(), order_.end(), 0);  // regrasps take longest, and a round as long as its last item
+    std::stable_partition(order_.begin(), order_.end(), [&](int i) { return items_[static_cast<std::size_t>(i)].grasp; });
+    return drawn_;
   }
 
   /// No branch moves a geometry that may touch an object, or every contact sample so far failed.
@@ -937,12 +985,12 @@ class Planner {
   }
 
   /// The nodes of an item; true when one of them is at the goal and the search ends there.
-  bool insert(Item& item) {
+  bool insert(Item& item, Worker& worker) {
     int parent = item.near;
     for (std::size_t k = 0; k < item.chain.size(); ++k) {
       item.chain[k].parent = parent;
       parent = insert(std::move(item.chain[k]), item.to_goal && k < item.taken);
-      if (options_.stop_at_goal && reaches_goal(parent)) return true;
+      if (options_.stop_at_goal && reaches_goal(parent, worker)) return true;
     }
     return false;
   }
@@ -961,15 +1009,6 @@ class Planner {
     const int i = tree_.add(std::move(node), goal, taken);
     if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
     return i;
-  }
-
-  void report() {
-    if (!control_.on_progress) return;
-    core::Progress progress;
-    progress.iteration = iterations_;
-    progress.best = goal_ratio();
-    progress.size = tree_.size();
-    control_.on_progress(progress);  // time and share of the budget are those of the run: see place_in_run
   }
 
   /// Distance of the objects from where an item wants them, in tolerances of the goal: all coordinates count, so that an object that is
@@ -997,22 +1036,22 @@ class Planner {
   }
 
   /// At the goal at both resolutions, from all disturbed starts; then the path is kept. A regrasp serves nothing at the end, and is cut off there.
-  bool reaches_goal(int node) {
+  bool reaches_goal(int node, Worker& worker) {
     if (tree_[node].edge == SegmentKind::Regrasp) return false;
     if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
-    if (refines() && !follow_to_goal(node)) return false;
+    if (refines() && !follow_to_goal(node, worker)) return false;
     const std::vector<int> path = tree_.path_to(node);
-    if (refines() && !survives_noise(path)) return false;
-    keep(path);
+    if (refines() && !survives_noise(path, worker)) return false;
+    keep(path, worker);
     return true;
   }
 
-  bool follow_to_goal(int node) {
+  bool follow_to_goal(int node, Worker& worker) {
     Followed followed = tree_[node].followed;
     bool holds = true;
     if (followed.empty()) {
       const Node& parent = tree_[tree_[node].parent];
-      holds = refine(parent, parent.followed, tree_[node], workers_[0], totals_, followed);
+      holds = refine(parent, parent.followed, tree_[node], worker, totals_, followed);
     }
     if (holds && goal_ratio(followed.q_fine) > options_.tolerance_fraction) {
       tree_.set_followed(node, std::move(followed));
@@ -1030,14 +1069,14 @@ class Planner {
 
   /// A plan that rests on the sixth digit of a command is none: at half the sub-step, with commands that are off by kNoise, it still reaches the goal.
   /// Else everything behind the edge that went elsewhere is taken out of the search.
-  bool survives_noise(const std::vector<int>& path) {
-    const int end = follow_with_noise(path);
+  bool survives_noise(const std::vector<int>& path, Worker& worker) {
+    const int end = follow_with_noise(path, worker);
     if (end != kOnPath) totals_.distrusted += tree_.bury_branch(end);
     return end == kOnPath;
   }
 
   /// @returns kOnPath: the goal was reached; else the first edge that went elsewhere, or the last one
-  int follow_with_noise(const std::vector<int>& path) {
+  int follow_with_noise(const std::vector<int>& path, Worker& worker) {
     core::Random random(options_.seed, 0);
     Eigen::VectorXd q = problem_.q_start, u = u_start_;
     int astray = kOnPath;
@@ -1046,7 +1085,7 @@ class Planner {
       const Node& node = tree_[i];
       Eigen::MatrixXd commands = node.commands;
       for (double& value : commands.reshaped()) value += random.uniform(-kNoise, kNoise);
-      const Eigen::MatrixXd states = simulate_fine(q, u, commands, node.edge != SegmentKind::Settle, workers_[0], totals_);
+      const Eigen::MatrixXd states = simulate_fine(q, u, commands, node.edge != SegmentKind::Settle, worker, totals_);
       const bool whole = states.cols() == commands.cols();
       if (states.cols() > 0) q = states.rightCols(1);
       if (commands.cols() > 0) u = commands.rightCols(1);
@@ -1057,9 +1096,7 @@ class Planner {
     return goal_ratio(q) <= options_.tolerance_fraction ? kOnPath : lost(path.back());
   }
 
-  void keep_best() { keep(tree_.path_to(best_)); }
-
-  void keep(const std::vector<int>& path) {
+  void keep(const std::vector<int>& path, Worker& worker) {
     Plan& plan = result_.plan;
     plan.q_start = problem_.q_start;
     plan.u_start = u_start_;
@@ -1069,7 +1106,7 @@ class Planner {
     plan.segments.clear();
     result_.regrasps.open_in_plan = std::count_if(path.begin(), path.end(), [this](int i) { return tree_[i].open; });
     for (const int i : path) {
-      if (tree_[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree_[i]));
+      if (tree_[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree_[i], worker));
     }
     cut_motionless_tail(plan);
     const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
@@ -1078,8 +1115,7 @@ class Planner {
   }
 
   /// States along an edge, and the forces of every sub-step: the tree keeps no forces. A jump (regrasps of the thesis) has none.
-  Segment describe_edge(const Node& node) {
-    Worker& worker = workers_[0];
+  Segment describe_edge(const Node& node, Worker& worker) {
     Segment segment{node.edge, {}};
     Eigen::VectorXd q = node.parent < 0 ? problem_.q_start : tree_[node.parent].q;
     worker.steps.forget();
@@ -1131,14 +1167,17 @@ class Planner {
   RobotChains chains_;
   Drag drag_;
   Tree tree_;
-  core::ThreadPool& pool_;
-  std::vector<Worker>& workers_;
+  Crew& crew_;
+  std::vector<Item> items_;      ///< of a round
+  std::vector<int> order_;       ///< in which they are worked on
+  int drawn_ = 0;                ///< so many of them were drawn and not yet taken in
+  std::vector<Counts> counted_;  ///< after each turn
   dynamics::StepOptions cold_, exact_, smoothed_;
   Eigen::VectorXd q_goal_;        ///< qᵘ of the goal
   Eigen::VectorXd goal_matters_;  ///< of a goal region: bounded_coordinates (n_vu)
   Eigen::VectorXd weights_;       ///< W of (P.2) (n_vu)
   Eigen::VectorXd u_start_;
-  long iterations_ = 0;
+  long iterations_ = 0, limit_ = 0;
   int best_ = -1;
   double least_distance_ = std::numeric_limits<double>::infinity();  ///< of the objects from the goal, in tolerances
   long last_gain_ = 0;                                               ///< extensions after which it last became less
@@ -1168,6 +1207,7 @@ void PlannerOptions::validate(const Model& model) const {
   };
   if (threads < 0) core::throw_invalid("planner.threads", std::to_string(threads), "0 (all cores) or more");
   if (batch < 1) core::throw_invalid("planner.batch", std::to_string(batch), "at least 1");
+  if (trees < 1) core::throw_invalid("planner.trees", std::to_string(trees), "at least 1");
   if (restart < 0) core::throw_invalid("planner.restart", std::to_string(restart), "0 (where a tree stalls) or more");
   if (max_iterations < 1) core::throw_invalid("planner.max_iterations", std::to_string(max_iterations), "at least 1");
   probability("planner.goal_bias", goal_bias);
@@ -1320,65 +1360,120 @@ struct GrowingTree {
   }
 };
 
-/// Grows trees until a path is found or the budget is used up: one after the other, each until it stalls, or side by side with `restart`.
-void search(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
-            core::RunControl::Clock::time_point start, PlanResult& out) {
-  const bool races = options.restart > 0 && options.stop_at_goal;
-  Crew crew(problem.model, options.threads);
-  Race race(options.restart);
-  std::vector<std::unique_ptr<GrowingTree>> trees;
-  std::size_t best = 0;
-  long used = 0, before = 0;  // extensions of all trees, and of all but the one that grows
-  double least = std::numeric_limits<double>::infinity();
-  core::RunControl following = control;
-  if (control.on_progress) {
-    following.on_progress = [&](core::Progress progress) {
-      progress.best = least = std::min(least, progress.best);
-      place_in_run(options, control, start, before, progress);
-      control.on_progress(progress);
+/// The trees of a run, until a path is found or the budget is used up: `trees` of them side by side, each until it stalls or, with `restart`, while it is
+/// among the better ones.
+class Search {
+ public:
+  Search(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
+         core::RunControl::Clock::time_point start)
+      : problem_(problem), options_(options), control_(control), following_(control), crew_(problem.model, options.threads) {
+    if (!control.on_progress) return;
+    following_.on_progress = [this, start](core::Progress progress) {
+      progress.best = nearest_ = std::min(nearest_, progress.best);
+      progress.iteration = crew_.extensions;
+      if (std::exchange(reported_, progress.iteration) == progress.iteration) return;
+      place_in_run(options_, control_, start, 0, progress);
+      control_.on_progress(progress);
     };
   }
-  PlanResult dropped;  // only counts
-  std::string cause;   // that every tree has
-  Status status = Status::MaxIterations;
-  do {
-    const auto i = races ? static_cast<std::size_t>(race.next()) : trees.size();
-    if (i == trees.size()) trees.push_back(std::make_unique<GrowingTree>(problem, options, i, following, crew));
-    Planner& planner = trees[i]->planner;
-    before = used - planner.iterations();
-    const long left = options.max_iterations - before;
-    status = planner.grow_to(races ? std::min(left, race.budget(static_cast<int>(i))) : left);
-    used = before + planner.iterations();
-    cause = trees[i]->found.reason;
-    if (status == Status::NumericalFailure) break;
-    const bool better = status == Status::Solved || planner.goal_ratio() < trees[best]->planner.goal_ratio();
-    if (races) {
-      race.reached(static_cast<int>(i), planner.goal_ratio(), planner.stalled());
-    } else if (i > 0) {
-      std::unique_ptr<GrowingTree>& worse = trees[better ? best : i];
-      worse->planner.add_counts(dropped);
-      worse.reset();
-    }
-    if (better) best = i;
-  } while (status == Status::MaxIterations && cause.empty() && used < options.max_iterations && !control.stop());
 
-  trees[best]->planner.finish();
-  out = std::move(trees[best]->found);
-  out.status = status == Status::MaxIterations && control.cancelled() ? Status::Cancelled : status;  // cancelled between two trees
-  out.reason = cause;
-  out.seed = options.seed;
-  out.iterations = dropped.iterations;
-  out.nodes = dropped.nodes;
-  out.distrusted = dropped.distrusted;
-  out.steps = dropped.steps;
-  out.linearisations = dropped.linearisations;
-  out.failed_steps = dropped.failed_steps;
-  dropped.regrasps.open_in_plan = out.regrasps.open_in_plan;
-  out.regrasps = dropped.regrasps;
-  for (const auto& tree : trees) {
-    if (tree) tree->planner.add_counts(out);
+  void run(PlanResult& out) {
+    const int n = options_.stop_at_goal ? options_.trees : 1;
+    for (int i = 0; i < n; ++i) lanes_.push_back({(options_.max_iterations + n - 1 - i) / n});
+    run_lanes(crew_.pool, n, [this](int lane, Growth* ended, long clock) {
+      return next(lanes_[static_cast<std::size_t>(lane)], ended != nullptr, clock);
+    });
+
+    for (const auto& tree : trees_) {
+      if (tree && !crew_.over) keep_better(tree.get());
+    }
+    best_->planner.report();
+    best_->planner.finish();
+    out = std::move(best_->found);
+    out.status = status_ == Status::MaxIterations && control_.cancelled() ? Status::Cancelled : status_;  // cancelled between two trees
+    out.reason = std::move(reason_);
+    out.seed = options_.seed;
+    add(dropped_, out);
+    for (const auto& tree : trees_) {
+      const auto lane = std::find_if(lanes_.begin(), lanes_.end(), [&](const Lane& l) { return l.tree == tree.get(); });
+      if (!tree) continue;
+      add(crew_.over && lane != lanes_.end() ? tree->planner.counts_at(end_ - lane->start) : tree->planner.counts(), out);
+    }
   }
-}
+
+ private:
+  struct Lane {
+    long left;                    ///< extensions
+    GrowingTree* tree = nullptr;  ///< that grows
+    std::size_t number = 0;       ///< of it
+    long before = 0;              ///< extensions that it had when it came
+    long start = 0;               ///< clock when it had cost nothing
+  };
+
+  bool races() const { return options_.restart > 0 && options_.stop_at_goal; }
+
+  /// The next tree of a lane; what is known of others is what had ended by the same clock.
+  Growth* next(Lane& lane, bool ended, long clock) {
+    if (crew_.over) return nullptr;  // a tree that would have ended later
+    if (ended) take_end(lane, clock);
+    if (crew_.over || lane.left <= 0 || (control_.stop() && !trees_.empty())) return nullptr;
+    lane.number = races() ? static_cast<std::size_t>(race_.next()) : trees_.size();
+    if (lane.number == trees_.size()) trees_.push_back(std::make_unique<GrowingTree>(problem_, options_, lane.number, following_, crew_));
+    lane.tree = trees_[lane.number].get();
+    Planner& planner = lane.tree->planner;
+    lane.before = planner.iterations();
+    lane.start = clock - planner.cost();
+    const long most = lane.before + lane.left;
+    planner.grow_to(races() ? std::min(most, race_.budget(static_cast<int>(lane.number))) : most);
+    return &planner;
+  }
+
+  void take_end(Lane& lane, long clock) {
+    GrowingTree& tree = *std::exchange(lane.tree, nullptr);
+    lane.left -= tree.planner.iterations() - lane.before;
+    if (tree.found.status != Status::MaxIterations || !tree.found.reason.empty()) {
+      status_ = tree.found.status;
+      reason_ = tree.found.reason;
+      end_ = clock;
+      best_ = &tree;
+      crew_.over = true;
+    } else if (races()) {
+      race_.reached(static_cast<int>(lane.number), tree.planner.goal_ratio(), tree.planner.stalled());
+    } else {
+      keep_better(&tree);
+    }
+  }
+
+  /// Of two trees that have ended the one whose objects are nearer the goal; of those that do not race the other one goes.
+  void keep_better(GrowingTree* tree) {
+    if (tree == best_) return;
+    GrowingTree* worse = best_;
+    if (best_ == nullptr || tree->planner.goal_ratio() < best_->planner.goal_ratio()) {
+      best_ = tree;
+    } else {
+      worse = tree;
+    }
+    if (races() || worse == nullptr) return;
+    dropped_ += worse->planner.counts();
+    std::find_if(trees_.begin(), trees_.end(), [worse](const auto& t) { return t.get() == worse; })->reset();
+  }
+
+  const PlanningProblem& problem_;
+  const PlannerOptions& options_;
+  const core::RunControl& control_;
+  core::RunControl following_;
+  Crew crew_;
+  Race race_{options_.restart};
+  std::vector<std::unique_ptr<GrowingTree>> trees_;
+  std::vector<Lane> lanes_;
+  GrowingTree* best_ = nullptr;
+  Counts dropped_;
+  double nearest_ = std::numeric_limits<double>::infinity();
+  long reported_ = 0;   ///< extensions
+  long end_ = 0;        ///< clock of what ended the run
+  std::string reason_;  ///< of the end
+  Status status_ = Status::MaxIterations;
+};
 
 /// Grows one tree after the other for cheaper paths, until the deadline, the budget or a cancel.
 void improve(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
@@ -1397,14 +1492,16 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
   for (std::uint64_t tree = 1; best.iterations < options.max_iterations && !control.stop(); ++tree) {
     PlannerOptions next = options;
     next.seed = core::Random(options.seed, ~tree).bits();
+    next.trees = 1;
     next.record_tree = false;
     next.max_iterations = static_cast<int>(std::min(patience, options.max_iterations - best.iterations));
     PlanResult found;
     Planner planner(problem, next, following, best.cost, crew, found);
-    const Status status = planner.grow_to(next.max_iterations);
-    planner.add_counts(best);
-    if (status == Status::NumericalFailure) break;
-    if (status != Status::Solved || found.cost >= best.cost) continue;
+    planner.grow_to(next.max_iterations);
+    run_lanes(crew.pool, 1, [&planner](int, Growth* ended, long) { return ended == nullptr ? &planner : nullptr; });
+    add(planner.counts(), best);
+    if (found.status == Status::NumericalFailure) break;
+    if (found.status != Status::Solved || found.cost >= best.cost) continue;
     best.plan = std::move(found.plan);
     best.cost = found.cost;
     best.improvements.push_back({found.cost, best.iterations, seconds_since(start)});
@@ -1428,7 +1525,7 @@ Status plan(const PlanningProblem& problem, const PlannerOptions& options, const
   require_reachable_goal(problem);
 
   result = PlanResult{};
-  search(problem, options, control, start, result);
+  Search(problem, options, control, start).run(result);
   if (result.status == Status::Solved) {
     result.improvements.push_back({result.cost, result.iterations, seconds_since(start)});
     if (options.anytime) improve(problem, options, control, start, result);

@@ -67,7 +67,8 @@ struct SampleBox {
 struct PlannerOptions {
   std::uint64_t seed = 0;
   int threads = 0;              ///< 0 = all cores; the result does not depend on it
-  int batch = 8;                ///< extensions per round, ≥ 1; the result does depend on it
+  int trees = 2;                ///< that grow side by side, ≥ 1; the result does depend on it. One where it does not stop at the goal
+  int batch = 8;                ///< extensions under way at once, ≥ 1, the same number in each tree; the result does depend on it
   int max_iterations = 100000;  ///< extensions, ≥ 1
   /// Trees grow side by side, first to this many extensions, the better half on to twice as many (P.10), ≥ 0; 0: one after the other, each until it
   /// stalls.

@@ -12,9 +12,9 @@ class Race {
  public:
   explicit Race(long first) : first_(first) {}  ///< extensions of a new tree, ≥ 1
 
-  int next() const;             ///< number of a tree; a new one where it is that of the trees so far
-  long budget(int tree) const;  ///< extensions in all that next() may grow to
-  /// It used up its budget, or has stalled: then it never goes on.
+  int next();                   ///< number of a tree, a new one where it is that of the trees so far; it then is under way
+  long budget(int tree) const;  ///< extensions in all that a tree under way may grow to
+  /// A tree under way used up its budget, or has stalled: then it never goes on. Others may be under way meanwhile.
   /// @param distance  of the objects from the goal; smaller is better
   void reached(int tree, double distance, bool stalled);
 
@@ -25,7 +25,7 @@ class Race {
     bool went_on;
   };
   long first_;
-  std::vector<int> rung_of_;               ///< per tree
+  std::vector<int> rung_of_;               ///< per tree, −1: none yet
   std::vector<std::vector<Place>> rungs_;  ///< each from the nearest to the farthest
 };
 

@@ -203,6 +203,7 @@ std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const w
 PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model) {
   node.require_map({"seed",
                     "threads",
+                    "trees",
                     "batch",
                     "max_iterations",
                     "restart",
@@ -257,6 +258,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     if (v->integer() < 0 || v->integer() > 1024) v->fail("an integer in [0, 1024]");
     out.threads = static_cast<int>(v->integer());
   }
+  if (const auto v = given(node, "trees")) out.trees = v->positive_int();
   if (const auto v = given(node, "batch")) out.batch = v->positive_int();
   if (const auto v = given(node, "max_iterations")) out.max_iterations = v->positive_int();
   if (const auto v = given(node, "restart")) out.restart = nonnegative_int(*v);
@@ -329,6 +331,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
 
 std::string planner_options_json(const PlannerOptions& o, const world::Model& model) {
   nlohmann::ordered_json out;
+  out["trees"] = o.trees;
   out["batch"] = o.batch;
   out["max_iterations"] = o.max_iterations;
   out["restart"] = o.restart;

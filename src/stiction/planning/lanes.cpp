@@ -1,0 +1,120 @@
+#include "stiction/planning/lanes.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <vector>
+
+namespace stiction::planning {
+namespace {
+
+struct Lane {
+  enum class Stage {
+    Turn,
+    InTurn,
+    Round,
+    Ended,
+    Closed
+  };
+  Stage stage = Stage::Ended;
+  Growth* growth = nullptr;
+  long start = 0, clock = 0;  ///< of the growth when it had cost nothing, and now
+  int items = 0, begun = 0, done = 0;
+
+  bool open() const { return stage != Stage::Closed; }
+  bool has_work() const { return stage == Stage::Turn || (stage == Stage::Round && begun < items); }
+};
+
+class Lanes {
+ public:
+  Lanes(int lanes, const std::function<Growth*(int, Growth*, long)>& next) : next_(next), lanes_(static_cast<std::size_t>(lanes)) {
+    for (Lane& lane : lanes_) follow_end(lane);
+  }
+
+  /// One thread, until all lanes are closed.
+  void work(int worker) {
+    std::unique_lock lock(mutex_);
+    try {
+      for (;;) {
+        follow_ends();
+        Lane* lane = failed_ ? nullptr : most_behind([](const Lane& l) { return l.has_work(); });
+        if (lane != nullptr) {
+          work_on(*lane, worker, lock);
+        } else if (failed_ || most_behind([](const Lane& l) { return l.open(); }) == nullptr) {
+          break;
+        } else {
+          changed_.wait(lock);
+        }
+      }
+    } catch (...) {
+      if (!lock.owns_lock()) lock.lock();
+      failed_ = true;
+      changed_.notify_all();
+      throw;
+    }
+    changed_.notify_all();
+  }
+
+ private:
+  template <class Fits>
+  Lane* most_behind(const Fits& fits) {
+    Lane* out = nullptr;
+    for (Lane& lane : lanes_) {
+      if (fits(lane) && (out == nullptr || lane.clock < out->clock)) out = &lane;
+    }
+    return out;
+  }
+
+  /// Ends that no other lane can come before any more.
+  void follow_ends() {
+    for (Lane* lane;
+         !failed_ && (lane = most_behind([](const Lane& l) { return l.open(); })) != nullptr && lane->stage == Lane::Stage::Ended;) {
+      follow_end(*lane);
+    }
+  }
+
+  void follow_end(Lane& lane) {
+    lane.growth = next_(static_cast<int>(&lane - lanes_.data()), lane.growth, lane.clock);
+    lane.stage = lane.growth == nullptr ? Lane::Stage::Closed : Lane::Stage::Turn;
+    if (lane.growth != nullptr) lane.start = lane.clock - lane.growth->cost();
+    changed_.notify_all();
+  }
+
+  void work_on(Lane& lane, int worker, std::unique_lock<std::mutex>& lock) {
+    if (lane.stage == Lane::Stage::Turn) {
+      lane.stage = Lane::Stage::InTurn;
+      lock.unlock();
+      const int items = lane.growth->turn(worker);
+      const long cost = lane.growth->cost();
+      lock.lock();
+      lane.clock = lane.start + cost;
+      lane.items = items;
+      lane.begun = lane.done = 0;
+      lane.stage = items > 0 ? Lane::Stage::Round : Lane::Stage::Ended;
+      changed_.notify_all();
+    } else {
+      const int item = lane.begun++;
+      lock.unlock();
+      lane.growth->work(item, worker);
+      lock.lock();
+      if (++lane.done < lane.items) return;
+      lane.stage = Lane::Stage::Turn;
+      changed_.notify_all();
+    }
+  }
+
+  const std::function<Growth*(int, Growth*, long)>& next_;
+  std::vector<Lane> lanes_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool failed_ = false;
+};
+
+}  // namespace
+
+void run_lanes(core::ThreadPool& pool, int lanes, const std::function<Growth*(int lane, Growth* ended, long clock)>& next) {
+  Lanes run(lanes, next);
+  pool.run(pool.size(), [&run](int, int worker) { run.work(worker); });
+}
+
+}  // namespace stiction::planning

@@ -1,0 +1,113 @@
+#include "stiction/planning/lanes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace stiction::planning {
+namespace {
+
+/// Rounds of given costs; items take some time, less in the first thread.
+class Fake : public Growth {
+ public:
+  explicit Fake(std::vector<long> costs, int items = 2) : costs_(std::move(costs)), items_(items) {}
+
+  int turn(int) override {
+    EXPECT_EQ(inside_++, 0) << "a turn is alone in its lane";
+    EXPECT_TRUE(round_ == 0 || done_ == items_);
+    done_ = 0;
+    if (round_ > 0) cost_ += costs_[round_ - 1];
+    const bool ended = round_++ == costs_.size();
+    --inside_;
+    return ended ? 0 : items_;
+  }
+  void work(int item, int worker) override {
+    EXPECT_GE(item, 0);
+    EXPECT_LT(item, items_);
+    std::this_thread::sleep_for(std::chrono::microseconds(worker == 0 ? 50 : 300));
+    ++done_;
+  }
+  long cost() const override { return cost_; }
+
+ private:
+  std::vector<long> costs_;
+  int items_;
+  std::size_t round_ = 0;
+  long cost_ = 0;
+  std::atomic<int> inside_{0}, done_{0};
+};
+
+/// The order in which growths of given costs end, each taken by the lane that is free: "growth@clock".
+std::string order_of_ends(const std::vector<std::vector<long>>& costs, int lanes, int threads) {
+  core::ThreadPool pool(threads);
+  std::vector<std::unique_ptr<Fake>> growths;
+  std::vector<std::size_t> in_lane(static_cast<std::size_t>(lanes));
+  std::string out;
+  run_lanes(pool, lanes, [&](int lane, Growth* ended, long clock) -> Growth* {
+    auto& number = in_lane[static_cast<std::size_t>(lane)];
+    if (ended != nullptr) {
+      EXPECT_EQ(ended, growths[number].get());
+      out += std::to_string(number) + "@" + std::to_string(clock) + " ";
+    }
+    if (growths.size() == costs.size()) return nullptr;
+    number = growths.size();
+    return growths.emplace_back(std::make_unique<Fake>(costs[number])).get();
+  });
+  return out;
+}
+
+TEST(Lanes, OneLane_OneAfterTheOther) { EXPECT_EQ(order_of_ends({{3, 4}, {5}, {1, 1}}, 1, 2), "0@7 1@12 2@14 "); }
+
+TEST(Lanes, EndsComeInTheOrderOfTheClocks_ForAnyNumberOfThreads) {
+  const std::vector<std::vector<long>> costs{{9, 9, 9}, {5}, {4, 4}, {10, 1}, {2}, {7, 7, 7}};
+  for (int threads = 1; threads <= 4; ++threads) {
+    EXPECT_EQ(order_of_ends(costs, 2, threads), "1@5 2@13 3@24 4@26 0@27 5@47 ") << threads;
+    EXPECT_EQ(order_of_ends(costs, 3, threads), "1@5 2@8 4@10 3@16 0@27 5@31 ") << threads;
+  }
+}
+
+TEST(Lanes, EqualClocks_FirstLaneFirst) { EXPECT_EQ(order_of_ends({{5, 5}, {10}, {2, 8}}, 3, 3), "0@10 1@10 2@10 "); }
+
+TEST(Lanes, NothingToGrow_Ends) {
+  core::ThreadPool pool(2);
+  int asked = 0;
+  run_lanes(pool, 3, [&](int, Growth*, long) -> Growth* { return ++asked, nullptr; });
+  EXPECT_EQ(asked, 3);
+}
+
+TEST(Lanes, GrowthThatGoesOn_KeepsItsCost) {
+  core::ThreadPool pool(2);
+  Fake growth({4, 4});
+  std::vector<long> clocks;
+  run_lanes(pool, 1, [&](int, Growth* ended, long clock) -> Growth* {
+    clocks.push_back(clock);
+    if (clocks.size() == 3) return nullptr;
+    return ended == nullptr ? &growth : ended;  // has ended, and ends again at once
+  });
+  EXPECT_EQ(clocks, (std::vector<long>{0, 8, 8}));
+}
+
+TEST(Lanes, Exception_EndsTheRun) {
+  struct Throws : Fake {
+    using Fake::Fake;
+    void work(int, int) override { throw std::runtime_error("broken"); }
+  };
+  for (int threads = 1; threads <= 3; ++threads) {
+    core::ThreadPool pool(threads);
+    Throws bad({1});
+    Fake good(std::vector<long>(20, 1));
+    std::vector<Growth*> growths{&bad, &good};
+    EXPECT_THROW(
+        run_lanes(pool, 2,
+                  [&](int lane, Growth* ended, long) { return ended == nullptr ? growths[static_cast<std::size_t>(lane)] : nullptr; }),
+        std::runtime_error);
+  }
+}
+
+}  // namespace
+}  // namespace stiction::planning
