@@ -312,12 +312,12 @@ void mesh_halfspace_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData
   const Vector3d n = X_WB.R.col(2);
   const Vector3d slope = X_WA.R.transpose() * n;
   const Eigen::Matrix3Xd& v = a.mesh->vertices;
-  double lowest = kInfinity;
-  for (Eigen::Index i = 0; i < v.cols(); ++i) lowest = std::min(lowest, slope.dot(v.col(i)));
+  const double lowest = slope.dot(v.col(find_vertex(*a.mesh, -slope)));
   const double level = kLevel * a.bounding_radius;
+  static_assert(kLevel < SupportTable::kNear, "every vertex with a weight is among the lowest");
   Vector3d sum = Vector3d::Zero();
   double weights = 0;
-  for (Eigen::Index i = 0; i < v.cols(); ++i) {
+  for (const int i : a.mesh->farthest.near(-slope)) {
     const double weight = 1.0 - (slope.dot(v.col(i)) - lowest) / level;
     if (weight <= 0) continue;
     sum += weight * v.col(i);

@@ -18,6 +18,7 @@ std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh) {
   const Eigen::Index n_v = mesh.vertices.cols(), n_t = mesh.triangles.cols();
   if (n_v == 0 || n_t == 0) core::throw_invalid("mesh", fmt::format("{} vertices and {} triangles", n_v, n_t), "a closed convex surface");
   out->vertices = mesh.vertices;
+  out->farthest = SupportTable(mesh.vertices);
   out->triangles = mesh.triangles;
   const Vector3d lower = mesh.vertices.rowwise().minCoeff(), upper = mesh.vertices.rowwise().maxCoeff();
   out->p_GCenter = 0.5 * (lower + upper);

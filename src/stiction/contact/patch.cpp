@@ -342,18 +342,13 @@ bool Gatherer::faces(bool certain) {
 void Gatherer::add_looking_vertices(const ShapeData& s, const Pose& X) {
   const Polytope& polytope = *s.polytope;
   const Vector3d down = X.R.transpose() * -m_;
-  scratch_.vertex.assign(polytope.vertices.size(), 0);
-  for (const Polytope::Face& f : polytope.faces) {
-    if (f.normal.dot(down) < kLooks) continue;
-    for (int k = 0; k < f.count; ++k) scratch_.vertex[polytope.loop[f.begin + k]] = 1;
-  }
-  int lowest = 0;
+  const double reach = options_.limit - m_.dot(X.p - origin_) + kSame * scale_;
+  const auto looks = [&](int face) { return polytope.faces[static_cast<std::size_t>(face)].normal.dot(down) >= kLooks; };
+  const std::size_t lowest = static_cast<std::size_t>(find_vertex(polytope, down));
   for (std::size_t v = 0; v < polytope.vertices.size(); ++v) {
-    if (down.dot(polytope.vertices[v]) > down.dot(polytope.vertices[lowest])) lowest = static_cast<int>(v);
-  }
-  scratch_.vertex[lowest] = 1;
-  for (std::size_t v = 0; v < polytope.vertices.size(); ++v) {
-    if (!scratch_.vertex[v]) continue;
+    if (-down.dot(polytope.vertices[v]) >= reach) continue;
+    const auto first = polytope.around.begin() + polytope.begin[v], last = polytope.around.begin() + polytope.begin[v + 1];
+    if (v != lowest && std::none_of(first, last, looks)) continue;
     const Vector3d p = to_local(X * polytope.vertices[v]);
     add(p.x(), p.y(), p.z(), PatchPoint::Vertex, Vector3d::Zero(), Vector3d::Zero(), vertex_code(Owner::First, static_cast<int>(v)));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -128,16 +129,36 @@ Polytope make_faces(const MeshData& mesh) {
   return out;
 }
 
+std::shared_ptr<const Polytope> index(const ShapeData& s, Polytope polytope) {
+  const std::size_t n_f = polytope.faces.size(), n_v = polytope.vertices.size();
+  const Eigen::Map<const Eigen::Matrix3Xd> vertices(polytope.vertices.front().data(), 3, static_cast<Eigen::Index>(n_v));
+  Eigen::Matrix3Xd normals(3, static_cast<Eigen::Index>(n_f));
+  std::vector<std::vector<int>> around(n_v);
+  for (std::size_t i = 0; i < n_f; ++i) {
+    const Polytope::Face& face = polytope.faces[i];
+    normals.col(static_cast<Eigen::Index>(i)) = face.normal;
+    for (int k = 0; k < face.count; ++k) around[static_cast<std::size_t>(polytope.loop[face.begin + k])].push_back(static_cast<int>(i));
+  }
+  polytope.farthest = s.mesh ? s.mesh->farthest : SupportTable(vertices);
+  polytope.steepest = SupportTable(normals);
+  polytope.begin = {0};
+  for (const std::vector<int>& faces : around) {
+    polytope.around.insert(polytope.around.end(), faces.begin(), faces.end());
+    polytope.begin.push_back(static_cast<int>(polytope.around.size()));
+  }
+  return std::make_shared<const Polytope>(std::move(polytope));
+}
+
 }  // namespace
 
 std::shared_ptr<const Polytope> make_polytope(const ShapeData& s) {
   switch (s.kind) {
     case Kind::Box:
-      return std::make_shared<Polytope>(make_box(s.half));
+      return index(s, make_box(s.half));
     case Kind::Cylinder:
-      return std::make_shared<Polytope>(make_caps(s.radius, s.half.z()));
+      return index(s, make_caps(s.radius, s.half.z()));
     case Kind::Mesh:
-      return std::make_shared<Polytope>(make_faces(*s.mesh));
+      return index(s, make_faces(*s.mesh));
     case Kind::Sphere:
     case Kind::Capsule:
     case Kind::HalfSpace:
@@ -149,9 +170,19 @@ std::shared_ptr<const Polytope> make_polytope(const ShapeData& s) {
 int find_face(const Polytope& polytope, const Vector3d& d) {
   int best = 0;
   double most = -2;
-  for (std::size_t i = 0; i < polytope.faces.size(); ++i) {
+  for (const int i : polytope.steepest.near(d)) {
     const double cosine = polytope.faces[i].normal.dot(d);
-    if (cosine > most) most = cosine, best = static_cast<int>(i);
+    if (cosine > most) most = cosine, best = i;
+  }
+  return best;
+}
+
+int find_vertex(const Polytope& polytope, const Vector3d& d) {
+  int best = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const int i : polytope.farthest.near(d)) {
+    const double height = d.dot(polytope.vertices[i]);
+    if (height > most) most = height, best = i;
   }
   return best;
 }

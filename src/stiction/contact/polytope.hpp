@@ -16,7 +16,9 @@ struct Polytope {
   std::vector<Vector3d> vertices;
   std::vector<Face> faces;
   std::vector<int> loop;
-  std::vector<Vector3d> sides;  // with `loop`: the side from corner k to the next, s·(x, y) ≤ c inside, as (s, c) in e1, e2
+  std::vector<Vector3d> sides;      // with `loop`: the side from corner k to the next, s·(x, y) ≤ c inside, as (s, c) in e1, e2
+  SupportTable farthest, steepest;  // of the vertices; of the normals of the faces
+  std::vector<int> around, begin;   // faces around vertex v: around[begin[v]], …, before begin[v + 1]
 };
 
 /// Corners of a cap as a reference face: a polygon inscribed in the rim, which covers all but 1 % of the radius.
@@ -29,5 +31,8 @@ std::shared_ptr<const Polytope> make_polytope(const ShapeData& shape);
 
 /// Face whose normal is nearest to the unit vector d, in the shape's frame.
 int find_face(const Polytope& polytope, const Vector3d& d);
+
+/// Vertex farthest along d, in the shape's frame; of several the first.
+int find_vertex(const Polytope& polytope, const Vector3d& d);
 
 }  // namespace stiction::contact::detail

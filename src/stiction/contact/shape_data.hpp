@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "stiction/contact/contact.hpp"
+#include "stiction/contact/support_table.hpp"
 
 // Internal to the layer: shapes flattened for the kernels. Not installed.
 
@@ -26,6 +29,7 @@ inline constexpr int kKinds = 6;
 /// Vertices, triangles and face planes of a convex mesh, one array per coordinate.
 struct MeshData {
   Eigen::Matrix3Xd vertices;  // copy of the mesh's, so that the data outlives the scene
+  SupportTable farthest;      // of the vertices
   Eigen::Matrix3Xi triangles;
   Eigen::VectorXd nx, ny, nz, d;  // outward plane n·x = d of every triangle that has an area
   std::vector<int> face;          // triangle of each plane
@@ -55,6 +59,17 @@ ShapeData make_shape_data(const world::Shape& shape);
 /// A shape is its core and all within this of it: cores of spheres are points, of capsules segments, of the others all of them [m].
 inline double core_radius(const ShapeData& s) { return s.kind == Kind::Sphere || s.kind == Kind::Capsule ? s.radius : 0.0; }
 
+/// Vertex of a mesh that is farthest along d, in its own frame; of several the first.
+inline int find_vertex(const MeshData& mesh, const Vector3d& d) {
+  int best = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const int i : mesh.farthest.near(d)) {
+    const double height = d.dot(mesh.vertices.col(i));
+    if (height > most) most = height, best = i;
+  }
+  return best;
+}
+
 /// max d·x over the core of a shape at X. Of a half-space: over a point of its plane.
 inline double core_support(const ShapeData& s, const Pose& X, const Vector3d& d) {
   const Vector3d l = X.R.transpose() * d;
@@ -67,7 +82,7 @@ inline double core_support(const ShapeData& s, const Pose& X, const Vector3d& d)
     case Kind::Cylinder:
       return h + s.half.z() * std::abs(l.z()) + s.radius * std::hypot(l.x(), l.y());
     case Kind::Mesh:
-      return h + (l.transpose() * s.mesh->vertices).maxCoeff();
+      return h + l.dot(s.mesh->vertices.col(find_vertex(*s.mesh, l)));
     case Kind::Sphere:
     case Kind::HalfSpace:
       break;
