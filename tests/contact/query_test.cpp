@@ -373,6 +373,41 @@ TEST(Query, AnyHistoryAndThread_SameBits) {
   }
 }
 
+TEST(Query, PolytopesAfterOtherPoses_SameBitsAsAFreshWorkspace) {
+  world::Scene scene;
+  scene.contact_distance = 0.05;
+  scene.objects = {test::make_object("a", test::make_mesh()), test::make_object("b", test::make_mesh()),
+                   test::make_object("c", world::Box{{0.05, 0.06, 0.02}})};
+  Fixture used(scene);
+  Random random(11);
+  const std::vector<int> pairs = used.all_pairs();
+  int hits = 0, misses = 0;
+  for (int i = 0; i < 3000; ++i) {
+    // Every third pose is near the last one, so that what parted the bodies there still does, or only just does not any more.
+    Eigen::VectorXd q = i % 3 ? used.q : used.model->neutral();
+    for (int k = 0; k < 3; ++k) {
+      if (i % 3) {
+        q.segment<3>(7 * k) += random.in_cube(0.02);
+      } else {
+        q.segment<3>(7 * k) = random.in_cube(0.15);
+        q.segment<4>(7 * k + 3) = Eigen::Quaterniond(random.rotation()).coeffs();
+      }
+    }
+    used.move_to(q);
+    Workspace fresh(*used.model);
+    std::vector<Contact> want;
+    query(*used.model, used.kinematics, {}, fresh, want);
+    Workspace also_fresh(*used.model);
+    EXPECT_EQ(calc_min_distance(*used.model, used.kinematics, pairs, -1, used.work),
+              calc_min_distance(*used.model, used.kinematics, pairs, -1, also_fresh));
+    expect_identical(used.query_contacts(), want);
+    hits += !want.empty();
+    misses += want.empty();
+  }
+  EXPECT_GT(hits, 300);
+  EXPECT_GT(misses, 300);
+}
+
 TEST(Query, NoPairs_NoContacts) {
   world::Scene scene;
   scene.objects = {test::make_object("alone", world::Sphere{0.1})};

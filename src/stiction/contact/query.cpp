@@ -32,6 +32,9 @@ constexpr std::uint64_t make_id(int pair, int point = 0) { return (static_cast<s
 /// Room kept for contacts from the first query on, beyond one for each pair.
 constexpr std::size_t kReservedContacts = 4096;
 
+/// More than what Coal's distance of polytopes may be too small by [m]: a pair that is parted by this more is out of reach for Coal too.
+constexpr double kPartedBy = 1e-8;
+
 /// Of an earlier contact in the same place: only points of a patch have anything in these fields.
 inline void forget_patch(Contact& c) {
   if (c.reference == PatchSide::None) return;
@@ -85,6 +88,8 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
     data.patch = detail::has_patch(geometries[data.first].shape, geometries[data.second].shape);
     data.boxes = a.kind == Kind::Box && b.kind == Kind::Box;
+    const auto is_polytope = [](const detail::ShapeData& s) { return s.kind == Kind::Box || s.kind == Kind::Mesh; };
+    data.hulls = is_polytope(a) && is_polytope(b) && !data.boxes;
     data.in_slabs = geometries[data.second].shape.kind == Kind::Box && !model.planar_axis();
     if (a.kind != Kind::Sphere || b.kind != Kind::Sphere) {
       data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
@@ -124,6 +129,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     data.run_end = static_cast<int>(column_runs.size());
     pairs.push_back(data);
   }
+  parting.assign(n_p, Vector3d::UnitX());
   if (planar_axis) find_planes(model);
   reserve_scratch();
   center_distance2.assign(n_p + kPadding, 0.0);
@@ -222,7 +228,16 @@ double Workspace::Impl::lower_bound(int pair) const {
 }
 
 bool Workspace::Impl::is_beyond(int pair, double limit) const {
-  return (pairs[pair].half_space >= 0 || pairs[pair].in_slabs) && lower_bound(pair) >= limit;
+  const PairData& p = pairs[pair];
+  if ((p.half_space >= 0 || p.in_slabs) && lower_bound(pair) >= limit) return true;
+  return p.hulls && is_parted(pair, limit);
+}
+
+bool Workspace::Impl::is_parted(int pair, double limit) const {
+  const PairData& p = pairs[pair];
+  const world::Pose &X_WA = X_WG[p.first], &X_WB = X_WG[p.second];
+  const Vector3d n = X_WA.R * parting[pair];
+  return -support(shape_of(p, p.first), X_WA, -n) - support(shape_of(p, p.second), X_WB, n) >= limit + kPartedBy;
 }
 
 // Takes what rounding or an arbitrary choice along extruded edges left across the plane out of an answer.
@@ -256,6 +271,7 @@ void Workspace::Impl::narrow(int pair, Distance& out) {
     return;
   }
   p.kernel(shape_of(p, p.first), pose_of(p.first), shape_of(p, p.second), pose_of(p.second), context, out);
+  if (p.hulls) parting[pair] = X_WG[p.first].R.transpose() * out.nhat_BA_W;
   if (p.first != p.a) detail::swap_roles(out);
   if (p.in_plane) flatten(p, out);
 }

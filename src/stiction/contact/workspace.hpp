@@ -29,6 +29,7 @@ struct Workspace::Impl {
     bool patch = false;              // may touch in several points
     bool boxes = false;              // two boxes, not of a planar model
     bool in_plane = false;           // planar models: both centres lie in one plane, so that only motion in it parts them
+    bool hulls = false;              // two polytopes that go to Coal: `parting` bounds phi from below
     bool in_slabs = false;           // the second is a box, not of a planar model: its slabs bound phi from below
     int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
@@ -52,7 +53,8 @@ struct Workspace::Impl {
   void place(int geometry, const world::Kinematics& kinematics);
   double distance2(int pair) const;              // of the bounding centres [m²]
   double lower_bound(int pair) const;            // of phi [m]
-  bool is_beyond(int pair, double limit) const;  // beside a plane or a box that bounds phi better than spheres do
+  bool is_beyond(int pair, double limit) const;  // by a bound of phi that is better than that of spheres
+  bool is_parted(int pair, double limit) const;
   void narrow(int pair, Distance& out);
   void flatten(const PairData& pair, Distance& out) const;
   void reserve_scratch();
@@ -74,6 +76,10 @@ struct Workspace::Impl {
   std::optional<int> planar_axis;
   detail::KernelContext context;
   Eigen::Vector3d coincident_normal;
+
+  // Per pair, of an earlier query: a unit vector in the frame of `first` along which the two were apart. Every direction gives a true
+  // bound, so that it decides how long an answer takes, and never which one it is.
+  std::vector<Eigen::Vector3d> parting;
 
   // Of the configuration in hand.
   std::vector<double> center_x, center_y, center_z;  // per geometry, padded
