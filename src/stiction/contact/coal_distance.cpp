@@ -92,7 +92,10 @@ void coal_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const
   // The first guess is the line of the centres and never the last answer: equal configurations give equal bits.
   const Vector3d guess = a.p_GCenter - X_WA.R.transpose() * (X_WB * b.p_GCenter - X_WA.p);
   solver.cached_guess = guess.squaredNorm() > 0 ? guess : Vector3d::UnitX();
-  solver.support_func_cached_guess.setZero();
+  // Where Coal's walks over the vertices start: where the first one ends.
+  const Vector3d towards_a = X_WB.R.transpose() * (X_WA.R * solver.cached_guess);
+  solver.support_func_cached_guess = {a.mesh ? find_vertex(*a.mesh, -solver.cached_guess) : 0,
+                                      b.mesh ? find_vertex(*b.mesh, towards_a) : 0};
 
   coal::Vec3s p_a, p_b, normal;
   const double distance = solver.shapeDistance(*a.coal->shape, coal::Transform3s(X_WA.R, X_WA.p), *b.coal->shape,
