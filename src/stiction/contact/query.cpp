@@ -230,14 +230,24 @@ double Workspace::Impl::lower_bound(int pair) const {
 bool Workspace::Impl::is_beyond(int pair, double limit) const {
   const PairData& p = pairs[pair];
   if ((p.half_space >= 0 || p.in_slabs) && lower_bound(pair) >= limit) return true;
-  return p.hulls && is_parted(pair, limit);
+  return p.hulls && parted_by(pair) >= limit + kPartedBy;
 }
 
-bool Workspace::Impl::is_parted(int pair, double limit) const {
+double Workspace::Impl::parted_by(int pair) const {
   const PairData& p = pairs[pair];
   const world::Pose &X_WA = X_WG[p.first], &X_WB = X_WG[p.second];
   const Vector3d n = X_WA.R * parting[pair];
-  return -support(shape_of(p, p.first), X_WA, -n) - support(shape_of(p, p.second), X_WB, n) >= limit + kPartedBy;
+  return -support(shape_of(p, p.first), X_WA, -n) - support(shape_of(p, p.second), X_WB, n);
+}
+
+int Workspace::Impl::guess_nearest_hulls(std::span<const int> pair_indices) const {
+  int out = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (const int i : pair_indices) {
+    const double bound = pairs[i].hulls ? std::max(parted_by(i), lower_bound(i)) : least;
+    if (bound < least) least = bound, out = i;
+  }
+  return out;
 }
 
 // Takes what rounding or an arbitrary choice along extruded edges left across the plane out of an answer.
@@ -444,25 +454,33 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
   Workspace::Impl& w = work.impl();
   require_match(w, model, kinematics);
   require_length("stop_below", stop_below);
+  for (const int i : pair_indices) require_pair(w, i);
   w.set_kinematics(kinematics);
   double best = std::numeric_limits<double>::infinity();
   Distance d;
+  // The pair of hulls that looks nearest is likely to put the others out of reach. In its turn, and not before, it may end the search:
+  // the answer is that of the pairs in their order, whichever is asked first.
+  const int nearest = w.guess_nearest_hulls(pair_indices);
+  if (nearest >= 0) w.narrow(nearest, d);
+  const double phi_nearest = nearest >= 0 ? d.phi : best;
+  best = phi_nearest;
   for (const int i : pair_indices) {
-    require_pair(w, i);
     const Workspace::Impl::PairData& p = w.pairs[i];
-    if (p.half_space < 0) {
-      const double d2 = w.distance2(i), reach = (w.radius_sum[i] + best) * (1.0 + 1e-12);
-      if (d2 > reach * std::abs(reach)) continue;
-      if (!p.kernel) {
-        best = std::min(best, std::sqrt(d2) - w.radius_sum[i]);
-        if (best < stop_below) return best;
-        continue;
+    const double limit = std::max(best, stop_below);
+    double phi = phi_nearest;
+    if (i != nearest) {
+      const double d2 = w.distance2(i), reach = (w.radius_sum[i] + limit) * (1.0 + 1e-12);
+      if (p.half_space < 0 && d2 > reach * std::abs(reach)) continue;
+      if (p.kernel) {
+        if (w.is_beyond(i, limit)) continue;
+        w.narrow(i, d);
+        phi = d.phi;
+      } else {
+        phi = std::sqrt(d2) - w.radius_sum[i];
       }
     }
-    if (w.is_beyond(i, best)) continue;
-    w.narrow(i, d);
-    best = std::min(best, d.phi);
-    if (best < stop_below) return best;
+    if (phi < stop_below) return phi;
+    best = std::min(best, phi);
   }
   return best;
 }

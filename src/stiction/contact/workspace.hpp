@@ -51,10 +51,11 @@ struct Workspace::Impl {
   void set_kinematics(const world::Kinematics& kinematics);
   void set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices);  // of the geometries of these pairs at least
   void place(int geometry, const world::Kinematics& kinematics);
-  double distance2(int pair) const;              // of the bounding centres [m²]
-  double lower_bound(int pair) const;            // of phi [m]
-  bool is_beyond(int pair, double limit) const;  // by a bound of phi that is better than that of spheres
-  bool is_parted(int pair, double limit) const;
+  double distance2(int pair) const;                                  // of the bounding centres [m²]
+  double lower_bound(int pair) const;                                // of phi [m]
+  bool is_beyond(int pair, double limit) const;                      // by a bound of phi that is better than that of spheres
+  double parted_by(int pair) const;                                  // separation along `parting`: of hulls, another lower bound
+  int guess_nearest_hulls(std::span<const int> pair_indices) const;  // by the bounds; −1 without hulls
   void narrow(int pair, Distance& out);
   void flatten(const PairData& pair, Distance& out) const;
   void reserve_scratch();
