@@ -26,7 +26,7 @@ class SupportTable {
   }
 
  private:
-  static constexpr int kCells = 16;   // along an edge of the cube, a power of two
+  static constexpr int kCells = 8;    // along an edge of the cube, a power of two
   static constexpr int kFewest = 12;  // below, one cell does
 
   static std::size_t find_cell(const Eigen::Vector3d& d) {
