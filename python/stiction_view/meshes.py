@@ -124,10 +124,19 @@ def compact(mesh: Mesh, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return mesh[0][used], triangles.reshape(-1, 3)
 
 
+def _triangle_areas(mesh: Mesh) -> np.ndarray:
+    a, b, c = (mesh[0][mesh[1][:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def surface_area(mesh: Mesh) -> float:
+    return float(_triangle_areas(mesh).sum())
+
+
 def surface_points(mesh: Mesh, count: int, rng: np.random.Generator) -> np.ndarray:
     """Points spread evenly over the surface."""
     a, b, c = (mesh[0][mesh[1][:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = _triangle_areas(mesh)
     face = rng.choice(len(area), size=count, p=area / area.sum())
     s, t = rng.random((2, count, 1))
     flip = s + t > 1

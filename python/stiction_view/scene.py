@@ -115,9 +115,8 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
     Plane problems are looked at along the normal of their plane. Otherwise the candidates are directions on the upper half of a sphere,
     and the one from which most of the object is not hidden behind anything else wins, over a few moments of the plan.
     """
-    rng = np.random.default_rng(0)
     moments = frames[np.linspace(0, len(frames) - 1, 5).round().astype(int)]
-    samples = {part.body: meshes.surface_points(part.mesh, 400, rng) for part in parts}
+    samples = sample_surfaces(plan, parts)
 
     interesting = [in_world(samples[plan.goal_body], plan.goal)] if plan.goal_body in samples else [plan.goal.position[None]]
     for body, points in samples.items():
@@ -155,7 +154,7 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
             for e in np.radians([30.0, 42.0, 55.0])
             for a in np.radians(np.arange(0.0, 360.0, 22.5) - 45.0)
         ]
-        scores = [sum(_visible(plan, samples, knot, d) for knot in moments) for d in candidates]
+        scores = [sum(visible(plan, samples, knot, d) for knot in moments) for d in candidates]
         direction = candidates[int(np.argmax(np.round(scores, 2)))]
     direction = direction / np.linalg.norm(direction)
 
@@ -175,7 +174,23 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
     return View(look_at + distance * direction, look_at, up, fov, radius, label)
 
 
-def _visible(plan: Plan, samples: dict[int, np.ndarray], knot: int, direction: np.ndarray) -> float:
+def _cell(points: np.ndarray) -> float:
+    """Of the depth buffer: a fourteenth of the object."""
+    return float(np.linalg.norm(np.ptp(points, axis=0))) / 14
+
+
+def sample_surfaces(plan: Plan, parts: list[BodyMesh]) -> dict[int, np.ndarray]:
+    """Points on every body, as close as the cells of the depth buffer: a wall with gaps would hide nothing."""
+    rng = np.random.default_rng(0)
+    cell = _cell(next((part.mesh[0] for part in parts if part.body == plan.goal_body), np.zeros((1, 3))))
+
+    def count(area: float) -> int:
+        return int(np.clip(3 * area / cell**2 if cell > 0 else 0, 400, 20000))
+
+    return {part.body: meshes.surface_points(part.mesh, count(meshes.surface_area(part.mesh)), rng) for part in parts}
+
+
+def visible(plan: Plan, samples: dict[int, np.ndarray], knot: int, direction: np.ndarray) -> float:
     """Part of the picture of the object that nothing else covers, seen from `direction`: a coarse depth buffer of surface points."""
     if plan.goal_body not in samples:
         return 0.0
@@ -185,9 +200,12 @@ def _visible(plan: Plan, samples: dict[int, np.ndarray], knot: int, direction: n
     points = [in_world(p, pose_at(plan, body, knot)) for body, p in samples.items()]
     is_object = np.concatenate([np.full(len(p), body == plan.goal_body) for body, p in samples.items()])
     world = np.concatenate(points)
-    target = world[is_object]
-    cell = np.linalg.norm(np.ptp(target, axis=0)) / 14
+    cell = _cell(samples[plan.goal_body])
     column, row = (np.round(world @ axis / cell).astype(int) for axis in (right, up))
+    near = np.ones(len(world), dtype=bool)
+    for index in (column, row):  # nothing else can cover the object
+        near &= (index >= index[is_object].min()) & (index <= index[is_object].max())
+    world, is_object, column, row = world[near], is_object[near], column[near], row[near]
     key = (column - column.min()) * (np.ptp(row) + 1) + row - row.min()
     # Sorted by cell and, within a cell, by depth: the last point of a cell is the one that is seen.
     order = np.lexsort((world @ direction, key))

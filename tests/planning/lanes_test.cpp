@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
@@ -19,12 +20,14 @@ class Fake : public Growth {
 
   int turn(int) override {
     EXPECT_EQ(inside_++, 0) << "a turn is alone in its lane";
-    EXPECT_TRUE(round_ == 0 || done_ == items_);
+    EXPECT_EQ(done_, drawn_) << "all items of the round are done";
     done_ = 0;
-    if (round_ > 0) cost_ += costs_[round_ - 1];
-    const bool ended = round_++ == costs_.size();
+    if (round_ > 0 && round_ <= costs_.size()) cost_ += costs_[round_ - 1];
+    const bool ended = round_ >= costs_.size();
+    round_ = std::min(round_ + 1, costs_.size() + 1);
+    drawn_ = ended ? 0 : items_;
     --inside_;
-    return ended ? 0 : items_;
+    return drawn_;
   }
   void work(int item, int worker) override {
     EXPECT_GE(item, 0);
@@ -36,7 +39,7 @@ class Fake : public Growth {
 
  private:
   std::vector<long> costs_;
-  int items_;
+  int items_, drawn_ = 0;
   std::size_t round_ = 0;
   long cost_ = 0;
   std::atomic<int> inside_{0}, done_{0};

@@ -16,7 +16,7 @@ import pytest
 import browser
 import synthetic
 from stiction_view import InvalidPlan, load_plan
-from stiction_view.scene import MAX_FRAMES, choose_frames, frame_times, make_page
+from stiction_view.scene import MAX_FRAMES, body_meshes, choose_frames, choose_view, frame_times, make_page, sample_surfaces, visible
 
 MAX_BYTES = 10_000_000
 
@@ -115,6 +115,20 @@ def test_page_draws_the_search_tree_where_the_plan_has_one(tmp_path: Path) -> No
     without = make_page(load_plan(write(tmp_path, plan)))
     assert "search tree" in with_tree and "search tree" not in without
     assert len(with_tree) > len(without)
+
+
+def test_wall_hides_what_is_behind_it(tmp_path: Path) -> None:
+    plan = synthetic.make_plan()
+    plan["bodies"].append({"name": "wall", "kind": "fixed", "moving": False, "position": [0.3, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]})
+    wall = {"type": "box", "half_extents": [0.01, 0.4, 0.4]}
+    origin = {"position": [0, 0, 0], "quaternion_wxyz": [1, 0, 0, 0], "friction": 0.5}
+    plan["geometries"].append({"name": "wall/slab", "body": len(plan["bodies"]) - 1, "shape": wall, **origin})
+    loaded = load_plan(write(tmp_path, plan))
+    parts = body_meshes(loaded, {})
+    assert choose_view(loaded, parts, choose_frames(loaded)).position[0] < 0.3
+    samples = sample_surfaces(loaded, parts)
+    assert visible(loaded, samples, 0, np.array([1.0, 0.0, 0.5])) < 0.1, "a wall has no gaps"
+    assert visible(loaded, samples, 0, np.array([-1.0, 0.0, 0.5])) > 0.5
 
 
 def test_page_is_small_and_self_contained(page: Path) -> None:
