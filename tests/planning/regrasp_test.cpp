@@ -166,6 +166,31 @@ struct HandRegrasps {
   }
 };
 
+TEST(FreeOnItsWay, TouchOnTheWayCountsAtItsEndsNot) {
+  HandRegrasps hand;
+  core::Random random(4, 0);
+  const GraspDraw draw{hand.chains.all()};
+  const auto sample = sample_contact(*hand.model, hand.chains, hand.options.sampler, draw, hand.q, random, hand.geometry);
+  ASSERT_TRUE(sample);
+  const auto at = [&](double share) {  // of the way from the start, which is free, to the contact sample
+    dynamics::Knot knot;
+    knot.q = hand.q;
+    knot.q.tail(4) += share * (sample->q_a - hand.q.tail(4));
+    return knot;
+  };
+  ASSERT_GT((sample->q_a - hand.q.tail(4)).cwiseAbs().maxCoeff(), 0.2);
+  const auto is_free = [&](const std::vector<double>& shares) {
+    std::vector<dynamics::Knot> knots;
+    for (const double share : shares) knots.push_back(at(share));
+    return is_free_on_its_way(*hand.model, hand.chains, knots, hand.geometry);
+  };
+  EXPECT_TRUE(is_free({0, 0.5, 1.05})) << "into contact";
+  EXPECT_TRUE(is_free({1.05, 0.5, 0, 0.5, 1.05})) << "out of it and back";
+  EXPECT_FALSE(is_free({0, 0.5, 1.05, 0.5})) << "touches on its way";
+  EXPECT_FALSE(is_free({1.05, 1.6, 1.05})) << "never free";
+  EXPECT_TRUE(is_free({1.05, 1.06, 1.05})) << "stays where it is";
+}
+
 /// A ball that only goes up and down: a finger that presses from the side, off its centre, lets it slide away, a step at a time.
 TEST(TryRegrasp, AcceptedOnes_HoldTheObjectForAsLongAsCommandsRest) {
   HandRegrasps hand("planar_hand_fixed_y");

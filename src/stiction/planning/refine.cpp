@@ -46,8 +46,6 @@ constexpr int kMostLeading = 10;
 constexpr double kSecondTry = 5e8;
 /// Rows of a matrix whose products take as long as what else is done for it.
 constexpr double kOverhead = 20;
-/// A branch that moves farther than kElsewhere [rad or m] in a regrasp has to get this far away from everything [m], as the checker demands.
-constexpr double kElsewhere = 0.1, kFree = 1e-3;
 /// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.
 constexpr double kSamePlace = 0.05;
 /// A branch whose posture differs by more than this between two pushes has moved [rad or m].
@@ -808,28 +806,7 @@ class Refiner {
     return true;
   }
 
-  /// Every branch that goes elsewhere touches nothing from when it first is kFree away from everything to when it last is.
-  bool is_free_on_its_way(const Segment& segment) {
-    const auto& knots = segment.knots;
-    for (int c = 0; c < chains_.size(); ++c) {
-      double excursion = 0;
-      for (const auto& knot : knots) {
-        for (const int j : chains_.joints(c)) excursion = std::max(excursion, std::abs((knot.q - knots.front().q)[model_.n_qu() + j]));
-      }
-      if (excursion < kElsewhere) continue;
-      bool was_free = false, touched = false;
-      for (const auto& knot : knots) {
-        world::calc_kinematics(model_, knot.q, geometry_.kinematics_work, geometry_.kinematics);
-        const double gap = contact::calc_min_distance(model_, geometry_.kinematics, chains_.pairs_against(c),
-                                                      -std::numeric_limits<double>::infinity(), geometry_.contact_work);
-        if (gap >= kFree && touched) return false;
-        was_free = was_free || gap >= kFree;
-        touched = touched || (was_free && gap <= 0);
-      }
-      if (!was_free) return false;
-    }
-    return true;
-  }
+  bool is_free_on_its_way(const Segment& segment) { return planning::is_free_on_its_way(model_, chains_, segment.knots, geometry_); }
 
   /// The objects do the same with every μ at regrasp_friction of it. Steps whose forces lie in those cones are the same, so that the first ones that do are
   /// not simulated again.

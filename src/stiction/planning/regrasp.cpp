@@ -422,6 +422,29 @@ std::vector<Candidate> draw_candidates(const world::Model& model, const RobotCha
 
 }  // namespace
 
+bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, const std::vector<dynamics::Knot>& knots,
+                        GeometryWorkspace& work) {
+  constexpr double kElsewhere = 0.1, kFree = 1e-3;  // [rad or m], [m]
+  for (int c = 0; c < chains.size(); ++c) {
+    double excursion = 0;
+    for (const auto& knot : knots) {
+      for (const int j : chains.joints(c)) excursion = std::max(excursion, std::abs((knot.q - knots.front().q)[model.n_qu() + j]));
+    }
+    if (excursion < kElsewhere) continue;
+    bool was_free = false, touched = false;
+    for (const auto& knot : knots) {
+      world::calc_kinematics(model, knot.q, work.kinematics_work, work.kinematics);
+      const double gap = contact::calc_min_distance(model, work.kinematics, chains.pairs_against(c),
+                                                    -std::numeric_limits<double>::infinity(), work.contact_work);
+      if (gap >= kFree && touched) return false;
+      was_free = was_free || gap >= kFree;
+      touched = touched || (was_free && gap <= 0);
+    }
+    if (!was_free) return false;
+  }
+  return true;
+}
+
 bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
                  const Eigen::VectorXd& u, const GraspDraw& draw, const GraspJudge& judge, core::Random& random,
                  GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
@@ -484,6 +507,10 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   }
   outcome = run->keep();
   if (outcome != Outcome::Held) return count_failure(outcome);
+  if (!is_free_on_its_way(model, chains, out.knots, geometry)) {
+    ++counts.no_path;
+    return false;
+  }
   outcome = run->follow_slippery();
   if (outcome != Outcome::Held) return count_failure(outcome);
   ++counts.accepted;

@@ -35,6 +35,11 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
 /// only gets weaker, and complementary.
 bool fits_cones(const dynamics::Knot& knot, double friction_scale);
 
+/// Every branch that goes elsewhere in a regrasp, 0.1 rad or m, touches nothing from when it first is 1 mm away from everything to when it last is, as the
+/// checker demands. A path keeps its clearance; springs that give way do not follow it exactly.
+bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, const std::vector<dynamics::Knot>& knots,
+                        GeometryWorkspace& work);
+
 /// A regrasp that was simulated and holds.
 struct Regrasp {
   std::vector<dynamics::Knot> knots;  ///< at full friction
