@@ -489,6 +489,28 @@ TEST(Planner, CancelledBetweenTwoTrees_IsCancelled) {
   EXPECT_EQ(result.iterations, 16);
 }
 
+TEST(Planner, CancelledTreesSideBySide_TheNearestIsKept) {
+  PlanningProblem problem = hand_problem();
+  problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    PlannerOptions options = hand_options();
+    options.seed = seed;
+    options.threads = 1;
+    std::atomic<bool> stop = false;
+    double best = 0;
+    core::RunControl control;
+    control.cancel = &stop;
+    control.on_progress = [&](const core::Progress& p) {
+      best = p.best;  // of all trees
+      stop = p.iteration >= 80;
+    };
+    PlanResult result;
+    EXPECT_EQ(plan(problem, options, control, result), Status::Cancelled);
+    const double share = std::max(result.plan.error.position / problem.goal.tol_position, result.plan.error.angle / problem.goal.tol_angle);
+    EXPECT_NEAR(share, best, 1e-6 * best) << "seed " << seed;
+  }
+}
+
 TEST(Planner, BadOptions_NameTheField) {
   const PlanningProblem problem = hand_problem();
   const auto message = [&](auto&& change) -> std::string {

@@ -1,6 +1,5 @@
 #include "stiction/planning/lanes.hpp"
 
-#include <algorithm>
 #include <condition_variable>
 #include <mutex>
 #include <vector>
@@ -35,13 +34,12 @@ class Lanes {
   void work(int worker) {
     std::unique_lock lock(mutex_);
     try {
-      for (;;) {
+      while (!failed_) {
         follow_ends();
-        Lane* lane = failed_ ? nullptr : most_behind([](const Lane& l) { return l.has_work(); });
-        if (lane != nullptr) {
+        if (Lane* lane = most_behind([](const Lane& l) { return l.has_work(); })) {
           work_on(*lane, worker, lock);
-        } else if (failed_ || most_behind([](const Lane& l) { return l.open(); }) == nullptr) {
-          break;
+        } else if (most_behind([](const Lane& l) { return l.open(); }) == nullptr) {
+          return;
         } else {
           changed_.wait(lock);
         }
@@ -52,7 +50,6 @@ class Lanes {
       changed_.notify_all();
       throw;
     }
-    changed_.notify_all();
   }
 
  private:
@@ -67,10 +64,8 @@ class Lanes {
 
   /// Ends that no other lane can come before any more.
   void follow_ends() {
-    for (Lane* lane;
-         !failed_ && (lane = most_behind([](const Lane& l) { return l.open(); })) != nullptr && lane->stage == Lane::Stage::Ended;) {
-      follow_end(*lane);
-    }
+    const auto open = [](const Lane& l) { return l.open(); };
+    for (Lane* lane = most_behind(open); lane != nullptr && lane->stage == Lane::Stage::Ended; lane = most_behind(open)) follow_end(*lane);
   }
 
   void follow_end(Lane& lane) {

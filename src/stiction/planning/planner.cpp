@@ -87,6 +87,19 @@ constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
 /// Keeps the samples of local models apart from the draws of the search.
 constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
 
+/// Of `open_in_plan` trees know nothing: that is of the plan.
+RegraspCounts& operator+=(RegraspCounts& sum, const RegraspCounts& o) {
+  sum.tried += o.tried;
+  sum.accepted += o.accepted;
+  sum.no_sample += o.no_sample;
+  sum.no_path += o.no_path;
+  sum.object_moved += o.object_moved;
+  sum.failed_step += o.failed_step;
+  sum.open += o.open;
+  sum.too_open += o.too_open;
+  return sum;
+}
+
 struct Totals {
   long steps = 0, linearisations = 0, failed_steps = 0, distrusted = 0;
   RegraspCounts regrasps;
@@ -96,14 +109,7 @@ struct Totals {
     linearisations += o.linearisations;
     failed_steps += o.failed_steps;
     distrusted += o.distrusted;
-    regrasps.tried += o.regrasps.tried;
-    regrasps.accepted += o.regrasps.accepted;
-    regrasps.no_sample += o.regrasps.no_sample;
-    regrasps.no_path += o.regrasps.no_path;
-    regrasps.object_moved += o.regrasps.object_moved;
-    regrasps.failed_step += o.regrasps.failed_step;
-    regrasps.open += o.regrasps.open;
-    regrasps.too_open += o.regrasps.too_open;
+    regrasps += o.regrasps;
     return *this;
   }
 };
@@ -130,10 +136,7 @@ void add(const Counts& counts, PlanResult& out) {
   out.linearisations += counts.totals.linearisations;
   out.failed_steps += counts.totals.failed_steps;
   out.distrusted += counts.totals.distrusted;
-  Totals sum;
-  sum.regrasps = out.regrasps;
-  sum += counts.totals;
-  out.regrasps = sum.regrasps;
+  out.regrasps += counts.totals.regrasps;
 }
 
 /// Everything one thread needs.
@@ -1390,13 +1393,13 @@ class Search {
     best_->planner.report();
     best_->planner.finish();
     out = std::move(best_->found);
-    out.status = status_ == Status::MaxIterations && control_.cancelled() ? Status::Cancelled : status_;  // cancelled between two trees
+    out.status = status_ == Status::MaxIterations && control_.cancelled() ? Status::Cancelled : status_;
     out.reason = std::move(reason_);
     out.seed = options_.seed;
     add(dropped_, out);
     for (const auto& tree : trees_) {
-      const auto lane = std::find_if(lanes_.begin(), lanes_.end(), [&](const Lane& l) { return l.tree == tree.get(); });
       if (!tree) continue;
+      const auto lane = std::find_if(lanes_.begin(), lanes_.end(), [&](const Lane& l) { return l.tree == tree.get(); });
       add(crew_.over && lane != lanes_.end() ? tree->planner.counts_at(end_ - lane->start) : tree->planner.counts(), out);
     }
   }
@@ -1431,8 +1434,9 @@ class Search {
   void take_end(Lane& lane, long clock) {
     GrowingTree& tree = *std::exchange(lane.tree, nullptr);
     lane.left -= tree.planner.iterations() - lane.before;
-    if (tree.found.status != Status::MaxIterations || !tree.found.reason.empty()) {
-      status_ = tree.found.status;
+    const Status status = tree.found.status;
+    if (status == Status::Solved || status == Status::NumericalFailure || !tree.found.reason.empty()) {
+      status_ = status;
       reason_ = tree.found.reason;
       end_ = clock;
       best_ = &tree;
