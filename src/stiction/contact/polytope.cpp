@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -168,23 +167,11 @@ std::shared_ptr<const Polytope> make_polytope(const ShapeData& s) {
 }
 
 int find_face(const Polytope& polytope, const Vector3d& d) {
-  int best = 0;
-  double most = -2;
-  for (const int i : polytope.steepest.near(d)) {
-    const double cosine = polytope.faces[i].normal.dot(d);
-    if (cosine > most) most = cosine, best = i;
-  }
-  return best;
+  return polytope.steepest.find_farthest(d, [&polytope](int i) -> const Vector3d& { return polytope.faces[i].normal; });
 }
 
 int find_vertex(const Polytope& polytope, const Vector3d& d) {
-  int best = 0;
-  double most = -std::numeric_limits<double>::infinity();
-  for (const int i : polytope.farthest.near(d)) {
-    const double height = d.dot(polytope.vertices[i]);
-    if (height > most) most = height, best = i;
-  }
-  return best;
+  return polytope.farthest.find_farthest(d, [&polytope](int i) -> const Vector3d& { return polytope.vertices[i]; });
 }
 
 }  // namespace stiction::contact::detail

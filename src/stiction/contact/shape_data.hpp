@@ -1,8 +1,6 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 
 #include "stiction/contact/contact.hpp"
@@ -61,13 +59,7 @@ inline double core_radius(const ShapeData& s) { return s.kind == Kind::Sphere ||
 
 /// Vertex of a mesh that is farthest along d, in its own frame; of several the first.
 inline int find_vertex(const MeshData& mesh, const Vector3d& d) {
-  int best = 0;
-  double most = -std::numeric_limits<double>::infinity();
-  for (const int i : mesh.farthest.near(d)) {
-    const double height = d.dot(mesh.vertices.col(i));
-    if (height > most) most = height, best = i;
-  }
-  return best;
+  return mesh.farthest.find_farthest(d, [&mesh](int i) { return mesh.vertices.col(i); });
 }
 
 /// max d·x over the core of a shape at X. Of a half-space: over a point of its plane.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,18 @@ class SupportTable {
   std::span<const int> near(const Eigen::Vector3d& d) const {
     const std::size_t cell = begin_.size() > 2 ? find_cell(d) : 0;
     return {list_.data() + begin_[cell], list_.data() + begin_[cell + 1]};
+  }
+
+  /// Of the points, point(i), the farthest along d; of several the first.
+  template <class Point>
+  int find_farthest(const Eigen::Vector3d& d, const Point& point) const {
+    int best = 0;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const int i : near(d)) {
+      const double height = d.dot(point(i));
+      if (height > most) most = height, best = i;
+    }
+    return best;
   }
 
  private:
