@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "stiction/core/invalid_input.hpp"
@@ -76,6 +78,75 @@ TEST_P(ThreadPools, Run_SeveralItemsThrow_TheSmallestOneIsReported) {
   ThreadPool one(1);
   one.run(3, [&](int item, int) { sum += item; });
   EXPECT_EQ(sum, 3);
+}
+
+// Which of the items come to an end first does not matter: the smallest one that is enough counts, and all before it are done.
+TEST_P(ThreadPools, RunUntil_EndsWithTheFirstItemThatIsEnough) {
+  ThreadPool pool(GetParam());
+  for (int repeat = 0; repeat < 50; ++repeat) {
+    std::vector<std::atomic<int>> calls(40);
+    const int needed = pool.run_until(40, [&](int item, int, const ThreadPool::Turn&) {
+      ++calls[static_cast<std::size_t>(item)];
+      if (item % 5 == 3) std::this_thread::sleep_for(std::chrono::microseconds(100));
+      return item == 7 ? 9 : item == 12 || item == 8 ? item + 1 : 40;
+    });
+    ASSERT_EQ(needed, 9);
+    for (std::size_t i = 0; i < 9; ++i) ASSERT_EQ(calls[i].load(), 1) << i;
+    for (const auto& c : calls) ASSERT_LE(c.load(), 1);
+    EXPECT_TRUE(pool.size() > 1 || calls[9].load() == 0);
+  }
+  EXPECT_EQ(pool.run_until(0, [](int, int, const ThreadPool::Turn&) { return 0; }), 0);
+}
+
+TEST_P(ThreadPools, RunUntil_AnItemThatIsNotNeededAnyMore_IsOver) {
+  ThreadPool pool(GetParam());
+  const int needed = pool.run_until(8, [&](int item, int, const ThreadPool::Turn& turn) {
+    if (item == 0) return 1;
+    while (!turn.over()) std::this_thread::yield();  // for ever, were it not told
+    return 8;
+  });
+  EXPECT_EQ(needed, 1);
+}
+
+// Items start runs of their own. The worker of an item that waits for its run is not given anything else.
+TEST_P(ThreadPools, RunUntil_InItems_GivesWhatOneThreadGives) {
+  ThreadPool pool(GetParam());
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    std::vector<int> busy(static_cast<std::size_t>(pool.size()), 0);  // without a lock, as a workspace is used
+    std::atomic<bool> alone{true};
+    std::vector<int> inner(6, -1);
+    const int needed = pool.run_until(6, [&](int item, int worker, const ThreadPool::Turn& turn) {
+      int& mine = busy[static_cast<std::size_t>(worker)];
+      if (mine++ != 0) alone = false;
+      inner[static_cast<std::size_t>(item)] = pool.run_until(
+          10,
+          [&](int k, int helper, const ThreadPool::Turn& at) {
+            int& theirs = busy[static_cast<std::size_t>(helper)];
+            if (theirs++ != (helper == worker ? 1 : 0)) alone = false;
+            for (int spin = 0; spin < 1000 && !at.over(); ++spin) std::atomic_signal_fence(std::memory_order_seq_cst);
+            --theirs;
+            return k == item + 2 ? k + 1 : 10;
+          },
+          &turn);
+      --mine;
+      return item == 4 ? 5 : 6;
+    });
+    ASSERT_EQ(needed, 5);
+    for (int item = 0; item < 5; ++item) ASSERT_EQ(inner[static_cast<std::size_t>(item)], item + 3);
+    ASSERT_TRUE(alone);
+  }
+}
+
+TEST_P(ThreadPools, RunUntil_OnlyWhatIsNeededThrows) {
+  ThreadPool pool(GetParam());
+  const auto throws_at = [&](int bad) {
+    return pool.run_until(16, [bad](int item, int, const ThreadPool::Turn&) {
+      if (item == bad) throw std::runtime_error("bad");
+      return item == 5 ? 6 : 16;
+    });
+  };
+  EXPECT_EQ(throws_at(6), 6);
+  EXPECT_THROW(throws_at(4), std::runtime_error);
 }
 
 TEST_P(ThreadPools, Run_AfterAnException_Works) {

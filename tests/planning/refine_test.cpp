@@ -259,6 +259,24 @@ TEST(Refine, PlannedPath_StaysAPlan) {
   }
 }
 
+// Small steps take most of the time, and seldom come to something where those of the plan do not.
+TEST(Refine, NothingWorksAtTheStepsOfThePlan_SmallOnesAreTriedOnlyWhereTheyAreCheap) {
+  Pushing p = push_with_detour();
+  p.options.tolerance_fraction = 1e-9;  // all trials fail, at their ends
+  const auto steps = [&p](double h) {
+    RefineResult r;
+    p.refine_options.h = h;
+    EXPECT_EQ(p.run(r), Status::Solved);
+    EXPECT_EQ(r.variant, "unchanged");
+    return r.steps;
+  };
+  for (p.options.threads = 1; p.options.threads <= 3; ++p.options.threads) {
+    EXPECT_LT(steps(0.05), steps(0.02)) << "a short push costs little: it is tried all the same";
+    EXPECT_EQ(steps(1e-4), steps(5e-5)) << "what was begun for nothing does not count";
+    EXPECT_LT(steps(1e-4), steps(0.05));
+  }
+}
+
 TEST(Refine, PlanThatMissesItsGoal_IsHandedBack) {
   Pushing p = push_with_detour();
   p.plan.goal.X_WG.p.z() += 0.1;

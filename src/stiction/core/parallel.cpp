@@ -1,7 +1,6 @@
 #include "stiction/core/parallel.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <condition_variable>
 #include <exception>
 #include <limits>
@@ -12,50 +11,77 @@
 #include "stiction/core/invalid_input.hpp"
 
 namespace stiction::core {
+namespace {
+
+using Body = std::function<int(int, int, const ThreadPool::Turn&)>;
+
+struct Job {
+  const Body& body;
+  const ThreadPool::Turn* outer;
+  int place;                ///< item of the outermost run that it belongs to; −1: it is that run
+  std::atomic<int> needed;  ///< items
+  int begun = 0, running = 0;
+  std::exception_ptr error = nullptr;
+  int error_item = std::numeric_limits<int>::max();
+
+  bool has_items() const { return begun < needed; }
+};
+
+}  // namespace
 
 struct ThreadPool::Impl {
   std::vector<std::thread> threads;
   std::mutex mutex;
-  std::condition_variable start;
-  std::condition_variable done;
-  long generation = 0;
-  int busy = 0;
+  std::condition_variable changed;
+  std::vector<Job*> jobs;
   bool quit = false;
-  int n = 0;
-  const std::function<void(int, int)>* body = nullptr;
-  std::atomic<int> next{0};
-  std::exception_ptr error;
-  int error_item = std::numeric_limits<int>::max();
 
-  void work(int worker) {
-    for (int item = next.fetch_add(1); item < n; item = next.fetch_add(1)) {
-      try {
-        (*body)(item, worker);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (item < error_item) {
-          error_item = item;
-          error = std::current_exception();
-        }
-      }
+  /// With an item to begin: the outermost run, else the run of its smallest item.
+  Job* find_work() const {
+    Job* out = nullptr;
+    for (Job* job : jobs) {
+      if (job->has_items() && (out == nullptr || job->place < out->place)) out = job;
     }
+    return out;
+  }
+
+  void do_item(Job& job, int worker, std::unique_lock<std::mutex>& lock) {
+    Turn turn;
+    turn.needed = &job.needed;
+    turn.item = job.begun++;
+    turn.worker = worker;
+    turn.outer = job.outer;
+    ++job.running;
+    lock.unlock();
+    int needed = std::numeric_limits<int>::max();
+    std::exception_ptr error;
+    try {
+      needed = job.body(turn.item, worker, turn);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    lock.lock();
+    if (error && turn.item < job.error_item) {
+      job.error_item = turn.item;
+      job.error = error;
+    }
+    if (turn.item < job.needed) job.needed = std::min(job.needed.load(), std::max(needed, turn.item + 1));
+    if (--job.running == 0 && !job.has_items()) changed.notify_all();
   }
 
   void loop(int worker) {
-    long seen = 0;
-    for (;;) {
-      {
-        std::unique_lock lock(mutex);
-        start.wait(lock, [&] { return quit || generation != seen; });
-        if (quit) return;
-        seen = generation;
+    std::unique_lock lock(mutex);
+    while (!quit) {
+      if (Job* job = find_work()) {
+        do_item(*job, worker, lock);
+      } else {
+        changed.wait(lock);
       }
-      work(worker);
-      const std::lock_guard lock(mutex);
-      if (--busy == 0) done.notify_one();
     }
   }
 };
+
+bool ThreadPool::Turn::over() const { return item >= needed->load(std::memory_order_relaxed) || (outer != nullptr && outer->over()); }
 
 ThreadPool::ThreadPool(int threads) : impl_(std::make_unique<Impl>()) {
   if (threads < 1) throw_invalid("threads", std::to_string(threads), "at least 1");
@@ -69,29 +95,40 @@ ThreadPool::~ThreadPool() {
     const std::lock_guard lock(impl_->mutex);
     impl_->quit = true;
   }
-  impl_->start.notify_all();
+  impl_->changed.notify_all();
   for (auto& thread : impl_->threads) thread.join();
 }
 
 int ThreadPool::size() const { return static_cast<int>(impl_->threads.size()) + 1; }
 
 void ThreadPool::run(int n, const std::function<void(int, int)>& body) {
+  run_until(n, [&](int item, int worker, const Turn&) {
+    body(item, worker);
+    return n;
+  });
+}
+
+int ThreadPool::run_until(int n, const Body& body, const Turn* outer) {
+  int place = -1;
+  for (const Turn* turn = outer; turn != nullptr; turn = turn->outer) place = turn->item;
+  const int worker = outer != nullptr ? outer->worker : 0;
+  Job job{body, outer, place, n};
   Impl& pool = *impl_;
-  {
-    const std::lock_guard lock(pool.mutex);
-    pool.n = n;
-    pool.body = &body;
-    pool.next = 0;
-    pool.error = nullptr;
-    pool.error_item = std::numeric_limits<int>::max();
-    pool.busy = static_cast<int>(pool.threads.size());
-    ++pool.generation;
-  }
-  if (!pool.threads.empty()) pool.start.notify_all();
-  pool.work(0);
   std::unique_lock lock(pool.mutex);
-  pool.done.wait(lock, [&] { return pool.busy == 0; });
-  if (pool.error) std::rethrow_exception(pool.error);
+  pool.jobs.push_back(&job);
+  if (!pool.threads.empty()) pool.changed.notify_all();
+  while (job.has_items() || job.running > 0) {
+    // Within an item its thread waits: what it works with is in use.
+    if (Job* next = job.has_items() ? &job : outer == nullptr ? pool.find_work() : nullptr) {
+      pool.do_item(*next, worker, lock);
+    } else {
+      pool.changed.wait(lock);
+    }
+  }
+  std::erase(pool.jobs, &job);
+  lock.unlock();
+  if (job.error && job.error_item < job.needed) std::rethrow_exception(job.error);
+  return job.needed;
 }
 
 int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }

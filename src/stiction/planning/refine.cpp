@@ -42,8 +42,8 @@ constexpr std::initializer_list<double> kFeedback = {kNoFeedback, 1e-1, 3e-2, 1e
 constexpr double kMostFeedback = 0.3;
 /// Knots of the plan's length after a push in which feedback may still take the objects to their target.
 constexpr int kMostLeading = 10;
-/// A trial that took more work than this, in the unit of RefineOptions::mpc_work, is not repeated without rest: some tenths of a second.
-constexpr double kSecondTry = 5e8;
+/// What takes more work than this, in the unit of RefineOptions::mpc_work, is not tried where there is little hope: some tenths of a second.
+constexpr double kLittleHope = 5e8;
 /// Rows of a matrix whose products take as long as what else is done for it.
 constexpr double kOverhead = 20;
 /// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.
@@ -61,6 +61,15 @@ struct Trial {
       false;  ///< only where the one before ended with a push that does not hold, and took little: one that is lost is lost again
 };
 
+struct Work {
+  long steps = 0, failed_steps = 0;
+  Work& operator+=(const Work& more) {
+    steps += more.steps;
+    failed_steps += more.failed_steps;
+    return *this;
+  }
+};
+
 /// Where the commands lead at half the sub-step, and the worst that was met on the way.
 struct Halves {
   Eigen::VectorXd q, u;
@@ -68,11 +77,19 @@ struct Halves {
   bool started = false;                   ///< what is given may penetrate
 };
 
+class Refiner;
+
+/// Trials and, within them, ways through a push or a regrasp are tried side by side.
+struct Crew {
+  explicit Crew(int threads) : pool(threads) {}
+  core::ThreadPool pool;
+  std::vector<std::unique_ptr<Refiner>> refiners;  ///< one per thread
+};
+
 class Refiner {
  public:
-  /// @param threads  on which runs from one state are tried side by side
   Refiner(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
-          const core::RunControl& control, int threads)
+          const core::RunControl& control, Crew& crew)
       : model_(*model),
         plan_(plan),
         options_(options),
@@ -87,8 +104,7 @@ class Refiner {
         half_steps_(model),
         smooth_steps_(model),
         shared_model_(model),
-        pool_(threads) {
-    for (int i = 1; i < threads; ++i) others_.push_back(std::make_unique<Refiner>(model, plan, options, refine_options, control, 1));
+        crew_(crew) {
     exact_ = plan.step;
     exact_.smoothing = dynamics::Exact{};
     exact_.with_A = exact_.with_B = false;
@@ -96,36 +112,36 @@ class Refiner {
   }
 
   /// How the given plan does at half the sub-step. @returns false: it does not reach its goal
-  bool look_at_plan() {
+  bool look_at_plan(Work& done) {
     given_ = {plan_.q_start, plan_.u_start};
     if (!go_on(plan_.segments, exact_of_plan(), given_)) given_.q = plan_.q_start;
+    done += std::exchange(work_, {});
     return reaches_goal(plan_, given_, 1.0);
   }
 
+  /// A refined plan may be as bad as the given one.
+  void take_look_of(const Refiner& other) { given_ = other.given_; }
+
   /// The given plan, with forces: one that was read from a file comes without.
-  void keep_plan(RefineResult& out) {
-    start_over();
-    out_.plan = with_forces();
-    out_.variant = "unchanged";
-    out_.fine_error = goal_error(model_, given_.q, plan_.goal);
-    out = std::move(out_);
+  void keep_plan(RefineResult& out, Work& done) {
+    out.plan = with_forces();
+    out.variant = "unchanged";
+    out.fine_error = goal_error(model_, given_.q, plan_.goal);
+    done += std::exchange(work_, {});
   }
 
-  /// After look_at_plan(): a refined plan may be as bad as the given one.
-  /// @returns true: `out` is a refined plan; steps are those of everything so far
-  bool attempt(const Trial& trial, RefineResult& out) {
-    start_over();
-    set_up(trial);
+  /// After the look at the plan. @returns true: `out` is a refined plan
+  bool attempt(const Trial& trial, const core::ThreadPool::Turn& turn, RefineResult& out, Work& done) {
+    out_ = {};
     out_.rests = trial.rest;
-    broke_ = false;
-    steps_before_ = out_.steps;
-    for (const auto& other : others_) {
-      other->given_ = given_;
-      other->set_up(trial);
-    }
+    turn_ = &turn;
+    set_up(trial);
+    broke_soon_ = false;
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
     const bool good = build(*trial.pushes, built) && reaches_goal(built, halves_, options_.tolerance_fraction);
+    broke_soon_ = broke_soon_ && cost(work_.steps) <= kLittleHope;
+    done += std::exchange(work_, {});
     if (!good) return false;
     built.error = goal_error(model_, end_of(built), plan_.goal);
     out_.plan = std::move(built);
@@ -137,17 +153,12 @@ class Refiner {
   }
 
   /// The last trial soon ended with a push that comes to nothing, penetrates or pulls across a gap whatever the feedback.
-  bool broke_soon() const { return broke_ && work(out_.steps - steps_before_) <= kSecondTry; }
+  bool broke_soon() const { return broke_soon_; }
+
+  /// Of so many steps.
+  double cost(long steps) const { return static_cast<double>(steps) * std::pow(model_.n_v() + model_.n_a() + kOverhead, 3); }
 
  private:
-  /// Nothing is refined any more; steps are those of everything so far.
-  void start_over() {
-    const long steps = out_.steps, failed_steps = out_.failed_steps;
-    out_ = {};
-    out_.steps = steps;
-    out_.failed_steps = failed_steps;
-  }
-
   // ---- at half the sub-step ------------------------------------------------------------------------------------------------------
   bool holds(const Halves& at) const {
     return at.penetration <= std::max(kMostPenetration, given_.penetration) && at.force_gap <= std::max(kMostForceGap, given_.force_gap);
@@ -159,9 +170,9 @@ class Refiner {
     for (const Segment& segment : segments) {
       for (const auto& knot : segment.knots) {
         for (const Eigen::VectorXd& u : {Eigen::VectorXd(0.5 * (at.u + knot.u)), knot.u}) {
-          ++out_.steps;
+          ++work_.steps;
           if (dynamics::step(model_, {at.q, u}, options, half_steps_, half_result_) != Status::Solved) {
-            ++out_.failed_steps;
+            ++work_.failed_steps;
             return false;
           }
           for (const auto& c : half_result_.contacts) {
@@ -183,8 +194,8 @@ class Refiner {
     std::vector<Segment> segments;
     Eigen::VectorXd q, u;
     bool known = false, good = false;  ///< simulated; it came to something
-    bool counted = false;              ///< its steps are in the result
-    long steps = 0, failed_steps = 0;
+    bool counted = false;              ///< its work is in that of the trial
+    Work work;
   };
 
   /// A push or a regrasp as it was simulated, and where that left everything.
@@ -200,64 +211,83 @@ class Refiner {
     Way* way = nullptr;    ///< of a push: shared by the runs that end at rest and those that do not
     bool rests = false;    ///< a push ends at rest
     double clearance = 0;  ///< of a regrasp that was planned anew [m]
-    long steps = 0, failed_steps = 0;
+    Work work;
+  };
+
+  /// Where runs start.
+  struct Place {
+    const Trial* trial;
+    Eigen::VectorXd q, u;
+    Halves halves;
   };
 
   /// From where the simulation is: the first run in a list that ends near enough to q_target, else the one that ends nearest. Half sub-steps are looked at
-  /// only of what may be it. As many as there are threads are tried side by side; what comes out, and the steps that count, are those of one thread.
+  /// only of what may be it. Threads that are free try the next ones; what comes out, and the work that counts, are those of one thread.
   /// @param enough    what is near enough, in tolerances of the goal
   /// @param simulate  (Refiner&, Run&) → bool: from its q_, u_ to q_, u_; false where it comes to nothing
   template <class Simulate>
   std::optional<Run> best_of(std::vector<Run> runs, const Eigen::VectorXd& q_target, double enough, Simulate&& simulate) {
-    for (const auto& other : others_) other->start_from(*this);
-    std::vector<Run*> later;
+    const auto near_enough = [enough](const Run& run) { return run.holds && run.missed <= enough; };
     std::optional<Run> best;
-    const auto better = [&best](const Run& run) { return run.holds && (!best || run.missed < best->missed); };
-    const auto n = static_cast<int>(runs.size());
-    for (int first = 0; first < n; first += pool_.size()) {
-      const std::span<Run> some(&runs[static_cast<std::size_t>(first)], static_cast<std::size_t>(std::min(pool_.size(), n - first)));
-      side_by_side(some, [&](Refiner& refiner, Run& run) { refiner.try_run(q_target, enough, simulate, run); });
-      if (stop()) return best;
-      for (Run& run : some) {
-        count(run);
-        if (run.done && run.whole > enough) later.push_back(&run);
-        if (run.holds && run.missed <= enough) return std::move(run);
-        if (better(run)) best = std::move(run);
-      }
+    std::vector<Run*> later;
+    const int tried = side_by_side(static_cast<int>(runs.size()), [&](Refiner& refiner, int k) {
+      Run& run = runs[static_cast<std::size_t>(k)];
+      refiner.try_run(q_target, enough, simulate, run);
+      return near_enough(run) ? k + 1 : static_cast<int>(runs.size());
+    });
+    if (stop()) return best;
+    const auto look_at = [&](Run& run) {
+      count(run);
+      if (run.holds && (!best || run.missed < best->missed)) best = std::move(run);
+    };
+    for (Run& run : std::span(runs).first(static_cast<std::size_t>(tried))) {
+      if (run.done && run.whole > enough) later.push_back(&run);
+      look_at(run);
     }
+    if (best && best->missed <= enough) return best;
     std::stable_sort(later.begin(), later.end(), [](const Run* a, const Run* b) { return a->whole < b->whole; });
-    for (std::size_t first = 0; first < later.size(); first += static_cast<std::size_t>(pool_.size())) {
-      if (best && best->missed <= later[first]->whole + kSamePlace) break;
-      const std::span<Run*> some(&later[first], std::min(static_cast<std::size_t>(pool_.size()), later.size() - first));
-      side_by_side(some, [&](Refiner& refiner, Run* run) { refiner.finish(q_target, *run); });
-      for (Run* run : some) {
-        if (best && best->missed <= run->whole + kSamePlace) return best;
-        count(*run);
-        if (better(*run)) best = std::move(*run);
-      }
-    }
+    // At half sub-steps a run ends no nearer than at whole ones.
+    const auto needed = [&later](double missed) {
+      const auto farther = std::find_if(later.begin(), later.end(), [&](const Run* run) { return missed <= run->whole + kSamePlace; });
+      return static_cast<int>(farther - later.begin());
+    };
+    const int finished = side_by_side(best ? needed(best->missed) : static_cast<int>(later.size()), [&](Refiner& refiner, int k) {
+      Run& run = *later[static_cast<std::size_t>(k)];
+      refiner.finish(q_target, run);
+      return run.holds ? std::max(k + 1, needed(run.missed)) : static_cast<int>(later.size());
+    });
+    if (stop()) return best;
+    for (Run* run : std::span(later).first(static_cast<std::size_t>(finished))) look_at(*run);
     return best;
   }
 
-  template <class Item, class Body>
-  void side_by_side(std::span<Item> items, const Body& body) {
-    pool_.run(static_cast<int>(items.size()), [&](int i, int worker) {
-      body(worker == 0 ? *this : *others_[static_cast<std::size_t>(worker) - 1], items[static_cast<std::size_t>(i)]);
-    });
+  /// @param body  (Refiner&, int item) → int, as ThreadPool::run_until asks for
+  template <class Body>
+  int side_by_side(int n, const Body& body) {
+    const Place here{trial_, q_, u_, halves_};
+    return crew_.pool.run_until(
+        n,
+        [&](int item, int worker, const core::ThreadPool::Turn& turn) {
+          Refiner& refiner = *crew_.refiners[static_cast<std::size_t>(worker)];
+          if (&refiner != this) refiner.start_from(here);
+          const auto* outer = std::exchange(refiner.turn_, &turn);
+          const int needed = body(refiner, item);
+          refiner.turn_ = outer;
+          return needed;
+        },
+        turn_);
   }
 
-  void start_from(const Refiner& other) {
-    q_ = other.q_;
-    u_ = other.u_;
-    halves_ = other.halves_;
+  void start_from(const Place& place) {
+    set_up(*place.trial);
+    q_ = place.q;
+    u_ = place.u;
+    halves_ = place.halves;
   }
 
   void count(const Run& run) {
-    out_.steps += run.steps;
-    out_.failed_steps += run.failed_steps;
-    if (run.way == nullptr || std::exchange(run.way->counted, true)) return;
-    out_.steps += run.way->steps;
-    out_.failed_steps += run.way->failed_steps;
+    work_ += run.work;
+    if (run.way != nullptr && !std::exchange(run.way->counted, true)) work_ += run.way->work;
   }
 
   /// A run from where the simulation is, which stays there. Finished at once where it ends near enough.
@@ -265,24 +295,22 @@ class Refiner {
   void try_run(const Eigen::VectorXd& q_target, double enough, const Simulate& simulate, Run& run) {
     if (stop()) return;
     const Eigen::VectorXd q_before = q_, u_before = u_;
-    const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
+    const Work before = std::exchange(work_, {});
     run.done = simulate(*this, run);
     run.q = std::exchange(q_, q_before);
     run.u = std::exchange(u_, u_before);
-    run.steps = std::exchange(out_.steps, steps);
-    run.failed_steps = std::exchange(out_.failed_steps, failed_steps);
+    run.work = std::exchange(work_, before);
     run.whole = miss(q_target, run.q);
     if (run.done && run.whole <= enough) finish(q_target, run);
   }
 
-  /// Half sub-steps: `holds` is false where it penetrates there, pulls across a gap, or is a push that needs all of its friction. The steps count as the run's.
+  /// Half sub-steps: `holds` is false where it penetrates there, pulls across a gap, or is a push that needs all of its friction. The work counts as the run's.
   void finish(const Eigen::VectorXd& q_target, Run& run) {
-    const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
+    const Work before = std::exchange(work_, {});
     run.halves = halves_;
     run.holds = go_on(run.segments, exact_, run.halves) && (run.gamma == 0 || has_margin(run));
     run.missed = std::max(run.whole, miss(q_target, run.halves.q));
-    run.steps += std::exchange(out_.steps, steps);
-    run.failed_steps += std::exchange(out_.failed_steps, failed_steps);
+    run.work += std::exchange(work_, before);
   }
 
   /// Of a plan with a margin of friction: a push does the same with every μ at regrasp_friction of it, against what objects on joints rest on.
@@ -297,8 +325,8 @@ class Refiner {
     dynamics::StepOptions slippery = exact_;
     slippery.friction_scale = exact_.friction_scale * options_.regrasp_friction;
     Eigen::VectorXd q = q_, u = u_;
-    if (drag_.push(commands, slippery, steps_, result_, q, u, out_.steps) != Status::Solved) {
-      ++out_.failed_steps;
+    if (drag_.push(commands, slippery, steps_, result_, q, u, work_.steps) != Status::Solved) {
+      ++work_.failed_steps;
       return false;
     }
     return miss(run.q, q) <= refine_.mpc_miss;
@@ -312,7 +340,8 @@ class Refiner {
   }
 
   // ---- simulated anew ------------------------------------------------------------------------------------------------------------
-  bool stop() const { return control_.stop(); }
+  /// Asked to, or nothing depends on what is tried any more.
+  bool stop() const { return control_.stop() || (turn_ != nullptr && turn_->over()); }
 
   bool build(const std::vector<Push>& pushes, Plan& built) {
     built = plan_;
@@ -364,7 +393,7 @@ class Refiner {
 
   /// Every sub-step of the plan in so many of the same length.
   void set_up(const Trial& trial) {
-    rests_ = trial.rest;
+    trial_ = &trial;
     const int cuts = trial.cuts;
     cuts_ = cuts;
     exact_.h = plan_.step.h / cuts;
@@ -383,9 +412,9 @@ class Refiner {
   bool coarse() const { return exact_.h > refine_.h * (1 + 1e-9); }
 
   bool step(const Eigen::VectorXd& u, const dynamics::StepOptions& options) {
-    ++out_.steps;
+    ++work_.steps;
     if (dynamics::step(model_, {q_, u}, options, steps_, result_) == Status::Solved) return true;
-    ++out_.failed_steps;
+    ++work_.failed_steps;
     return false;
   }
 
@@ -398,7 +427,7 @@ class Refiner {
   /// One sub-step of the exact dynamics, stored.
   bool advance(const Eigen::VectorXd& command, Segment& segment) {
     const Eigen::VectorXd u = within_limits(command);  // rounding
-    if (!step(u, exact_)) return false;
+    if (stop() || !step(u, exact_)) return false;
     q_ = result_.q_next;
     u_ = u;
     dynamics::Knot& knot = segment.knots.emplace_back();
@@ -456,7 +485,7 @@ class Refiner {
     for (const Segment& edge : push.edges) {
       if (!replay(edge, built.segments.emplace_back(Segment{edge.kind, {}}))) return false;
     }
-    if (rests_ && !come_to_rest(built.segments.back())) return false;
+    if (trial_->rest && !come_to_rest(built.segments.back())) return false;
     return go_on(std::span(built.segments).subspan(first), exact_, halves_);
   }
 
@@ -472,7 +501,7 @@ class Refiner {
     };
     std::vector<Way> ways(kFeedback.size());
     for (const bool rests : {true, false}) {
-      if (rests && !rests_) continue;
+      if (rests && !trial_->rest) continue;
       std::vector<Run> runs(kFeedback.size());
       for (std::size_t k = 0; k < runs.size(); ++k) {
         runs[k].gamma = kFeedback.begin()[k];
@@ -488,7 +517,7 @@ class Refiner {
         take(*best, built);
         return true;
       }
-      broke_ = !best;
+      broke_soon_ = !best;
       q_ = q_before;
       u_ = u_before;
     }
@@ -499,13 +528,13 @@ class Refiner {
   bool follow(const Push& push, const Eigen::VectorXd& q_target, Run& run) {
     Way& way = *run.way;
     if (!way.known) {
-      const long steps = std::exchange(out_.steps, 0), failed_steps = std::exchange(out_.failed_steps, 0);
+      const Work before = std::exchange(work_, {});
+      way.segments.clear();
       way.good = go_along(push, q_target, run.gamma, way);
-      way.known = true;
+      way.known = !stop();
       way.q = q_;
       way.u = u_;
-      way.steps = std::exchange(out_.steps, steps);
-      way.failed_steps = std::exchange(out_.failed_steps, failed_steps);
+      way.work = std::exchange(work_, before);
     }
     if (!way.good) return false;
     run.segments = way.segments;
@@ -568,7 +597,7 @@ class Refiner {
     smooth.smoothing = options_.smoothing;
     smooth.with_B = true;
     smooth_steps_.forget();
-    ++out_.steps;
+    ++work_.steps;
     if (dynamics::step(model_, {q_, u_}, smooth, smooth_steps_, smooth_result_) != Status::Solved) return false;
     const Eigen::MatrixXd WB = weights_.asDiagonal() * smooth_result_.B.topRows(model_.n_vu()) * limits_.asDiagonal();
     const Eigen::VectorXd lower = (model_.lower() - u_).cwiseMin(0.0).cwiseQuotient(limits_).cwiseMax(-kMostFeedback);
@@ -597,13 +626,13 @@ class Refiner {
       }
     }
     reference.back().head(model_.n_qu()) = q_target.head(model_.n_qu());
-    const double more = work(static_cast<long>(u.size()));
+    const double more = cost(static_cast<long>(u.size()));
     if (mpc_work_ + more > refine_.mpc_work) return;
     mpc_work_ += more;
     mpc_.iterations = refine_.mpc_iterations;
-    if (!optimizer_) optimizer_.emplace(shared_model_, pool_.size());
+    if (!optimizer_) optimizer_.emplace(shared_model_, crew_.pool.size());
     if (trajopt::optimize(model_, {q_before, u, reference, &u_before}, mpc_, control_, *optimizer_, optimized_) != Status::Solved) return;
-    out_.steps += optimized_.steps;
+    work_.steps += optimized_.steps;
     Run corrected;
     corrected.gamma = run.gamma;
     corrected.rests = run.rests;
@@ -629,9 +658,6 @@ class Refiner {
     ++out_.corrected;
   }
 
-  /// Of so many steps.
-  double work(long steps) const { return static_cast<double>(steps) * std::pow(model_.n_v() + model_.n_a() + kOverhead, 3); }
-
   bool revolute(int dof) const { return model_.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute; }
 
   /// The object in tolerances of the goal, at the end fully and on its way a little; changes of the command in limits of a sub-step.
@@ -639,7 +665,7 @@ class Refiner {
     constexpr double kWay = 1e-2, kChange = 1e-2;
     mpc_.step = exact_;
     mpc_.scheme = options_.smoothing;
-    mpc_.threads = pool_.size();
+    mpc_.threads = crew_.pool.size();
     mpc_.qp_tolerance = 1e-3;  // the step is judged by the dynamics
     mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
     weights_.resize(model_.n_vu());
@@ -791,9 +817,9 @@ class Refiner {
                const Eigen::VectorXd& q_wanted, Segment& segment) {
     if ((u - u_).cwiseAbs().maxCoeff() == 0) return true;
     const Status status = dynamics::rollout(model_, q_, u_, u, exact_, limits, steps_, rollout_);
-    out_.steps += rollout_.steps;
+    work_.steps += rollout_.steps;
     if (status != Status::Solved) {
-      ++out_.failed_steps;
+      ++work_.failed_steps;
       return false;
     }
     for (const auto& knot : rollout_.knots) {
@@ -853,7 +879,8 @@ class Refiner {
   const PlannerOptions& options_;
   const RefineOptions& refine_;
   const core::RunControl& control_;
-  RefineResult out_;
+  RefineResult out_;  ///< of the trial under way
+  Work work_;         ///< of it as well, of a run while that is tried
   ObjectSpace space_;
   Motion motion_;
   RobotChains chains_;
@@ -865,8 +892,9 @@ class Refiner {
   dynamics::RolloutResult rollout_;
   dynamics::StepWorkspace half_steps_, smooth_steps_;
   dynamics::StepResult half_result_, smooth_result_;
-  Halves given_, halves_;                           ///< of the plan, and where the simulation is
-  Eigen::VectorXd weights_, limits_;                ///< 1/tolerance of the goal (n_vu); limits of a sub-step (n_a)
+  Halves given_, halves_;             ///< of the plan, and where the simulation is
+  Eigen::VectorXd weights_, limits_;  ///< 1/tolerance of the goal (n_vu); limits of a sub-step (n_a)
+  const Trial* trial_ = nullptr;
   int cuts_ = 1;                                    ///< parts of a step of the plan
   double mpc_work_ = 0;                             ///< of the trial so far, as in RefineOptions
   dynamics::SubstepLimits substep_, free_substep_;  ///< … and where the branches that move touch nothing, in commands as far as in the plan
@@ -877,12 +905,10 @@ class Refiner {
   Eigen::VectorXd q_, u_;   ///< where the simulation is
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
-  bool rests_ = true;
-  bool broke_ = false;
-  long steps_before_ = 0;  ///< of all trials before this one
+  bool broke_soon_ = false;
   std::shared_ptr<const Model> shared_model_;
-  core::ThreadPool pool_;
-  std::vector<std::unique_ptr<Refiner>> others_;  ///< for the threads besides the first
+  Crew& crew_;
+  const core::ThreadPool::Turn* turn_ = nullptr;  ///< of the trial or run under way
 };
 
 std::size_t count_knots(const std::vector<Push>& pushes) {
@@ -893,42 +919,83 @@ std::size_t count_knots(const std::vector<Push>& pushes) {
   return n;
 }
 
-/// In the order in which they are wanted.
-std::vector<Trial> list_trials(const Plan& plan, const RefineOptions& options, const std::vector<Push>& shorter,
-                               const std::vector<Push>& pushes) {
-  const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / options.h * (1 - 1e-12))));
+/// Trials of which the first that works counts.
+struct Attempts {
   std::vector<Trial> trials;
-  trials.push_back({"shortened", &shorter, true, cuts});
-  trials.push_back({"shortened", &shorter, false, cuts, options.rest});
-  if (cuts > 1) {  // what is not shorter is left for the steps of the plan: trials of small ones take most of the time
-    for (const bool rest : {true, false}) trials.push_back({"shortened", &shorter, rest, 1});
-  }
+  long steps = 0;  ///< that the first takes at least, at whole and half sub-steps
+  bool worked = false;
+  RefineResult result = {};
+  Work done = {};
+};
+
+/// At the steps of the plan, then at small ones where those are longer than asked for.
+std::vector<Attempts> list_attempts(const Plan& plan, const RefineOptions& options, const std::vector<Push>& shorter,
+                                    const std::vector<Push>& pushes) {
+  const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / options.h * (1 - 1e-12))));
+  const bool small = cuts > 1;
+  std::vector<Attempts> list(small ? 2 : 1);
+  list.back().trials = {{"shortened", &shorter, true, cuts}, {"shortened", &shorter, false, cuts, options.rest}};
+  std::vector<Trial>& trials = list.front().trials;
+  if (small) trials = {{"shortened", &shorter, true, 1}, {"shortened", &shorter, false, 1}};
   if (count_knots(shorter) != count_knots(pushes)) {  // else it is the same again
     for (const bool rest : {true, false}) trials.push_back({"reconnected", &pushes, rest, 1});
   }
-  if (!options.rest) std::erase_if(trials, [](const Trial& trial) { return trial.rest; });
-  return trials;
+  for (Attempts& attempts : list) {
+    attempts.steps = (1L + 2L) * attempts.trials.front().cuts * static_cast<long>(count_knots(shorter));
+    if (!options.rest) std::erase_if(attempts.trials, [](const Trial& trial) { return trial.rest; });
+  }
+  return list;
 }
 
-/// The first trial that works.
+/// Small steps are wanted most, and take most of the time. What comes to nothing at the steps of the plan seldom works at small ones.
 Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
            const core::RunControl& control, RefineResult& out) {
-  Refiner refiner(model, plan, options, refine_options, control, options.threads > 0 ? options.threads : core::hardware_threads());
-  if (!refiner.look_at_plan()) {
-    refiner.keep_plan(out);
-    return Status::NumericalFailure;
-  }
+  core::RunControl quiet = control;  // there is no measure of how far a refinement has come
+  quiet.on_progress = nullptr;
+  Crew crew(options.threads > 0 ? options.threads : core::hardware_threads());
+  for (int i = 0; i < crew.pool.size(); ++i)
+    crew.refiners.push_back(std::make_unique<Refiner>(model, plan, options, refine_options, quiet, crew));
+  Refiner& first = *crew.refiners.front();
+  Work done;
+  const auto finish = [&](Status status, const RefineResult* refined) {
+    if (refined != nullptr) {
+      out = *refined;
+    } else {
+      first.keep_plan(out, done);
+    }
+    out.steps = done.steps;
+    out.failed_steps = done.failed_steps;
+    return status;
+  };
+  if (!first.look_at_plan(done)) return finish(Status::NumericalFailure, nullptr);
+  for (const auto& refiner : crew.refiners) refiner->take_look_of(first);
+
   const Motion motion(*model, refine_options.motionless_position, refine_options.motionless_angle);
   const std::vector<Push> pushes = split_at_regrasps(plan);
   std::vector<Push> shorter = pushes;
   if (refine_options.cut_tails) cut_tails(motion, shorter);
   if (refine_options.drop_pushes) drop_pushes(motion, shorter);
-  for (const Trial& trial : list_trials(plan, refine_options, shorter, pushes)) {
-    if (trial.after_break && !refiner.broke_soon()) continue;
-    if (refiner.attempt(trial, out)) return Status::Solved;
+
+  std::vector<Attempts> list = list_attempts(plan, refine_options, shorter, pushes);
+  const int n = static_cast<int>(list.size());
+  const int tried = crew.pool.run_until(n, [&](int item, int worker, const core::ThreadPool::Turn& turn) {
+    Refiner& refiner = *crew.refiners[static_cast<std::size_t>(worker)];
+    Attempts& attempts = list[static_cast<std::size_t>(item)];
+    for (const Trial& trial : attempts.trials) {
+      if (trial.after_break && !refiner.broke_soon()) continue;
+      attempts.worked = refiner.attempt(trial, turn, attempts.result, attempts.done);
+      if (attempts.worked) return n;
+    }
+    return item + 1 < n && first.cost(list[static_cast<std::size_t>(item) + 1].steps) <= kLittleHope ? n : item + 1;
+  });
+  const std::span<const Attempts> needed = std::span(list).first(static_cast<std::size_t>(tried));
+  const RefineResult* refined = nullptr;
+  for (const Attempts& attempts : needed) {
+    done += attempts.done;
+    if (attempts.worked) refined = &attempts.result;
   }
-  refiner.keep_plan(out);
-  return control.cancelled() ? Status::Cancelled : control.expired() ? Status::MaxIterations : Status::Solved;
+  if (needed.back().worked) return finish(Status::Solved, refined);
+  return finish(control.cancelled() ? Status::Cancelled : control.expired() ? Status::MaxIterations : Status::Solved, refined);
 }
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
