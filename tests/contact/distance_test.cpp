@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "contact/shapes.hpp"
+#include "stiction/contact/shape_data.hpp"
 #include "stiction/core/invalid_input.hpp"
 
 namespace stiction::contact {
@@ -355,6 +356,19 @@ TEST(Shapes, TwoHalfSpaces_Refused) {
     FAIL();
   } catch (const core::InvalidInput& e) {
     EXPECT_NE(std::string(e.what()).find("two half-spaces"), std::string::npos) << e.what();
+  }
+}
+
+// Of a mesh that comes after another one where that was in memory as well.
+TEST(Shapes, DataOfAMesh_IsMadeOnceAndNeverThatOfAnotherOne) {
+  for (int i = 1; i <= 20; ++i) {
+    const Vector3d half = 0.01 * i * Vector3d::Ones();
+    const world::Shape shape = test::make_box_mesh(half);
+    const detail::ShapeData data = detail::find_shape_data(shape), again = detail::find_shape_data(shape);
+    EXPECT_NEAR(data.bounding_radius, half.norm(), 1e-15);
+    EXPECT_EQ(data.mesh, again.mesh);
+    EXPECT_EQ(data.polytope, again.polytope);
+    EXPECT_NE(data.mesh, detail::find_shape_data(test::make_box_mesh(half)).mesh);
   }
 }
 

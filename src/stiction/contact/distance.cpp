@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <mutex>
 
 #include "stiction/contact/closed_form.hpp"
 #include "stiction/contact/coal_distance.hpp"
@@ -99,6 +101,17 @@ ShapeData make_shape_data(const world::Shape& shape) {
   flatten.out.coal = make_coal_shape(flatten.out);
   flatten.out.polytope = make_polytope(flatten.out);
   return flatten.out;
+}
+
+ShapeData find_shape_data(const world::Shape& shape) {
+  const auto* mesh = std::get_if<world::Mesh>(&shape);
+  if (mesh == nullptr || !mesh->mesh) return make_shape_data(shape);
+  static std::mutex mutex;
+  static std::map<std::weak_ptr<const world::ConvexMesh>, ShapeData, std::owner_less<>> made;
+  const std::lock_guard lock(mutex);
+  if (const auto seen = made.find(mesh->mesh); seen != made.end()) return seen->second;
+  std::erase_if(made, [](const auto& entry) { return entry.first.expired(); });
+  return made.emplace(mesh->mesh, make_shape_data(shape)).first->second;
 }
 
 Kernel find_kernel(Kind first, Kind second) {

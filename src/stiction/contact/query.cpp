@@ -59,7 +59,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   const std::size_t n_g = model_geometries.size();
   geometries.reserve(n_g);
   for (const world::Geometry& g : model_geometries) {
-    GeometryData data{g.body, {}, g.X_BG, detail::make_shape_data(g.shape), {}};
+    GeometryData data{g.body, {}, g.X_BG, detail::find_shape_data(g.shape), {}};
     data.p_BCenter = g.X_BG * data.shape.p_GCenter;
     if (data.shape.kind != Kind::Sphere) posed.push_back(static_cast<int>(geometries.size()));
     geometries.push_back(std::move(data));

@@ -54,6 +54,9 @@ struct ShapeData {
 
 ShapeData make_shape_data(const world::Shape& shape);
 
+/// The same, made once of each mesh for as long as that lives: the tables of a link take longer than hundreds of steps, and every workspace needs them.
+ShapeData find_shape_data(const world::Shape& shape);
+
 /// A shape is its core and all within this of it: cores of spheres are points, of capsules segments, of the others all of them [m].
 inline double core_radius(const ShapeData& s) { return s.kind == Kind::Sphere || s.kind == Kind::Capsule ? s.radius : 0.0; }
 
