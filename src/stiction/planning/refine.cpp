@@ -140,6 +140,7 @@ class Refiner {
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
     const bool good = build(*trial.pushes, built) && reaches_goal(built, halves_, options_.tolerance_fraction);
+    turn_ = nullptr;
     broke_soon_ = broke_soon_ && cost(work_.steps) <= kLittleHope;
     done += std::exchange(work_, {});
     if (!good) return false;
@@ -919,35 +920,26 @@ std::size_t count_knots(const std::vector<Push>& pushes) {
   return n;
 }
 
-/// Trials of which the first that works counts.
+/// Trials one after the other, up to the first that works.
 struct Attempts {
   std::vector<Trial> trials;
-  long steps = 0;  ///< that the first takes at least, at whole and half sub-steps
   bool worked = false;
   RefineResult result = {};
   Work done = {};
 };
 
-/// At the steps of the plan, then at small ones where those are longer than asked for.
-std::vector<Attempts> list_attempts(const Plan& plan, const RefineOptions& options, const std::vector<Push>& shorter,
-                                    const std::vector<Push>& pushes) {
-  const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / options.h * (1 - 1e-12))));
-  const bool small = cuts > 1;
-  std::vector<Attempts> list(small ? 2 : 1);
-  list.back().trials = {{"shortened", &shorter, true, cuts}, {"shortened", &shorter, false, cuts, options.rest}};
-  std::vector<Trial>& trials = list.front().trials;
-  if (small) trials = {{"shortened", &shorter, true, 1}, {"shortened", &shorter, false, 1}};
-  if (count_knots(shorter) != count_knots(pushes)) {  // else it is the same again
-    for (const bool rest : {true, false}) trials.push_back({"reconnected", &pushes, rest, 1});
-  }
-  for (Attempts& attempts : list) {
-    attempts.steps = (1L + 2L) * attempts.trials.front().cuts * static_cast<long>(count_knots(shorter));
-    if (!options.rest) std::erase_if(attempts.trials, [](const Trial& trial) { return trial.rest; });
+/// In the order in which they are wanted. What waits for how another one ended is tried after that.
+std::vector<Attempts> list_attempts(const std::vector<Trial>& trials, bool rest) {
+  std::vector<Attempts> list;
+  for (const Trial& trial : trials) {
+    if (trial.rest && !rest) continue;
+    if (!trial.after_break || list.empty()) list.emplace_back();
+    list.back().trials.push_back(trial);
   }
   return list;
 }
 
-/// Small steps are wanted most, and take most of the time. What comes to nothing at the steps of the plan seldom works at small ones.
+/// Small steps are wanted most, and take most of the time. What comes to nothing at the steps of the plan seldom works at small ones, so that those come last.
 Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
            const core::RunControl& control, RefineResult& out) {
   core::RunControl quiet = control;  // there is no measure of how far a refinement has come
@@ -976,26 +968,40 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
   if (refine_options.cut_tails) cut_tails(motion, shorter);
   if (refine_options.drop_pushes) drop_pushes(motion, shorter);
 
-  std::vector<Attempts> list = list_attempts(plan, refine_options, shorter, pushes);
-  const int n = static_cast<int>(list.size());
-  const int tried = crew.pool.run_until(n, [&](int item, int worker, const core::ThreadPool::Turn& turn) {
-    Refiner& refiner = *crew.refiners[static_cast<std::size_t>(worker)];
-    Attempts& attempts = list[static_cast<std::size_t>(item)];
-    for (const Trial& trial : attempts.trials) {
-      if (trial.after_break && !refiner.broke_soon()) continue;
-      attempts.worked = refiner.attempt(trial, turn, attempts.result, attempts.done);
-      if (attempts.worked) return n;
-    }
-    return item + 1 < n && first.cost(list[static_cast<std::size_t>(item) + 1].steps) <= kLittleHope ? n : item + 1;
-  });
-  const std::span<const Attempts> needed = std::span(list).first(static_cast<std::size_t>(tried));
-  const RefineResult* refined = nullptr;
-  for (const Attempts& attempts : needed) {
-    done += attempts.done;
-    if (attempts.worked) refined = &attempts.result;
+  const auto first_that_works = [&](std::vector<Attempts> list) -> std::optional<RefineResult> {
+    const int n = static_cast<int>(list.size());
+    const int tried = crew.pool.run_until(n, [&](int item, int worker, const core::ThreadPool::Turn& turn) {
+      Refiner& refiner = *crew.refiners[static_cast<std::size_t>(worker)];
+      Attempts& attempts = list[static_cast<std::size_t>(item)];
+      for (const Trial& trial : attempts.trials) {
+        if (trial.after_break && !refiner.broke_soon()) continue;
+        attempts.worked = refiner.attempt(trial, turn, attempts.result, attempts.done);
+        if (attempts.worked) return item + 1;
+      }
+      return n;
+    });
+    for (const Attempts& attempts : std::span(list).first(static_cast<std::size_t>(tried))) done += attempts.done;
+    Attempts& last = list[static_cast<std::size_t>(tried) - 1];
+    return last.worked ? std::optional(std::move(last.result)) : std::nullopt;
+  };
+
+  const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))));
+  const std::vector<Trial> small{{"shortened", &shorter, true, cuts}, {"shortened", &shorter, false, cuts, refine_options.rest}};
+  std::vector<Trial> planned = small;
+  if (cuts > 1) planned = {{"shortened", &shorter, true, 1}, {"shortened", &shorter, false, 1}};
+  if (count_knots(shorter) != count_knots(pushes)) {  // else it is the same again
+    for (const bool rest : {true, false}) planned.push_back({"reconnected", &pushes, rest, 1});
   }
-  if (needed.back().worked) return finish(Status::Solved, refined);
-  return finish(control.cancelled() ? Status::Cancelled : control.expired() ? Status::MaxIterations : Status::Solved, refined);
+  std::optional<RefineResult> refined = first_that_works(list_attempts(planned, refine_options.rest));
+  bool as_wanted = refined.has_value();
+  const long least = (1L + 2L) * cuts * static_cast<long>(count_knots(shorter));  // steps of a small trial, at whole and half sub-steps
+  if (cuts > 1 && (as_wanted || first.cost(least) <= kLittleHope)) {
+    std::optional<RefineResult> in_small_steps = first_that_works(list_attempts(small, refine_options.rest));
+    as_wanted = in_small_steps.has_value();
+    if (as_wanted) refined = std::move(in_small_steps);
+  }
+  if (as_wanted || !control.stop()) return finish(Status::Solved, refined ? &*refined : nullptr);
+  return finish(control.cancelled() ? Status::Cancelled : Status::MaxIterations, refined ? &*refined : nullptr);
 }
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
