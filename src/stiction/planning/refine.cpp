@@ -933,7 +933,7 @@ std::vector<Attempts> list_attempts(const std::vector<Trial>& trials, bool rest)
   std::vector<Attempts> list;
   for (const Trial& trial : trials) {
     if (trial.rest && !rest) continue;
-    if (!trial.after_break || list.empty()) list.emplace_back();
+    if (!trial.after_break) list.emplace_back();
     list.back().trials.push_back(trial);
   }
   return list;
@@ -1000,8 +1000,8 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
     as_wanted = in_small_steps.has_value();
     if (as_wanted) refined = std::move(in_small_steps);
   }
-  if (as_wanted || !control.stop()) return finish(Status::Solved, refined ? &*refined : nullptr);
-  return finish(control.cancelled() ? Status::Cancelled : Status::MaxIterations, refined ? &*refined : nullptr);
+  const Status status = as_wanted || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+  return finish(status, refined ? &*refined : nullptr);
 }
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
