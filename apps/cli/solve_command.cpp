@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
@@ -20,6 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 using core::Status;
 using json = nlohmann::ordered_json;
+
+/// Of the tolerances: an object that is farther from where the plan has it does not come back.
+constexpr double kLost = 5;
 
 /// One seed: a refined plan and how far it came.
 struct Try {
@@ -39,83 +44,6 @@ struct Try {
   auto rank() const { return std::tuple(solved(), accepted, reached()); }
 };
 
-/// Plans, refines, checks and simulates with one seed; stops early where nothing is left to gain.
-class Solver {
- public:
-  Solver(const SolveArguments& arguments, tasks::Task task, const fs::path& target)
-      : arguments_(arguments), task_(std::move(task)), target_(target), pool_(threads(arguments)) {
-    for (const double friction : arguments.friction) {
-      simulation::PlantOptions options;
-      options.rest_time = planning::kRestTime;
-      options.velocity_reference = true;
-      options.contact.friction_scale = friction;
-      plants_.push_back(simulation::Plant::make(task_.model, options));
-    }
-  }
-
-  Try run(std::uint64_t seed, const core::RunControl& control, ProgressLine& line) {
-    Try out;
-    out.seed = seed;
-    planning::PlannerOptions options = task_.options;
-    options.seed = seed;
-    if (arguments_.threads_given) options.threads = arguments_.threads;
-    core::RunControl planning = control;
-    planning.on_progress = [&line](const core::Progress& progress) { line.show(progress); };
-    out.result.status = planning::plan(task_.problem, options, planning, out.result);
-    out.plan_s = out.result.wall_s;
-    if (out.solved()) {
-      line.show(fmt::format("seed {}: refining", seed));
-      planning::RefineResult refined;
-      if (planning::refine(task_.model, out.result.plan, options, {}, control, refined) == Status::Solved)
-        out.result.plan = std::move(refined.plan);
-      out.result.wall_s += refined.wall_s;
-      out.refine_s = refined.wall_s;
-    }
-    out.file = tasks::make_plan_file(task_, options, out.result, target_);
-    if (!out.solved() || control.stop()) return out;
-    tasks::CheckReport report;
-    out.accepted = tasks::check_plan(task_, out.file, {}, control, report) == Status::Solved && report.pass;
-    if (!out.accepted || control.stop()) return out;
-    line.show(fmt::format("seed {}: simulating", seed));
-    simulate(control, out);
-    return out;
-  }
-
-  /// Plan and timed commands.
-  void write(const Try& t) const {
-    tasks::write_plan(t.file, target_);
-    if (t.solved())
-      write_trajectory(target_.parent_path() / "trajectory.csv", t.file.joints,
-                       execution::make_trajectory(*task_.model, t.result.plan, speed_limits(arguments_.speed)));
-  }
-
- private:
-  static int threads(const SolveArguments& a) { return a.threads_given && a.threads > 0 ? a.threads : core::hardware_threads(); }
-
-  void simulate(const core::RunControl& control, Try& out) {
-    const auto start = core::RunControl::Clock::now();
-    execution::TransferOptions options;
-    options.speed = speed_limits(arguments_.speed);
-    options.alone = false;
-    const auto run = [&](std::size_t k) {
-      out.runs[k].status = execution::transfer(plants_[k], out.result.plan, options, control, out.runs[k]);
-    };
-    out.runs.resize(1);
-    run(0);
-    if (out.runs[0].reached) {  // most that miss do so here
-      out.runs.resize(plants_.size());
-      pool_.run(static_cast<int>(plants_.size()) - 1, [&](int k, int) { run(static_cast<std::size_t>(k) + 1); });
-    }
-    out.simulate_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
-  }
-
-  const SolveArguments& arguments_;
-  tasks::Task task_;
-  fs::path target_;
-  core::ThreadPool pool_;
-  std::vector<std::shared_ptr<const simulation::Plant>> plants_;
-};
-
 std::string describe(const SolveArguments& arguments, const Try& t) {
   std::string out = fmt::format("  seed {:<5} plan {:.2f} s", t.seed, t.plan_s);
   if (!t.solved())
@@ -128,6 +56,7 @@ std::string describe(const SolveArguments& arguments, const Try& t) {
     out += fmt::format("; friction × {:g}: {}", arguments.friction[i],
                        run.reached   ? "goal reached"
                        : run.dropped ? "dropped"
+                       : run.lost    ? fmt::format("lost after {:.1f} s", run.duration_s)
                        : run.status != Status::Solved
                            ? std::string(core::to_string(run.status))
                            : fmt::format("missed by {:.1f} mm, {:.2f} rad", 1e3 * run.error.position, run.error.angle));
@@ -155,6 +84,126 @@ json to_json(const SolveArguments& arguments, const Try& t) {
   return out;
 }
 
+/// Plans, refines, checks and simulates seeds side by side; the first in order that holds counts.
+class Solver {
+ public:
+  Solver(const SolveArguments& arguments, tasks::Task task, const fs::path& target)
+      : arguments_(arguments), task_(std::move(task)), target_(target), pool_(threads(arguments)) {
+    for (const double friction : arguments.friction) {
+      simulation::PlantOptions options;
+      options.rest_time = planning::kRestTime;
+      options.velocity_reference = true;
+      options.contact.friction_scale = friction;
+      plants_.push_back(simulation::Plant::make(task_.model, options));
+    }
+  }
+
+  /// The best try, as it was written. @param first  seed of the first try   @param tries  what became of each that counts, in order
+  Try run(std::uint64_t first, const core::RunControl& control, json& tries) {
+    const int counted = pool_.run_until(arguments_.tries, [&](int k, int, const core::ThreadPool::Turn& turn) {
+      if (k > 0 && control.stop()) return arguments_.tries;  // the first says at least why there is no plan
+      core::RunControl own = control;
+      own.abandoned = [&turn] { return turn.over(); };
+      Try next = attempt(first + static_cast<std::uint64_t>(k), own, turn);
+      const bool last = next.holds() || !next.result.reason.empty();  // a reason is the same for every seed
+      if (!turn.over()) take(k, std::move(next));
+      return last ? k + 1 : arguments_.tries;
+    });
+    line_.clear();
+    tries = json::array();
+    for (const auto& [k, row] : rows_) {
+      if (k < counted) tries.push_back(row);
+    }
+    return std::move(best_);
+  }
+
+ private:
+  static int threads(const SolveArguments& a) { return a.threads_given && a.threads > 0 ? a.threads : core::hardware_threads(); }
+
+  Try attempt(std::uint64_t seed, const core::RunControl& control, const core::ThreadPool::Turn& turn) {
+    Try out;
+    out.seed = seed;
+    planning::PlannerOptions options = task_.options;
+    options.seed = seed;
+    options.threads = std::max(1, pool_.size() / arguments_.tries);  // the plan does not depend on it
+    core::RunControl planning = control;
+    planning.on_progress = [&](const core::Progress& progress) {
+      show(fmt::format("seed {}: {:.1f} s, {:.3g} tolerances from the goal", seed, progress.elapsed_s, progress.best));
+    };
+    out.result.status = planning::plan(task_.problem, options, planning, out.result);
+    out.plan_s = out.result.wall_s;
+    if (out.solved()) {
+      show(fmt::format("seed {}: refining", seed));
+      planning::RefineResult refined;
+      if (planning::refine(task_.model, out.result.plan, options, {}, control, refined) == Status::Solved)
+        out.result.plan = std::move(refined.plan);
+      out.result.wall_s += refined.wall_s;
+      out.refine_s = refined.wall_s;
+    }
+    out.file = tasks::make_plan_file(task_, options, out.result, target_);
+    if (!out.solved() || control.stop()) return out;
+    tasks::CheckReport report;
+    out.accepted = tasks::check_plan(task_, out.file, {}, control, report) == Status::Solved && report.pass;
+    if (!out.accepted || control.stop()) return out;
+    show(fmt::format("seed {}: simulating", seed));
+    simulate(control, turn, out);
+    return out;
+  }
+
+  void simulate(const core::RunControl& control, const core::ThreadPool::Turn& turn, Try& out) {
+    const auto start = core::RunControl::Clock::now();
+    execution::TransferOptions options;
+    options.speed = speed_limits(arguments_.speed);
+    options.alone = false;
+    options.lost_factor = kLost;
+    const auto run = [&](int k) {
+      auto& result = out.runs[static_cast<std::size_t>(k)];
+      result.status = execution::transfer(plants_[static_cast<std::size_t>(k)], out.result.plan, options, control, result);
+    };
+    out.runs.resize(1);
+    run(0);
+    if (out.runs[0].reached) {  // most that miss do so here
+      const int n = static_cast<int>(plants_.size());
+      out.runs.resize(plants_.size());
+      const auto body = [&](int k, int, const core::ThreadPool::Turn&) {
+        run(k + 1);
+        return n - 1;
+      };
+      pool_.run_until(n - 1, body, &turn);
+    }
+    out.simulate_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
+  }
+
+  /// Says what became of a try, and writes it where it is the best one so far: plan and timed commands.
+  void take(int k, Try next) {
+    const std::lock_guard lock(mutex_);
+    line_.clear();
+    fmt::print(stderr, "{}\n", describe(arguments_, next));
+    rows_[k] = to_json(arguments_, next);
+    if (rows_.size() > 1 && (next.rank() < best_.rank() || (next.rank() == best_.rank() && next.seed > best_.seed))) return;
+    best_ = std::move(next);
+    tasks::write_plan(best_.file, target_);
+    if (best_.solved())
+      write_trajectory(target_.parent_path() / "trajectory.csv", best_.file.joints,
+                       execution::make_trajectory(*task_.model, best_.result.plan, speed_limits(arguments_.speed)));
+  }
+
+  void show(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    line_.show(text);
+  }
+
+  const SolveArguments& arguments_;
+  tasks::Task task_;
+  fs::path target_;
+  core::ThreadPool pool_;
+  std::vector<std::shared_ptr<const simulation::Plant>> plants_;
+  std::mutex mutex_;  ///< of what follows
+  ProgressLine line_;
+  std::map<int, json> rows_;  ///< per try that ended
+  Try best_;
+};
+
 }  // namespace
 
 int run_solve(const SolveArguments& arguments) {
@@ -171,19 +220,8 @@ int run_solve(const SolveArguments& arguments) {
   const core::RunControl control = make_run_control(arguments.timeout_s);
   Solver solver(arguments, std::move(task), target);
   fmt::print(stderr, "{}: a plan that reaches its goal in the second-order simulation\n", name);
-  Try best;
-  json tries = json::array();
-  for (int k = 0; k < arguments.tries && !control.stop() && !best.holds(); ++k) {
-    ProgressLine line;
-    Try next = solver.run(first + static_cast<std::uint64_t>(k), control, line);
-    line.clear();
-    fmt::print(stderr, "{}\n", describe(arguments, next));
-    tries.push_back(to_json(arguments, next));
-    if (k > 0 && next.rank() <= best.rank()) continue;
-    best = std::move(next);
-    solver.write(best);
-    if (!best.result.reason.empty()) break;  // the same for every seed
-  }
+  json tries;
+  const Try best = solver.run(first, control, tries);
   const bool cancelled = control.cancelled() && !best.holds();
   const std::string_view verdict = best.holds() ? "Held" : cancelled ? "Cancelled" : "NotHeld";
   const double wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();

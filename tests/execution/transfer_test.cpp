@@ -186,6 +186,20 @@ TEST(Transfer, ObjectThatFalls_IsReportedAsDropped) {
   ASSERT_EQ(r.pieces.size(), 1u);
   EXPECT_FALSE(r.pieces[0].in_plan);
   EXPECT_TRUE(r.pieces[0].alone);
+
+  EXPECT_FALSE(r.lost) << "nobody asked";
+  options.lost_factor = 1;  // 20 mm, before it has fallen 30
+  ASSERT_EQ(transfer(simulation::Plant::make(model), plan, options, {}, r), Status::Solved) << r.message;
+  EXPECT_TRUE(r.lost);
+  EXPECT_FALSE(r.reached || r.dropped);
+  EXPECT_NEAR(r.duration_s, std::sqrt(2 * 0.02 / 10), 0.02);
+  options.lost_factor = 2;
+  ASSERT_EQ(transfer(simulation::Plant::make(model), plan, options, {}, r), Status::Solved) << r.message;
+  EXPECT_TRUE(r.dropped) << "what comes first";
+  EXPECT_FALSE(r.lost);
+  options.lost_factor = 0;
+  EXPECT_EQ(message_of([&] { (void)transfer(simulation::Plant::make(model), plan, options, {}, r); }),
+            "lost_factor: got 0, expected a number > 0");
 }
 
 TEST(Transfer, BadOptions_NameTheField) {

@@ -126,6 +126,35 @@ TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLessAndAgainstDrag) {
 }
 
 /// Pushes that start with the object somewhere else, by errors that the planner has not drawn, end near enough all the same.
+/// (P.11): however far a push has strained the springs, the next one starts from there, or from as much of it as grip_force leaves.
+TEST(Planner, GripForce_APushStartsWithTheGripOfTheOneBefore) {
+  const PlanningProblem problem = hand_problem();
+  const auto& model = *problem.model;
+  for (const double grip : {0.5, 1e6}) {
+    PlannerOptions options = hand_options();
+    options.grip_force = grip;
+    const double length = std::get<CappedLength>(options.length).length;
+    int kept = 0, pushes = 0;
+    for (options.seed = 0; options.seed < 4; ++options.seed) {
+      PlanResult result;
+      ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+      const auto& segments = result.plan.segments;
+      for (std::size_t s = 1; s < segments.size(); ++s) {
+        if (segments[s].kind != SegmentKind::Contact) continue;
+        const auto& before = segments[s - 1].knots.back();
+        const Eigen::VectorXd q_a = before.q.tail(model.n_a()), strain = before.u - q_a;
+        const double force = strain.cwiseProduct(model.stiffness()).cwiseQuotient(model.reach()).cwiseAbs().maxCoeff();
+        const Eigen::VectorXd start = q_a + std::min(1.0, grip / force) * strain, end = segments[s].knots.back().u;
+        EXPECT_LE((end - start).norm(), length * (1 + 1e-9)) << "grip " << grip << ", seed " << options.seed << ", segment " << s;
+        kept += (end - q_a).norm() > length * (1 + 1e-9);
+        ++pushes;
+      }
+    }
+    EXPECT_GT(pushes, 20);
+    EXPECT_GT(kept, 0) << "some push goes farther than it could from the joints";
+  }
+}
+
 TEST(Planner, StartNoise_PlansForgiveErrorsOfThePushesBefore) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
@@ -538,6 +567,7 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.friction = 0; }), "planner.friction: got 0, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.squeeze = -1; }).substr(0, 15), "planner.squeeze");
+  EXPECT_EQ(message([](auto& o) { o.grip_force = -1; }), "planner.grip_force: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.open_probability = 2; }), "planner.open_probability: got 2, expected a probability in [0, 1]");
   EXPECT_EQ(message([](auto& o) { o.regrasp_friction = 0; }), "planner.regrasp_friction: got 0, expected a number in (0, 1]");
 }

@@ -25,6 +25,19 @@ def test_solved_plan_is_accepted_and_reaches_its_goal_when_simulated_by_itself(s
     assert (tmp_path / "trajectory.csv").read_text().startswith("time_s,")
 
 
+def test_tries_side_by_side_give_the_plan_of_one_after_the_other(stiction, tmp_path: Path) -> None:
+    plans, seeds = [], []
+    for threads in (1, 3):
+        out = tmp_path / str(threads)
+        done = stiction("solve", "iiwa_bimanual_planar", "--seed", 3, *FAST, "--threads", threads, "--tries", 5, "-o", out, "--json")
+        assert done.returncode in (0, 3), done.stderr
+        report = json.loads(done.stdout)
+        seeds.append((report["seed"], [t["seed"] for t in report["tries"]]))
+        plans.append([knot["u"] for segment in json.loads((out / "plan.json").read_text())["segments"] for knot in segment["knots"]])
+    assert seeds[0] == seeds[1]
+    assert plans[0] == plans[1]
+
+
 def test_plan_that_does_not_hold_is_kept_and_said_so(stiction, tmp_path: Path) -> None:
     """Without friction no finger carries a ball round."""
     done = stiction("solve", "planar_hand", "--friction", "1,0", "--tries", 2, *FAST, "-o", tmp_path, "--json")

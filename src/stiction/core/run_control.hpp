@@ -22,10 +22,11 @@ struct RunControl {
   using Clock = std::chrono::steady_clock;
 
   const std::atomic<bool>* cancel = nullptr;  ///< set from a signal handler or another thread
+  std::function<bool()> abandoned = nullptr;  ///< nothing needs the run any more; as good as cancelled
   std::optional<Clock::time_point> deadline;
   std::function<void(const Progress&)> on_progress;
 
-  bool cancelled() const { return cancel != nullptr && cancel->load(std::memory_order_relaxed); }
+  bool cancelled() const { return (cancel != nullptr && cancel->load(std::memory_order_relaxed)) || (abandoned && abandoned()); }
   bool expired() const { return deadline && Clock::now() >= *deadline; }
   bool stop() const { return cancelled() || expired(); }
 };

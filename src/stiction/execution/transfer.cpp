@@ -1,5 +1,7 @@
 #include "stiction/execution/transfer.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -83,7 +85,7 @@ class Transfer {
     simulation::Workspace work(plant_);
     simulation::SimulationResult r;
     simulation::SimulationOptions options = run_options();
-    options.stop = [this](double t, VectorRef q) { return falls(t, q); };
+    options.stop = [this](double t, VectorRef q) { return is_off(t, q); };
     const Status status = simulation::simulate(*plant_, {trajectory_.q.col(0), times, u, nullptr}, options, work, r);
     out_.message = r.message;
     out_.max_depth = r.max_depth;
@@ -126,17 +128,26 @@ class Transfer {
   void judge(Status status) {
     if (out_.times.empty()) return;
     out_.error = planning::goal_error(model_, out_.q.col(out_.q.cols() - 1), plan_.goal);
-    out_.reached =
-        status == Status::Solved && !out_.dropped && out_.error.position <= options_.tol_position && out_.error.angle <= options_.tol_angle;
+    out_.reached = status == Status::Solved && !out_.dropped && !out_.lost && out_.error.position <= options_.tol_position &&
+                   out_.error.angle <= options_.tol_angle;
+  }
+
+  /// Nothing that comes could make up for it.
+  bool is_off(double t, VectorRef q) {
+    const Eigen::Vector3d gravity = model_.scene().gravity;
+    const bool looks_for_lost = std::isfinite(options_.lost_factor);
+    if (gravity.norm() == 0 && !looks_for_lost) return false;
+    Eigen::VectorXd planned(model_.n_q());
+    interpolate(model_, trajectory_, t, planned);
+    if (looks_for_lost) {
+      const Distance error = distance(model_, plan_.goal.object, planned, q);
+      out_.lost = error.position > options_.lost_factor * options_.tol_position || error.angle > options_.lost_factor * options_.tol_angle;
+    }
+    return out_.lost || (gravity.norm() > 0 && falls(t, planned, q, gravity.normalized()));
   }
 
   /// A free object far below where the plan has it.
-  bool falls(double t, VectorRef q) {
-    const Eigen::Vector3d gravity = model_.scene().gravity;
-    if (gravity.norm() == 0) return false;
-    const Eigen::Vector3d down = gravity.normalized();
-    Eigen::VectorXd planned(model_.n_q());
-    interpolate(model_, trajectory_, t, planned);
+  bool falls(double t, const Eigen::VectorXd& planned, VectorRef q, const Eigen::Vector3d& down) {
     for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
       if (model_.scene().objects[static_cast<std::size_t>(i)].joint != world::ObjectJoint::Free) continue;
       const Eigen::Vector3d fell = world::object_pose(model_, q, i).p - world::object_pose(model_, planned, i).p;
@@ -196,6 +207,7 @@ void TransferOptions::validate() const {
   core::require_positive("tol_position", tol_position);
   core::require_positive("tol_angle", tol_angle);
   core::require_positive("drop_height", drop_height);
+  if (!(lost_factor > 0)) core::throw_invalid("lost_factor", fmt::format("{:g}", lost_factor), "a number > 0");
   core::require_positive("record_interval", record_interval);
   if (threads < 0) core::throw_invalid("threads", std::to_string(threads), "0 (all cores) or more");
 }

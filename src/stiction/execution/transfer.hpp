@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,10 +15,12 @@ namespace stiction::execution {
 
 struct TransferOptions {
   SpeedLimits speed;
-  double hold = 4.0;              ///< the last command is held this long before the goal is judged [s], ≥ 0
-  double tol_position = 0.02;     ///< the goal counts as reached within this … [m]
-  double tol_angle = 0.2;         ///< … and this [rad]
-  double drop_height = 0.03;      ///< a free object that is this far below where the plan has it was dropped [m]
+  double hold = 4.0;           ///< the last command is held this long before the goal is judged [s], ≥ 0
+  double tol_position = 0.02;  ///< the goal counts as reached within this … [m]
+  double tol_angle = 0.2;      ///< … and this [rad]
+  double drop_height = 0.03;   ///< a free object that is this far below where the plan has it was dropped [m]
+  /// The run ends where the object of the goal is farther from where the plan has it than this many tolerances, > 0
+  double lost_factor = std::numeric_limits<double>::infinity();
   double record_interval = 0.02;  ///< of the samples [s]
   bool whole = true;              ///< run the whole plan; without it there is no verdict, and pieces have only `alone`
   bool alone = true;              ///< run every pushing piece by itself from its planned start, as in Fig. 3-8
@@ -57,6 +60,7 @@ struct TransferResult {
   bool reached = false;                                    ///< the whole plan was run and error is within the tolerances
   std::optional<int> dropped;                              ///< object that fell: the run ends there
   double dropped_s = 0;                                    ///< and when
+  bool lost = false;                                       ///< the run ended for lost_factor
   double max_depth = 0;                                    ///< deepest penetration over the whole run [m], ≥ 0
   double duration_s = 0;                                   ///< of the whole run, simulated
   std::vector<double> times;                               ///< samples of the whole run

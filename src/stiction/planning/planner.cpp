@@ -809,9 +809,14 @@ class Planner final : public Growth {
     return moved.cwiseAbs().maxCoeff() > kMinMove || (to.q - from.q).tail(model_.n_a()).cwiseAbs().maxCoeff() > kMinMove;
   }
 
-  /// Where the command of an extension starts from: the joints, and what is left of the squeeze of the command.
+  /// Where the command of an extension starts from: the joints, and what is left of the grip (P.11) or of the squeeze of the command.
   Eigen::VectorXd resting_command(const Node& node) const {
     Eigen::VectorXd u = node.q.tail(model_.n_a());
+    if (options_.grip_force > 0) {
+      const Eigen::ArrayXd strain = (node.u - u).array();
+      const double force = (strain * model_.stiffness().array() / model_.reach().array()).abs().maxCoeff();
+      return u + std::min(1.0, options_.grip_force / std::max(force, 1e-9)) * strain.matrix();
+    }
     if (options_.squeeze > 0) u += (node.u - u).cwiseMax(-options_.squeeze).cwiseMin(options_.squeeze);
     return u;
   }
@@ -1242,6 +1247,7 @@ void PlannerOptions::validate(const Model& model) const {
     if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{}", value), "a number in (0, 1]");
   }
   core::require_nonnegative("planner.squeeze", squeeze);
+  core::require_nonnegative("planner.grip_force", grip_force);
   if (!(brace_force > 0)) core::throw_invalid("planner.brace_force", fmt::format("{:g}", brace_force), "a number > 0");
   core::require_positive("planner.regrasp_clearance", regrasp_clearance);
   core::require_nonnegative("planner.regrasp_tilt", regrasp_tilt);

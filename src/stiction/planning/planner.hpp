@@ -95,6 +95,8 @@ struct PlannerOptions {
   double rest_time =
       kRestTime;         ///< … where objects on joints rest on what stops them in this time when nothing pushes them [s], > 0 (Drag)
   double squeeze = 0.0;  ///< commands stay up to this far ahead of the joints that push, so that a grasp keeps its force [rad or m], ≥ 0
+  /// Extensions start with the springs as strained as they are, up to this at the reach of a joint (P.11), in place of `squeeze` [N], ≥ 0; 0: `squeeze` it is.
+  double grip_force = 0.0;
   /// Pushes end before the robot presses on itself or on what does not move with more than this [N], > 0.
   double brace_force = std::numeric_limits<double>::infinity();
   double regrasp_friction = 0.8;    ///< regrasps must hold with every μ times this

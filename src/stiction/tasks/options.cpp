@@ -233,6 +233,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "rest_time",
                     "start_noise",
                     "squeeze",
+                    "grip_force",
                     "brace_force",
                     "regrasp_friction",
                     "regrasp_clearance",
@@ -302,6 +303,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "rest_time")) out.rest_time = v->positive();
   if (const auto v = given(node, "start_noise")) out.start_noise = v->nonnegative();
   out.squeeze = node.nonnegative_or("squeeze", out.squeeze);
+  out.grip_force = node.nonnegative_or("grip_force", out.grip_force);
   if (const auto v = given(node, "brace_force")) out.brace_force = v->positive();
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_clearance")) out.regrasp_clearance = v->positive();
@@ -382,6 +384,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["rest_time"] = o.rest_time;
   out["start_noise"] = o.start_noise;
   out["squeeze"] = o.squeeze;
+  if (o.grip_force > 0) out["grip_force"] = o.grip_force;
   if (std::isfinite(o.brace_force)) out["brace_force"] = o.brace_force;
   out["regrasp_friction"] = o.regrasp_friction;
   out["regrasp_clearance"] = o.regrasp_clearance;
