@@ -78,6 +78,7 @@ json to_json(const SolveArguments& arguments, const Try& t) {
     out["runs"].push_back({{"friction", arguments.friction[i]},
                            {"reached", run.reached},
                            {"dropped", run.dropped.has_value()},
+                           {"lost", run.lost},
                            {"duration_s", run.duration_s},
                            {"error", {{"position", run.error.position}, {"angle", run.error.angle}}}});
   }

@@ -45,6 +45,7 @@ def test_plan_that_does_not_hold_is_kept_and_said_so(stiction, tmp_path: Path) -
     out = json.loads(done.stdout)
     assert out["status"] == "NotHeld" and len(out["tries"]) == 2
     assert any(len(t["runs"]) == 2 and t["runs"][0]["reached"] and not t["runs"][1]["reached"] for t in out["tries"])
+    assert all(set(run) == {"friction", "reached", "dropped", "lost", "duration_s", "error"} for t in out["tries"] for run in t["runs"])
     assert stiction("check", tmp_path).returncode == 0
     assert "friction × 0: " in done.stderr
 
