@@ -7,25 +7,21 @@ Run i starts with seed 1000 i. One JSON object on stdout; a line for each run an
 measures, it does not judge.
 """
 
-import argparse
-import json
 import pathlib
 import statistics
-import subprocess
-import sys
-import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+from runs import exit_with, make_parser, measure, parse, run
 
 
-def solve(arguments, task, run, folder):
-    out = folder / f"{pathlib.Path(task).stem}-{run}"
-    words = [arguments.program, "solve", task, "--seed", 1000 * run, "--timeout", arguments.timeout, "-o", out, "--json", *arguments.rest]
-    done = subprocess.run([str(word) for word in words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    if done.returncode not in (0, 3):
-        raise RuntimeError(f"{' '.join(map(str, words))}: exit code {done.returncode}")
-    report = json.loads(done.stdout)
-    return {"run": run, "held": done.returncode == 0, "wall_s": report["wall_s"], "seed": report["seed"], "tries": report["tries"]}
+def solve(arguments, task, run_number, folder):
+    out = folder / f"{pathlib.Path(task).stem}-{run_number}"
+    words = [arguments.program, "solve", task, "--seed", 1000 * run_number, "--timeout", arguments.timeout, "-o", out, "--json", *arguments.rest]
+    code, report, _ = run(words, (0, 3))
+    return {"run": run_number, "held": code == 0, "wall_s": report["wall_s"], "seed": report["seed"], "tries": report["tries"]}
+
+
+def describe(task, row):
+    return f"{task} run {row['run']}: {'held' if row['held'] else 'not held'} after {len(row['tries'])} tries, {row['wall_s']:.1f} s"
 
 
 def summarise(task, rows):
@@ -55,36 +51,13 @@ def table(results):
 
 
 def main():
-    words = sys.argv[1:]
-    at = words.index("--") if "--" in words else len(words)
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="+", metavar="TASK")
+    parser = make_parser(__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--timeout", type=float, default=120, help="of one run, all its tries [s]")
-    parser.add_argument("--keep", type=pathlib.Path, help="keep the plans in this folder")
-    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/stiction")
-    arguments = parser.parse_args(words[:at])
-    arguments.rest = words[at + 1 :]
-
-    results, runs = [], {}
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = arguments.keep or pathlib.Path(temporary)
-        for task in arguments.tasks:
-            rows = []
-            for i in range(arguments.runs):
-                row = solve(arguments, task, i, folder)
-                print(f"{task} run {i}: {'held' if row['held'] else 'not held'} after {len(row['tries'])} tries, {row['wall_s']:.1f} s", file=sys.stderr, flush=True)
-                rows.append(row)
-            results.append(summarise(task, rows))
-            runs[task] = rows
-    print(table(results), file=sys.stderr)
-    print(json.dumps({"timeout": arguments.timeout, "solve": arguments.rest, "results": results, "runs": runs}))
-    return 0
+    arguments = parse(parser)
+    rows_of = lambda task, folder: (solve(arguments, task, number, folder) for number in range(arguments.runs))
+    return measure(arguments, rows_of, describe, summarise, table, timeout=arguments.timeout, solve=arguments.rest)
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except RuntimeError as error:
-        print(f"solve: {error}", file=sys.stderr)
-        sys.exit(2)
+    exit_with("solve", main)

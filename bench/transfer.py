@@ -16,31 +16,14 @@ A run that misses is lost in one piece: the one after whose start the object was
     sum        no piece is the one: the errors of all pieces together
 """
 
-import argparse
 import concurrent.futures
-import json
-import os
 import pathlib
 import statistics
-import subprocess
-import sys
-import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+from runs import exit_with, make_parser, measure, parse, run
+
+CODES = (0, 1, 3)
 TOLERANCE = {"position": 0.02, "angle": 0.2}
-
-
-def run(words):
-    """Exit code, what was printed on stdout (JSON) and processor time [s]."""
-    with tempfile.TemporaryFile("w+") as out:
-        process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=subprocess.DEVNULL)
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        out.seek(0)
-        text = out.read()
-    if process.returncode not in (0, 1, 3):
-        raise RuntimeError(f"{' '.join(map(str, words))}: exit code {process.returncode}")
-    return process.returncode, json.loads(text), usage.ru_utime + usage.ru_stime
 
 
 def share(error, moment):
@@ -72,18 +55,18 @@ def find_cause(report):
 
 def transfer(program, folder, task, seed, arguments):
     out = folder / f"{pathlib.Path(task).stem}-{seed}"
-    code, plan, plan_s = run([program, "plan", task, "--seed", seed, "--timeout", arguments.timeout, "--threads", 1, "-o", out, "--json"])
+    code, plan, plan_s = run([program, "plan", task, "--seed", seed, "--timeout", arguments.timeout, "--threads", 1, "-o", out, "--json"], CODES)
     row = {"seed": seed, "planned": code == 0, "plan_processor_s": plan_s, "regrasp_counts": plan["regrasps"]}
     if code != 0:
         return row
     target = out
     if not arguments.no_refine:
-        _, refined, refine_s = run([program, "refine", out, "--json"])
+        _, refined, refine_s = run([program, "refine", out, "--json"], CODES)
         target = out / "refined"
         row |= {"refine_processor_s": refine_s} | {key: refined[key] for key in ("variant", "rests", "pushes", "regrasps", "least_clearance")}
-    check_code, check, _ = run([program, "check", target, "--json"])
+    check_code, check, _ = run([program, "check", target, "--json"], CODES)
     row |= {"accepted": check_code == 0, "refused": [item["name"] for item in check["checks"] if not item["pass"]]}
-    _, report, simulate_s = run([program, "simulate", target, "--threads", 1, "--json", *arguments.simulate])
+    _, report, simulate_s = run([program, "simulate", target, "--threads", 1, "--json", *arguments.rest], CODES)
     keys = ("status", "reached", "error", "dropped", "dropped_s", "duration_s", "max_penetration")
     row |= {"simulate_processor_s": simulate_s} | {key: report[key] for key in keys}
     if not report["reached"]:
@@ -152,39 +135,18 @@ def table(results):
 
 
 def main():
-    words = sys.argv[1:]
-    at = words.index("--") if "--" in words else len(words)
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="+", metavar="TASK")
+    parser = make_parser(__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--timeout", type=float, default=20, help="of the planner [s]")
     parser.add_argument("--no-refine", action="store_true", help="run the plans as the planner made them")
-    parser.add_argument("--keep", type=pathlib.Path, help="keep plans and simulations in this folder")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="runs at a time")
-    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/stiction")
-    arguments = parser.parse_args(words[:at])
-    arguments.simulate = words[at + 1 :]
-
-    results, runs = [], {}
-    with tempfile.TemporaryDirectory() as temporary, concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        folder = arguments.keep or pathlib.Path(temporary)
-        for task in arguments.tasks:
-            seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-            rows = []
-            for row in pool.map(lambda seed: transfer(arguments.program, folder, task, seed, arguments), seeds):
-                print(describe(task, row), file=sys.stderr, flush=True)
-                rows.append(row)
-            results.append(summarise(task, rows))
-            runs[task] = rows
-    print(table(results), file=sys.stderr)
-    print(json.dumps({"seeds": arguments.seeds, "simulate": arguments.simulate, "results": results, "runs": runs}))
-    return 0
+    arguments = parse(parser)
+    seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        rows_of = lambda task, folder: pool.map(lambda seed: transfer(arguments.program, folder, task, seed, arguments), seeds)
+        return measure(arguments, rows_of, describe, summarise, table, seeds=arguments.seeds, simulate=arguments.rest)
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except RuntimeError as error:
-        print(f"transfer: {error}", file=sys.stderr)
-        sys.exit(2)
+    exit_with("transfer", main)

@@ -125,7 +125,6 @@ TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLessAndAgainstDrag) {
   }
 }
 
-/// Pushes that start with the object somewhere else, by errors that the planner has not drawn, end near enough all the same.
 /// (P.11): however far a push has strained the springs, the next one starts from there, or from as much of it as grip_force leaves.
 TEST(Planner, GripForce_APushStartsWithTheGripOfTheOneBefore) {
   const PlanningProblem problem = hand_problem();
@@ -155,6 +154,7 @@ TEST(Planner, GripForce_APushStartsWithTheGripOfTheOneBefore) {
   }
 }
 
+/// Pushes that start with the object somewhere else, by errors that the planner has not drawn, end near enough all the same.
 TEST(Planner, StartNoise_PlansForgiveErrorsOfThePushesBefore) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
