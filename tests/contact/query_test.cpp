@@ -241,10 +241,15 @@ TEST(MinDistance, RandomConfigurations_EqualsBruteForceAndStopsEarlyCorrectly) {
       EXPECT_NEAR(got, want, 1e-9);
     }
     stopped += got < 0.001;
+    for (const double distance : {-0.01, 0.001, 0.05, want - 1e-6, want + 1e-6}) {
+      if (!std::isfinite(distance) || std::abs(distance - want) < 1e-9) continue;
+      EXPECT_EQ(any_nearer(*s.model, s.kinematics, pairs, distance, s.work), want < distance) << distance << " for " << want;
+    }
   }
   EXPECT_GT(stopped, 20);
   EXPECT_LT(stopped, 180);
   EXPECT_EQ(calc_min_distance(*s.model, s.kinematics, {}, 0.0, s.work), std::numeric_limits<double>::infinity());
+  EXPECT_FALSE(any_nearer(*s.model, s.kinematics, {}, 1.0, s.work));
 }
 
 TEST(Query, PlanarModel_FramesLieInThePlane) {

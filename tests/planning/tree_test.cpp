@@ -122,6 +122,7 @@ TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
   ASSERT_GT(expected, 1);
   EXPECT_EQ(t.tree.bury_branch(kNode), expected);
   EXPECT_EQ(t.tree.bury_branch(kNode), 0) << "a second time";
+  for (int i = 0; i < t.tree.size(); ++i) EXPECT_EQ(t.tree.buried(i), behind(i) || i == kNode + 20) << i;
   int found = 0;
   for (int i = t.tree.take_nearest_to_goal(); i >= 0; i = t.tree.take_nearest_to_goal(), ++found) EXPECT_FALSE(behind(i)) << i;
   EXPECT_EQ(found, 200 - expected - 1);

@@ -87,6 +87,10 @@ void query_pairs(const world::Model& model, const world::Kinematics& kinematics,
 double calc_min_distance(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices,
                          double stop_below, Workspace& work);
 
+/// One of the given pairs is nearer than `distance` [m]: calc_min_distance() < distance, for less.
+bool any_nearer(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double distance,
+                Workspace& work);
+
 /// Distance of one pair, however far.
 Distance pair_distance(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work);
 

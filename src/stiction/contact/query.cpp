@@ -485,6 +485,25 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
   return best;
 }
 
+bool any_nearer(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double distance,
+                Workspace& work) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  require_length("distance", distance);
+  for (const int i : pair_indices) require_pair(w, i);
+  w.set_kinematics(kinematics);
+  Distance d;
+  return std::any_of(pair_indices.begin(), pair_indices.end(), [&](int i) {
+    const Workspace::Impl::PairData& p = w.pairs[i];
+    const double d2 = w.distance2(i), reach = (w.radius_sum[i] + distance) * (1.0 + 1e-12);
+    if (p.half_space < 0 && d2 > reach * std::abs(reach)) return false;
+    if (!p.kernel) return std::sqrt(d2) - w.radius_sum[i] < distance;
+    if (w.is_beyond(i, distance)) return false;
+    w.narrow(i, d);
+    return d.phi < distance;
+  });
+}
+
 Distance pair_distance(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work) {
   Workspace::Impl& w = work.impl();
   require_match(w, model, kinematics);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace stiction::planning {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 constexpr double kTouch = 1e-4;          // a gap this small counts as contact [m]
 constexpr double kSelfClearance = 5e-4;  // between robot parts, and of the robot to fixed bodies [m]
 constexpr int kNewtonSteps = 15;
+constexpr int kPatience = 4;      // Newton steps in which a gap has to become half as wide: what is out of reach never does
 constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad or m]
 
 void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
@@ -87,15 +89,22 @@ std::pair<double, double> draw_range(const world::Model& model, std::span<const 
   return {std::clamp(low, lower, upper), std::clamp(high, lower, upper)};
 }
 
-/// No pair moved by the branches is deeper than allowed: −kTouch with objects, kSelfClearance elsewhere.
-bool is_clear(const world::Model& model, const RobotChains& chains, ChainMask moving, GeometryWorkspace& work) {
-  chains.pairs_of(moving, work.pairs);
-  contact::query_pairs(model, work.kinematics, work.pairs, kSelfClearance, work.contact_work, work.contacts);
-  for (const auto& c : work.contacts) {
-    if (c.phi < (chains.touches_object(c.pair) ? -kTouch : kSelfClearance)) return false;
+/// The pairs that a branch moves, apart by what may be touched.
+struct Surroundings {
+  std::vector<int> objects, others;
+
+  Surroundings(const RobotChains& chains, int chain) {
+    std::vector<int> pairs;
+    chains.pairs_of(ChainMask{1} << chain, pairs);
+    for (const int i : pairs) (chains.touches_object(i) ? objects : others).push_back(i);
   }
-  return true;
-}
+
+  /// No pair is deeper than allowed: −kTouch with objects, kSelfClearance elsewhere.
+  bool are_clear(const world::Model& model, GeometryWorkspace& work) const {
+    return !contact::any_nearer(model, work.kinematics, others, kSelfClearance, work.contact_work) &&
+           !contact::any_nearer(model, work.kinematics, objects, -kTouch, work.contact_work);
+  }
+};
 
 /// Brings one pair into contact by Newton steps on its gap in the branch's joints; q is changed in place. Only what moves the pair is
 /// computed: the rest of the kinematics in `work` is out of date after it.
@@ -106,6 +115,7 @@ bool touch(const world::Model& model, int pair, const std::vector<char>& moving,
   const world::Pair& of = model.pairs()[static_cast<std::size_t>(pair)];
   const int bodies[2] = {body(of.geometry_a), body(of.geometry_b)};
   work.links.select(model, moving, bodies);
+  double gap = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
     work.links.update(model, q, work.kinematics);
     contact::query_pairs(model, work.kinematics, pairs, std::numeric_limits<double>::infinity(), work.contact_work, work.contacts);
@@ -113,6 +123,7 @@ bool touch(const world::Model& model, int pair, const std::vector<char>& moving,
     const auto& c =
         *std::min_element(work.contacts.begin(), work.contacts.end(), [](const auto& a, const auto& b) { return a.phi < b.phi; });
     if (std::abs(c.phi) < 0.5 * kTouch) return true;
+    if (iteration % kPatience == 0 && std::abs(c.phi) > 0.5 * std::exchange(gap, std::abs(c.phi))) return false;
     gap_gradient(model, c, moving, work, gradient);
     const double slope2 = gradient.squaredNorm();
     if (slope2 < 1e-8) return false;
@@ -129,6 +140,7 @@ bool sample_chain(const world::Model& model, const RobotChains& chains, const Ge
   const auto pairs = chains.object_pairs(chain);
   if (pairs.empty()) return false;
   const auto moving = joint_flags(model, {joints.begin(), joints.end()});
+  const Surroundings around(chains, chain);
   const Eigen::VectorXd q_before = q;
   update_kinematics(model, q, work);
   std::vector<std::pair<double, double>> ranges;
@@ -144,7 +156,7 @@ bool sample_chain(const world::Model& model, const RobotChains& chains, const Ge
     const int pair = pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
     if (!touch(model, pair, moving, q, work)) continue;
     update_kinematics(model, q, work);
-    if (is_clear(model, chains, ChainMask{1} << chain, work)) return true;
+    if (around.are_clear(model, work)) return true;
   }
   q = q_before;
   return false;

@@ -34,8 +34,8 @@ using world::Model;
 
 /// Largest penetration that an edge may build up [m].
 constexpr double kMaxPenetration = 5e-4;
-/// Distance across which a force may act in a sub-step of half the length [m]; the checker allows 1 mm.
-constexpr double kMaxForceGap = 0.95e-3;
+/// Distance across which a force may act in a sub-step of half the length, and penetration there [m]; the checker allows 1 mm.
+constexpr double kMaxForceGap = 0.95e-3, kMaxFinePenetration = 0.95e-3;
 /// The settling of the start stops when no object moves farther than this in a step [m or rad].
 constexpr double kSettled = 1e-6;
 constexpr int kMaxSettleSteps = 100;
@@ -524,6 +524,13 @@ class Planner final : public Growth {
   /// Plans are checked at half their sub-step, so the tree carries both states. Jumps and single steps are not refined.
   bool refines() const { return options_.substep && options_.real_regrasps; }
 
+  /// Deepest at the start of a step [m], ≥ 0.
+  static double calc_penetration(const dynamics::StepResult& step) {
+    double depth = 0;
+    for (const auto& c : step.contacts) depth = std::max(depth, -c.contact.phi);
+    return depth;
+  }
+
   /// The states after the commands of an edge at half its sub-step (n_q × commands), every step from its state alone, as the checker does; fewer columns
   /// where it ended before.
   Eigen::MatrixXd simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_gap, Worker& worker,
@@ -539,7 +546,9 @@ class Planner final : public Growth {
           return states.leftCols(k);
         }
         q = worker.step_result.q_next;
-        if (limit_gap && calc_force_gap(model_, worker.step_result, worker.geometry) > kMaxForceGap) return states.leftCols(k);
+        if (!limit_gap) continue;
+        if (calc_force_gap(model_, worker.step_result, worker.geometry) > kMaxForceGap) return states.leftCols(k);
+        if ((k > 0 || s == 1) && calc_penetration(worker.step_result) > kMaxFinePenetration) return states.leftCols(k);
       }
       states.col(k) = q;
       u_last = commands.col(k);
@@ -995,7 +1004,7 @@ class Planner final : public Growth {
   /// The nodes of an item; true when one of them is at the goal and the search ends there.
   bool insert(Item& item, Worker& worker) {
     int parent = item.near;
-    for (std::size_t k = 0; k < item.chain.size(); ++k) {
+    for (std::size_t k = 0; k < item.chain.size() && !tree_.buried(parent); ++k) {
       item.chain[k].parent = parent;
       parent = insert(std::move(item.chain[k]), item.to_goal && k < item.taken);
       if (options_.stop_at_goal && reaches_goal(parent, worker)) return true;

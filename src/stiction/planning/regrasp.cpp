@@ -381,8 +381,8 @@ Outcome let_go(const world::Model& model, const RobotChains& chains, ChainMask r
   if (outcome != Outcome::Held) return outcome;
   chains.pairs_of(moving, geometry.pairs);
   world::calc_kinematics(model, run.q, geometry.kinematics_work, geometry.kinematics);
-  const double gap = contact::calc_min_distance(model, geometry.kinematics, geometry.pairs, 0.5 * clearance, geometry.contact_work);
-  return gap >= 0.5 * clearance ? Outcome::Held : Outcome::Moved;
+  const bool touched = contact::any_nearer(model, geometry.kinematics, geometry.pairs, 0.5 * clearance, geometry.contact_work);
+  return touched ? Outcome::Moved : Outcome::Held;
 }
 
 /// A posture to grasp with.

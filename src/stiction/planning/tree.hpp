@@ -91,6 +91,7 @@ class Tree {
 
   /// Takes a node out of every later search; it must have no children.
   void bury(int i);
+  bool buried(int i) const { return nearest_.removed(i); }
   /// The same for a node and all behind it. @returns their number
   int bury_branch(int i);
 
