@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Plans every task with many seeds, refines and checks every plan and says how often, how fast and with how much memory.
 
-    bench/end_to_end.py [--seeds 20] [--timeout 20] [--program build/release/stiction] [TASK …] > end_to_end.json
+    bench/end_to_end.py [--seeds 20] [--timeout 20] [--program build/release/stiction] [--beside OTHER] [TASK …] > end_to_end.json
 
 One JSON object on stdout; a line for each run on stderr. Times are those of `stiction plan` and `stiction refine` together, as the programs
 run; a plan is accepted when `stiction check` accepts it as planned and as refined. Exit code 1 when one was not solved or not accepted.
@@ -56,55 +56,62 @@ def refused(program, plan):
     return [item["name"] for item in check.get("checks", []) if not item["pass"]] or (["no report"] if code else [])
 
 
+def plan_and_refine(program, task, seed, timeout, out):
+    """What one seed comes to, and the names of what is not accepted of it."""
+    code, plan, peak, processor, wall = run(program, "plan", task, "--seed", seed, "--timeout", timeout, "-o", out, "--json")
+    if code not in (0, 3):
+        print(f"{task} seed {seed}: {program} ends with exit code {code}", file=sys.stderr)
+        sys.exit(2)
+    failed = [f"plan {name}" for name in refused(program, out)]
+    if code == 0:
+        _, _, refine_peak, refine_processor, refine_wall = run(program, "refine", out, "--json")
+        peak, processor, wall = max(peak, refine_peak), processor + refine_processor, wall + refine_wall
+        failed += [f"refined {name}" for name in refused(program, out / "refined")]
+    print(
+        f"{task} seed {seed}: {plan['status']} in {plan['wall_s']:.2f} s, refined in {wall:.2f} s ({processor:.2f} s of processors), "
+        f"{plan['knots']} knots, {plan['regrasps']['in_plan']} regrasps, {peak:.0f} MB, "
+        f"check {'failed: ' + ', '.join(failed) if failed else 'passed'}",
+        file=sys.stderr,
+    )
+    return {"wall": wall, "processor": processor, "peak": peak, "accepted": code == 0 and not failed}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="*", metavar="TASK")
+    parser.add_argument("tasks", nargs="*", metavar="TASK", help="names or files")
     parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="of the seeds")
     parser.add_argument("--timeout", type=float, default=20)
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/stiction")
+    parser.add_argument("--beside", type=pathlib.Path, help="another version of the program, run in turn with it: machines are not equally fast for long")
     arguments = parser.parse_args()
 
     commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True).stdout.strip() or None
+    programs = [arguments.program] + ([arguments.beside] if arguments.beside else [])
     results = []
     with tempfile.TemporaryDirectory() as folder:
         for task in arguments.tasks or TASKS:
-            times, processor_times, peaks, accepted = [], [], [], 0
-            for seed in range(arguments.seeds):
-                out = pathlib.Path(folder) / f"{task}-{seed}"
-                code, plan, peak, processor, wall = run(
-                    arguments.program, "plan", task, "--seed", seed, "--timeout", arguments.timeout, "-o", out, "--json"
-                )
-                if code not in (0, 3):
-                    print(f"{task} seed {seed}: exit code {code}", file=sys.stderr)
-                    return 2
-                failed = [f"plan {name}" for name in refused(arguments.program, out)]
-                if code == 0:
-                    _, _, refine_peak, refine_processor, refine_wall = run(arguments.program, "refine", out, "--json")
-                    peak, processor, wall = max(peak, refine_peak), processor + refine_processor, wall + refine_wall
-                    failed += [f"refined {name}" for name in refused(arguments.program, out / "refined")]
-                accepted += code == 0 and not failed
-                times.append(wall)
-                processor_times.append(processor)
-                peaks.append(peak)
-                print(
-                    f"{task} seed {seed}: {plan['status']} in {plan['wall_s']:.2f} s, refined in {wall:.2f} s ({processor:.2f} s of processors), "
-                    f"{plan['knots']} knots, {plan['regrasps']['in_plan']} regrasps, {peak:.0f} MB, "
-                    f"check {'failed: ' + ', '.join(failed) if failed else 'passed'}",
-                    file=sys.stderr,
-                )
-            results.append(
-                {
-                    "task": task,
-                    "runs": arguments.seeds,
-                    "commit": commit,
-                    "accepted": accepted,
-                    "median_s": statistics.median(times),
-                    "worst_s": max(times),
-                    "median_processor_s": statistics.median(processor_times),
-                    "worst_processor_s": max(processor_times),
-                    "peak_mb": max(peaks),
-                }
-            )
+            runs = [[] for _ in programs]
+            for seed in range(arguments.first, arguments.first + arguments.seeds):
+                for i, program in enumerate(programs):
+                    out = pathlib.Path(folder) / f"{pathlib.Path(task).stem}-{seed}-{i}"
+                    runs[i].append(plan_and_refine(program, task, seed, arguments.timeout, out))
+            times, beside = ([run["wall"] for run in of_program] for of_program in (runs[0], runs[-1]))
+            processor_times = [run["processor"] for run in runs[0]]
+            row = {
+                "task": task,
+                "runs": arguments.seeds,
+                "commit": commit,
+                "accepted": sum(run["accepted"] for run in runs[0]),
+                "median_s": statistics.median(times),
+                "worst_s": max(times),
+                "median_processor_s": statistics.median(processor_times),
+                "worst_processor_s": max(processor_times),
+                "peak_mb": max(run["peak"] for run in runs[0]),
+            }
+            if arguments.beside:
+                row |= {"mean_s": statistics.mean(times), "beside_median_s": statistics.median(beside), "beside_mean_s": statistics.mean(beside)}
+            results.append(row)
     print(json.dumps({"seeds": arguments.seeds, "results": results}))
     return 0 if all(row["accepted"] == row["runs"] for row in results) else 1
 
