@@ -1,27 +1,45 @@
 """What the benchmarks that run the program task after task share: their command line, a run of the program, rows and tables of tasks."""
 
 import argparse
+import dataclasses
 import json
 import os
 import pathlib
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 
-def run(words, codes):
-    """Exit code, what was printed on stdout (JSON) and processor time [s]. RuntimeError where the exit code is none of `codes`."""
+@dataclasses.dataclass
+class Run:
+    code: int
+    text: str  # on stdout
+    peak_mb: float  # resident memory
+    processor_s: float
+    wall_s: float
+
+
+def measure_run(words):
+    """A run of a program, whatever comes of it."""
     with tempfile.TemporaryFile("w+") as out:
+        start = time.monotonic()
         process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
+        wall = time.monotonic() - start
         process.returncode = os.waitstatus_to_exitcode(status)
         out.seek(0)
-        text = out.read()
-    if process.returncode not in codes:
-        raise RuntimeError(f"{' '.join(map(str, words))}: exit code {process.returncode}")
-    return process.returncode, json.loads(text), usage.ru_utime + usage.ru_stime
+        return Run(process.returncode, out.read(), usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime, wall)
+
+
+def run(words, codes):
+    """Exit code, what was printed on stdout (JSON) and processor time [s]. RuntimeError where the exit code is none of `codes`."""
+    done = measure_run(words)
+    if done.code not in codes:
+        raise RuntimeError(f"{' '.join(map(str, words))}: exit code {done.code}")
+    return done.code, json.loads(done.text), done.processor_s
 
 
 def make_parser(description):

@@ -22,4 +22,10 @@ double calc_force_gap(const world::Model& model, const dynamics::StepResult& ste
   return worst;
 }
 
+double calc_penetration(const dynamics::StepResult& step) {
+  double depth = 0;
+  for (const auto& c : step.contacts) depth = std::max(depth, -c.contact.phi);
+  return depth;
+}
+
 }  // namespace stiction::planning

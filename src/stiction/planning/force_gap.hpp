@@ -10,4 +10,7 @@ namespace stiction::planning {
 /// from that, unless an object moved by more than 20 mm or 0.02 rad.
 double calc_force_gap(const world::Model& model, const dynamics::StepResult& step, GeometryWorkspace& work);
 
+/// Deepest penetration at the start of a step [m], ≥ 0.
+double calc_penetration(const dynamics::StepResult& step);
+
 }  // namespace stiction::planning

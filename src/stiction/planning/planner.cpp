@@ -326,9 +326,7 @@ class Planner final : public Growth {
         return false;
       }
       const auto& r = worker.step_result;
-      if (k == 0) {
-        for (const auto& c : r.contacts) result_.start_penetration = std::max(result_.start_penetration, -c.contact.phi);
-      }
+      if (k == 0) result_.start_penetration = calc_penetration(r);
       const double moved = r.delta.cwiseAbs().maxCoeff();
       rests = moved < kSettled;
       if (rests) break;
@@ -524,13 +522,6 @@ class Planner final : public Growth {
   /// Plans are checked at half their sub-step, so the tree carries both states. Jumps and single steps are not refined.
   bool refines() const { return options_.substep && options_.real_regrasps; }
 
-  /// Deepest at the start of a step [m], ≥ 0.
-  static double calc_penetration(const dynamics::StepResult& step) {
-    double depth = 0;
-    for (const auto& c : step.contacts) depth = std::max(depth, -c.contact.phi);
-    return depth;
-  }
-
   /// The states after the commands of an edge at half its sub-step (n_q × commands), every step from its state alone, as the checker does; fewer columns
   /// where it ended before.
   Eigen::MatrixXd simulate_fine(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_gap, Worker& worker,
@@ -548,7 +539,8 @@ class Planner final : public Growth {
         q = worker.step_result.q_next;
         if (!limit_gap) continue;
         if (calc_force_gap(model_, worker.step_result, worker.geometry) > kMaxForceGap) return states.leftCols(k);
-        if ((k > 0 || s == 1) && calc_penetration(worker.step_result) > kMaxFinePenetration) return states.leftCols(k);
+        const bool own = k > 0 || s == 1;  // what penetrates where an edge starts is not its doing
+        if (own && calc_penetration(worker.step_result) > kMaxFinePenetration) return states.leftCols(k);
       }
       states.col(k) = q;
       u_last = commands.col(k);

@@ -176,9 +176,7 @@ class Refiner {
             ++work_.failed_steps;
             return false;
           }
-          for (const auto& c : half_result_.contacts) {
-            if (at.started) at.penetration = std::max(at.penetration, -c.contact.phi);
-          }
+          if (at.started) at.penetration = std::max(at.penetration, calc_penetration(half_result_));
           at.force_gap = std::max(at.force_gap, calc_force_gap(model_, half_result_, geometry_));
           at.started = true;
           at.q = half_result_.q_next;
@@ -810,7 +808,7 @@ class Refiner {
     q.tail(model_.n_a()) = q_a;
     chains_.pairs_of(moving, geometry_.pairs);
     world::calc_kinematics(model_, q, geometry_.kinematics_work, geometry_.kinematics);
-    return contact::calc_min_distance(model_, geometry_.kinematics, geometry_.pairs, clearance, geometry_.contact_work) >= clearance;
+    return !contact::any_nearer(model_, geometry_.kinematics, geometry_.pairs, clearance, geometry_.contact_work);
   }
 
   /// @returns false where the objects neither stay nor are where they are wanted
