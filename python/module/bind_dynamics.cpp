@@ -52,7 +52,7 @@ void def_with_step_options(nb::module_& m, const char* name, R (*function)(const
   m.def(
       name,
       [function](Head... head, double h, std::optional<double> kappa, double self_sharpness, double limit_sharpness,
-                 std::optional<double> epsilon, double regularisation_ratio, double friction_scale, std::optional<int> rays,
+                 std::optional<double> epsilon, double regularisation_ratio, double friction_scale, std::optional<int> rays, bool coulomb,
                  double contact_margin, bool joint_limits, double tol_complementarity) {
         StepOptions options;
         options.h = h;
@@ -63,6 +63,7 @@ void def_with_step_options(nb::module_& m, const char* name, R (*function)(const
           options.regularisation = dynamics::ByRule{regularisation_ratio};
         options.friction_scale = friction_scale;
         if (rays) options.friction_cone = dynamics::PolyhedralCone{*rays};
+        if (coulomb) options.friction_law = dynamics::FrictionLaw::Coulomb;
         options.contact_margin = contact_margin;
         options.joint_limits = joint_limits;
         options.tol_complementarity = tol_complementarity;
@@ -70,8 +71,9 @@ void def_with_step_options(nb::module_& m, const char* name, R (*function)(const
       },
       arguments..., "h"_a = standard.h, "kappa"_a = nb::none(), "self_sharpness"_a = analytic.self_sharpness,
       "limit_sharpness"_a = analytic.limit_sharpness, "epsilon"_a = nb::none(), "regularisation_ratio"_a = dynamics::ByRule{}.ratio,
-      "friction_scale"_a = standard.friction_scale, "rays"_a = nb::none(), "contact_margin"_a = standard.contact_margin,
-      "joint_limits"_a = standard.joint_limits, "tol_complementarity"_a = standard.tol_complementarity, doc);
+      "friction_scale"_a = standard.friction_scale, "rays"_a = nb::none(), "coulomb"_a = false,
+      "contact_margin"_a = standard.contact_margin, "joint_limits"_a = standard.joint_limits,
+      "tol_complementarity"_a = standard.tol_complementarity, doc);
 }
 
 StepResult step(const StepOptions& given, ModelPtr model, Vector q, Vector u, std::optional<Vector> tau_ext, std::optional<Vector> damping,

@@ -44,6 +44,41 @@ TEST(Cone, NoRows_GivesUnconstrainedMinimiserInOneIteration) {
   }
 }
 
+/// A block of weight 1 that is pushed by F over ground with μ = 1/2, in units of its mass: the shift of eq. (18) lets it slide without rising.
+TEST(Cone, ShiftByTangent_PushedBlockSlidesClosed) {
+  constexpr double mu = 0.5;
+  for (const double force : {0.2, 0.6, 3.0}) {
+    RawProblem raw = empty_problem(3);
+    raw.b << 1, -0.6 * force, -0.8 * force;
+    RawProblem::Row row{.id = 1, .variables = {0, 1, 2}, .G = Eigen::Vector3d(1, mu, mu).asDiagonal(), .g = Eigen::Vector3d::Zero()};
+    raw.cones.push_back(row);
+    const Problem problem = raw.make();
+    Workspace work(problem.layout_ptr());
+    Options options;
+    options.shift_by_tangent = true;
+    options.sensitivities = false;
+    Result r;
+    ASSERT_EQ(solve(problem, options, work, r), Status::Solved);
+    const double slip = std::max(0.0, force - mu);
+    EXPECT_NEAR(r.x[0], 0, 1e-6 + 1e-2 * slip) << force;
+    EXPECT_NEAR(r.x[1], 0.6 * slip, 1e-6 + 1e-2 * slip) << force;
+    EXPECT_NEAR(r.shift_cone[0], mu * slip, 1e-6 + 1e-2 * slip) << force;
+    EXPECT_NEAR(r.z_cone(0, 0), 1, 1e-2) << force;
+    raw.cones[0].g[0] = r.shift_cone[0];  // what was solved is the convex program with that shift
+    const Kkt kkt = recompute(raw, r, Mode::Exact);
+    EXPECT_LE(kkt.stationarity, options.tol_kkt);
+    EXPECT_LE(kkt.consistency, options.tol_kkt);
+    EXPECT_LE(kkt.complementarity, options.tol_complementarity);
+  }
+}
+
+TEST(Cone, ShiftByTangent_SmoothedIsRefused) {
+  Options options;
+  options.mode = Mode::Smoothed;
+  options.shift_by_tangent = true;
+  EXPECT_NE(stiction::test::message_of([&] { options.validate(); }).find("shift_by_tangent"), std::string::npos);
+}
+
 /// A tower of n bodies of weight 1 on the ground, one on the other: the row under body i carries all that is above it, in every order of
 /// elimination.
 TEST(Cone, TowerOf600_EveryRowCarriesWhatIsAboveIt) {

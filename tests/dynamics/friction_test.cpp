@@ -1,6 +1,7 @@
 #include <numbers>
 
 #include "dynamics/systems.hpp"
+#include "stiction/dynamics/local_model.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::dynamics::test {
@@ -111,6 +112,98 @@ TEST(PolyhedralFriction, RandomHandStates_ImpulsesLieInThePyramidAndBalance) {
     }
   }
   EXPECT_GT(loaded, 100);
+}
+
+TEST(CoulombFriction, PushedBall_SlidesClosedByTheForceThatFrictionLeaves) {
+  const StiffBall system;
+  const StepOptions options{.regularisation = FixedEpsilon{1}, .friction_law = FrictionLaw::Coulomb};
+  const double weight = kMass * kGravity, h = options.h;
+  for (const double angle : {0.0, 0.7, 2.5}) {
+    for (const double force : {0.5 * kMu * weight, 1.01 * kMu * weight, 1.5 * kMu * weight, 4 * kMu * weight}) {
+      const auto r = system.push(force, angle, options);
+      const auto& c = r.contacts.at(0);
+      const double slip = std::max(0.0, force - kMu * weight) * h * h / kMass;
+      EXPECT_NEAR(c.slide(), slip, 1e-6 + 2e-2 * slip) << force;
+      EXPECT_NEAR(c.anitescu_gap(), 0, 1e-6 + 2e-2 * slip) << force;
+      EXPECT_NEAR(c.lambda[0] / h, weight, 1e-3 * weight) << force;
+      EXPECT_NEAR(c.lambda[1] / h, std::min(force, kMu * weight) * std::cos(angle), 1e-3 * weight);
+      EXPECT_NEAR(c.lambda[2] / h, std::min(force, kMu * weight) * std::sin(angle), 1e-3 * weight);
+    }
+  }
+}
+
+/// Signorini's and Coulomb's laws from contacts and impulses: closed where there is force, force within the cone, and against the slip at its edge.
+TEST(CoulombFriction, RandomHandStates_ObeyTheLawOrAreAnitescus) {
+  const auto model = load_task("allegro_ball");
+  StepWorkspace work(model);
+  core::Random random(3, 0);
+  const StepOptions options{.friction_law = FrictionLaw::Coulomb}, relaxed{.warm_start = false};
+  int sliding = 0, relaxed_steps = 0;
+  for (int sample = 0; sample < 100; ++sample) {
+    Eigen::VectorXd q = model->neutral();
+    q.head<3>() << -0.081, 0.001, 0.071;
+    q.tail(16) << 0.035, 0.753, 0.741, 0.833, -0.144, 0.747, 0.619, 0.701, -0.069, 0.785, 0.829, 0.904, 0.633, 1.024, 0.641, 0.824;
+    Eigen::VectorXd u = q.tail(16);
+    for (int j = 0; j < 16; ++j) u[j] += 0.1 * random.normal();
+    StepResult r, anitescu;
+    ASSERT_EQ(step(*model, {q, u}, options, work, r), Status::Solved);
+    ASSERT_EQ(step(*model, {q, u}, relaxed, work, anitescu), Status::Solved);
+    if (r.delta == anitescu.delta) {
+      ++relaxed_steps;
+      continue;
+    }
+    for (const auto& c : r.contacts) {
+      const double mu = c.contact.friction;
+      EXPECT_GE(c.anitescu_gap(), -3e-4);
+      EXPECT_LE(c.lambda.tail<2>().norm(), mu * c.lambda[0] + 1e-8);
+      if (!c.active) continue;
+      EXPECT_LE(c.anitescu_gap(), 3e-4);
+      if (c.slide() < 1e-3) continue;
+      ++sliding;
+      EXPECT_LE(c.lambda.tail<2>().dot(c.displacement.tail<2>()), -0.99 * mu * c.lambda[0] * c.slide() + 1e-9);
+    }
+    StepResult again;
+    ASSERT_EQ(step(*model, {q, u}, options, work, again), Status::Solved);
+    EXPECT_EQ(again.delta, r.delta) << "what the workspace saw before must not count";
+  }
+  EXPECT_GT(sliding, 50);
+  EXPECT_LT(relaxed_steps, 20);
+}
+
+TEST(CoulombFriction, SmoothedStepsAndLocalModels_AreAnitescus) {
+  const StiffBall system;
+  StepWorkspace work(system.model);
+  Eigen::VectorXd tau = Eigen::VectorXd::Zero(6);
+  tau[0] = 2 * kMu * kMass * kGravity;
+  const StepInput in{system.q, Eigen::VectorXd(0), &tau, &system.damping};
+  StepResult relaxed, r;
+  for (const Smoothing& smoothing : {Smoothing(Analytic{100}), Smoothing(Exact{})}) {
+    const StepOptions options{.smoothing = smoothing, .friction_law = FrictionLaw::Coulomb};
+    ASSERT_EQ(step(*system.model, in, options, work, r), Status::Solved);
+    work.forget();
+    ASSERT_EQ(step(*system.model, in, {.smoothing = smoothing}, work, relaxed), Status::Solved);
+    EXPECT_EQ((r.delta - relaxed.delta).norm() < 1e-6, !std::holds_alternative<Exact>(smoothing));
+  }
+  LocalModelWorkspace models(system.model);
+  LocalModel model;
+  ASSERT_EQ(calc_local_model(*system.model, in, Exact{}, {.friction_law = FrictionLaw::Coulomb}, false, models, model), Status::Solved);
+  EXPECT_LT((model.c - relaxed.q_next).norm(), 1e-6);
+}
+
+TEST(CoulombFriction, PyramidsAndPlanarModels_AreRefused) {
+  const StiffBall system;
+  StepWorkspace work(system.model);
+  StepResult r;
+  const StepOptions options{.friction_cone = PolyhedralCone{4}, .friction_law = FrictionLaw::Coulomb};
+  const auto message = stiction::test::message_of([&] { (void)step(*system.model, {system.q, Eigen::VectorXd(0)}, options, work, r); });
+  EXPECT_NE(message.find("friction_law"), std::string::npos) << message;
+  const auto planar = load_task("planar_hand");
+  StepWorkspace planar_work(planar);
+  EXPECT_NE(stiction::test::message_of([&] {
+              (void)step(*planar, {planar->neutral(), Eigen::VectorXd::Zero(planar->n_a())}, {.friction_law = FrictionLaw::Coulomb},
+                         planar_work, r);
+            }).find("friction_law"),
+            std::string::npos);
 }
 
 TEST(Damping, FreeBall_MovesByForceOverMassAndDamping) {

@@ -565,6 +565,8 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.rest_time = 0; }), "planner.rest_time: got 0, expected a finite number > 0");
   EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");
+  EXPECT_EQ(message([](auto& o) { o.friction_law = dynamics::FrictionLaw::Coulomb; }),
+            "planner.friction_law: got coulomb, expected anitescu for a planar model");
   EXPECT_EQ(message([](auto& o) { o.friction = 0; }), "planner.friction: got 0, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.squeeze = -1; }).substr(0, 15), "planner.squeeze");
   EXPECT_EQ(message([](auto& o) { o.grip_force = -1; }), "planner.grip_force: got -1, expected a finite number ≥ 0");

@@ -320,6 +320,21 @@ def test_forged_plans_fail_the_check(plan, tmp_path, change):
     assert {item["name"] for item in report["checks"] if not item["pass"]} - before, "no check fails that did not fail before"
 
 
+def test_contacts_of_a_plan_by_coulombs_law_stay_closed(tmp_path):
+    done = run("plan", "allegro_cube_180", "--seed", 3, "-o", tmp_path / "out", "--json")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(run("check", tmp_path / "out", "--json").stdout)
+    assert report["status"] == "Passed"
+    slide = next(item["value"] for item in report["checks"] if item["name"] == "slide")
+    gap = next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
+    assert slide > 1.5e-3 and gap < 1e-3, "anitescu: a contact opens by as much as it slides"
+    data = json.loads((tmp_path / "out/plan.json").read_text())
+    data["step"]["friction_law"] = "anitescu"
+    (tmp_path / "forged.json").write_text(json.dumps(data))
+    report = json.loads(run("check", tmp_path / "forged.json", "--json").stdout)
+    assert {"dynamics", "stored_position"} <= {item["name"] for item in report["checks"] if not item["pass"]}
+
+
 def test_start_in_penetration_is_planned_from_the_projected_state(tmp_path):
     path = task_file(tmp_path, "planar_pushing", start={"joints": [0.0, 0.05]})
     done = run("plan", path, "--goal", "0 0.55 0", "--timeout", 5, "-o", tmp_path / "out", "--json")

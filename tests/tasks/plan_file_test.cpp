@@ -69,6 +69,15 @@ TEST_F(PlanFiles, WriteAndRead_GivesTheSameBits) {
   }
 }
 
+TEST_F(PlanFiles, FrictionLaw_IsKeptAndAnitescusWhereThereIsNone) {
+  PlanFile plan = ball_->file;
+  plan.step.friction_law = dynamics::FrictionLaw::Coulomb;
+  json j = json::parse(to_text(plan));
+  EXPECT_EQ(parse_plan(j.dump(), "plan.json").step.friction_law, dynamics::FrictionLaw::Coulomb);
+  j["step"].erase("friction_law");
+  EXPECT_EQ(parse_plan(j.dump(), "plan.json").step.friction_law, dynamics::FrictionLaw::Anitescu);
+}
+
 TEST_F(PlanFiles, Write_LeavesNothingButTheFile) {
   write_plan(box_->file, dir_ / "plan.json");
   int files = 0;
@@ -125,6 +134,7 @@ TEST_F(PlanFiles, Edits_AreNamed) {
       {"shape", [](json& j) { j["geometries"][0]["shape"]["type"] = "cone"; }, {"geometries[0].shape.type", "cone"}},
       {"segment kind", [](json& j) { j["segments"][0]["kind"] = "jump"; }, {"segments[0].kind", "settle, contact, regrasp"}},
       {"h", [](json& j) { j["step"]["h"] = 0; }, {"step.h", "> 0"}},
+      {"law", [](json& j) { j["step"]["friction_law"] = "newton"; }, {"step.friction_law", "newton", "anitescu, coulomb"}},
       {"seed", [](json& j) { j["seed"] = -3; }, {"seed", "-3"}},
       {"status", [](json& j) { j["status"] = "Fine"; }, {"status", "Fine"}},
       {"not an object", [](json& j) { j = json::array(); }, {"an object"}},

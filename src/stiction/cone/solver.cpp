@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "stiction/cone/rows.hpp"
 #include "stiction/cone/scaling.hpp"
@@ -34,6 +35,9 @@ constexpr double kCareful = 0.1;           // the neighbourhood of the careful a
 constexpr double kShort = 0.1;             // a corrected step below this is not worth taking: centre instead
 constexpr double kBackUp = 10;             // by this
 constexpr double kCentreTolerance = 1e-7;  // relative, of the centred end point in Exact mode
+constexpr double kShiftEnd = 1e-7;         // shifts follow the iterates until the mean of wᵀz/θ passes this
+constexpr int kShiftIterations = 30;       // … or for so many iterations
+constexpr double kShiftSlack = 0.5;        // a shift that becomes less takes at most this part of the slack from w, the rest from r_p
 constexpr double kExactEnd = 0.05;         // that point is at this part of the tolerance
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -87,6 +91,7 @@ class Attempt {
   double calc_direction(double t, bool corrector, double reduction);
   double shorten(double alpha, double t);
   void move(double alpha, double reduction);
+  void follow_tangents();
   bool measure();
   bool prove_infeasible();
   bool step();
@@ -146,7 +151,7 @@ void idle_lane(Bank<R>& b, int i) {
   }
   for (int r = 0; r < R; ++r) lane(group.g, i)[4 * r] = 0.0;
   *lane(group.w, i) = *lane(group.z, i) = *lane(group.g, i) = 1.0;
-  *lane(&group.weight, i) = *lane(&group.inv_weight, i) = *lane(&group.live, i) = 0.0;
+  *lane(&group.weight, i) = *lane(&group.inv_weight, i) = *lane(&group.live, i) = *lane(&group.shift, i) = 0.0;
 }
 
 /// Sorts the rows by support and lays out Y.
@@ -202,6 +207,7 @@ void set_weight(Bank<R>& b, int i, double value) {
   *lane(&group.weight, i) = value;
   *lane(&group.inv_weight, i) = 1.0 / value;
   *lane(&group.live, i) = 1.0;
+  *lane(&group.shift, i) = 0.0;
 }
 
 /// Patterns, order and weights of a problem (everything but the start).
@@ -270,6 +276,7 @@ void prepare(const Problem& problem, const Options& options, State& s) {
 void Attempt::start_cold(double least_slack, bool careful) {
   careful_ = careful;
   std::ranges::fill(s_.x, 0.0);
+  each_group(s_.cones, [](Group<3>& group) { group.g[0] -= std::exchange(group.shift, V4{}); });
   V4 outside{};
   for_each_group([&]<int R>(const Group<R>& group) { outside = max(outside, -slack_of_group<R>(group.g)); });
   const double s0 = std::max(least_slack, 0.3 * largest(outside));
@@ -652,6 +659,26 @@ void Attempt::remember_z() {
   });
 }
 
+/// Shift ← ‖(w₁, w₂)‖ in every cone (eq. 18). What it grows by, w₀ grows by as well: the point stays where it is in the interior, and feasible.
+/// What it shrinks by is taken from w₀ as far as the slack allows, and is primal residual for the rest.
+void Attempt::follow_tangents() {
+  for_each_group([&]<int R>(Group<R>& group) {
+    for (auto& r : group.r_p) r *= all(primal_);
+  });
+  V4 off{};
+  each_group(s_.cones, [&off](Group<3>& group) {
+    const V4 tangent = sqrt(group.w[1] * group.w[1] + group.w[2] * group.w[2]);
+    const V4 change = (tangent - group.shift) * group.live;
+    const V4 taken = max(change, (tangent - group.w[0]) * all(kShiftSlack));
+    group.shift += change;
+    group.g[0] += change;
+    group.w[0] += taken;
+    group.r_p[0] += taken - change;
+    off = max(off, abs(group.r_p[0]));
+  });
+  primal_ = primal_ != 0 || largest(off) > 0 ? 1.0 : 0.0;
+}
+
 Status Attempt::run(int& iterations) {
   const bool centred = smoothed_ || options_.sensitivities || careful_;
   t_end_ = smoothed_ ? 1.0 : (centred ? kExactEnd * options_.tol_complementarity * impulse_ : 0.0);
@@ -662,6 +689,7 @@ Status Attempt::run(int& iterations) {
   int polish = 0;
   double last_off = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
+    if (options_.shift_by_tangent && iteration > 0 && iteration <= kShiftIterations && t_ >= kShiftEnd * impulse_) follow_tangents();
     const Spread spread = scale();
     t_ = n_rows_ > 0 ? sum(spread.mean) / n_rows_ : 0.0;
     const double worst = largest(spread.worst) / impulse_;
@@ -752,10 +780,12 @@ double write_result(const Problem& problem, const State& s, Result& result) {
   double outside = 0;
   result.w_cone.resize_columns(problem.n_cones());
   result.z_cone.resize_columns(problem.n_cones());
+  result.shift_cone.resize_numbers(problem.n_cones());
   for (int k = 0; k < problem.n_cones(); ++k) {
     const int i = s.cone_place[at(k)];
     const double* w = lane(s.cones.of(i).w, i);
     const double* z = lane(s.cones.of(i).z, i);
+    result.shift_cone[k] = *lane(&s.cones.of(i).shift, i);
     for (int r = 0; r < 3; ++r) {
       result.w_cone(r, k) = w[4 * r];
       result.z_cone(r, k) = z[4 * r];
@@ -797,6 +827,7 @@ void Options::validate() const {
   };
   in("tol_complementarity", tol_complementarity, 1e-12, 1e-2);
   in("tol_kkt", tol_kkt, 1e-12, 1e-2);
+  if (shift_by_tangent && mode != Mode::Exact) core::throw_invalid("shift_by_tangent", "true", "false in Smoothed mode");
   if (max_iterations < 1) core::throw_invalid("max_iterations", std::to_string(max_iterations), "at least 1");
   core::require_positive("infeasible_radius", infeasible_radius);
 }

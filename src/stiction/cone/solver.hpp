@@ -28,6 +28,10 @@ struct Options {
   /// Leave a factor of H at the returned point, for apply_inverse and D_*. In Exact mode this also centres the point at
   /// wᵢ∘zᵢ = θᵢ·S·tol_complementarity/20, which costs one or two more iterations and makes x a smooth function of the data.
   bool sensitivities = true;
+  /// Exact: Gx + g + ‖(w₁, w₂)‖e₀ in place of Gx + g in every cone, De Saxcé's change of variables (docs/theory/cone.md, eq. 18). The
+  /// shift follows the iterates and is held at the end: the result solves the convex program with Result::shift_cone to tolerance, and how
+  /// far that is from ‖(w₁, w₂)‖ is for the caller to judge. Derivatives hold it as well.
+  bool shift_by_tangent = false;
   double infeasible_radius = 10;  ///< Infeasible is proved for all ‖x‖∞ ≤ this [unit of x], > 0
   const std::atomic<bool>* cancel = nullptr;
   void validate() const;  ///< @throws InvalidInput naming the field
@@ -45,6 +49,7 @@ struct Result {
   core::Status status = core::Status::NumericalFailure;
   Eigen::VectorXd x;          ///< n
   Columns<3> w_cone, z_cone;  ///< 3 × n_cones; w = Gx + g and its multiplier, in order of adding
+  Numbers shift_cone;         ///< n_cones; w₀ is larger by this than (Gx + g)₀; 0 without Options::shift_by_tangent
   Numbers w_half_line, z_half_line;
   Numbers w_bound, z_bound;
   Residuals residuals;

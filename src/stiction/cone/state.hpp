@@ -20,7 +20,8 @@ struct Group {
   V4 v[kScaling];
   V4 ratio, inv_det, inv_lambda0, weight, inv_weight, live;
   V4 z_saved[R];
-  V4 g[R];  // of w = Gx + g; e at lanes without a row
+  V4 g[R];   // of w = Gx + g, with the shift; e at lanes without a row
+  V4 shift;  // Options::shift_by_tangent: the part of g[0] that is not the problem's
 };
 
 /// All rows of one kind. Rows are sorted by support; `order` maps to the order of adding. Lanes without a row hold w = z = e,

@@ -237,9 +237,11 @@ void validate(const Model& model, const LocalModelScheme& scheme, bool with_A) {
              scheme);
 }
 
-Status calc_local_model(const Model& model, const StepInput& in, const LocalModelScheme& scheme, const StepOptions& options, bool with_A,
+Status calc_local_model(const Model& model, const StepInput& in, const LocalModelScheme& scheme, const StepOptions& given, bool with_A,
                         LocalModelWorkspace& workspace, LocalModel& out) {
   LocalModelWorkspace::Impl& work = workspace.impl();
+  StepOptions options = given;
+  options.friction_law = FrictionLaw::Anitescu;
   out.failed = 0;
   out.status =
       std::visit(Overloaded{[&](const Exact& s) { return single_step(model, in, s, options, with_A, work, out); },

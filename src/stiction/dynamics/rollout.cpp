@@ -14,6 +14,9 @@ using core::Status;
 /// does so however small the command is.
 constexpr int kMaxHalvings = 4;
 
+/// Across which a force may act after a sub-step with Coulomb's law, which leaves such gaps only where it was not found [m].
+constexpr double kMostGap = 1e-3;
+
 /// Largest μ·slip: what friction counts for, an object on a slippery floor may go far in a sub-step.
 double largest_slide(const StepResult& result) {
   double slide = 0;
@@ -21,6 +24,10 @@ double largest_slide(const StepResult& result) {
     if (c.active) slide = std::max(slide, c.contact.friction * c.slide());
   }
   return slide;
+}
+
+bool has_gap(const StepResult& result) {
+  return std::any_of(result.contacts.begin(), result.contacts.end(), [](const auto& c) { return c.active && c.anitescu_gap() > kMostGap; });
 }
 
 }  // namespace
@@ -68,11 +75,12 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
     out.status = step(model, {q_now, u}, options, work, step_result);
     if (out.status != Status::Solved) return out.status;
     const double slide = largest_slide(step_result);
-    if (slide > limits.slide && ds > ds_min * (1 + 1e-9)) {
+    const bool far = slide > limits.slide || (options.friction_law == FrictionLaw::Coulomb && has_gap(step_result));
+    if (far && ds > ds_min * (1 + 1e-9)) {
       ds = std::max(ds_min, 0.5 * ds);
       continue;
     }
-    if (slide > limits.slide && overrun == Overrun::Stop) {
+    if (far && overrun == Overrun::Stop) {
       out.status = Status::MaxIterations;
       return out.status;
     }

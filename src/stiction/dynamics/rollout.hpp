@@ -11,7 +11,7 @@ namespace stiction::dynamics {
 struct SubstepLimits {
   double joint_angle = 0.03;   ///< largest move of a revolute command [rad], > 0
   double joint_travel = 0.01;  ///< largest move of a prismatic command [m], > 0
-  double slide = 1e-3;         ///< largest μ·slip at an active contact, the gap that the relaxation opens there (2.3.4) [m], > 0
+  double slide = 1e-3;         ///< largest μ·slip at an active contact, the gap that Anitescu's relaxation opens there (2.3.4) [m], > 0
   int max_substeps = 400;      ///< per call, ≥ 1
   void validate() const;
 };
@@ -41,7 +41,8 @@ enum class Overrun {
 int count_substeps(const world::Model& model, VectorRef u_start, VectorRef u_end, const SubstepLimits& limits);
 
 /// Moves the command from u_start to u_end in equal parts small enough for the limits, with the dynamics of options.
-/// A sub-step in which μ times the slip of an active contact exceeds limits.slide is redone with half the command increment, four times at most.
+/// A sub-step in which μ times the slip of an active contact exceeds limits.slide is redone with half the command increment, four times at most;
+/// with Coulomb's law also one in which a force acts across more than 1 mm.
 /// @returns Solved: u_end reached; MaxIterations: max_substeps used up, or stopped before a slide; otherwise the status of the step
 ///          that failed
 core::Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, VectorRef u_end, const StepOptions& options,

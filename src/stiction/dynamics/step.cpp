@@ -28,6 +28,8 @@ constexpr double kGuessContact = 1e-3;  // [m]
 constexpr double kGuessLimit = 0.01;    // [rad or m]
 constexpr int kMaxRounds = 12;          // the last one has all rows
 constexpr int kMostRays = 64;
+/// Coulomb's law: a solution that leaves a contact nearer to or farther from its obstacle than this is not its fixed point [m].
+constexpr double kClosed = 3e-4;
 
 /// A contact is active when its normal force exceeds this share of the heaviest object's weight, or of what the softest joint gives for
 /// a millimetre, whichever is more.
@@ -394,8 +396,27 @@ void include_all(const StepOptions& options, StepWorkspace::Impl& work) {
   if (options.joint_limits) std::ranges::fill(work.limit_included, char{1});
 }
 
+bool is_coulomb(const StepOptions& options) {
+  return options.friction_law == FrictionLaw::Coulomb && std::holds_alternative<Exact>(options.smoothing);
+}
+
+/// Coulomb's law is not found: a row in the problem penetrates, or carries a force across a gap, by more than kClosed.
+bool misses_contact(const StepOptions& options, const StepWorkspace::Impl& work) {
+  const cone::Result& s = work.solution;
+  Eigen::Index cone = 0;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    if (!work.included[i] || work.contacts[i].friction * options.friction_scale == 0) continue;
+    const double gap = s.w_cone(0, cone) - s.shift_cone[cone];
+    const bool active = s.z_cone(0, cone) > options.h * work.least_force;
+    if (gap < -kClosed || (active && gap > kClosed)) return true;
+    ++cone;
+  }
+  return false;
+}
+
 /// Puts rows that the solution violates into the problem of the next round; true when there are any.
-bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
+/// @param closed  they may slide without opening (Coulomb)
+bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, bool closed, StepWorkspace::Impl& work) {
   bool any = false;
   const double motion = 2 * motion_bound(model, work, work.solution.x);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
@@ -404,7 +425,9 @@ bool add_violated(const Model& model, const StepInput& in, const StepOptions& op
     work.moved[i].setZero();
     if (contact.phi > (1 + contact.friction * options.friction_scale) * motion) continue;
     work.moved[i] = displacement(model, i, work.solution.x, work);
-    if (slack(work, contact.phi, contact.friction * options.friction_scale, work.moved[i]) < 0) work.included[i] = 1, any = true;
+    const double left =
+        closed ? contact.phi + work.moved[i][0] : slack(work, contact.phi, contact.friction * options.friction_scale, work.moved[i]);
+    if (left < 0) work.included[i] = 1, any = true;
   }
   if (!options.joint_limits) return any;
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
@@ -441,9 +464,9 @@ void read_contacts(const Model& model, const StepOptions& options, StepWorkspace
       c.gap = s.w_half_line[half++];
     } else {
       const auto w = s.w_cone.col(cone), z = s.z_cone.col(cone);
-      ++cone;
+      const double shift = s.shift_cone[cone++];
       c.lambda = {z[0], mu * z[1], mu * z[2]};
-      c.displacement = {w[0] - c.contact.phi, w[1] / mu, w[2] / mu};
+      c.displacement = {w[0] - shift - c.contact.phi, w[1] / mu, w[2] / mu};
       c.gap = w[0] - std::hypot(w[1], w[2]);
     }
     c.active = c.lambda[0] > options.h * work.least_force;
@@ -468,6 +491,8 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   const auto* analytic = std::get_if<Analytic>(&options.smoothing);
 
   set_rays(model, options, work.rays);
+  if (is_coulomb(options) && !work.rays.empty())
+    core::throw_invalid("friction_law", "coulomb", "anitescu for a planar model or a polyhedral cone");
   if (work.q_seen.size() == 0 || work.q_seen != in.q) {
     world::calc_kinematics(model, in.q, work.kinematics_work, work.kinematics);
     work.q_seen = in.q;
@@ -501,31 +526,40 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
   solver_options.tol_complementarity =
       exact && derivatives ? std::max(options.tol_complementarity, kSensitivityComplementarity) : options.tol_complementarity;
-  solver_options.warm_start = options.warm_start;
+  const bool coulomb = is_coulomb(options);
+  solver_options.shift_by_tangent = coulomb;
+  solver_options.warm_start = options.warm_start && !coulomb;  // where the shifts end depends on where they start
   solver_options.sensitivities = derivatives;
   out.iterations = 0;
   const int growths = work.problem->growths();
-  for (int round = 0; round < kMaxRounds; ++round) {
-    cone::Problem& problem = *work.problem;
-    problem.clear();
-    work.bound_variables.clear();
-    add_objective(work, problem);
-    for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-      if (!work.included[i]) continue;
-      const contact::Contact& contact = work.contacts[i];
-      const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
-      add_contact(model, i, contact.friction * options.friction_scale, self ? sigma_self : sigma, work);
+  const auto solve_rounds = [&] {
+    for (int round = 0; round < kMaxRounds; ++round) {
+      cone::Problem& problem = *work.problem;
+      problem.clear();
+      work.bound_variables.clear();
+      add_objective(work, problem);
+      for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+        if (!work.included[i]) continue;
+        const contact::Contact& contact = work.contacts[i];
+        const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
+        add_contact(model, i, contact.friction * options.friction_scale, self ? sigma_self : sigma, work);
+      }
+      for_each_limit(model, in, [&](int variable, double sign, double offset) {
+        const std::uint64_t id = limit_id(variable, sign);
+        if (!work.limit_included[id]) return;
+        problem.add_bound(id, variable, sign, offset, sigma_limit);
+        work.bound_variables.push_back(variable);
+      });
+      out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
+      out.iterations += work.solution.iterations;
+      if (out.status != Status::Solved || !add_violated(model, in, options, solver_options.shift_by_tangent, work)) break;
+      if (round == kMaxRounds - 2) include_all(options, work);
     }
-    for_each_limit(model, in, [&](int variable, double sign, double offset) {
-      const std::uint64_t id = limit_id(variable, sign);
-      if (!work.limit_included[id]) return;
-      problem.add_bound(id, variable, sign, offset, sigma_limit);
-      work.bound_variables.push_back(variable);
-    });
-    out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
-    out.iterations += work.solution.iterations;
-    if (out.status != Status::Solved || !add_violated(model, in, options, work)) break;
-    if (round == kMaxRounds - 2) include_all(options, work);
+  };
+  solve_rounds();
+  if (coulomb && (out.status != Status::Solved || misses_contact(options, work))) {
+    solver_options.shift_by_tangent = false;
+    solve_rounds();
   }
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;

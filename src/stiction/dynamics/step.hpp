@@ -43,16 +43,26 @@ struct FixedEpsilon {
 };
 using Regularisation = std::variant<ByRule, FixedEpsilon>;
 
+/// What a sliding contact does.
+enum class FrictionLaw {
+  Anitescu,  ///< it opens by μ‖J_t δq‖, the gap of the convex relaxation (2.3.4)
+  /// It stays closed: φ + J_n δq ≥ 0 instead, De Saxcé's fixed point (docs/theory/step.md, S.14), of exact steps of spatial models with
+  /// second-order cones. Where that is not found to within 0.3 mm the step is Anitescu's. Every step is solved cold, so that it follows from its
+  /// input alone.
+  Coulomb
+};
+
 struct StepOptions {
   double h = 0.1;  ///< time step [s], > 0
   Smoothing smoothing = Exact{};
   Regularisation regularisation = ByRule{};
   FrictionCone friction_cone = SecondOrderCone{};
-  double friction_scale = 1.0;          ///< multiplies every μ, ≥ 0
-  double contact_margin = 0.0;          ///< added to the model's contact distance [m], ≥ 0
-  bool with_B = false;                  ///< also D_qnext_u
-  bool with_A = false;                  ///< also D_qnext_q
-  bool with_force_derivatives = false;  ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
+  FrictionLaw friction_law = FrictionLaw::Anitescu;  ///< of exact steps; smoothed ones and local models have Anitescu's
+  double friction_scale = 1.0;                       ///< multiplies every μ, ≥ 0
+  double contact_margin = 0.0;                       ///< added to the model's contact distance [m], ≥ 0
+  bool with_B = false;                               ///< also D_qnext_u
+  bool with_A = false;                               ///< also D_qnext_q
+  bool with_force_derivatives = false;               ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
   bool joint_limits = true;
   bool warm_start = true;
   double tol_complementarity = 1e-10;  ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with A or B; in [1e-11, 1e-2]
@@ -71,11 +81,11 @@ struct ContactImpulse {
   contact::Contact contact;                                ///< geometry at q, before the step
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();        ///< (n, t1, t2) acting on A [N·s]
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
-  double gap = 0;                                          ///< slack of the row: φ + J_n δq − μ‖J_t δq‖ ≥ 0 for a cone [m]
+  double gap = 0;       ///< slack of the row: φ + J_n δq − μ‖J_t δq‖ ≥ 0 for a cone of Anitescu's [m]
   bool active = false;  ///< carries more than 3e-4 of the heaviest object's weight, or of softest stiffness · 1 mm
 
   double slide() const { return displacement.tail<2>().norm(); }
-  /// Distance at which the force acts after the step, φ + J_n δq: μ·slide() at a sliding contact, Anitescu's gap [m].
+  /// Distance at which the force acts after the step, φ + J_n δq: μ·slide() at a sliding contact of Anitescu's law, his gap [m].
   double anitescu_gap() const { return contact.phi + displacement[0]; }
 };
 

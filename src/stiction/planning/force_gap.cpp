@@ -1,25 +1,38 @@
 #include "stiction/planning/force_gap.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace stiction::planning {
+namespace {
 
-double calc_force_gap(const world::Model& model, const dynamics::StepResult& step, GeometryWorkspace& work) {
-  constexpr double kSmall = 0.4e-3, kLong = 0.02;  // [m]; of a step [m or rad]
-  const bool far = step.delta.head(model.n_vu()).lpNorm<Eigen::Infinity>() > kLong;
+double largest_gap(const world::Model& model, std::span<const dynamics::ContactImpulse> contacts, const Eigen::VectorXd& q_next, bool far,
+                   GeometryWorkspace& work) {
+  constexpr double kSmall = 0.4e-3, kLongSlip = 3e-3;  // [m]
   double worst = 0;
   bool placed = false;
-  for (const auto& c : step.contacts) {
+  for (const auto& c : contacts) {
     if (!c.active) continue;
     double gap = c.anitescu_gap();
-    if (gap > kSmall || far) {
-      if (!placed) world::calc_kinematics(model, step.q_next, work.kinematics_work, work.kinematics);
+    if (gap > kSmall || far || c.slide() > kLongSlip) {
+      if (!placed) world::calc_kinematics(model, q_next, work.kinematics_work, work.kinematics);
       placed = true;
       gap = contact::pair_distance(model, work.kinematics, c.contact.pair, work.contact_work).phi;
     }
     worst = std::max(worst, gap);
   }
   return worst;
+}
+
+}  // namespace
+
+double calc_force_gap(const world::Model& model, const dynamics::StepResult& step, GeometryWorkspace& work) {
+  constexpr double kLong = 0.02;  // of a step [m or rad]
+  return largest_gap(model, step.contacts, step.q_next, step.delta.head(model.n_vu()).lpNorm<Eigen::Infinity>() > kLong, work);
+}
+
+double calc_force_gap(const world::Model& model, const dynamics::Knot& knot, GeometryWorkspace& work) {
+  return largest_gap(model, knot.contacts, knot.q, false, work);
 }
 
 double calc_penetration(const dynamics::StepResult& step) {

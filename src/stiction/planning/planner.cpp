@@ -246,6 +246,7 @@ class Planner final : public Growth {
         items_(static_cast<std::size_t>(round_size(options))) {
     exact_.h = options.h;
     exact_.regularisation = options.regularisation;
+    exact_.friction_law = options.friction_law;
     exact_.friction_scale = options.friction;
     cold_ = exact_;
     cold_.warm_start = false;
@@ -852,8 +853,11 @@ class Planner final : public Growth {
       ++totals.failed_steps;
       return false;
     }
-    const auto braced = std::find_if(r.knots.begin(), r.knots.end(), [this](const auto& knot) { return braces(knot); });
-    r.knots.erase(braced, r.knots.end());
+    const bool long_slips = options_.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
+    const auto bad = [&](const dynamics::Knot& knot) {
+      return braces(knot) || (long_slips && calc_force_gap(model_, knot, worker.geometry) > kMaxForceGap);
+    };
+    r.knots.erase(std::find_if(r.knots.begin(), r.knots.end(), bad), r.knots.end());
     if (r.knots.empty() || r.min_phi < -kMaxPenetration) return false;
     to.q = r.knots.back().q;
     to.u = r.knots.back().u;
@@ -1218,6 +1222,8 @@ void PlannerOptions::validate(const Model& model) const {
   if (batch < 1) core::throw_invalid("planner.batch", std::to_string(batch), "at least 1");
   if (trees < 1) core::throw_invalid("planner.trees", std::to_string(trees), "at least 1");
   if (restart < 0) core::throw_invalid("planner.restart", std::to_string(restart), "0 (where a tree stalls) or more");
+  if (friction_law == dynamics::FrictionLaw::Coulomb && model.planar_axis())
+    core::throw_invalid("planner.friction_law", "coulomb", "anitescu for a planar model");
   if (max_iterations < 1) core::throw_invalid("planner.max_iterations", std::to_string(max_iterations), "at least 1");
   probability("planner.goal_bias", goal_bias);
   probability("planner.spectral_probability", spectral_probability);

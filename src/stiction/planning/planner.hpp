@@ -90,6 +90,7 @@ struct PlannerOptions {
   int grasp_candidates = 6;  ///< postures drawn for a regrasp, ≥ 1; the one that promises to bring the object nearest its subgoal is taken
   int grasp_trials = 0;      ///< … after so many of those that promise most were simulated: then by what came of it, ≥ 0
   bool real_regrasps = true;  ///< false: the robot jumps to its contact sample, as in the thesis's trees
+  dynamics::FrictionLaw friction_law = dynamics::FrictionLaw::Anitescu;  ///< of every exact step of the plan
   double friction = 1.0;  ///< every μ of the plan is that of the scene times this: what slips in the world then slips in the plan as well
   double edge_friction = 1.0;  ///< a node is built on only if its edge does the same with every μ times this; 1: not looked at
   double rest_time =

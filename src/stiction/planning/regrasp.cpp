@@ -201,6 +201,7 @@ class RegraspRun {
       : q(q0), u(u0), model_(model), options_(options), steps_(steps), space_(model), q0_(q0), q_rest_(q0), out_(out) {
     step_.h = options.h;
     step_.regularisation = options.regularisation;
+    step_.friction_law = options.friction_law;
     step_.friction_scale = options.friction;
     out_.knots.clear();
     steps_.forget();

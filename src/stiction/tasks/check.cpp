@@ -208,6 +208,7 @@ class Checker {
     const auto differs = [this](std::string what) { dynamics_.see(1, [&] { return what; }); };
     const dynamics::StepOptions& step = plan_.step;
     if (step.h > task_.options.h) differs("step.h above that of the task");
+    if (step.friction_law != task_.options.friction_law) differs("step.friction_law is not that of the task");
     if (step.friction_scale > 1) differs("step.friction_scale above 1");
     if (!step.joint_limits) differs("step.joint_limits is off");
     if (step.tol_complementarity > 1e-8) differs("step.tol_complementarity above 1e-8");

@@ -228,6 +228,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "substep",
                     "single_step",
                     "real_regrasps",
+                    "friction_law",
                     "friction",
                     "edge_friction",
                     "rest_time",
@@ -298,6 +299,9 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "substep")) out.substep = read_substep(*v);
   if (const auto v = given(node, "single_step"); v && v->boolean()) out.substep.reset();
   if (const auto v = given(node, "real_regrasps")) out.real_regrasps = v->boolean();
+  if (const auto v = given(node, "friction_law"))
+    out.friction_law =
+        v->one_of(kFrictionLawNames) == kFrictionLawNames[1] ? dynamics::FrictionLaw::Coulomb : dynamics::FrictionLaw::Anitescu;
   if (const auto v = given(node, "friction")) out.friction = v->positive();
   if (const auto v = given(node, "edge_friction")) out.edge_friction = v->positive();
   if (const auto v = given(node, "rest_time")) out.rest_time = v->positive();
@@ -379,6 +383,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
     out["single_step"] = true;
   }
   out["real_regrasps"] = o.real_regrasps;
+  out["friction_law"] = kFrictionLawNames[static_cast<std::size_t>(o.friction_law)];
   out["friction"] = o.friction;
   out["edge_friction"] = o.edge_friction;
   out["rest_time"] = o.rest_time;

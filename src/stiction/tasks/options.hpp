@@ -1,11 +1,15 @@
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 
 #include "stiction/planning/planner.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
+
+inline constexpr std::array<std::string_view, 2> kFrictionLawNames = {"anitescu", "coulomb"};  // of dynamics::FrictionLaw
 
 /// Reads the `planner` section of a task file. Every field of PlannerOptions by its name; in addition
 ///   single_step: true                       one step per extension (substep = nullopt), whatever `substep` says

@@ -10,6 +10,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
+#include "stiction/tasks/options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
 
@@ -245,8 +246,13 @@ world::Shape read_shape(const Value& v) {
 }
 
 dynamics::StepOptions read_step(const Value& v) {
-  v.require_keys({"h", "regularisation", "friction_scale", "contact_margin", "joint_limits", "tol_complementarity"});
   dynamics::StepOptions out;
+  if (v.has("friction_law")) {  // plans of earlier versions have none
+    v.require_keys({"h", "regularisation", "friction_law", "friction_scale", "contact_margin", "joint_limits", "tol_complementarity"});
+    out.friction_law = static_cast<dynamics::FrictionLaw>(v.at("friction_law").one_of(kFrictionLawNames));
+  } else {
+    v.require_keys({"h", "regularisation", "friction_scale", "contact_margin", "joint_limits", "tol_complementarity"});
+  }
   out.h = v.at("h").positive();
   const Value regularisation = v.at("regularisation");
   if (regularisation.has("ratio")) {

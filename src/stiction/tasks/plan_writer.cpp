@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
 
@@ -159,7 +160,7 @@ void write_head(Writer& w, const PlanFile& p) {
   } else {
     w.raw(",\"regularisation\":{{\"epsilon\":{}}}", std::get<dynamics::FixedEpsilon>(p.step.regularisation).epsilon);
   }
-  w.raw(",\"friction_scale\":");
+  w.raw(",\"friction_law\":\"{}\",\"friction_scale\":", kFrictionLawNames[static_cast<std::size_t>(p.step.friction_law)]);
   w.exact(p.step.friction_scale);
   w.raw(",\"contact_margin\":");
   w.exact(p.step.contact_margin);
