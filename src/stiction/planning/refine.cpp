@@ -423,10 +423,12 @@ class Refiner {
     return options;
   }
 
-  /// One sub-step of the exact dynamics, stored.
+  /// One sub-step of the exact dynamics, stored. False where it is not solved or starts deeper inside something than is allowed at half sub-steps.
   bool advance(const Eigen::VectorXd& command, Segment& segment) {
     const Eigen::VectorXd u = within_limits(command);  // rounding
     if (stop() || !step(u, exact_)) return false;
+    const bool own = q_ != plan_.q_start;  // what penetrates at the start is not its doing
+    if (own && calc_penetration(result_) > std::max(kMostPenetration, given_.penetration)) return false;
     q_ = result_.q_next;
     u_ = u;
     dynamics::Knot& knot = segment.knots.emplace_back();
