@@ -82,6 +82,14 @@ TEST(PolyhedralFriction, ManyRays_GoToTheConeAsOneOverRaysSquared) {
   EXPECT_NEAR(fine / finest, 4, 0.2);
 }
 
+/// The ball of allegro_ball in the fingers of the hand.
+Eigen::VectorXd grasped_ball(const Model& model) {
+  Eigen::VectorXd q = model.neutral();
+  q.head<3>() << -0.081, 0.001, 0.071;
+  q.tail(16) << 0.035, 0.753, 0.741, 0.833, -0.144, 0.747, 0.619, 0.701, -0.069, 0.785, 0.829, 0.904, 0.633, 1.024, 0.641, 0.824;
+  return q;
+}
+
 /// Optimality of (2.10) recomputed from contacts and impulses: λ = Σ β_k (n + μ d_k) with β ≥ 0 means that λ lies in the pyramid.
 TEST(PolyhedralFriction, RandomHandStates_ImpulsesLieInThePyramidAndBalance) {
   const auto model = load_task("allegro_ball");
@@ -91,9 +99,7 @@ TEST(PolyhedralFriction, RandomHandStates_ImpulsesLieInThePyramidAndBalance) {
   const StepOptions options{.friction_cone = PolyhedralCone{kRays}, .joint_limits = false};
   int loaded = 0;
   for (int sample = 0; sample < 100; ++sample) {
-    Eigen::VectorXd q = model->neutral();
-    q.head<3>() << -0.081, 0.001, 0.071;
-    q.tail(16) << 0.035, 0.753, 0.741, 0.833, -0.144, 0.747, 0.619, 0.701, -0.069, 0.785, 0.829, 0.904, 0.633, 1.024, 0.641, 0.824;
+    const Eigen::VectorXd q = grasped_ball(*model);
     Eigen::VectorXd u = q.tail(16);
     for (int j = 0; j < 16; ++j) u[j] += 0.1 * random.normal();
     StepResult r;
@@ -140,9 +146,7 @@ TEST(CoulombFriction, RandomHandStates_ObeyTheLawOrAreAnitescus) {
   const StepOptions options{.friction_law = FrictionLaw::Coulomb}, relaxed{.warm_start = false};
   int sliding = 0, relaxed_steps = 0;
   for (int sample = 0; sample < 100; ++sample) {
-    Eigen::VectorXd q = model->neutral();
-    q.head<3>() << -0.081, 0.001, 0.071;
-    q.tail(16) << 0.035, 0.753, 0.741, 0.833, -0.144, 0.747, 0.619, 0.701, -0.069, 0.785, 0.829, 0.904, 0.633, 1.024, 0.641, 0.824;
+    const Eigen::VectorXd q = grasped_ball(*model);
     Eigen::VectorXd u = q.tail(16);
     for (int j = 0; j < 16; ++j) u[j] += 0.1 * random.normal();
     StepResult r, anitescu;
