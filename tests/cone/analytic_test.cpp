@@ -12,14 +12,18 @@ namespace {
 
 using core::Status;
 
-Result solved(const RawProblem& raw, Mode mode) {
+Result solved(const RawProblem& raw, const Options& options) {
   const Problem problem = raw.make();
   Workspace work(problem.layout_ptr());
-  Options options;
-  options.mode = mode;
   Result result;
   EXPECT_EQ(solve(problem, options, work, result), Status::Solved);
   return result;
+}
+
+Result solved(const RawProblem& raw, Mode mode) {
+  Options options;
+  options.mode = mode;
+  return solved(raw, options);
 }
 
 RawProblem empty_problem(int n) {
@@ -52,13 +56,10 @@ TEST(Cone, ShiftByTangent_PushedBlockSlidesClosed) {
     raw.b << 1, -0.6 * force, -0.8 * force;
     RawProblem::Row row{.id = 1, .variables = {0, 1, 2}, .G = Eigen::Vector3d(1, mu, mu).asDiagonal(), .g = Eigen::Vector3d::Zero()};
     raw.cones.push_back(row);
-    const Problem problem = raw.make();
-    Workspace work(problem.layout_ptr());
     Options options;
     options.shift_by_tangent = true;
     options.sensitivities = false;
-    Result r;
-    ASSERT_EQ(solve(problem, options, work, r), Status::Solved);
+    const Result r = solved(raw, options);
     const double slip = std::max(0.0, force - mu);
     EXPECT_NEAR(r.x[0], 0, 1e-6 + 1e-2 * slip) << force;
     EXPECT_NEAR(r.x[1], 0.6 * slip, 1e-6 + 1e-2 * slip) << force;

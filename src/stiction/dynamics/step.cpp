@@ -421,13 +421,11 @@ bool add_violated(const Model& model, const StepInput& in, const StepOptions& op
   const double motion = 2 * motion_bound(model, work, work.solution.x);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     if (work.included[i]) continue;
-    const contact::Contact& contact = work.contacts[i];
+    const double phi = work.contacts[i].phi, mu = work.contacts[i].friction * options.friction_scale;
     work.moved[i].setZero();
-    if (contact.phi > (1 + contact.friction * options.friction_scale) * motion) continue;
+    if (phi > (1 + mu) * motion) continue;
     work.moved[i] = displacement(model, i, work.solution.x, work);
-    const double left =
-        closed ? contact.phi + work.moved[i][0] : slack(work, contact.phi, contact.friction * options.friction_scale, work.moved[i]);
-    if (left < 0) work.included[i] = 1, any = true;
+    if (slack(work, phi, closed ? 0.0 : mu, work.moved[i]) < 0) work.included[i] = 1, any = true;
   }
   if (!options.joint_limits) return any;
   for_each_limit(model, in, [&](int variable, double sign, double offset) {

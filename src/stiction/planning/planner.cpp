@@ -244,10 +244,7 @@ class Planner final : public Growth {
         tree_(space_, global_weights(), inverse_tolerances().cwiseAbs2()),
         crew_(crew),
         items_(static_cast<std::size_t>(round_size(options))) {
-    exact_.h = options.h;
-    exact_.regularisation = options.regularisation;
-    exact_.friction_law = options.friction_law;
-    exact_.friction_scale = options.friction;
+    exact_ = options.step_options();
     cold_ = exact_;
     cold_.warm_start = false;
     smoothed_ = exact_;
@@ -1212,6 +1209,10 @@ dynamics::LocalModelScheme PlannerOptions::local_model_scheme(std::uint64_t stre
   sampling.std_q /= sharpening;
   if (scheme == Scheme::RandomizedFirst) return dynamics::RandomizedFirstOrder{sampling};
   return dynamics::RandomizedZerothOrder{sampling};
+}
+
+dynamics::StepOptions PlannerOptions::step_options() const {
+  return {.h = h, .regularisation = regularisation, .friction_law = friction_law, .friction_scale = friction};
 }
 
 void PlannerOptions::validate(const Model& model) const {

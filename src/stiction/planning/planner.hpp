@@ -125,6 +125,7 @@ struct PlannerOptions {
   double tolerance_fraction = 0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
+  dynamics::StepOptions step_options() const;  ///< of every exact step of the plan
   void validate(const world::Model& model) const;
 };
 

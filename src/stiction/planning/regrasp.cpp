@@ -199,10 +199,7 @@ class RegraspRun {
   RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, const Eigen::VectorXd& u0,
              dynamics::StepWorkspace& steps, Regrasp& out)
       : q(q0), u(u0), model_(model), options_(options), steps_(steps), space_(model), q0_(q0), q_rest_(q0), out_(out) {
-    step_.h = options.h;
-    step_.regularisation = options.regularisation;
-    step_.friction_law = options.friction_law;
-    step_.friction_scale = options.friction;
+    step_ = options.step_options();
     out_.knots.clear();
     steps_.forget();
   }
