@@ -46,7 +46,8 @@ def collect(name: str, quick: bool) -> list[dict[str, np.ndarray]]:
             file = Path(folder) / f"{seed}.json"
             plan.write(file)
             for table, (_, substeps) in zip(rows, MODELS):
-                run = st.transfer(file, substeps=substeps, whole=False, velocity_reference=False, **({"speed": 4.0, "pause": 0.3} if quick else {}))
+                execution = {"velocity_reference": False, "load_time": 0.0} | ({"speed": 4.0, "pause": 0.3} if quick else {})
+                run = st.transfer(file, substeps=substeps, whole=False, **execution)
                 for piece in run.pieces:
                     if (e := piece.alone) is not None:
                         table.append([e.mean_position, e.length_position, e.mean_angle, e.length_angle])

@@ -94,9 +94,10 @@ struct CheckArguments {
 struct SimulateArguments {
   std::string plan;
   std::string out_dir;
-  double speed = 1;    ///< times the default speeds
-  double pause_s = 4;  ///< between pieces
-  int substeps = 0;    ///< predict each edge in this many steps; 0: as the plan does
+  double speed = 1;                                        ///< times the default speeds
+  double pause_s = 4;                                      ///< between pieces
+  double load_time_s = planning::SpeedLimits{}.load_time;  ///< of joint springs
+  int substeps = 0;                                        ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = planning::kRestTime;
   double friction_scale = 1;
   bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs

@@ -94,6 +94,11 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
   simulate
+      ->add_option("--load-time", simulate_arguments.load_time_s,
+                   "Time in which joint springs take up or let go the weight of the lightest object [s]; 0: as fast as comes")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  simulate
       ->add_option("--sub-steps", simulate_arguments.substeps,
                    "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)")
       ->check(CLI::Range(1, 10000));

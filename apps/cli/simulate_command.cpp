@@ -177,6 +177,7 @@ int run_simulate(const SimulateArguments& arguments) {
   execution::TransferOptions options;
   options.speed = speed_limits(arguments.speed);
   options.speed.pause = arguments.pause_s;
+  options.speed.load_time = arguments.load_time_s;
   options.alone = !arguments.whole_only;
   options.threads = arguments.threads;
   simulation::PlantOptions plant_options;

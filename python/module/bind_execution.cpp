@@ -15,7 +15,7 @@ using execution::SpeedLimits;
 using execution::TransferOptions;
 using execution::TransferResult;
 
-TransferResult transfer(const std::filesystem::path& plan_file, double speed, double pause, double regrasp_factor,
+TransferResult transfer(const std::filesystem::path& plan_file, double speed, double pause, double load_time, double regrasp_factor,
                         std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
                         bool whole, bool alone, int threads, std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
@@ -32,6 +32,7 @@ TransferResult transfer(const std::filesystem::path& plan_file, double speed, do
   options.speed.revolute *= speed;
   options.speed.prismatic *= speed;
   options.speed.pause = pause;
+  options.speed.load_time = load_time;
   options.speed.regrasp_factor = regrasp_factor;
   options.hold = hold;
   options.whole = whole;
@@ -105,11 +106,12 @@ void bind_execution(nb::module_& m) {
       .def_ro("piece", &TransferResult::piece, "index into pieces (samples)")
       .def_ro("wall_s", &TransferResult::wall_s);
   m.def("transfer", &transfer, "plan_file"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = SpeedLimits{}.pause,
-        "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(), "rest_time"_a = planning::kRestTime,
-        "friction_scale"_a = 1.0, "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true,
-        "threads"_a = 0, "timeout_s"_a = nb::none(),
+        "load_time"_a = SpeedLimits{}.load_time, "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(),
+        "rest_time"_a = planning::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold,
+        "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
         "Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
-        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s. Without `velocity_reference` damping acts on the "
+        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s; joint springs take up or let go the weight of the "
+        "lightest object in `load_time` [s], with 0 as fast as comes. Without `velocity_reference` damping acts on the "
         "velocities of the joints themselves, which lag behind their commands, as in the thesis.");
 }
 

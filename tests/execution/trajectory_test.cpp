@@ -91,6 +91,23 @@ TEST(Trajectory, Regrasps_LeaveAndReachContactSlowly) {
   EXPECT_NEAR(last, 0.25, 1e-9);
 }
 
+/// (E.9): a spring of which the command goes on while the joint stays, as in a grip that closes, and back.
+TEST(Trajectory, Springs_AreStrainedAndLetGoSlowly) {
+  const auto model = load_model("planar_pushing");
+  auto plan = commands_only({{SegmentKind::Contact, {{0.1, -0.1}, {0.12, -0.1}, {0.1, -0.1}, {0.2, -0.1}}}});
+  plan.segments[0].knots[1].q[3] = 0.1;
+  // 0.02 m of a spring of 100 N/m are 2 N, the box weighs 5 kg
+  SpeedLimits limits{.revolute = 1, .prismatic = 0.1, .load_time = 10, .pause = 0};
+  const double load = 10 * 2 / (5 * 9.81);
+  const auto intervals = [&] {
+    const Trajectory t = make_trajectory(*model, plan, limits);
+    return VectorXd(t.times.tail(4) - t.times.head(4));
+  };
+  EXPECT_TRUE(intervals().isApprox(Eigen::Vector4d(1, load, load, 1), 1e-12)) << intervals().transpose();
+  limits.load_time = 0;
+  EXPECT_TRUE(intervals().isApprox(Eigen::Vector4d(1, 0.2, 0.2, 1), 1e-12)) << intervals().transpose();
+}
+
 TEST(Trajectory, KnotWithoutCommandIncrement_TakesNoTime) {
   const auto model = load_model("planar_pushing");
   const auto plan = commands_only({{SegmentKind::Contact, {{0.1, -0.1}, {0.1, -0.1}, {0.2, -0.1}}}});
@@ -174,6 +191,7 @@ TEST(Trajectory, BadInput_NamesTheField) {
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.pause = -1}); }).find("speed.pause"), std::string::npos);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.ramp = 0}); }).find("speed.ramp"), std::string::npos);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.landing_factor = 0}); }).find("speed.landing_factor"), std::string::npos);
+  EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {.load_time = -1}); }).find("speed.load_time"), std::string::npos);
   plan.segments[0].knots[0].u.resize(3);
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments[0].knots[0].u"), std::string::npos);
   plan.segments.clear();

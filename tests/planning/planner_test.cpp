@@ -189,6 +189,65 @@ TEST(Planner, StartNoise_PlansForgiveErrorsOfThePushesBefore) {
   EXPECT_GE(reached, 0.8 * runs) << "of " << runs;
 }
 
+/// A body of 0.5 kg on a floor of friction 0.5, that the pusher on two sliders is to push by 0.2 m.
+PlanningProblem floor_problem(const world::Shape& shape) {
+  world::Scene scene = load_model("planar_pushing")->scene();
+  scene.gravity = Eigen::Vector3d(0, 0, -9.8);
+  scene.objects[0].joint = world::ObjectJoint::Free;
+  scene.objects[0].mass = 0.5;
+  scene.objects[0].inertia = 0.013 * Eigen::Matrix3d::Identity();
+  scene.objects[0].geometries = {{.name = "body", .shape = shape, .X_BG = {}, .friction = 0.5}};
+  scene.fixed.push_back(
+      {.name = "ground", .X_WB = {}, .geometries = {{.name = "floor", .shape = world::HalfSpace{}, .X_BG = {}, .friction = 0.5}}});
+  PlanningProblem problem;
+  problem.model = world::Model::make(scene);
+  problem.q_start.resize(9);
+  problem.q_start << 0, 0.35, 0.2, 0, 0, 0, 1, 0, 0.2;
+  problem.goal.X_WG.p = Eigen::Vector3d(0, 0.55, 0.2);
+  problem.goal.region = GoalRegion{Eigen::VectorXd::Constant(6, -std::numeric_limits<double>::infinity()),
+                                   Eigen::VectorXd::Constant(6, std::numeric_limits<double>::infinity())};
+  problem.goal.region->lower[1] = problem.goal.region->upper[1] = 0.55;
+  return problem;
+}
+
+Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, double friction_noise) {
+  PlannerOptions options;
+  options.threads = 1;
+  options.max_iterations = 200;
+  options.grasp_probability = 0.1;
+  options.goal_bias = 0.7;
+  options.edge_tilt = edge_tilt;
+  options.friction_noise = friction_noise;
+  SampleBox box;
+  box.lower = (Eigen::VectorXd(6) << -0.1, 0.3, 0.2, 0, 0, 0).finished();
+  box.upper = (Eigen::VectorXd(6) << 0.1, 0.6, 0.2, 0, 0, 0).finished();
+  options.sample_boxes.push_back(box);
+  PlanResult result;
+  return plan(problem, options, {}, result);
+}
+
+/// A cube stays on a slope up to atan μ; a ball that nothing holds stays on none.
+TEST(Planner, EdgeTilt_WhatDoesNotStayOnASlopeIsNotBuiltOn) {
+  const PlanningProblem cube = floor_problem(world::Box{Eigen::Vector3d::Constant(0.2)}), ball = floor_problem(world::Sphere{0.2});
+  EXPECT_EQ(push_over_the_floor(cube, 0, 0), Status::Solved);
+  EXPECT_EQ(push_over_the_floor(cube, 0.03, 0), Status::Solved);
+  EXPECT_EQ(push_over_the_floor(cube, 0.6, 0), Status::MaxIterations) << "above atan 0.5";
+  EXPECT_EQ(push_over_the_floor(ball, 0, 0), Status::Solved);
+  EXPECT_EQ(push_over_the_floor(ball, 0.03, 0), Status::MaxIterations);
+}
+
+/// On a slope of 1 : 5 a cube stays with a μ of 0.5 or nine tenths of it, and not with a fifth.
+TEST(Planner, FrictionNoise_WhatNeedsItsFrictionIsNotBuiltOn) {
+  PlanningProblem cube = floor_problem(world::Box{Eigen::Vector3d::Constant(0.2)});
+  world::Scene scene = cube.model->scene();
+  scene.gravity = Eigen::Vector3d(0, 2, -10);
+  cube.model = world::Model::make(scene);
+  cube.goal.tol_position = 0.03;  // the spring that pushes is shorter by some millimetres where there is less friction
+  EXPECT_EQ(push_over_the_floor(cube, 0, 0), Status::Solved);
+  EXPECT_EQ(push_over_the_floor(cube, 0, 0.1), Status::Solved);
+  EXPECT_EQ(push_over_the_floor(cube, 0, 0.8), Status::MaxIterations);
+}
+
 /// A ball that is to be turned drifts away from where it is expected; it is grasped anew there less often where that counts.
 TEST(Planner, StrayWeight_FewerRegraspsStartOutsideTheBoxesOfSubgoals) {
   const PlanningProblem problem = hand_problem();
@@ -563,6 +622,8 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
   EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");
+  EXPECT_EQ(message([](auto& o) { o.friction_noise = 1; }), "planner.friction_noise: got 1, expected a share in [0, 1)");
+  EXPECT_EQ(message([](auto& o) { o.edge_tilt = -1; }), "planner.edge_tilt: got -1, expected an angle in [0, π/2) [rad]");
   EXPECT_EQ(message([](auto& o) { o.rest_time = 0; }), "planner.rest_time: got 0, expected a finite number > 0");
   EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.friction_law = dynamics::FrictionLaw::Coulomb; }),

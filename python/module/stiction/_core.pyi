@@ -1002,7 +1002,7 @@ class TransferResult:
     @property
     def wall_s(self) -> float: ...
 
-def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, pause: float = 4.0, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
-    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s. Without `velocity_reference` damping acts on the velocities of the joints themselves, which lag behind their commands, as in the thesis.
+    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s; joint springs take up or let go the weight of the lightest object in `load_time` [s], with 0 as fast as comes. Without `velocity_reference` damping acts on the velocities of the joints themselves, which lag behind their commands, as in the thesis.
     """

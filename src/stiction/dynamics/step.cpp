@@ -137,6 +137,7 @@ struct StepWorkspace::Impl {
   std::vector<contact::Contact> contacts;
   Eigen::VectorXd q_seen;   // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
   double margin_seen = -1;  // of contacts and J [m]; < 0: there are none at q_seen
+  bool friction_seen = false;  // contacts have the factors of StepInput::friction
   std::optional<cone::Problem> problem;
   std::optional<cone::Workspace> solver;
   cone::Result solution;
@@ -484,6 +485,10 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     core::require_size("damping", in.damping->size(), model.n_v());
     for (const double d : *in.damping) core::require_nonnegative("damping", d);
   }
+  if (in.friction) {
+    core::require_size("friction", in.friction->size(), static_cast<Eigen::Index>(model.pairs().size()));
+    for (const double factor : *in.friction) core::require_nonnegative("friction", factor);
+  }
 
   StepWorkspace::Impl& work = workspace.impl();
   const auto* analytic = std::get_if<Analytic>(&options.smoothing);
@@ -504,6 +509,13 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
     contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
     work.margin_seen = margin;
+  }
+  if (in.friction != nullptr || work.friction_seen) {
+    for (auto& contact : work.contacts) {
+      const double factor = in.friction != nullptr ? (*in.friction)[contact.pair] : 1;
+      contact.friction = factor * model.pairs()[static_cast<std::size_t>(contact.pair)].friction;
+    }
+    work.friction_seen = in.friction != nullptr;
   }
 
   const bool exact = analytic == nullptr;

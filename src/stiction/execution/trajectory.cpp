@@ -41,7 +41,8 @@ void blend(const world::Model& model, const VectorRef& q0, const VectorRef& q1, 
 /// Knots as they come.
 class Builder {
  public:
-  Builder(const world::Model& model, const SpeedLimits& limits) : model_(model), limits_(limits), speed_(limits.of_joints(model)) {}
+  Builder(const world::Model& model, const SpeedLimits& limits)
+      : model_(model), limits_(limits), speed_(limits.of_joints(model)), spring_speed_(limits.of_springs(model)) {}
 
   void start(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { add(0, u, q); }
 
@@ -94,7 +95,10 @@ class Builder {
   }
 
  private:
+  /// (E.9): what is strained between two arms and let go at once flies off.
   void move(const Eigen::VectorXd& u, const Eigen::VectorXd& q, double dt) {
+    const auto strain = [n_a = u.size()](const Eigen::VectorXd& u_k, const Eigen::VectorXd& q_k) { return u_k - q_k.tail(n_a); };
+    dt = std::max(dt, planning::calc_duration(strain(u_.back(), q_.back()), strain(u, q), spring_speed_));
     Piece& piece = out_.pieces.back();
     if (dt >= kLeastInterval) {
       add(times_.back() + dt, u, q);
@@ -115,7 +119,7 @@ class Builder {
 
   const world::Model& model_;
   const SpeedLimits& limits_;
-  Eigen::VectorXd speed_;
+  Eigen::VectorXd speed_, spring_speed_;
   Trajectory out_;
   std::vector<double> times_;
   std::vector<Eigen::VectorXd> u_, q_;

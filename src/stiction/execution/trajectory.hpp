@@ -34,7 +34,7 @@ struct Trajectory {
 };
 
 /// Time parameterisation: the knot after u_k comes Δt_k = max_j |u_{k+1,j} − u_{k,j}| / v_j later (E.1), so that at every moment one joint
-/// moves at its limit and none faster; regrasps have other speeds (E.8), for which knots are put in between. Knots that come less than 1 µs later replace the one before them. The settling of the start is
+/// moves at its limit and none faster, and later where springs are strained or let go (E.9); regrasps have other speeds (E.8), for which knots are put in between. Knots that come less than 1 µs later replace the one before them. The settling of the start is
 /// left out: the trajectory begins at its end, at rest on the constraints.
 /// @throws core::InvalidInput: limits out of range, a plan without knots or with sizes that are not those of the model
 Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const SpeedLimits& limits);

@@ -15,6 +15,7 @@
 #include "stiction/planning/bounded_least_squares.hpp"
 #include "stiction/planning/cone_least_squares.hpp"
 #include "stiction/planning/contact_sampler.hpp"
+#include "stiction/planning/disturbances.hpp"
 #include "stiction/planning/drag.hpp"
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/lanes.hpp"
@@ -47,8 +48,8 @@ constexpr long kHopelessSamples = 100;
 constexpr int kDraws = 30;
 /// Errors of commands that a plan has to survive [rad or m].
 constexpr double kNoise = 1e-6;
-/// Times that every edge is tried with its objects elsewhere: two draws of errors, either way.
-constexpr int kDisturbances = 4;
+/// What gravity from aside is given time to move: steps for which the last command of an edge is held.
+constexpr int kTiltHeld = 3;
 /// No edge of a path: it got where it was to go.
 constexpr int kOnPath = -1;
 /// Extensions in a row towards one subgoal.
@@ -251,6 +252,9 @@ class Planner final : public Growth {
     smoothed_.warm_start = false;
     if (options.scheme == Scheme::RandomizedFirst || options.scheme == Scheme::RandomizedZeroth)
       smoothed_.tol_complementarity = kSampleComplementarity;
+    for (int i = 0; i < kDisturbances; ++i)
+      disturbances_.push_back(
+          {calc_weights_aside(model_, options.edge_tilt, i), calc_friction_factors(model_, chains_, options.friction_noise, i)});
     q_goal_ = goal_configuration(problem, space_);
     if (problem.goal.region) goal_matters_ = bounded_coordinates(*problem.goal.region);
     if (options.stray_weight > 0) boxes_ = places(problem, options);
@@ -355,7 +359,7 @@ class Planner final : public Growth {
       if (fine.cols() < root.commands.cols()) return false;
       root.followed.q_fine = problem_.q_start;
       if (fine.cols() > 0) root.followed.q_fine = fine.rightCols(1);
-      root.followed.disturbed = root.q.replicate(1, options_.start_noise > 0 ? kDisturbances : 0);
+      root.followed.disturbed = root.q.replicate(1, disturbs() ? kDisturbances : 0);
     }
     insert(std::move(root), false);
     return true;
@@ -610,14 +614,18 @@ class Planner final : public Growth {
     return node.edge == SegmentKind::Contact && parent.edge != SegmentKind::Contact;
   }
 
-  /// The objects off by up to start_noise of the tolerances wherever a push starts, by the same errors in all n-th pushes: after every edge they
-  /// still are within the tolerances of where the tree has them. Pushes that multiply errors are left before others are built on them.
+  bool disturbs() const { return options_.start_noise > 0 || options_.edge_tilt > 0 || options_.friction_noise > 0; }
+
+  /// The objects off by up to start_noise of the tolerances wherever a push starts, by two draws of errors either way, the same in all n-th pushes; gravity
+  /// edge_tilt aside; less friction: after every edge they still are within the tolerances of where the tree has them. Pushes that multiply errors, and those
+  /// that hold an object by less than that, are left before others are built on them.
   bool holds_disturbed(const Node& node, const Node& parent, const Followed& parent_followed, Worker& worker, Totals& totals,
                        Eigen::MatrixXd& disturbed) {
-    if (options_.start_noise == 0) return true;
+    if (!disturbs()) return true;
     disturbed = parent_followed.disturbed;
     const Eigen::VectorXd most = options_.start_noise * inverse_tolerances().cwiseInverse();
     Eigen::VectorXd error = Eigen::VectorXd::Zero(model_.n_v());
+    const Eigen::Index n = node.commands.cols(), held = n > 0 && options_.edge_tilt > 0 ? kTiltHeld : 0;
     for (Eigen::Index i = 0; i < disturbed.cols(); ++i) {
       Eigen::VectorXd q = disturbed.col(i);
       if (starts_push(parent, node)) {
@@ -625,10 +633,12 @@ class Planner final : public Growth {
         for (int k = 0; k < model_.n_vu(); ++k) error[k] = (i % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
         world::retract(model_, q, error, q);
       }
+      const Disturbance& other = disturbances_[static_cast<std::size_t>(i)];
       worker.steps.forget();
-      for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+      for (Eigen::Index k = 0; k < n + held; ++k) {
+        const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &other.tau, nullptr, &other.friction};
         ++totals.steps;
-        if (dynamics::step(model_, {q, node.commands.col(k)}, exact_, worker.steps, worker.step_result) != Status::Solved) {
+        if (dynamics::step(model_, input, exact_, worker.steps, worker.step_result) != Status::Solved) {
           ++totals.failed_steps;
           return false;
         }
@@ -1166,7 +1176,14 @@ class Planner final : public Growth {
     }
   }
 
+  /// What is otherwise than planned, besides where the objects are.
+  struct Disturbance {
+    Eigen::VectorXd tau;       ///< external force (n_v)
+    Eigen::VectorXd friction;  ///< factors of μ (pairs)
+  };
+
   double bound_;
+  std::vector<Disturbance> disturbances_;
   GoalRegion boxes_;  ///< where objects are expected, with a stray_weight
   const Model& model_;
   const PlanningProblem& problem_;
@@ -1251,6 +1268,10 @@ void PlannerOptions::validate(const Model& model) const {
     core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
   core::require_positive("planner.rest_time", rest_time);
   core::require_nonnegative("planner.start_noise", start_noise);
+  if (!(edge_tilt >= 0 && edge_tilt < std::numbers::pi / 2))
+    core::throw_invalid("planner.edge_tilt", fmt::format("{}", edge_tilt), "an angle in [0, π/2) [rad]");
+  if (!(friction_noise >= 0 && friction_noise < 1))
+    core::throw_invalid("planner.friction_noise", fmt::format("{}", friction_noise), "a share in [0, 1)");
   for (const auto& [name, value] : {std::pair("planner.friction", friction), {"planner.edge_friction", edge_friction}}) {
     if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{}", value), "a number in (0, 1]");
   }

@@ -115,7 +115,10 @@ struct PlannerOptions {
                                 ///< share of the goal's tolerances on its own edge …
   double fidelity_path = 0.8;   ///< … and up to this share on the whole path from the start
   double start_noise = 0;  ///< nodes that are built on are reached, and so is the goal, when pushes start with the objects off by up to
-                           ///< this share of the goal's tolerances, ≥ 0
+                           ///< this share of the goal's tolerances, ≥ 0 …
+  /// … when gravity comes from this far aside, from another side in each of these four paths [rad], in [0, π/2): what a hand balances at a rim swings out …
+  double edge_tilt = 0;
+  double friction_noise = 0;        ///< … and when μ is less by this share at half of what touches (calc_friction_factors), in [0, 1)
   double spectral_probability = 0;  ///< that an extension follows a principal direction of B_u instead of its subgoal
   double slide_probability = 0;     ///< that a push from the front of the tree slides a branch along an object instead (P.8)
   double stray_weight = 0;  ///< an object outside the boxes of subgoals counts as farther from the goal by the way back times this, ≥ 0

@@ -139,7 +139,8 @@ class Refiner {
     broke_soon_ = false;
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
-    const bool good = build(*trial.pushes, built) && reaches_goal(built, halves_, options_.tolerance_fraction);
+    came_through_ = build(*trial.pushes, built);
+    const bool good = came_through_ && reaches_goal(built, halves_, options_.tolerance_fraction);
     turn_ = nullptr;
     broke_soon_ = broke_soon_ && cost(work_.steps) <= kLittleHope;
     done += std::exchange(work_, {});
@@ -155,6 +156,9 @@ class Refiner {
 
   /// The last trial soon ended with a push that comes to nothing, penetrates or pulls across a gap whatever the feedback.
   bool broke_soon() const { return broke_soon_; }
+
+  /// The last trial came to the end of the plan, at its goal or elsewhere.
+  bool came_through() const { return came_through_; }
 
   /// Of so many steps.
   double cost(long steps) const { return static_cast<double>(steps) * std::pow(model_.n_v() + model_.n_a() + kOverhead, 3); }
@@ -906,7 +910,7 @@ class Refiner {
   Eigen::VectorXd q_, u_;   ///< where the simulation is
   Eigen::VectorXd q_rest_;
   double least_clearance_ = 0;
-  bool broke_soon_ = false;
+  bool broke_soon_ = false, came_through_ = false;
   std::shared_ptr<const Model> shared_model_;
   Crew& crew_;
   const core::ThreadPool::Turn* turn_ = nullptr;  ///< of the trial or run under way
@@ -923,7 +927,7 @@ std::size_t count_knots(const std::vector<Push>& pushes) {
 /// Trials one after the other, up to the first that works.
 struct Attempts {
   std::vector<Trial> trials;
-  bool worked = false;
+  bool worked = false, came_through = false;
   RefineResult result = {};
   Work done = {};
 };
@@ -939,7 +943,8 @@ std::vector<Attempts> list_attempts(const std::vector<Trial>& trials, bool rest)
   return list;
 }
 
-/// Small steps are wanted most, and take most of the time. What comes to nothing at the steps of the plan seldom works at small ones, so that those come last.
+/// Small steps are wanted most, and take most of the time. What comes to nothing at the steps of the plan seldom works at small ones, so that those come last,
+/// and only where the plan was followed to its end, from which feedback leads to the goal, or where they take little.
 Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
            const core::RunControl& control, RefineResult& out) {
   core::RunControl quiet = control;  // there is no measure of how far a refinement has come
@@ -968,6 +973,7 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
   if (refine_options.cut_tails) cut_tails(motion, shorter);
   if (refine_options.drop_pushes) drop_pushes(motion, shorter);
 
+  bool came_through = false;  // a trial that counts
   const auto first_that_works = [&](std::vector<Attempts> list) -> std::optional<RefineResult> {
     const int n = static_cast<int>(list.size());
     const int tried = crew.pool.run_until(n, [&](int item, int worker, const core::ThreadPool::Turn& turn) {
@@ -976,11 +982,15 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
       for (const Trial& trial : attempts.trials) {
         if (trial.after_break && !refiner.broke_soon()) continue;
         attempts.worked = refiner.attempt(trial, turn, attempts.result, attempts.done);
+        attempts.came_through = attempts.came_through || refiner.came_through();
         if (attempts.worked) return item + 1;
       }
       return n;
     });
-    for (const Attempts& attempts : std::span(list).first(static_cast<std::size_t>(tried))) done += attempts.done;
+    for (const Attempts& attempts : std::span(list).first(static_cast<std::size_t>(tried))) {
+      done += attempts.done;
+      came_through = came_through || attempts.came_through;
+    }
     Attempts& last = list[static_cast<std::size_t>(tried) - 1];
     return last.worked ? std::optional(std::move(last.result)) : std::nullopt;
   };
@@ -995,7 +1005,7 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
   std::optional<RefineResult> refined = first_that_works(list_attempts(planned, refine_options.rest));
   bool as_wanted = refined.has_value();
   const long least = (1L + 2L) * cuts * static_cast<long>(count_knots(shorter));  // steps of a small trial, at whole and half sub-steps
-  if (cuts > 1 && (as_wanted || first.cost(least) <= kLittleHope)) {
+  if (cuts > 1 && (came_through || first.cost(least) <= kLittleHope)) {
     std::optional<RefineResult> in_small_steps = first_that_works(list_attempts(small, refine_options.rest));
     as_wanted = in_small_steps.has_value();
     if (as_wanted) refined = std::move(in_small_steps);

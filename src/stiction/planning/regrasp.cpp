@@ -1,12 +1,11 @@
 #include "stiction/planning/regrasp.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
+#include "stiction/planning/disturbances.hpp"
 #include "stiction/planning/object_space.hpp"
 
 namespace stiction::planning {
@@ -253,19 +252,9 @@ class RegraspRun {
   /// A free object does not stay where it is with what holds it now when gravity comes from options.regrasp_tilt aside.
   bool rolls_away() {
     if (options_.regrasp_tilt == 0) return false;
-    const Eigen::Vector3d gravity = model_.scene().gravity;
-    if (gravity.norm() == 0) return false;
-    Eigen::VectorXd tau = Eigen::VectorXd::Zero(model_.n_v());
-    const Eigen::Vector3d side = gravity.unitOrthogonal() * std::tan(options_.regrasp_tilt) * gravity.norm();
-    for (int direction = 0; direction < 4; ++direction) {
-      const Eigen::Vector3d aside = Eigen::AngleAxisd(direction * std::numbers::pi / 2, gravity.normalized()) * side;
-      bool any = false;
-      for (std::size_t i = 0; i < model_.objects().size(); ++i) {
-        if (model_.scene().objects[i].joint != world::ObjectJoint::Free) continue;
-        any = true;
-        tau.segment<3>(model_.objects()[i].v_begin) = model_.objects()[i].mass * aside;
-      }
-      if (!any) return false;
+    for (int draw = 0; draw < kDisturbances; ++draw) {
+      const Eigen::VectorXd tau = calc_weights_aside(model_, options_.regrasp_tilt, draw);
+      if (tau.isZero(0)) return false;
       Eigen::VectorXd q_tilted = q;
       steps_.forget();
       for (int k = 0; k < kTiltSteps; ++k) {
@@ -423,6 +412,7 @@ std::vector<Candidate> draw_candidates(const world::Model& model, const RobotCha
 bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         GeometryWorkspace& work) {
   constexpr double kElsewhere = 0.1, kFree = 1e-3;  // [rad or m], [m]
+  constexpr double kTouching = 1e-4;                // [m]: what is pushed away keeps a gap of some micrometres
   for (int c = 0; c < chains.size(); ++c) {
     double excursion = 0;
     for (const auto& knot : knots) {
@@ -436,7 +426,7 @@ bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, co
                                                     -std::numeric_limits<double>::infinity(), work.contact_work);
       if (gap >= kFree && touched) return false;
       was_free = was_free || gap >= kFree;
-      touched = touched || (was_free && gap <= 0);
+      touched = touched || (was_free && gap <= kTouching);
     }
     if (!was_free) return false;
   }

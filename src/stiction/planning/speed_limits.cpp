@@ -1,5 +1,8 @@
 #include "stiction/planning/speed_limits.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #include "stiction/core/invalid_input.hpp"
 
 namespace stiction::planning {
@@ -10,6 +13,7 @@ void SpeedLimits::validate() const {
   core::require_positive("speed.regrasp_factor", regrasp_factor);
   core::require_positive("speed.ramp", ramp);
   core::require_positive("speed.landing_factor", landing_factor);
+  core::require_nonnegative("speed.load_time", load_time);
   core::require_nonnegative("speed.pause", pause);
 }
 
@@ -20,6 +24,13 @@ Eigen::VectorXd SpeedLimits::of_joints(const world::Model& model) const {
     v[j] = dof.kind == world::DofKind::Revolute ? revolute : prismatic;
   }
   return v;
+}
+
+Eigen::VectorXd SpeedLimits::of_springs(const world::Model& model) const {
+  constexpr double kGravity = 9.81;  // of a weight, also where there is none [m/s²]
+  double lightest = std::numeric_limits<double>::infinity();
+  for (const auto& object : model.objects()) lightest = std::min(lightest, object.mass);
+  return kGravity * lightest / load_time * model.reach().cwiseQuotient(model.stiffness());
 }
 
 double calc_duration(const Eigen::VectorXd& u_before, const Eigen::VectorXd& u, const Eigen::VectorXd& speeds) {

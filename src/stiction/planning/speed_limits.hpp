@@ -16,11 +16,16 @@ struct SpeedLimits {
   double regrasp_factor = 4.0;  ///< regrasps may be this much faster, > 0 …
   double ramp = 0.25;  ///< … where they are more than regrasp_factor times this from their ends, in time at the speed of pushes [s], > 0
   double landing_factor = 0.25;  ///< … and where they leave and reach contact this times as fast, at most regrasp_factor, > 0
-  double pause = 4.0;            ///< commands rest this long between pieces [s], ≥ 0
-  void validate() const;         ///< @throws core::InvalidInput naming the field
+  /// Springs of joints change the force at the reach of their joint by no more than the weight that the lightest object would have under 9.81 m/s² in this
+  /// time (E.9) [s], ≥ 0; 0: as fast as comes.
+  double load_time = 0.5;
+  double pause = 4.0;     ///< commands rest this long between pieces [s], ≥ 0
+  void validate() const;  ///< @throws core::InvalidInput naming the field
 
   /// v_j of (E.1), per joint (n_a) while pushing [rad/s or m/s].
   Eigen::VectorXd of_joints(const world::Model& model) const;
+  /// Speeds at which springs are strained, per joint (n_a) [rad/s or m/s], for calc_duration of strains u − qᵃ.
+  Eigen::VectorXd of_springs(const world::Model& model) const;
 };
 
 /// Δt = max_j |u_j − u_before,j| / v_j  (E.1) [s]

@@ -24,7 +24,7 @@ struct LocalModel {
 /// What comes of a path from the root when it is followed otherwise than the tree did.
 struct Followed {
   Eigen::VectorXd q_fine;     ///< at half its sub-steps (n_q)
-  Eigen::MatrixXd disturbed;  ///< with the objects off where pushes start, one column per draw (n_q × draws)
+  Eigen::MatrixXd disturbed;  ///< with something otherwise than planned, one column per draw (n_q × kDisturbances), or none
 
   bool empty() const { return q_fine.size() == 0; }
 };

@@ -314,6 +314,7 @@ class Checker {
   /// A branch that goes elsewhere in a regrasp touches nothing from when it was first free, 1 mm from everything, to when it was last.
   void check_regrasp(std::size_t segment) {
     constexpr double kFree = 1e-3, kGoesElsewhere = 0.1;  // [m], [rad or m]: a finger that only stops pushing stays where it is
+    constexpr double kTouching = 1e-4;                    // [m]: what is pushed away keeps a gap of some micrometres
     const auto& knots = plan_.segments[segment].knots;
     for (const Branch& branch : branches_) {
       std::vector<double> gap(knots.size()), travel(knots.size(), 0.0);
@@ -334,7 +335,7 @@ class Checker {
       const auto first = std::find_if(gap.begin(), gap.end(), is_free);
       const auto last = std::find_if(gap.rbegin(), gap.rend(), is_free).base();
       double touching = first == gap.end() ? all : 0.0;
-      for (auto it = first; it < last; ++it) touching += *it <= 0 ? travel[static_cast<std::size_t>(it - gap.begin())] : 0.0;
+      for (auto it = first; it < last; ++it) touching += *it <= kTouching ? travel[static_cast<std::size_t>(it - gap.begin())] : 0.0;
       regrasp_contact_.see(touching, [&] {
         return fmt::format("{} in segment {}", joint_name(branch.joints.front() - (model_.n_q() - model_.n_a())), segment);
       });

@@ -231,6 +231,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "friction_law",
                     "friction",
                     "edge_friction",
+                    "edge_tilt",
+                    "friction_noise",
                     "rest_time",
                     "start_noise",
                     "squeeze",
@@ -304,6 +306,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
         v->one_of(kFrictionLawNames) == kFrictionLawNames[1] ? dynamics::FrictionLaw::Coulomb : dynamics::FrictionLaw::Anitescu;
   if (const auto v = given(node, "friction")) out.friction = v->positive();
   if (const auto v = given(node, "edge_friction")) out.edge_friction = v->positive();
+  if (const auto v = given(node, "edge_tilt")) out.edge_tilt = v->nonnegative();
+  if (const auto v = given(node, "friction_noise")) out.friction_noise = v->nonnegative();
   if (const auto v = given(node, "rest_time")) out.rest_time = v->positive();
   if (const auto v = given(node, "start_noise")) out.start_noise = v->nonnegative();
   out.squeeze = node.nonnegative_or("squeeze", out.squeeze);
@@ -386,6 +390,8 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["friction_law"] = kFrictionLawNames[static_cast<std::size_t>(o.friction_law)];
   out["friction"] = o.friction;
   out["edge_friction"] = o.edge_friction;
+  out["edge_tilt"] = o.edge_tilt;
+  out["friction_noise"] = o.friction_noise;
   out["rest_time"] = o.rest_time;
   out["start_noise"] = o.start_noise;
   out["squeeze"] = o.squeeze;

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "stiction/planning/robot_chains.hpp"
+#include "stiction/world/model.hpp"
+
+// What an edge of the tree has to stand, four times over: planning.md, "Edges that are built on".
+
+namespace stiction::planning {
+
+/// Times that an edge is followed with something otherwise than planned.
+constexpr int kDisturbances = 4;
+
+/// What objects that move freely feel besides gravity g when it comes from `angle` aside: the force m ‖g‖ tan(angle) s, with s ⊥ g, ‖s‖ = 1, turned by
+/// a quarter from one draw to the next.
+/// @param angle  [rad], in [0, π/2)  @param draw  in [0, kDisturbances)
+/// @returns      generalised force (n_v) [N, N·m]; 0 without gravity and for objects on joints, which something carries
+Eigen::VectorXd calc_weights_aside(const world::Model& model, double angle, int draw);
+
+/// Factors of μ, 1 or 1 − share. Three groups of pairs, those without a robot, those of every second branch and those of the branches between, have
+/// the smaller one in two of the draws each, and any two of them differ in two draws: a half fraction of a two-level design.
+/// @param share  in [0, 1)  @param draw  in [0, kDisturbances)
+/// @returns      (pairs of the model)
+Eigen::VectorXd calc_friction_factors(const world::Model& model, const RobotChains& chains, double share, int draw);
+
+}  // namespace stiction::planning
