@@ -108,6 +108,15 @@ TEST(Trajectory, Springs_AreStrainedAndLetGoSlowly) {
   EXPECT_TRUE(intervals().isApprox(Eigen::Vector4d(1, 0.2, 0.2, 1), 1e-12)) << intervals().transpose();
 }
 
+/// The ball of planar_hand_fixed_y turns on a carriage of a milligram, which nothing can touch.
+TEST(Trajectory, WhatOnlyCarriesOthers_IsNotTheLightestObject) {
+  const auto model = load_model("planar_hand_fixed_y");
+  double ball = 0;
+  for (const auto& object : model->scene().objects) ball = std::max(ball, object.mass);
+  const VectorXd force = SpeedLimits{.load_time = 0.5}.of_springs(*model).cwiseProduct(model->stiffness()).cwiseQuotient(model->reach());
+  EXPECT_TRUE(force.isApproxToConstant(9.81 * ball / 0.5, 1e-12)) << force.transpose();
+}
+
 TEST(Trajectory, KnotWithoutCommandIncrement_TakesNoTime) {
   const auto model = load_model("planar_pushing");
   const auto plan = commands_only({{SegmentKind::Contact, {{0.1, -0.1}, {0.1, -0.1}, {0.2, -0.1}}}});

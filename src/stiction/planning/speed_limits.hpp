@@ -16,7 +16,7 @@ struct SpeedLimits {
   double regrasp_factor = 4.0;  ///< regrasps may be this much faster, > 0 …
   double ramp = 0.25;  ///< … where they are more than regrasp_factor times this from their ends, in time at the speed of pushes [s], > 0
   double landing_factor = 0.25;  ///< … and where they leave and reach contact this times as fast, at most regrasp_factor, > 0
-  /// Springs of joints change the force at the reach of their joint by no more than the weight that the lightest object would have under 9.81 m/s² in this
+  /// Springs of joints change the force at the reach of their joint by no more than the weight that the lightest object with a shape would have under 9.81 m/s² in this
   /// time (E.9) [s], ≥ 0; 0: as fast as comes.
   double load_time = 0.5;
   double pause = 4.0;     ///< commands rest this long between pieces [s], ≥ 0
