@@ -259,7 +259,6 @@ TEST(Refine, PlannedPath_StaysAPlan) {
   }
 }
 
-// Small steps take most of the time, and seldom come to something where those of the plan do not.
 /// Steps of a refinement that comes to nothing.
 long steps_for_nothing(Pushing& p, double h) {
   RefineResult r;
@@ -287,6 +286,7 @@ TEST(IsFreeOnItsWay, BoxThatIsHit_IsInTheWay) {
   EXPECT_FALSE(is_free_on_its_way(*hit.model, chains, hit.plan.segments[1].knots, work));
 }
 
+/// Small steps take most of the time, and seldom come to something where those of the plan do not.
 TEST(Refine, NothingWorksAtTheStepsOfThePlan_SmallOnesAreTriedOnlyWhereTheyAreCheap) {
   Pushing p = push_with_hit();
   p.refine_options.reconnect = false;  // all trials end at the regrasp

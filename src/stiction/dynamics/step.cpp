@@ -137,7 +137,6 @@ struct StepWorkspace::Impl {
   std::vector<contact::Contact> contacts;
   Eigen::VectorXd q_seen;   // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
   double margin_seen = -1;  // of contacts and J [m]; < 0: there are none at q_seen
-  bool friction_seen = false;  // contacts have the factors of StepInput::friction
   std::optional<cone::Problem> problem;
   std::optional<cone::Workspace> solver;
   cone::Result solution;
@@ -510,12 +509,9 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
     work.margin_seen = margin;
   }
-  if (in.friction != nullptr || work.friction_seen) {
-    for (auto& contact : work.contacts) {
-      const double factor = in.friction != nullptr ? (*in.friction)[contact.pair] : 1;
-      contact.friction = factor * model.pairs()[static_cast<std::size_t>(contact.pair)].friction;
-    }
-    work.friction_seen = in.friction != nullptr;
+  if (in.friction) {
+    for (auto& contact : work.contacts) contact.friction *= (*in.friction)[contact.pair];
+    work.margin_seen = -1;  // no other step takes these over
   }
 
   const bool exact = analytic == nullptr;
