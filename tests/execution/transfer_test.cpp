@@ -162,18 +162,34 @@ TEST(Transfer, StoppedRuns_KeepWhatTheyHave) {
 }
 
 /// The ball of the Allegro hand, held in the air by nothing.
-TEST(Transfer, ObjectThatFalls_IsReportedAsDropped) {
-  const auto model = load_model("allegro_ball");
+/// A ball above nothing, and one finger that moves for half a second, in which the plan has the ball sink by so much [m].
+struct Falling {
+  std::shared_ptr<const world::Model> model = load_model("allegro_ball");
   planning::Plan plan;
-  plan.q_start = VectorXd::Zero(23);
-  plan.q_start.head<3>() << 0.5, 0, 0.3;
-  plan.q_start[6] = 1;
-  plan.q_start[7 + 12] = 0.3;
-  plan.u_start = plan.q_start.tail(16);
-  VectorXd u = plan.u_start, q = plan.q_start;
-  u[1] += 0.05, q[8] += 0.05;
-  plan.segments = {{planning::SegmentKind::Contact, {{.u = u, .q = q, .contacts = {}}}}};
-  plan.goal.X_WG = world::object_pose(*model, plan.q_start, 0);
+
+  explicit Falling(double sinks) {
+    plan.q_start = VectorXd::Zero(23);
+    plan.q_start.head<3>() << 0.5, 0, 0.3;
+    plan.q_start[6] = 1;
+    plan.q_start[7 + 12] = 0.3;
+    plan.u_start = plan.q_start.tail(16);
+    VectorXd u = plan.u_start, q = plan.q_start;
+    u[1] += 0.05, q[8] += 0.05, q[2] -= sinks;
+    plan.segments = {{planning::SegmentKind::Contact, {{.u = u, .q = q, .contacts = {}}}}};
+    plan.goal.X_WG = world::object_pose(*model, plan.q_start, 0);
+  }
+
+  TransferResult run(double hold) const {
+    TransferOptions options;
+    options.hold = hold;
+    TransferResult r;
+    EXPECT_EQ(transfer(simulation::Plant::make(model), plan, options, {}, r), Status::Solved) << r.message;
+    return r;
+  }
+};
+
+TEST(Transfer, ObjectThatFalls_IsReportedAsDropped) {
+  const auto [model, plan] = Falling(0);
   TransferOptions options;
   options.hold = 0;
   TransferResult r;
@@ -200,6 +216,15 @@ TEST(Transfer, ObjectThatFalls_IsReportedAsDropped) {
   options.lost_factor = 0;
   EXPECT_EQ(message_of([&] { (void)transfer(simulation::Plant::make(model), plan, options, {}, r); }),
             "lost_factor: got 0, expected a number > 0");
+}
+
+TEST(Transfer, ObjectThatComesDownSoonerThanPlanned_IsNotDropped) {
+  const TransferResult early = Falling(2).run(0);
+  EXPECT_FALSE(early.dropped) << "the plan has it farther down at the end of the piece";
+  EXPECT_NEAR(early.duration_s, 0.5, 0.1);
+  const TransferResult late = Falling(0.2).run(1);
+  ASSERT_TRUE(late.dropped);
+  EXPECT_NEAR(late.dropped_s, std::sqrt(2 * 0.23 / 10), 0.02) << "30 mm below the lowest place that it was to have";
 }
 
 TEST(Transfer, BadOptions_NameTheField) {

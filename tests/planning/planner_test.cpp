@@ -623,6 +623,8 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
   EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.friction_noise = 1; }), "planner.friction_noise: got 1, expected a share in [0, 1)");
+  EXPECT_EQ(message([](auto& o) { o.refined_fraction = 0.5; }),
+            "planner.refined_fraction: got 0.5, expected a number in [0.9, 1]: tolerance_fraction or more");
   EXPECT_EQ(message([](auto& o) { o.edge_tilt = -1; }), "planner.edge_tilt: got -1, expected an angle in [0, π/2) [rad]");
   EXPECT_EQ(message([](auto& o) { o.rest_time = 0; }), "planner.rest_time: got 0, expected a finite number > 0");
   EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");

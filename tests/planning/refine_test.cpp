@@ -304,6 +304,18 @@ TEST(Refine, NothingWorksAtTheStepsOfThePlan_SmallOnesAreTriedWhereItWasFollowed
   EXPECT_GT(steps_for_nothing(p, 1e-4), 50 * steps_for_nothing(p, 0.02));
 }
 
+TEST(Refine, RefinedFraction_WhatPlansMayMissOfTheirGoal) {
+  Pushing p = push_with_detour();
+  p.options.tolerance_fraction = 1e-9;
+  RefineResult r;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_EQ(r.variant, "unchanged");
+  p.options.refined_fraction = 0.9;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_NE(r.variant, "unchanged");
+  EXPECT_LE(r.plan.error.position, 0.9 * p.plan.goal.tol_position);
+}
+
 TEST(Refine, PlanThatMissesItsGoal_IsHandedBack) {
   Pushing p = push_with_detour();
   p.plan.goal.X_WG.p.z() += 0.1;

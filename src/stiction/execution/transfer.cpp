@@ -146,17 +146,27 @@ class Transfer {
     return out_.lost || (gravity.norm() > 0 && falls(t, planned, q, gravity.normalized()));
   }
 
-  /// A free object far below where the plan has it.
+  /// A free object far below where the plan has it, now or later in the same piece: what only comes down sooner is not dropped.
   bool falls(double t, const Eigen::VectorXd& planned, VectorRef q, const Eigen::Vector3d& down) {
     for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
       if (model_.scene().objects[static_cast<std::size_t>(i)].joint != world::ObjectJoint::Free) continue;
-      const Eigen::Vector3d fell = world::object_pose(model_, q, i).p - world::object_pose(model_, planned, i).p;
-      if (fell.dot(down) < options_.drop_height) continue;
+      const double depth = world::object_pose(model_, q, i).p.dot(down), now = world::object_pose(model_, planned, i).p.dot(down);
+      if (depth - now < options_.drop_height || depth - deepest(i, t, down, now) < options_.drop_height) continue;
       out_.dropped = i;
       out_.dropped_s = t;
       return true;
     }
     return false;
+  }
+
+  /// How far down the plan has an object from t to the end of the piece, or only at t in a pause [m].
+  double deepest(int object, double t, const Eigen::Vector3d& down, double depth) const {
+    const auto piece =
+        std::find_if(trajectory_.pieces.begin(), trajectory_.pieces.end(), [&](const Piece& p) { return t < time_of(p.last_knot); });
+    if (piece == trajectory_.pieces.end() || t < time_of(piece->first_knot)) return depth;
+    for (Eigen::Index k = piece->last_knot; k >= piece->first_knot && time_of(k) > t; --k)
+      depth = std::max(depth, world::object_pose(model_, trajectory_.q.col(k), object).p.dot(down));
+    return depth;
   }
 
   /// Each pushing piece from its planned start at rest.

@@ -18,7 +18,8 @@ struct TransferOptions {
   double hold = 4.0;           ///< the last command is held this long before the goal is judged [s], ≥ 0
   double tol_position = 0.02;  ///< the goal counts as reached within this … [m]
   double tol_angle = 0.2;      ///< … and this [rad]
-  double drop_height = 0.03;   ///< a free object that is this far below where the plan has it was dropped [m]
+  double drop_height =
+      0.03;  ///< a free object was dropped that is this far below where the plan has it from then to the end of a piece [m]
   /// The run ends where the object of the goal is farther from where the plan has it than this many tolerances, > 0
   double lost_factor = std::numeric_limits<double>::infinity();
   double record_interval = 0.02;  ///< of the samples [s]

@@ -1289,6 +1289,9 @@ void PlannerOptions::validate(const Model& model) const {
   if (grasp_candidates < 1) core::throw_invalid("planner.grasp_candidates", std::to_string(grasp_candidates), "at least 1");
   if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))
     core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
+  if (refined_fraction && !(*refined_fraction >= tolerance_fraction && *refined_fraction <= 1))
+    core::throw_invalid("planner.refined_fraction", fmt::format("{}", *refined_fraction),
+                        fmt::format("a number in [{}, 1]: tolerance_fraction or more", tolerance_fraction));
   if (sample_boxes.empty()) core::throw_invalid("planner.sample_box", "none", "a box for at least one object");
   for (const auto& box : sample_boxes) {
     if (box.object < 0 || box.object >= static_cast<int>(model.objects().size()))

@@ -124,8 +124,9 @@ struct PlannerOptions {
   double stray_weight = 0;  ///< an object outside the boxes of subgoals counts as farther from the goal by the way back times this, ≥ 0
   bool anytime = false;     ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
   PathCost cost;
-  bool record_tree = false;         ///< keep every node in PlanResult::records
-  double tolerance_fraction = 0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
+  bool record_tree = false;                ///< keep every node in PlanResult::records
+  double tolerance_fraction = 0.9;         ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
+  std::optional<double> refined_fraction;  ///< … and for refined plans at this, in [tolerance_fraction, 1]; without it at the same
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
   dynamics::StepOptions step_options() const;  ///< of every exact step of the plan

@@ -252,7 +252,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "sample_box",
                     "fidelity_edge",
                     "fidelity_path",
-                    "tolerance_fraction"});
+                    "tolerance_fraction",
+                    "refined_fraction"});
   PlannerOptions out;
   if (const auto v = given(node, "seed")) {
     if (v->integer() < 0) v->fail("an integer ≥ 0");
@@ -331,6 +332,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     out.tolerance_fraction = v->positive();
     if (out.tolerance_fraction > 1) v->fail("a number in (0, 1]");
   }
+  if (const auto v = given(node, "refined_fraction")) out.refined_fraction = v->positive();
   try {
     out.validate(model);
   } catch (const core::InvalidInput& e) {
@@ -417,6 +419,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["fidelity_edge"] = o.fidelity_edge;
   out["fidelity_path"] = o.fidelity_path;
   out["tolerance_fraction"] = o.tolerance_fraction;
+  if (o.refined_fraction) out["refined_fraction"] = *o.refined_fraction;
   return out.dump();
 }
 
