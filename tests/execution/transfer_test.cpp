@@ -161,8 +161,7 @@ TEST(Transfer, StoppedRuns_KeepWhatTheyHave) {
   EXPECT_FALSE(r.reached);
 }
 
-/// The ball of the Allegro hand, held in the air by nothing.
-/// A ball above nothing, and one finger that moves for half a second, in which the plan has the ball sink by so much [m].
+/// The ball of the Allegro hand, held in the air by nothing, while one finger moves for half a second, in which the plan has the ball sink by so much [m].
 struct Falling {
   std::shared_ptr<const world::Model> model = load_model("allegro_ball");
   planning::Plan plan;

@@ -150,8 +150,8 @@ class Transfer {
   bool falls(double t, const Eigen::VectorXd& planned, VectorRef q, const Eigen::Vector3d& down) {
     for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
       if (model_.scene().objects[static_cast<std::size_t>(i)].joint != world::ObjectJoint::Free) continue;
-      const double depth = world::object_pose(model_, q, i).p.dot(down), now = world::object_pose(model_, planned, i).p.dot(down);
-      if (depth - now < options_.drop_height || depth - deepest(i, t, down, now) < options_.drop_height) continue;
+      const double depth = world::object_pose(model_, q, i).p.dot(down) - options_.drop_height;
+      if (depth < world::object_pose(model_, planned, i).p.dot(down) || comes_down_to(depth, i, t, down)) continue;
       out_.dropped = i;
       out_.dropped_s = t;
       return true;
@@ -159,14 +159,15 @@ class Transfer {
     return false;
   }
 
-  /// How far down the plan has an object from t to the end of the piece, or only at t in a pause [m].
-  double deepest(int object, double t, const Eigen::Vector3d& down, double depth) const {
+  /// The plan has an object farther down than depth [m] between t and the end of the piece; never in a pause.
+  bool comes_down_to(double depth, int object, double t, const Eigen::Vector3d& down) const {
     const auto piece =
         std::find_if(trajectory_.pieces.begin(), trajectory_.pieces.end(), [&](const Piece& p) { return t < time_of(p.last_knot); });
-    if (piece == trajectory_.pieces.end() || t < time_of(piece->first_knot)) return depth;
-    for (Eigen::Index k = piece->last_knot; k >= piece->first_knot && time_of(k) > t; --k)
-      depth = std::max(depth, world::object_pose(model_, trajectory_.q.col(k), object).p.dot(down));
-    return depth;
+    if (piece == trajectory_.pieces.end() || t < time_of(piece->first_knot)) return false;
+    for (Eigen::Index k = piece->last_knot; time_of(k) > t; --k) {
+      if (world::object_pose(model_, trajectory_.q.col(k), object).p.dot(down) > depth) return true;
+    }
+    return false;
   }
 
   /// Each pushing piece from its planned start at rest.

@@ -343,6 +343,7 @@ class Refiner {
   }
 
   // ---- simulated anew ------------------------------------------------------------------------------------------------------------
+  /// Of the tolerances of the goal, within which a refined plan has to end.
   double goal_share() const { return options_.refined_fraction.value_or(options_.tolerance_fraction); }
 
   /// Asked to, or nothing depends on what is tried any more.
