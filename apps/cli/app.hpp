@@ -10,7 +10,7 @@
 #include "stiction/core/run_control.hpp"
 #include "stiction/planning/speed_limits.hpp"
 
-namespace stiction::execution {
+namespace stiction::planning {
 struct Trajectory;
 }
 
@@ -163,7 +163,7 @@ std::vector<std::optional<double>> parse_numbers(std::string_view option, const 
 planning::SpeedLimits speed_limits(double factor);
 
 /// Times [s] and commands in the order of the joints, one knot per line.
-void write_trajectory(const std::filesystem::path& file, const std::vector<std::string>& joints, const execution::Trajectory& trajectory);
+void write_trajectory(const std::filesystem::path& file, const std::vector<std::string>& joints, const planning::Trajectory& trajectory);
 
 /// Names of the experiments: the files figure_*, table_* and errata_* of the package, figure_2_13.py as "figure-2.13".
 std::vector<std::string> list_experiments();

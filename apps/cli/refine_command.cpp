@@ -5,8 +5,8 @@
 
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/execution/trajectory.hpp"
 #include "stiction/planning/refine.hpp"
+#include "stiction/planning/trajectory.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 
@@ -36,7 +36,7 @@ void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double du
 
 }  // namespace
 
-void write_trajectory(const fs::path& file, const std::vector<std::string>& joints, const execution::Trajectory& trajectory) {
+void write_trajectory(const fs::path& file, const std::vector<std::string>& joints, const planning::Trajectory& trajectory) {
   std::string text = "time_s";
   for (const auto& joint : joints) text += "," + joint;
   text += "\n";
@@ -83,7 +83,7 @@ int run_refine(const RefineArguments& arguments) {
   task.goal_from_command_line = file.goal_from_command_line;
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
-  const execution::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, speed_limits(arguments.speed));
+  const planning::Trajectory trajectory = planning::make_trajectory(*task.model, result.plan, speed_limits(arguments.speed));
   write_trajectory(dir / "trajectory.csv", file.joints, trajectory);
   print_summary(file, result, trajectory.duration(), target);
 

@@ -187,7 +187,7 @@ int run_simulate(const SimulateArguments& arguments) {
   const auto plant = simulation::Plant::make(task.model, plant_options);
   if (arguments.substeps > 0) {
     planning::Plan predicted;
-    if (execution::predict(*task.model, plan, arguments.substeps, predicted) != Status::Solved)
+    if (planning::predict(*task.model, plan, arguments.substeps, predicted) != Status::Solved)
       fmt::print(stderr, "stiction: the prediction with {} steps per edge ends in edge {}: a step was not solved\n", arguments.substeps,
                  predicted.segments.size());
     plan = std::move(predicted);

@@ -186,7 +186,7 @@ class Solver {
     tasks::write_plan(best_.file, target_);
     if (best_.solved())
       write_trajectory(target_.parent_path() / "trajectory.csv", best_.file.joints,
-                       execution::make_trajectory(*task_.model, best_.result.plan, speed_limits(arguments_.speed)));
+                       planning::make_trajectory(*task_.model, best_.result.plan, speed_limits(arguments_.speed)));
   }
 
   void show(const std::string& text) {

@@ -11,9 +11,9 @@ namespace {
 
 using execution::PieceError;
 using execution::PieceReport;
-using execution::SpeedLimits;
 using execution::TransferOptions;
 using execution::TransferResult;
+using planning::SpeedLimits;
 
 TransferResult transfer(const std::filesystem::path& plan_file, double speed, double pause, double load_time, double regrasp_factor,
                         std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
@@ -25,7 +25,7 @@ TransferResult transfer(const std::filesystem::path& plan_file, double speed, do
   planning::Plan plan = tasks::to_plan(*task.model, file);
   if (substeps) {
     planning::Plan predicted;
-    (void)execution::predict(*task.model, plan, *substeps, predicted);  // what was predicted is compared
+    (void)planning::predict(*task.model, plan, *substeps, predicted);  // what was predicted is compared
     plan = std::move(predicted);
   }
   TransferOptions options;

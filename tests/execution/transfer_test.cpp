@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-#include "execution/systems.hpp"
+#include "planning/push_plan.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "support/message_of.hpp"
 
@@ -11,6 +11,9 @@ namespace {
 
 using core::Status;
 using Eigen::VectorXd;
+using planning::test::load_model;
+using planning::test::push_plan;
+using planning::test::push_up;
 using stiction::test::message_of;
 
 // ---- Δ and L

@@ -4,6 +4,7 @@
 #include "planning/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/planning/rehearsal.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::planning::test {
@@ -210,7 +211,8 @@ PlanningProblem floor_problem(const world::Shape& shape) {
   return problem;
 }
 
-Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, double friction_noise) {
+Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, double friction_noise,
+                           std::optional<double> rehearsed_share = {}, PlanResult* out = nullptr) {
   PlannerOptions options;
   options.threads = 1;
   options.max_iterations = 200;
@@ -218,12 +220,13 @@ Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, dou
   options.goal_bias = 0.7;
   options.edge_tilt = edge_tilt;
   options.friction_noise = friction_noise;
+  options.rehearsed_share = rehearsed_share;
   SampleBox box;
   box.lower = (Eigen::VectorXd(6) << -0.1, 0.3, 0.2, 0, 0, 0).finished();
   box.upper = (Eigen::VectorXd(6) << 0.1, 0.6, 0.2, 0, 0, 0).finished();
   options.sample_boxes.push_back(box);
   PlanResult result;
-  return plan(problem, options, {}, result);
+  return plan(problem, options, {}, out != nullptr ? *out : result);
 }
 
 /// A cube stays on a slope up to atan μ; a ball that nothing holds stays on none.
@@ -234,6 +237,36 @@ TEST(Planner, EdgeTilt_WhatDoesNotStayOnASlopeIsNotBuiltOn) {
   EXPECT_EQ(push_over_the_floor(cube, 0.6, 0), Status::MaxIterations) << "above atan 0.5";
   EXPECT_EQ(push_over_the_floor(ball, 0, 0), Status::Solved);
   EXPECT_EQ(push_over_the_floor(ball, 0.03, 0), Status::MaxIterations);
+}
+
+/// A push sets a ball rolling, and nothing stops it but a hand that stays there; a cube stops by itself.
+TEST(Planner, RehearsedShare_WhatRollsOnIsNoPlan) {
+  const PlanningProblem cube = floor_problem(world::Box{Eigen::Vector3d::Constant(0.2)}), ball = floor_problem(world::Sphere{0.2});
+  PlanResult of_cube, rolls_on, stays;
+  ASSERT_EQ(push_over_the_floor(cube, 0, 0, {}, &of_cube), Status::Solved);
+  ASSERT_EQ(push_over_the_floor(ball, 0, 0, {}, &rolls_on), Status::Solved);
+  EXPECT_TRUE(Rehearsal(cube.model, kRestTime).run(of_cube.plan, 0.5).holds);
+  EXPECT_FALSE(Rehearsal(ball.model, kRestTime).run(rolls_on.plan, 0.5).holds);
+  ASSERT_EQ(push_over_the_floor(ball, 0, 0, 0.5, &stays), Status::Solved);
+  EXPECT_TRUE(Rehearsal(ball.model, kRestTime).run(stays.plan, 0.5).holds);
+  EXPECT_GT(stays.distrusted, rolls_on.distrusted);
+}
+
+TEST(Planner, RehearsedShare_PlansWithRegraspsHoldAsAWhole) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.rehearsed_share = 0.5;
+  Rehearsal rehearsal(problem.model, options.rest_time);
+  for (options.seed = 0; options.seed < 5; ++options.seed) {
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+    const RehearsalResult r = rehearsal.run(result.plan, 0.5);
+    EXPECT_TRUE(r.holds) << "seed " << options.seed << ", segment " << r.lost;
+  }
+  options.rehearsed_share = 1e-12;
+  options.max_iterations = 500;
+  PlanResult result;
+  EXPECT_EQ(plan(problem, options, {}, result), Status::MaxIterations);
 }
 
 /// On a slope of 1 : 5 a cube stays with a μ of 0.5 or nine tenths of it, and not with a fifth.
@@ -623,6 +656,7 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
   EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.friction_noise = 1; }), "planner.friction_noise: got 1, expected a share in [0, 1)");
+  EXPECT_EQ(message([](auto& o) { o.rehearsed_share = 0; }), "planner.rehearsed_share: got 0, expected a finite number > 0");
   EXPECT_EQ(message([](auto& o) { o.refined_fraction = 0.5; }),
             "planner.refined_fraction: got 0.5, expected a number in [0.9, 1]: tolerance_fraction or more");
   EXPECT_EQ(message([](auto& o) { o.edge_tilt = -1; }), "planner.edge_tilt: got -1, expected an angle in [0, π/2) [rad]");

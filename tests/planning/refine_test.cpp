@@ -316,6 +316,19 @@ TEST(Refine, RefinedFraction_WhatPlansMayMissOfTheirGoal) {
   EXPECT_LE(r.plan.error.position, 0.9 * p.plan.goal.tol_position);
 }
 
+TEST(Refine, RehearsedShare_WhatObjectsWithInertiaDoNotFollowIsNotTaken) {
+  Pushing p = push_with_detour();
+  RefineResult r;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_NE(r.variant, "unchanged");
+  p.options.rehearsed_share = 1;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_NE(r.variant, "unchanged");
+  p.options.rehearsed_share = 1e-9;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_EQ(r.variant, "unchanged");
+}
+
 TEST(Refine, PlanThatMissesItsGoal_IsHandedBack) {
   Pushing p = push_with_detour();
   p.plan.goal.X_WG.p.z() += 0.1;

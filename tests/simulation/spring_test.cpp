@@ -39,6 +39,22 @@ TEST(Spring, StepOfTheCommand_IsCriticallyDamped) {
   EXPECT_NEAR(rig.plant->damping()[0], 20, 1e-3);
 }
 
+/// D = 2 √(K I), with I from the mass matrix of MuJoCo: an oracle of calc_joint_inertia.
+TEST(Spring, Damping_IsCriticalForTheInertiaOfTheJoint) {
+  for (const char* task : {"planar_hand", "allegro_ball", "iiwa_bimanual", "ur5_mesh_push"}) {
+    const auto model = load_task(task);
+    const auto plant = Plant::make(model);
+    world::KinematicsWorkspace work(*model);
+    world::Kinematics kinematics;
+    world::calc_kinematics(*model, model->neutral(), work, kinematics);
+    const Eigen::VectorXd inertia = world::calc_joint_inertia(*model, kinematics);
+    for (int j = 0; j < model->n_a(); ++j) {
+      const double want = plant->damping()[j] * plant->damping()[j] / (4 * model->stiffness()[j]) - plant->armature()[j];
+      EXPECT_NEAR(inertia[j], want, 1e-6 * want + 1e-12) << task << ", joint " << j;
+    }
+  }
+}
+
 TEST(Spring, AgainstWall_PushesWithStiffnessTimesDeflection) {
   for (const double stiffness : {100.0, 2000.0}) {
     world::Scene scene = empty_scene({0, 0, -9.81});

@@ -13,7 +13,9 @@ namespace stiction::execution {
 namespace {
 
 using core::Status;
+using planning::Piece;
 using planning::SegmentKind;
+using planning::Trajectory;
 using world::Model;
 
 struct Distance {

@@ -6,12 +6,15 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/execution/trajectory.hpp"
+#include "stiction/planning/trajectory.hpp"
 #include "stiction/simulation/simulation.hpp"
 
 // Open-loop execution of a plan in the second-order simulation (3.6). docs/theory/execution.md
 
 namespace stiction::execution {
+
+using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
+using planning::SpeedLimits;
 
 struct TransferOptions {
   SpeedLimits speed;

@@ -15,7 +15,8 @@ class Drag {
   /// @param rest_time  [s], > 0
   Drag(const world::Model& model, const Eigen::VectorXd& q, double rest_time);
 
-  bool acts() const { return acts_; }  ///< there is an object that it acts on
+  bool acts() const { return acts_; }                          ///< there is an object that it acts on
+  const Eigen::VectorXd& damping() const { return damping_; }  ///< D (n_v) [N·s/m, N·m·s/rad], 0 but for such objects
 
   /// Exact steps through the commands at the speeds of execution, against the drag, and on until the robot has paused.
   /// @param commands  (n_a × k)  @param q, u  where it starts (n_q, n_a); then where it ended
@@ -27,8 +28,8 @@ class Drag {
  private:
   const world::Model* model_;
   SpeedLimits limits_;
-  Eigen::VectorXd speeds_;   // (n_a)
-  Eigen::VectorXd damping_;  // D (n_v) [N·s/m, N·m·s/rad]
+  Eigen::VectorXd speeds_;  // (n_a)
+  Eigen::VectorXd damping_;
   bool acts_ = false;
 };
 

@@ -22,6 +22,7 @@
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/race.hpp"
 #include "stiction/planning/regrasp.hpp"
+#include "stiction/planning/rehearsal.hpp"
 #include "stiction/planning/robot_chains.hpp"
 #include "stiction/planning/slide.hpp"
 #include "stiction/planning/spectral.hpp"
@@ -153,6 +154,7 @@ struct Worker {
   dynamics::LocalModel local;
   Regrasp regrasp;
   Node candidate;
+  std::optional<Rehearsal> rehearsal;  ///< made when first needed
 };
 
 /// The threads of a run and their workspaces, shared by its trees.
@@ -183,6 +185,7 @@ struct Item {
   GraspDraw draw;           ///< of a regrasp
   bool stuck = false;       ///< its branches cannot let go of the object at `near`
   int unsupported = -1;     ///< a node at which no branches can
+  int lost = -1;            ///< an edge of the tree that objects with inertia leave
   Eigen::VectorXd command;  ///< that `near` was extended to (n_a); empty: it was not
   std::vector<Node> chain;  ///< new nodes, each the parent of the next
   std::size_t taken = 0;    ///< so many of them were extended towards the subgoal already
@@ -359,6 +362,7 @@ class Planner final : public Growth {
       if (fine.cols() < root.commands.cols()) return false;
       root.followed.q_fine = problem_.q_start;
       if (fine.cols() > 0) root.followed.q_fine = fine.rightCols(1);
+      root.followed.rehearsed = root.q;
       root.followed.disturbed = root.q.replicate(1, disturbs() ? kDisturbances : 0);
     }
     insert(std::move(root), false);
@@ -384,6 +388,7 @@ class Planner final : public Growth {
       Item& item = items_[static_cast<std::size_t>(i)];
       totals_ += item.totals;
       if (item.refined >= 0) judge(item);
+      if (item.lost >= 0) totals_.distrusted += tree_.bury_branch(item.lost);
       if (item.stuck) tree_.add_stuck(item.near, item.draw.moved);
       if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
       totals_.distrusted += item.broken;
@@ -425,7 +430,7 @@ class Planner final : public Growth {
     item.chain.clear();
     item.taken = 0;
     item.broken = 0;
-    item.refined = item.unsupported = -1;
+    item.refined = item.unsupported = item.lost = -1;
     item.stuck = false;
     item.totals = Totals{};
     item.near = -1;
@@ -454,7 +459,7 @@ class Planner final : public Growth {
       const Node& node = tree_[item.near];
       const Node& parent = tree_[node.parent];
       Node left;
-      item.distrusted = !refine(parent, parent.followed, node, worker, item.totals, item.near_followed, &left);
+      item.distrusted = !trusts(parent, parent.followed, node, item, worker, item.near_followed, left);
       if (item.distrusted) {
         item.near = node.parent;
         if (left.q.size() > 0 && complete(parent, item, worker, left)) item.chain.push_back(std::move(left));
@@ -504,7 +509,7 @@ class Planner final : public Growth {
     const Node& before = first ? near : chain[chain.size() - 2];
     Node& last = chain.back();
     Node left;
-    if (!refine(before, first ? near_followed : before.followed, last, worker, item.totals, last.followed, &left)) {
+    if (!trusts(before, first ? near_followed : before.followed, last, item, worker, last.followed, left)) {
       ++item.broken;
       chain.pop_back();
       if (left.q.size() > 0 && complete(first ? near : chain.back(), item, worker, left)) chain.push_back(std::move(left));
@@ -581,6 +586,15 @@ class Planner final : public Growth {
       break;
     }
     return false;
+  }
+
+  /// refine(), and of a regrasp the rehearsal of what leads up to it and of itself.
+  bool trusts(const Node& parent, const Followed& parent_followed, const Node& node, Item& item, Worker& worker, Followed& followed,
+              Node& left) {
+    if (!refine(parent, parent_followed, node, worker, item.totals, followed, &left)) return false;
+    if (!rehearses() || node.edge != SegmentKind::Regrasp) return true;
+    followed.rehearsed = rehearse(node.parent, &node, worker, item.totals, item.lost);
+    return followed.rehearsed.size() > 0;
   }
 
   /// The first n sub-steps of an edge. False where they move nothing.
@@ -1061,7 +1075,7 @@ class Planner final : public Growth {
     if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
     if (refines() && !follow_to_goal(node, worker)) return false;
     const std::vector<int> path = tree_.path_to(node);
-    if (refines() && !survives_noise(path, worker)) return false;
+    if (refines() && !(survives_noise(path, worker) && survives_rehearsal(node, worker))) return false;
     keep(path, worker);
     return true;
   }
@@ -1116,14 +1130,59 @@ class Planner final : public Growth {
     return goal_ratio(q) <= options_.tolerance_fraction ? kOnPath : lost(path.back());
   }
 
-  void keep(const std::vector<int>& path, Worker& worker) {
-    Plan& plan = result_.plan;
+  bool rehearses() const { return refines() && options_.rehearsed_share.has_value(); }
+
+  /// The edges after the last regrasp up to node i, and the one that comes next, carried out by objects with inertia.
+  /// @param next  a regrasp of i, or nothing
+  /// @param lost  where it does not hold: the edge of the tree behind which nothing does; −1: `next`
+  /// @returns     where it ended (n_q), of size 0 where it does not hold
+  Eigen::VectorXd rehearse(int i, const Node* next, Worker& worker, Totals& totals, int& lost) {
+    if (!worker.rehearsal) worker.rehearsal.emplace(problem_.model, options_.rest_time);
+    std::vector<int> edges;
+    int from = i;
+    for (; tree_[from].followed.rehearsed.size() == 0; from = tree_[from].parent) edges.push_back(from);
+    if (edges.empty() && next == nullptr) return tree_[i].followed.rehearsed;
+    std::reverse(edges.begin(), edges.end());
+    Plan plan = empty_plan();
+    plan.q_start = tree_[from].q;
+    plan.u_start = tree_[from].u;
+    for (const int edge : edges) plan.segments.push_back(segment_of(tree_[edge]));
+    if (next != nullptr) plan.segments.push_back(segment_of(*next));
+    const RehearsalResult r = worker.rehearsal->run(plan, *options_.rehearsed_share, &tree_[from].followed.rehearsed);
+    totals.steps += r.steps;
+    totals.failed_steps += r.failed_steps;
+    if (r.holds) return r.q;
+    lost = r.lost < std::ssize(edges) ? edges[static_cast<std::size_t>(r.lost)] : -1;
+    return {};
+  }
+
+  static Segment segment_of(const Node& node) {
+    Segment segment{node.edge, {}};
+    for (Eigen::Index k = 0; k < node.commands.cols(); ++k)
+      segment.knots.push_back({.u = node.commands.col(k), .q = node.states.col(k), .contacts = {}});
+    return segment;
+  }
+
+  /// A path that objects with inertia leave is none either.
+  bool survives_rehearsal(int node, Worker& worker) {
+    int lost = -1;
+    if (!rehearses() || rehearse(node, nullptr, worker, totals_, lost).size() > 0) return true;
+    totals_.distrusted += tree_.bury_branch(lost);
+    return false;
+  }
+
+  Plan empty_plan() const {
+    Plan plan;
     plan.q_start = problem_.q_start;
     plan.u_start = u_start_;
     plan.goal = problem_.goal;
     plan.step = exact_;
     if (options_.substep) plan.substep = *options_.substep;
-    plan.segments.clear();
+    return plan;
+  }
+
+  void keep(const std::vector<int>& path, Worker& worker) {
+    Plan& plan = result_.plan = empty_plan();
     result_.regrasps.open_in_plan = std::count_if(path.begin(), path.end(), [this](int i) { return tree_[i].open; });
     for (const int i : path) {
       if (tree_[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree_[i], worker));
@@ -1289,6 +1348,7 @@ void PlannerOptions::validate(const Model& model) const {
   if (grasp_candidates < 1) core::throw_invalid("planner.grasp_candidates", std::to_string(grasp_candidates), "at least 1");
   if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))
     core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
+  if (rehearsed_share) core::require_positive("planner.rehearsed_share", *rehearsed_share);
   if (refined_fraction && !(*refined_fraction >= tolerance_fraction && *refined_fraction <= 1))
     core::throw_invalid("planner.refined_fraction", fmt::format("{}", *refined_fraction),
                         fmt::format("a number in [{}, 1]: tolerance_fraction or more", tolerance_fraction));

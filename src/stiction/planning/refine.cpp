@@ -20,6 +20,7 @@
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/pushes.hpp"
+#include "stiction/planning/rehearsal.hpp"
 #include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::planning {
@@ -140,7 +141,7 @@ class Refiner {
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
     came_through_ = build(*trial.pushes, built);
-    const bool good = came_through_ && reaches_goal(built, halves_, goal_share());
+    const bool good = came_through_ && reaches_goal(built, halves_, goal_share()) && rehearses(built);
     turn_ = nullptr;
     broke_soon_ = broke_soon_ && cost(work_.steps) <= kLittleHope;
     done += std::exchange(work_, {});
@@ -867,6 +868,16 @@ class Refiner {
     return plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
   }
 
+  /// Objects with inertia come to the goal as well, where plans are rehearsed.
+  bool rehearses(const Plan& plan) {
+    if (!options_.rehearsed_share) return true;
+    if (!rehearsal_) rehearsal_.emplace(shared_model_, options_.rest_time);
+    const RehearsalResult r = rehearsal_->run(plan, *options_.rehearsed_share);
+    work_.steps += r.steps;
+    work_.failed_steps += r.failed_steps;
+    return r.holds;
+  }
+
   /// Within a fraction of the tolerances.
   bool within(const GoalError& error, double fraction) const {
     return error.position <= fraction * plan_.goal.tol_position && error.angle <= fraction * plan_.goal.tol_angle;
@@ -896,6 +907,7 @@ class Refiner {
   dynamics::StepOptions exact_;
   dynamics::StepResult result_;
   dynamics::RolloutResult rollout_;
+  std::optional<Rehearsal> rehearsal_;  ///< made when first needed
   dynamics::StepWorkspace half_steps_, smooth_steps_;
   dynamics::StepResult half_result_, smooth_result_;
   Halves given_, halves_;             ///< of the plan, and where the simulation is

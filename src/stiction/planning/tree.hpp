@@ -25,6 +25,7 @@ struct LocalModel {
 struct Followed {
   Eigen::VectorXd q_fine;     ///< at half its sub-steps (n_q)
   Eigen::MatrixXd disturbed;  ///< with something otherwise than planned, one column per draw (n_q × kDisturbances), or none
+  Eigen::VectorXd rehearsed;  ///< of a regrasp, and of the root: after a pause, by objects with inertia (n_q), or nothing
 
   bool empty() const { return q_fine.size() == 0; }
 };

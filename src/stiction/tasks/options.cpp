@@ -253,7 +253,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "fidelity_edge",
                     "fidelity_path",
                     "tolerance_fraction",
-                    "refined_fraction"});
+                    "refined_fraction",
+                    "rehearsed_share"});
   PlannerOptions out;
   if (const auto v = given(node, "seed")) {
     if (v->integer() < 0) v->fail("an integer ≥ 0");
@@ -333,6 +334,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     if (out.tolerance_fraction > 1) v->fail("a number in (0, 1]");
   }
   if (const auto v = given(node, "refined_fraction")) out.refined_fraction = v->positive();
+  if (const auto v = given(node, "rehearsed_share")) out.rehearsed_share = v->positive();
   try {
     out.validate(model);
   } catch (const core::InvalidInput& e) {
@@ -420,6 +422,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["fidelity_path"] = o.fidelity_path;
   out["tolerance_fraction"] = o.tolerance_fraction;
   if (o.refined_fraction) out["refined_fraction"] = *o.refined_fraction;
+  if (o.rehearsed_share) out["rehearsed_share"] = *o.rehearsed_share;
   return out.dump();
 }
 

@@ -183,6 +183,9 @@ void calc_kinematics(const Model& model, VectorRef q, KinematicsWorkspace& work,
 /// diagonal of M_u. Blocks off the diagonal, which couple an object with what hangs on it, are left out of the step's ε M_u.
 void calc_object_mass(const Model& model, const Kinematics& kinematics, int object, Eigen::Ref<Eigen::MatrixXd> M_u);
 
+/// Diagonal of the mass matrix of the robots (n_a) [kg m²; kg of prismatic joints]: of all links that a joint moves, about its axis.
+Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics);
+
 /// Generalised force of gravity on the objects τᵘ (n_vu) [N, N·m].
 void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u);
 

@@ -5,7 +5,7 @@
 #include "stiction/world/model_impl.hpp"
 #include "stiction/world/object_derivatives.hpp"
 
-// Mass, gravity and what changes them, of objects with what hangs on them.
+// Mass, gravity and what changes them, of objects with what hangs on them; inertia of joints.
 
 namespace stiction::world {
 namespace {
@@ -78,6 +78,23 @@ void calc_object_mass(const Model& model, const Kinematics& kinematics, int obje
       for (int j = 0; j < node.n_v; ++j) M_u(j, i) += linear.col(j).dot(momentum) + angular.col(j).dot(spin);
     }
   }
+}
+
+Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinematics) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(model.n_a());
+  for (const Link& link : model.links()) {
+    const BodyInertia& body = model.inertias()[static_cast<std::size_t>(link.body)];
+    const Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(link.body)];
+    const Vector3d p_WCom = X_WB * body.p_BCom;
+    for (const int v : model.bodies()[static_cast<std::size_t>(link.body)].dofs) {
+      const Vector3d axis = kinematics.axis_W.col(v), axis_B = X_WB.R.transpose() * axis;
+      const bool revolute = model.dofs()[static_cast<std::size_t>(v)].kind == DofKind::Revolute;
+      out[v - model.n_vu()] +=
+          revolute ? body.mass * axis.cross(p_WCom - kinematics.origin_W.col(v)).squaredNorm() + axis_B.dot(body.inertia * axis_B)
+                   : body.mass;
+    }
+  }
+  return out;
 }
 
 void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<Eigen::VectorXd> tau_u) {

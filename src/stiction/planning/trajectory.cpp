@@ -1,4 +1,4 @@
-#include "stiction/execution/trajectory.hpp"
+#include "stiction/planning/trajectory.hpp"
 
 #include <fmt/format.h>
 
@@ -8,16 +8,15 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/dynamics/step.hpp"
 
-namespace stiction::execution {
+namespace stiction::planning {
 namespace {
 
 using core::Status;
-using planning::SegmentKind;
 
 constexpr double kLeastInterval = 1e-6;  // [s]
 constexpr double kPartOfRamp = 0.2;      // in which the speed of a regrasp is constant
 
-void require_plan(const world::Model& model, const planning::Plan& plan) {
+void require_plan(const world::Model& model, const Plan& plan) {
   world::require_configuration(model, "plan.q_start", plan.q_start);
   core::require_size("plan.u_start", plan.u_start.size(), model.n_a());
   for (std::size_t s = 0; s < plan.segments.size(); ++s) {
@@ -38,6 +37,21 @@ void blend(const world::Model& model, const VectorRef& q0, const VectorRef& q1, 
   world::retract(model, q0, s * delta, q);
 }
 
+/// Between two knots, a share s of their time after the first; at either end of the trajectory they are the same one.
+struct Place {
+  Eigen::Index before, after;
+  double s;
+};
+
+Place place_at(const Trajectory& trajectory, double t) {
+  const double* begin = trajectory.times.data();
+  const double* end = begin + trajectory.times.size();
+  const Eigen::Index after = std::upper_bound(begin, end, t) - begin;
+  if (after == 0) return {0, 0, 0.0};
+  if (after == trajectory.times.size()) return {after - 1, after - 1, 0.0};
+  return {after - 1, after, (t - begin[after - 1]) / (begin[after] - begin[after - 1])};
+}
+
 /// Knots as they come.
 class Builder {
  public:
@@ -54,18 +68,17 @@ class Builder {
     out_.pieces.push_back({kind, segment, segment, last(), last()});
   }
 
-  void push(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { move(u, q, planning::calc_duration(u_.back(), u, speed_)); }
+  void push(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { move(u, q, calc_duration(u_.back(), u, speed_)); }
 
   /// A regrasp, slow at its ends (E.8).
   void regrasp(const std::vector<dynamics::Knot>& knots) {
     const double fast = limits_.regrasp_factor, slow = std::min(limits_.landing_factor, fast);
     double whole = 0;  // [s] at the speed of pushes
-    for (std::size_t k = 0; k < knots.size(); ++k)
-      whole += planning::calc_duration(k == 0 ? u_.back() : knots[k - 1].u, knots[k].u, speed_);
+    for (std::size_t k = 0; k < knots.size(); ++k) whole += calc_duration(k == 0 ? u_.back() : knots[k - 1].u, knots[k].u, speed_);
     double begin = 0;
     for (const auto& knot : knots) {
       const Eigen::VectorXd u = u_.back(), q = q_.back();
-      const double duration = planning::calc_duration(u, knot.u, speed_);
+      const double duration = calc_duration(u, knot.u, speed_);
       const bool constant = fast <= slow || std::min(begin, whole - begin - duration) >= fast * limits_.ramp;
       const int parts = constant ? 1 : std::max(1, static_cast<int>(std::ceil(duration / (kPartOfRamp * limits_.ramp))));
       for (int i = 1; i <= parts; ++i) {
@@ -85,6 +98,7 @@ class Builder {
   Trajectory take() {
     const auto n = static_cast<Eigen::Index>(times_.size());
     out_.times = Eigen::Map<const Eigen::VectorXd>(times_.data(), n);
+    out_.segments = Eigen::Map<const Eigen::VectorXi>(segments_.data(), n);
     out_.u.resize(u_.front().size(), n);
     out_.q.resize(q_.front().size(), n);
     for (Eigen::Index k = 0; k < n; ++k) {
@@ -98,7 +112,7 @@ class Builder {
   /// (E.9): what is strained between two arms and let go at once flies off.
   void move(const Eigen::VectorXd& u, const Eigen::VectorXd& q, double dt) {
     const auto strain = [n_a = u.size()](const Eigen::VectorXd& u_k, const Eigen::VectorXd& q_k) { return u_k - q_k.tail(n_a); };
-    dt = std::max(dt, planning::calc_duration(strain(u_.back(), q_.back()), strain(u, q), spring_speed_));
+    dt = std::max(dt, calc_duration(strain(u_.back(), q_.back()), strain(u, q), spring_speed_));
     Piece& piece = out_.pieces.back();
     if (dt >= kLeastInterval) {
       add(times_.back() + dt, u, q);
@@ -115,6 +129,7 @@ class Builder {
     times_.push_back(t);
     u_.push_back(u);
     q_.push_back(q);
+    segments_.push_back(out_.pieces.empty() ? 0 : out_.pieces.back().last_segment);
   }
 
   const world::Model& model_;
@@ -122,12 +137,13 @@ class Builder {
   Eigen::VectorXd speed_, spring_speed_;
   Trajectory out_;
   std::vector<double> times_;
+  std::vector<int> segments_;
   std::vector<Eigen::VectorXd> u_, q_;
 };
 
 }  // namespace
 
-Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const SpeedLimits& limits) {
+Trajectory make_trajectory(const world::Model& model, const Plan& plan, const SpeedLimits& limits) {
   limits.validate();
   require_plan(model, plan);
   Builder builder(model, limits);
@@ -155,19 +171,23 @@ Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan
   return builder.take();
 }
 
-void interpolate(const world::Model& model, const Trajectory& trajectory, double t, Eigen::Ref<Eigen::VectorXd> q) {
-  const double* begin = trajectory.times.data();
-  const double* end = begin + trajectory.times.size();
-  const Eigen::Index after = std::upper_bound(begin, end, t) - begin;
-  if (after == 0 || after == trajectory.times.size()) {
-    q = trajectory.q.col(after == 0 ? 0 : after - 1);
-    return;
-  }
-  const double s = (t - begin[after - 1]) / (begin[after] - begin[after - 1]);
-  blend(model, trajectory.q.col(after - 1), trajectory.q.col(after), s, q);
+int segment_at(const Trajectory& trajectory, double t) { return trajectory.segments[place_at(trajectory, t).after]; }
+
+void interpolate_command(const Trajectory& trajectory, double t, Eigen::Ref<Eigen::VectorXd> u) {
+  const Place at = place_at(trajectory, t);
+  u = (1 - at.s) * trajectory.u.col(at.before) + at.s * trajectory.u.col(at.after);
 }
 
-Status predict(const world::Model& model, const planning::Plan& plan, int substeps, planning::Plan& out) {
+void interpolate(const world::Model& model, const Trajectory& trajectory, double t, Eigen::Ref<Eigen::VectorXd> q) {
+  const Place at = place_at(trajectory, t);
+  if (at.before == at.after) {
+    q = trajectory.q.col(at.after);
+  } else {
+    blend(model, trajectory.q.col(at.before), trajectory.q.col(at.after), at.s, q);
+  }
+}
+
+Status predict(const world::Model& model, const Plan& plan, int substeps, Plan& out) {
   if (substeps < 1) core::throw_invalid("substeps", std::to_string(substeps), "at least 1");
   require_plan(model, plan);
   out = plan;
@@ -204,4 +224,4 @@ Status predict(const world::Model& model, const planning::Plan& plan, int subste
   return Status::Solved;
 }
 
-}  // namespace stiction::execution
+}  // namespace stiction::planning

@@ -1,26 +1,25 @@
-#include "stiction/execution/trajectory.hpp"
+#include "stiction/planning/trajectory.hpp"
 
 #include <numbers>
 
-#include "execution/systems.hpp"
+#include "planning/push_plan.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "support/message_of.hpp"
 
-namespace stiction::execution::test {
+namespace stiction::planning::test {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::VectorXd;
-using planning::SegmentKind;
 using stiction::test::message_of;
 
 /// A plan for planar_pushing whose states are not simulated: only its commands count.
-planning::Plan commands_only(const std::vector<std::pair<SegmentKind, std::vector<Vector2d>>>& segments) {
-  planning::Plan plan;
+Plan commands_only(const std::vector<std::pair<SegmentKind, std::vector<Vector2d>>>& segments) {
+  Plan plan;
   plan.q_start = (VectorXd(5) << 0, 0.6, 0, 0, -0.1).finished();
   plan.u_start = plan.q_start.tail(2);
   for (const auto& [kind, commands] : segments) {
-    auto& segment = plan.segments.emplace_back(planning::Segment{kind, {}});
+    auto& segment = plan.segments.emplace_back(Segment{kind, {}});
     for (const auto& u : commands) {
       VectorXd q = plan.q_start;
       q.tail(2) = u;
@@ -44,11 +43,11 @@ TEST(Trajectory, OneJointMovesAtItsLimitAndNoneFaster) {
 TEST(Trajectory, RandomPlans_SpeedOfEveryIntervalIsTheLimit) {
   const auto model = load_model("planar_hand");
   std::srand(3);
-  planning::Plan plan;
+  Plan plan;
   plan.q_start = (VectorXd(7) << 0, 0.35, 0, -0.7, -0.7, 0.7, 0.7).finished();
   plan.u_start = plan.q_start.tail(4);
   for (int s = 0; s < 6; ++s) {
-    auto& segment = plan.segments.emplace_back(planning::Segment{s % 3 == 2 ? SegmentKind::Regrasp : SegmentKind::Contact, {}});
+    auto& segment = plan.segments.emplace_back(Segment{s % 3 == 2 ? SegmentKind::Regrasp : SegmentKind::Contact, {}});
     for (int k = 0; k < 4; ++k) {
       const VectorXd u = plan.u_start + 0.1 * VectorXd::Random(4);
       VectorXd q = plan.q_start;
@@ -159,10 +158,10 @@ TEST(Trajectory, Interpolation_IsSphericalForOrientationsAndHeldOutside) {
 /// contact stops at p = u − 0.1 (p − p_before).
 TEST(Predict, StraightPush_FollowsTheClosedFormForAnyNumberOfSteps) {
   const auto model = load_model("planar_pushing");
-  const planning::Plan plan = push_up(model);
+  const Plan plan = push_up(model);
   ASSERT_EQ(plan.segments.size(), 2u);
   for (const int n : {1, 2, 30}) {
-    planning::Plan out;
+    Plan out;
     ASSERT_EQ(predict(*model, plan, n, out), core::Status::Solved);
     double u = -0.02, p = -0.02;
     for (const double goal : {0.1, 0.2}) {
@@ -185,8 +184,8 @@ TEST(Predict, StraightPush_FollowsTheClosedFormForAnyNumberOfSteps) {
 TEST(Predict, SlidingPush_OneStepDiffersFromMany) {
   const auto model = load_model("planar_pushing");
   const VectorXd q = (VectorXd(5) << 0, 0.6, 0, 0, -0.001).finished();
-  const planning::Plan plan = push_plan(model, q, {Vector2d(0.0, 0.02), Vector2d(0.4, 0.02)});
-  planning::Plan one, many;
+  const Plan plan = push_plan(model, q, {Vector2d(0.0, 0.02), Vector2d(0.4, 0.02)});
+  Plan one, many;
   ASSERT_EQ(predict(*model, plan, 1, one), core::Status::Solved);
   ASSERT_EQ(predict(*model, plan, 200, many), core::Status::Solved);
   const double difference = (one.segments.back().knots.back().q - many.segments.back().knots.back().q).head(3).cwiseAbs().maxCoeff();
@@ -205,9 +204,9 @@ TEST(Trajectory, BadInput_NamesTheField) {
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments[0].knots[0].u"), std::string::npos);
   plan.segments.clear();
   EXPECT_NE(message_of([&] { make_trajectory(*model, plan, {}); }).find("plan.segments"), std::string::npos);
-  planning::Plan out;
+  Plan out;
   EXPECT_NE(message_of([&] { (void)predict(*model, plan, 0, out); }).find("substeps"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace stiction::execution::test
+}  // namespace stiction::planning::test

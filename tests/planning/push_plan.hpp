@@ -2,23 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <filesystem>
-
+#include "planning/systems.hpp"
 #include "stiction/dynamics/rollout.hpp"
-#include "stiction/execution/transfer.hpp"
-#include "stiction/world/scene.hpp"
+#include "stiction/planning/plan.hpp"
 
-namespace stiction::execution::test {
-
-inline std::shared_ptr<const world::Model> load_model(const std::string& task) {
-  return world::Model::make(world::load_scene(std::filesystem::path(STICTION_SOURCE_DIR) / "tasks" / (task + ".yaml")));
-}
+namespace stiction::planning::test {
 
 /// A plan of planar_pushing made by moving the command along corners with the exact dynamics, one contact edge per corner.
-inline planning::Plan push_plan(const std::shared_ptr<const world::Model>& model, const Eigen::VectorXd& q_start,
-                                const std::vector<Eigen::Vector2d>& corners) {
-  planning::Plan plan;
+inline Plan push_plan(const std::shared_ptr<const world::Model>& model, const Eigen::VectorXd& q_start,
+                      const std::vector<Eigen::Vector2d>& corners) {
+  Plan plan;
   plan.q_start = q_start;
   plan.u_start = q_start.tail(model->n_a());
   plan.substep = {.joint_angle = 0.03, .joint_travel = 0.02, .slide = 2e-3, .max_substeps = 400};
@@ -27,7 +20,7 @@ inline planning::Plan push_plan(const std::shared_ptr<const world::Model>& model
   for (const auto& corner : corners) {
     dynamics::RolloutResult r;
     EXPECT_EQ(dynamics::rollout(*model, q, u, corner, plan.step, plan.substep, work, r), core::Status::Solved);
-    plan.segments.push_back({planning::SegmentKind::Contact, r.knots});
+    plan.segments.push_back({SegmentKind::Contact, r.knots});
     q = r.knots.back().q;
     u = corner;
   }
@@ -37,9 +30,9 @@ inline planning::Plan push_plan(const std::shared_ptr<const world::Model>& model
 }
 
 /// The hand below the box pushes it up by 0.2 m.
-inline planning::Plan push_up(const std::shared_ptr<const world::Model>& model) {
+inline Plan push_up(const std::shared_ptr<const world::Model>& model) {
   const Eigen::VectorXd q = (Eigen::VectorXd(5) << 0, 0.6, 0, 0, -0.02).finished();
   return push_plan(model, q, {Eigen::Vector2d(0, 0.1), Eigen::Vector2d(0, 0.2)});
 }
 
-}  // namespace stiction::execution::test
+}  // namespace stiction::planning::test
