@@ -128,7 +128,7 @@ struct PlannerOptions {
   double tolerance_fraction = 0.9;         ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
   std::optional<double> refined_fraction;  ///< … and for refined plans at this, in [tolerance_fraction, 1]; without it at the same
   /// Plans, and refined ones, are carried out in time by objects that have inertia (Rehearsal), which wherever commands rest are within this share of the
-  /// tolerances of where the plan has them, > 0; without it that is not asked.
+  /// tolerances of where the plan has them, in (0, 1]; without it that is not asked.
   std::optional<double> rehearsed_share;
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
