@@ -185,12 +185,12 @@ int run_simulate(const SimulateArguments& arguments) {
   plant_options.velocity_reference = arguments.velocity_reference;
   plant_options.contact.friction_scale = arguments.friction_scale;
   const auto plant = simulation::Plant::make(task.model, plant_options);
+  planning::Plan predicted;
   if (arguments.substeps > 0) {
-    planning::Plan predicted;
     if (planning::predict(*task.model, plan, arguments.substeps, predicted) != Status::Solved)
       fmt::print(stderr, "stiction: the prediction with {} steps per edge ends in edge {}: a step was not solved\n", arguments.substeps,
                  predicted.segments.size());
-    plan = std::move(predicted);
+    plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
 
   catch_signals();
@@ -198,7 +198,7 @@ int run_simulate(const SimulateArguments& arguments) {
   line.show(fmt::format("simulating {} segments", plan.segments.size()));
   const core::RunControl control = make_run_control();
   execution::TransferResult result;
-  const Status status = execution::transfer(plant, plan, options, control, result);
+  const Status status = execution::transfer(plant, plan, options, control, result, arguments.substeps > 0 ? &predicted : nullptr);
   line.clear();
   print_summary(file, *task.model, result, options);
 

@@ -23,10 +23,10 @@ TransferResult transfer(const std::filesystem::path& plan_file, double speed, do
   const tasks::PlanFile file = tasks::read_plan(plan_file);
   const tasks::Task task = tasks::load_task_of_plan(file, plan_file, tasks::default_data_dirs());
   planning::Plan plan = tasks::to_plan(*task.model, file);
+  planning::Plan predicted;
   if (substeps) {
-    planning::Plan predicted;
-    (void)planning::predict(*task.model, plan, *substeps, predicted);  // what was predicted is compared
-    plan = std::move(predicted);
+    (void)planning::predict(*task.model, plan, *substeps, predicted);
+    plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
   TransferOptions options;
   options.speed.revolute *= speed;
@@ -49,7 +49,7 @@ TransferResult transfer(const std::filesystem::path& plan_file, double speed, do
                        std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(*timeout_s));
   }
   TransferResult out;
-  (void)execution::transfer(simulation::Plant::make(task.model, plant_options), plan, options, control, out);
+  (void)execution::transfer(simulation::Plant::make(task.model, plant_options), plan, options, control, out, substeps ? &predicted : nullptr);
   return out;
 }
 

@@ -141,7 +141,12 @@ TEST(LocalModel, OneSample_IsTheStepThere) {
       ASSERT_EQ(calc_local_model(*model, {q, u}, RandomizedFirstOrder{disturbed(s, 1, seed)}, {}, false, work, out), Status::Solved);
       VectorXd off(model->n_v());
       world::local(*model, expected.q_next, out.c, off);
-      EXPECT_LT(off.norm(), 1e-6) << task << ' ' << seed;
+      // Both end with λ_n w ≤ 1e-8 J·s at every contact, with other rows in the program: as far apart as that leaves the weakest one.
+      double weakest = 0.01;
+      for (const auto& c : expected.contacts) {
+        if (c.active) weakest = std::min(weakest, c.lambda[0]);
+      }
+      EXPECT_LT(off.norm(), 1e-8 / weakest) << task << ' ' << seed;
       EXPECT_LT((out.B - expected.B).norm(), 1e-4) << task << ' ' << seed;
       pushed += expected.B.topRows(model->n_vu()).norm() > 1e-2;
     }

@@ -98,15 +98,16 @@ TEST(Stack, TenBoxes_StandForAThousandSteps) {
     for (int i = 0; i < 10; ++i) scene.objects.push_back(make_object("box" + std::to_string(i), world::Box{half}, mass, half));
     Scene s(scene);
     for (int i = 0; i < 10; ++i) s.place(i, Eigen::Matrix3d::Identity(), {0, 0, half.z() * (2 * i + 1)});
-    const VectorXd q0 = s.q;
+    VectorXd q_rest;
     for (int i = 0; i < 1000; ++i) {
       ASSERT_EQ(s.go(), Status::Solved) << i;
       // The first two steps find the rest, as far as the complementarity of a step lets them; then nothing moves any more.
       EXPECT_LT(motion(s), i < 2 ? 1e-8 : 1e-13) << i;
+      if (i == 1) q_rest = s.q;
     }
     VectorXd moved(s.model->n_v());
-    world::local(*s.model, q0, s.q, moved);
-    EXPECT_LT(moved.cwiseAbs().maxCoeff(), 1e-9) << "in all, not per step";
+    world::local(*s.model, q_rest, s.q, moved);
+    EXPECT_LT(moved.cwiseAbs().maxCoeff(), 1e-10) << "in all, not per step";
     // Each box carries those above it.
     for (int i = 0; i < 10; ++i) EXPECT_LE((s.force_on(i) - Vector3d(0, 0, mass * kGravity)).norm(), 1e-4 * mass * kGravity);
   }

@@ -192,6 +192,33 @@ TEST(Predict, SlidingPush_OneStepDiffersFromMany) {
   EXPECT_GT(difference, 1e-3);
 }
 
+/// Springs that are strained or let go cost time (E.9), by the states: predicted in other steps, the same commands would come at other times.
+TEST(Retime, StatesPredictedAnew_ComeAtTheTimesOfThePlan) {
+  const auto model = load_model("planar_pushing");
+  const VectorXd q = (VectorXd(5) << 0, 0.6, 0, 0, -0.001).finished();
+  Plan plan, one;
+  ASSERT_EQ(predict(*model, push_plan(model, q, {Vector2d(0.0, 0.02), Vector2d(0.4, 0.02), Vector2d(0.4, 0.1)}), 50, plan), core::Status::Solved);
+  ASSERT_EQ(predict(*model, plan, 3, one), core::Status::Solved);
+  const SpeedLimits limits{.load_time = 1e4};
+  const Trajectory run = make_trajectory(*model, plan, limits), predicted = make_trajectory(*model, one, limits);
+  ASSERT_GT(std::abs(predicted.duration() - run.duration()), 1e-3);
+  const Trajectory retimed = retime(predicted, run);
+  EXPECT_EQ(retimed.q, predicted.q);
+  EXPECT_EQ(retimed.u, predicted.u);
+  ASSERT_EQ(retimed.pieces.size(), run.pieces.size());
+  for (Eigen::Index k = 1; k < retimed.times.size(); ++k) EXPECT_GT(retimed.times[k], retimed.times[k - 1]) << k;
+  for (Eigen::Index k = 0, j = 0; k < retimed.times.size(); ++k) {  // ends of segments
+    if (k + 1 < retimed.times.size() && retimed.segments[k + 1] == retimed.segments[k]) continue;
+    while (j + 1 < run.times.size() && run.segments[j + 1] <= retimed.segments[k]) ++j;
+    EXPECT_NEAR(retimed.times[k], run.times[j], 1e-9) << k;
+    EXPECT_EQ(retimed.u.col(k), run.u.col(j)) << k;
+  }
+  EXPECT_LT((retime(run, run).times - run.times).cwiseAbs().maxCoeff(), 1e-9) << "rounding";
+  Trajectory shorter = run;
+  shorter.pieces.pop_back();
+  EXPECT_NE(message_of([&] { retime(predicted, shorter); }).find("timing.pieces"), std::string::npos);
+}
+
 TEST(Trajectory, BadInput_NamesTheField) {
   const auto model = load_model("planar_pushing");
   auto plan = commands_only({{SegmentKind::Contact, {{0.1, 0.0}}}});

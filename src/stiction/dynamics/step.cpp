@@ -17,11 +17,12 @@ using core::Overloaded;
 using core::Status;
 using world::Model;
 
-/// An exact step first looks at the rows that it may reach: contacts nearer than this plus a share of the commanded motion, and joint
-/// limits likewise. Rows left out that the solution violates are added and the step is solved again, so that the result is that of
-/// the full problem: a row that holds with room has no multiplier.
+/// An exact step first looks at the rows that now or after the motion which the command asks for keep less room than this (S.6). Rows left out that the
+/// solution violates are added and the step is solved again, so that the result is that of the full problem: a row that holds with room has no multiplier.
 constexpr double kNearContact = 2e-3;  // [m]
 constexpr double kNearLimit = 0.02;    // [rad or m]
+/// Coulomb's law may have several solutions, and which one is found depends on the rows. With all that a fall and this share of the commanded motion may reach it
+/// is one by which more plans seem to hold (docs/decisions/0013-plans-that-hold.md).
 constexpr double kMotionShare = 0.25;
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
 constexpr double kGuessContact = 1e-3;  // [m]
@@ -317,7 +318,7 @@ Eigen::Vector3d displacement(const Model& model, std::size_t i, const Eigen::Vec
   return v;
 }
 
-/// Gap of a self-contact now or after the motion that the command asks for, whichever is less, first order [m].
+/// Gap now or after the motion that the command asks for, whichever is less, first order [m].
 double least_commanded_gap(const Model& model, const StepOptions& options, std::size_t i, const StepWorkspace::Impl& work) {
   const contact::Contact& contact = work.contacts[i];
   const Eigen::Vector3d v = displacement(model, i, work.commanded, work);
@@ -358,7 +359,6 @@ double motion_bound(const Model& model, const StepWorkspace::Impl& work, const E
 void include_smoothed(const Model& model, const StepInput& in, const StepOptions& options, double self_sharpness,
                       StepWorkspace::Impl& work) {
   const double near_self = (model.scene().contact_distance + options.contact_margin) / self_sharpness;
-  work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
     work.included[i] = !self || least_commanded_gap(model, options, i, work) < near_self;
@@ -367,10 +367,12 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
 }
 
-/// Rows that an exact step looks at first.
-void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, double fall, StepWorkspace::Impl& work) {
-  const double near_contact = kNearContact + fall + kMotionShare * commanded_motion(model, in);
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) work.included[i] = work.contacts[i].phi < near_contact;
+/// Rows that an exact step looks at first. @param fall  what gravity can move an object by in the step [m]
+void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall, StepWorkspace::Impl& work) {
+  const double near_coulomb = coulomb ? kNearContact + fall + kMotionShare * commanded_motion(model, in) : 0;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    work.included[i] = coulomb ? work.contacts[i].phi < near_coulomb : least_commanded_gap(model, options, i, work) < kNearContact;
+  }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
     const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
@@ -486,7 +488,9 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   }
   if (in.friction) {
     core::require_size("friction", in.friction->size(), static_cast<Eigen::Index>(model.pairs().size()));
-    for (const double factor : *in.friction) core::require_nonnegative("friction", factor);
+    if (!(in.friction->array() >= 0 && in.friction->array().isFinite()).all()) {  // there are hundreds
+      for (const double factor : *in.friction) core::require_nonnegative("friction", factor);
+    }
   }
 
   StepWorkspace::Impl& work = workspace.impl();
@@ -519,14 +523,9 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   const double sigma = exact ? 0.0 : options.h / analytic->kappa;
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double sigma_limit = exact ? 0.0 : sigma / analytic->limit_sharpness;
+  work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
   work.included.resize(work.contacts.size());
   work.moved.resize(work.contacts.size());
-  if (!exact)
-    include_smoothed(model, in, options, analytic->self_sharpness, work);
-  else if (guess == nullptr)
-    include_within_reach(model, in, options, fall, work);
-  else
-    include_near(model, in, options, *guess, work);
 
   cone::Options solver_options;
   solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
@@ -539,6 +538,12 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   out.iterations = 0;
   const int growths = work.problem->growths();
   const auto solve_rounds = [&] {
+    if (!exact)
+      include_smoothed(model, in, options, analytic->self_sharpness, work);
+    else if (guess == nullptr)
+      include_within_reach(model, in, options, solver_options.shift_by_tangent, fall, work);
+    else
+      include_near(model, in, options, *guess, work);
     for (int round = 0; round < kMaxRounds; ++round) {
       cone::Problem& problem = *work.problem;
       problem.clear();
@@ -565,7 +570,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   solve_rounds();
   if (coulomb && (out.status != Status::Solved || misses_contact(options, work))) {
     solver_options.shift_by_tangent = false;
-    solve_rounds();
+    solve_rounds();  // from the rows it would start with by itself: Anitescu's step to the last digit
   }
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;

@@ -56,9 +56,10 @@ Span samples_between(const std::vector<double>& times, double begin, double end)
 class Transfer {
  public:
   Transfer(const std::shared_ptr<const simulation::Plant>& plant, const planning::Plan& plan, const TransferOptions& options,
-           const core::RunControl& control, TransferResult& out)
+           const core::RunControl& control, TransferResult& out, const planning::Plan* predicted)
       : plant_(plant), model_(plant->model()), plan_(plan), options_(options), control_(control), out_(out) {
     trajectory_ = make_trajectory(model_, plan, options.speed);
+    compared_ = predicted != nullptr ? planning::retime(make_trajectory(model_, *predicted, options.speed), trajectory_) : trajectory_;
   }
 
   Status run() {
@@ -96,7 +97,7 @@ class Transfer {
     out_.times = std::move(r.times);
     out_.q = std::move(r.q);
     out_.forces = std::move(r.forces);
-    out_.q_plan = plan_at(model_, trajectory_, 0, out_.times);
+    out_.q_plan = plan_at(model_, compared_, 0, out_.times);
     return status;
   }
 
@@ -106,7 +107,8 @@ class Transfer {
       const double end = time_of(trajectory_.pieces[i].last_knot);
       for (std::size_t k = 0; k < out_.times.size() && out_.times[k] <= end; ++k) out_.piece[k] = static_cast<int>(i);
     }
-    for (const Piece& piece : trajectory_.pieces) {
+    for (std::size_t i = 0; i < trajectory_.pieces.size(); ++i) {
+      const Piece& piece = trajectory_.pieces[i];
       const double begin = time_of(piece.first_knot), end = time_of(piece.last_knot);
       PieceReport& report = out_.pieces.emplace_back();
       report.kind = piece.kind;
@@ -116,15 +118,16 @@ class Transfer {
       report.end_s = end;
       if (!options_.whole || out_.times.empty() || out_.times.back() < end) continue;  // stopped before
       const Span span = samples_between(out_.times, begin, end);
-      report.in_plan = measure_samples(piece, span, as_vector(out_.times), out_.q_plan, out_.q);
+      report.in_plan = measure_samples(i, span, as_vector(out_.times), out_.q_plan, out_.q);
     }
   }
 
-  PieceError measure_samples(const Piece& piece, Span span, VectorRef times, const Eigen::MatrixXd& q_plan,
+  PieceError measure_samples(std::size_t i, Span span, VectorRef times, const Eigen::MatrixXd& q_plan,
                              const Eigen::MatrixXd& q) const {
+    const Piece& piece = compared_.pieces[i];
     return measure(model_, plan_.goal.object, times.segment(span.first, span.count), q_plan.middleCols(span.first, span.count),
                    q.middleCols(span.first, span.count),
-                   trajectory_.q.middleCols(piece.first_knot, piece.last_knot - piece.first_knot + 1));
+                   compared_.q.middleCols(piece.first_knot, piece.last_knot - piece.first_knot + 1));
   }
 
   void judge(Status status) {
@@ -192,8 +195,8 @@ class Transfer {
                                                  run_options(), workspaces[static_cast<std::size_t>(worker)], r);
       steps[static_cast<std::size_t>(item)] = r.steps;
       if (status != Status::Solved) return;  // stays empty
-      const Eigen::MatrixXd q_plan = plan_at(model_, trajectory_, time_of(first), r.times);
-      out_.pieces[i].alone = measure_samples(piece, {0, r.q.cols()}, as_vector(r.times), q_plan, r.q);
+      const Eigen::MatrixXd q_plan = plan_at(model_, compared_, time_of(first), r.times);
+      out_.pieces[i].alone = measure_samples(i, {0, r.q.cols()}, as_vector(r.times), q_plan, r.q);
     });
     for (const long n : steps) out_.steps += n;
   }
@@ -204,7 +207,8 @@ class Transfer {
   const TransferOptions& options_;
   const core::RunControl& control_;
   TransferResult& out_;
-  Trajectory trajectory_;
+  Trajectory trajectory_;  ///< what is run …
+  Trajectory compared_;    ///< … and the states that it is compared with
 };
 
 std::optional<double> ratio(double mean, double length) {
@@ -262,14 +266,14 @@ PieceError measure(const Model& model, int object, VectorRef times, Eigen::Ref<c
 }
 
 Status transfer(const std::shared_ptr<const simulation::Plant>& plant, const planning::Plan& plan, const TransferOptions& options,
-                const core::RunControl& control, TransferResult& out) {
+                const core::RunControl& control, TransferResult& out, const planning::Plan* predicted) {
   const auto start = core::RunControl::Clock::now();
   if (!plant) core::throw_invalid("plant", "nothing", "a plant");
   options.validate();
   if (plan.goal.object < 0 || plan.goal.object >= static_cast<int>(plant->model().objects().size()))
     core::throw_invalid("plan.goal.object", std::to_string(plan.goal.object), "the index of an object");
   out = TransferResult{};
-  out.status = Transfer(plant, plan, options, control, out).run();
+  out.status = Transfer(plant, plan, options, control, out, predicted).run();
   out.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
   return out.status;
 }

@@ -53,4 +53,9 @@ void interpolate(const world::Model& model, const Trajectory& trajectory, double
 /// @returns Solved, or the status of the step that failed; `out` then holds what was predicted until there
 core::Status predict(const world::Model& model, const Plan& plan, int substeps, Plan& out);
 
+/// A trajectory of the same segments, each of which takes as long as in `timing`, so that states that were predicted anew can be compared with a run of the
+/// plan: by them springs would be let go at other times (E.9).
+/// @throws core::InvalidInput: the trajectories are not of the same pieces
+Trajectory retime(Trajectory trajectory, const Trajectory& timing);
+
 }  // namespace stiction::planning
