@@ -132,7 +132,7 @@ TEST(LocalModel, OneSample_IsTheStepThere) {
     StepWorkspace step_work(model);
     StepResult expected;
     LocalModel out;
-    int pushed = 0;
+    int pushed = 0, narrow = 0;
     for (std::uint64_t seed = 0; seed < 60; ++seed) {
       const VectorXd q = sample_task(task, *model, states), u = q.tail(model->n_a());
       const double s = seed % 2 == 0 ? 0.1 : 0.4;
@@ -142,15 +142,21 @@ TEST(LocalModel, OneSample_IsTheStepThere) {
       VectorXd off(model->n_v());
       world::local(*model, expected.q_next, out.c, off);
       // Both end with λ_n w ≤ 1e-8 J·s at every contact, with other rows in the program: as far apart as that leaves the weakest one.
-      double weakest = 0.01;
+      double weakest = 0.01, narrowest = 3e-4;
       for (const auto& c : expected.contacts) {
-        if (c.active) weakest = std::min(weakest, c.lambda[0]);
+        if (c.active)
+          weakest = std::min(weakest, c.lambda[0]);
+        else
+          narrowest = std::min(narrowest, c.gap);
       }
       EXPECT_LT(off.norm(), 1e-8 / weakest) << task << ' ' << seed;
-      EXPECT_LT((out.B - expected.B).norm(), 1e-4) << task << ' ' << seed;
+      // A row that is open by w and only in one of the programs, centred at t, adds 2t/w² to its Hessian.
+      EXPECT_LT((out.B - expected.B).norm(), 1e-4 * std::pow(3e-4 / narrowest, 2)) << task << ' ' << seed;
       pushed += expected.B.topRows(model->n_vu()).norm() > 1e-2;
+      narrow += narrowest < 3e-4;
     }
     EXPECT_GT(pushed, 30);
+    EXPECT_LT(narrow, 12);
   }
 }
 

@@ -215,7 +215,7 @@ Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, dou
                            std::optional<double> rehearsed_share = {}, PlanResult* out = nullptr) {
   PlannerOptions options;
   options.threads = 1;
-  options.max_iterations = 200;
+  options.max_iterations = 2000;  // seeds 0 to 19 push the cube there in 36 to 1152, half of them in more than 240
   options.grasp_probability = 0.1;
   options.goal_bias = 0.7;
   options.edge_tilt = edge_tilt;

@@ -17,12 +17,11 @@ using core::Overloaded;
 using core::Status;
 using world::Model;
 
-/// An exact step first looks at the rows that now or after the motion which the command asks for keep less room than this (S.6). Rows left out that the
-/// solution violates are added and the step is solved again, so that the result is that of the full problem: a row that holds with room has no multiplier.
+/// An exact step first looks at the rows that it may reach: contacts with objects nearer than this plus a share of the commanded motion, contacts among robot
+/// parts that the command brings nearer than this (S.6), and joint limits likewise. Rows left out that the solution violates are added and the step is solved
+/// again, so that the result is that of the full problem: a row that holds with room has no multiplier.
 constexpr double kNearContact = 2e-3;  // [m]
 constexpr double kNearLimit = 0.02;    // [rad or m]
-/// Coulomb's law may have several solutions, and which one is found depends on the rows. With all that a fall and this share of the commanded motion may reach it
-/// is one by which more plans seem to hold (docs/decisions/0013-plans-that-hold.md).
 constexpr double kMotionShare = 0.25;
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
 constexpr double kGuessContact = 1e-3;  // [m]
@@ -318,7 +317,7 @@ Eigen::Vector3d displacement(const Model& model, std::size_t i, const Eigen::Vec
   return v;
 }
 
-/// Gap now or after the motion that the command asks for, whichever is less, first order [m].
+/// Gap of a self-contact now or after the motion that the command asks for, whichever is less, first order [m].
 double least_commanded_gap(const Model& model, const StepOptions& options, std::size_t i, const StepWorkspace::Impl& work) {
   const contact::Contact& contact = work.contacts[i];
   const Eigen::Vector3d v = displacement(model, i, work.commanded, work);
@@ -367,11 +366,14 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
 }
 
-/// Rows that an exact step looks at first. @param fall  what gravity can move an object by in the step [m]
+/// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with all that a fall may reach
+/// it is one by which more plans seem to hold (docs/decisions/0013-plans-that-hold.md).
+/// @param fall  what gravity can move an object by in the step when nothing holds it [m]
 void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall, StepWorkspace::Impl& work) {
-  const double near_coulomb = coulomb ? kNearContact + fall + kMotionShare * commanded_motion(model, in) : 0;
+  const double near_object = kNearContact + (coulomb ? fall : 0) + kMotionShare * commanded_motion(model, in);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    work.included[i] = coulomb ? work.contacts[i].phi < near_coulomb : least_commanded_gap(model, options, i, work) < kNearContact;
+    const bool self = !coulomb && work.self_contact[at(work.contacts[i].pair)] != 0;
+    work.included[i] = self ? least_commanded_gap(model, options, i, work) < kNearContact : work.contacts[i].phi < near_object;
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
