@@ -227,24 +227,23 @@ Status predict(const world::Model& model, const Plan& plan, int substeps, Plan& 
 Trajectory retime(Trajectory trajectory, const Trajectory& timing) {
   if (trajectory.pieces.size() != timing.pieces.size())
     core::throw_invalid("timing.pieces", std::to_string(timing.pieces.size()), fmt::format("{} pieces, as in trajectory", trajectory.pieces.size()));
-  /// Time at which segment s of piece i is over.
-  const auto end_of = [](const Trajectory& t, std::size_t i, int s) {
-    Eigen::Index k = t.pieces[i].last_knot;
-    while (k > t.pieces[i].first_knot && t.segments[k] > s) --k;
-    return t.times[k];
+  const auto end_of = [](const Trajectory& t, const Piece& piece, Eigen::Index k, int segment) {  // from a knot k before it
+    while (k < piece.last_knot && t.segments[k + 1] <= segment) ++k;
+    return k;
   };
-  Eigen::VectorXd times = trajectory.times;
+  const Eigen::VectorXd times = trajectory.times;
   for (std::size_t i = 0; i < timing.pieces.size(); ++i) {
-    const Piece& piece = trajectory.pieces[i];
-    times[piece.first_knot] = timing.times[timing.pieces[i].first_knot];
-    for (Eigen::Index k = piece.first_knot + 1; k <= piece.last_knot; ++k) {
-      const int s = trajectory.segments[k];
-      const double begin = end_of(trajectory, i, s - 1), end = end_of(trajectory, i, s);
-      const double new_begin = end_of(timing, i, s - 1), new_end = end_of(timing, i, s);
-      times[k] = new_begin + (new_end - new_begin) * (trajectory.times[k] - begin) / (end - begin);
+    const Piece &piece = trajectory.pieces[i], &as = timing.pieces[i];
+    trajectory.times[piece.first_knot] = timing.times[as.first_knot];
+    for (Eigen::Index k = piece.first_knot, j = as.first_knot; k < piece.last_knot;) {  // segment by segment
+      const int segment = trajectory.segments[k + 1];
+      const Eigen::Index k_end = end_of(trajectory, piece, k, segment), j_end = end_of(timing, as, j, segment);
+      const double stretch = (timing.times[j_end] - timing.times[j]) / (times[k_end] - times[k]);
+      trajectory.times.segment(k + 1, k_end - k) = timing.times[j] + stretch * (times.segment(k + 1, k_end - k).array() - times[k]);
+      k = k_end;
+      j = j_end;
     }
   }
-  trajectory.times = times;
   return trajectory;
 }
 
