@@ -658,6 +658,7 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.friction_noise = 1; }), "planner.friction_noise: got 1, expected a share in [0, 1)");
   EXPECT_EQ(message([](auto& o) { o.rehearsed_share = 0; }), "planner.rehearsed_share: got 0, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.rehearsed_share = 1.5; }), "planner.rehearsed_share: got 1.5, expected a number in (0, 1]");
+  EXPECT_EQ(message([](auto& o) { o.funnel = -1; }), "planner.funnel: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.refined_fraction = 0.5; }),
             "planner.refined_fraction: got 0.5, expected a number in [0.9, 1]: tolerance_fraction or more");
   EXPECT_EQ(message([](auto& o) { o.edge_tilt = -1; }), "planner.edge_tilt: got -1, expected an angle in [0, π/2) [rad]");

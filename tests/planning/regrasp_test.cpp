@@ -102,6 +102,46 @@ TEST(FindPath, KeepsItsClearanceBetweenTheContacts) {
   EXPECT_GE(found, 15);
 }
 
+TEST(FindPath, AmongSeveralPlaces_KeepsItsClearanceAtEach) {
+  const auto model = load_model("allegro_ball");
+  const RobotChains chains(*model);
+  GeometryWorkspace work(*model);
+  std::vector<Eigen::VectorXd> places(3, allegro_start());
+  places[1][0] += 0.02;  // the ball, 20 mm from where the others have it
+  places[2][1] -= 0.02;
+  core::Random random(8, 0);
+  int found = 0;
+  for (int draw = 0; draw < 60 && found < 10; ++draw) {
+    const GraspDraw grasp = draw_grasp(chains, GenericSampler{}, random);
+    const auto sample = sample_contact(*model, chains, GenericSampler{}, grasp, places[0], random, work);
+    if (!sample) continue;
+    std::vector<Eigen::VectorXd> path;
+    const PathOptions options;
+    const Eigen::VectorXd start = places[0].tail(16);
+    if (find_path(*model, chains, sample->moved, places, start, sample->q_a, options, random, work, path) != PathOutcome::Found) continue;
+    ++found;
+    std::vector<double> least;  // gap over all places, along the path
+    Eigen::VectorXd from = start;
+    for (const auto& posture : path) {
+      for (int k = 1; k <= 25; ++k) {
+        double gap = std::numeric_limits<double>::infinity();
+        for (Eigen::VectorXd q : places) {
+          q.tail(16) = from + k / 25.0 * (posture - from);
+          gap = std::min(gap, gaps(*model, chains, sample->moved, q, work).first);
+        }
+        least.push_back(gap);
+      }
+      from = posture;
+    }
+    const auto free = [&](double gap) { return gap > 0.9 * options.clearance; };
+    const auto first = std::find_if(least.begin(), least.end(), free);
+    const auto last = std::find_if(least.rbegin(), least.rend(), free).base();
+    ASSERT_NE(first, least.end());
+    EXPECT_TRUE(std::all_of(first, last, free)) << "once clear at all places it stays so until it comes back";
+  }
+  EXPECT_GE(found, 10);
+}
+
 TEST(FitsCones, OnlyIfEveryForceDoes) {
   dynamics::Knot knot;
   EXPECT_TRUE(fits_cones(knot, 0.8)) << "no force";

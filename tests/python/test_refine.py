@@ -115,3 +115,24 @@ def test_arms_do_not_lean_on_each_other_where_the_task_says_so(stiction, root: P
             hardest[limit] = max(hardest[limit], hardest_brace(json.loads((tmp_path / "plan.json").read_text())))
     assert hardest[None] > 10, "without it they do"
     assert hardest[5] <= 5
+
+
+def test_funnel_is_part_of_a_plan_that_the_checker_accepts(stiction, root: Path, tmp_path: Path) -> None:
+    task = tmp_path / "funnel.yaml"
+    task.write_text(yaml.dump({"base": str(root / "tasks/planar_pushing.yaml"), "name": "funnel", "planner": {"funnel": 1}}))
+    appended = 0
+    for seed in range(3):
+        plan = tmp_path / str(seed)
+        assert stiction("plan", task, "--seed", seed, "-o", plan).returncode == 0
+        done = stiction("refine", plan, "--json")
+        assert done.returncode == 0, done.stderr
+        out = json.loads(done.stdout)
+        funnel = out["funnel"]
+        assert out["pushes"]["after"] >= funnel["pushes"]
+        assert ("pushes, from" in done.stderr) == (funnel["pushes"] > 0)
+        if funnel["pushes"] > 0:
+            assert funnel["after"] <= 0.5 * funnel["before"]
+        appended += funnel["pushes"] > 0
+        done = stiction("check", plan / "refined", "--json")
+        assert done.returncode == 0, done.stderr
+    assert appended >= 1

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -289,37 +290,54 @@ Eigen::VectorXd gap_gradient(const world::Model& model, const contact::Contact& 
   return out;
 }
 
-bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
-             GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
+bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance,
+             std::span<const Eigen::VectorXd> places, Eigen::VectorXd& q_a, GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path,
+             int rounds) {
   const int n_a = model.n_a();
   const auto joints = joint_flags(model, chains.joints_of(moving));
   chains.pairs_of(moving, work.pairs);
-  const std::vector<int> pairs = work.pairs;
+  const std::vector<int> all = work.pairs;
+  std::vector<int> objects;  // what does not change from place to place is looked at once
+  std::copy_if(all.begin(), all.end(), std::back_inserter(objects), [&](int pair) { return chains.touches_object(pair); });
   constexpr double kStep = 0.04;  // per round and joint, so that the straight line between rounds stays clear [rad or m]
-  for (int round = 0; round < 30; ++round) {
-    update_kinematics(model, q, work);
-    contact::query_pairs(model, work.kinematics, pairs, clearance, work.contact_work, work.contacts);
-    std::erase_if(work.contacts, [&](const auto& c) { return c.phi >= clearance; });
-    if (work.contacts.empty()) return true;
+  for (int round = 0; round < rounds; ++round) {
     // δ = argmin ‖δ‖² with every short gap brought to 1.5 × clearance: δ = Gᵀ(GGᵀ + ρI)⁻¹r
-    const auto m = static_cast<Eigen::Index>(work.contacts.size());
-    Eigen::MatrixXd G(n_a, m);
-    Eigen::VectorXd r(m);
-    for (Eigen::Index i = 0; i < m; ++i) {
-      const auto contact = work.contacts[static_cast<std::size_t>(i)];
-      gap_gradient(model, contact, joints, work, G.col(i));
-      r[i] = 1.5 * clearance - contact.phi;
+    Eigen::MatrixXd G(n_a, 0);
+    Eigen::VectorXd r;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      Eigen::VectorXd q = places[k];
+      q.tail(n_a) = q_a;
+      update_kinematics(model, q, work);
+      contact::query_pairs(model, work.kinematics, k == 0 ? all : objects, clearance, work.contact_work, work.contacts);
+      std::erase_if(work.contacts, [&](const auto& c) { return c.phi >= clearance; });
+      const Eigen::Index before = r.size(), m = static_cast<Eigen::Index>(work.contacts.size());
+      G.conservativeResize(Eigen::NoChange, before + m);
+      r.conservativeResize(before + m);
+      for (Eigen::Index i = 0; i < m; ++i) {
+        const auto contact = work.contacts[static_cast<std::size_t>(i)];
+        gap_gradient(model, contact, joints, work, G.col(before + i));
+        r[before + i] = 1.5 * clearance - contact.phi;
+      }
     }
+    if (r.size() == 0) return true;
     Eigen::MatrixXd S = G.transpose() * G;
     S.diagonal().array() += 1e-6;
     Eigen::VectorXd delta = G * S.ldlt().solve(r);
     const double largest = delta.cwiseAbs().maxCoeff();
     if (!(largest > 1e-9)) return false;
     delta *= std::min(1.0, kStep / largest);
-    q.tail(n_a) = (q.tail(n_a) + delta).cwiseMax(model.lower()).cwiseMin(model.upper());
-    path.push_back(q.tail(n_a));
+    q_a = (q_a + delta).cwiseMax(model.lower()).cwiseMin(model.upper());
+    path.push_back(q_a);
   }
   return false;
+}
+
+bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
+             GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
+  Eigen::VectorXd q_a = q.tail(model.n_a());
+  const bool clear = retreat(model, chains, moving, clearance, {&q, 1}, q_a, work, path);
+  q.tail(model.n_a()) = q_a;
+  return clear;
 }
 
 }  // namespace stiction::planning

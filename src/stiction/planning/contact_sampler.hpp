@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "stiction/contact/contact.hpp"
@@ -53,5 +54,13 @@ Eigen::VectorXd gap_gradient(const world::Model& model, const contact::Contact& 
 /// steps; true when that succeeded within joint limits. Appends each posture to `path` (full q_a).
 bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
              GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path);
+
+/// The same from objects of which each of `places` is one where they may be.
+/// @param places  configurations, of which those of the objects count (n_q each), at least one
+/// @param q_a     posture of the robot, changed in place (n_a)
+/// @param rounds  at most, of 0.04 rad or m each
+bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance,
+             std::span<const Eigen::VectorXd> places, Eigen::VectorXd& q_a, GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path,
+             int rounds = 30);
 
 }  // namespace stiction::planning

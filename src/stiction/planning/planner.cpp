@@ -1350,6 +1350,7 @@ void PlannerOptions::validate(const Model& model) const {
     core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
   if (rehearsed_share && !(*rehearsed_share > 0 && *rehearsed_share <= 1))
     core::throw_invalid("planner.rehearsed_share", fmt::format("{}", *rehearsed_share), "a number in (0, 1]");
+  core::require_nonnegative("planner.funnel", funnel);
   if (refined_fraction && !(*refined_fraction >= tolerance_fraction && *refined_fraction <= 1))
     core::throw_invalid("planner.refined_fraction", fmt::format("{}", *refined_fraction),
                         fmt::format("a number in [{}, 1]: tolerance_fraction or more", tolerance_fraction));

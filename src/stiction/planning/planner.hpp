@@ -130,6 +130,9 @@ struct PlannerOptions {
   /// Plans, and refined ones, are carried out in time by objects that have inertia (Rehearsal), which wherever commands rest are within this share of the
   /// tolerances of where the plan has them, in (0, 1]; without it that is not asked.
   std::optional<double> rehearsed_share;
+  /// Refined plans end with pushes that bring the objects to the goal from wherever they rest within so many tolerances of it (append_funnel), ≥ 0; 0: they do
+  /// not.
+  double funnel = 0;
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
   dynamics::StepOptions step_options() const;  ///< of every exact step of the plan

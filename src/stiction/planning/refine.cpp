@@ -18,6 +18,7 @@
 #include "stiction/planning/bounded_least_squares.hpp"
 #include "stiction/planning/drag.hpp"
 #include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/funnel.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/pushes.hpp"
 #include "stiction/planning/rehearsal.hpp"
@@ -128,6 +129,7 @@ class Refiner {
     out.plan = with_forces();
     out.variant = "unchanged";
     out.fine_error = goal_error(model_, given_.q, plan_.goal);
+    out.q_fine = given_.q;
     done += std::exchange(work_, {});
   }
 
@@ -149,6 +151,7 @@ class Refiner {
     built.error = goal_error(model_, end_of(built), plan_.goal);
     out_.plan = std::move(built);
     out_.fine_error = goal_error(model_, halves_.q, plan_.goal);
+    out_.q_fine = halves_.q;
     out_.variant = trial.name;
     out_.least_clearance = out_.reconnected > 0 ? least_clearance_ : 0.0;
     out = std::move(out_);
@@ -1024,7 +1027,13 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
     if (as_wanted) refined = std::move(in_small_steps);
   }
   const Status status = as_wanted || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
-  return finish(status, refined ? &*refined : nullptr);
+  const Status ended = finish(status, refined ? &*refined : nullptr);
+  if (options.funnel > 0 && ended == Status::Solved) {
+    out.funnel = append_funnel(model, out.q_fine, options, refine_options, quiet, crew.pool, out.plan);
+    out.steps += out.funnel.steps;
+    out.failed_steps += out.funnel.failed_steps;
+  }
+  return ended;
 }
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -14,22 +15,29 @@ namespace {
 using core::Status;
 using Posture = Eigen::VectorXd;
 
-/// Collision queries of the moving branches at a fixed object.
+/// Collision queries of the moving branches among objects at rest, wherever they may be.
 class FreeSpace {
  public:
-  FreeSpace(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q, double clearance,
-            GeometryWorkspace& work)
-      : model_(model), work_(work), q_(q), clearance_(clearance), joints_(chains.joints_of(moving)) {
+  FreeSpace(const world::Model& model, const RobotChains& chains, ChainMask moving, std::span<const Eigen::VectorXd> places,
+            double clearance, GeometryWorkspace& work)
+      : model_(model), work_(work), places_(places.begin(), places.end()), clearance_(clearance), joints_(chains.joints_of(moving)) {
     chains.pairs_of(moving, pairs_);
+    std::copy_if(pairs_.begin(), pairs_.end(), std::back_inserter(object_pairs_), [&](int pair) { return chains.touches_object(pair); });
   }
 
   const std::vector<int>& joints() const { return joints_; }
 
   /// Smallest gap minus the clearance.
   double room(const Posture& q_a) {
-    q_.tail(model_.n_a()) = q_a;
-    world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
-    return contact::calc_min_distance(model_, work_.kinematics, pairs_, clearance_, work_.contact_work) - clearance_;
+    double least = std::numeric_limits<double>::infinity();
+    for (Eigen::VectorXd& q : places_) {
+      const auto& pairs = &q == &places_.front() ? pairs_ : object_pairs_;  // the others are the same at all places
+      q.tail(model_.n_a()) = q_a;
+      world::calc_kinematics(model_, q, work_.kinematics_work, work_.kinematics);
+      least = std::min(least, contact::calc_min_distance(model_, work_.kinematics, pairs, clearance_, work_.contact_work) - clearance_);
+      if (least < 0) break;
+    }
+    return least;
   }
 
   /// The straight line is free. Advances by what the room at each posture allows: no point of the moving branches travels farther
@@ -54,10 +62,10 @@ class FreeSpace {
  private:
   const world::Model& model_;
   GeometryWorkspace& work_;
-  Eigen::VectorXd q_;
+  std::vector<Eigen::VectorXd> places_;
   double clearance_;
   std::vector<int> joints_;
-  std::vector<int> pairs_;
+  std::vector<int> pairs_, object_pairs_;
 };
 
 struct PathTree {
@@ -149,20 +157,18 @@ void shortcut(const PathOptions& options, core::Random& random, FreeSpace& space
 
 }  // namespace
 
-PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q,
-                      const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random, GeometryWorkspace& work,
-                      std::vector<Eigen::VectorXd>& path) {
+PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, std::span<const Eigen::VectorXd> places,
+                      const Eigen::VectorXd& q_a_start, const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random,
+                      GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
   path.clear();
-  Eigen::VectorXd q_start = q;
-  if (!retreat(model, chains, moving, options.clearance, q_start, work, path)) return PathOutcome::StartBlocked;
-  Eigen::VectorXd q_goal = q;
-  q_goal.tail(model.n_a()) = q_a_goal;
+  Posture start = q_a_start, goal = q_a_goal;
+  if (!retreat(model, chains, moving, options.clearance, places, start, work, path)) return PathOutcome::StartBlocked;
   std::vector<Posture> approach;
-  if (!retreat(model, chains, moving, options.clearance, q_goal, work, approach)) return PathOutcome::GoalBlocked;
+  if (!retreat(model, chains, moving, options.clearance, places, goal, work, approach)) return PathOutcome::GoalBlocked;
 
-  FreeSpace space(model, chains, moving, q, options.clearance * (1 - 1e-6), work);
+  FreeSpace space(model, chains, moving, places, options.clearance * (1 - 1e-6), work);
   std::vector<Posture> middle;
-  if (!connect(model, q_start.tail(model.n_a()), q_goal.tail(model.n_a()), options, random, space, middle)) return PathOutcome::NotFound;
+  if (!connect(model, start, goal, options, random, space, middle)) return PathOutcome::NotFound;
   shortcut(options, random, space, middle);
   path.insert(path.end(), middle.begin() + 1, middle.end());
   for (auto it = approach.rbegin(); it != approach.rend(); ++it) {
@@ -170,6 +176,12 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
   }
   path.push_back(q_a_goal);
   return PathOutcome::Found;
+}
+
+PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q,
+                      const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random, GeometryWorkspace& work,
+                      std::vector<Eigen::VectorXd>& path) {
+  return find_path(model, chains, moving, std::span(&q, 1), q.tail(model.n_a()), q_a_goal, options, random, work, path);
 }
 
 bool fits_cones(const dynamics::Knot& knot, double friction_scale) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "stiction/planning/contact_sampler.hpp"
@@ -30,6 +31,12 @@ struct PathOptions {
 PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q,
                       const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random, GeometryWorkspace& work,
                       std::vector<Eigen::VectorXd>& path);
+
+/// The same among objects of which each of `places` is one where they may be: nothing on the way touches them at any.
+/// @param places  configurations, of which those of the objects count (n_q each), at least one
+PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, std::span<const Eigen::VectorXd> places,
+                      const Eigen::VectorXd& q_a_start, const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random,
+                      GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path);
 
 /// All forces of a sub-step lie in friction cones with every μ times this. It is then the solution with those cones too: it stays feasible, since v_n ≥ μ‖v_t‖
 /// only gets weaker, and complementary.

@@ -254,7 +254,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "fidelity_path",
                     "tolerance_fraction",
                     "refined_fraction",
-                    "rehearsed_share"});
+                    "rehearsed_share",
+                    "funnel"});
   PlannerOptions out;
   if (const auto v = given(node, "seed")) {
     if (v->integer() < 0) v->fail("an integer ≥ 0");
@@ -335,6 +336,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   }
   if (const auto v = given(node, "refined_fraction")) out.refined_fraction = v->positive();
   if (const auto v = given(node, "rehearsed_share")) out.rehearsed_share = v->positive();
+  if (const auto v = given(node, "funnel")) out.funnel = v->nonnegative();
   try {
     out.validate(model);
   } catch (const core::InvalidInput& e) {
@@ -423,6 +425,7 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["tolerance_fraction"] = o.tolerance_fraction;
   if (o.refined_fraction) out["refined_fraction"] = *o.refined_fraction;
   if (o.rehearsed_share) out["rehearsed_share"] = *o.rehearsed_share;
+  out["funnel"] = o.funnel;
   return out.dump();
 }
 
