@@ -5,6 +5,10 @@
 
 namespace stiction::planning {
 
+/// Penetration and distance across which a force acts that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
+/// allows 1 mm.
+inline constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.95e-3;
+
 /// Largest distance across which a force acts after a step [m], which is the relaxation's (2.3.4) and not the world's: the distance of the pair itself,
 /// as the checker measures it. Over steps that turn things it is up to 0.2 mm more than Anitescu's linear gap φ + J_n δq; gaps below 0.4 mm are taken
 /// from that, unless an object moved by more than 20 mm or 0.02 rad or a contact slid by more than 3 mm.

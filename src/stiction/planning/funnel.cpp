@@ -48,8 +48,6 @@ constexpr double kOwnPlace = 0.5;
 constexpr double kTouch = 1e-3;
 /// Of steps of the search [J·s]: an iteration or two less.
 constexpr double kSearchComplementarity = 1e-7;
-/// In steps of the plan: the checker allows 1 mm [m].
-constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.95e-3;
 /// Keeps draws apart from those of other searches.
 constexpr std::uint64_t kFunnelSeed = 0xf0ee1;
 
@@ -94,17 +92,13 @@ class FunnelSearch {
         exact_(plan.step),
         rough_(options.step_options()),
         cuts_(std::max(1, static_cast<int>(std::lround(options.h / plan.step.h)))),
-        weights_(model_.n_vu()) {
+        weights_(inverse_tolerances(model_, goal_)) {
     for (int i = 0; i < pool.size(); ++i) workers_.emplace_back(model);
     exact_.smoothing = dynamics::Exact{};
     exact_.with_A = exact_.with_B = exact_.warm_start = false;
     rough_.friction_law = dynamics::FrictionLaw::Anitescu;  // half the time; what becomes of the plan is simulated by its own law
     rough_.warm_start = false;
     rough_.tol_complementarity = std::max(rough_.tol_complementarity, kSearchComplementarity);
-    for (int i = 0; i < model_.n_vu(); ++i) {
-      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-      weights_[i] = 1 / (revolute ? goal_.tol_angle : goal_.tol_position);
-    }
     const dynamics::Knot& end = plan.segments.back().knots.back();
     runs_.push_back({.q = end.q, .u = end.u, .half = false});
     runs_.push_back({.q = q_fine, .u = end.u, .half = true});
@@ -116,11 +110,13 @@ class FunnelSearch {
     if (scatter(home) && go_home()) {
       out.before = nearest_ = farthest();
       double gain = kGain;
-      for (int round = 0; round < kMostRounds && pushes_ < kMostPushes && farthest() > share_of_goal() && !control_.stop(); ++round) {
+      for (int round = 0;
+           round < kMostRounds && count_pushes(segments_.size()) < kMostPushes && farthest() > share_of_goal() && !control_.stop();
+           ++round) {
         gain = push(round, gain) ? kGain : std::min(gain + kLessGain, kLeastGain);
       }
       out.after = nearest_;
-      out.pushes = pushes_kept_;
+      out.pushes = count_pushes(kept_);
     }
     for (const Worker& worker : workers_) {
       out.steps += worker.done;
@@ -130,7 +126,7 @@ class FunnelSearch {
       out.pushes = 0;
       return out;
     }
-    segments_.resize(segments_kept_);
+    segments_.resize(kept_);
     std::move(segments_.begin(), segments_.end(), std::back_inserter(plan.segments));
     plan.error = goal_error(model_, plan.segments.back().knots.back().q, goal_);
     return out;
@@ -140,11 +136,10 @@ class FunnelSearch {
   // ---- places -------------------------------------------------------------------------------------------------------------------
   double share_of_goal() const { return options_.refined_fraction.value_or(options_.tolerance_fraction); }
 
+  static int count_pushes(std::size_t segments) { return static_cast<int>(segments / 2); }
+
   /// Distance of the object from the goal, in tolerances.
-  double share(const Place& q) const {
-    const GoalError error = goal_error(model_, q, goal_);
-    return std::max(error.position / goal_.tol_position, error.angle / goal_.tol_angle);
-  }
+  double share(const Place& q) const { return goal_error(model_, q, goal_).share(goal_); }
 
   /// (E.11)
   double sum_of_squares(const std::vector<Place>& places) const {
@@ -191,7 +186,6 @@ class FunnelSearch {
       if (rests && std::all_of(places_.begin(), places_.end(), [&](const Place& other) { return is_apart(q, other); }))
         places_.push_back(std::move(q));
     }
-    left_ = sum_of_squares(places_);
     return places_.size() > 1;
   }
 
@@ -262,16 +256,17 @@ class FunnelSearch {
     const ChainMask branches = draw_grasp(chains_, options_.sampler, random).moved;
     std::optional<std::size_t> first;
     Posture contact = u_;
-    for (ChainMask rest = branches; rest != 0; rest &= rest - 1) {
-      const ChainMask branch = rest & (~rest + 1);
+    for (int c = 0; c < chains_.size(); ++c) {
+      const ChainMask branch = branches & ChainMask{1} << c;
+      if (branch == 0) continue;
       const std::size_t place = !first || random.chance(kOwnPlace) ? draw_place(random) : *first;
       Place q = places_[place];
       set_posture(out.moving, contact, q);
       const auto sample = sample_contact(model_, chains_, options_.sampler, {branch, false}, q, random, worker.geometry);
-      if (!sample || is_deep(sample->q_a, branch, worker)) continue;
+      if (!sample || is_deep(sample->q_a, c, worker)) continue;
       set_posture(branch, sample->q_a, q);
-      if (!pushes_home(q, branch, worker)) continue;
-      for (const int j : chains_.joints_of(branch)) contact[j] = sample->q_a[j];
+      if (!pushes_home(q, c, worker)) continue;
+      for (const int j : chains_.joints(c)) contact[j] = sample->q_a[j];
       out.moving |= branch;
       if (!first) first = place;
     }
@@ -306,25 +301,21 @@ class FunnelSearch {
   }
 
   /// At some place a branch is too deep in the object.
-  bool is_deep(const Posture& q_a, ChainMask branch, Worker& worker) {
+  bool is_deep(const Posture& q_a, int branch, Worker& worker) {
     GeometryWorkspace& work = worker.geometry;
-    chains_.pairs_of(branch, work.pairs);
-    std::erase_if(work.pairs, [this](int pair) { return !chains_.touches_object(pair); });
     return std::any_of(places_.begin(), places_.end(), [&](Place q) {
-      set_posture(branch, q_a, q);
+      set_posture(ChainMask{1} << branch, q_a, q);
       world::calc_kinematics(model_, q, work.kinematics_work, work.kinematics);
-      return contact::any_nearer(model_, work.kinematics, work.pairs, -kDeep, work.contact_work);
+      return contact::any_nearer(model_, work.kinematics, chains_.object_pairs(branch), -kDeep, work.contact_work);
     });
   }
 
   /// A branch touches the object where that has to give way on its way to the goal.
-  bool pushes_home(const Place& q, ChainMask branch, Worker& worker) {
+  bool pushes_home(const Place& q, int branch, Worker& worker) {
     GeometryWorkspace& work = worker.geometry;
     const world::Pose X_GB = world::object_pose(model_, q_goal_, goal_.object) * world::object_pose(model_, q, goal_.object).inverse();
-    chains_.pairs_of(branch, work.pairs);
-    std::erase_if(work.pairs, [this](int pair) { return !chains_.touches_object(pair); });
     world::calc_kinematics(model_, q, work.kinematics_work, work.kinematics);
-    contact::query_pairs(model_, work.kinematics, work.pairs, kTouch, work.contact_work, work.contacts);
+    contact::query_pairs(model_, work.kinematics, chains_.object_pairs(branch), kTouch, work.contact_work, work.contacts);
     return std::any_of(work.contacts.begin(), work.contacts.end(), [&](const contact::Contact& c) {
       const auto& pair = model_.pairs()[static_cast<std::size_t>(c.pair)];
       const auto& a = model_.geometries()[static_cast<std::size_t>(pair.geometry_a)];
@@ -429,11 +420,9 @@ class FunnelSearch {
     u_ = drawn.commands.back();
     segments_.push_back(std::move(runs_.front().way));
     segments_.push_back(std::move(runs_.front().push));
-    ++pushes_;
     if (farthest() < nearest_) {
       nearest_ = farthest();
-      pushes_kept_ = pushes_;
-      segments_kept_ = segments_.size();
+      kept_ = segments_.size();
     }
     return true;
   }
@@ -523,15 +512,13 @@ class FunnelSearch {
   int cuts_;                             ///< steps of the plan for each of the search
   Eigen::VectorXd weights_;              ///< 1/tolerance (n_vu)
   Place q_goal_;
-  std::vector<Place> places_;  ///< where the object may be, with the robot as it then is; the first one is where the plan has it
-  double left_ = 0;            ///< (E.11) of them
-  Posture u_;                  ///< where the robot is
-  std::vector<Run> runs_;      ///< the plan in its own steps, and in half of them
-  std::vector<Segment> segments_;
-  int pushes_ = 0;
-  double nearest_ = 0;  ///< farthest place after the pushes that are kept
-  int pushes_kept_ = 0;
-  std::size_t segments_kept_ = 0;
+  std::vector<Place> places_;      ///< where the object may be, with the robot as it then is; the first one is where the plan has it
+  double left_ = 0;                ///< (E.11) of them
+  Posture u_;                      ///< where the robot is
+  std::vector<Run> runs_;          ///< the plan in its own steps, and in half of them
+  std::vector<Segment> segments_;  ///< the way home, then the way to each push and the push
+  std::size_t kept_ = 0;           ///< of them
+  double nearest_ = 0;             ///< farthest place after those
 };
 
 }  // namespace

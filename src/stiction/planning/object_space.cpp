@@ -145,6 +145,15 @@ void ObjectSpace::sample(const std::vector<SampleBox>& boxes, core::Random& rand
   }
 }
 
+Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal) {
+  Eigen::VectorXd out(model.n_vu());
+  for (int i = 0; i < model.n_vu(); ++i) {
+    const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+    out[i] = 1 / (revolute ? goal.tol_angle : goal.tol_position);
+  }
+  return out;
+}
+
 double largest_share(const world::Model& model, const Eigen::VectorXd& e, double position, double angle) {
   double share = 0;
   for (const auto& object : model.objects()) {

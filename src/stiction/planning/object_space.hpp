@@ -48,6 +48,9 @@ class ObjectSpace {
   int n_q_ = 0, n_v_ = 0;
 };
 
+/// 1/tolerance of the goal per coordinate of the objects (n_vu) [1/m or 1/rad].
+Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal);
+
 /// Worst displacement of an object in e (n_vu, tangent) as a share of the given distance [m] and angle [rad].
 double largest_share(const world::Model& model, const Eigen::VectorXd& e, double position, double angle);
 

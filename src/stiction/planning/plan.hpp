@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -40,6 +41,8 @@ void project(const world::Model& model, const GoalRegion& region, Eigen::Ref<Eig
 struct GoalError {
   double position = 0;  ///< [m]
   double angle = 0;     ///< [rad], geodesic
+  /// The larger one, in tolerances of the goal.
+  double share(const Goal& goal) const { return std::max(position / goal.tol_position, angle / goal.tol_angle); }
   bool within(const Goal& goal) const { return position <= goal.tol_position && angle <= goal.tol_angle; }
 };
 GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal);

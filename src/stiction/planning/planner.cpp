@@ -724,14 +724,7 @@ class Planner final : public Growth {
   }
 
   /// Per coordinate of the objects, 1/tolerance of the goal.
-  Eigen::VectorXd inverse_tolerances() const {
-    Eigen::VectorXd weights(model_.n_vu());
-    for (int i = 0; i < model_.n_vu(); ++i) {
-      const bool revolute = model_.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-      weights[i] = 1 / (revolute ? problem_.goal.tol_angle : problem_.goal.tol_position);
-    }
-    return weights;
-  }
+  Eigen::VectorXd inverse_tolerances() const { return planning::inverse_tolerances(model_, problem_.goal); }
 
   /// 1 per coordinate that a goal region bounds, else 0: all three of a rotation when it bounds one of roll, pitch and yaw.
   Eigen::VectorXd bounded_coordinates(const GoalRegion& region) const {
@@ -1064,10 +1057,7 @@ class Planner final : public Growth {
   }
 
   // ---- the path ------------------------------------------------------------------------------------------------------------
-  double goal_ratio(const Eigen::VectorXd& q) const {
-    const GoalError error = goal_error(model_, q, problem_.goal);
-    return std::max(error.position / problem_.goal.tol_position, error.angle / problem_.goal.tol_angle);
-  }
+  double goal_ratio(const Eigen::VectorXd& q) const { return goal_error(model_, q, problem_.goal).share(problem_.goal); }
 
   /// At the goal at both resolutions, from all disturbed starts; then the path is kept. A regrasp serves nothing at the end, and is cut off there.
   bool reaches_goal(int node, Worker& worker) {
@@ -1429,10 +1419,6 @@ double seconds_since(core::RunControl::Clock::time_point start) {
   return std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
 }
 
-double worst_share(const Plan& plan) {
-  return std::max(plan.error.position / plan.goal.tol_position, plan.error.angle / plan.goal.tol_angle);
-}
-
 /// What a tree reports, as part of a run that had so many extensions before it.
 void place_in_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start, long before,
                   core::Progress& progress) {
@@ -1586,7 +1572,7 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
   core::RunControl following = control;
   if (control.on_progress) {
     following.on_progress = [&](core::Progress progress) {
-      progress.best = worst_share(best.plan);
+      progress.best = best.plan.error.share(best.plan.goal);
       progress.cost = best.cost;
       place_in_run(options, control, start, best.iterations, progress);
       control.on_progress(progress);

@@ -30,9 +30,6 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// Penetration and distance across which a force acts that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
-/// allows 1 mm.
-constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.95e-3;
 /// A push that ends farther than this from where it did in the plan, in tolerances of the goal, is not made good by those after it.
 constexpr double kLost = 2;
 /// On its way it is given up farther away than this.
@@ -678,8 +675,7 @@ class Refiner {
     mpc_.threads = crew_.pool.size();
     mpc_.qp_tolerance = 1e-3;  // the step is judged by the dynamics
     mpc_.weights.Qd = Eigen::VectorXd::Zero(model_.n_v());
-    weights_.resize(model_.n_vu());
-    for (int i = 0; i < model_.n_vu(); ++i) weights_[i] = 1 / (revolute(i) ? plan_.goal.tol_angle : plan_.goal.tol_position);
+    weights_ = inverse_tolerances(model_, plan_.goal);
     mpc_.weights.Qd.head(model_.n_vu()) = weights_.cwiseAbs2();
     mpc_.weights.Q = kWay * mpc_.weights.Qd;
     limits_.resize(model_.n_a());
