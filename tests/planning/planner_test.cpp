@@ -76,6 +76,25 @@ TEST(Planner, Plan_SurvivesNoiseInItsCommands) {
   }
 }
 
+TEST(Planner, RefinedFraction_IsWhereHalfTheSubStepsMayEnd) {
+  const PlanningProblem problem = hand_problem();
+  PlannerOptions options = hand_options();
+  options.tolerance_fraction = 0.02;
+  options.refined_fraction = 0.3;
+  int farther = 0;
+  for (options.seed = 0; options.seed < 6; ++options.seed) {
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved) << "seed " << options.seed;
+    const auto share = [&](int parts) {
+      return goal_error(*problem.model, simulate(problem, result.plan, parts), problem.goal).share(problem.goal);
+    };
+    EXPECT_LE(share(1), options.tolerance_fraction + 1e-9);
+    EXPECT_LE(share(2), *options.refined_fraction);
+    farther += share(2) > options.tolerance_fraction;
+  }
+  EXPECT_GT(farther, 0);
+}
+
 TEST(Planner, EdgesThatDisagree_AreBuiltOnUpToWhereTheyDo) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();

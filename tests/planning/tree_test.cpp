@@ -99,6 +99,20 @@ TEST(Tree, NodesToPushOnFrom_AreThoseNearTheGoalMoreOften) {
   EXPECT_GT(taken[0], 0) << "what is tried often wears, and all get their turn";
 }
 
+TEST(Tree, FollowedNode_ComesBackAsFarAsItIsByThat) {
+  RandomTree t("planar_pushing");
+  const int nearest = t.tree.take_for_push();
+  Followed followed;
+  followed.q_fine = t.tree[nearest].q;
+  t.tree.set_followed(nearest, followed, 20, 1000);
+  EXPECT_FALSE(t.tree[nearest].followed.empty());
+  EXPECT_EQ(t.tree[nearest].goal_ratio, 20);
+  EXPECT_EQ(t.tree[nearest].goal_distance, 1000);
+  int again = 0;
+  for (int k = 0; k < 400; ++k) again += t.tree.take_for_push() == nearest;
+  EXPECT_LE(again, 1);  // it was in the queue as near as it had seemed
+}
+
 TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   RandomTree t("planar_pushing");
   const int first = t.tree.nearest(t.goal);

@@ -109,7 +109,7 @@ def test_arms_do_not_lean_on_each_other_where_the_task_says_so(stiction, root: P
         task = tmp_path / "task.yaml"
         task.write_text(yaml.safe_dump({"base": str(root / "tasks/iiwa_bimanual.yaml"), "planner": {"brace_force": limit}}))
         hardest[limit] = 0
-        for seed in range(4):
+        for seed in (6, 7, 10, 12):  # of 0 to 15 those whose plans lean without it
             done = stiction("plan", task, "--seed", seed, "-o", tmp_path)
             assert done.returncode == 0, done.stderr
             hardest[limit] = max(hardest[limit], hardest_brace(json.loads((tmp_path / "plan.json").read_text())))

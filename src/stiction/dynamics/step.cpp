@@ -366,13 +366,14 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
 }
 
-/// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with all that a fall may reach
-/// it is one by which more plans seem to hold (docs/decisions/0013-plans-that-hold.md).
+/// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with all contacts of objects that a
+/// fall may reach it is one by which more plans seem to hold (docs/decisions/0016-the-box-with-margins.md).
 /// @param fall  what gravity can move an object by in the step when nothing holds it [m]
-void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall, StepWorkspace::Impl& work) {
+void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall,
+                          StepWorkspace::Impl& work) {
   const double near_object = kNearContact + (coulomb ? fall : 0) + kMotionShare * commanded_motion(model, in);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const bool self = !coulomb && work.self_contact[at(work.contacts[i].pair)] != 0;
+    const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
     work.included[i] = self ? least_commanded_gap(model, options, i, work) < kNearContact : work.contacts[i].phi < near_object;
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {

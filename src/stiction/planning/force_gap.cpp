@@ -41,4 +41,12 @@ double calc_penetration(const dynamics::StepResult& step) {
   return depth;
 }
 
+double calc_penetration(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
+  double depth = 0;
+  for (const auto& c : work.contacts) depth = std::max(depth, -c.phi);
+  return depth;
+}
+
 }  // namespace stiction::planning

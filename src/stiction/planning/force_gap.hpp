@@ -17,5 +17,7 @@ double calc_force_gap(const world::Model& model, const dynamics::Knot& knot, Geo
 
 /// Deepest penetration at the start of a step [m], ≥ 0.
 double calc_penetration(const dynamics::StepResult& step);
+/// The same at q itself.
+double calc_penetration(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work);
 
 }  // namespace stiction::planning

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -51,6 +52,7 @@ constexpr int kDraws = 30;
 constexpr double kNoise = 1e-6;
 /// What gravity from aside is given time to move: steps for which the last command of an edge is held.
 constexpr int kTiltHeld = 3;
+constexpr double kRests = 1e-3;  // … or until the objects move by less in a step, in tolerances
 /// No edge of a path: it got where it was to go.
 constexpr int kOnPath = -1;
 /// Extensions in a row towards one subgoal.
@@ -515,7 +517,11 @@ class Planner final : public Growth {
       if (left.q.size() > 0 && complete(first ? near : chain.back(), item, worker, left)) chain.push_back(std::move(left));
       return false;
     }
-    if (item.to_goal && std::max(goal_ratio(last.q), goal_ratio(last.followed.q_fine)) <= options_.tolerance_fraction) return false;
+    if (item.to_goal && goal_ratio(last.q) <= options_.tolerance_fraction) {
+      // It is there, or the two resolutions are too far apart for one more push to bring both there.
+      if (goal_ratio(last.followed.q_fine) <= fine_fraction()) return false;
+      if (share_of_tolerances(last.q, last.followed.q_fine) > options_.tolerance_fraction + fine_fraction()) return false;
+    }
     item.taken = chain.size();
     Node next;
     Eigen::VectorXd command;
@@ -640,7 +646,7 @@ class Planner final : public Growth {
     const Eigen::VectorXd most = options_.start_noise * inverse_tolerances().cwiseInverse();
     Eigen::VectorXd error = Eigen::VectorXd::Zero(model_.n_v());
     const Eigen::Index n = node.commands.cols(), held = n > 0 && options_.edge_tilt > 0 ? kTiltHeld : 0;
-    for (Eigen::Index i = 0; i < disturbed.cols(); ++i) {
+    for (const Eigen::Index i : farthest_first(parent, disturbed)) {
       Eigen::VectorXd q = disturbed.col(i);
       if (starts_push(parent, node)) {
         core::Random random(options_.seed ^ kDisturbanceSeed, static_cast<std::uint64_t>(kDisturbances * parent.pushes + i / 2));
@@ -656,12 +662,26 @@ class Planner final : public Growth {
           ++totals.failed_steps;
           return false;
         }
+        const bool rests = k >= n && share_of_tolerances(q, worker.step_result.q_next) < kRests;
         q = worker.step_result.q_next;
+        if (rests) break;
       }
       if (share_of_tolerances(node.q, q) > 1) return false;
       disturbed.col(i) = q;
     }
     return true;
+  }
+
+  /// Disturbed paths in the order in which they are likely to go elsewhere.
+  std::array<Eigen::Index, kDisturbances> farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const {
+    std::array<double, kDisturbances> off{};
+    std::array<Eigen::Index, kDisturbances> order{};
+    for (Eigen::Index i = 0; i < kDisturbances; ++i) {
+      order[static_cast<std::size_t>(i)] = i;
+      off[static_cast<std::size_t>(i)] = share_of_tolerances(node.q, disturbed.col(i));
+    }
+    std::ranges::stable_sort(order, std::greater<>{}, [&off](Eigen::Index i) { return off[static_cast<std::size_t>(i)]; });
+    return order;
   }
 
   /// Worst displacement of an object between two configurations, in tolerances of the goal.
@@ -676,7 +696,7 @@ class Planner final : public Growth {
       if (item.distrusted) item.chain.clear();
       return;
     }
-    tree_.set_followed(item.refined, std::move(item.near_followed));
+    set_followed(item.refined, std::move(item.near_followed));
     if (!item.distrusted) return;
     tree_.bury(item.refined);
     ++totals_.distrusted;
@@ -873,6 +893,7 @@ class Planner final : public Growth {
     };
     r.knots.erase(std::find_if(r.knots.begin(), r.knots.end(), bad), r.knots.end());
     if (r.knots.empty() || r.min_phi < -kMaxPenetration) return false;
+    if (calc_penetration(model_, r.knots.back().q, worker.geometry) > kMaxFinePenetration) return false;  // where no step has looked yet
     to.q = r.knots.back().q;
     to.u = r.knots.back().u;
     set_edge(r.knots, model_, to);
@@ -1024,8 +1045,7 @@ class Planner final : public Growth {
 
   /// @param taken  the node was extended towards the goal already
   int insert(Node node, bool taken) {
-    node.goal_ratio = goal_ratio(node.q);
-    node.goal_distance = distance(node.q, goal_from(node.q.head(model_.n_qu()))) + options_.stray_weight * strayed(node.q);
+    std::tie(node.goal_ratio, node.goal_distance) = how_far(node.q, node.followed);
     const double ratio = node.goal_ratio;
     if (node.goal_distance < kGain * least_distance_) {
       least_distance_ = node.goal_distance;
@@ -1036,6 +1056,26 @@ class Planner final : public Growth {
     const int i = tree_.add(std::move(node), goal, taken);
     if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
     return i;
+  }
+
+  /// Node::goal_ratio and goal_distance: of the farther of the two resolutions, once both are known.
+  std::pair<double, double> how_far(const Eigen::VectorXd& q, const Followed& followed) const {
+    const double ratio = goal_ratio(q), distance = goal_distance(q);
+    if (followed.empty()) return {ratio, distance};
+    return {std::max(ratio, goal_ratio(followed.q_fine)), std::max(distance, goal_distance(followed.q_fine))};
+  }
+
+  double goal_distance(const Eigen::VectorXd& q) const {
+    return distance(q, goal_from(q.head(model_.n_qu()))) + options_.stray_weight * strayed(q);
+  }
+
+  void set_followed(int i, Followed followed) {
+    const auto [ratio, distance] = how_far(tree_[i].q, followed);
+    tree_.set_followed(i, std::move(followed), ratio, distance);
+    if (i != best_) return;
+    for (int k = 0; k < tree_.size(); ++k) {
+      if (tree_[k].goal_ratio < tree_[best_].goal_ratio) best_ = k;
+    }
   }
 
   /// Distance of the objects from where an item wants them, in tolerances of the goal: all coordinates count, so that an object that is
@@ -1057,12 +1097,15 @@ class Planner final : public Growth {
   }
 
   // ---- the path ------------------------------------------------------------------------------------------------------------
+  /// Of the tolerances of the goal, for what half the sub-steps come to: refinement leads it to the plan.
+  double fine_fraction() const { return options_.refined_fraction.value_or(options_.tolerance_fraction); }
+
   double goal_ratio(const Eigen::VectorXd& q) const { return goal_error(model_, q, problem_.goal).share(problem_.goal); }
 
   /// At the goal at both resolutions, from all disturbed starts; then the path is kept. A regrasp serves nothing at the end, and is cut off there.
   bool reaches_goal(int node, Worker& worker) {
     if (tree_[node].edge == SegmentKind::Regrasp) return false;
-    if (tree_[node].goal_ratio > options_.tolerance_fraction) return false;
+    if (goal_ratio(tree_[node].q) > options_.tolerance_fraction) return false;
     if (refines() && !follow_to_goal(node, worker)) return false;
     const std::vector<int> path = tree_.path_to(node);
     if (refines() && !(survives_noise(path, worker) && survives_rehearsal(node, worker))) return false;
@@ -1077,13 +1120,13 @@ class Planner final : public Growth {
       const Node& parent = tree_[tree_[node].parent];
       holds = refine(parent, parent.followed, tree_[node], worker, totals_, followed);
     }
-    if (holds && goal_ratio(followed.q_fine) > options_.tolerance_fraction) {
-      tree_.set_followed(node, std::move(followed));
+    if (holds && goal_ratio(followed.q_fine) > fine_fraction()) {
+      set_followed(node, std::move(followed));
       return false;
     }
     for (const auto& q : followed.disturbed.colwise()) holds = holds && goal_ratio(q) <= 1;
     if (holds) {
-      tree_.set_followed(node, std::move(followed));
+      set_followed(node, std::move(followed));
     } else {
       tree_.bury(node);
       ++totals_.distrusted;
@@ -1117,7 +1160,7 @@ class Planner final : public Growth {
       if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
       if (!whole) return lost(path.back());
     }
-    return goal_ratio(q) <= options_.tolerance_fraction ? kOnPath : lost(path.back());
+    return goal_ratio(q) <= fine_fraction() ? kOnPath : lost(path.back());
   }
 
   bool rehearses() const { return refines() && options_.rehearsed_share.has_value(); }

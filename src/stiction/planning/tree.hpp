@@ -88,7 +88,13 @@ class Tree {
     nodes_[static_cast<std::size_t>(i)].unsupported = true;
     places_.remove(i);
   }
-  void set_followed(int i, Followed followed) { nodes_[static_cast<std::size_t>(i)].followed = std::move(followed); }
+  /// What came of following a node, and how far it is from the goal by that.
+  void set_followed(int i, Followed followed, double goal_ratio, double goal_distance) {
+    Node& node = nodes_[static_cast<std::size_t>(i)];
+    node.followed = std::move(followed);
+    node.goal_ratio = goal_ratio;
+    node.goal_distance = goal_distance;
+  }
 
   /// Takes a node out of every later search; it must have no children.
   void bury(int i);
