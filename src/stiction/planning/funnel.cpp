@@ -110,8 +110,8 @@ class FunnelSearch {
     if (scatter(home) && go_home()) {
       out.before = nearest_ = farthest();
       double gain = kGain;
-      for (int round = 0;
-           round < kMostRounds && count_pushes(segments_.size()) < kMostPushes && farthest() > share_of_goal() && !control_.stop();
+      for (int round = 0; round < kMostRounds && count_pushes(segments_.size()) < kMostPushes &&
+                          farthest() > options_.share_when_refined() && !control_.stop();
            ++round) {
         gain = push(round, gain) ? kGain : std::min(gain + kLessGain, kLeastGain);
       }
@@ -134,7 +134,6 @@ class FunnelSearch {
 
  private:
   // ---- places -------------------------------------------------------------------------------------------------------------------
-  double share_of_goal() const { return options_.refined_fraction.value_or(options_.tolerance_fraction); }
 
   static int count_pushes(std::size_t segments) { return static_cast<int>(segments / 2); }
 

@@ -519,8 +519,8 @@ class Planner final : public Growth {
     }
     if (item.to_goal && goal_ratio(last.q) <= options_.tolerance_fraction) {
       // It is there, or the two resolutions are too far apart for one more push to bring both there.
-      if (goal_ratio(last.followed.q_fine) <= fine_fraction()) return false;
-      if (share_of_tolerances(last.q, last.followed.q_fine) > options_.tolerance_fraction + fine_fraction()) return false;
+      if (goal_ratio(last.followed.q_fine) <= options_.share_when_refined()) return false;
+      if (share_of_tolerances(last.q, last.followed.q_fine) > options_.tolerance_fraction + options_.share_when_refined()) return false;
     }
     item.taken = chain.size();
     Node next;
@@ -1097,8 +1097,6 @@ class Planner final : public Growth {
   }
 
   // ---- the path ------------------------------------------------------------------------------------------------------------
-  /// Of the tolerances of the goal, for what half the sub-steps come to: refinement leads it to the plan.
-  double fine_fraction() const { return options_.refined_fraction.value_or(options_.tolerance_fraction); }
 
   double goal_ratio(const Eigen::VectorXd& q) const { return goal_error(model_, q, problem_.goal).share(problem_.goal); }
 
@@ -1120,7 +1118,7 @@ class Planner final : public Growth {
       const Node& parent = tree_[tree_[node].parent];
       holds = refine(parent, parent.followed, tree_[node], worker, totals_, followed);
     }
-    if (holds && goal_ratio(followed.q_fine) > fine_fraction()) {
+    if (holds && goal_ratio(followed.q_fine) > options_.share_when_refined()) {
       set_followed(node, std::move(followed));
       return false;
     }
@@ -1160,7 +1158,7 @@ class Planner final : public Growth {
       if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
       if (!whole) return lost(path.back());
     }
-    return goal_ratio(q) <= fine_fraction() ? kOnPath : lost(path.back());
+    return goal_ratio(q) <= options_.share_when_refined() ? kOnPath : lost(path.back());
   }
 
   bool rehearses() const { return refines() && options_.rehearsed_share.has_value(); }

@@ -133,6 +133,8 @@ struct PlannerOptions {
   /// Refined plans end with pushes that bring the objects to the goal from wherever they rest within so many tolerances of it (append_funnel), ≥ 0; 0: they do
   /// not.
   double funnel = 0;
+  /// Share of the tolerances at which refined plans, and what half the sub-steps of a plan come to, are at the goal.
+  double share_when_refined() const { return refined_fraction.value_or(tolerance_fraction); }
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
   dynamics::StepOptions step_options() const;  ///< of every exact step of the plan

@@ -140,7 +140,7 @@ class Refiner {
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
     came_through_ = build(*trial.pushes, built);
-    const bool good = came_through_ && reaches_goal(built, halves_, goal_share()) && rehearses(built);
+    const bool good = came_through_ && reaches_goal(built, halves_, options_.share_when_refined()) && rehearses(built);
     turn_ = nullptr;
     broke_soon_ = broke_soon_ && cost(work_.steps) <= kLittleHope;
     done += std::exchange(work_, {});
@@ -344,8 +344,6 @@ class Refiner {
   }
 
   // ---- simulated anew ------------------------------------------------------------------------------------------------------------
-  /// Of the tolerances of the goal, within which a refined plan has to end.
-  double goal_share() const { return options_.refined_fraction.value_or(options_.tolerance_fraction); }
 
   /// Asked to, or nothing depends on what is tried any more.
   bool stop() const { return control_.stop() || (turn_ != nullptr && turn_->over()); }
@@ -505,7 +503,7 @@ class Refiner {
     const Eigen::VectorXd q_before = q_, u_before = u_;
     const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
     const Eigen::VectorXd& q_target = last ? q_goal_ : q_planned;
-    const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.q, run.halves, goal_share()) : run.missed <= kLost; };
+    const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.q, run.halves, options_.share_when_refined()) : run.missed <= kLost; };
     std::vector<Way> ways(kFeedback.size());
     for (const bool rests : {true, false}) {
       if (rests && !trial_->rest) continue;
