@@ -90,6 +90,7 @@ def main():
         "",
         "* `step_exact/TASK`, `step_exact_B/TASK`, `step_smoothed_B/TASK`: one step with kinematics and contacts, and B where the name says so, at states",
         "  with active contacts along plans of the task. Cold, that is without anything kept from another step; `/warm` rows follow the step before.",
+        "* `step_coulomb/TASK`: the exact step that the plans of a task with Coulomb's law are made of, always cold.",
         "* `step_smoothed_AB/…`: the same with A and B. `randomized_100/…`: a first-order randomised local model, 100 samples on all threads.",
         "* `stacking_69dof/step`: ten boxes, arm and gripper along the published motion at h = 0.1 s. `scaling_contacts/N`: one body on N feet;",
         "  `scaling_bodies/N`: a tower of N boxes, four contacts each. contacts: median number of candidates of a step.",

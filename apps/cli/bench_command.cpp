@@ -219,9 +219,11 @@ class Bench {
       const char* prefix;
       bool main_row, smoothed, with_A, with_B;
       const Reference* reference;
+      bool coulomb = false;
     };
     const Reference none;
     const Kind kinds[] = {{"step_exact/", true, false, false, false, &none},
+                          {"step_coulomb/", true, false, false, false, &none, true},
                           {"step_exact_B/", false, false, false, true, &entry.exact_B},
                           {"step_smoothed/", false, true, false, false, &none},
                           {"step_smoothed_B/", false, true, false, true, &entry.smoothed_B},
@@ -232,9 +234,10 @@ class Bench {
     for (const auto& kind : kinds) {
       for (const bool warm : {false, true}) {
         const std::string name = std::string(kind.prefix) + entry.task + (warm ? "/warm" : "");
-        if (!wanted(name) || (main_rows_only && (warm || !kind.main_row))) continue;
-        if (!task) {
-          task = tasks::load_task(entry.task, dirs_);
+        if (!wanted(name) || (main_rows_only && (warm || !kind.main_row)) || (kind.coulomb && warm)) continue;
+        if (!task) task = tasks::load_task(entry.task, dirs_);
+        if (kind.coulomb && task->options.friction_law != dynamics::FrictionLaw::Coulomb) continue;
+        if (!scenario.model) {
           step_options.h = task->options.h;
           step_options.regularisation = task->options.regularisation;
           scenario = {task->model, contact_rich_states(*task, step_options, main_rows_only ? kShortPlan_s : kPlanTimeout_s, line_)};
@@ -244,7 +247,7 @@ class Bench {
           core::throw_invalid("bench", fmt::format("no state in contact on a plan of '{}'", entry.task), "at least one");
         }
         line_.show("timing " + name);
-        dynamics::StepOptions options = step_options;
+        dynamics::StepOptions options = kind.coulomb ? task->options.step_options() : step_options;
         options.with_A = kind.with_A;
         options.with_B = kind.with_B;
         if (kind.smoothed) options.smoothing = task->options.smoothing;

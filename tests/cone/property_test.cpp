@@ -1,7 +1,10 @@
 // Random problems: every answer is checked against residuals recomputed from the raw matrices.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
+#include <vector>
 
 #include "cone/random_problem.hpp"
 
@@ -77,6 +80,35 @@ TEST(ConeProperty, TheTightestTolerance_IsMet) {
   random.mass_decades = 2;
   const Count count = check_range(300001, 500, Mode::Exact, random, 1e-12);
   EXPECT_GT(count.solved, 450);
+}
+
+/// Shifts come to ‖(w₁, w₂)‖ (docs/theory/cone.md, eq. 18), nearer and sooner as the corrector looks ahead (eq. 19): without that the median is 1.0e-3, after 17.2
+/// iterations.
+TEST(ConeProperty, ShiftByTangent_LooksAhead) {
+  RandomOptions random;
+  random.deep = 0;
+  random.mass_decades = 2;
+  random.planar = false;
+  Options options;
+  options.shift_by_tangent = true;
+  options.sensitivities = false;
+  Result result;
+  std::vector<double> off;  // worst of each problem
+  int iterations = 0;
+  for (std::uint64_t seed = 400001; seed <= 400500; ++seed) {
+    const Problem problem = make_random(seed, random).make();
+    Workspace work(problem.layout_ptr());
+    if (solve(problem, options, work, result) != Status::Solved) continue;
+    iterations += result.iterations;
+    double& worst = off.emplace_back(0);
+    for (Eigen::Index i = 0; i < result.shift_cone.size(); ++i)
+      worst = std::max(worst, std::abs(result.shift_cone[i] - result.w_cone.col(i).tail<2>().norm()));
+  }
+  const auto n = static_cast<std::ptrdiff_t>(off.size());
+  EXPECT_GT(n, 480);
+  std::nth_element(off.begin(), off.begin() + n / 2, off.end());
+  EXPECT_LT(off[static_cast<std::size_t>(n / 2)], 7.5e-4);
+  EXPECT_LT(iterations, 16.5 * static_cast<double>(n));
 }
 
 }  // namespace

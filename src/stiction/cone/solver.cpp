@@ -35,8 +35,9 @@ constexpr double kCareful = 0.1;           // the neighbourhood of the careful a
 constexpr double kShort = 0.1;             // a corrected step below this is not worth taking: centre instead
 constexpr double kBackUp = 10;             // by this
 constexpr double kCentreTolerance = 1e-7;  // relative, of the centred end point in Exact mode
-constexpr double kShiftEnd = 1e-7;         // shifts follow the iterates until the mean of wᵀz/θ passes this
+constexpr double kShiftEnd = 1e-6;         // shifts follow the iterates until the mean of wᵀz/θ passes this
 constexpr int kShiftIterations = 30;       // … or for so many iterations
+constexpr double kShiftAhead = 0.8;        // where on the way of the predictor the corrector's shifts are read: at its end they overshoot
 constexpr double kShiftSlack = 0.5;        // a shift that becomes less takes at most this part of the slack from w, the rest from r_p
 constexpr double kExactEnd = 0.05;         // that point is at this part of the tolerance
 
@@ -91,7 +92,9 @@ class Attempt {
   double calc_direction(double t, bool corrector, double reduction);
   double shorten(double alpha, double t);
   void move(double alpha, double reduction);
+  void release_residual();
   void follow_tangents();
+  void anticipate_tangents(double alpha);
   bool measure();
   bool prove_infeasible();
   bool step();
@@ -110,7 +113,8 @@ class Attempt {
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;
-  bool centred_ = false;  // the last step was a centring step of good length
+  bool centred_ = false;    // the last step was a centring step of good length
+  bool following_ = false;  // shifts follow the iterates
 };
 
 template <int R>
@@ -562,6 +566,7 @@ bool Attempt::step() {
   if (plain) {
     alpha = shorten(affine, t_end_);
   } else {
+    if (following_) anticipate_tangents(kShiftAhead * affine);
     const double left = 1 - std::min(1.0, largest_affine);
     double t = t_end_ + left * std::sqrt(left) * (t_ - t_end_);  // exponent 1.5: measured best of 0.8 … 3
     alpha = std::min(1.0, kToBoundary * calc_direction(t, true, 1.0));
@@ -659,12 +664,19 @@ void Attempt::remember_z() {
   });
 }
 
-/// Shift ← ‖(w₁, w₂)‖ in every cone (eq. 18). What it grows by, w₀ grows by as well: the point stays where it is in the interior, and feasible.
-/// What it shrinks by is taken from w₀ as far as the slack allows, and is primal residual for the rest.
-void Attempt::follow_tangents() {
+/// Stores r_p itself, primal_ = 1.
+void Attempt::release_residual() {
   for_each_group([&]<int R>(Group<R>& group) {
     for (auto& r : group.r_p) r *= all(primal_);
   });
+  primal_ = 1.0;
+}
+
+/// Shift ← ‖(w₁, w₂)‖ in every cone (eq. 18). What it grows by, w₀ grows by as well: the point stays where it is in the interior, and feasible.
+/// What it shrinks by is taken from w₀ as far as the slack allows, and is primal residual for the rest.
+void Attempt::follow_tangents() {
+  const bool feasible = primal_ == 0;
+  release_residual();
   V4 off{};
   each_group(s_.cones, [&off](Group<3>& group) {
     const V4 tangent = sqrt(group.w[1] * group.w[1] + group.w[2] * group.w[2]);
@@ -676,7 +688,23 @@ void Attempt::follow_tangents() {
     group.r_p[0] += taken - change;
     off = max(off, abs(group.r_p[0]));
   });
-  primal_ = primal_ != 0 || largest(off) > 0 ? 1.0 : 0.0;
+  if (feasible && !(largest(off) > 0)) primal_ = 0.0;
+}
+
+/// Shift ← ‖(w₁, w₂)‖ where the predictor, now in u, is after a step α, in every cone: the corrector goes for what its own step will ask for. The point and
+/// its scaling stay; what the shift changes by is primal residual.
+void Attempt::anticipate_tangents(double alpha) {
+  release_residual();
+  each_group(s_.cones, [alpha](Group<3>& group) {
+    const auto du = apply<-1>(group.v, load_element<3>(group.u));
+    const V4 r = group.ratio * alpha;
+    const V4 w1 = group.w[1] + r * du.e[1], w2 = group.w[2] + r * du.e[2];
+    const V4 change = (sqrt(w1 * w1 + w2 * w2) - group.shift) * group.live;
+    group.shift += change;
+    group.g[0] += change;
+    group.r_p[0] -= change;
+  });
+  for_each_group([]<int R>(Group<R>& group) { scale_primal_residual<R>(group, 1.0); });
 }
 
 Status Attempt::run(int& iterations) {
@@ -689,7 +717,8 @@ Status Attempt::run(int& iterations) {
   int polish = 0;
   double last_off = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
-    if (options_.shift_by_tangent && iteration > 0 && iteration <= kShiftIterations && t_ >= kShiftEnd * impulse_) follow_tangents();
+    following_ = options_.shift_by_tangent && iteration <= kShiftIterations && (iteration == 0 || t_ >= kShiftEnd * impulse_);
+    if (following_ && iteration > 0) follow_tangents();
     const Spread spread = scale();
     t_ = n_rows_ > 0 ? sum(spread.mean) / n_rows_ : 0.0;
     const double worst = largest(spread.worst) / impulse_;

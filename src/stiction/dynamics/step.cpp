@@ -23,6 +23,7 @@ using world::Model;
 constexpr double kNearContact = 2e-3;  // [m]
 constexpr double kNearLimit = 0.02;    // [rad or m]
 constexpr double kMotionShare = 0.25;
+constexpr double kFallShare = 0.5;  // Coulomb's law: and by this share of what gravity can move an object by in the step
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
 constexpr double kGuessContact = 1e-3;  // [m]
 constexpr double kGuessLimit = 0.01;    // [rad or m]
@@ -366,12 +367,12 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
 }
 
-/// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with all contacts of objects that a
-/// fall may reach it is one by which more plans seem to hold (docs/decisions/0016-the-box-with-margins.md).
+/// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with contacts of objects that a fall
+/// may reach it is one by which more plans hold (docs/decisions/0017-shifts-that-look-ahead.md).
 /// @param fall  what gravity can move an object by in the step when nothing holds it [m]
 void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall,
                           StepWorkspace::Impl& work) {
-  const double near_object = kNearContact + (coulomb ? fall : 0) + kMotionShare * commanded_motion(model, in);
+  const double near_object = kNearContact + (coulomb ? kFallShare * fall : 0) + kMotionShare * commanded_motion(model, in);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
     work.included[i] = self ? least_commanded_gap(model, options, i, work) < kNearContact : work.contacts[i].phi < near_object;

@@ -80,6 +80,8 @@ constexpr long kPatience = 4;
 constexpr long kLeastPatience = 1000;  ///< … or so many
 /// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves; a fifth faster.
 constexpr double kSampleComplementarity = 1e-6;
+/// Of steps of Coulomb's law [J·s], whose shifts are known less well than that: an iteration less than the default; of 15 000 steps one ends 0.1 mm elsewhere.
+constexpr double kCoulombComplementarity = 1e-8;
 /// A tree is given up for a new one when the objects have come no nearer the goal, by this share, …
 constexpr double kGain = 0.9;
 /// … for so many extensions and half of all that it had: how long a tree takes is spread widely, and most that stall stall for good.
@@ -1319,7 +1321,9 @@ dynamics::LocalModelScheme PlannerOptions::local_model_scheme(std::uint64_t stre
 }
 
 dynamics::StepOptions PlannerOptions::step_options() const {
-  return {.h = h, .regularisation = regularisation, .friction_law = friction_law, .friction_scale = friction};
+  dynamics::StepOptions step{.h = h, .regularisation = regularisation, .friction_law = friction_law, .friction_scale = friction};
+  if (friction_law == dynamics::FrictionLaw::Coulomb) step.tol_complementarity = kCoulombComplementarity;
+  return step;
 }
 
 void PlannerOptions::validate(const Model& model) const {
