@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Turns the output of `stiction bench --json` into docs/benchmarks.md.
+"""Turns the output of the benchmarks into docs/benchmarks.md. Sections whose output is not given stay as they are.
 
     build/release/stiction bench --json > bench.json
-    bench/end_to_end.py --seeds 20 > end_to_end.json
+    bench/end_to_end.py --seeds 100 > end_to_end.json
     bench/cone_vs.py > cone_vs.json
     build/release/bench/growth_bench planar_hand allegro_ball_table_3_2 > growth.txt
-    bench/refresh.py bench.json [end_to_end.json [cone_vs.json [growth.txt]]]
+    bench/refresh.py [--steps bench.json] [--end-to-end end_to_end.json] [--cones cone_vs.json] [--growth growth.txt]
 """
 
+import argparse
 import json
 import pathlib
 import sys
@@ -76,12 +77,8 @@ def cone_table(data):
     return lines
 
 
-def main():
-    if len(sys.argv) not in (2, 3, 4, 5):
-        print(__doc__, file=sys.stderr)
-        return 2
-    data = json.loads(pathlib.Path(sys.argv[1]).read_text())
-    lines = [
+def steps_section(data):
+    return [
         "# Benchmarks",
         "",
         "Made by `bench/refresh.py` from `stiction bench --json`; do not edit.",
@@ -102,40 +99,78 @@ def main():
         "",
         *bench_table(data),
     ]
-    if len(sys.argv) > 2:
-        runs = json.loads(pathlib.Path(sys.argv[2]).read_text())
-        lines += [
-            "",
-            "## End to end",
-            "",
-            "`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0, 1, …, then `stiction refine`; `stiction check` judges both. Wall time of both programs.",
-            "",
-            *end_to_end_table(runs),
-        ]
-    if len(sys.argv) > 3:
-        cones = json.loads(pathlib.Path(sys.argv[3]).read_text())
-        lines += [
-            "",
-            "## The cone solver beside others",
-            "",
-            f"`bench/cone_vs.py`: {cones['instances']} seeded problems of each kind, cold, one run. Cones as they are, and with pyramids of four rays. Largest residual: of",
-            "stationarity, cones and complementarity over all rows, recomputed from the raw matrices.",
-            "",
-            *cone_table(cones),
-        ]
-    if len(sys.argv) > 4:
-        lines += [
-            "",
-            "## Size of the tree",
-            "",
-            "`bench/growth_bench TASK…`: time of an iteration on one thread between two sizes of the tree, and the memory of the process so far.",
-            "",
-            "```",
-            *pathlib.Path(sys.argv[4]).read_text().splitlines(),
-            "```",
-        ]
+
+
+def end_to_end_section(data):
+    return [
+        "## End to end",
+        "",
+        "`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0, 1, …, then `stiction refine`; `stiction check` judges both. Wall time of both programs.",
+        "",
+        *end_to_end_table(data),
+    ]
+
+
+def cones_section(data):
+    return [
+        "## The cone solver beside others",
+        "",
+        f"`bench/cone_vs.py`: {data['instances']} seeded problems of each kind, cold, one run. Cones as they are, and with pyramids of four rays. Largest residual: of",
+        "stationarity, cones and complementarity over all rows, recomputed from the raw matrices.",
+        "",
+        *cone_table(data),
+    ]
+
+
+def growth_section(text):
+    return [
+        "## Size of the tree",
+        "",
+        "`bench/growth_bench TASK…`: time of an iteration on one thread between two sizes of the tree, and the memory of the process so far.",
+        "",
+        "```",
+        *text.splitlines(),
+        "```",
+    ]
+
+
+def sections_of(text):
+    """Heading → lines, without the blank ones at the end."""
+    sections = {}
+    for line in text.splitlines():
+        if line.startswith(("# ", "## ")):
+            sections[line] = lines = []
+        lines.append(line)
+    for lines in sections.values():
+        while lines and not lines[-1]:
+            lines.pop()
+    return sections
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--steps", type=pathlib.Path, help="of stiction bench --json")
+    parser.add_argument("--end-to-end", type=pathlib.Path, help="of bench/end_to_end.py")
+    parser.add_argument("--cones", type=pathlib.Path, help="of bench/cone_vs.py")
+    parser.add_argument("--growth", type=pathlib.Path, help="of growth_bench")
+    arguments = parser.parse_args()
+
     target = ROOT / "docs" / "benchmarks.md"
-    target.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    sections = sections_of(target.read_text(encoding="utf-8"))
+    new = []
+    if arguments.steps:
+        new.append(steps_section(json.loads(arguments.steps.read_text())))
+    if arguments.end_to_end:
+        new.append(end_to_end_section(json.loads(arguments.end_to_end.read_text())))
+    if arguments.cones:
+        new.append(cones_section(json.loads(arguments.cones.read_text())))
+    if arguments.growth:
+        new.append(growth_section(arguments.growth.read_text()))
+    if not new:
+        parser.error("nothing given: at least one of --steps, --end-to-end, --cones, --growth")
+    for lines in new:
+        sections[lines[0]] = lines
+    target.write_text("\n\n".join("\n".join(lines) for lines in sections.values()) + "\n", encoding="utf-8")
     print(f"wrote {target.relative_to(ROOT)}", file=sys.stderr)
     return 0
 

@@ -82,7 +82,7 @@ TEST(ConeProperty, TheTightestTolerance_IsMet) {
   EXPECT_GT(count.solved, 450);
 }
 
-/// Shifts come to ‖(w₁, w₂)‖ (docs/theory/cone.md, eq. 18), nearer and sooner as the corrector looks ahead (eq. 19): without that the median is 1.0e-3, after 17.2
+/// Shifts come to ‖(w₁, w₂)‖ (docs/theory/cone.md, eq. 18), nearer and sooner as the corrector looks ahead (eq. 19): without that the median is 2.4e-4, after 22.3
 /// iterations.
 TEST(ConeProperty, ShiftByTangent_LooksAhead) {
   RandomOptions random;
@@ -107,8 +107,8 @@ TEST(ConeProperty, ShiftByTangent_LooksAhead) {
   const auto n = static_cast<std::ptrdiff_t>(off.size());
   EXPECT_GT(n, 480);
   std::nth_element(off.begin(), off.begin() + n / 2, off.end());
-  EXPECT_LT(off[static_cast<std::size_t>(n / 2)], 7.5e-4);
-  EXPECT_LT(iterations, 16.5 * static_cast<double>(n));
+  EXPECT_LT(off[static_cast<std::size_t>(n / 2)], 1.8e-4);
+  EXPECT_LT(iterations, 21.0 * static_cast<double>(n));
 }
 
 }  // namespace

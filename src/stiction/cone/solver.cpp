@@ -35,7 +35,8 @@ constexpr double kCareful = 0.1;           // the neighbourhood of the careful a
 constexpr double kShort = 0.1;             // a corrected step below this is not worth taking: centre instead
 constexpr double kBackUp = 10;             // by this
 constexpr double kCentreTolerance = 1e-7;  // relative, of the centred end point in Exact mode
-constexpr double kShiftEnd = 1e-6;         // shifts follow the iterates until the mean of wᵀz/θ passes this
+constexpr double kShiftEnd = 100;          // shifts follow the iterates until the mean of wᵀz/θ passes this times the tolerance …
+constexpr double kLeastShiftEnd = 1e-7;    // … or this, where it is more
 constexpr int kShiftIterations = 30;       // … or for so many iterations
 constexpr double kShiftAhead = 0.8;        // where on the way of the predictor the corrector's shifts are read: at its end they overshoot
 constexpr double kShiftSlack = 0.5;        // a shift that becomes less takes at most this part of the slack from w, the rest from r_p
@@ -710,14 +711,14 @@ void Attempt::anticipate_tangents(double alpha) {
 Status Attempt::run(int& iterations) {
   const bool centred = smoothed_ || options_.sensitivities || careful_;
   t_end_ = smoothed_ ? 1.0 : (centred ? kExactEnd * options_.tol_complementarity * impulse_ : 0.0);
-  const double tolerance = options_.tol_complementarity;
+  const double tolerance = options_.tol_complementarity, shift_end = std::max(kLeastShiftEnd, kShiftEnd * tolerance);
   remember_z();
   calc_gradient();
   centred_ = false;
   int polish = 0;
   double last_off = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
-    following_ = options_.shift_by_tangent && iteration <= kShiftIterations && (iteration == 0 || t_ >= kShiftEnd * impulse_);
+    following_ = options_.shift_by_tangent && iteration <= kShiftIterations && (iteration == 0 || t_ >= shift_end * impulse_);
     if (following_ && iteration > 0) follow_tangents();
     const Spread spread = scale();
     t_ = n_rows_ > 0 ? sum(spread.mean) / n_rows_ : 0.0;
