@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Turns the output of the benchmarks into docs/benchmarks.md. Sections whose output is not given stay as they are.
+"""Turns the output of the benchmarks into docs/benchmarks.md; what is not given stays as it is, down to tasks that were not run end to end.
 
     build/release/stiction bench --json > bench.json
     bench/end_to_end.py --seeds 100 > end_to_end.json
@@ -52,16 +52,17 @@ def bench_table(data):
     return lines
 
 
-def end_to_end_table(data):
+def end_to_end_table(data, before):
+    """Tasks that were not run keep their rows of `before`, the lines of the section as it is."""
     lines = [
         "| task | solved and accepted | median [s] | worst [s] | peak memory [MB] | commit |",
         "|---|---|---|---|---|---|",
     ]
+    rows = {line.split("|")[1].strip(): line for line in before if line.startswith("| `")}
     for row in data["results"]:
-        lines.append(
-            f"| `{row['task']}` | {row['accepted']} of {row['runs']} | {row['median_s']:.2f} | {row['worst_s']:.2f} | {row['peak_mb']:.0f} | {row.get('commit', '–')} |"
-        )
-    return lines
+        task = f"`{row['task']}`"
+        rows[task] = f"| {task} | {row['accepted']} of {row['runs']} | {row['median_s']:.2f} | {row['worst_s']:.2f} | {row['peak_mb']:.0f} | {row.get('commit', '–')} |"
+    return lines + list(rows.values())
 
 
 def cone_table(data):
@@ -101,13 +102,13 @@ def steps_section(data):
     ]
 
 
-def end_to_end_section(data):
+def end_to_end_section(data, before):
     return [
         "## End to end",
         "",
         "`bench/end_to_end.py`: `stiction plan TASK --seed s` for s = 0, 1, …, then `stiction refine`; `stiction check` judges both. Wall time of both programs.",
         "",
-        *end_to_end_table(data),
+        *end_to_end_table(data, before),
     ]
 
 
@@ -161,7 +162,7 @@ def main():
     if arguments.steps:
         new.append(steps_section(json.loads(arguments.steps.read_text())))
     if arguments.end_to_end:
-        new.append(end_to_end_section(json.loads(arguments.end_to_end.read_text())))
+        new.append(end_to_end_section(json.loads(arguments.end_to_end.read_text()), sections.get("## End to end", [])))
     if arguments.cones:
         new.append(cones_section(json.loads(arguments.cones.read_text())))
     if arguments.growth:
