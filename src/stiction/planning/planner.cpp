@@ -80,7 +80,7 @@ constexpr long kPatience = 4;
 constexpr long kLeastPatience = 1000;  ///< … or so many
 /// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves; a fifth faster.
 constexpr double kSampleComplementarity = 1e-6;
-/// Of steps of Coulomb's law [J·s], whose shifts are known less well than that: an iteration less than the default; of 15 000 steps one ends 0.1 mm elsewhere.
+/// Of steps of Coulomb's law [J·s], which also says how far their shifts are followed (docs/theory/cone.md, eq. 18).
 constexpr double kCoulombComplementarity = 1e-8;
 /// A tree is given up for a new one when the objects have come no nearer the goal, by this share, …
 constexpr double kGain = 0.9;
