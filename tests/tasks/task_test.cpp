@@ -1,5 +1,6 @@
 #include "stiction/tasks/task.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -205,6 +206,9 @@ struct Mistake {
   const char* text;
   std::vector<std::string> message;
 };
+
+/// Names the tests by what they ask of the message, not by the addresses of its pieces.
+void PrintTo(const Mistake& mistake, std::ostream* out) { *out << fmt::format("{}", fmt::join(mistake.message, " ")); }
 
 class Mistakes : public TaskFile, public testing::WithParamInterface<Mistake> {};
 
