@@ -3,17 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <filesystem>
 #include <numbers>
 #include <string>
 
 #include "stiction/planning/planner.hpp"
 #include "stiction/world/model.hpp"
+#include "support/paths.hpp"
 
 namespace stiction::planning::test {
 
 inline std::shared_ptr<const world::Model> load_model(const std::string& task) {
-  return world::Model::make(world::load_scene(std::filesystem::path(STICTION_SOURCE_DIR) / "tasks" / (task + ".yaml")));
+  return world::Model::make(world::load_scene(stiction::test::source_dir() / "tasks" / (task + ".yaml")));
 }
 
 /// The ball in the open palm of the Allegro hand, fingers around it.

@@ -14,13 +14,14 @@
 #include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/world/yaml.hpp"
+#include "support/paths.hpp"
 
 namespace stiction::tasks {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kTasks = fs::path(STICTION_SOURCE_DIR) / "tasks";
+const fs::path kTasks = stiction::test::source_dir() / "tasks";
 
 void expect_refused(const std::function<void()>& call, const std::vector<std::string>& parts) {
   try {
@@ -60,7 +61,7 @@ TEST(Tasks, BuiltIn_AllLoadAndAreComplete) {
     EXPECT_FALSE(task.description.empty());
     EXPECT_EQ(task.problem.q_start.size(), task.model->n_q());
     EXPECT_EQ(task.scene_sha256, core::sha256(task.scene_text));
-    EXPECT_EQ(task.scene_text.find(STICTION_SOURCE_DIR), std::string::npos) << "an absolute path";
+    EXPECT_EQ(task.scene_text.find(stiction::test::source_dir().string()), std::string::npos) << "an absolute path";
   }
 }
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "support/paths.hpp"
+
 namespace stiction::world {
 namespace {
 
@@ -14,7 +16,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 std::shared_ptr<const Model> load(const std::string& task) {
-  return Model::make(load_scene(std::string(STICTION_SOURCE_DIR) + "/tasks/" + task + ".yaml"));
+  return Model::make(load_scene(stiction::test::source_dir() / "tasks" / (task + ".yaml")));
 }
 
 VectorXd allegro_anchor(const Model& model) {

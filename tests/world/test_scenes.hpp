@@ -11,13 +11,14 @@
 #include "stiction/world/model.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/shapes.hpp"
+#include "support/paths.hpp"
 
 namespace stiction::world::test {
 
-inline std::filesystem::path source_dir() { return STICTION_SOURCE_DIR; }
+using stiction::test::source_dir;
 
 inline std::shared_ptr<const Model> load_task(const std::string& task) {
-  const std::filesystem::path packages[] = {STICTION_TEST_PACKAGE_DIR};
+  const std::filesystem::path packages[] = {stiction::test::package_dir()};
   return Model::make(load_scene(source_dir() / "tasks" / (task + ".yaml"), packages));
 }
 
