@@ -3,6 +3,7 @@
 #include <span>
 
 #include "bindings.hpp"
+#include "stiction/tasks/task.hpp"
 
 namespace stiction::python {
 namespace {
@@ -124,10 +125,12 @@ void bind_world(nb::module_& m) {
       .def_ro("gravity", &world::Scene::gravity, "[m/s^2], acts on objects only")
       .def_ro("contact_distance", &world::Scene::contact_distance, "[m]");
   m.def(
-      "load_scene", [](const std::filesystem::path& file) { return world::load_scene(file); }, "file"_a, "Reads a scene file (YAML).");
+      "load_scene", [](const std::filesystem::path& file) { return world::load_scene(file, tasks::default_package_dirs()); }, "file"_a,
+      "Reads a scene file (YAML).");
   m.def(
-      "load_model", [](const std::filesystem::path& file) { return world::Model::make(world::load_scene(file)); }, "file"_a,
-      nb::call_guard<nb::gil_scoped_release>(), "The model of a scene file.");
+      "load_model",
+      [](const std::filesystem::path& file) { return world::Model::make(world::load_scene(file, tasks::default_package_dirs())); },
+      "file"_a, nb::call_guard<nb::gil_scoped_release>(), "The model of a scene file.");
 
   nb::class_<Model>(m, "Model", "Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.")
       .def_static("make", &Model::make, "scene"_a)

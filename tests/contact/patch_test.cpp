@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "contact/scenes.hpp"
+#include "stiction/world/shapes.hpp"
 
 namespace stiction::contact {
 namespace {
@@ -156,6 +157,36 @@ TEST(Patch, PlanarModel_TwoPointsInThePlane) {
         EXPECT_NEAR(c.phi, 0, 1e-12);
         EXPECT_LE((c.nhat_BA_W - Vector3d::UnitZ()).norm(), 1e-12);
       }
+    }
+  }
+}
+
+/// Points spread evenly over a sphere, and their hull.
+world::Mesh make_round_mesh(int n, double radius) {
+  Eigen::Matrix3Xd points(3, n);
+  for (int i = 0; i < n; ++i) {
+    const double z = 1 - (2.0 * i + 1) / n, angle = kPi * (3 - std::sqrt(5.0)) * i, r = std::sqrt(1 - z * z);
+    points.col(i) = radius * Vector3d(r * std::cos(angle), r * std::sin(angle), z);
+  }
+  return {std::make_shared<const world::ConvexMesh>(world::make_convex_hull(points))};
+}
+
+TEST(Patch, PlanarModelRoundMeshesOfAnySize_AtMostThreePoints) {
+  for (const int n : {20, 100, 257, 642, 2000}) {  // more than 256 vertices: codes of features coincide
+    for (const world::ObjectJoint joint : {world::ObjectJoint::Slider, world::ObjectJoint::PlanarXZ}) {
+      const double radius = 0.1, height = 5;
+      Two s(make_round_mesh(n, radius), world::HalfSpace{}, {Eigen::Matrix3d::Identity(), {0, 0, -height}}, joint);
+      ASSERT_TRUE(s.model->planar_axis().has_value());
+      s.move_to(s.model->neutral());
+      const auto contacts = s.query_contacts({.margin = 2 * height});
+      ASSERT_GE(contacts.size(), 1u) << n;
+      EXPECT_LE(contacts.size(), 3u) << n;
+      double lowest = std::numeric_limits<double>::infinity(), want = lowest;
+      for (const Contact& c : contacts) lowest = std::min(lowest, c.phi);
+      const auto& mesh = *std::get<world::Mesh>(s.model->geometries()[0].shape).mesh;
+      for (const auto& v : mesh.vertices.colwise()) want = std::min(want, height + v.z());
+      EXPECT_NEAR(lowest, want, 1e-12 * height) << n;
+      for (std::size_t i = 1; i < contacts.size(); ++i) EXPECT_LT(contacts[i - 1].id, contacts[i].id) << n;
     }
   }
 }

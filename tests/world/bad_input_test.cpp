@@ -158,6 +158,22 @@ TEST_F(BadInput, UrdfThatIsMissingOrMalformed_IsNamed) {
   EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:1: root element: got 'model', expected 'robot'");
   write("arm.urdf", "<robot name='arm'>\n</robot>\n");
   EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:1: robot: got no link, expected at least one");
+  write("arm.urdf", "<robot name='arm' xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:arm/></robot>\n");
+  EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:1: robot: got an xacro file, expected the URDF that xacro makes of it");
+}
+
+TEST_F(BadInput, UrdfAsExportersWriteIt_IsTaken) {
+  const std::string ball = "<collision name='c'><geometry><sphere radius='0.1'/></geometry></collision>";
+  write("arm.urdf", "<robot name='arm'><link name='a'/><link name='b'>" + ball + ball + ball +
+                        "</link><joint name='j' type='revolute'><parent link='a'/><child link='b'/><limit effort='1' "
+                        "velocity='1'/></joint></robot>");
+  const auto model = Model::make(load_scene(write("scene.yaml", arm("    stiffness: 1\n"))));
+  ASSERT_EQ(model->geometries().size(), 3u);
+  EXPECT_EQ(model->geometries()[0].name, "arm/b/c");
+  EXPECT_EQ(model->geometries()[1].name, "arm/b/c_1");
+  EXPECT_EQ(model->geometries()[2].name, "arm/b/c_2");
+  EXPECT_EQ(model->lower()[0], 0);  // what the format says of limits without lower and upper
+  EXPECT_EQ(model->upper()[0], 0);
 }
 
 TEST_F(BadInput, MjcfRobots_TakeOnlyWhatTheirFileDoesNotSay) {
@@ -233,6 +249,11 @@ TEST_F(BadInput, ObjectsThatMakeNoSense_AreNamed) {
       "scene.yaml:5: objects[0].shapes: got shapes whose centre of mass lies at (0, 0, 0.5), expected it at the origin of a free object "
       "(shift the poses of the "
       "shapes by minus that)");
+  EXPECT_EQ(
+      message(ball("    inertia: [0.8333, 0.01, 0.01]\n")),
+      "scene.yaml:6: objects[0].inertia: got 0.8333, 0.01, 0.01, expected moments that a body can have: none larger than the other two "
+      "together");
+  EXPECT_EQ(message(ball("    inertia: [0.02, 0.01, 0.01]\n")), "");  // a thin rod
   EXPECT_EQ(message("objects:\n  - name: part\n    joint: free\n    mass: 1\n    shapes: [{half_space: {}}]\n"),
             "scene.yaml:5: objects[0].shapes[0].half_space: got a half-space, expected a shape with a finite volume (half-spaces are for "
             "fixed bodies)");
@@ -246,6 +267,47 @@ TEST_F(BadInput, FilesThatCannotBeRead_AreNamed) {
   EXPECT_EQ(message("a: [1, 2\n").substr(0, 40), "scene.yaml:2: file: got malformed YAML (");
   EXPECT_EQ(message("base: other.yaml\n").substr(0, 47), "scene.yaml:1: base: got 'other.yaml', expected ");
   EXPECT_EQ(message("base: scene.yaml\n"), "scene.yaml:1: base: got 'scene.yaml', expected a file that does not lead back to this one");
+}
+
+TEST_F(BadInput, YamlThatIsNotUtf8_IsNamedWithItsLine) {
+  const auto with_name = [&](const std::string& name) { return message("gravity: [0, 0, 0]\nname: " + name + "\n"); };
+  EXPECT_EQ(with_name("pouss\xC3\xA9"
+                      "e \xE2\x82\xAC \xF0\x9F\xA6\xBE"),
+            "");
+  const std::string refused = "scene.yaml:2: file: got bytes that are not UTF-8, expected text in UTF-8";
+  EXPECT_EQ(with_name("pouss\xE9"
+                      "e"),
+            refused);                                 // Latin-1
+  EXPECT_EQ(with_name("\xC3"), refused);              // cut off
+  EXPECT_EQ(with_name("\xC0\xAF"), refused);          // longer than it has to be
+  EXPECT_EQ(with_name("\xED\xA0\x80"), refused);      // half of a UTF-16 pair
+  EXPECT_EQ(with_name("\xF4\x90\x80\x80"), refused);  // behind the last character
+}
+
+TEST_F(BadInput, YamlAliasesOfAliases_AreRefusedBeforeTheyFillMemory) {
+  std::string text = "a: &a [x, x, x, x, x, x, x, x, x]\n";
+  for (char c = 'b'; c <= 'i'; ++c) {
+    text += std::string(1, c) + ": &" + c + " [";
+    for (int k = 0; k < 9; ++k) text += std::string(k ? ", *" : "*") + static_cast<char>(c - 1);
+    text += "]\n";
+  }
+  const std::string said = message(text);
+  EXPECT_TRUE(said.starts_with("scene.yaml:")) << said;
+  EXPECT_NE(said.find("got aliases that stand for more than 32 values a character, expected fewer"), std::string::npos) << said;
+  EXPECT_EQ(message("objects:\n  - &ball {name: a, joint: free, mass: 1, shapes: [{sphere: {radius: 0.1}}]}\nfixed: []\n"), "");
+}
+
+TEST_F(BadInput, UrdfInLatin1_IsReadWhereItSaysSo) {
+  const auto with_encoding = [&](const std::string& declaration) {
+    write("arm.urdf", declaration + "\n<robot name='arm'><link name='b\xE4ll'/></robot>\n");
+    return arm("    stiffness: 1\n");
+  };
+  for (const char* name : {"ISO-8859-1", "latin1"}) {
+    const fs::path file = write("scene.yaml", with_encoding(std::string("<?xml version=\"1.0\" encoding=\"") + name + "\"?>"));
+    EXPECT_EQ(Model::make(load_scene(file))->bodies()[0].name, "arm/b\xC3\xA4ll");
+  }
+  EXPECT_EQ(message(with_encoding("<?xml version='1.0' encoding='utf-8'?>")),
+            "arm.urdf:2: urdf: got bytes that are not UTF-8, expected UTF-8, or ISO-8859-1 with a declaration that says so");
 }
 
 TEST_F(BadInput, SceneMadeInMemory_IsCheckedAsWell) {

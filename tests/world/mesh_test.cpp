@@ -1,5 +1,7 @@
 // What a caller is told about a mesh that is open, degenerate or inconsistent, in a file or in memory.
+#include <array>
 #include <limits>
+#include <string>
 
 #include "stiction/world/model.hpp"
 #include "stiction/world/shapes.hpp"
@@ -12,6 +14,33 @@ namespace {
 using Eigen::Vector3d;
 using stiction::test::message_of;
 
+/// A COLLADA file of a box: x 0…0.2, y 0…0.4, z 0…0.6 m.
+std::string collada_box(const std::string& up_axis) {
+  std::string points, faces;
+  for (int i = 0; i < 8; ++i) {
+    for (int k = 0; k < 3; ++k) points += (i >> k & 1) != 0 ? std::to_string(0.2 * (k + 1)) + " " : "0 ";
+  }
+  for (int k = 0; k < 3; ++k) {
+    const int u = 1 << (k + 1) % 3, v = 1 << (k + 2) % 3;
+    for (const int at : {0, 1 << k}) {
+      const int corner[] = {at, at | u, at | u | v, at | v};
+      for (const auto& t : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+        for (int j = 0; j < 3; ++j) faces += std::to_string(corner[t[static_cast<std::size_t>(at ? j : 2 - j)]]) + " ";
+      }
+    }
+  }
+  return "<?xml version='1.0' encoding='utf-8'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'>"
+         "<asset><created>2020-01-01T00:00:00</created><modified>2020-01-01T00:00:00</modified><unit name='meter' meter='1'/><up_axis>" +
+         up_axis + "</up_axis></asset><library_geometries><geometry id='g'><mesh><source id='p'><float_array id='a' count='24'>" + points +
+         "</float_array><technique_common><accessor source='#a' count='8' stride='3'><param name='X' type='float'/><param name='Y' "
+         "type='float'/><param name='Z' type='float'/></accessor></technique_common></source><vertices id='v'><input semantic='POSITION' "
+         "source='#p'/></vertices><triangles count='12'><input semantic='VERTEX' source='#v' offset='0'/><p>" +
+         faces +
+         "</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id='s'><node id='n' "
+         "type='NODE'><instance_geometry url='#g'/></node></visual_scene></library_visual_scenes><scene><instance_visual_scene "
+         "url='#s'/></scene></COLLADA>";
+}
+
 class BadMesh : public test::MeshFiles {
  protected:
   std::string message(const std::string& obj, NonConvex non_convex = NonConvex::Decompose) {
@@ -21,6 +50,15 @@ class BadMesh : public test::MeshFiles {
 };
 
 constexpr const char* kHull = "with convex_hull of the shape or convex_hulls of the robot)";
+
+TEST_F(BadMesh, ColladaOfAnyUpAxis_KeepsTheNumbersOfTheFile) {
+  for (const char* up_axis : {"X_UP", "Y_UP", "Z_UP"}) {
+    const auto parts = load_mesh(write("a.dae", collada_box(up_axis)), Vector3d::Ones(), {NonConvex::Refuse, {}});
+    ASSERT_EQ(parts.size(), 1u) << up_axis;
+    EXPECT_LE((parts[0].vertices.rowwise().minCoeff() - Vector3d(0, 0, 0)).norm(), 1e-6) << up_axis;  // Assimp keeps floats
+    EXPECT_LE((parts[0].vertices.rowwise().maxCoeff() - Vector3d(0.2, 0.4, 0.6)).norm(), 1e-6) << up_axis;
+  }
+}
 
 TEST_F(BadMesh, Open_SaysHowManyEdges) {
   test::ObjMesh mesh = test::make_l_prism();

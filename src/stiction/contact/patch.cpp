@@ -400,14 +400,19 @@ void Gatherer::keep_extremes_of_section() {
   const auto along = [&](const Patch::Point& p) { return t.dot(p.at.p_WA); };
   const auto lower = [&](const Patch::Point& p, const Patch::Point& q) { return p.at.phi < q.at.phi - kSame * scale_; };
   const auto shorter = [&](const Patch::Point& p, const Patch::Point& q) { return along(p) < along(q) - kSame * scale_; };
-  const int least = std::min_element(points_.begin(), points_.end(), shorter)->code;
-  const int most = std::max_element(points_.begin(), points_.end(), shorter)->code;
-  const Patch::Point& lowest = *std::min_element(points_.begin(), points_.end(), lower);
-  const double level = lowest.at.phi + kSame * scale_;
-  const bool is_end = std::any_of(points_.begin(), points_.end(),
-                                  [&](const Patch::Point& p) { return (p.code == least || p.code == most) && p.at.phi <= level; });
-  const int code = is_end ? least : lowest.code;
-  std::erase_if(points_, [&](const Patch::Point& p) { return p.code != least && p.code != most && p.code != code; });
+  // By place, not by code: codes of large meshes may coincide.
+  const auto least = std::min_element(points_.begin(), points_.end(), shorter);
+  const auto most = std::max_element(points_.begin(), points_.end(), shorter);
+  const auto lowest = std::min_element(points_.begin(), points_.end(), lower);
+  const double level = lowest->at.phi + kSame * scale_;
+  const bool is_end = least->at.phi <= level || most->at.phi <= level;
+  auto end = points_.begin();
+  for (auto p = points_.begin(); p != points_.end(); ++p) {
+    if (p != least && p != most && (is_end || p != lowest)) continue;
+    if (p != end) *end = *p;
+    ++end;
+  }
+  points_.erase(end, points_.end());
 }
 
 /// The lowest point, and those that would be the lowest if the bodies tilted a little on each other, in evenly spread directions that
@@ -442,11 +447,8 @@ void Gatherer::keep_most() {
 }
 
 void Gatherer::choose(Patch& out) {
-  if (options_.planar_axis >= 0) {
-    flatten();
-  } else if (points_.size() > Patch::kMost) {
-    keep_most();
-  }
+  if (options_.planar_axis >= 0) flatten();
+  if (points_.size() > Patch::kMost) keep_most();  // whatever came before: Patch has no room for more
   out.n = 0;
   for (Patch::Point& p : points_) {
     // Codes of large meshes may coincide.

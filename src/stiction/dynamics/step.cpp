@@ -603,6 +603,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
 }  // namespace
 
 Status step(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace& workspace, StepResult& out) {
+  if (&model != &workspace.model()) core::throw_invalid("work", "the workspace of another model", "one made for this model");
   return solve_step(model, in, nullptr, options, workspace, out);
 }
 

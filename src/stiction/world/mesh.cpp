@@ -1,3 +1,4 @@
+#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -48,6 +49,8 @@ Soup read_triangles(const std::filesystem::path& file) {
   Assimp::Importer importer;
   // Points and lines are no surface: leave them out.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  // The numbers of the file, as Coal and ROS tools take them: <up_axis> says how a viewer should look at them.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   Soup soup;

@@ -150,6 +150,11 @@ void read_mass(const YamlNode& node, ObjectSpec& object) {
   if (const auto inertia = node.find("inertia")) {
     const Eigen::Vector3d moments = inertia->vector3();
     if (!(moments.minCoeff() > 0)) inertia->fail(fmt::format("{}, {}, {}", moments[0], moments[1], moments[2]), "three numbers > 0");
+    const double largest = moments.maxCoeff();
+    if (largest > (1 + 1e-9) * (moments.sum() - largest)) {  // ∫(y² + z²) dm ≤ ∫(z² + x²) dm + ∫(x² + y²) dm
+      inertia->fail(fmt::format("{}, {}, {}", moments[0], moments[1], moments[2]),
+                    "moments that a body can have: none larger than the other two together");
+    }
     object.inertia = moments.asDiagonal();
     if (const auto center = node.find("center_of_mass")) object.p_BCom = center->vector3();
   } else if (const auto center = node.find("center_of_mass")) {

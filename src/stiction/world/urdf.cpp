@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -172,10 +173,11 @@ RobotLink read_link(const Reader& reader, const XMLElement& element, const MeshS
     const std::string name = given && *given ? std::string(given) : fmt::format("{}_{}", shape_name(shapes[0]), number);
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       RobotCollision collision{.name = part_name(name, k, shapes.size()), .shape = shapes[k], .X_LG = reader.origin(*c)};
-      for (const auto& other : link.collisions) {
-        if (other.name == collision.name)
-          reader.fail(*c, "collision name", fmt::format("'{}' twice in link '{}'", collision.name, link.name), "each name once");
-      }
+      // Exporters repeat names: the second "c" is "c_1", with the number of its element.
+      const auto is_taken = [&] {
+        return std::any_of(link.collisions.begin(), link.collisions.end(), [&](const auto& other) { return other.name == collision.name; });
+      };
+      for (int again = number; is_taken(); ++again) collision.name = fmt::format("{}_{}", part_name(name, k, shapes.size()), again);
       link.collisions.push_back(std::move(collision));
     }
     ++number;
@@ -216,9 +218,6 @@ RawJoint read_joint(const Reader& reader, const XMLElement& element) {
     return raw;
   }
   const XMLElement& limit = reader.child(element, "limit");
-  if (limit.Attribute("lower") == nullptr && limit.Attribute("upper") == nullptr) {
-    reader.fail(limit, what, "a limit without lower and upper", "them (or -inf and inf)");
-  }
   if (limit.Attribute("lower") != nullptr) joint.lower = reader.number(limit, "lower", true);  // by the format's rules 0 otherwise
   if (limit.Attribute("upper") != nullptr) joint.upper = reader.number(limit, "upper", true);
   if (!(joint.lower <= joint.upper)) reader.fail(limit, what, fmt::format("limits [{}, {}]", joint.lower, joint.upper), "lower ≤ upper");
@@ -250,7 +249,7 @@ std::filesystem::path find_resource(std::string_view uri, const std::filesystem:
   for (const auto& dir : package_dirs) {
     if (auto found = look_in(dir); !found.empty()) return found;
   }
-  const fs::path start = fs::absolute(base_dir).lexically_normal();
+  const fs::path start = fs::absolute(base_dir.empty() ? "." : base_dir).lexically_normal();
   for (fs::path dir = start; !dir.empty(); dir = dir.parent_path()) {
     if (auto found = look_in(dir); !found.empty()) return found;
     if (dir == dir.parent_path()) break;
@@ -264,7 +263,8 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
   if (!std::filesystem::is_regular_file(file)) {
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
   }
-  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
+  const std::string text = read_xml_text(file, "urdf");
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     throw core::InvalidInput(
         fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
   }
@@ -283,7 +283,11 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
     if (link_index(link.name) >= 0) reader.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
     links.push_back(std::move(link));
   }
-  if (links.empty()) reader.fail(*root, "robot", "no link", "at least one");
+  if (links.empty()) {
+    const bool unprocessed = root->Attribute("xmlns:xacro") != nullptr;
+    reader.fail(*root, "robot", unprocessed ? "an xacro file" : "no link",
+                unprocessed ? "the URDF that xacro makes of it" : "at least one");
+  }
   std::vector<std::string> link_names;
   for (const auto& link : links) link_names.push_back(link.name);
 

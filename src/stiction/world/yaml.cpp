@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/encoding.hpp"
 
 namespace stiction::world {
 
@@ -72,6 +73,9 @@ std::optional<double> read_number(std::string_view text) {
   return sign * value;
 }
 
+/// Values that a text may stand for: without aliases there is less than one a character.
+constexpr std::size_t kNodesPerCharacter = 32;
+
 std::vector<std::string> to_strings(std::span<const std::string_view> names) { return {names.begin(), names.end()}; }
 
 }  // namespace
@@ -79,8 +83,13 @@ std::vector<std::string> to_strings(std::span<const std::string_view> names) { r
 /// Copies a yaml-cpp tree into ours.
 struct YamlBuilder {
   std::shared_ptr<const std::filesystem::path> file;
+  std::size_t left;  ///< nodes that may still come: aliases of aliases name more than any memory holds
 
-  YamlNode build(const YAML::Node& in, const std::string& path, int depth = 0) const {
+  YamlNode build(const YAML::Node& in, const std::string& path, int depth = 0) {
+    if (left-- == 0) {
+      throw InvalidInput(fmt::format("{}:{}: {}: got aliases that stand for more than {} values a character, expected fewer",
+                                     file->string(), in.Mark().line + 1, path, kNodesPerCharacter));
+    }
     if (depth > 64) throw InvalidInput(fmt::format("{}: {}: got more than 64 nested levels, expected fewer", file->string(), path));
     auto data = std::make_shared<YamlNode::Data>();
     data->file = file;
@@ -130,8 +139,12 @@ struct YamlBuilder {
 };
 
 YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& file) {
+  if (const auto line = line_of_foreign_bytes(text)) {
+    throw InvalidInput(fmt::format("{}:{}: file: got bytes that are not UTF-8, expected text in UTF-8", file.string(), *line));
+  }
   try {
-    return YamlBuilder{std::make_shared<const std::filesystem::path>(file)}.build(YAML::Load(text), "");
+    return YamlBuilder{std::make_shared<const std::filesystem::path>(file), kNodesPerCharacter * (text.size() + 1)}.build(YAML::Load(text),
+                                                                                                                          "");
   } catch (const YAML::Exception& e) {
     throw InvalidInput(fmt::format("{}:{}: file: got malformed YAML ({}), expected valid YAML", file.string(), e.mark.line + 1, e.msg));
   }

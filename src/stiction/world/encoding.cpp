@@ -1,0 +1,91 @@
+#include "stiction/world/encoding.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <sstream>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::world {
+
+std::optional<int> line_of_foreign_bytes(std::string_view text) {
+  int line = 1;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = [&](std::size_t k) -> unsigned { return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0; };
+    const unsigned first = byte(0);
+    const std::size_t length = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+    if (length == 0) return line;
+    unsigned code = length == 1 ? first : first & (0xFFU >> (length + 1));
+    for (std::size_t k = 1; k < length; ++k) {
+      if ((byte(k) & 0xC0U) != 0x80) return line;
+      code = code << 6 | (byte(k) & 0x3FU);
+    }
+    constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
+    if (code < kLeast[length] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) return line;
+    if (first == '\n') ++line;
+    i += length;
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+constexpr std::string_view kDeclaration = "<?xml";
+
+/// Where the name of the encoding stands in an XML declaration, without quotes; empty where there is none.
+std::string_view declared_encoding(std::string_view text) {
+  if (!text.starts_with(kDeclaration)) return {};
+  const std::string_view declaration = text.substr(0, text.find("?>"));
+  const auto key = declaration.find("encoding");
+  if (key == std::string_view::npos) return {};
+  const auto open = declaration.find_first_of("\"'", key);
+  if (open == std::string_view::npos) return {};
+  const auto close = declaration.find(declaration[open], open + 1);
+  return close == std::string_view::npos ? std::string_view{} : declaration.substr(open + 1, close - open - 1);
+}
+
+bool is_latin1(std::string_view name) {
+  std::string lower(name);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower == "iso-8859-1" || lower == "iso8859-1" || lower == "latin1" || lower == "latin-1";
+}
+
+std::string from_latin1(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) {
+      out += c;
+    } else {  // its code point has two bytes
+      out += static_cast<char>(0xC0U | byte >> 6);
+      out += static_cast<char>(0x80U | (byte & 0x3FU));
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string read_xml_text(const std::filesystem::path& file, std::string_view what) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << in.rdbuf();
+  std::string text = bytes.str();
+  if (const std::string_view name = declared_encoding(text); is_latin1(name)) {
+    const auto at = static_cast<std::size_t>(name.data() - text.data());
+    text.replace(at, name.size(), "UTF-8");
+    return from_latin1(text);
+  }
+  if (const auto line = line_of_foreign_bytes(text)) {
+    throw core::InvalidInput(
+        fmt::format("{}:{}: {}: got bytes that are not UTF-8, expected UTF-8, or ISO-8859-1 with a declaration that says so", file.string(),
+                    *line, what));
+  }
+  return text;
+}
+
+}  // namespace stiction::world
