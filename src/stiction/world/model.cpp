@@ -529,7 +529,11 @@ int find_name(std::string_view what, std::string_view name, const std::vector<st
 Model::Model(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Model::~Model() = default;
 
-std::shared_ptr<const Model> Model::make(const Scene& scene) { return std::shared_ptr<const Model>(new Model(Builder(scene).build())); }
+std::shared_ptr<const Model> Model::make(const Scene& scene) {
+  std::shared_ptr<Model> model(new Model(Builder(scene).build()));
+  model->impl_->scales.emplace(*model);
+  return model;
+}
 
 const Scene& Model::scene() const { return impl_->scene; }
 int Model::n_q() const { return impl_->n_q; }
@@ -551,6 +555,7 @@ const Eigen::VectorXd& Model::stiffness() const { return impl_->stiffness; }
 const Eigen::VectorXd& Model::lower() const { return impl_->lower; }
 const Eigen::VectorXd& Model::upper() const { return impl_->upper; }
 const Eigen::VectorXd& Model::reach() const { return impl_->reach; }
+const Scales& Model::scales() const { return *impl_->scales; }
 Eigen::VectorXd Model::neutral() const { return impl_->neutral; }
 
 int Model::joint_index(std::string_view name) const {

@@ -14,6 +14,8 @@ namespace stiction::world {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
+class Scales;
+
 enum class BodyKind {
   Fixed,
   Object,
@@ -139,6 +141,8 @@ class Model {
   /// (n_a) [m]; 1 for a prismatic joint.
   /// Used wherever newtons meet newton metres.
   const Eigen::VectorXd& reach() const;
+
+  const Scales& scales() const;  ///< sizes and forces of objects and robots, from which thresholds follow
 
   /// Configuration with every object at its placed frame and every joint at the value nearest to 0 inside its limits.
   Eigen::VectorXd neutral() const;

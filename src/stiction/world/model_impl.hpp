@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "stiction/world/model.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::world {
 
@@ -51,6 +52,7 @@ struct Model::Impl {
   std::vector<std::vector<int>> supports;
   std::optional<int> planar_axis;
   Eigen::VectorXd stiffness, lower, upper, reach, neutral;
+  std::optional<Scales> scales;  ///< of the finished model
 
   std::vector<ObjectNode> object_nodes;
   std::vector<LinkNode> link_nodes;                  ///< parents first
