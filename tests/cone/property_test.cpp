@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cone/random_problem.hpp"
+#include "stiction/core/random.hpp"
 
 namespace stiction::cone::test {
 namespace {
@@ -65,6 +66,67 @@ TEST(ConeProperty, RandomProblems_SmoothedSatisfiesPerturbedKkt) {
   const Count count = check_range(100001, 2000, Mode::Smoothed, {});
   EXPECT_GT(count.solved, 1600);
 }
+
+/// Numbers in [2^-range, 2^range]; powers of two when `exact`.
+Eigen::VectorXd random_units(core::Random& random, Eigen::Index n, int range, bool exact) {
+  Eigen::VectorXd units(n);
+  for (double& u : units) {
+    const double exponent = random.uniform(-range, range);
+    u = std::exp2(exact ? std::round(exponent) : exponent);
+  }
+  return units;
+}
+
+/// The same problem in other units, of every variable, row and of the objective, takes the same iterations to the same answer: bit by bit where units are
+/// powers of two (of the objective: of four), to what rounding gives otherwise.
+void check_units(std::uint64_t first, int n, Mode mode, bool exact) {
+  RandomOptions options;
+  options.mass_decades = 2;
+  int solved = 0;
+  for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(n); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RawProblem raw = make_random(seed, options);
+    core::Random random(seed, 3);
+    const Eigen::VectorXd of_x = random_units(random, raw.n, 10, exact);
+    const Eigen::VectorXd of_w = random_units(random, static_cast<Eigen::Index>(raw.cones.size() + raw.lines.size()), 10, exact);
+    const double root = random_units(random, 1, 20, exact)[0], work = root * root;  // the scaled point goes with the root
+    Options solver;
+    solver.mode = mode;
+    Result plain, other;
+    const auto run = [&solver](const RawProblem& p, Result& result) {
+      const Problem problem = p.make();
+      Workspace memory(problem.layout_ptr());
+      return solve(problem, solver, memory, result);
+    };
+    const Status status = run(raw, plain);
+    ASSERT_EQ(run(raw.rescaled(of_x, of_w, work), other), status);
+    if (status != Status::Solved) continue;
+    ++solved;
+    const Eigen::VectorXd x = of_x.cwiseProduct(other.x);
+    if (exact) {
+      EXPECT_EQ(plain.iterations, other.iterations);
+      EXPECT_EQ(x, plain.x);
+      for (int k = 0; k < static_cast<int>(raw.cones.size()); ++k) {
+        EXPECT_EQ(Eigen::Vector3d(other.w_cone.col(k)) / of_w[k], Eigen::Vector3d(plain.w_cone.col(k)));
+        EXPECT_EQ(Eigen::Vector3d(other.z_cone.col(k)) * of_w[k] / work, Eigen::Vector3d(plain.z_cone.col(k)));
+      }
+    } else {
+      // ½‖x − x*‖²_Q ≤ Σwᵀz for both, which is rows · tolerance · S.
+      const Eigen::VectorXd off = x - plain.x;
+      const double rows = static_cast<double>(raw.cones.size() + raw.lines.size() + raw.bounds.size());
+      const double gap = rows * solver.tol_complementarity * std::max(1.0, raw.b.lpNorm<Eigen::Infinity>());
+      EXPECT_LE(std::sqrt(0.5 * off.dot(raw.Q * off)), 2 * std::sqrt(gap) + 1e-9);
+    }
+  }
+  EXPECT_GT(solved, 3 * n / 4);
+}
+
+TEST(ConeProperty, OtherUnits_SameBitsForPowersOfTwo) {
+  check_units(400001, 400, Mode::Exact, true);
+  check_units(410001, 400, Mode::Smoothed, true);
+}
+
+TEST(ConeProperty, OtherUnits_SameAnswer) { check_units(420001, 400, Mode::Exact, false); }
 
 TEST(ConeProperty, ProblemsWithoutDeepPenetration_AreNeverInfeasible) {
   RandomOptions random;

@@ -54,9 +54,34 @@ void RawProblem::fill(Problem& problem) const {
     }
   }
   for (int i = 0; i < n; ++i) problem.set_b(i, b[i]);
-  for (const auto& r : cones) problem.add_cone(r.id, layout.add_support(r.variables), r.G.data(), r.g.data(), r.sigma);
-  for (const auto& r : lines) problem.add_half_line(r.id, layout.add_support(r.variables), r.G.data(), r.g[0], r.sigma);
-  for (const auto& r : bounds) problem.add_bound(r.id, r.variable, r.sign, r.offset, r.sigma);
+  for (std::size_t i = 0; i < units.size(); ++i) problem.set_unit(static_cast<int>(i), units[i]);
+  for (const auto& r : cones) problem.add_cone(r.id, layout.add_support(r.variables), r.G.data(), r.g.data(), r.sigma, r.unit);
+  for (const auto& r : lines) problem.add_half_line(r.id, layout.add_support(r.variables), r.G.data(), r.g[0], r.sigma, r.unit);
+  for (const auto& r : bounds) problem.add_bound(r.id, r.variable, r.sign, r.offset, r.sigma, r.unit);
+}
+
+RawProblem RawProblem::rescaled(const VectorXd& of_x, const VectorXd& of_w, double work) const {
+  RawProblem out = *this;
+  out.Q = work * (of_x.asDiagonal() * Q * of_x.asDiagonal());
+  out.b = work * of_x.cwiseProduct(b);
+  for (const double d : of_x) out.units.push_back({1 / d, work});
+  Eigen::Index row = 0;
+  for (auto* rows : {&out.cones, &out.lines}) {
+    for (auto& r : *rows) {
+      const double length = of_w[row++];
+      for (std::size_t c = 0; c < r.variables.size(); ++c) r.G.col(static_cast<Eigen::Index>(c)) *= length * of_x[r.variables[c]];
+      r.g *= length;
+      r.sigma *= work;
+      r.unit = {length, work};
+    }
+  }
+  for (auto& r : out.bounds) {  // w = ±x + g: in the unit of x
+    const double length = 1 / of_x[r.variable];
+    r.offset *= length;
+    r.sigma *= work;
+    r.unit = {length, work};
+  }
+  return out;
 }
 
 MatrixXd RawProblem::stacked_G() const {

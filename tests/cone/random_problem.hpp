@@ -18,6 +18,7 @@ struct RawProblem {
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> G;  // 3×k, or 1×k for a half-line
     Eigen::VectorXd g;
     double sigma = 1e-3;
+    Unit unit{};
   };
   struct Bound {
     std::uint64_t id = 0;
@@ -25,6 +26,7 @@ struct RawProblem {
     double sign = 1;
     double offset = 0;
     double sigma = 1e-3;
+    Unit unit{};
   };
   int n = 0;
   std::vector<std::vector<int>> groups;
@@ -32,7 +34,10 @@ struct RawProblem {
   Eigen::VectorXd b;
   std::vector<Row> cones, lines;
   std::vector<Bound> bounds;
+  std::vector<Unit> units = {};  // of x; empty: 1
 
+  /// The same problem in other units: x(j) = of_x(j)·x', w = w'/of_w per row, objective times `work`.
+  RawProblem rescaled(const Eigen::VectorXd& of_x, const Eigen::VectorXd& of_w, double work) const;
   Problem make() const;
   /// The same rows and Q, b in an existing problem of the same layout (same supports).
   void fill(Problem& problem) const;

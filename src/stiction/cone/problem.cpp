@@ -15,6 +15,12 @@ void require_index(std::string_view name, int i, int n) {
   if (i < 0 || i >= n) core::throw_invalid(name, std::to_string(i), "an index in 0 … " + std::to_string(n - 1));
 }
 
+void require_unit(const Unit& unit) {
+  if (unit.length > 0 && unit.work > 0 && std::isfinite(unit.length + unit.work)) return;
+  core::require_positive("unit.length", unit.length);
+  core::require_positive("unit.work", unit.work);
+}
+
 /// 0 when all are finite, else NaN: one branch for a whole row.
 double poison(const double* values, int n) {
   double sum = 0;
@@ -28,6 +34,7 @@ void reserve(Problem::Rows& rows, int components, int n, int doubles) {
   rows.support.resize(size);
   rows.offset.resize(size);
   rows.sigma.resize(size);
+  rows.unit.resize(size);
   rows.g.resize(size * static_cast<std::size_t>(components));
   if (static_cast<std::size_t>(doubles) > rows.G.size()) rows.G.resize(static_cast<std::size_t>(doubles));
 }
@@ -44,6 +51,10 @@ Problem::Problem(std::shared_ptr<const Layout> layout, int max_cones, int max_ha
   }
   Q_.resize(layout_->q_tiles().size() * kTileSize);
   b_.resize(static_cast<std::size_t>(layout_->padded_size()));
+  length_.resize(b_.size());
+  gradient_.resize(b_.size());
+  std::ranges::fill(length_, 1.0);
+  std::ranges::fill(gradient_, 1.0);
   reserve(cones_, 3, max_cones, max_cones * widest * 3 * kTile);
   reserve(lines_, 1, max_half_lines, max_half_lines * widest * kTile);
   bound_groups_.resize(static_cast<std::size_t>(2 * layout_->tiles()));
@@ -86,13 +97,22 @@ void Problem::set_b(int i, double v) {
   b_[static_cast<std::size_t>(layout_->position(i))] = v;
 }
 
-int Problem::add_row(Rows& rows, int components, std::uint64_t id, int support, const double* G, const double* g, double sigma) {
+void Problem::set_unit(int i, Unit unit) {
+  require_index("i", i, layout_->size());
+  require_unit(unit);
+  const auto at = static_cast<std::size_t>(layout_->position(i));
+  length_[at] = unit.length;
+  gradient_[at] = unit.work / unit.length;
+}
+
+int Problem::add_row(Rows& rows, int components, std::uint64_t id, int support, const double* G, const double* g, double sigma, Unit unit) {
   require_index("support", support, layout_->n_supports());
   const auto& where = layout_->support(support);
   const int k = static_cast<int>(where.variables.size());
   if (std::isnan(poison(G, components * k))) core::throw_invalid("G", "a number that is not finite", "finite numbers");
   if (std::isnan(poison(g, components))) core::throw_invalid("g", "a number that is not finite", "finite numbers");
   if (!(sigma >= 0) || !std::isfinite(sigma)) core::require_nonnegative("sigma", sigma);
+  require_unit(unit);
   const int doubles = static_cast<int>(where.tiles.size()) * components * kTile;
   const int i = rows.n;
   if (i >= static_cast<int>(rows.id.size()) || rows.used + doubles > static_cast<int>(rows.G.size())) {
@@ -104,6 +124,7 @@ int Problem::add_row(Rows& rows, int components, std::uint64_t id, int support, 
   rows.support[at] = support;
   rows.offset[at] = rows.used;
   rows.sigma[at] = sigma;
+  rows.unit[at] = unit;
   for (int r = 0; r < components; ++r) rows.g[at * static_cast<std::size_t>(components) + static_cast<std::size_t>(r)] = g[r];
   double* to = rows.G.data() + rows.used;
   std::fill(to, to + doubles, 0.0);
@@ -115,19 +136,20 @@ int Problem::add_row(Rows& rows, int components, std::uint64_t id, int support, 
   return rows.n++;
 }
 
-int Problem::add_cone(std::uint64_t id, int support, const double* G, const double* g, double sigma) {
-  return add_row(cones_, 3, id, support, G, g, sigma);
+int Problem::add_cone(std::uint64_t id, int support, const double* G, const double* g, double sigma, Unit unit) {
+  return add_row(cones_, 3, id, support, G, g, sigma, unit);
 }
 
-int Problem::add_half_line(std::uint64_t id, int support, const double* G, double g, double sigma) {
-  return add_row(lines_, 1, id, support, G, &g, sigma);
+int Problem::add_half_line(std::uint64_t id, int support, const double* G, double g, double sigma, Unit unit) {
+  return add_row(lines_, 1, id, support, G, &g, sigma, unit);
 }
 
-int Problem::add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma) {
+int Problem::add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma, Unit unit) {
   require_index("variable", variable, layout_->size());
   if (sign != 1.0 && sign != -1.0) core::throw_invalid("sign", std::to_string(sign), "1 or -1");
   if (!std::isfinite(offset)) core::require_finite("offset", offset);
   if (!(sigma >= 0) || !std::isfinite(sigma)) core::require_nonnegative("sigma", sigma);
+  require_unit(unit);
   const int tile = layout_->tile(variable);
   const int lane = layout_->lane(variable);
   int g = 0;
@@ -152,6 +174,7 @@ int Problem::add_bound(std::uint64_t id, int variable, double sign, double offse
   group.sign[lane] = sign;
   group.offset[lane] = offset;
   group.sigma[lane] = sigma;
+  group.unit[lane] = unit;
   group.index[lane] = n_bounds_;
   bound_id_[static_cast<std::size_t>(n_bounds_)] = id;
   return n_bounds_++;

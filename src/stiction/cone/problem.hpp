@@ -9,6 +9,13 @@
 
 namespace stiction::cone {
 
+/// By what a row or a variable is measured, so that no number of the method has a unit: powers of two, or the same problem in other units
+/// takes other roundings.
+struct Unit {
+  double length = 1;  ///< of w, or of x [unit of w or x]
+  double work = 1;    ///< of wᵀz; work/length is that of z, and of Qx + b
+};
+
 /// The data of (C):  min ½xᵀQx + bᵀx  subject to  wᵢ = Gᵢx + gᵢ ∈ Kᵢ,  refilled at each step.
 ///
 /// Kᵢ is the Lorentz cone L³ = {w₀ ≥ ‖(w₁,w₂)‖} (add_cone) or the half-line w ≥ 0 (add_half_line, and add_bound for a row with
@@ -31,19 +38,23 @@ class Problem {
   /// b(i) = v. @throws InvalidInput: index out of range or v not finite
   void set_b(int i, double v);
 
+  /// Unit of x(i); kept by clear(), 1 before it is set. @throws InvalidInput: index out of range, or a unit not finite and > 0
+  void set_unit(int i, Unit unit);
+
   /// Adds the row block Gx + g ∈ L³.
   /// @param id       stable name of the row between solves (warm start)
   /// @param support  index from Layout::add_support, of k variables
   /// @param G        3×k, row-major, columns in the order of the support
   /// @param g        3
   /// @param sigma    ≥ 0, w ∘ z = (σ,0,0) in Smoothed mode (= 2/κ for a barrier weight κ on the objective)
+  /// @param unit     of the row; in Exact mode w∘z goes to 0 in the proportion of the works of the rows
   /// @returns        index among the cones, in order of adding
-  /// @throws InvalidInput: unknown support, numbers not finite, sigma < 0
-  int add_cone(std::uint64_t id, int support, const double* G, const double* g, double sigma);
+  /// @throws InvalidInput: unknown support, numbers not finite, sigma < 0, a unit not finite and > 0
+  int add_cone(std::uint64_t id, int support, const double* G, const double* g, double sigma, Unit unit = {});
   /// Adds the row Gx + g ≥ 0; G is 1×k. sigma = 1/κ. Otherwise as add_cone. @returns index among the half-lines
-  int add_half_line(std::uint64_t id, int support, const double* G, double g, double sigma);
+  int add_half_line(std::uint64_t id, int support, const double* G, double g, double sigma, Unit unit = {});
   /// Adds sign·x(variable) + offset ≥ 0, sign = ±1. @returns index among the bounds
-  int add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma);
+  int add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma, Unit unit = {});
 
   int n_cones() const { return cones_.n; }
   int n_half_lines() const { return lines_.n; }
@@ -59,6 +70,7 @@ class Problem {
     std::vector<int> offset;
     std::vector<double> g;  ///< R per row
     std::vector<double> sigma;
+    std::vector<Unit> unit;
     AlignedVector G;
     int used = 0;  ///< doubles used in G
   };
@@ -68,6 +80,7 @@ class Problem {
     double sign[kTile] = {};
     double offset[kTile] = {};
     double sigma[kTile] = {};
+    Unit unit[kTile] = {};
     int index[kTile] = {-1, -1, -1, -1};  ///< index of the bound, in order of adding
   };
   const Rows& cones() const { return cones_; }
@@ -77,13 +90,15 @@ class Problem {
   std::uint64_t bound_id(int i) const { return bound_id_[static_cast<std::size_t>(i)]; }
   const double* Q_tiles() const { return Q_.data(); }  ///< as Layout::q_tiles(), each column-major; unit diagonal at padding
   const double* b_padded() const { return b_.data(); }
+  const double* length_padded() const { return length_.data(); }      ///< units of x
+  const double* gradient_padded() const { return gradient_.data(); }  ///< units of Qx + b
 
  private:
-  int add_row(Rows& rows, int components, std::uint64_t id, int support, const double* G, const double* g, double sigma);
+  int add_row(Rows& rows, int components, std::uint64_t id, int support, const double* G, const double* g, double sigma, Unit unit);
 
   std::shared_ptr<const Layout> layout_;
   AlignedVector Q_;
-  AlignedVector b_;
+  AlignedVector b_, length_, gradient_;
   Rows cones_;
   Rows lines_;
   std::vector<BoundGroup> bound_groups_;

@@ -49,7 +49,7 @@ inline constexpr double kRounding = 1e-14;
 /// Where the iterate is, over all rows seen.
 struct Spread {
   V4 mean{};   // Σ wᵀz / weight
-  V4 worst{};  // max wᵀz
+  V4 worst{};  // max wᵀz / work
   V4 off{};    // max ‖w∘z − t·weight·e‖∞ / weight
 };
 
@@ -58,7 +58,6 @@ template <int R>
 inline void scale_group(Group<R>& b, double t, Spread& spread) {
   const auto w = load_element<R>(b.w);
   const auto z = load_element<R>(b.z);
-  const V4 live = b.live;
   const V4 weight = b.weight;
   const V4 inv_weight = b.inv_weight;
   const V4 m = dot<R>(w, z);
@@ -92,7 +91,7 @@ inline void scale_group(Group<R>& b, double t, Spread& spread) {
     b.ratio = w.e[0] * il;
   }
   spread.mean += m * inv_weight;  // inv_weight is 0 at dead lanes
-  spread.worst = max(spread.worst, m * live);
+  spread.worst = max(spread.worst, m * b.inv_work);
   spread.off = max(spread.off, (off - kRounding * w.e[0] * z.e[0]) * inv_weight);
 }
 

@@ -18,11 +18,11 @@ namespace {
 using core::Status;
 
 // Start of a cold attempt (docs/theory/cone.md §4).
-constexpr double kColdCentre = 0.003;  // w∘z = θ·S·kColdCentre·e
-constexpr double kColdSlack = 3e-3;    // smallest slack of w
+constexpr double kColdCentre = 0.003;  // w∘z = θ·S·kColdCentre·e, in works of the row
+constexpr double kColdSlack = 3e-3;    // smallest slack of w, in lengths of the row
 constexpr double kWarmSlack = 1e-4;    // the same for a warm attempt
 constexpr double kFarSlack = 1.0;      // slack of the retry
-constexpr double kWarmMemory = 1e-5;   // z is remembered where the mean of wᵀz/θ passes this
+constexpr double kWarmMemory = 1e-5;   // z is remembered where t passes this
 // Steps.
 constexpr double kToBoundary = 0.99;  // part of the way to the boundary
 constexpr double kBacktrack = 0.75;
@@ -30,12 +30,12 @@ constexpr double kNeighbourhood = 1e-3;    // smallest eigenvalue of the scaled 
 constexpr double kPlainStep = 0.5;         // a Newton step at least this long needs no corrector (Smoothed)
 constexpr double kTooShort = 0.05;         // a predictor step below this from a centred point: raise μ
 constexpr double kNear = 4;                // Exact: t this close to the centred end point takes plain Newton steps
-constexpr double kNoInterior = 1e-6;       // [unit of w]
+constexpr double kNoInterior = 1e-6;       // slack, in lengths of the row
 constexpr double kCareful = 0.1;           // the neighbourhood of the careful attempt
 constexpr double kShort = 0.1;             // a corrected step below this is not worth taking: centre instead
 constexpr double kBackUp = 10;             // by this
 constexpr double kCentreTolerance = 1e-7;  // relative, of the centred end point in Exact mode
-constexpr double kShiftEnd = 100;          // shifts follow the iterates until the mean of wᵀz/θ passes this times the tolerance …
+constexpr double kShiftEnd = 100;          // shifts follow the iterates until t passes this times the tolerance …
 constexpr double kLeastShiftEnd = 1e-7;    // … or this, where it is more
 constexpr int kShiftIterations = 30;       // … or for so many iterations
 constexpr double kShiftAhead = 0.8;        // where on the way of the predictor the corrector's shifts are read: at its end they overshoot
@@ -59,7 +59,8 @@ class Attempt {
         layout_(*s.layout),
         smoothed_(options.mode == Mode::Smoothed),
         n_rows_(problem.n_cones() + problem.n_half_lines() + problem.n_bounds()) {
-    for (int i = 0; i < layout_.padded_size(); ++i) impulse_ = std::max(impulse_, std::abs(problem.b_padded()[i]));
+    const double *b = problem.b_padded(), *unit = problem.gradient_padded();
+    for (int i = 0; i < layout_.padded_size(); ++i) impulse_ = std::max(impulse_, std::abs(b[i]) / unit[i]);
     impulse_ = std::exp2(std::floor(std::log2(impulse_)));  // constant in b almost everywhere, as derivatives need
   }
 
@@ -107,10 +108,10 @@ class Attempt {
   const Layout& layout_;
   bool smoothed_;
   int n_rows_;
-  double t_ = 0;      // where the iterate is: mean of wᵀz / weight
-  double t_end_ = 0;  // where it should go
-  double impulse_ = 1;  // S = max(1, ‖b‖∞) rounded down to a power of 2: the unit of z, by which complementarity is measured in Exact mode
-  double primal_ = 0;  // r_p = primal_ · (stored r_p)
+  double t_ = 0;        // where the iterate is: mean of wᵀz / weight
+  double t_end_ = 0;    // where it should go
+  double impulse_ = 1;  // S = max(1, ‖b/unit‖∞) rounded down to a power of 2, by which complementarity is measured in Exact mode
+  double primal_ = 0;   // r_p = primal_ · (stored r_p)
   Residuals residuals_;
   bool infeasible_ = false;
   bool careful_ = false;
@@ -157,6 +158,8 @@ void idle_lane(Bank<R>& b, int i) {
   for (int r = 0; r < R; ++r) lane(group.g, i)[4 * r] = 0.0;
   *lane(group.w, i) = *lane(group.z, i) = *lane(group.g, i) = 1.0;
   *lane(&group.weight, i) = *lane(&group.inv_weight, i) = *lane(&group.live, i) = *lane(&group.shift, i) = 0.0;
+  *lane(&group.length, i) = 1.0;
+  *lane(&group.inv_work, i) = 0.0;
 }
 
 /// Sorts the rows by support and lays out Y.
@@ -207,8 +210,10 @@ void arrange(GeneralBank<R>& b, const Problem::Rows& rows, const Layout& layout,
 }
 
 template <int R>
-void set_weight(Bank<R>& b, int i, double value) {
+void set_weight(Bank<R>& b, int i, double value, const Unit& unit) {
   Group<R>& group = b.of(i);
+  *lane(&group.length, i) = unit.length;
+  *lane(&group.inv_work, i) = 1.0 / unit.work;
   *lane(&group.weight, i) = value;
   *lane(&group.inv_weight, i) = 1.0 / value;
   *lane(&group.live, i) = 1.0;
@@ -230,17 +235,19 @@ void prepare(const Problem& problem, const Options& options, State& s) {
     s.bound_tile.resize(at(s.bounds.groups));
     s.bound_sign.resize(at(4 * s.bounds.groups));
   }
-  const auto weight_of = [smoothed](double sigma, double theta) {
+  const auto weight_of = [smoothed](double sigma, double theta, const Unit& unit) {
     if (smoothed && !(sigma > 0)) core::throw_invalid("sigma", std::to_string(sigma), "greater than 0 in Smoothed mode");
-    return smoothed ? sigma : theta;
+    return smoothed ? sigma : theta * unit.work;
   };
   for (int i = 0; i < s.n_cones; ++i) {
-    const double sigma = problem.cones().sigma[at(s.cones.order[at(i)])];
-    set_weight(s.cones, i, weight_of(sigma, 2.0));
+    const auto row = at(s.cones.order[at(i)]);
+    const Unit& unit = problem.cones().unit[row];
+    set_weight(s.cones, i, weight_of(problem.cones().sigma[row], 2.0, unit), unit);
   }
   for (int i = 0; i < s.n_lines; ++i) {
-    const double sigma = problem.half_lines().sigma[at(s.lines.order[at(i)])];
-    set_weight(s.lines, i, weight_of(sigma, 1.0));
+    const auto row = at(s.lines.order[at(i)]);
+    const Unit& unit = problem.half_lines().unit[row];
+    set_weight(s.lines, i, weight_of(problem.half_lines().sigma[row], 1.0, unit), unit);
   }
   for (int i = s.n_cones; i < 4 * s.cones.groups; ++i) idle_lane(s.cones, i);
   for (int i = s.n_lines; i < 4 * s.lines.groups; ++i) idle_lane(s.lines, i);
@@ -255,7 +262,7 @@ void prepare(const Problem& problem, const Options& options, State& s) {
       }
       s.bound_slot[at(group.index[lane])] = 4 * g + lane;
       detail::lane(s.bounds.of(4 * g).g, lane)[0] = group.offset[lane];
-      set_weight(s.bounds, 4 * g + lane, weight_of(group.sigma[lane], 1.0));
+      set_weight(s.bounds, 4 * g + lane, weight_of(group.sigma[lane], 1.0, group.unit[lane]), group.unit[lane]);
     }
   }
   std::ranges::fill(s.below, TileMask{});
@@ -283,16 +290,16 @@ void Attempt::start_cold(double least_slack, bool careful) {
   std::ranges::fill(s_.x, 0.0);
   each_group(s_.cones, [](Group<3>& group) { group.g[0] -= std::exchange(group.shift, V4{}); });
   V4 outside{};
-  for_each_group([&]<int R>(const Group<R>& group) { outside = max(outside, -slack_of_group<R>(group.g)); });
+  for_each_group([&]<int R>(const Group<R>& group) { outside = max(outside, -slack_of_group<R>(group.g) / group.length); });
   const double s0 = std::max(least_slack, 0.3 * largest(outside));
   V4 sharpest_lanes{};
-  for_each_group([&](const auto& group) { sharpest_lanes = max(sharpest_lanes, group.weight); });
+  for_each_group([&](const auto& group) { sharpest_lanes = max(sharpest_lanes, group.weight * group.inv_work); });
   const double sharpest = largest(sharpest_lanes);
   const double centre = smoothed_ && sharpest > 0 ? std::max(1.0, kColdCentre * impulse_ / sharpest) : kColdCentre * impulse_;
   for_each_group([&]<int R>(Group<R>& group) {
     const V4 value = centre * group.weight, dead = 1.0 - group.live;
     const V4 norm = group.g[0] - slack_of_group<R>(group.g);
-    const V4 w0 = max(group.g[0], s0 + norm);
+    const V4 w0 = max(group.g[0], s0 * group.length + norm);
     V4 f = value / w0;
     if constexpr (R == 3) {
       f = value / ((w0 - norm) * (w0 + norm));
@@ -311,20 +318,20 @@ void Attempt::start_cold(double least_slack, bool careful) {
 
 /// Pushes w inside and takes z from memory. @returns how far w moved, relative to its slack
 template <int R>
-double start_row(double* w, double* z, double* r_p, const double* remembered, double target, bool smoothed) {
+double start_row(double* w, double* z, double* r_p, const double* remembered, double target, double length, bool smoothed) {
   const double slack = slack_of<R>(w, 4);
   double before[R];
   for (int r = 0; r < R; ++r) before[r] = w[4 * r];
   if (remembered != nullptr) {
     for (int r = 0; r < R; ++r) z[4 * r] = remembered[r];
-    if (slack < kWarmSlack) {
+    if (slack < kWarmSlack * length) {
       if (smoothed)
         set_inverse<R>(w, z, target);
       else
-        w[0] += kWarmSlack - slack;
+        w[0] += kWarmSlack * length - slack;
     }
   } else {
-    if (slack < kColdSlack) w[0] += kColdSlack - slack;
+    if (slack < kColdSlack * length) w[0] += kColdSlack * length - slack;
     set_inverse<R>(z, w, target);
   }
   double moved = 0;
@@ -357,7 +364,8 @@ bool Attempt::try_start_warm() {
       double* w = lane(group.w, i);
       for (int r = 0; r < R; ++r) w[4 * r] = gx[r] + rows.g[at(R * original + r)];
       const double* z = look_up(memory, rows.id[at(original)], original, R);
-      worst = std::max(worst, start_row<R>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i), smoothed_));
+      worst = std::max(worst, start_row<R>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i),
+                                           *lane(&group.length, i), smoothed_));
     }
   };
   general(s_.cones, problem_.cones(), m.cones);
@@ -369,7 +377,8 @@ bool Attempt::try_start_warm() {
     double* w = lane(group.w, i);
     *w = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)] + problem_.bound_groups()[at(i / 4)].offset[i % 4];
     const double* z = look_up(m.bounds, problem_.bound_id(k), k, 1);
-    worst = std::max(worst, start_row<1>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i), smoothed_));
+    worst = std::max(worst, start_row<1>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i),
+                                         *lane(&group.length, i), smoothed_));
   }
   primal_ = 1.0;
   return hits > 0 && worst <= (smoothed_ ? 8.0 : 4.0);
@@ -598,7 +607,7 @@ bool Attempt::measure() {
   double* size = s_.scale.data();
   V4 primal_lanes{};
   const auto look = [&primal_lanes]<int R>(Group<R>& group, const Element<R>& gx) {
-    V4 scale = all(1.0), largest_off{};
+    V4 scale = group.length, largest_off{};
     for (int r = 0; r < R; ++r) {
       scale = max(abs(group.g[r]), scale);
       const V4 off = (group.w[r] - (gx.e[r] + group.g[r])) * group.live;
@@ -625,7 +634,7 @@ bool Attempt::measure() {
   for (int i = 0; i < padded; i += 4) {
     const V4 b = load(problem_.b_padded() + i);
     const V4 minus = load(s_.gradient.data() + i);  // −(Qx + b)
-    const V4 scale = max(max(abs(b), abs(minus + b)), max(load(size + i), all(1.0)));
+    const V4 scale = max(max(abs(b), abs(minus + b)), max(load(size + i), load(problem_.gradient_padded() + i)));
     stationarity_lanes = max(stationarity_lanes, abs(minus + load(gtz + i)) / scale);
   }
   const double stationarity = largest(stationarity_lanes), primal = largest(primal_lanes);
@@ -636,26 +645,26 @@ bool Attempt::measure() {
 }
 
 /// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 11). In Smoothed mode it is enough that none has all slacks above
-/// 1e-6 (the central path needs an interior). Call after measure(), which leaves Gᵀz in scratch.
+/// 1e-6 of its length (the central path needs an interior). Call after measure(), which leaves Gᵀz in scratch.
 bool Attempt::prove_infeasible() {
-  double gz = 0, norm = 0, size = 0;  // size: Σ z₀
+  double gz = 0, norm = 0, size = 0;  // size: Σ z₀ℓ
   for (int i = 0; i < s_.n_cones; ++i) {
     const double* z = lane(s_.cones.of(i).z, i);
     for (int r = 0; r < 3; ++r) gz += problem_.cones().g[at(3 * s_.cones.order[at(i)] + r)] * z[4 * r];
-    size += z[0];
+    size += z[0] * *lane(&s_.cones.of(i).length, i);
   }
   for (int i = 0; i < s_.n_lines; ++i) {
     const double z = *lane(s_.lines.of(i).z, i);
     gz += problem_.half_lines().g[at(s_.lines.order[at(i)])] * z;
-    size += z;
+    size += z * *lane(&s_.lines.of(i).length, i);
   }
   for (int k = 0; k < s_.n_bounds; ++k) {
     const int i = s_.bound_slot[at(k)];
     const double z = *lane(s_.bounds.of(i).z, i);
     gz += problem_.bound_groups()[at(i / 4)].offset[i % 4] * z;
-    size += z;
+    size += z * *lane(&s_.bounds.of(i).length, i);
   }
-  for (const double v : s_.scratch) norm += std::abs(v);
+  for (int i = 0; i < layout_.padded_size(); ++i) norm += std::abs(s_.scratch[at(i)]) * problem_.length_padded()[i];
   return -gz > options_.infeasible_radius * norm - (smoothed_ ? kNoInterior * size : 0.0);
 }
 

@@ -19,28 +19,28 @@ enum class Mode {
 
 struct Options {
   Mode mode = Mode::Exact;
-  /// Exact: largest wᵢᵀzᵢ / S [unit of w], in [1e-12, 1e-2]; S = max(1, ‖b‖∞) rounded down to a power of 2.
+  /// Exact: largest wᵢᵀzᵢ / S in works of the row (Unit) [-], in [1e-12, 1e-2]; S = max(1, ‖b‖∞ in its units) rounded down to a power of 2.
   /// Smoothed: largest ‖wᵢ∘zᵢ − σᵢe‖∞/σᵢ [-]; up to ten times that where rounding lets Newton's method get no further.
   double tol_complementarity = 1e-9;
   double tol_kkt = 1e-8;    ///< largest scaled stationarity and primal residual [-], in [1e-12, 1e-2]
   int max_iterations = 80;  ///< factorisations per attempt (there are at most three attempts: warm, cold, far), ≥ 1
   bool warm_start = true;   ///< start from what the Workspace remembers of rows with the same id
   /// Leave a factor of H at the returned point, for apply_inverse and D_*. In Exact mode this also centres the point at
-  /// wᵢ∘zᵢ = θᵢ·S·tol_complementarity/20, which costs one or two more iterations and makes x a smooth function of the data.
+  /// wᵢ∘zᵢ = θᵢ·S·tol_complementarity/20 (in works), which costs one or two more iterations and makes x a smooth function of the data.
   bool sensitivities = true;
   /// Exact: Gx + g + ‖(w₁, w₂)‖e₀ in place of Gx + g in every cone, De Saxcé's change of variables (docs/theory/cone.md, eq. 18). The
   /// shift follows the iterates and is held at the end: the result solves the convex program with Result::shift_cone to tolerance, and how
   /// far that is from ‖(w₁, w₂)‖ is for the caller to judge. Derivatives hold it as well.
   bool shift_by_tangent = false;
-  double infeasible_radius = 10;  ///< Infeasible is proved for all ‖x‖∞ ≤ this [unit of x], > 0
+  double infeasible_radius = 10;  ///< Infeasible is proved for all ‖x‖∞ ≤ this, x in its units [-], > 0
   const std::atomic<bool>* cancel = nullptr;
   void validate() const;  ///< @throws InvalidInput naming the field
 };
 
 /// Recomputed from the raw data at the returned point (docs/theory/cone.md, eq. 12–15).
 struct Residuals {
-  double stationarity = 0;     ///< max_j |Qx + b − Gᵀz|ⱼ / max(1, |b|ⱼ, |Qx|ⱼ, Σᵢ|Gᵢⱼzᵢ|)
-  double primal = 0;           ///< max |w − Gx − g| / max(1, |g|)
+  double stationarity = 0;     ///< max_j |Qx + b − Gᵀz|ⱼ / max(1, |b|ⱼ, |Qx|ⱼ, Σᵢ|Gᵢⱼzᵢ|), 1 of its unit
+  double primal = 0;           ///< max |w − Gx − g| / max(1, |g|), 1 length of the row
   double complementarity = 0;  ///< as Options::tol_complementarity
   double cone = 0;             ///< largest distance by which w or z leaves its cone (0 for an interior point)
 };
@@ -87,7 +87,7 @@ class Workspace {
 /// @param work  of the same Layout as the problem
 /// @returns Solved: residuals within tolerance. MaxIterations, Cancelled: `result` is the last iterate, residuals say how good.
 ///          Infeasible: result.z_* is a certificate, z ∈ K with −gᵀz > radius·‖Gᵀz‖₁, so no ‖x‖∞ ≤ radius is feasible;
-///          in Smoothed mode −gᵀz > radius·‖Gᵀz‖₁ − 1e-6·Σz₀: none has all slacks above 1e-6, so there is no central path.
+///          in Smoothed mode −gᵀz > radius·‖Gᵀz‖₁ − 1e-6·Σz₀ℓ: none has all slacks above 1e-6 lengths ℓ, so there is no central path.
 ///          NumericalFailure: Q not positive definite on the rows' null space, or arithmetic broke down.
 /// @throws InvalidInput: options out of range, layouts differ, or a row with sigma = 0 in Smoothed mode
 /// Limits:  no rows → x = −Q⁻¹b in one iteration; one spring k against a wall, smoothed: w(w + u) = σ/k (tests/cone/analytic_test.cpp)

@@ -19,6 +19,7 @@ struct Group {
   V4 w[R], z[R], lambda[R], u[R], s[R], c[R], p[R], r_p[R];
   V4 v[kScaling];
   V4 ratio, inv_det, inv_lambda0, weight, inv_weight, live;
+  V4 length, inv_work;  // of the row's Unit; 1 and 0 at lanes without a row
   V4 z_saved[R];
   V4 g[R];   // of w = Gx + g, with the shift; e at lanes without a row
   V4 shift;  // Options::shift_by_tangent: the part of g[0] that is not the problem's
