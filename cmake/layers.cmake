@@ -72,12 +72,6 @@ function(stiction_layer name)
   add_dependencies(stiction_${name} check_layer_${name})
 endfunction()
 
-add_library(stiction_test_paths STATIC EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/support/paths.cpp)
-target_compile_features(stiction_test_paths PUBLIC cxx_std_20)
-target_include_directories(stiction_test_paths PUBLIC ${CMAKE_SOURCE_DIR}/tests)
-target_compile_definitions(stiction_test_paths PRIVATE STICTION_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
-  STICTION_TEST_PACKAGE_DIR="${cmeel_prefix}/share")
-
 # stiction_test(NAME SOURCES … LINK target… [LABELS …]) adds one GoogleTest program.
 function(stiction_test name)
   cmake_parse_arguments(A "" "" "SOURCES;LINK;LABELS" ${ARGN})
