@@ -184,5 +184,18 @@ TEST_F(PlanFiles, TaskIsFoundAgain) {
   EXPECT_THROW((void)load_task_of_plan(elsewhere, dir_, default_data_dirs()), core::InvalidInput);
 }
 
+TEST_F(PlanFiles, TaskMadeInMemory_StandsInTheFile) {
+  const std::string text = R"({"base": "planar_pushing.yaml", "name": "mine"})";
+  const Task task = parse_task(text, box_->task.file.parent_path());
+  write_plan(make_plan_file(task, task.options, box_->result, dir_ / "plan.json"), dir_ / "plan.json");
+  const PlanFile file = read_plan(dir_);
+  EXPECT_EQ(file.task_text, text);
+  EXPECT_EQ(to_text(parse_plan(to_text(file), dir_ / "plan.json")), to_text(file));
+  const Task again = load_task_of_plan(file, dir_, {});
+  EXPECT_EQ(again.name, "mine");
+  EXPECT_EQ(again.scene_text, box_->task.scene_text);
+  EXPECT_EQ(again.text, text);
+}
+
 }  // namespace
 }  // namespace stiction::tasks

@@ -181,6 +181,42 @@ TEST(Tasks, SetGoal_WithAnyValues_MakesARegion) {
   EXPECT_FALSE(box.problem.goal.region) << "a pose again";
 }
 
+TEST(TaskInMemory, TextOfAFile_GivesTheTaskOfTheFile) {
+  const Task in_file = load_task("planar_pushing");
+  std::ifstream in(in_file.file);
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  const Task in_memory = parse_task(text, kTasks);
+  EXPECT_EQ(in_memory.scene_text, in_file.scene_text);
+  EXPECT_EQ(in_memory.name, in_file.name);
+  EXPECT_EQ(in_memory.text, text);
+  EXPECT_EQ(in_memory.problem.q_start, in_file.problem.q_start);
+  EXPECT_EQ(in_memory.problem.q_goal, in_file.problem.q_goal);
+}
+
+TEST(TaskInMemory, Base_IsFoundInTheFolder) {
+  const Task task = parse_task(R"({"base": "planar_pushing.yaml", "tolerance": {"position": 0.25}})", kTasks);
+  EXPECT_EQ(task.problem.goal.tol_position, 0.25);
+  EXPECT_EQ(task.scene_sha256, load_task("planar_pushing").scene_sha256);
+}
+
+TEST(TaskInMemory, Mistake_IsNamedByItsPathAlone) {
+  const auto message = [](const std::string& text) {
+    try {
+      (void)parse_task(text, kTasks);
+    } catch (const core::InvalidInput& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(message(R"({"base": "planar_pushing.yaml", "tolerance": {"position": -1}})"),
+            "tolerance.position: got -1, expected a number > 0");
+  EXPECT_EQ(message(R"({"base": "planar_pushing.yaml", "tolerance": {"positon": 1}})"),
+            "tolerance.positon: got an unknown key, expected one of position, angle; did you mean 'position'?");
+  EXPECT_EQ(message("{}"), "start: got nothing, expected this key");
+  EXPECT_EQ(message("[]"), "top level: got a list of 0, expected a map");
+  EXPECT_EQ(message("{"), "file: got malformed YAML (end of map flow not found), expected valid YAML");
+}
+
 TEST_F(TaskFile, GoalRegion_IsReadAndItsNearestPoseIsTheGoal) {
   const Task box = load_task(write("planar_pushing", "goal: {objects: {box: {coordinates: [~, [-0.6, -0.4], 1.5]}}}\n").string());
   ASSERT_TRUE(box.problem.goal.region);

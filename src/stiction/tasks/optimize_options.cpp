@@ -149,7 +149,7 @@ OptimizeSetup read_optimize_setup(const YamlNode& node, const world::Model& mode
     }
     out.options.validate(model);
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}:{}: {}: {}", node.file().string(), node.line(), node.path(), e.what()));
+    throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
   }
   return out;
 }

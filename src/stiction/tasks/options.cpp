@@ -94,7 +94,7 @@ Eigen::VectorXd read_joint_values(const YamlNode& node, const world::Model& mode
     try {
       index = model.joint_index(name);
     } catch (const core::InvalidInput& e) {
-      throw core::InvalidInput(fmt::format("{}:{}: {}: {}", value.file().string(), value.line(), value.path(), e.what()));
+      throw core::InvalidInput(fmt::format("{}: {}", value.where(), e.what()));
     }
     out[index] = value.number();
   }
@@ -340,7 +340,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   try {
     out.validate(model);
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}:{}: {}", node.file().string(), node.line(), e.what()));
+    throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
   }
   return out;
 }

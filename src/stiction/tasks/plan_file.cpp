@@ -107,6 +107,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   PlanFile out;
   out.code_version = core::version();
   out.task_name = task.name;
+  out.task_text = task.text;
   out.task_builtin = task.builtin;
   out.task_file = task.builtin
                       ? task.file.filename().generic_string()
@@ -251,6 +252,11 @@ Task load_task_of_plan(const PlanFile& plan, const fs::path& file, std::span<con
     task = load_task(name.stem().string(), data_dirs);
   } else {
     const fs::path path = (fs::absolute(file_of_plan(file)).parent_path() / plan.task_file).lexically_normal();
+    if (!plan.task_text.empty()) {
+      task = parse_task(plan.task_text, path);
+      require_same_scene(plan, task, file);
+      return task;
+    }
     if (!fs::is_regular_file(path)) {
       fail(file, "task.file", fmt::format("'{}', which is not there", path.string()), "the task file that the plan was made from");
     }

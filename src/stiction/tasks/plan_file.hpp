@@ -68,6 +68,7 @@ struct StoredGeometry {
 struct PlanFile {
   std::string code_version;
   std::string task_name, task_file;  ///< task_file: name in the data folder, or path relative to the folder of the plan file
+  std::string task_text;             ///< of a task made in memory; task_file is then the folder that its paths are relative to
   bool task_builtin = false;
   std::string scene_sha256, scene_text;
   core::Status status = core::Status::NumericalFailure;

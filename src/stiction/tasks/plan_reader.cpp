@@ -296,10 +296,12 @@ void read_statistics(const Value& v, PlanFile& out) {
 void read_head(const Value& top, PlanFile& out) {
   out.code_version = top.at("code_version").string();
   const Value task = top.at("task");
-  task.require_keys({"name", "builtin", "file"});
+  const bool in_memory = task.has("text");
+  in_memory ? task.require_keys({"name", "builtin", "file", "text"}) : task.require_keys({"name", "builtin", "file"});
   out.task_name = task.at("name").string();
   out.task_builtin = task.at("builtin").boolean();
   out.task_file = task.at("file").string();
+  if (in_memory) out.task_text = task.at("text").string();
   out.scene_sha256 = top.at("scene_sha256").string();
   out.scene_text = top.at("scene_text").string();
   if (const std::string actual = core::sha256(out.scene_text); actual != out.scene_sha256) {

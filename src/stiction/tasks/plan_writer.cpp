@@ -135,6 +135,10 @@ void write_head(Writer& w, const PlanFile& p) {
   w.text(p.task_name);
   w.raw(",\"builtin\":{},\"file\":", p.task_builtin);
   w.text(p.task_file);
+  if (!p.task_text.empty()) {
+    w.raw(",\"text\":");
+    w.text(p.task_text);
+  }
   w.raw("}},\n\"scene_sha256\":");
   w.text(p.scene_sha256);
   w.raw(",\n\"scene_text\":");

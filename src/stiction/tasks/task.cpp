@@ -13,6 +13,7 @@
 #include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
+#include "stiction/world/read.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
@@ -78,7 +79,7 @@ void read_joints(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
       try {
         index = model.joint_index(name);
       } catch (const core::InvalidInput& e) {
-        throw core::InvalidInput(fmt::format("{}:{}: {}: {}", value.file().string(), value.line(), value.path(), e.what()));
+        throw core::InvalidInput(fmt::format("{}: {}", value.where(), e.what()));
       }
       q[first + index] = value.number();
     }
@@ -230,16 +231,13 @@ bool names_a_file(const std::string& text) {
   return text.find('/') != std::string::npos || text.ends_with(".yaml") || text.ends_with(".yml");
 }
 
-Task read_task(const fs::path& file, std::string name, bool builtin) {
-  const YamlNode root = world::load_yaml_with_base(file);
+Task read_task(const YamlNode& root, std::string name) {
   root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "planner", "optimize"});
   Task task;
   task.name = root.string_or("name", std::move(name));
   task.description = root.string_or("description", "");
-  task.file = file;
-  task.builtin = builtin;
-  const world::Scene scene = world::load_scene(file, default_package_dirs());
-  task.model = Model::make(scene);
+  task.file = root.file();
+  task.model = Model::make(world::read_scene_file(root, default_package_dirs()));
   const Model& model = *task.model;
   task.problem.model = task.model;
   task.problem.q_start = read_start(root.at("start"), model);
@@ -285,11 +283,14 @@ std::vector<std::string> list_tasks(std::span<const fs::path> data_dirs) {
 }
 
 Task load_task(const std::string& name_or_file, std::span<const fs::path> data_dirs) {
-  if (names_a_file(name_or_file)) return read_task(name_or_file, fs::path(name_or_file).stem().string(), false);
+  if (names_a_file(name_or_file)) return read_task(world::load_yaml_with_base(name_or_file), fs::path(name_or_file).stem().string());
   for (const auto& dir : data_dirs) {
     const fs::path file = dir / (name_or_file + ".yaml");
     std::error_code error;
-    if (!name_or_file.empty() && fs::is_regular_file(file, error)) return read_task(file, name_or_file, true);
+    if (name_or_file.empty() || !fs::is_regular_file(file, error)) continue;
+    Task task = read_task(world::load_yaml_with_base(file), name_or_file);
+    task.builtin = true;
+    return task;
   }
   const auto known = list_tasks(data_dirs);
   core::throw_invalid("task", fmt::format("'{}'", name_or_file),
@@ -297,6 +298,12 @@ Task load_task(const std::string& name_or_file, std::span<const fs::path> data_d
 }
 
 Task load_task(const std::string& name_or_file) { return load_task(name_or_file, default_data_dirs()); }
+
+Task parse_task(const std::string& text, const fs::path& folder) {
+  Task task = read_task(world::parse_yaml_with_base(text, fs::absolute(folder)), "task");
+  task.text = text;
+  return task;
+}
 
 void set_goal(Task& task, std::span<const double> values) {
   core::require_finite("goal", values);

@@ -17,8 +17,9 @@ namespace stiction::tasks {
 struct Task {
   std::string name;
   std::string description;
-  std::filesystem::path file;                 ///< as found
-  bool builtin = false;                       ///< found by its name in a data folder
+  std::filesystem::path file;  ///< as found; of a task in memory the folder that its paths are relative to, with '/' at its end
+  std::string text;            ///< of a task in memory; empty: that of `file`
+  bool builtin = false;        ///< found by its name in a data folder
   std::shared_ptr<const world::Model> model;  ///< model->scene() is the scene
   planning::PlanningProblem problem;
   planning::PlannerOptions options;
@@ -42,6 +43,10 @@ std::vector<std::string> list_tasks(std::span<const std::filesystem::path> data_
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …"
 Task load_task(const std::string& name_or_file, std::span<const std::filesystem::path> data_dirs);
 Task load_task(const std::string& name_or_file);
+
+/// A task in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
+/// @throws core::InvalidInput "field: got …, expected …"
+Task parse_task(const std::string& text, const std::filesystem::path& folder);
 
 /// Replaces the goal pose: x y z [m] roll pitch yaw [rad] for a free object, its coordinates for any other. Tolerances stay.
 /// @throws core::InvalidInput: wrong number of values, not finite

@@ -73,7 +73,7 @@ std::vector<Shape> read_mesh(const YamlNode& node) {
   try {
     for (ConvexMesh& part : load_mesh(path, scale, options)) shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(part))});
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}:{}: {}: {}", file.file().string(), file.line(), file.path(), e.what()));
+    throw core::InvalidInput(fmt::format("{}: {}", file.where(), e.what()));
   }
   return shapes;
 }
@@ -347,7 +347,7 @@ Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> pa
   node.require_map({"name", "gravity", "contact_distance", "max_contacts", "robots", "objects", "fixed", "filters"});
   Scene scene;
   scene.file = node.file();
-  scene.name = node.string_or("name", node.file().stem().string());
+  scene.name = node.string_or("name", node.file().has_filename() ? node.file().stem().string() : "scene");
   if (const auto gravity = node.find("gravity")) scene.gravity = gravity->vector3();
   scene.contact_distance = node.positive_or("contact_distance", scene.contact_distance);
   if (const auto most = node.find("max_contacts")) scene.max_contacts = most->positive_int();
@@ -396,14 +396,21 @@ Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> pa
   return scene;
 }
 
-Scene load_scene(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
-  const YamlNode top = load_yaml_with_base(file);
+Scene read_scene_file(const YamlNode& top, std::span<const std::filesystem::path> package_dirs) {
   top.require_map();
   if (!top.has("scene")) return read_scene(top, package_dirs);
   Scene scene = read_scene(top.at("scene"), package_dirs);
-  scene.file = file;
-  if (!top.at("scene").has("name")) scene.name = top.string_or("name", file.stem().string());
+  scene.file = top.file();
+  if (!top.at("scene").has("name")) scene.name = top.string_or("name", scene.file.has_filename() ? scene.file.stem().string() : scene.name);
   return scene;
+}
+
+Scene load_scene(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  return read_scene_file(load_yaml_with_base(file), package_dirs);
+}
+
+Scene parse_scene(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs) {
+  return read_scene_file(parse_yaml_with_base(text, folder), package_dirs);
 }
 
 Scene load_scene(const std::filesystem::path& file) { return load_scene(file, {}); }

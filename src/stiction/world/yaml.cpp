@@ -36,6 +36,12 @@ std::string join_path(const std::string& parent, std::string_view key) {
   return parent.empty() ? std::string(key) : fmt::format("{}.{}", parent, key);
 }
 
+/// How messages about a value begin; a text in memory has a folder in place of a file, and no lines.
+std::string locate(const std::filesystem::path& file, int line, std::string_view path) {
+  if (path.empty()) path = "top level";
+  return file.has_filename() ? fmt::format("{}:{}: {}", file.string(), line, path) : std::string(path);
+}
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -87,10 +93,11 @@ struct YamlBuilder {
 
   YamlNode build(const YAML::Node& in, const std::string& path, int depth = 0) {
     if (left-- == 0) {
-      throw InvalidInput(fmt::format("{}:{}: {}: got aliases that stand for more than {} values a character, expected fewer",
-                                     file->string(), in.Mark().line + 1, path, kNodesPerCharacter));
+      throw InvalidInput(fmt::format("{}: got aliases that stand for more than {} values a character, expected fewer",
+                                     locate(*file, in.Mark().line + 1, path), kNodesPerCharacter));
     }
-    if (depth > 64) throw InvalidInput(fmt::format("{}: {}: got more than 64 nested levels, expected fewer", file->string(), path));
+    if (depth > 64)
+      throw InvalidInput(fmt::format("{}: got more than 64 nested levels, expected fewer", locate(*file, in.Mark().line + 1, path)));
     auto data = std::make_shared<YamlNode::Data>();
     data->file = file;
     data->line = in.Mark().line + 1;
@@ -115,13 +122,12 @@ struct YamlBuilder {
         for (const auto& entry : in) {
           const int line = entry.first.Mark().line + 1;
           if (!entry.first.IsScalar()) {
-            throw InvalidInput(fmt::format("{}:{}: {}: got a key that is not a word, expected words as keys", file->string(), line, path));
+            throw InvalidInput(fmt::format("{}: got a key that is not a word, expected words as keys", locate(*file, line, path)));
           }
           const std::string key = entry.first.Scalar();
           for (const auto& [other, value] : data->entries) {
             if (other == key) {
-              throw InvalidInput(
-                  fmt::format("{}:{}: {}: got this key twice, expected it once", file->string(), line, join_path(path, key)));
+              throw InvalidInput(fmt::format("{}: got this key twice, expected it once", locate(*file, line, join_path(path, key))));
             }
           }
           YamlNode value = build(entry.second, join_path(path, key), depth + 1);
@@ -140,13 +146,13 @@ struct YamlBuilder {
 
 YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& file) {
   if (const auto line = line_of_foreign_bytes(text)) {
-    throw InvalidInput(fmt::format("{}:{}: file: got bytes that are not UTF-8, expected text in UTF-8", file.string(), *line));
+    throw InvalidInput(fmt::format("{}: got bytes that are not UTF-8, expected text in UTF-8", locate(file, *line, "file")));
   }
   try {
     return YamlBuilder{std::make_shared<const std::filesystem::path>(file), kNodesPerCharacter * (text.size() + 1)}.build(YAML::Load(text),
                                                                                                                           "");
   } catch (const YAML::Exception& e) {
-    throw InvalidInput(fmt::format("{}:{}: file: got malformed YAML ({}), expected valid YAML", file.string(), e.mark.line + 1, e.msg));
+    throw InvalidInput(fmt::format("{}: got malformed YAML ({}), expected valid YAML", locate(file, e.mark.line + 1, "file"), e.msg));
   }
 }
 
@@ -174,6 +180,8 @@ const std::string& YamlNode::path() const {
   return data_ ? data_->path : kNone;
 }
 
+std::string YamlNode::where() const { return locate(file(), line(), path()); }
+
 bool YamlNode::is_number() const { return is_scalar() && !data_->quoted && read_number(data_->scalar).has_value(); }
 
 std::string YamlNode::describe() const {
@@ -191,8 +199,7 @@ std::string YamlNode::describe() const {
 }
 
 void YamlNode::fail(std::string_view got, std::string_view expected) const {
-  throw InvalidInput(
-      fmt::format("{}:{}: {}: got {}, expected {}", file().string(), line(), path().empty() ? "top level" : path(), got, expected));
+  throw InvalidInput(fmt::format("{}: got {}, expected {}", where(), got, expected));
 }
 
 void YamlNode::fail(std::string_view expected) const { fail(describe(), expected); }
@@ -210,8 +217,7 @@ void YamlNode::require_map(std::initializer_list<std::string_view> allowed) cons
   for (const auto& [key, value] : data_->entries) {
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
     const auto known = to_strings(std::span(allowed.begin(), allowed.size()));
-    throw InvalidInput(fmt::format("{}:{}: {}: got an unknown key, expected one of {}", value.file().string(), value.line(), value.path(),
-                                   list_with_hint(key, known)));
+    throw InvalidInput(fmt::format("{}: got an unknown key, expected one of {}", value.where(), list_with_hint(key, known)));
   }
 }
 
@@ -232,7 +238,7 @@ bool YamlNode::has(std::string_view key) const { return find(key).has_value(); }
 
 YamlNode YamlNode::at(std::string_view key) const {
   if (auto value = find(key)) return *value;
-  throw InvalidInput(fmt::format("{}:{}: {}: got nothing, expected this key", file().string(), line(), join_path(path(), key)));
+  throw InvalidInput(fmt::format("{}: got nothing, expected this key", locate(file(), line(), join_path(path(), key))));
 }
 
 YamlNode YamlNode::without(std::string_view key) const {
@@ -366,24 +372,29 @@ YamlNode merge(const YamlNode& base, const YamlNode& over) {
 
 namespace {
 
-YamlNode load_chain(const std::filesystem::path& file, std::vector<std::filesystem::path>& seen) {
-  const YamlNode node = YamlNode::load(file);
+YamlNode with_base(const YamlNode& node, std::vector<std::filesystem::path>& seen) {
   node.require_map();
   const auto base = node.find("base");
   if (!base) return node;
+  const std::filesystem::path& file = node.file();
   const auto here = std::filesystem::weakly_canonical(file);
   if (std::find(seen.begin(), seen.end(), here) != seen.end()) base->fail("a file that does not lead back to this one");
   seen.push_back(here);
   const auto other = file.parent_path() / base->string();
   if (!std::filesystem::is_regular_file(other)) base->fail(fmt::format("a file that exists ({} does not)", other.string()));
-  return merge(load_chain(other, seen), node).without("base");
+  return merge(with_base(YamlNode::load(other), seen), node).without("base");
 }
 
 }  // namespace
 
 YamlNode load_yaml_with_base(const std::filesystem::path& file) {
   std::vector<std::filesystem::path> seen;
-  return load_chain(file, seen);
+  return with_base(YamlNode::load(file), seen);
+}
+
+YamlNode parse_yaml_with_base(const std::string& text, const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> seen;
+  return with_base(YamlNode::parse(text, folder / ""), seen);
 }
 
 std::string list_with_hint(std::string_view name, std::span<const std::string> known) {

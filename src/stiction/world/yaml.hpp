@@ -26,13 +26,17 @@ class YamlNode {
   };
 
   YamlNode() = default;
-  static YamlNode parse(const std::string& text, const std::filesystem::path& file);  ///< @throws when malformed or a key repeats
-  static YamlNode load(const std::filesystem::path& file);                            ///< @throws when it cannot be read
+  /// @param file  where the text stands. A folder with a '/' at its end: a text in memory, whose paths are relative to the folder and
+  ///              whose values are named by their path alone
+  /// @throws when malformed or a key repeats
+  static YamlNode parse(const std::string& text, const std::filesystem::path& file);
+  static YamlNode load(const std::filesystem::path& file);  ///< @throws when it cannot be read
 
   Kind kind() const;
   const std::filesystem::path& file() const;  ///< the file this value was written in (with `base` not always the one asked for)
   int line() const;                           ///< from 1
   const std::string& path() const;            ///< "scene.robots[0].urdf"; empty at the top
+  std::string where() const;                  ///< "FILE:LINE: path", of a text in memory "path": how messages begin
 
   bool is_map() const { return kind() == Kind::Map; }
   bool is_sequence() const { return kind() == Kind::Sequence; }
@@ -96,6 +100,9 @@ YamlNode merge(const YamlNode& base, const YamlNode& over);
 /// Loads a file; while its top level has a key `base: other.yaml` (relative to the file that says so), the other file is loaded first
 /// and this one is merged over it. The result has no key `base`. @throws core::InvalidInput, also for a circle of bases
 YamlNode load_yaml_with_base(const std::filesystem::path& file);
+
+/// The same of a text in memory. @param folder  that paths in it are relative to
+YamlNode parse_yaml_with_base(const std::string& text, const std::filesystem::path& folder);
 
 /// "a, b, c" and, when one of them is near to `name`, "; did you mean 'b'?".
 std::string list_with_hint(std::string_view name, std::span<const std::string> known);
