@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "contact/shapes.hpp"
+#include "stiction/core/invalid_input.hpp"
 
 namespace stiction::contact {
 namespace {
@@ -128,6 +129,105 @@ TEST_P(HardPoses, PhiLiesBetweenItsBounds) {
     }
   }
   EXPECT_GT(near, 2000);
+}
+
+// Two round bodies on one axis: the shortest way out is along it or, all around, to the side.
+TEST(RoundBodies, OnOneAxis_DepthIsTheShorterWayOut) {
+  Random random(5);
+  for (int i = 0; i < 300; ++i) {
+    const double scale = std::pow(10.0, random.uniform(-2, 2));
+    const double r_a = scale * random.uniform(0.01, 0.1), r_b = scale * random.uniform(0.01, 0.1);
+    const double l_a = scale * random.uniform(0.02, 0.4), l_b = scale * random.uniform(0.02, 0.4);
+    const Pose X_WB = random.pose(scale);
+    Pose X_WA = X_WB;
+    const double off = random.uniform(-0.4, 0.4) * (l_a + l_b);
+    X_WA.p += off * X_WB.R.col(2);
+    X_WA.R = X_WB.R * turn(random.uniform(0, std::numbers::pi), Vector3d::UnitZ());
+    const double sides = r_a + r_b;
+    const double tolerance = 1e-9 * scale;
+    EXPECT_NEAR(calc_distance(world::Cylinder{r_a, l_a}, X_WA, world::Cylinder{r_b, l_b}, X_WB).phi,
+                -std::min(l_a + l_b - std::abs(off), sides), tolerance)
+        << i;
+    EXPECT_NEAR(calc_distance(world::Capsule{r_a, l_a}, X_WA, world::Cylinder{r_b, l_b}, X_WB).phi,
+                -std::min(l_a + l_b - std::abs(off) + r_a, sides), tolerance)
+        << i;
+  }
+}
+
+// A corner of a mesh of metres a nanometre over a face of a box of metres.
+TEST(LargeBodies, CornerNanometresOverAFace_GapIsTheSeparation) {
+  auto m = std::make_shared<world::ConvexMesh>();
+  m->vertices.resize(3, 4);
+  m->vertices << 0, 0.5, -0.25, -0.25, 0, 0, 0.5, -0.5, 0, 0.75, 0.75, 0.75;
+  m->triangles.resize(3, 4);
+  m->triangles << 0, 0, 0, 1, 2, 3, 1, 2, 1, 2, 3, 3;
+  Random random(9);
+  const Vector3d half(1.5, 1, 0.5);
+  for (int i = 0; i < 3000; ++i) {
+    const double scale = std::pow(10.0, i % 5 - 3), gap = scale * std::pow(10.0, random.uniform(-9, -6));
+    world::Mesh tip{std::make_shared<world::ConvexMesh>(*m)};
+    std::const_pointer_cast<world::ConvexMesh>(tip.mesh)->vertices *= scale;
+    const world::Box box{scale * half};
+    const Pose X_WB = random.pose(0);
+    Pose X_WA{random.rotation(), Vector3d::Zero()};
+    const int k = i % 3;
+    const double side = i % 2 ? 1 : -1;
+    if (test::gap_along(tip, X_WA, box, X_WB, side * X_WB.R.col(k)) < -scale * half[k] - 1e-12 * scale) continue;  // the tip is not lowest
+    Vector3d at = scale * half.cwiseProduct(random.in_cube(0.3));
+    at[k] = side * (scale * half[k] + gap);
+    X_WA.p = X_WB * at;
+    EXPECT_NEAR(calc_distance(tip, X_WA, box, X_WB).phi, gap, 1e-14 * scale) << i << " scale " << scale;
+    EXPECT_NEAR(calc_distance(box, X_WB, tip, X_WA).phi, gap, 1e-14 * scale) << i << " scale " << scale;
+  }
+}
+
+/// A round plate of n corners whose caps are fans, or a cone with its tip in place of the upper cap.
+world::Mesh make_round(int n, double radius, double height, bool cone) {
+  auto m = std::make_shared<world::ConvexMesh>();
+  m->vertices.resize(3, cone ? n + 1 : 2 * n);
+  std::vector<Eigen::Vector3i> triangles;
+  for (int i = 0; i < n; ++i) {
+    const double angle = 2 * std::numbers::pi * i / n;
+    const Vector3d corner(radius * std::cos(angle), radius * std::sin(angle), -0.5 * height);
+    const int next = (i + 1) % n;
+    m->vertices.col(i) = corner;
+    if (i > 0 && i < n - 1) triangles.emplace_back(0, i + 1, i);
+    if (cone) {
+      triangles.emplace_back(i, next, n);
+      continue;
+    }
+    m->vertices.col(n + i) = corner + height * Vector3d::UnitZ();
+    if (i > 0 && i < n - 1) triangles.emplace_back(n, n + i, n + i + 1);
+    triangles.emplace_back(i, next, n + i);
+    triangles.emplace_back(next, n + next, n + i);
+  }
+  if (cone) m->vertices.col(n) = Vector3d(0, 0, 0.5 * height);
+  m->triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
+  for (std::size_t i = 0; i < triangles.size(); ++i) m->triangles.col(static_cast<Eigen::Index>(i)) = triangles[i];
+  return {m};
+}
+
+TEST(RoundMesh, CapThatIsOneFan_IsABodyLikeAnyOther) {
+  Random random(3);
+  const world::Mesh plate = make_round(300, 0.1, 0.2, false);
+  const world::Box box{{0.4, 0.4, 0.05}};
+  for (int i = 0; i < 100; ++i) {
+    const Pose X_WB = random.pose(0.1);
+    const double gap = random.uniform(0.0, 0.05);
+    Pose X_WA = X_WB;
+    X_WA.p += (0.05 + 0.1 + gap) * X_WB.R.col(2);
+    EXPECT_NEAR(calc_distance(plate, X_WA, box, X_WB).phi, gap, 1e-12);
+  }
+}
+
+TEST(RoundMesh, TipWithMoreEdgesThanCoalCounts_Refused) {
+  const world::Mesh cone = make_round(300, 0.1, 0.2, true);
+  try {
+    calc_distance(cone, Pose{}, world::Box{{0.1, 0.1, 0.1}}, Pose{});
+    FAIL() << "accepted";
+  } catch (const core::InvalidInput& e) {
+    EXPECT_NE(std::string(e.what()).find("a vertex with 300 edges"), std::string::npos) << e.what();
+  }
 }
 
 }  // namespace

@@ -4,9 +4,15 @@
 #include <coal/shape/convex.h>
 #include <coal/shape/geometric_shapes.h>
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "stiction/contact/polish.hpp"
+#include "stiction/contact/polytope.hpp"
+#include "stiction/core/invalid_input.hpp"
 
 namespace stiction::contact::detail {
 
@@ -21,12 +27,45 @@ namespace {
 constexpr double kPolytopeTolerance = 1e-9, kCurvedTolerance = 1e-6;
 constexpr int kGjkIterations = 256, kEpaIterations = 128;
 
-std::unique_ptr<coal::ShapeBase> make_convex(const MeshData& mesh) {
+using Triangles = std::vector<coal::Triangle>;
+
+/// Most neighbours of a vertex: Coal counts them in a byte.
+constexpr std::size_t kMostNeighbours = 255;
+
+std::size_t most_neighbours(const Triangles& triangles, std::size_t n_vertices) {
+  std::vector<std::set<coal::Triangle::index_type>> neighbours(n_vertices);
+  for (const auto& t : triangles) {
+    for (int k = 0; k < 3; ++k) neighbours[t[k]].insert({t[(k + 1) % 3], t[(k + 2) % 3]});
+  }
+  const auto more = [](const auto& a, const auto& b) { return a.size() < b.size(); };
+  return std::max_element(neighbours.begin(), neighbours.end(), more)->size();
+}
+
+/// The polygon loop[i] … loop[j], cut in the middle again and again: a corner of n has about 2 log₂ n neighbours, where in a fan one has all.
+void halve(const int* loop, int i, int j, Triangles& out) {
+  if (j - i < 2) return;
+  const int middle = (i + j) / 2;
+  out.emplace_back(loop[i], loop[middle], loop[j]);
+  halve(loop, i, middle, out);
+  halve(loop, middle, j, out);
+}
+
+/// @throws core::InvalidInput: an edge from one vertex to each of more than kMostNeighbours others
+std::unique_ptr<coal::ShapeBase> make_convex(const MeshData& mesh, const Polytope& polytope) {
   auto points = std::make_shared<std::vector<coal::Vec3s>>();
   for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i) points->push_back(mesh.vertices.col(i));
-  auto triangles = std::make_shared<std::vector<coal::Triangle>>();
+  auto triangles = std::make_shared<Triangles>();
   for (Eigen::Index i = 0; i < mesh.triangles.cols(); ++i) {
     triangles->emplace_back(mesh.triangles(0, i), mesh.triangles(1, i), mesh.triangles(2, i));
+  }
+  if (most_neighbours(*triangles, points->size()) > kMostNeighbours) {  // a cap that is one fan, as tools write it
+    triangles->clear();
+    for (const Polytope::Face& face : polytope.faces)
+      halve(&polytope.loop[static_cast<std::size_t>(face.begin)], 0, face.count - 1, *triangles);
+    if (const std::size_t most = most_neighbours(*triangles, points->size()); most > kMostNeighbours) {
+      core::throw_invalid("mesh", fmt::format("a vertex with {} edges", most),
+                          fmt::format("at most {} at a vertex: fewer triangles", kMostNeighbours));
+    }
   }
   const auto n_v = static_cast<unsigned>(points->size()), n_t = static_cast<unsigned>(triangles->size());
   return std::make_unique<coal::Convex<coal::Triangle>>(points, n_v, triangles, n_t);
@@ -62,7 +101,7 @@ std::shared_ptr<const CoalShape> make_coal_shape(const ShapeData& s) {
       out->shape = std::make_unique<coal::Cylinder>(s.radius, 2.0 * s.half.z());
       break;
     case Kind::Mesh:
-      out->shape = make_convex(*s.mesh);
+      out->shape = make_convex(*s.mesh, *s.polytope);
       break;
     case Kind::Sphere:
     case Kind::HalfSpace:
@@ -106,7 +145,7 @@ void coal_kernel(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const
   const Vector3d middle = 0.5 * (p_a + p_b);
   out.p_WA = middle + 0.5 * distance * out.nhat_BA_W;
   out.p_WB = middle - 0.5 * distance * out.nhat_BA_W;
-  if (curved || a.kind == Kind::Capsule || b.kind == Kind::Capsule) polish(a, X_WA, b, X_WB, out);
+  if (curved || a.kind == Kind::Capsule || b.kind == Kind::Capsule || is_doubtful(a, X_WA, b, X_WB, out)) polish(a, X_WA, b, X_WB, out);
 }
 
 }  // namespace stiction::contact::detail

@@ -98,8 +98,8 @@ struct Flatten {
 ShapeData make_shape_data(const world::Shape& shape) {
   Flatten flatten;
   std::visit(flatten, shape);
-  flatten.out.coal = make_coal_shape(flatten.out);
   flatten.out.polytope = make_polytope(flatten.out);
+  flatten.out.coal = make_coal_shape(flatten.out);
   return flatten.out;
 }
 

@@ -10,4 +10,8 @@ namespace stiction::contact::detail {
 /// features of both shapes near its normal. Leaves phi a true separation along the normal where no pair of features fits.
 void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, Distance& d);
 
+/// An answer about two polytopes that has to be looked at: not finite, not the separation along its own normal, or so deep that Coal may
+/// have taken the wrong way out (it does where a gap of metre-sized bodies is a share of 1e-9 of them).
+bool is_doubtful(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const Distance& d);
+
 }  // namespace stiction::contact::detail
