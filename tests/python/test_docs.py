@@ -53,6 +53,72 @@ def test_relative_links_lead_somewhere(document: Path) -> None:
             assert (document.parent / target.split("#")[0]).exists(), f"{relative(document)}: link to {target}"
 
 
+def prose(text: str) -> str:
+    """Without blocks of code."""
+    return re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "theory").glob("*.md")), ids=lambda page: page.name)
+def test_theory_pages_are_short(page: Path) -> None:
+    assert 50 <= len(page.read_text(encoding="utf-8").split()) <= 1500
+    assert page.name == "README.md" or f"]({page.name})" in (page.parent / "README.md").read_text(encoding="utf-8"), "not in the index"
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "decisions").glob("0*.md")), ids=lambda page: page.name)
+def test_decisions_are_short_and_say_when_to_think_again(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 80
+    assert len(text.split()) <= 700, "80 lines of ordinary length"
+    assert re.search(r"think again|again (if|when)|looked at again", text, flags=re.IGNORECASE)
+    assert f"]({page.name})" in (page.parent / "README.md").read_text(encoding="utf-8"), "not in the index"
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "lab").glob("*.md")), ids=lambda page: page.name)
+def test_lab_pages_say_how_to_run_and_when_to_look_again(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    if page.name != "README.md":
+        assert "**Run.**" in text and re.search(r"`(stiction|bench/)", text)
+        assert re.search(r"\*\*(Again if|What came of it|What it taught)", text)
+        assert f"]({page.name})" in (page.parent / "README.md").read_text(encoding="utf-8"), "not in the index"
+    assert len(text.split()) <= 700
+
+
+CELLS = 160  # characters: two lines of a table on a page
+TABLES = [d for d in DOCUMENTS if d.parent.name in ("theory", "decisions", "lab", "tutorials") or d.name in ("README.md", "CHANGELOG.md", "roadmap.md")]
+
+
+@pytest.mark.parametrize("document", TABLES, ids=relative)
+def test_cells_of_tables_have_two_lines_at_most(document: Path) -> None:
+    for number, line in enumerate(prose(document.read_text(encoding="utf-8")).splitlines(), start=1):
+        if line.startswith("|"):
+            for cell in re.split(r"(?<!\\)\|", line)[1:-1]:
+                seen = re.sub(r"\]\([^)]*\)", "]", cell)  # without the targets of links
+                assert len(seen.strip()) <= CELLS, f"{relative(document)}: cell {seen.strip()[:60]!r} …"
+
+
+def test_changelog_entries_are_one_sentence() -> None:
+    entries = re.findall(r"^- (.*(?:\n  .*)*)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert entries
+    for entry in entries:
+        text = re.sub(r"`[^`]*`|\]\([^)]*\)", "x", entry)
+        assert not re.search(r"[.!?] +[A-Z]", text.replace("\n", " ")), f"more than one sentence: {entry[:60]!r} …"
+        assert len(text) <= 300, f"too long: {entry[:60]!r} …"
+
+
+LAYERS = sorted(path.parent for path in (ROOT / "src" / "stiction").glob("*/CMakeLists.txt"))
+
+
+@pytest.mark.parametrize("layer", LAYERS, ids=lambda layer: layer.name)
+def test_every_layer_says_what_it_is_for_and_what_it_may_use(layer: Path) -> None:
+    readme = (layer / "README.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([A-Za-z0-9_/]+\.[hc]pp)`", readme))
+    assert not [name for name in named if not any((folder / name).exists() for folder in (layer, layer.parent, ROOT))], "names a file that is not there"
+    assert not {str(path.relative_to(layer)) for path in layer.rglob("*.hpp")} - named, "leaves out a header"
+    uses = re.search(r"\bUSES\s+((?:[a-z]+\s*)+)", (layer / "CMakeLists.txt").read_text())
+    for name in uses.group(1).split() if uses else []:
+        assert f"`{name}`" in readme, f"does not say that it may use {name}"
+
+
 def test_changelog_starts_with_unreleased_changes_and_knows_the_version() -> None:
     versions = re.findall(r"^## \[([^\]]+)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert versions[0] == "Unreleased"
