@@ -84,10 +84,9 @@ def test_lab_pages_say_how_to_run_and_when_to_look_again(page: Path) -> None:
 
 
 CELLS = 160  # characters: two lines of a table on a page
-TABLES = [d for d in DOCUMENTS if d.parent.name in ("theory", "decisions", "lab", "tutorials") or d.name in ("README.md", "CHANGELOG.md", "roadmap.md")]
 
 
-@pytest.mark.parametrize("document", TABLES, ids=relative)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=relative)
 def test_cells_of_tables_have_two_lines_at_most(document: Path) -> None:
     for number, line in enumerate(prose(document.read_text(encoding="utf-8")).splitlines(), start=1):
         if line.startswith("|"):
