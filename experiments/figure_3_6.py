@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -53,25 +52,8 @@ def run(quick: bool) -> Result:
     axes[0][-1].legend(fontsize=6)
     result.add("curves: distance never rises, packing ratio never falls and stays below 1", "–", "in every run" if sound else "no", sound)
     hypotheses(result, means)
-    for name in names:
-        principal(result, name, iterations, seeds)
     result.draw("growth", figure, "Least distance to the goal and packing ratio over iterations, mean of the runs.")
     return result
-
-
-def principal(result: Result, name: str, iterations: int, seeds: range) -> None:
-    """Extensions along principal directions (docs/theory/planning.md, P.3) against the default: processor time until half of the workspace is reached,
-    or half of what the default reaches in the end where that is less."""
-    ratios, times = {}, {}
-    for p in (0, 0.5):
-        started = time.process_time()
-        trees = [growth.grow(name, {"spectral_probability": p}, seed, iterations) for seed in seeds]
-        times[p] = (time.process_time() - started) / (len(seeds) * iterations)
-        ratios[p] = np.mean([growth.by_iteration(tree, tree.packing_ratio(growth.SYSTEMS[name].threshold), iterations) for tree in trees], axis=0)
-    level = min(0.5, 0.5 * ratios[0][-1])
-    until = {p: f"{1e3 * times[p] * (1 + np.argmax(r >= level)):.0f} ms" if r[-1] >= level else "never" for p, r in ratios.items()}
-    ours = f"{until[0.5]} of processor to a packing ratio of {number(level)}, at the end {number(ratios[0.5][-1])}"
-    result.add(f"{name}, half of the extensions along principal directions", "–", ours, note=f"without: {until[0]}, {number(ratios[0][-1])}")
 
 
 def spread(values: np.ndarray) -> str:
