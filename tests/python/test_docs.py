@@ -45,6 +45,14 @@ def test_commands_of_a_document_run(document: Path, tmp_path: Path, request: pyt
         assert done.returncode == 0, f"{relative(document)}: {line}\n{done.stdout}{done.stderr}"
 
 
+def test_readme_names_the_commands_that_the_program_has(program: Path) -> None:
+    text = subprocess.run([program, "--help"], capture_output=True, text=True, timeout=60, check=True).stdout
+    known = set(re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1], flags=re.MULTILINE))
+    table = (ROOT / "README.md").read_text(encoding="utf-8").split("## Commands")[1].split("```")[0]
+    named = {name for line in table.splitlines() if line.startswith("| `") for name in re.findall(r"`([a-z]+)", line.split("|")[1])}
+    assert known and named == known
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=relative)
 def test_relative_links_lead_somewhere(document: Path) -> None:
     text = re.sub(r"^```.*?^```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
