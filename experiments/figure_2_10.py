@@ -80,10 +80,10 @@ def second_order(model: st.Model, timestep: float) -> tuple[np.ndarray, np.ndarr
     times, commands = load_commands()
     constant = max(2e-3, 10 * timestep)
     plant = st.Plant(model, timestep=timestep, time_constant=constant, friction_time_constant=10 * constant)
-    result = st.simulate(plant, start(model, commands), times, commands, record_interval=0.01)
+    result = st.simulate(plant, start(model, commands), times, commands.T, record_interval=0.01)
     if result.status != st.Status.Solved:
         raise RuntimeError(f"the simulation at h = {timestep} s ended with {result.message}")
-    return result.times, result.q, result.wall_s
+    return result.times, result.q.T, result.wall_s
 
 
 def sap(h: float, near_rigid: float = 1.0) -> tuple[np.ndarray, np.ndarray, float]:

@@ -46,10 +46,10 @@ def second_order(model: st.Model, h: float) -> tuple[float, float]:
     """Error [rad], and the largest armature that the explicit springs need at this step [kg m²]."""
     plant = st.Plant(model, timestep=h, time_constant=10 * h, friction_time_constant=100 * h)
     knots = h * np.arange(round(DURATION / h) + 1)
-    result = st.simulate(plant, START, knots, reference(knots), record_interval=h)
+    result = st.simulate(plant, START, knots, reference(knots).T, record_interval=h)
     if result.status != st.Status.Solved:
         return float("nan"), float(np.max(plant.armature))
-    return mean_error(result.times, result.q), float(np.max(plant.armature))
+    return mean_error(result.times, result.q.T), float(np.max(plant.armature))
 
 
 def implicit_springs(h: float, ahead: float = 1.0) -> float:

@@ -33,7 +33,7 @@ def trials(task: st.Task, scheme: str, quick: bool, solver: str = "sweep", force
 def initial_cost(task: st.Task) -> float:
     """The term t = 0 of the cost, which no command can change: by the weights of the task for commands that never move."""
     guess = st.optimize(task, iterations=1, timeout_s=1e-9)
-    horizon = guess.u.shape[1]
+    horizon = len(guess.u)
     return guess.cost.objects / horizon
 
 

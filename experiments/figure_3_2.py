@@ -38,7 +38,7 @@ def run(quick: bool) -> Result:
     for column, name in zip(axes.T, names):
         task = st.load_task(f"impc_{name}")
         start = errors(task, task.q_start)
-        ends = {scheme: best(task, scheme, quick).q[:, -1] for scheme in SCHEMES}
+        ends = {scheme: best(task, scheme, quick).q[-1] for scheme in SCHEMES}
         for scheme, q in ends.items():
             position, angle = errors(task, q)
             ours = f"{1e3 * position:.1f} mm, {angle:.3f} rad (start: {1e3 * start[0]:.0f} mm, {start[1]:.2f} rad)"

@@ -6,7 +6,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import stiction as st
 
-from . import growth
 from .report import Result, number
 
 TITLE = "Figure 3-4: trees in the space of the object, with and without the pieces of 3.4"
@@ -20,7 +19,7 @@ SETTINGS = {
     "goal_bias": 0.1,
     "grasp_probability": 0.2,
     "gamma": 1e-6,
-    "length": {"capped": None, "fixed": 0.2},
+    "length": {"fixed": 0.2},
     "single_step": True,
     "real_regrasps": False,
     "goal_sharpening": 1,
@@ -81,7 +80,7 @@ def coverage(model: st.Model, result: st.PlanResult) -> float:
 
 def path(result: st.PlanResult) -> np.ndarray:
     """From the root to the node that is nearest to the goal."""
-    node, nodes = int(np.argmin(np.linalg.norm(result.tree_errors, axis=0))), []
+    node, nodes = int(np.argmin(np.linalg.norm(result.tree_errors, axis=1))), []
     while node >= 0:
         nodes.append(result.tree[node].q[:2])
         node = result.tree[node].parent
@@ -96,7 +95,8 @@ def run(quick: bool) -> Result:
         settings={"nodes": NODES, "seeds": list(seeds)},
     )
     figure, axes = plt.subplots(2, 4, figsize=(10, 5.6), sharex=True, sharey=True)
-    whole = st.plan(growth.load("planar_hand_fixed_y", SETTINGS | {"max_iterations": 10000}), seed=0, timeout_s=120)
+    task = st.load_task("planar_hand_fixed_y")
+    whole = st.plan(task, options=SETTINGS | {"max_iterations": 10000}, seed=0, timeout_s=120)
     nodes = len(whole.tree)
     for ax, count in zip(axes[0], (nodes // 8, nodes // 4, nodes // 2, nodes)):
         draw_tree(ax, whole, max(count, 2), f"{max(count, 2)} nodes")
@@ -104,8 +104,8 @@ def run(quick: bool) -> Result:
     result.add("a whole run reaches the goal", "yes", f"{whole.status.name}, {nodes} nodes", whole.status == st.Status.Solved, "the published script allows 2000 nodes")
     covered = {}
     for ax, (name, changes) in zip(axes[1], VARIANTS.items()):
-        task = growth.load("planar_hand_fixed_y", SETTINGS | changes | {"max_iterations": 4 * NODES, "stop_at_goal": False})
-        trees = [st.plan(task, seed=seed, timeout_s=120) for seed in seeds]
+        options = SETTINGS | changes | {"max_iterations": 4 * NODES, "stop_at_goal": False}
+        trees = [st.plan(task, options=options, seed=seed, timeout_s=120) for seed in seeds]
         ratios = np.array([tree.packing_ratio(THRESHOLD)[:NODES][-1] for tree in trees])
         smoothed = np.array([coverage(task.model, tree) for tree in trees])
         widths = np.array([np.ptp(positions(tree)[:NODES, 1]) for tree in trees])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
 import stiction as st
@@ -35,24 +32,22 @@ def collect(name: str, quick: bool) -> list[dict[str, np.ndarray]]:
     """Per model (rows: segments; Δ and L of position and angle)."""
     rows: list[list[list[float]]] = [[] for _ in MODELS]
     unsolved = 0
-    with tempfile.TemporaryDirectory() as folder:
-        for seed in range(2 if quick else MAX_SEEDS):
-            plan = st.plan(st.load_task(name), seed=seed, timeout_s=TIMEOUT_S)
-            unsolved = 0 if plan.status == st.Status.Solved else unsolved + 1
-            if unsolved == MAX_UNSOLVED:
-                break
-            if unsolved:
-                continue
-            file = Path(folder) / f"{seed}.json"
-            plan.write(file)
-            for table, (_, substeps) in zip(rows, MODELS):
-                execution = {"velocity_reference": False, "load_time": 0.0} | ({"speed": 4.0, "pause": 0.3} if quick else {})
-                run = st.transfer(file, substeps=substeps, whole=False, **execution)
-                for piece in run.pieces:
-                    if (e := piece.alone) is not None:
-                        table.append([e.mean_position, e.length_position, e.mean_angle, e.length_angle])
-            if sum(max(row[1], row[3]) > LEAST_LENGTH for row in rows[0]) >= SEGMENTS:
-                break
+    task = st.load_task(name)
+    for seed in range(2 if quick else MAX_SEEDS):
+        result = st.plan(task, seed=seed, timeout_s=TIMEOUT_S)
+        unsolved = 0 if result.status == st.Status.Solved else unsolved + 1
+        if unsolved == MAX_UNSOLVED:
+            break
+        if unsolved:
+            continue
+        for table, (_, substeps) in zip(rows, MODELS):
+            execution = {"velocity_reference": False, "load_time": 0.0} | ({"speed": 4.0, "pause": 0.3} if quick else {})
+            run = st.transfer(result.plan, substeps=substeps, whole=False, **execution)
+            for piece in run.pieces:
+                if (e := piece.alone) is not None:
+                    table.append([e.mean_position, e.length_position, e.mean_angle, e.length_angle])
+        if sum(max(row[1], row[3]) > LEAST_LENGTH for row in rows[0]) >= SEGMENTS:
+            break
     names = ("mean_position", "length_position", "mean_angle", "length_angle")
     return [dict(zip(names, np.array(table).reshape(-1, 4).T)) for table in rows]
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,23 +54,15 @@ def variants(system: System) -> dict[str, dict[str, Any]]:
     }
 
 
-def load(base: str, planner: dict[str, Any]) -> st.Task:
-    """A built-in task with other settings of the planner."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{base}.yaml"
-        file.write_text(json.dumps({"base": str(st.load_task(base).file), "planner": planner}), encoding="utf-8")
-        return st.load_task(str(file))
-
-
-def grow(name: str, planner: dict[str, Any], seed: int, iterations: int) -> st.PlanResult:
+def grow(name: str, options: dict[str, Any], seed: int, iterations: int) -> st.PlanResult:
     """A tree of so many extensions, with the settings of the published runs."""
-    planner = planner | {"max_iterations": iterations, "stop_at_goal": False, "record_tree": True}
-    return st.plan(load(f"{name}_table_3_2", planner), seed=seed, timeout_s=600)
+    options = options | {"max_iterations": iterations, "stop_at_goal": False, "record_tree": True}
+    return st.plan(st.load_task(f"{name}_table_3_2"), options=options, seed=seed, timeout_s=600)
 
 
 def distances(result: st.PlanResult, iterations: int) -> np.ndarray:
     """Least distance to the goal after each iteration, ‖(position, angle)‖ with metres and radians alike, as in the thesis."""
-    least = np.minimum.accumulate(np.linalg.norm(result.tree_errors, axis=0))
+    least = np.minimum.accumulate(np.linalg.norm(result.tree_errors, axis=1))
     return by_iteration(result, least, iterations)
 
 

@@ -32,7 +32,7 @@ def draw_robot(ax: Axes, model: st.Model, q: np.ndarray, colour: str = "0.6") ->
     poses = model.calc_kinematics(q).X_WB
     radius = PUSHER_RADIUS if model.n_a == 2 else FINGER_RADIUS
     for geometry in model.geometries:
-        if model.bodies[geometry.body].kind == "object":
+        if model.bodies[geometry.body].kind == st.BodyKind.Object:
             continue
         X_WB = poses[geometry.body]
         centre = np.asarray(X_WB.R) @ np.asarray(geometry.X_BG.p) + np.asarray(X_WB.p)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
-import tempfile
 from pathlib import Path
 
 import numpy as np
 import stiction as st
+import yaml
 
 SCENES = Path(__file__).resolve().parent / "scenes"
 
@@ -30,9 +29,7 @@ def slope(x: np.ndarray, y: np.ndarray) -> float:
 
 def load_with_stiffness(name: str, stiffness: float) -> st.Model:
     """The scene with another stiffness of its robot."""
-    text = (SCENES / f"{name}.yaml").read_text(encoding="utf-8")
-    text = re.sub(r"stiffness: [0-9.e+]+", f"stiffness: {stiffness!r}", text).replace("../../models", str(SCENES.parents[1] / "models"))
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{name}.yaml"
-        file.write_text(text, encoding="utf-8")
-        return st.load_model(file)
+    scene = yaml.safe_load((SCENES / f"{name}.yaml").read_text(encoding="utf-8"))["scene"]
+    (robot,) = scene["robots"]
+    robot["stiffness"] = stiffness
+    return st.load_model(scene, base=SCENES)

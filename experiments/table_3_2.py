@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from typing import Any
 
 import numpy as np
 import stiction as st
@@ -30,8 +31,9 @@ def run(quick: bool) -> Result:
         system = growth.SYSTEMS[name]
         of_scheme = {}
         for scheme, published in zip(growth.SCHEMES, system.published):
-            task = growth.load(f"{name}_table_3_2", growth.variants(system)[scheme] | {"max_iterations": iterations, "stop_at_goal": False})
-            wall, processor = np.median([timed(task, seed) for seed in seeds], axis=0)
+            task = st.load_task(f"{name}_table_3_2")
+            options = growth.variants(system)[scheme] | {"max_iterations": iterations, "stop_at_goal": False}
+            wall, processor = np.median([timed(task, options, seed) for seed in seeds], axis=0)
             of_scheme[scheme] = processor
             for column, value in zip(table.values(), (wall, processor, published)):
                 column.append(value)
@@ -45,7 +47,7 @@ def run(quick: bool) -> Result:
     return result
 
 
-def timed(task: st.Task, seed: int) -> tuple[float, float]:
+def timed(task: st.Task, options: dict[str, Any], seed: int) -> tuple[float, float]:
     wall, processor = time.perf_counter(), time.process_time()
-    st.plan(task, seed=seed, timeout_s=600)
+    st.plan(task, options=options, seed=seed, timeout_s=600)
     return time.perf_counter() - wall, time.process_time() - processor

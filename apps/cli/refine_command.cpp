@@ -7,7 +7,6 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/refine.hpp"
 #include "stiction/planning/trajectory.hpp"
-#include "stiction/tasks/options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 
 namespace stiction::app {
@@ -56,9 +55,7 @@ int run_refine(const RefineArguments& arguments) {
   tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
   if (file.status != Status::Solved)
     core::throw_invalid(path.string() + ": status", std::string(core::to_string(file.status)), "Solved: a plan that reaches its goal");
-  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", file.options), path);
-  planning::PlannerOptions options = tasks::read_planner_options(text.at("options"), *task.model);
-  options.threads = file.threads;
+  const planning::PlannerOptions options = tasks::options_of_plan(*task.model, file, path);
   const fs::path dir =
       !arguments.out_dir.empty() ? fs::path(arguments.out_dir) : (fs::is_directory(path) ? path : path.parent_path()) / "refined";
   tasks::require_writable(dir);
@@ -68,20 +65,9 @@ int run_refine(const RefineArguments& arguments) {
   RefineResult result;
   const Status status = planning::refine(task.model, tasks::to_plan(*task.model, file), options, {}, control, result);
 
-  planning::PlanResult refined;  // the statistics stay those of the search
-  refined.status = file.status;
+  planning::PlanResult refined = tasks::to_result(*task.model, file);  // the statistics stay those of the search
   refined.plan = result.plan;
-  refined.seed = file.seed;
-  refined.iterations = file.iterations;
-  refined.nodes = file.nodes;
-  refined.steps = file.steps;
-  refined.linearisations = file.linearisations;
-  refined.failed_steps = file.failed_steps;
-  refined.distrusted = file.distrusted;
-  refined.regrasps = file.regrasps;
-  refined.wall_s = file.wall_s + result.wall_s;
-  refined.start_penetration = file.start_penetration;
-  refined.start_projected = file.start_projected;
+  refined.wall_s += result.wall_s;
   task.goal_from_command_line = file.goal_from_command_line;
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);

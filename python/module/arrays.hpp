@@ -5,9 +5,11 @@
 #include <nanobind/ndarray.h>
 
 #include <Eigen/Core>
+#include <string_view>
 #include <type_traits>
 
-// Arguments that NumPy can turn into an array: arrays of any type and layout, lists, tuples.
+// Arguments that NumPy can turn into an array of real numbers: arrays of any type and layout, lists, tuples.
+// Series over time have the time first, (time, n): rows here, columns in C++.
 
 namespace stiction::python {
 
@@ -19,11 +21,28 @@ struct Matrix {
   Eigen::MatrixXd value;
 };
 
-/// The array as NumPy reads it, or an empty object (and no Python error) where it cannot.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// (n × time) as (time, n).
+inline Rows rows(const Eigen::MatrixXd& columns) { return columns.transpose(); }
+
+/// Vectors of one size, one a row. @param size  of each, for the shape without any
+template <class Range, class Get>
+Rows rows(const Range& range, Eigen::Index size, Get get) {
+  Rows out(static_cast<Eigen::Index>(std::size(range)), size);
+  Eigen::Index at = 0;
+  for (const auto& item : range) out.row(at++) = get(item);
+  return out;
+}
+
+/// The array as NumPy reads it, or an empty object (and no Python error) where it cannot, or where numbers are complex or words.
 inline nanobind::object as_array(nanobind::handle source) noexcept {
   try {
     nanobind::module_ numpy = nanobind::module_::import_("numpy");
-    return numpy.attr("asarray")(source, nanobind::arg("dtype") = numpy.attr("float64"), nanobind::arg("order") = "F");
+    const nanobind::object array = numpy.attr("asarray")(source);
+    const auto kind = nanobind::cast<std::string_view>(array.attr("dtype").attr("kind"));
+    if (std::string_view("biufO").find(kind) == std::string_view::npos) return {};
+    return numpy.attr("asarray")(array, nanobind::arg("dtype") = numpy.attr("float64"), nanobind::arg("order") = "F");
   } catch (...) {
     PyErr_Clear();
     return {};

@@ -49,6 +49,21 @@ void def_with_step_options(nb::module_& m, const char* name, R (*function)(const
                            const Arguments&... arguments) {
   const StepOptions standard;
   const dynamics::Analytic analytic;
+  const std::string text = std::string(doc) + R"(
+
+Arguments of the step:
+  h: time step [s], > 0.
+  kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
+    between robots and for joint limits.
+  epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+  friction_scale: factor of every coefficient of friction, >= 0.
+  rays: of a friction pyramid, in [3, 64]; None: second-order cone.
+  coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
+  contact_margin: added to the contact distance of the scene [m], >= 0.
+  joint_limits: limits of the joints are constraints.
+  tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+
+Raises InvalidInput by the name of the argument.)";
   m.def(
       name,
       [function](Head... head, double h, std::optional<double> kappa, double self_sharpness, double limit_sharpness,
@@ -73,7 +88,29 @@ void def_with_step_options(nb::module_& m, const char* name, R (*function)(const
       "limit_sharpness"_a = analytic.limit_sharpness, "epsilon"_a = nb::none(), "regularisation_ratio"_a = dynamics::ByRule{}.ratio,
       "friction_scale"_a = standard.friction_scale, "rays"_a = nb::none(), "coulomb"_a = false,
       "contact_margin"_a = standard.contact_margin, "joint_limits"_a = standard.joint_limits,
-      "tol_complementarity"_a = standard.tol_complementarity, doc);
+      "tol_complementarity"_a = standard.tol_complementarity, text.c_str());
+}
+
+void require_vector(std::string_view name, const Vector& vector, long size) {
+  core::require_size(name, vector.value.size(), size);
+  core::require_finite(name, {vector.value.data(), static_cast<std::size_t>(size)});
+}
+
+/// The arguments of a step. @throws core::InvalidInput by the name of the argument
+dynamics::StepInput step_input(const world::Model& model, const Vector& q, const Vector& u, const std::optional<Vector>& tau_ext,
+                               const std::optional<Vector>& damping) {
+  world::require_configuration(model, "q", q.value);
+  require_vector("u", u, model.n_a());
+  dynamics::StepInput in{q.value, u.value};
+  if (tau_ext) {
+    require_vector("tau_ext", *tau_ext, model.n_v());
+    in.tau_ext = &tau_ext->value;
+  }
+  if (damping) {
+    require_vector("damping", *damping, model.n_v());
+    in.damping = &damping->value;
+  }
+  return in;
 }
 
 StepResult step(const StepOptions& given, ModelPtr model, Vector q, Vector u, std::optional<Vector> tau_ext, std::optional<Vector> damping,
@@ -84,9 +121,7 @@ StepResult step(const StepOptions& given, ModelPtr model, Vector q, Vector u, st
   options.with_force_derivatives = with_force_derivatives;
   options.warm_start = warm_start;
   StepResult out{model, options.h, {}};
-  dynamics::StepInput in{q.value, u.value};
-  if (tau_ext) in.tau_ext = &tau_ext->value;
-  if (damping) in.damping = &damping->value;
+  const dynamics::StepInput in = step_input(*model, q, u, tau_ext, damping);
   const nb::gil_scoped_release unlocked;
   std::optional<StepWorkspace> own;
   if (workspace == nullptr) workspace = &own.emplace(model);
@@ -99,9 +134,7 @@ dynamics::LocalModel calc_local_model(const StepOptions& options, ModelPtr model
                                       std::optional<dynamics::LocalModelScheme> scheme, std::optional<Vector> tau_ext,
                                       std::optional<Vector> damping, bool with_A, int threads) {
   dynamics::LocalModel out;
-  dynamics::StepInput in{q.value, u.value};
-  if (tau_ext) in.tau_ext = &tau_ext->value;
-  if (damping) in.damping = &damping->value;
+  const dynamics::StepInput in = step_input(*model, q, u, tau_ext, damping);
   // kappa of the step stands for the scheme where none is given.
   const auto chosen = scheme ? *scheme : std::visit([](const auto& s) { return dynamics::LocalModelScheme(s); }, options.smoothing);
   const nb::gil_scoped_release unlocked;
@@ -114,6 +147,9 @@ RolloutResult rollout(const StepOptions& options, ModelPtr model, Vector q, Vect
                       double joint_travel, double slide, int max_substeps, StepWorkspace* workspace) {
   RolloutResult out{model, options.h, {}};
   const dynamics::SubstepLimits limits{joint_angle, joint_travel, slide, max_substeps};
+  world::require_configuration(*model, "q", q.value);
+  require_vector("u_start", u_start, model->n_a());
+  require_vector("u_end", u_end, model->n_a());
   const nb::gil_scoped_release unlocked;
   std::optional<StepWorkspace> own;
   if (workspace == nullptr) workspace = &own.emplace(model);
@@ -316,16 +352,39 @@ void bind_dynamics(nb::module_& m) {
   const dynamics::SubstepLimits limits;
   def_with_step_options(
       m, "step", &step,
-      "One quasi-static step from q with command u. Exact, or smoothed where kappa [1/J] is given; the objects are regularised by the rule "
-      "of docs/theory/step.md or by epsilon; friction is a second-order cone or a pyramid of `rays`. Without a workspace every call makes "
-      "one.",
+      R"(One quasi-static step: the configuration in which the robots' springs, commanded to u, and the contacts are in balance (2.6).
+
+  q: configuration (n_q): objects first, quaternions of length 1.
+  u: commanded joint positions (n_a) [m or rad].
+  tau_ext: generalised forces besides gravity (n_v) [N, N m]; None: 0.
+  damping: viscous force -damping dq/h per coordinate (n_v) [N s/m, N m s/rad], >= 0; None: 0.
+  with_A, with_B, with_force_derivatives: the derivatives StepResult.A, .B and .D_lambda_q, .D_lambda_u.
+  warm_start: from the step before in the workspace.
+  workspace: scratch, of one thread at a time; None: one for this call.
+
+status: Solved; MaxIterations; Infeasible (overlap that no motion within reach undoes); NumericalFailure.)",
       "model"_a, "q"_a, "u"_a, nb::kw_only(), "tau_ext"_a = nb::none(), "damping"_a = nb::none(), "with_A"_a = false, "with_B"_a = false,
       "with_force_derivatives"_a = false, "warm_start"_a = true, "workspace"_a = nb::none());
-  def_with_step_options(m, "calc_local_model", &calc_local_model,
-                        "Local model around (q, u) by one of the four schemes; without `scheme`, Exact or Analytic as kappa says.",
-                        "model"_a, "q"_a, "u"_a, nb::kw_only(), "scheme"_a = nb::none(), "tau_ext"_a = nb::none(), "damping"_a = nb::none(),
-                        "with_A"_a = false, "threads"_a = 1);
-  def_with_step_options(m, "rollout", &rollout, "Moves the command from u_start to u_end in sub-steps small enough for the limits.",
+  def_with_step_options(
+      m, "calc_local_model", &calc_local_model,
+      R"(Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
+
+  scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder; None: Exact or Analytic, as kappa says.
+  tau_ext, damping: as in step() (n_v).
+  with_A: LocalModel.A as well as B.
+  threads: of randomised schemes; the result does not depend on it.
+
+status: Solved; that of the step that failed. Samples that fail are left out and counted.)",
+      "model"_a, "q"_a, "u"_a, nb::kw_only(), "scheme"_a = nb::none(), "tau_ext"_a = nb::none(), "damping"_a = nb::none(),
+      "with_A"_a = false, "threads"_a = 1);
+  def_with_step_options(m, "rollout", &rollout, R"(Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
+
+  joint_angle [rad], joint_travel [m]: no joint is commanded farther than this in a sub-step.
+  slide: no contact slides farther than this in a sub-step, where max_substeps allows it [m].
+  max_substeps: at most so many.
+  workspace: scratch, of one thread at a time; None: one for this call.
+
+status: Solved; that of the sub-step that failed, and the knots before it.)",
                         "model"_a, "q"_a, "u_start"_a, "u_end"_a, nb::kw_only(), "joint_angle"_a = limits.joint_angle,
                         "joint_travel"_a = limits.joint_travel, "slide"_a = limits.slide, "max_substeps"_a = limits.max_substeps,
                         "workspace"_a = nb::none());

@@ -2,9 +2,8 @@
 
 #include <chrono>
 
-#include "bindings.hpp"
+#include "plan.hpp"
 #include "stiction/execution/transfer.hpp"
-#include "stiction/tasks/plan_file.hpp"
 
 namespace stiction::python {
 namespace {
@@ -15,17 +14,15 @@ using execution::TransferOptions;
 using execution::TransferResult;
 using planning::SpeedLimits;
 
-TransferResult transfer(const std::filesystem::path& plan_file, double speed, double pause, double load_time, double regrasp_factor,
-                        std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
-                        bool whole, bool alone, int threads, std::optional<double> timeout_s) {
+TransferResult transfer(const Plan& given, double speed, double pause, double load_time, double regrasp_factor, std::optional<int> substeps,
+                        double rest_time, double friction_scale, bool velocity_reference, double hold, bool whole, bool alone, int threads,
+                        std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
-  const tasks::PlanFile file = tasks::read_plan(plan_file);
-  const tasks::Task task = tasks::load_task_of_plan(file, plan_file, tasks::default_data_dirs());
-  planning::Plan plan = tasks::to_plan(*task.model, file);
+  planning::Plan plan = tasks::to_plan(given.model(), given.file);
   planning::Plan predicted;
   if (substeps) {
-    (void)planning::predict(*task.model, plan, *substeps, predicted);
+    (void)planning::predict(given.model(), plan, *substeps, predicted);
     plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
   TransferOptions options;
@@ -49,7 +46,8 @@ TransferResult transfer(const std::filesystem::path& plan_file, double speed, do
                        std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(*timeout_s));
   }
   TransferResult out;
-  (void)execution::transfer(simulation::Plant::make(task.model, plant_options), plan, options, control, out, substeps ? &predicted : nullptr);
+  (void)execution::transfer(simulation::Plant::make(given.task.model, plant_options), plan, options, control, out,
+                            substeps ? &predicted : nullptr);
   return out;
 }
 
@@ -66,13 +64,7 @@ void bind_piece(nb::module_& m) {
       .def_prop_ro("normalised_position", &PieceError::normalised_position, "None where the plan moves the object by less than 0.1 mm")
       .def_prop_ro("normalised_angle", &PieceError::normalised_angle);
   nb::class_<PieceReport>(m, "PieceReport")
-      .def_prop_ro(
-          "kind",
-          [](const PieceReport& r) {
-            constexpr std::string_view kinds[] = {"settle", "contact", "regrasp"};
-            return kinds[static_cast<std::size_t>(r.kind)];
-          },
-          "'contact' or 'regrasp'")
+      .def_ro("kind", &PieceReport::kind, "Contact or Regrasp")
       .def_ro("first_segment", &PieceReport::first_segment)
       .def_ro("last_segment", &PieceReport::last_segment)
       .def_ro("begin_s", &PieceReport::begin_s)
@@ -101,15 +93,17 @@ void bind_execution(nb::module_& m) {
             return Eigen::Map<const Eigen::VectorXd>(r.times.data(), static_cast<Eigen::Index>(r.times.size()));
           },
           "[s] (samples)")
-      .def_ro("q", &TransferResult::q, "simulated (n_q, samples)")
-      .def_ro("q_plan", &TransferResult::q_plan, "planned (n_q, samples)")
+      .def_prop_ro(
+          "q", [](const TransferResult& r) { return rows(r.q); }, "simulated (samples, n_q)")
+      .def_prop_ro(
+          "q_plan", [](const TransferResult& r) { return rows(r.q_plan); }, "planned (samples, n_q)")
       .def_ro("piece", &TransferResult::piece, "index into pieces (samples)")
       .def_ro("wall_s", &TransferResult::wall_s);
-  m.def("transfer", &transfer, "plan_file"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = SpeedLimits{}.pause,
+  m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = SpeedLimits{}.pause,
         "load_time"_a = SpeedLimits{}.load_time, "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(),
         "rest_time"_a = planning::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold,
         "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
-        "Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
+        "Runs a plan open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
         "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s; joint springs take up or let go the weight of the "
         "lightest object in `load_time` [s], with 0 as fast as comes. Without `velocity_reference` damping acts on the "
         "velocities of the joints themselves, which lag behind their commands, as in the thesis.");

@@ -30,7 +30,12 @@ std::shared_ptr<const Plant> make_plant(const ModelPtr& model, double timestep, 
 simulation::SimulationResult simulate(const std::shared_ptr<const Plant>& plant, const Vector& q0, const Vector& times, const Matrix& u,
                                       const std::optional<Vector>& v0, double record_interval, std::optional<double> timeout_s) {
   simulation::SimulationResult out;
-  simulation::SimulationInput in{q0.value, times.value, u.value};
+  if (u.value.rows() != times.value.size() || u.value.cols() != plant->model().n_a()) {
+    core::throw_invalid("u", fmt::format("shape ({}, {})", u.value.rows(), u.value.cols()),
+                        fmt::format("(knots, n_a) = ({}, {})", times.value.size(), plant->model().n_a()));
+  }
+  const Eigen::MatrixXd columns = u.value.transpose();
+  simulation::SimulationInput in{q0.value, times.value, columns};
   if (v0) in.v0 = &v0->value;
   core::RunControl control;
   if (timeout_s) {
@@ -63,8 +68,10 @@ void bind_results(nb::module_& m) {
             return Eigen::Map<const Eigen::VectorXd>(r.times.data(), static_cast<Eigen::Index>(r.times.size()));
           },
           "[s] (samples)")
-      .def_ro("q", &Result::q, "(n_q, samples)")
-      .def_ro("v", &Result::v, "(n_v, samples)")
+      .def_prop_ro(
+          "q", [](const Result& r) { return rows(r.q); }, "(samples, n_q)")
+      .def_prop_ro(
+          "v", [](const Result& r) { return rows(r.v); }, "(samples, n_v) [m/s, rad/s]")
       .def_ro("forces", &Result::forces, "per sample, by pair index; only pairs that touch")
       .def_ro("max_depth", &Result::max_depth, "[m]")
       .def_ro("steps", &Result::steps)
@@ -77,7 +84,20 @@ void bind_simulation(nb::module_& m) {
   const PlantOptions options;
   const auto& contact = options.contact;
   bind_results(m);
-  nb::class_<Plant>(m, "Plant", "A model as MuJoCo simulates it; contacts as docs/theory/simulation.md says.")
+  nb::class_<Plant>(m, "Plant", R"(A model as MuJoCo simulates it; docs/theory/simulation.md says what follows from each argument.
+
+  timestep: [s], > 0.
+  damping_ratio: of a joint spring with the inertia that its joint moves, >= 0.
+  armature: inertia of every motor as its joint sees it [kg or kg m^2], >= 0; raised where a spring would turn faster than
+    spring_resolution [rad] in a timestep.
+  time_constant: of contacts in the normal direction [s]; friction_time_constant: in which slip dies out [s].
+  impedance: in (0, 0.9999]; 1 would be rigid. friction_stiffening: of friction against the normal direction, >= 1.
+  noslip_iterations: sweeps that remove the rest of the creep.
+  friction_scale: factor of every coefficient of friction, >= 0.
+  ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
+  velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
+
+Raises InvalidInput by the name of the argument.)")
       .def(nb::new_(&make_plant), "model"_a, nb::kw_only(), "timestep"_a = options.timestep, "damping_ratio"_a = options.damping_ratio,
            "armature"_a = options.armature, "spring_resolution"_a = options.spring_resolution, "time_constant"_a = contact.time_constant,
            "friction_time_constant"_a = contact.friction_time_constant, "impedance"_a = contact.impedance,
@@ -90,7 +110,16 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro("armature", &Plant::armature, nb::rv_policy::copy, "(n_a) [kg or kg m^2]");
   m.def("simulate", &simulate, "plant"_a, "q0"_a, "times"_a, "u"_a, nb::kw_only(), "v0"_a = nb::none(),
         "record_interval"_a = simulation::SimulationOptions{}.record_interval, "timeout_s"_a = nb::none(),
-        "Second-order simulation of commands u (n_a, knots), linear between the knots at `times`, from q0 to the last knot.");
+        R"(Second-order simulation, from q0 to the last knot.
+
+  q0: configuration (n_q).
+  times: of the knots, increasing from 0 (knots) [s].
+  u: commanded joint positions, linear between knots (knots, n_a) [m or rad].
+  v0: velocity in tangent coordinates (n_v) [m/s, rad/s]; None: at rest.
+  record_interval: of the samples [s], > 0.
+  timeout_s: [s] > 0; None: as long as it takes.
+
+status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.)");
 }
 
 }  // namespace stiction::python

@@ -37,11 +37,8 @@ std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<
   return out;
 }
 
-Eigen::MatrixXd columns(const std::vector<Eigen::VectorXd>& vectors) {
-  if (vectors.empty()) return {};
-  Eigen::MatrixXd out(vectors[0].size(), static_cast<Eigen::Index>(vectors.size()));
-  for (std::size_t i = 0; i < vectors.size(); ++i) out.col(static_cast<Eigen::Index>(i)) = vectors[i];
-  return out;
+Rows rows_of(const std::vector<Eigen::VectorXd>& vectors) {
+  return rows(vectors, vectors.empty() ? 0 : vectors[0].size(), [](const auto& v) { return v.transpose(); });
 }
 
 }  // namespace
@@ -65,9 +62,9 @@ void bind_trajopt(nb::module_& m) {
   nb::class_<OptimizeResult>(m, "OptimizeResult")
       .def_ro("status", &OptimizeResult::status)
       .def_prop_ro(
-          "q", [](const OptimizeResult& r) { return columns(r.q); }, "configurations of the best trajectory (n_q, T + 1)")
+          "q", [](const OptimizeResult& r) { return rows_of(r.q); }, "configurations of the best trajectory (T + 1, n_q)")
       .def_prop_ro(
-          "u", [](const OptimizeResult& r) { return columns(r.u); }, "commands (n_a, T)")
+          "u", [](const OptimizeResult& r) { return rows_of(r.u); }, "commands (T, n_a)")
       .def_ro("cost", &OptimizeResult::cost)
       .def_ro("history", &OptimizeResult::history, "the guess first")
       .def_ro("steps", &OptimizeResult::steps)
@@ -78,8 +75,16 @@ void bind_trajopt(nb::module_& m) {
       });
   m.def("optimize", &optimize, "task"_a, nb::kw_only(), "scheme"_a = nb::none(), "solver"_a = nb::none(), "iterations"_a = nb::none(),
         "forces"_a = false, "seed"_a = nb::none(), "timeout_s"_a = 60.0, "threads"_a = 0, "on_progress"_a = nb::none(),
-        "Optimises a trajectory by the section `optimize` of the task (iMPC). scheme: exact, analytic, randomized-first or "
-        "randomized-zeroth; solver: sweep or receding; forces: with the contact trust region. Ctrl-C and an error in on_progress stop it.");
+        R"(Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
+
+  scheme: exact, analytic, randomized-first or randomized-zeroth; solver: sweep or receding; iterations: at most; None: as the task says.
+  forces: with the contact trust region.
+  seed: of the randomised schemes.
+  timeout_s: [s] > 0.
+  threads: 0 for all cores; the result does not depend on it.
+  on_progress: called with Progress; Ctrl-C and an error in it stop the run.
+
+status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.)");
 }
 
 }  // namespace stiction::python

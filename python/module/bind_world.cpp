@@ -4,6 +4,8 @@
 
 #include "bindings.hpp"
 #include "stiction/tasks/task.hpp"
+#include "stiction/world/read.hpp"
+#include "yaml_text.hpp"
 
 namespace stiction::python {
 namespace {
@@ -47,6 +49,26 @@ nb::dict body_poses(const Model& model, const Vector& q) {
   return out;
 }
 
+/// A rotation to as many digits as a file writes. @throws core::InvalidInput
+Pose make_pose(const Matrix& R, const Vector& p) {
+  core::require_size("R: rows", R.value.rows(), 3);
+  core::require_size("R: columns", R.value.cols(), 3);
+  core::require_size("p", p.value.size(), 3);
+  core::require_finite("p", {p.value.data(), 3});
+  const Eigen::Matrix3d rotation = R.value;
+  const double off = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  constexpr double kOrthonormal = 1e-6;
+  if (!(off <= kOrthonormal)) core::throw_invalid("R", fmt::format("RᵀR that differs from 1 by {:.3g}", off), "a rotation");
+  if (rotation.determinant() < 0) core::throw_invalid("R", "a reflection", "a rotation");
+  return {rotation, p.value};
+}
+
+world::Scene scene_of_file(const std::filesystem::path& file) { return world::load_scene(file, tasks::default_package_dirs()); }
+
+world::Scene scene_of_dict(const nb::dict& scene, const std::optional<std::filesystem::path>& base) {
+  return world::parse_scene(yaml_text(scene), folder_of(base), tasks::default_package_dirs());
+}
+
 template <class T>
 std::vector<T> list_of(std::span<const T> items) {
   return {items.begin(), items.end()};
@@ -67,24 +89,21 @@ std::vector<std::string> object_names(const Model& model) {
 void bind_records(nb::module_& m) {
   nb::class_<Pose>(m, "Pose", "Rigid transform X_AB: a point p_B in B is at R p_B + p in A.")
       .def(
-          "__init__",
-          [](Pose* self, const Matrix& R, const Vector& p) {
-            core::require_size("R", R.value.size(), 9);
-            core::require_size("p", p.value.size(), 3);
-            new (self) Pose{R.value, p.value};
-          },
-          "R"_a, "p"_a)
+          "__init__", [](Pose* self, const Matrix& R, const Vector& p) { new (self) Pose(make_pose(R, p)); }, "R"_a, "p"_a,
+          "R: a rotation (3, 3); p [m] (3)")
       .def_ro("R", &Pose::R, "rotation (3, 3)")
       .def_ro("p", &Pose::p, "position [m] (3)")
       .def("__matmul__", [](const Pose& a, const Pose& b) { return a * b; })
       .def("inverse", &Pose::inverse)
       .def("__repr__", [](const Pose& X) { return fmt::format("Pose(p=[{:.6g}, {:.6g}, {:.6g}])", X.p[0], X.p[1], X.p[2]); });
+  nb::enum_<world::BodyKind>(m, "BodyKind")
+      .value("Fixed", world::BodyKind::Fixed)
+      .value("Object", world::BodyKind::Object)
+      .value("Robot", world::BodyKind::Robot);
+  nb::enum_<world::DofKind>(m, "DofKind").value("Prismatic", world::DofKind::Prismatic).value("Revolute", world::DofKind::Revolute);
   nb::class_<world::Body>(m, "Body")
       .def_ro("name", &world::Body::name)
-      .def_prop_ro("kind",
-                   [](const world::Body& b) {
-                     return b.kind == world::BodyKind::Object ? "object" : b.kind == world::BodyKind::Robot ? "robot" : "fixed";
-                   })
+      .def_ro("kind", &world::Body::kind)
       .def_ro("dofs", &world::Body::dofs, "velocity indices that move it");
   nb::class_<world::Geometry>(m, "Geometry")
       .def_ro("name", &world::Geometry::name)
@@ -98,9 +117,9 @@ void bind_records(nb::module_& m) {
       .def_ro("max_distance", &world::Pair::max_distance, "[m]");
   nb::class_<world::Dof>(m, "Dof")
       .def_ro("name", &world::Dof::name)
-      .def_prop_ro("revolute", [](const world::Dof& d) { return d.kind == world::DofKind::Revolute; })
-      .def_ro("lower", &world::Dof::lower)
-      .def_ro("upper", &world::Dof::upper)
+      .def_ro("kind", &world::Dof::kind)
+      .def_ro("lower", &world::Dof::lower, "[m or rad]")
+      .def_ro("upper", &world::Dof::upper, "[m or rad]")
       .def_ro("stiffness", &world::Dof::stiffness, "K_a [N/m or N m/rad], 0 for objects");
   nb::class_<world::ObjectInfo>(m, "ObjectInfo")
       .def_ro("name", &world::ObjectInfo::name)
@@ -124,16 +143,30 @@ void bind_world(nb::module_& m) {
       .def_ro("name", &world::Scene::name)
       .def_ro("gravity", &world::Scene::gravity, "[m/s^2], acts on objects only")
       .def_ro("contact_distance", &world::Scene::contact_distance, "[m]");
+  m.def("load_scene", &scene_of_file, "file"_a,
+        "The scene of a file (YAML, also of a task). Raises InvalidInput: \"FILE:LINE: field: got …\".");
+  m.def("load_scene", &scene_of_dict, "scene"_a, nb::kw_only(), "base"_a = nb::none(),
+        "The scene of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. "
+        "Raises InvalidInput: \"field: got …, expected …\".");
   m.def(
-      "load_scene", [](const std::filesystem::path& file) { return world::load_scene(file, tasks::default_package_dirs()); }, "file"_a,
-      "Reads a scene file (YAML).");
+      "load_model", [](const std::filesystem::path& file) { return Model::make(scene_of_file(file)); }, "file"_a,
+      nb::call_guard<nb::gil_scoped_release>(), "Model.make(load_scene(file)).");
   m.def(
       "load_model",
-      [](const std::filesystem::path& file) { return world::Model::make(world::load_scene(file, tasks::default_package_dirs())); },
-      "file"_a, nb::call_guard<nb::gil_scoped_release>(), "The model of a scene file.");
+      [](const nb::dict& scene, const std::optional<std::filesystem::path>& base) {
+        const world::Scene made = scene_of_dict(scene, base);
+        const nb::gil_scoped_release unlocked;
+        return Model::make(made);
+      },
+      "scene"_a, nb::kw_only(), "base"_a = nb::none(), "Model.make(load_scene(scene, base=base)).");
 
   nb::class_<Model>(m, "Model", "Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.")
       .def_static("make", &Model::make, "scene"_a)
+      .def("__reduce__",
+           [](const Model&) -> nb::object {
+             throw nb::type_error(
+                 "Model: got pickle or copy, expected the scene, task or plan that it was made from: models are shared, not copied");
+           })
       .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal)
       .def_prop_ro("n_q", &Model::n_q)
       .def_prop_ro("n_v", &Model::n_v)

@@ -4,6 +4,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
@@ -32,6 +33,7 @@ using ModelPtr = std::shared_ptr<const world::Model>;
 void bind_world(nb::module_& m);
 void bind_dynamics(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_tasks(nb::module_& m);
 void bind_planning(nb::module_& m);
 void bind_trajopt(nb::module_& m);
 void bind_execution(nb::module_& m);

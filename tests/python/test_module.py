@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
+import json
 import math
+import pickle
 import re
 import subprocess
 import sys
@@ -12,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULE = ROOT / "build" / "release" / "python"
@@ -21,14 +25,12 @@ sys.path.insert(0, str(MODULE))
 
 import stiction as st  # noqa: E402
 
-WALL = """
-scene:
-  gravity: [0, 0, 0]
-  contact_distance: 10
-  robots: [{name: cart, urdf: cart.urdf, stiffness: 100}]
-  fixed:
-    - {name: wall, pose: {rpy: [0, 1.5707963267948966, 0]}, shapes: [{name: plane, half_space: {}}]}
-"""
+WALL = {
+    "gravity": [0, 0, 0],
+    "contact_distance": 10,
+    "robots": [{"name": "cart", "urdf": "cart.urdf", "stiffness": 100}],
+    "fixed": [{"name": "wall", "pose": {"rpy": [0, math.pi / 2, 0]}, "shapes": [{"name": "plane", "half_space": {}}]}],
+}
 CART = """<robot name="cart"><link name="base"/><link name="ball">
 <inertial><mass value="1"/><inertia ixx="0.004" iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial>
 <collision name="ball"><origin xyz="0.1 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
@@ -41,8 +43,7 @@ def wall(tmp_path_factory: pytest.TempPathFactory) -> st.Model:
     """A cart on a spring of 100 N/m; it touches the wall at x = 0."""
     folder = tmp_path_factory.mktemp("wall")
     (folder / "cart.urdf").write_text(CART)
-    (folder / "wall.yaml").write_text(WALL)
-    return st.load_model(folder / "wall.yaml")
+    return st.load_model(WALL, base=folder)
 
 
 @pytest.fixture(scope="module")
@@ -121,21 +122,21 @@ def test_rollout_cuts_the_command(wall: st.Model) -> None:
 
 def test_simulation_comes_to_rest_where_the_springs_say(wall: st.Model) -> None:
     plant = st.Plant(wall, timestep=1e-3, time_constant=1e-2, friction_time_constant=0.1)
-    result = st.simulate(plant, [0.1], [0.0, 0.5, 3.0], [[0.1, 0.3, 0.3]])
+    result = st.simulate(plant, [0.1], [0.0, 0.5, 3.0], [[0.1], [0.3], [0.3]])
     assert result.status == st.Status.Solved
-    assert result.q.shape == (1, len(result.times))
+    assert result.q.shape == (len(result.times), 1) and result.v.shape == result.q.shape
     assert result.times[-1] == pytest.approx(3.0)
-    assert result.q[0, -1] == pytest.approx(0.3, abs=1e-4)
+    assert result.q[-1, 0] == pytest.approx(0.3, abs=1e-4)
 
 
 def test_plan_reaches_the_goal_and_is_accepted_by_the_check(pushing: st.Task, stiction, tmp_path: Path) -> None:
     seen: list[float] = []
     result = st.plan(pushing, seed=0, on_progress=lambda progress: seen.append(progress.fraction))
     assert result.status == st.Status.Solved
-    assert result.error.position <= pushing.goal.tol_position
-    assert result.q.shape[0] == 5 and result.u.shape[1] == result.q.shape[1]
+    assert result.plan.error.position <= pushing.goal.tol_position
+    assert result.plan.q.shape[1] == 5 and result.plan.u.shape == (len(result.plan.q), 2)
     assert seen
-    result.write(tmp_path / "plan.json")
+    result.plan.write(tmp_path / "plan.json")
     assert stiction("check", tmp_path / "plan.json").returncode == 0
 
 
@@ -162,6 +163,17 @@ def test_arrays_of_any_kind_are_taken(wall: st.Model) -> None:
         (lambda m: m.joint_index("elbow"), "elbow"),
         (lambda m: st.load_model("no_such_file.yaml"), "no_such_file.yaml"),
         (lambda m: st.Plant(m, timestep=-1.0), "timestep"),
+        (lambda m: st.step(m, [0.0], [math.inf]), "^u"),
+        (lambda m: st.step(m, [0.0], [0.0], tau_ext=[math.nan]), "^tau_ext"),
+        (lambda m: st.step(m, [0.0], [0.0], tau_ext=[math.inf]), "^tau_ext"),
+        (lambda m: st.step(m, [0.0], [0.0], tau_ext=[0.0, 0.0]), "^tau_ext: got 2 numbers, expected 1"),
+        (lambda m: st.calc_local_model(m, [0.0], [0.0], damping=[math.nan]), "^damping"),
+        (lambda m: st.rollout(m, [0.0], [0.0], [math.nan]), "^u_end"),
+        (lambda m: st.simulate(st.Plant(m), [0.0], [0.0, 1.0], [[0.0, 0.0]]), r"^u: got shape \(1, 2\), expected \(knots, n_a\) = \(2, 1\)"),
+        (lambda m: st.Pose(np.ones((3, 3)), [0, 0, 0]), "^R: got"),
+        (lambda m: st.Pose(np.diag([1.0, 1.0, -1.0]), [0, 0, 0]), "^R: got a reflection"),
+        (lambda m: st.Pose(np.eye(3)[:2], [0, 0, 0]), "^R: rows: got 2"),
+        (lambda m: st.Pose(np.eye(3), [0, 0, math.nan]), "^p"),
     ],
 )
 def test_mistakes_are_value_errors_that_say_what_was_expected(wall: st.Model, call, message: str) -> None:
@@ -176,6 +188,201 @@ def test_options_are_keyword_only(wall: st.Model) -> None:
         st.step(wall, [0.0], [0.0], 0.1)
     with pytest.raises(TypeError):
         st.step(wall, [0.0], "abc")
+
+
+@pytest.mark.parametrize("u", [np.array([1 + 1j]), [1j], ["1"], np.array(["1"])])
+def test_what_is_no_real_number_is_refused(wall: st.Model, u) -> None:
+    with pytest.raises(TypeError):
+        st.step(wall, [0.0], u)
+
+
+def test_quaternion_of_length_0_is_refused() -> None:
+    task = st.load_task("allegro_ball")
+    q = task.q_start
+    q[3:7] = 0
+    with pytest.raises(st.InvalidInput, match=r"^q\[3..6\]: got a quaternion of length 0"):
+        st.step(task.model, q, q[task.model.n_qu :])
+
+
+def test_models_are_not_copied(wall: st.Model) -> None:
+    for make in (pickle.dumps, copy.copy, copy.deepcopy):
+        with pytest.raises(TypeError, match="^Model: got pickle or copy"):
+            make(wall)
+
+
+# ---- scenes, tasks and options from memory
+
+
+def test_scene_of_a_dict_is_that_of_the_file(wall: st.Model, tmp_path: Path) -> None:
+    (tmp_path / "cart.urdf").write_text(CART)
+    (tmp_path / "wall.yaml").write_text(yaml.safe_dump({"scene": WALL}))
+    for from_file in (st.load_model(tmp_path / "wall.yaml"), st.load_model(str(tmp_path / "wall.yaml"))):
+        assert from_file.joint_names == wall.joint_names
+        assert np.array_equal(from_file.calc_kinematics([0.3]).X_WB[0].R, wall.calc_kinematics([0.3]).X_WB[0].R)
+    assert st.load_scene({"scene": WALL}, base=tmp_path).contact_distance == 10
+
+
+def test_dict_takes_arrays_poses_and_paths(tmp_path: Path) -> None:
+    urdf = tmp_path / "cart.urdf"
+    urdf.write_text(CART)
+    X_WB = st.Pose([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], [1.0, 2.0, 3.0])
+    shapes = ({"box": {"size": np.float32([1, 1, 1])}},)
+    scene = {"robots": [{"name": "cart", "urdf": urdf, "stiffness": np.float64(100)}], "fixed": [{"name": "table", "pose": X_WB, "shapes": shapes}]}
+    model = st.load_model(scene)
+    table = model.body_poses(model.neutral())["table"]
+    assert np.allclose(table.R, X_WB.R, atol=1e-15) and np.array_equal(table.p, X_WB.p)
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        ({"robts": []}, "robts: got an unknown key, expected one of"),
+        ({"gravity": [0, 0, math.nan]}, "gravity"),
+        ({"gravity": [0, 0, 1j]}, r"gravity\[2\]: got a value of type complex"),
+        ({"objects": [{"name": "box", "mass": "1"}]}, r"objects\[0\]"),
+        ({1: 2}, "top level: got a key 1, expected words as keys"),
+        ({"robots": [{"name": "r", "urdf": "no.urdf"}]}, "no.urdf"),
+    ],
+)
+def test_mistakes_in_a_dict_are_named_by_their_path(scene: dict, message: str) -> None:
+    with pytest.raises(st.InvalidInput, match=f"^{message}" if not message.startswith("no.") else message):
+        st.load_model(scene)
+
+
+def test_dict_that_holds_itself_is_refused() -> None:
+    scene: dict = {}
+    scene["objects"] = [scene]
+    with pytest.raises(st.InvalidInput, match="nested values without end"):
+        st.load_scene(scene)
+
+
+def test_task_of_a_dict_takes_what_a_file_takes() -> None:
+    file = st.load_task("planar_pushing").file
+    mine = st.Task({"base": file.name, "name": "mine", "tolerance": {"position": 0.25}}, base=file.parent)
+    assert mine.name == "mine" and mine.goal.tol_position == 0.25
+    assert mine.scene_sha256 == st.load_task(file).scene_sha256
+    with pytest.raises(st.InvalidInput, match="^tolerance.positon: got an unknown key"):
+        st.Task({"base": file, "tolerance": {"positon": 1}})
+
+
+def test_task_is_loaded_by_any_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = st.load_task("planar_pushing").file
+    monkeypatch.chdir(file.parent)
+    assert st.load_task(Path("planar_pushing.yaml")).scene_sha256 == st.load_task("planar_pushing").scene_sha256
+
+
+def test_planner_options_are_those_of_a_task_file(pushing: st.Task) -> None:
+    options = pushing.options
+    assert options == st.PlannerOptions(pushing.model, **options.to_dict())
+    changed = options.replace(goal_bias=0.25, threads=1)
+    assert changed.goal_bias == 0.25 and options.goal_bias != 0.25 and changed != options
+    assert changed.to_dict() | {"goal_bias": options.goal_bias, "threads": options.threads} == options.to_dict()
+    assert "goal_bias" in dir(options) and "goal_bias=0.25" in repr(changed)
+    assert changed.replace(goal_bias=None).goal_bias == st.PlannerOptions(pushing.model, sample_box=options.sample_box).goal_bias
+    with pytest.raises(AttributeError, match="goal_biass"):
+        _ = options.goal_biass
+
+
+@pytest.mark.parametrize(("changes", "message"), [({"goal_bias": 2}, "^goal_bias: got 2"), ({"goal_biass": 0}, "^goal_biass: got an unknown key.*'goal_bias'")])
+def test_mistakes_in_planner_options_are_named(pushing: st.Task, changes: dict, message: str) -> None:
+    for call in (lambda: pushing.options.replace(**changes), lambda: st.plan(pushing, options=changes)):
+        with pytest.raises(st.InvalidInput, match=message):
+            call()
+
+
+@pytest.fixture(scope="module")
+def solved(pushing: st.Task) -> st.Plan:
+    result = st.plan(pushing, seed=0)
+    assert result.status == st.Status.Solved and result.reason == ""
+    return result.plan
+
+
+def test_plan_is_its_segments_one_after_the_other(solved: st.Plan) -> None:
+    assert np.array_equal(solved.q, np.vstack([solved.q[:1], *(segment.q for segment in solved.segments)]))
+    assert np.array_equal(solved.u, np.vstack([solved.u[:1], *(segment.u for segment in solved.segments)]))
+    assert {segment.kind for segment in solved.segments} <= set(st.SegmentKind)
+    assert np.array_equal(solved.q[0], solved.task.q_start)
+    model = solved.task.model
+    end = model.object_pose(solved.q[-1], "box")
+    assert np.linalg.norm(end.p - solved.task.goal.X_WG.p) == pytest.approx(solved.error.position, abs=1e-12)
+
+
+def test_plan_is_the_same_from_its_file_its_text_and_a_pickle(solved: st.Plan, tmp_path: Path) -> None:
+    solved.write(tmp_path / "plan.json")
+    text = solved.to_text(tmp_path)
+    assert (tmp_path / "plan.json").read_text() == text
+    for again in (st.read_plan(tmp_path), st.read_plan(tmp_path / "plan.json"), st.parse_plan(text, tmp_path), pickle.loads(pickle.dumps(solved))):
+        assert again.to_text(tmp_path) == text
+        assert np.array_equal(again.q, solved.q) and np.array_equal(again.u, solved.u) and again.options == solved.options
+
+
+def test_plan_of_a_task_made_in_memory_is_read_again_from_another_folder(pushing: st.Task, stiction, tmp_path: Path) -> None:
+    task = st.Task({"base": pushing.file.name, "tolerance": {"position": 0.05, "angle": 0.2}}, base=pushing.file.parent)
+    plan = st.plan(task, seed=1).plan
+    (tmp_path / "a").mkdir()
+    plan.write(tmp_path / "a" / "plan.json")
+    again = st.read_plan(tmp_path / "a")
+    assert again.task.goal.tol_position == 0.05
+    done = stiction("check", tmp_path / "a", "--json")
+    assert (done.returncode == 0) == st.check_plan(again).pass_
+
+
+def test_mistakes_in_plan_files_are_named(solved: st.Plan, tmp_path: Path) -> None:
+    with pytest.raises(st.InvalidInput, match="no.json"):
+        st.read_plan(tmp_path / "no.json")
+    with pytest.raises(st.InvalidInput, match="seed"):
+        st.parse_plan(solved.to_text().replace('"seed"', '"sed"', 1))
+
+
+def test_refined_plan_is_accepted_and_not_longer(solved: st.Plan, stiction, tmp_path: Path) -> None:
+    solved.write(tmp_path / "plan.json")
+    refined = st.refine(solved, timeout_s=60)
+    assert refined.status == st.Status.Solved
+    assert refined.regrasps[1] <= refined.regrasps[0] and refined.pushes[1] <= refined.pushes[0]
+    assert sum(segment.kind == st.SegmentKind.Regrasp for segment in refined.plan.segments) == refined.regrasps[1]
+    report = st.check_plan(refined.plan)
+    assert report.status == st.Status.Solved and report.pass_, report
+    assert stiction("refine", tmp_path).returncode == 0
+    assert np.array_equal(st.read_plan(tmp_path / "refined").u, refined.plan.u)
+    with pytest.raises(st.InvalidInput, match="^plan.status: got MaxIterations, expected Solved"):
+        st.refine(st.plan(solved.task, options={"max_iterations": 1}).plan)
+
+
+def test_check_says_what_is_wrong(solved: st.Plan) -> None:
+    data = json.loads(solved.to_text())
+    knot = data["segments"][-1]["knots"][-1]
+    knot["u"][0] += 0.5
+    report = st.check_plan(st.parse_plan(json.dumps(data)))
+    assert not report.pass_ and any(not item.pass_ for item in report.items)
+    assert report.at("goal_position").limit == solved.task.goal.tol_position
+    with pytest.raises(st.InvalidInput):
+        report.at("beauty")
+
+
+def test_trajectory_keeps_the_speeds(solved: st.Plan) -> None:
+    trajectory = st.make_trajectory(solved, pause=0.0, load_time=0.0, regrasp_factor=1.0)
+    assert trajectory.u.shape == (len(trajectory.times), 2) and trajectory.q.shape == (len(trajectory.times), 5)
+    speeds = np.abs(np.diff(trajectory.u, axis=0)) / np.diff(trajectory.times)[:, None]
+    assert speeds.max() <= 0.0125 * (1 + 1e-9)
+    assert trajectory.duration == trajectory.times[-1]
+
+
+def test_transfer_runs_a_plan_from_memory(solved: st.Plan) -> None:
+    run = st.transfer(solved, speed=4.0, pause=0.3, hold=0.5, alone=False)
+    assert run.status == st.Status.Solved
+    assert run.q.shape == run.q_plan.shape == (len(run.times), 5)
+    assert {piece.kind for piece in run.pieces} <= {st.SegmentKind.Contact, st.SegmentKind.Regrasp}
+
+
+def test_plan_goes_by_its_options(pushing: st.Task) -> None:
+    result = st.plan(pushing, options={"max_iterations": 3, "stop_at_goal": False, "record_tree": True}, seed=5)
+    assert result.iterations >= 3 and len(result.tree) == result.nodes and result.tree_errors.shape == (result.nodes, 2)
+    assert result.seed == 5 and result.options.max_iterations == 3
+    assert result.tree[1].edge in (st.SegmentKind.Contact, st.SegmentKind.Regrasp)
+    again = st.plan(pushing, options=result.options, threads=1)
+    assert again.seed == 5 and np.array_equal(again.plan.q, result.plan.q)
+    with pytest.raises(st.InvalidInput, match="^options: got those of another model"):
+        st.plan(st.load_task("planar_hand"), options=pushing.options)
 
 
 def test_results_outlive_what_they_were_made_from() -> None:
@@ -238,6 +445,13 @@ def test_example_of_the_readme_runs() -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_example_makes_a_scene_and_reaches_its_goal() -> None:
+    example = ROOT / "python" / "examples" / "push_box.py"
+    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert "goal reached" in done.stdout and "CheckReport: passed" in done.stdout
+
+
 @pytest.mark.parametrize("order", ["stiction first", "stiction last"])
 def test_lives_beside_coal_pinocchio_and_mujoco(order: str) -> None:
     libraries = ["coal", "pinocchio", "mujoco"]
@@ -248,7 +462,7 @@ import numpy as np, stiction as st
 task = st.load_task("planar_pushing")
 assert st.step(task.model, task.q_start, [0, 0.1]).status == st.Status.Solved
 plant = st.Plant(task.model)
-assert st.simulate(plant, task.q_start, [0.0, 0.05], [[0, 0], [-0.1, -0.1]]).status == st.Status.Solved
+assert st.simulate(plant, task.q_start, [0.0, 0.05], [[0, -0.1], [0, -0.1]]).status == st.Status.Solved
 assert abs(coal.Sphere(0.5).computeVolume() - 0.5235987755982988) < 1e-12
 model = pinocchio.buildSampleModelManipulator()
 pinocchio.computeJointJacobians(model, model.createData(), pinocchio.neutral(model))

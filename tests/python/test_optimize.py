@@ -98,7 +98,7 @@ def test_module_gives_what_the_program_gives(tmp_path):
     seen = []
     result = st.optimize(task, iterations=2, on_progress=lambda p: seen.append(p.iteration))
     assert result.status == st.Status.Solved and seen == [1, 2]
-    assert result.q.shape == (task.model.n_q, 21) and result.u.shape == (task.model.n_a, 20)
+    assert result.q.shape == (21, task.model.n_q) and result.u.shape == (20, task.model.n_a)
     program = json.loads(run("optimize", "impc_planar_hand", "--iterations", 2, "-o", tmp_path, "--json").stdout)
     assert result.cost.total == program["cost"]["total"]
     assert [entry.best for entry in result.history] == [entry["best"] for entry in program["history"]]

@@ -4,7 +4,7 @@ from collections.abc import Callable
 import enum
 import os
 import pathlib
-from typing import Annotated
+from typing import Annotated, overload
 
 import numpy
 import numpy.typing
@@ -42,7 +42,8 @@ class Status(enum.Enum):
 class Pose:
     """Rigid transform X_AB: a point p_B in B is at R p_B + p in A."""
 
-    def __init__(self, R: numpy.typing.ArrayLike, p: numpy.typing.ArrayLike) -> None: ...
+    def __init__(self, R: numpy.typing.ArrayLike, p: numpy.typing.ArrayLike) -> None:
+        """R: a rotation (3, 3); p [m] (3)"""
 
     @property
     def R(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')]:
@@ -58,12 +59,24 @@ class Pose:
 
     def __repr__(self) -> str: ...
 
+class BodyKind(enum.Enum):
+    Fixed = 0
+
+    Object = 1
+
+    Robot = 2
+
+class DofKind(enum.Enum):
+    Prismatic = 0
+
+    Revolute = 1
+
 class Body:
     @property
     def name(self) -> str: ...
 
     @property
-    def kind(self) -> str: ...
+    def kind(self) -> BodyKind: ...
 
     @property
     def dofs(self) -> list[int]:
@@ -101,13 +114,15 @@ class Dof:
     def name(self) -> str: ...
 
     @property
-    def revolute(self) -> bool: ...
+    def kind(self) -> DofKind: ...
 
     @property
-    def lower(self) -> float: ...
+    def lower(self) -> float:
+        """[m or rad]"""
 
     @property
-    def upper(self) -> float: ...
+    def upper(self) -> float:
+        """[m or rad]"""
 
     @property
     def stiffness(self) -> float:
@@ -164,11 +179,25 @@ class Scene:
     def contact_distance(self) -> float:
         """[m]"""
 
+@overload
 def load_scene(file: str | os.PathLike) -> Scene:
-    """Reads a scene file (YAML)."""
+    """
+    The scene of a file (YAML, also of a task). Raises InvalidInput: "FILE:LINE: field: got …".
+    """
 
+@overload
+def load_scene(scene: dict, *, base: str | os.PathLike | None = None) -> Scene:
+    """
+    The scene of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
+    """
+
+@overload
 def load_model(file: str | os.PathLike) -> Model:
-    """The model of a scene file."""
+    """Model.make(load_scene(file))."""
+
+@overload
+def load_model(scene: dict, *, base: str | os.PathLike | None = None) -> Model:
+    """Model.make(load_scene(scene, base=base))."""
 
 class Model:
     """
@@ -177,6 +206,8 @@ class Model:
 
     @staticmethod
     def make(scene: Scene) -> Model: ...
+
+    def __reduce__(self) -> object: ...
 
     @property
     def scene(self) -> Scene: ...
@@ -536,17 +567,83 @@ class StepWorkspace:
 
 def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, kappa: float | None = None, self_sharpness: float = 10.0, limit_sharpness: float = 10.0, epsilon: float | None = None, regularisation_ratio: float = 0.1, friction_scale: float = 1.0, rays: int | None = None, coulomb: bool = False, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> StepResult:
     """
-    One quasi-static step from q with command u. Exact, or smoothed where kappa [1/J] is given; the objects are regularised by the rule of docs/theory/step.md or by epsilon; friction is a second-order cone or a pyramid of `rays`. Without a workspace every call makes one.
+    One quasi-static step: the configuration in which the robots' springs, commanded to u, and the contacts are in balance (2.6).
+
+      q: configuration (n_q): objects first, quaternions of length 1.
+      u: commanded joint positions (n_a) [m or rad].
+      tau_ext: generalised forces besides gravity (n_v) [N, N m]; None: 0.
+      damping: viscous force -damping dq/h per coordinate (n_v) [N s/m, N m s/rad], >= 0; None: 0.
+      with_A, with_B, with_force_derivatives: the derivatives StepResult.A, .B and .D_lambda_q, .D_lambda_u.
+      warm_start: from the step before in the workspace.
+      workspace: scratch, of one thread at a time; None: one for this call.
+
+    status: Solved; MaxIterations; Infeasible (overlap that no motion within reach undoes); NumericalFailure.
+
+    Arguments of the step:
+      h: time step [s], > 0.
+      kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
+        between robots and for joint limits.
+      epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+      friction_scale: factor of every coefficient of friction, >= 0.
+      rays: of a friction pyramid, in [3, 64]; None: second-order cone.
+      coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
+      contact_margin: added to the contact distance of the scene [m], >= 0.
+      joint_limits: limits of the joints are constraints.
+      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+
+    Raises InvalidInput by the name of the argument.
     """
 
 def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, kappa: float | None = None, self_sharpness: float = 10.0, limit_sharpness: float = 10.0, epsilon: float | None = None, regularisation_ratio: float = 0.1, friction_scale: float = 1.0, rays: int | None = None, coulomb: bool = False, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> LocalModel:
     """
-    Local model around (q, u) by one of the four schemes; without `scheme`, Exact or Analytic as kappa says.
+    Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
+
+      scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder; None: Exact or Analytic, as kappa says.
+      tau_ext, damping: as in step() (n_v).
+      with_A: LocalModel.A as well as B.
+      threads: of randomised schemes; the result does not depend on it.
+
+    status: Solved; that of the step that failed. Samples that fail are left out and counted.
+
+    Arguments of the step:
+      h: time step [s], > 0.
+      kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
+        between robots and for joint limits.
+      epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+      friction_scale: factor of every coefficient of friction, >= 0.
+      rays: of a friction pyramid, in [3, 64]; None: second-order cone.
+      coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
+      contact_margin: added to the contact distance of the scene [m], >= 0.
+      joint_limits: limits of the joints are constraints.
+      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+
+    Raises InvalidInput by the name of the argument.
     """
 
 def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, kappa: float | None = None, self_sharpness: float = 10.0, limit_sharpness: float = 10.0, epsilon: float | None = None, regularisation_ratio: float = 0.1, friction_scale: float = 1.0, rays: int | None = None, coulomb: bool = False, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> RolloutResult:
     """
-    Moves the command from u_start to u_end in sub-steps small enough for the limits.
+    Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
+
+      joint_angle [rad], joint_travel [m]: no joint is commanded farther than this in a sub-step.
+      slide: no contact slides farther than this in a sub-step, where max_substeps allows it [m].
+      max_substeps: at most so many.
+      workspace: scratch, of one thread at a time; None: one for this call.
+
+    status: Solved; that of the sub-step that failed, and the knots before it.
+
+    Arguments of the step:
+      h: time step [s], > 0.
+      kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
+        between robots and for joint limits.
+      epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+      friction_scale: factor of every coefficient of friction, >= 0.
+      rays: of a friction pyramid, in [3, 64]; None: second-order cone.
+      coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
+      contact_margin: added to the contact distance of the scene [m], >= 0.
+      joint_limits: limits of the joints are constraints.
+      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+
+    Raises InvalidInput by the name of the argument.
     """
 
 class PairForce:
@@ -588,12 +685,12 @@ class SimulationResult:
         """[s] (samples)"""
 
     @property
-    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """(n_q, samples)"""
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(samples, n_q)"""
 
     @property
-    def v(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """(n_v, samples)"""
+    def v(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(samples, n_v) [m/s, rad/s]"""
 
     @property
     def forces(self) -> list[list[PairForce]]:
@@ -611,7 +708,20 @@ class SimulationResult:
 
 class Plant:
     """
-    A model as MuJoCo simulates it; contacts as docs/theory/simulation.md says.
+    A model as MuJoCo simulates it; docs/theory/simulation.md says what follows from each argument.
+
+      timestep: [s], > 0.
+      damping_ratio: of a joint spring with the inertia that its joint moves, >= 0.
+      armature: inertia of every motor as its joint sees it [kg or kg m^2], >= 0; raised where a spring would turn faster than
+        spring_resolution [rad] in a timestep.
+      time_constant: of contacts in the normal direction [s]; friction_time_constant: in which slip dies out [s].
+      impedance: in (0, 0.9999]; 1 would be rigid. friction_stiffening: of friction against the normal direction, >= 1.
+      noslip_iterations: sweeps that remove the rest of the creep.
+      friction_scale: factor of every coefficient of friction, >= 0.
+      ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
+      velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
+
+    Raises InvalidInput by the name of the argument.
     """
 
     def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool = False) -> None: ...
@@ -630,8 +740,43 @@ class Plant:
 
 def simulate(plant: Plant, q0: numpy.typing.ArrayLike, times: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, v0: numpy.typing.ArrayLike | None = None, record_interval: float = 0.01, timeout_s: float | None = None) -> SimulationResult:
     """
-    Second-order simulation of commands u (n_a, knots), linear between the knots at `times`, from q0 to the last knot.
+    Second-order simulation, from q0 to the last knot.
+
+      q0: configuration (n_q).
+      times: of the knots, increasing from 0 (knots) [s].
+      u: commanded joint positions, linear between knots (knots, n_a) [m or rad].
+      v0: velocity in tangent coordinates (n_v) [m/s, rad/s]; None: at rest.
+      record_interval: of the samples [s], > 0.
+      timeout_s: [s] > 0; None: as long as it takes.
+
+    status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
     """
+
+class PlannerOptions:
+    """
+    Options of the planner. Each has the name and the value that it has in the section `planner` of a task file (tasks/schema/task.schema.json); dir() lists them.
+    """
+
+    def __init__(self, model: Model, **values) -> None:
+        """
+        Defaults, and what differs from them. Raises InvalidInput: unknown names, values that cannot be.
+        """
+
+    def replace(self, **changes) -> PlannerOptions:
+        """
+        These options with others; each one is replaced as a whole, None stands for its default. Raises InvalidInput.
+        """
+
+    def to_dict(self) -> dict[str, object]:
+        """every option by its name"""
+
+    def __getattr__(self, arg: str, /) -> object: ...
+
+    def __dir__(self) -> list: ...
+
+    def __eq__(self, arg: PlannerOptions, /) -> bool: ...
+
+    def __repr__(self) -> str: ...
 
 class Goal:
     @property
@@ -658,8 +803,15 @@ class GoalError:
     def angle(self) -> float:
         """[rad]"""
 
+    def __repr__(self) -> str: ...
+
 class Task:
     """A scene, a start, a goal and how to plan."""
+
+    def __init__(self, task: dict, *, base: str | os.PathLike | None = None) -> None:
+        """
+        A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses and paths may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
+        """
 
     @property
     def name(self) -> str: ...
@@ -668,7 +820,8 @@ class Task:
     def description(self) -> str: ...
 
     @property
-    def file(self) -> pathlib.Path: ...
+    def file(self) -> pathlib.Path:
+        """of a task made in memory the folder that its paths are relative to"""
 
     @property
     def model(self) -> Model: ...
@@ -681,18 +834,34 @@ class Task:
     def goal(self) -> Goal: ...
 
     @property
+    def options(self) -> PlannerOptions:
+        """of its section `planner`"""
+
+    @property
     def scene_sha256(self) -> str: ...
 
     def set_goal(self, values: numpy.typing.ArrayLike) -> None:
         """
-        x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other
+        x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other. Raises InvalidInput.
         """
 
 def list_tasks() -> list[str]:
     """Names of the built-in tasks."""
 
-def load_task(name_or_file: str) -> Task:
-    """A built-in task by its name, or a file."""
+def load_task(name_or_file: str | str | os.PathLike) -> Task:
+    """
+    A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "FILE:LINE: field: got …, expected …".
+    """
+
+class SegmentKind(enum.Enum):
+    Settle = 0
+    """from the given start to rest on the constraints (first segment only)"""
+
+    Contact = 1
+    """the robot pushes"""
+
+    Regrasp = 2
+    """the robot moves to new contacts while the object rests"""
 
 class Progress:
     @property
@@ -718,8 +887,8 @@ class TreeNode:
         """-1 of the root"""
 
     @property
-    def edge(self) -> str:
-        """that leads to it: settle, contact, regrasp"""
+    def edge(self) -> SegmentKind:
+        """that leads to it"""
 
     @property
     def iteration(self) -> int:
@@ -737,9 +906,35 @@ class TreeNode:
     def B_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
         """their rows of B"""
 
-class PlanResult:
+class Segment:
+    """A piece of a plan: knots one sub-step apart."""
+
     @property
-    def status(self) -> Status: ...
+    def kind(self) -> SegmentKind: ...
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(knots, n_q)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(knots, n_a)"""
+
+class Plan:
+    """
+    Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled.
+    """
+
+    @property
+    def task(self) -> Task: ...
+
+    @property
+    def options(self) -> PlannerOptions:
+        """that it was made with"""
+
+    @property
+    def status(self) -> Status:
+        """Solved: it reaches the goal"""
 
     @property
     def seed(self) -> int: ...
@@ -749,12 +944,201 @@ class PlanResult:
         """of the object at the last knot"""
 
     @property
-    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """configurations of the best path, the start first (n_q, knots + 1)"""
+    def h(self) -> float:
+        """time step of a knot [s]"""
 
     @property
-    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """commands (n_a, knots + 1)"""
+    def segments(self) -> list[Segment]: ...
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """configurations, the start first (knots + 1, n_q)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """commands (knots + 1, n_a) [m or rad]"""
+
+    def write(self, file: str | os.PathLike) -> None:
+        """
+        Writes the plan file that the program reads (docs/plan_file.md). Raises InvalidInput.
+        """
+
+    def to_text(self, folder: str | os.PathLike | None = None) -> str:
+        """
+        The text of the file as it would stand in the folder; None: the working folder.
+        """
+
+    def __getstate__(self) -> tuple[str, str]: ...
+
+    def __setstate__(self, arg: tuple[str, str], /) -> None: ...
+
+    def __repr__(self) -> str: ...
+
+def read_plan(file: str | os.PathLike) -> Plan:
+    """
+    A plan from its file, or the folder of a plan.json, with the task it was made for. Raises InvalidInput: "FILE: field: got …, expected …", also where the scene of the task is another one by now.
+    """
+
+def parse_plan(text: str, folder: str | os.PathLike | None = None) -> Plan:
+    """
+    A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput.
+    """
+
+class RefineResult:
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def plan(self) -> Plan:
+        """the refined plan, or the given one"""
+
+    @property
+    def variant(self) -> str:
+        """shortened, reconnected or unchanged"""
+
+    @property
+    def pushes(self) -> tuple[int, int]:
+        """before and after"""
+
+    @property
+    def regrasps(self) -> tuple[int, int]:
+        """before and after"""
+
+    @property
+    def least_clearance(self) -> float:
+        """of the regrasps that were planned anew [m]; 0 without any"""
+
+    @property
+    def steps(self) -> int: ...
+
+    @property
+    def failed_steps(self) -> int: ...
+
+    @property
+    def wall_s(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], None] | None = None) -> RefineResult:
+    """
+    Makes a plan shorter and its regrasps wider (docs/theory/refinement.md).
+
+    plan: one that is Solved. options: PlannerOptions, or a dict of those that differ; None: those that the plan was made with. threads: 0 for all cores; the result does not depend on them. timeout_s: [s] > 0.
+
+    status: Solved; MaxIterations (time used up) and Cancelled: refined at its own steps, or the given plan; NumericalFailure: the given plan does not reach its goal. Raises InvalidInput.
+    """
+
+class CheckItem:
+    """One figure of a check."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def value(self) -> float:
+        """in `unit`"""
+
+    @property
+    def limit(self) -> float | None:
+        """the largest good value; None: reported, not judged"""
+
+    @property
+    def unit(self) -> str: ...
+
+    @property
+    def pass_(self) -> bool: ...
+
+    @property
+    def where(self) -> str:
+        """what and where the worst was"""
+
+    def __repr__(self) -> str: ...
+
+class CheckReport:
+    @property
+    def pass_(self) -> bool:
+        """the verdict"""
+
+    @property
+    def status(self) -> Status:
+        """Solved: all checks were made"""
+
+    @property
+    def items(self) -> list[CheckItem]: ...
+
+    def at(self, name: str) -> CheckItem:
+        """one item by its name. Raises InvalidInput: no such item"""
+
+    @property
+    def knots(self) -> int: ...
+
+    @property
+    def steps(self) -> int: ...
+
+    @property
+    def threshold_N(self) -> float:
+        """contacts with less force than this are not looked at [N]"""
+
+    @property
+    def wall_s(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+def check_plan(plan: Plan) -> CheckReport:
+    """
+    Simulates a plan anew with the exact dynamics at half the sub-step, and compares every number in it with what comes out and with its task. The check shares nothing with the planner.
+    """
+
+class Trajectory:
+    """
+    Commands over time, linear between knots, and the configurations that the plan predicts.
+    """
+
+    @property
+    def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the knots, the first one 0 [s] (knots)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(knots, n_a) [m or rad]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(knots, n_q)"""
+
+    @property
+    def segments(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')]:
+        """of the plan, that led to the knot (knots)"""
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+
+def make_trajectory(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0) -> Trajectory:
+    """
+    Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; commands rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. Raises InvalidInput.
+    """
+
+class PlanResult:
+    @property
+    def plan(self) -> Plan:
+        """the best path found, also where it is not Solved"""
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def reason(self) -> str:
+        """
+        why not Solved, where there is more to say than that the budget was used up
+        """
+
+    @property
+    def options(self) -> PlannerOptions:
+        """that the plan was made with"""
+
+    @property
+    def seed(self) -> int: ...
 
     @property
     def iterations(self) -> int: ...
@@ -773,25 +1157,26 @@ class PlanResult:
 
     @property
     def tree(self) -> list[TreeNode]:
-        """its nodes, the root first, with `record_tree` in the task"""
+        """its nodes, the root first, with the option record_tree"""
 
     @property
-    def tree_errors(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """distances of the nodes in `tree` from the goal [m], [rad] (2, nodes)"""
+    def tree_errors(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """distances of the nodes in `tree` from the goal [m], [rad] (nodes, 2)"""
 
     def packing_ratio(self, threshold: float = 3.0, samples: int = 1000, seed: int = 0) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """
         (3.9) after each node in `tree`, by the boxes and γ of the task (nodes)
         """
 
-    def write(self, file: str | os.PathLike) -> None:
-        """writes the plan file that `stiction check` and `stiction view` read"""
-
     def __repr__(self) -> str: ...
 
-def plan(task: Task, *, seed: int | None = None, scheme: str | None = None, timeout_s: float = 20.0, threads: int = 0, on_progress: Callable[[Progress], None] | None = None) -> PlanResult:
+def plan(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], None] | None = None) -> PlanResult:
     """
-    Plans a path of the object to the goal. Ctrl-C and an error in on_progress stop it.
+    Plans a path of the object to the goal (Algorithms 2 and 3).
+
+    options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search.
+
+    status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest at the start). Raises InvalidInput.
     """
 
 class CostTerms:
@@ -849,12 +1234,12 @@ class OptimizeResult:
     def status(self) -> Status: ...
 
     @property
-    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """configurations of the best trajectory (n_q, T + 1)"""
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """configurations of the best trajectory (T + 1, n_q)"""
 
     @property
-    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """commands (n_a, T)"""
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """commands (T, n_a)"""
 
     @property
     def cost(self) -> CostTerms: ...
@@ -876,7 +1261,16 @@ class OptimizeResult:
 
 def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], None] | None = None) -> OptimizeResult:
     """
-    Optimises a trajectory by the section `optimize` of the task (iMPC). scheme: exact, analytic, randomized-first or randomized-zeroth; solver: sweep or receding; forces: with the contact trust region. Ctrl-C and an error in on_progress stop it.
+    Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
+
+      scheme: exact, analytic, randomized-first or randomized-zeroth; solver: sweep or receding; iterations: at most; None: as the task says.
+      forces: with the contact trust region.
+      seed: of the randomised schemes.
+      timeout_s: [s] > 0.
+      threads: 0 for all cores; the result does not depend on it.
+      on_progress: called with Progress; Ctrl-C and an error in it stop the run.
+
+    status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
     """
 
 class PieceError:
@@ -925,8 +1319,8 @@ class PieceError:
 
 class PieceReport:
     @property
-    def kind(self) -> str:
-        """'contact' or 'regrasp'"""
+    def kind(self) -> SegmentKind:
+        """Contact or Regrasp"""
 
     @property
     def first_segment(self) -> int: ...
@@ -988,12 +1382,12 @@ class TransferResult:
         """[s] (samples)"""
 
     @property
-    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """simulated (n_q, samples)"""
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """simulated (samples, n_q)"""
 
     @property
-    def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
-        """planned (n_q, samples)"""
+    def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """planned (samples, n_q)"""
 
     @property
     def piece(self) -> list[int]:
@@ -1002,7 +1396,7 @@ class TransferResult:
     @property
     def wall_s(self) -> float: ...
 
-def transfer(plan_file: str | os.PathLike, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
-    Runs a plan file open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s; joint springs take up or let go the weight of the lightest object in `load_time` [s], with 0 as fast as comes. Without `velocity_reference` damping acts on the velocities of the joints themselves, which lag behind their commands, as in the thesis.
+    Runs a plan open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s; joint springs take up or let go the weight of the lightest object in `load_time` [s], with 0 as fast as comes. Without `velocity_reference` damping acts on the velocities of the joints themselves, which lag behind their commands, as in the thesis.
     """

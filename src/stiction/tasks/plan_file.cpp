@@ -100,6 +100,11 @@ world::Pose goal_pose(const world::Model& model, const planning::Plan& plan) {
 
 }  // namespace
 
+std::string spell_task_file(const Task& task, const fs::path& file) {
+  if (task.builtin) return task.file.filename().generic_string();
+  return fs::weakly_canonical(task.file).lexically_proximate(fs::weakly_canonical(file).parent_path()).generic_string();
+}
+
 PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
                         const fs::path& file) {
   const world::Model& model = *task.model;
@@ -109,9 +114,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   out.task_name = task.name;
   out.task_text = task.text;
   out.task_builtin = task.builtin;
-  out.task_file = task.builtin
-                      ? task.file.filename().generic_string()
-                      : fs::weakly_canonical(task.file).lexically_proximate(fs::weakly_canonical(file).parent_path()).generic_string();
+  out.task_file = spell_task_file(task, file);
   out.scene_sha256 = task.scene_sha256;
   out.scene_text = task.scene_text;
   out.status = result.status;
@@ -181,6 +184,24 @@ planning::Plan to_plan(const world::Model& model, const PlanFile& file) {
   return plan;
 }
 
+planning::PlanResult to_result(const world::Model& model, const PlanFile& file) {
+  planning::PlanResult out;
+  out.status = file.status;
+  out.plan = to_plan(model, file);
+  out.seed = file.seed;
+  out.iterations = file.iterations;
+  out.nodes = file.nodes;
+  out.steps = file.steps;
+  out.linearisations = file.linearisations;
+  out.failed_steps = file.failed_steps;
+  out.distrusted = file.distrusted;
+  out.regrasps = file.regrasps;
+  out.wall_s = file.wall_s;
+  out.start_penetration = file.start_penetration;
+  out.start_projected = file.start_projected;
+  return out;
+}
+
 namespace {
 
 fs::path file_of_plan(const fs::path& file) { return fs::is_directory(file) ? file / "plan.json" : file; }
@@ -190,6 +211,15 @@ fs::path file_of_plan(const fs::path& file) { return fs::is_directory(file) ? fi
 }
 
 }  // namespace
+
+planning::PlannerOptions options_of_plan(const world::Model& model, const PlanFile& plan, const fs::path& file) {
+  // Options are spelled as in a task file, so the reader of task files judges them.
+  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", plan.options), file_of_plan(file));
+  planning::PlannerOptions out = read_planner_options(text.at("options"), model);
+  out.seed = plan.seed;
+  out.threads = plan.threads;
+  return out;
+}
 
 void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& file) {
   const world::Model& model = *task.model;
@@ -216,9 +246,7 @@ void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& 
            fmt::format("'{}' with {} numbers", object.name, object.n_q));
     }
   }
-  // Options are spelled as in a task file, so the reader of task files judges them.
-  const auto options = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", plan.options), file_of_plan(file));
-  (void)read_planner_options(options.at("options"), model);
+  (void)options_of_plan(model, plan, file);
   const auto shown = ShownBodies(model);
   if (plan.bodies.size() != shown.bodies.size())
     fail(file, "bodies", fmt::format("{} bodies", plan.bodies.size()), fmt::format("{}", shown.bodies.size()));

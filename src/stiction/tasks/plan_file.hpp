@@ -105,6 +105,15 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
 /// The plan in the file: commands and states exactly, forces left out. The file fits the model, see require_same_scene.
 planning::Plan to_plan(const world::Model& model, const PlanFile& file);
 
+/// The search that the file tells of, with its plan: what make_plan_file() was given, without tree and records.
+planning::PlanResult to_result(const world::Model& model, const PlanFile& file);
+
+/// The options that the plan was made with. @param file  where the plan was read, for messages
+planning::PlannerOptions options_of_plan(const world::Model& model, const PlanFile& plan, const std::filesystem::path& file);
+
+/// Where a plan file says that its task is: PlanFile::task_file. @param file  the plan file
+std::string spell_task_file(const Task& task, const std::filesystem::path& file);
+
 /// The text of the file; equal plans give equal texts. @throws core::InvalidInput when a number is not finite
 std::string to_text(const PlanFile& plan);
 

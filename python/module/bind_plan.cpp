@@ -1,0 +1,253 @@
+#include <fmt/format.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
+
+#include "plan.hpp"
+#include "planner_options.hpp"
+#include "stiction/planning/refine.hpp"
+#include "stiction/planning/trajectory.hpp"
+#include "stiction/tasks/check.hpp"
+#include "watcher.hpp"
+#include "yaml_text.hpp"
+
+namespace stiction::python {
+
+Plan::Plan(const tasks::Task& of, const planning::PlannerOptions& options, const planning::PlanResult& result)
+    : task(of), file(tasks::make_plan_file(of, options, result, std::filesystem::current_path() / "plan.json")) {}
+
+Plan::Plan(tasks::PlanFile of, const std::filesystem::path& path)
+    : task(tasks::load_task_of_plan(of, path, tasks::default_data_dirs())), file(std::move(of)) {
+  task.goal_from_command_line = file.goal_from_command_line;
+}
+
+tasks::PlanFile Plan::at(const std::filesystem::path& path) const {
+  tasks::PlanFile out = file;
+  out.task_file = tasks::spell_task_file(task, path);
+  return out;
+}
+
+namespace {
+
+using planning::RefineResult;
+using tasks::CheckItem;
+using tasks::CheckReport;
+
+std::shared_ptr<Plan> read_plan(const std::filesystem::path& file) { return std::make_shared<Plan>(tasks::read_plan(file), file); }
+
+/// @param folder  that the path of the task in the text is relative to
+std::shared_ptr<Plan> parse_plan(const std::string& text, const std::optional<std::filesystem::path>& folder) {
+  const std::filesystem::path file = folder_of(folder) / "plan.json";
+  return std::make_shared<Plan>(tasks::parse_plan(text, file), file);
+}
+
+std::string to_text(const Plan& plan, const std::optional<std::filesystem::path>& folder) {
+  return tasks::to_text(plan.at(folder_of(folder) / "plan.json"));
+}
+
+/// All knots, the start first.
+template <class Get>
+Rows path(const tasks::PlanFile& file, const Eigen::VectorXd& start, Get get) {
+  std::vector<const Eigen::VectorXd*> knots = {&start};
+  for (const auto& segment : file.segments) {
+    for (const auto& knot : segment.knots) knots.push_back(&get(knot));
+  }
+  return rows(knots, start.size(), [](const auto* knot) { return knot->transpose(); });
+}
+
+template <class Get>
+Rows knots_of(const tasks::StoredSegment& segment, Get get) {
+  return rows(segment.knots, segment.knots.empty() ? 0 : get(segment.knots[0]).size(),
+              [&get](const auto& knot) { return get(knot).transpose(); });
+}
+
+const auto kQ = [](const tasks::StoredKnot& knot) -> const Eigen::VectorXd& { return knot.q; };
+const auto kU = [](const tasks::StoredKnot& knot) -> const Eigen::VectorXd& { return knot.u; };
+
+struct Refined {
+  RefineResult result;
+  std::shared_ptr<Plan> plan;
+};
+
+std::unique_ptr<Refined> refine(const Plan& plan, const std::optional<OptionsLike>& given, std::optional<int> threads, double timeout_s,
+                                const Callback& on_progress) {
+  if (plan.file.status != core::Status::Solved)
+    core::throw_invalid("plan.status", std::string(core::to_string(plan.file.status)), "Solved: a plan that reaches its goal");
+  planning::PlannerOptions options = tasks::options_of_plan(plan.model(), plan.file, "plan");
+  if (given) options = options_of({plan.task.model, options}, *given);
+  if (threads) options.threads = *threads;
+  auto out = std::make_unique<Refined>();
+  Watcher watcher(on_progress);
+  const core::RunControl control = watcher.control(timeout_s);
+  {
+    const nb::gil_scoped_release unlocked;
+    planning::PlanResult refined = tasks::to_result(plan.model(), plan.file);  // the statistics stay those of the search
+    (void)planning::refine(plan.task.model, refined.plan, options, {}, control, out->result);
+    refined.plan = out->result.plan;
+    refined.wall_s += out->result.wall_s;
+    out->plan = std::make_shared<Plan>(plan.task, options, refined);
+  }
+  watcher.rethrow();
+  return out;
+}
+
+std::unique_ptr<CheckReport> check_plan(const Plan& plan) {
+  auto out = std::make_unique<CheckReport>();
+  const nb::gil_scoped_release unlocked;
+  (void)tasks::check_plan(plan.task, plan.file, {}, {}, *out);
+  return out;
+}
+
+planning::Trajectory make_trajectory(const Plan& plan, double speed, double pause, double load_time, double regrasp_factor) {
+  core::require_positive("speed", speed);
+  planning::SpeedLimits limits;
+  limits.revolute *= speed;
+  limits.prismatic *= speed;
+  limits.pause = pause;
+  limits.load_time = load_time;
+  limits.regrasp_factor = regrasp_factor;
+  return planning::make_trajectory(plan.model(), tasks::to_plan(plan.model(), plan.file), limits);
+}
+
+void bind_check(nb::module_& m) {
+  nb::class_<CheckItem>(m, "CheckItem", "One figure of a check.")
+      .def_ro("name", &CheckItem::name)
+      .def_ro("value", &CheckItem::value, "in `unit`")
+      .def_ro("limit", &CheckItem::limit, "the largest good value; None: reported, not judged")
+      .def_ro("unit", &CheckItem::unit)
+      .def_ro("pass_", &CheckItem::pass)
+      .def_ro("where", &CheckItem::where, "what and where the worst was")
+      .def("__repr__", [](const CheckItem& c) {
+        return fmt::format("<stiction.CheckItem: {} {:.4g} {}, {}>", c.name, c.value, c.unit, c.pass ? "passed" : "failed");
+      });
+  nb::class_<CheckReport>(m, "CheckReport")
+      .def_ro("pass_", &CheckReport::pass, "the verdict")
+      .def_ro("status", &CheckReport::status, "Solved: all checks were made")
+      .def_ro("items", &CheckReport::items)
+      .def("at", &CheckReport::at, "name"_a, nb::rv_policy::copy, "one item by its name. Raises InvalidInput: no such item")
+      .def_ro("knots", &CheckReport::knots)
+      .def_ro("steps", &CheckReport::steps)
+      .def_ro("threshold_N", &CheckReport::threshold_N, "contacts with less force than this are not looked at [N]")
+      .def_ro("wall_s", &CheckReport::wall_s)
+      .def("__repr__", [](const CheckReport& r) {
+        std::string failed;
+        for (const auto& item : r.items) {
+          if (!item.pass) failed += (failed.empty() ? ": " : ", ") + item.name;
+        }
+        return fmt::format("<stiction.CheckReport: {}{}>", r.pass ? "passed" : "failed", failed);
+      });
+  m.def("check_plan", &check_plan, "plan"_a,
+        "Simulates a plan anew with the exact dynamics at half the sub-step, and compares every number in it with what comes out and with "
+        "its "
+        "task. The check shares nothing with the planner.");
+}
+
+void bind_refine(nb::module_& m) {
+  nb::class_<Refined>(m, "RefineResult")
+      .def_prop_ro("status", [](const Refined& r) { return r.result.status; })
+      .def_ro("plan", &Refined::plan, "the refined plan, or the given one")
+      .def_prop_ro(
+          "variant", [](const Refined& r) { return r.result.variant; }, "shortened, reconnected or unchanged")
+      .def_prop_ro(
+          "pushes", [](const Refined& r) { return std::pair(r.result.pushes_before, r.result.pushes); }, "before and after")
+      .def_prop_ro(
+          "regrasps", [](const Refined& r) { return std::pair(r.result.regrasps_before, r.result.regrasps); }, "before and after")
+      .def_prop_ro(
+          "least_clearance", [](const Refined& r) { return r.result.least_clearance; },
+          "of the regrasps that were planned anew [m]; 0 without any")
+      .def_prop_ro("steps", [](const Refined& r) { return r.result.steps; })
+      .def_prop_ro("failed_steps", [](const Refined& r) { return r.result.failed_steps; })
+      .def_prop_ro("wall_s", [](const Refined& r) { return r.result.wall_s; })
+      .def("__repr__", [](const Refined& r) {
+        return fmt::format("<stiction.RefineResult: {}, {}>", core::to_string(r.result.status), r.result.variant);
+      });
+  m.def("refine", &refine, "plan"_a, nb::kw_only(), "options"_a = nb::none(), "threads"_a = nb::none(), "timeout_s"_a = 20.0,
+        "on_progress"_a = nb::none(),
+        "Makes a plan shorter and its regrasps wider (docs/theory/refinement.md).\n\n"
+        "plan: one that is Solved. options: PlannerOptions, or a dict of those that differ; None: those that the plan was made with. "
+        "threads: "
+        "0 for all cores; the result does not depend on them. timeout_s: [s] > 0.\n\n"
+        "status: Solved; MaxIterations (time used up) and Cancelled: refined at its own steps, or the given plan; NumericalFailure: the "
+        "given "
+        "plan does not reach its goal. Raises InvalidInput.");
+}
+
+void bind_trajectory(nb::module_& m) {
+  using planning::Trajectory;
+  const planning::SpeedLimits limits;
+  nb::class_<Trajectory>(m, "Trajectory", "Commands over time, linear between knots, and the configurations that the plan predicts.")
+      .def_ro("times", &Trajectory::times, "of the knots, the first one 0 [s] (knots)")
+      .def_prop_ro(
+          "u", [](const Trajectory& t) { return rows(t.u); }, "(knots, n_a) [m or rad]")
+      .def_prop_ro(
+          "q", [](const Trajectory& t) { return rows(t.q); }, "(knots, n_q)")
+      .def_ro("segments", &Trajectory::segments, "of the plan, that led to the knot (knots)")
+      .def_prop_ro("duration", &Trajectory::duration, "[s]");
+  m.def("make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = limits.pause,
+        "load_time"_a = limits.load_time, "regrasp_factor"_a = limits.regrasp_factor,
+        "Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; "
+        "commands "
+        "rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. "
+        "Raises InvalidInput.");
+}
+
+}  // namespace
+
+void bind_plan(nb::module_& m) {
+  using tasks::StoredSegment;
+  nb::class_<StoredSegment>(m, "Segment", "A piece of a plan: knots one sub-step apart.")
+      .def_ro("kind", &StoredSegment::kind)
+      .def_prop_ro(
+          "q", [](const StoredSegment& s) { return knots_of(s, kQ); }, "(knots, n_q)")
+      .def_prop_ro(
+          "u", [](const StoredSegment& s) { return knots_of(s, kU); }, "(knots, n_a)");
+  nb::class_<Plan>(m, "Plan", "Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled.")
+      .def_ro("task", &Plan::task)
+      .def_prop_ro(
+          "options",
+          [](const Plan& p) {
+            return PlannerOptions{p.task.model, tasks::options_of_plan(p.model(), p.file, "plan")};
+          },
+          "that it was made with")
+      .def_prop_ro(
+          "status", [](const Plan& p) { return p.file.status; }, "Solved: it reaches the goal")
+      .def_prop_ro("seed", [](const Plan& p) { return p.file.seed; })
+      .def_prop_ro(
+          "error", [](const Plan& p) { return p.file.error; }, "of the object at the last knot")
+      .def_prop_ro(
+          "h", [](const Plan& p) { return p.file.step.h; }, "time step of a knot [s]")
+      .def_prop_ro("segments", [](const Plan& p) { return p.file.segments; })
+      .def_prop_ro(
+          "q", [](const Plan& p) { return path(p.file, p.file.q_start, kQ); }, "configurations, the start first (knots + 1, n_q)")
+      .def_prop_ro(
+          "u", [](const Plan& p) { return path(p.file, p.file.u_start, kU); }, "commands (knots + 1, n_a) [m or rad]")
+      .def(
+          "write", [](const Plan& p, const std::filesystem::path& file) { tasks::write_plan(p.at(file), file); }, "file"_a,
+          nb::call_guard<nb::gil_scoped_release>(), "Writes the plan file that the program reads (docs/plan_file.md). Raises InvalidInput.")
+      .def("to_text", &to_text, "folder"_a = nb::none(), "The text of the file as it would stand in the folder; None: the working folder.")
+      .def("__getstate__",
+           [](const Plan& p) {
+             const std::string folder = folder_of({}).string();
+             return std::tuple(to_text(p, folder), folder);
+           })
+      .def("__setstate__",
+           [](Plan& p, const std::tuple<std::string, std::string>& state) {
+             const auto& [text, folder] = state;
+             const std::filesystem::path file = std::filesystem::path(folder) / "plan.json";
+             new (&p) Plan(tasks::parse_plan(text, file), file);
+           })
+      .def("__repr__", [](const Plan& p) {
+        return fmt::format("<stiction.Plan of '{}': {}, {} segments, {:.4g} m and {:.4g} rad from the goal>", p.task.name,
+                           core::to_string(p.file.status), p.file.segments.size(), p.file.error.position, p.file.error.angle);
+      });
+  m.def("read_plan", &read_plan, "file"_a, nb::call_guard<nb::gil_scoped_release>(),
+        "A plan from its file, or the folder of a plan.json, with the task it was made for. Raises InvalidInput: \"FILE: field: got …, "
+        "expected "
+        "…\", also where the scene of the task is another one by now.");
+  m.def("parse_plan", &parse_plan, "text"_a, "folder"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(),
+        "A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput.");
+  bind_refine(m);
+  bind_check(m);
+  bind_trajectory(m);
+}
+
+}  // namespace stiction::python

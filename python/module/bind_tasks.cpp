@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include "planner_options.hpp"
+#include "yaml_text.hpp"
+
+namespace stiction::python {
+namespace {
+
+using tasks::Task;
+
+Task make_task(const nb::dict& task, const std::optional<std::filesystem::path>& base) {
+  const std::string text = yaml_text(task);
+  const std::filesystem::path folder = folder_of(base);
+  const nb::gil_scoped_release unlocked;
+  return tasks::parse_task(text, folder);
+}
+
+/// @param task  a name or a file; what is no str is a file
+Task load_task(const std::variant<std::string, std::filesystem::path>& task) {
+  const auto* file = std::get_if<std::filesystem::path>(&task);
+  return tasks::load_task(file != nullptr ? std::filesystem::absolute(*file).string() : std::get<std::string>(task));
+}
+
+}  // namespace
+
+void bind_tasks(nb::module_& m) {
+  bind_planner_options(m);
+  nb::class_<planning::Goal>(m, "Goal")
+      .def_ro("object", &planning::Goal::object, "index of the object")
+      .def_ro("X_WG", &planning::Goal::X_WG)
+      .def_ro("tol_position", &planning::Goal::tol_position, "[m]")
+      .def_ro("tol_angle", &planning::Goal::tol_angle, "[rad]");
+  nb::class_<planning::GoalError>(m, "GoalError")
+      .def_ro("position", &planning::GoalError::position, "[m]")
+      .def_ro("angle", &planning::GoalError::angle, "[rad]")
+      .def("__repr__",
+           [](const planning::GoalError& e) { return fmt::format("GoalError(position={:.4g}, angle={:.4g})", e.position, e.angle); });
+  nb::class_<Task>(m, "Task", "A scene, a start, a goal and how to plan.")
+      .def(nb::new_(&make_task), "task"_a, nb::kw_only(), "base"_a = nb::none(),
+           "A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses and paths may stand "
+           "in "
+           "it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: \"field: got …, expected "
+           "…\".")
+      .def_ro("name", &Task::name)
+      .def_ro("description", &Task::description)
+      .def_ro("file", &Task::file, "of a task made in memory the folder that its paths are relative to")
+      .def_ro("model", &Task::model)
+      .def_prop_ro(
+          "q_start", [](const Task& task) { return task.problem.q_start; }, "(n_q)")
+      .def_prop_ro("goal", [](const Task& task) { return task.problem.goal; })
+      .def_prop_ro(
+          "options",
+          [](const Task& task) {
+            return PlannerOptions{task.model, task.options};
+          },
+          "of its section `planner`")
+      .def_ro("scene_sha256", &Task::scene_sha256)
+      .def(
+          "set_goal",
+          [](Task& task, const Vector& values) {
+            tasks::set_goal(task, {values.value.data(), static_cast<std::size_t>(values.value.size())});
+          },
+          "values"_a, "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other. Raises InvalidInput.");
+  m.def(
+      "list_tasks", [] { return tasks::list_tasks(tasks::default_data_dirs()); }, "Names of the built-in tasks.");
+  m.def("load_task", &load_task, "name_or_file"_a, nb::call_guard<nb::gil_scoped_release>(),
+        "A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "
+        "\"FILE:LINE: field: got …, expected …\".");
+}
+
+}  // namespace stiction::python

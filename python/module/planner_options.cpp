@@ -1,0 +1,82 @@
+#include "planner_options.hpp"
+
+#include <fmt/format.h>
+
+#include "stiction/tasks/options.hpp"
+#include "yaml_text.hpp"
+
+namespace stiction::python {
+namespace {
+
+/// Every option by its name.
+nb::dict to_dict(const PlannerOptions& options) {
+  const nb::object loads = nb::module_::import_("json").attr("loads");
+  auto out = nb::cast<nb::dict>(loads(tasks::planner_options_json(options.value, *options.model)));
+  out["seed"] = options.value.seed;  // these a plan file keeps elsewhere or not at all
+  out["threads"] = options.value.threads;
+  out["record_tree"] = options.value.record_tree;
+  return out;
+}
+
+PlannerOptions from_dict(const ModelPtr& model, const nb::dict& values) {
+  const auto node = world::YamlNode::parse(yaml_text(values), std::filesystem::path());
+  return {model, tasks::read_planner_options(node, *model)};
+}
+
+PlannerOptions replace(const PlannerOptions& options, const nb::dict& changes) {
+  nb::dict values = to_dict(options);
+  values.update(changes);
+  return from_dict(options.model, values);
+}
+
+std::string repr(const PlannerOptions& options) {
+  std::string out = "PlannerOptions(";
+  for (const auto& [key, value] : to_dict(options)) {
+    if (out.back() != '(') out += ", ";
+    out += fmt::format("{}={}", nb::cast<std::string>(key), nb::repr(value).c_str());
+  }
+  return out + ")";
+}
+
+}  // namespace
+
+planning::PlannerOptions options_of(const PlannerOptions& base, const OptionsLike& options) {
+  if (const auto* changes = std::get_if<nb::dict>(&options)) return replace(base, *changes).value;
+  const auto& whole = std::get<PlannerOptions>(options);
+  if (whole.model != base.model) core::throw_invalid("options", "those of another model", "options of the model of the task");
+  return whole.value;
+}
+
+void bind_planner_options(nb::module_& m) {
+  nb::class_<PlannerOptions>(m, "PlannerOptions",
+                             "Options of the planner. Each has the name and the value that it has in the section `planner` of a task file "
+                             "(tasks/schema/task.schema.json); dir() lists them.")
+      .def(
+          "__init__",
+          [](PlannerOptions* self, const ModelPtr& model, const nb::kwargs& values) {
+            new (self) PlannerOptions(from_dict(model, nb::borrow<nb::dict>(values)));
+          },
+          "model"_a, "values"_a, "Defaults, and what differs from them. Raises InvalidInput: unknown names, values that cannot be.")
+      .def(
+          "replace", [](const PlannerOptions& self, const nb::kwargs& changes) { return replace(self, nb::borrow<nb::dict>(changes)); },
+          "changes"_a, "These options with others; each one is replaced as a whole, None stands for its default. Raises InvalidInput.")
+      .def("to_dict", &to_dict, "every option by its name", nb::sig("def to_dict(self) -> dict[str, object]"))
+      .def("__getattr__",
+           [](const PlannerOptions& self, const std::string& name) -> nb::object {
+             const nb::dict values = to_dict(self);
+             if (!values.contains(name.c_str()))
+               throw nb::attribute_error(fmt::format("PlannerOptions has no option '{}' that is set", name).c_str());
+             return values[name.c_str()];
+           })
+      .def("__dir__",
+           [](const PlannerOptions& self) {
+             nb::list out = to_dict(self).keys();
+             out.append("replace");
+             out.append("to_dict");
+             return out;
+           })
+      .def("__eq__", [](const PlannerOptions& a, const PlannerOptions& b) { return to_dict(a).equal(to_dict(b)); })
+      .def("__repr__", &repr);
+}
+
+}  // namespace stiction::python
