@@ -63,7 +63,7 @@ def transfer(program, folder, task, seed, arguments):
     if not arguments.no_refine:
         _, refined, refine_s = run([program, "refine", out, "--json"], CODES)
         target = out / "refined"
-        row |= {"refine_processor_s": refine_s} | {key: refined[key] for key in ("variant", "rests", "h", "pushes", "regrasps", "least_clearance", "funnel")}
+        row |= {"refine_processor_s": refine_s} | {key: refined[key] for key in ("variant", "rests", "h", "pushes", "regrasps", "least_clearance")}
     check_code, check, _ = run([program, "check", target, "--json"], CODES)
     row |= {"accepted": check_code == 0, "refused": [item["name"] for item in check["checks"] if not item["pass"]]}
     _, report, simulate_s = run([program, "simulate", target, "--threads", 1, "--json", *arguments.rest], CODES)

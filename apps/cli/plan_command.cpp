@@ -43,9 +43,8 @@ void print_summary(const tasks::Task& task, const planning::PlannerOptions& o, c
   row("work", fmt::format("{} steps, {} local models, {} failed steps", r.steps, r.linearisations, r.failed_steps));
   row("given up", fmt::format("{} edges where half the sub-step gave something else", r.distrusted));
   const auto& g = r.regrasps;
-  row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {}, free to roll away {})",
-                                    g.tried, g.accepted, g.no_sample, g.no_path, g.object_moved, g.failed_step, g.too_open));
-  if (g.open_in_plan > 0) row("open regrasps", fmt::format("{} of {}: the object is free to roll away", g.open_in_plan, counts.regrasps));
+  row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted,
+                                    g.no_sample, g.no_path, g.object_moved, g.failed_step));
   if (!r.reason.empty()) row("reason", r.reason);
   if (r.start_moved > 1e-3) row("start", fmt::format("an object was not at rest: it moved by {:.3g} (m or rad) first", r.start_moved));
   if (r.start_projected)
@@ -66,16 +65,9 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["linearisations"] = r.linearisations;
   out["failed_steps"] = r.failed_steps;
   out["distrusted"] = r.distrusted;
-  out["regrasps"] = {{"in_plan", counts.regrasps},
-                     {"tried", r.regrasps.tried},
-                     {"accepted", r.regrasps.accepted},
-                     {"no_sample", r.regrasps.no_sample},
-                     {"no_path", r.regrasps.no_path},
-                     {"object_moved", r.regrasps.object_moved},
-                     {"failed_step", r.regrasps.failed_step},
-                     {"open", r.regrasps.open},
-                     {"too_open", r.regrasps.too_open},
-                     {"open_in_plan", r.regrasps.open_in_plan}};
+  out["regrasps"] = {{"in_plan", counts.regrasps},           {"tried", r.regrasps.tried},     {"accepted", r.regrasps.accepted},
+                     {"no_sample", r.regrasps.no_sample},    {"no_path", r.regrasps.no_path}, {"object_moved", r.regrasps.object_moved},
+                     {"failed_step", r.regrasps.failed_step}};
   out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
   out["cost"] = r.cost;

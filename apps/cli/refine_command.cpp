@@ -29,8 +29,6 @@ void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double du
   row("clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * plan.tol_position,
                                        r.plan.error.angle, plan.tol_angle));
-  if (r.funnel.pushes > 0)
-    row("funnel", fmt::format("{} pushes, from {:.1f} to {:.2f} tolerances", r.funnel.pushes, r.funnel.before, r.funnel.after));
   row("execution", fmt::format("{:.1f} s", duration_s));
   row("plan", file.string());
 }
@@ -99,7 +97,6 @@ int run_refine(const RefineArguments& arguments) {
     out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
     out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};
     out["least_clearance"] = result.least_clearance;
-    out["funnel"] = {{"pushes", result.funnel.pushes}, {"before", result.funnel.before}, {"after", result.funnel.after}};
     out["error"] = {{"position", result.plan.error.position}, {"angle", result.plan.error.angle}};
     out["duration_s"] = trajectory.duration();
     out["plan"] = target.string();

@@ -61,7 +61,6 @@ class Plan:
     seed: int
     error_position: float  # [m]
     error_angle: float  # [rad]
-    open_regrasps: int  # during which the object is free to roll away
     bodies: list[Body]
     geometries: list[Geometry]
     object_joints: dict[str, str]
@@ -203,7 +202,6 @@ def _read(data: dict[str, Any]) -> Plan:
         seed=int(data["seed"]),
         error_position=float(data["error"]["position"]),
         error_angle=float(data["error"]["angle"]),
-        open_regrasps=int(data.get("statistics", {}).get("regrasps", {}).get("open_in_plan", 0)),
         bodies=bodies,
         geometries=geometries,
         object_joints={o["name"]: o["joint"] for o in data["objects"]},

@@ -450,13 +450,11 @@ class Drawing:
         plan = self.plan
         kinds = plan.segment_kinds
         region = [("goal", ", ".join(plan.goal_region))] if plan.goal_region else []
-        open_regrasps = [("open", f"{plan.open_regrasps} regrasps during which the object is free to roll away")] if plan.open_regrasps else []
         return [
             ("status", plan.status),
             ("seed", str(plan.seed)),
             ("segments", f"{len(kinds)}, of which {kinds.count('regrasp')} regrasps"),
             *region,
-            *open_regrasps,
             ("at the goal", f"{1000 * plan.error_position:.1f} mm, {plan.error_angle:.3f} rad off"),
             ("longest arrow", f"{self.largest_force():.{0 if self.largest_force() >= 10 else 2}f} N"),
         ]

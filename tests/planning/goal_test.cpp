@@ -4,7 +4,6 @@
 #include "planning/systems.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/object_space.hpp"
-#include "stiction/planning/spectral.hpp"
 
 namespace stiction::planning::test {
 namespace {
@@ -141,23 +140,6 @@ TEST(PathCost, IsTimeAtJointSpeedsAndAPricePerRegrasp) {
   plan.segments[0].knots.resize(1);
   plan.segments[0].knots[0].u = Eigen::Vector2d(0.02, -0.05);
   EXPECT_NEAR(path_cost(*pusher, plan, {.travel_speed = 0.1}), 0.5, 1e-12);
-}
-
-TEST(PrincipalDirections, AreThoseOfTheSingularValueDecomposition) {
-  core::Random random(2, 0);
-  for (int sample = 0; sample < 50; ++sample) {
-    Eigen::MatrixXd B(3, 8);
-    for (double& x : B.reshaped()) x = random.normal();
-    if (sample % 2 == 0) B.row(2) = 2 * B.row(0);  // rank 2
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(B, Eigen::ComputeThinV);
-    const Eigen::MatrixXd V = principal_directions(B);
-    ASSERT_EQ(V.cols(), sample % 2 == 0 ? 2 : 3);
-    for (Eigen::Index k = 0; k < V.cols(); ++k) {
-      EXPECT_NEAR(std::abs(V.col(k).dot(svd.matrixV().col(k))), 1, 1e-8);
-      EXPECT_NEAR((B * V.col(k)).norm(), svd.singularValues()[k], 1e-9);
-    }
-  }
-  EXPECT_EQ(principal_directions(Eigen::MatrixXd::Zero(3, 4)).cols(), 0);
 }
 
 }  // namespace

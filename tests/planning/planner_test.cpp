@@ -4,7 +4,6 @@
 #include "planning/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/object_space.hpp"
-#include "stiction/planning/rehearsal.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::planning::test {
@@ -230,8 +229,7 @@ PlanningProblem floor_problem(const world::Shape& shape) {
   return problem;
 }
 
-Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, double friction_noise,
-                           std::optional<double> rehearsed_share = {}, PlanResult* out = nullptr) {
+Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, double friction_noise) {
   PlannerOptions options;
   options.threads = 1;
   options.max_iterations = 2000;  // seeds 0 to 19 push the cube there in 36 to 1152, half of them in more than 240
@@ -239,13 +237,12 @@ Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, dou
   options.goal_bias = 0.7;
   options.edge_tilt = edge_tilt;
   options.friction_noise = friction_noise;
-  options.rehearsed_share = rehearsed_share;
   SampleBox box;
   box.lower = (Eigen::VectorXd(6) << -0.1, 0.3, 0.2, 0, 0, 0).finished();
   box.upper = (Eigen::VectorXd(6) << 0.1, 0.6, 0.2, 0, 0, 0).finished();
   options.sample_boxes.push_back(box);
   PlanResult result;
-  return plan(problem, options, {}, out != nullptr ? *out : result);
+  return plan(problem, options, {}, result);
 }
 
 /// A cube stays on a slope up to atan μ; a ball that nothing holds stays on none.
@@ -258,36 +255,6 @@ TEST(Planner, EdgeTilt_WhatDoesNotStayOnASlopeIsNotBuiltOn) {
   EXPECT_EQ(push_over_the_floor(ball, 0.03, 0), Status::MaxIterations);
 }
 
-/// A push sets a ball rolling, and nothing stops it but a hand that stays there; a cube stops by itself.
-TEST(Planner, RehearsedShare_WhatRollsOnIsNoPlan) {
-  const PlanningProblem cube = floor_problem(world::Box{Eigen::Vector3d::Constant(0.2)}), ball = floor_problem(world::Sphere{0.2});
-  PlanResult of_cube, rolls_on, stays;
-  ASSERT_EQ(push_over_the_floor(cube, 0, 0, {}, &of_cube), Status::Solved);
-  ASSERT_EQ(push_over_the_floor(ball, 0, 0, {}, &rolls_on), Status::Solved);
-  EXPECT_TRUE(Rehearsal(cube.model, kRestTime).run(of_cube.plan, 0.5).holds);
-  EXPECT_FALSE(Rehearsal(ball.model, kRestTime).run(rolls_on.plan, 0.5).holds);
-  ASSERT_EQ(push_over_the_floor(ball, 0, 0, 0.5, &stays), Status::Solved);
-  EXPECT_TRUE(Rehearsal(ball.model, kRestTime).run(stays.plan, 0.5).holds);
-  EXPECT_GT(stays.distrusted, rolls_on.distrusted);
-}
-
-TEST(Planner, RehearsedShare_PlansWithRegraspsHoldAsAWhole) {
-  const PlanningProblem problem = hand_problem();
-  PlannerOptions options = hand_options();
-  options.rehearsed_share = 0.5;
-  Rehearsal rehearsal(problem.model, options.rest_time);
-  for (options.seed = 0; options.seed < 5; ++options.seed) {
-    PlanResult result;
-    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
-    const RehearsalResult r = rehearsal.run(result.plan, 0.5);
-    EXPECT_TRUE(r.holds) << "seed " << options.seed << ", segment " << r.lost;
-  }
-  options.rehearsed_share = 1e-12;
-  options.max_iterations = 500;
-  PlanResult result;
-  EXPECT_EQ(plan(problem, options, {}, result), Status::MaxIterations);
-}
-
 /// On a slope of 1 : 5 a cube stays with a μ of 0.5 or nine tenths of it, and not with a fifth.
 TEST(Planner, FrictionNoise_WhatNeedsItsFrictionIsNotBuiltOn) {
   PlanningProblem cube = floor_problem(world::Box{Eigen::Vector3d::Constant(0.2)});
@@ -298,36 +265,6 @@ TEST(Planner, FrictionNoise_WhatNeedsItsFrictionIsNotBuiltOn) {
   EXPECT_EQ(push_over_the_floor(cube, 0, 0), Status::Solved);
   EXPECT_EQ(push_over_the_floor(cube, 0, 0.1), Status::Solved);
   EXPECT_EQ(push_over_the_floor(cube, 0, 0.8), Status::MaxIterations);
-}
-
-/// A ball that is to be turned drifts away from where it is expected; it is grasped anew there less often where that counts.
-TEST(Planner, StrayWeight_FewerRegraspsStartOutsideTheBoxesOfSubgoals) {
-  const PlanningProblem problem = hand_problem();
-  constexpr double kHalf = 0.01;
-  PlannerOptions options = hand_options();
-  options.sample_boxes[0].lower.head<2>() = problem.q_start.head<2>() - Eigen::Vector2d(kHalf, kHalf);
-  options.sample_boxes[0].upper.head<2>() = problem.q_start.head<2>() + Eigen::Vector2d(kHalf, kHalf);
-  options.goal_bias = 1;
-  options.grasp_probability = 0.5;
-  options.stop_at_goal = false;
-  options.max_iterations = 240;
-  const auto share_outside = [&](double stray_weight) {
-    options.stray_weight = stray_weight;
-    double outside = 0, regrasps = 0;
-    for (std::uint64_t seed = 0; seed < 4; ++seed) {
-      options.seed = seed;
-      PlanResult result;
-      (void)plan(problem, options, {}, result);
-      for (const TreeNode& node : result.tree) {
-        if (node.edge != SegmentKind::Regrasp) continue;
-        const Eigen::Vector3d p_W = result.tree[static_cast<std::size_t>(node.parent)].X_WB.p;
-        ++regrasps;
-        outside += (p_W - problem.goal.X_WG.p).cwiseAbs().maxCoeff() > kHalf;
-      }
-    }
-    return outside / regrasps;
-  };
-  EXPECT_LT(share_outside(20), 0.7 * share_outside(0));
 }
 
 TEST(Planner, Friction_IsThatOfEveryStepOfThePlan) {
@@ -357,19 +294,18 @@ void expect_same_bits(const Plan& a, const Plan& b) {
 
 TEST(Planner, SameSeed_SameBitsForAnyNumberOfThreads) {
   const PlanningProblem problem = hand_problem();
-  for (const auto& [trees, restart] : {std::pair(1, 0), {2, 0}, {3, 0}, {2, 24}, {3, 24}}) {
+  for (const int trees : {1, 2, 3}) {
     std::vector<PlanResult> results(3);
     for (int i = 0; i < 3; ++i) {
       PlannerOptions options = hand_options();
       options.seed = 3;
       options.threads = 1 + i;
       options.trees = trees;
-      options.restart = restart;
-      ASSERT_EQ(plan(problem, options, {}, results[static_cast<std::size_t>(i)]), Status::Solved) << trees << " " << restart;
+      ASSERT_EQ(plan(problem, options, {}, results[static_cast<std::size_t>(i)]), Status::Solved) << trees;
     }
     for (int i = 1; i < 3; ++i) {
       const PlanResult &a = results[0], &b = results[static_cast<std::size_t>(i)];
-      EXPECT_EQ(a.iterations, b.iterations) << trees << " " << restart;
+      EXPECT_EQ(a.iterations, b.iterations) << trees;
       EXPECT_EQ(a.nodes, b.nodes);
       EXPECT_EQ(a.steps, b.steps);
       EXPECT_EQ(a.regrasps.tried, b.regrasps.tried);
@@ -581,54 +517,6 @@ TEST(Planner, ProgressAndBudget_AreReported) {
   EXPECT_EQ(calls, 13);  // rounds of 8
 }
 
-TEST(Planner, Restart_BetterHalfOfTheTreesGrowsOn) {
-  PlanningProblem problem = hand_problem();
-  problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
-  PlannerOptions options = hand_options();
-  options.restart = 16;  // two rounds
-  options.max_iterations = 160;
-  options.threads = options.trees = 1;
-  std::vector<long> ends;  // of turns, in extensions of all trees
-  long last = 0;
-  int size = 0;
-  double best = std::numeric_limits<double>::infinity();
-  core::RunControl control;
-  control.on_progress = [&](const core::Progress& p) {
-    EXPECT_EQ(p.iteration, last + 8) << "every extension counts once";
-    EXPECT_LE(p.best, best) << "of all trees";
-    if (p.size < size) ends.push_back(last);
-    last = p.iteration;
-    size = p.size;
-    best = p.best;
-  };
-  PlanResult result;
-  EXPECT_EQ(plan(problem, options, control, result), Status::MaxIterations);
-  EXPECT_EQ(result.iterations, 160);
-  ASSERT_GE(ends.size(), 3U);
-  EXPECT_EQ(ends[0], 16) << "the second tree is a new one";
-  EXPECT_EQ(ends[1], 48) << "the better of two goes on to 32, then there is a third";
-  PlanResult again;
-  options.threads = 3;
-  EXPECT_EQ(plan(problem, options, {}, again), Status::MaxIterations);
-  EXPECT_EQ(again.nodes, result.nodes);
-  EXPECT_EQ(again.steps, result.steps);
-}
-
-TEST(Planner, CancelledBetweenTwoTrees_IsCancelled) {
-  PlanningProblem problem = hand_problem();
-  problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
-  PlannerOptions options = hand_options();
-  options.restart = 16;
-  options.trees = options.threads = 1;
-  std::atomic<bool> stop = false;
-  core::RunControl control;
-  control.cancel = &stop;
-  control.on_progress = [&](const core::Progress& p) { stop = p.iteration == 16; };  // the last round of a tree
-  PlanResult result;
-  EXPECT_EQ(plan(problem, options, control, result), Status::Cancelled);
-  EXPECT_EQ(result.iterations, 16);
-}
-
 TEST(Planner, CancelledTreesSideBySide_TheNearestIsKept) {
   PlanningProblem problem = hand_problem();
   problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
@@ -647,7 +535,7 @@ TEST(Planner, CancelledTreesSideBySide_TheNearestIsKept) {
     PlanResult result;
     EXPECT_EQ(plan(problem, options, control, result), Status::Cancelled);
     const double share = std::max(result.plan.error.position / problem.goal.tol_position, result.plan.error.angle / problem.goal.tol_angle);
-    EXPECT_NEAR(share, best, 1e-6 * best) << "seed " << seed;
+    EXPECT_LE(share, best * (1 + 1e-6)) << "seed " << seed;  // a round under way may have come nearer since
   }
 }
 
@@ -666,7 +554,6 @@ TEST(Planner, BadOptions_NameTheField) {
   };
   EXPECT_EQ(message([](auto& o) { o.goal_bias = 1.5; }), "planner.goal_bias: got 1.5, expected a probability in [0, 1]");
   EXPECT_EQ(message([](auto& o) { o.gamma = 0; }), "planner.gamma: got 0, expected a finite number > 0");
-  EXPECT_EQ(message([](auto& o) { o.restart = -1; }), "planner.restart: got -1, expected 0 (where a tree stalls) or more");
   EXPECT_EQ(message([](auto& o) { o.brace_force = 0; }), "planner.brace_force: got 0, expected a number > 0");
   EXPECT_EQ(message([](auto& o) { o.grasp_trials = -1; }), "planner.grasp_trials: got -1, expected 0 or more");
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
@@ -675,9 +562,6 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
   EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.friction_noise = 1; }), "planner.friction_noise: got 1, expected a share in [0, 1)");
-  EXPECT_EQ(message([](auto& o) { o.rehearsed_share = 0; }), "planner.rehearsed_share: got 0, expected a number in (0, 1]");
-  EXPECT_EQ(message([](auto& o) { o.rehearsed_share = 1.5; }), "planner.rehearsed_share: got 1.5, expected a number in (0, 1]");
-  EXPECT_EQ(message([](auto& o) { o.funnel = -1; }), "planner.funnel: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.refined_fraction = 0.5; }),
             "planner.refined_fraction: got 0.5, expected a number in [0.9, 1]: tolerance_fraction or more");
   EXPECT_EQ(message([](auto& o) { o.edge_tilt = -1; }), "planner.edge_tilt: got -1, expected an angle in [0, π/2) [rad]");
@@ -688,7 +572,6 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.friction = 0; }), "planner.friction: got 0, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.squeeze = -1; }).substr(0, 15), "planner.squeeze");
   EXPECT_EQ(message([](auto& o) { o.grip_force = -1; }), "planner.grip_force: got -1, expected a finite number ≥ 0");
-  EXPECT_EQ(message([](auto& o) { o.open_probability = 2; }), "planner.open_probability: got 2, expected a probability in [0, 1]");
   EXPECT_EQ(message([](auto& o) { o.regrasp_friction = 0; }), "planner.regrasp_friction: got 0, expected a number in (0, 1]");
 }
 

@@ -316,16 +316,6 @@ TEST(Refine, RefinedFraction_WhatPlansMayMissOfTheirGoal) {
   EXPECT_LE(r.plan.error.position, 0.9 * p.plan.goal.tol_position);
 }
 
-TEST(Refine, RehearsedShare_WhatObjectsWithInertiaDoNotFollowIsNotTaken) {
-  Pushing p = push_with_detour();
-  for (const std::optional<double> share : {std::optional<double>(), std::optional(1.0), std::optional(1e-9)}) {
-    p.options.rehearsed_share = share;
-    RefineResult r;
-    ASSERT_EQ(p.run(r), Status::Solved);
-    EXPECT_EQ(r.variant == "unchanged", share == 1e-9) << r.variant;
-  }
-}
-
 TEST(Refine, PlanThatMissesItsGoal_IsHandedBack) {
   Pushing p = push_with_detour();
   p.plan.goal.X_WG.p.z() += 0.1;

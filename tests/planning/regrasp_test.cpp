@@ -254,39 +254,6 @@ TEST(TryRegrasp, AcceptedOnes_HoldTheObjectForAsLongAsCommandsRest) {
   EXPECT_GT(counts.accepted, 10);
 }
 
-/// With every finger in the air the ball rolls wherever gravity pulls it; a cube lies.
-TEST(TryRegrasp, WithTheWholeHandOpen_ABallIsFreeToRollAwayAndACubeIsNot) {
-  for (const bool round : {true, false}) {
-    const auto model = load_model(round ? "allegro_ball" : "allegro_cube");
-    const RobotChains chains(*model);
-    GeometryWorkspace geometry(*model);
-    dynamics::StepWorkspace steps(model);
-    Eigen::VectorXd q = allegro_start();
-    q.tail(16).setZero();  // the open hand, thumb aside
-    q[7 + 12] = 0.3;
-    if (!round) q[2] = 0.0415;
-    PlannerOptions options;
-    options.sampler = GenericSampler{.whole_probability = 1};
-    RegraspCounts kept, refused;
-    for (int attempt = 0; attempt < 15; ++attempt) {
-      for (const double probability : {1.0, 0.0}) {
-        core::Random random(10, static_cast<std::uint64_t>(attempt));
-        Regrasp regrasp;
-        options.open_probability = probability;
-        RegraspCounts& counts = probability > 0 ? kept : refused;
-        if (try_regrasp(*model, chains, options, q, q.tail(16), draw_grasp(chains, options.sampler, random), {}, random, geometry, steps,
-                        regrasp, counts)) {
-          EXPECT_EQ(regrasp.open, round);
-        }
-      }
-    }
-    EXPECT_GT(kept.accepted, 3) << (round ? "ball" : "cube");
-    EXPECT_EQ(kept.open, round ? kept.accepted : 0);
-    EXPECT_EQ(refused.accepted, round ? 0 : kept.accepted);
-    EXPECT_EQ(refused.too_open > 0, round);
-  }
-}
-
 /// Postures promise more the later they were drawn, and the first two of those that promise most turn out in the opposite order.
 TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
   HandRegrasps hand;

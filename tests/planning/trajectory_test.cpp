@@ -197,7 +197,8 @@ TEST(Retime, StatesPredictedAnew_ComeAtTheTimesOfThePlan) {
   const auto model = load_model("planar_pushing");
   const VectorXd q = (VectorXd(5) << 0, 0.6, 0, 0, -0.001).finished();
   Plan plan, one;
-  ASSERT_EQ(predict(*model, push_plan(model, q, {Vector2d(0.0, 0.02), Vector2d(0.4, 0.02), Vector2d(0.4, 0.1)}), 50, plan), core::Status::Solved);
+  ASSERT_EQ(predict(*model, push_plan(model, q, {Vector2d(0.0, 0.02), Vector2d(0.4, 0.02), Vector2d(0.4, 0.1)}), 50, plan),
+            core::Status::Solved);
   ASSERT_EQ(predict(*model, plan, 3, one), core::Status::Solved);
   const SpeedLimits limits{.load_time = 1e4};
   const Trajectory run = make_trajectory(*model, plan, limits), predicted = make_trajectory(*model, one, limits);

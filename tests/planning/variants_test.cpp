@@ -177,17 +177,5 @@ TEST(Anytime, Cancelled_KeepsTheBest) {
   EXPECT_FALSE(result.plan.segments.empty());
 }
 
-TEST(Spectral, GrowsAndReachesTheGoal) {
-  const PlanningProblem problem = hand_problem();
-  PlannerOptions options = hand_options();
-  options.spectral_probability = 0.5;
-  PlanResult result, again;
-  EXPECT_EQ(plan(problem, options, {}, result), Status::Solved);
-  options.threads = 1;
-  EXPECT_EQ(plan(problem, options, {}, again), Status::Solved);
-  EXPECT_EQ(again.iterations, result.iterations);
-  EXPECT_EQ(again.cost, result.cost);
-}
-
 }  // namespace
 }  // namespace stiction::planning::test

@@ -177,110 +177,32 @@ void shuffle(std::vector<int>& values, core::Random& random) {
     std::swap(values[i - 1], values[static_cast<std::size_t>(random.index(static_cast<int>(i)))]);
 }
 
-std::optional<ContactSample> sample_generic(const world::Model& model, const RobotChains& chains, const GenericSampler& options,
-                                            ChainMask moved, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
+}  // namespace
+
+GraspDraw draw_grasp(const RobotChains& chains, const GenericSampler& sampler, core::Random& random) {
   std::vector<int> order = touching_chains(chains);
-  std::erase_if(order, [&](int c) { return !(moved >> c & 1); });
+  shuffle(order, random);
+  if (!random.chance(sampler.whole_probability)) order.resize(std::min(order.size(), static_cast<std::size_t>(1 + random.index(2))));
+  GraspDraw draw;
+  for (const int c : order) draw.moved |= ChainMask{1} << c;
+  return draw;
+}
+
+std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const GenericSampler& sampler,
+                                            const GraspDraw& draw, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
+  std::vector<int> order = touching_chains(chains);
+  std::erase_if(order, [&](int c) { return !(draw.moved >> c & 1); });
   shuffle(order, random);
   // What carries others goes first: a trunk would take fingers off the object again.
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return chains.depth(a) < chains.depth(b); });
 
   ContactSample sample;
   for (const int chain : order) {
-    if (sample_chain(model, chains, options, chain, random, q, work)) sample.moved |= ChainMask{1} << chain;
+    if (sample_chain(model, chains, sampler, chain, random, q, work)) sample.moved |= ChainMask{1} << chain;
   }
   if (sample.moved == 0) return std::nullopt;
   sample.q_a = q.tail(model.n_a());
   return sample;
-}
-
-/// Closes the hand along a random mix of the directions. A joint stops when a geometry that it moves touches something; the joints
-/// beyond it go on, so that the fingers wrap.
-std::optional<ContactSample> sample_synergy(const world::Model& model, const RobotChains& chains, const GraspSynergySampler& options,
-                                            Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
-  const int n_a = model.n_a();
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(n_a);
-  for (Eigen::Index k = 0; k < options.directions.cols(); ++k) {
-    direction += (options.mean[k] + options.spread[k] * random.uniform(-0.5, 0.5)) * options.directions.col(k);
-  }
-  const double largest = direction.cwiseAbs().maxCoeff();
-  if (!(largest > 0)) return std::nullopt;
-  direction /= largest;
-  q.tail(n_a) = options.start.cwiseMax(model.lower()).cwiseMin(model.upper());
-
-  constexpr double kLongest = 0.05, kShortest = 1e-3;  // advance per round [rad or m]
-  chains.pairs_of(chains.all(), work.pairs);
-  const std::vector<int> pairs = work.pairs;
-  std::vector<char> closing(static_cast<std::size_t>(n_a), 1);
-  ContactSample sample;
-  double travelled = 0;
-  update_kinematics(model, q, work);
-  while (travelled < options.travel) {
-    // Advance by what the nearest closing gap allows; gaps shrink at most at the rate of dφ/dt.
-    contact::query_pairs(model, work.kinematics, pairs, 0.03, work.contact_work, work.contacts);
-    double advance = kLongest;
-    Eigen::VectorXd gradient(n_a);
-    for (const auto& c : work.contacts) {
-      gap_gradient(model, c, closing, work, gradient);
-      const double rate = gradient.dot(direction);
-      const double floor = chains.touches_object(c.pair) ? 0.0 : kSelfClearance;
-      if (rate >= -1e-9) continue;
-      if (c.phi - floor < 0.5 * kTouch) {
-        for (int j = 0; j < n_a; ++j) {
-          if (gradient[j] != 0) closing[static_cast<std::size_t>(j)] = 0;
-        }
-        if (chains.touches_object(c.pair)) sample.moved |= chains.mask_of_pair(c.pair);
-      } else {
-        advance = std::min(advance, (c.phi - floor) / -rate);
-      }
-    }
-    advance = std::max(advance, kShortest * 0.1);
-    bool any = false;
-    for (int j = 0; j < n_a; ++j) {
-      if (!closing[static_cast<std::size_t>(j)] || direction[j] == 0) continue;
-      double& value = q[model.n_qu() + j];
-      const double wanted = value + advance * direction[j];
-      value = std::clamp(wanted, model.lower()[j], model.upper()[j]);
-      if (value == wanted) any = true;
-    }
-    if (!any) break;
-    travelled += advance;
-    update_kinematics(model, q, work);
-  }
-  if (sample.moved == 0) return std::nullopt;
-  contact::query_pairs(model, work.kinematics, pairs, kSelfClearance, work.contact_work, work.contacts);
-  for (const auto& c : work.contacts) {
-    if (c.phi < (chains.touches_object(c.pair) ? -kTouch : 0.0)) return std::nullopt;
-  }
-  sample.moved = chains.all();  // the whole hand takes the new posture, whether or not each finger touches
-  sample.q_a = q.tail(n_a);
-  return sample;
-}
-
-}  // namespace
-
-GraspDraw draw_grasp(const RobotChains& chains, const Sampler& sampler, core::Random& random) {
-  GenericSampler generic;
-  if (const auto* synergy = std::get_if<GraspSynergySampler>(&sampler)) {
-    if (!random.chance(synergy->generic_probability)) return {chains.all(), true};
-  } else {
-    generic = std::get<GenericSampler>(sampler);
-  }
-  std::vector<int> order = touching_chains(chains);
-  shuffle(order, random);
-  if (!random.chance(generic.whole_probability)) order.resize(std::min(order.size(), static_cast<std::size_t>(1 + random.index(2))));
-  GraspDraw draw;
-  for (const int c : order) draw.moved |= ChainMask{1} << c;
-  return draw;
-}
-
-std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
-                                            const GraspDraw& draw, const Eigen::VectorXd& q, core::Random& random,
-                                            GeometryWorkspace& work) {
-  const auto* synergy = std::get_if<GraspSynergySampler>(&sampler);
-  if (synergy != nullptr && draw.synergy) return sample_synergy(model, chains, *synergy, q, random, work);
-  return sample_generic(model, chains, synergy != nullptr ? GenericSampler{} : std::get<GenericSampler>(sampler), draw.moved, q, random,
-                        work);
 }
 
 Eigen::VectorXd gap_gradient(const world::Model& model, const contact::Contact& contact, std::span<const int> joints,

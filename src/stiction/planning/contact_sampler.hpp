@@ -31,20 +31,19 @@ struct ContactSample {
   ChainMask moved = 0;
 };
 
-/// Which branches a regrasp moves, and how their posture is drawn. Branches are drawn before the posture, because they let go of the
+/// Which branches a regrasp moves. They are drawn before the posture, because they let go of the
 /// object first and it may come to rest elsewhere.
 struct GraspDraw {
-  ChainMask moved = 0;   ///< 0: no branch of the robots can touch an object
-  bool synergy = false;  ///< by the directions of a GraspSynergySampler
+  ChainMask moved = 0;  ///< 0: no branch of the robots can touch an object
 };
-GraspDraw draw_grasp(const RobotChains& chains, const Sampler& sampler, core::Random& random);
+GraspDraw draw_grasp(const RobotChains& chains, const GenericSampler& sampler, core::Random& random);
 
 /// Draws a posture in contact with the objects at q (3.4.3): no moved branch penetrates anything by more than 0.1 mm, and each
 /// touched an object within 0.1 mm when it was placed. Pure kinematics: nothing moves the object.
 /// @param q  configuration (n_q); branches that are not moved keep their joints
 /// @returns nullopt when the draws of the sampler were used up
-std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const Sampler& sampler,
-                                            const GraspDraw& draw, const Eigen::VectorXd& q, core::Random& random, GeometryWorkspace& work);
+std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const GenericSampler& sampler,
+                                            const GraspDraw& draw, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work);
 
 /// dφ/dqᵃ of one contact in the given joints, 0 elsewhere (n_a). The kinematics in `work` are those of the contact.
 Eigen::VectorXd gap_gradient(const world::Model& model, const contact::Contact& contact, std::span<const int> joints,

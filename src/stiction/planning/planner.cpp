@@ -21,12 +21,8 @@
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/lanes.hpp"
 #include "stiction/planning/object_space.hpp"
-#include "stiction/planning/race.hpp"
 #include "stiction/planning/regrasp.hpp"
-#include "stiction/planning/rehearsal.hpp"
 #include "stiction/planning/robot_chains.hpp"
-#include "stiction/planning/slide.hpp"
-#include "stiction/planning/spectral.hpp"
 #include "stiction/planning/tree.hpp"
 
 namespace stiction::planning {
@@ -68,8 +64,6 @@ constexpr double kByPlace = 0.5;
 /// Share of the pushes not yet taken to the goal that start from the front of the tree (Tree::take_for_push), half of them towards the goal:
 /// by the metric alone, most start from the many postures around an object that has hardly moved.
 constexpr double kFromFront = 0.5, kFrontToGoal = 0.5;
-/// A slide is at least so long, as a share of the length rule, in sub-steps shorter by a factor: all that they do is to slip.
-constexpr double kShortestSlide = 0.2, kSlideSubstep = 0.5;
 /// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
 /// is not tried again from the same node.
 constexpr double kSameCommand = 0.1;
@@ -93,7 +87,6 @@ constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
 /// Keeps the samples of local models apart from the draws of the search.
 constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
 
-/// Of `open_in_plan` trees know nothing: that is of the plan.
 RegraspCounts& operator+=(RegraspCounts& sum, const RegraspCounts& o) {
   sum.tried += o.tried;
   sum.accepted += o.accepted;
@@ -101,8 +94,6 @@ RegraspCounts& operator+=(RegraspCounts& sum, const RegraspCounts& o) {
   sum.no_path += o.no_path;
   sum.object_moved += o.object_moved;
   sum.failed_step += o.failed_step;
-  sum.open += o.open;
-  sum.too_open += o.too_open;
   return sum;
 }
 
@@ -158,7 +149,6 @@ struct Worker {
   dynamics::LocalModel local;
   Regrasp regrasp;
   Node candidate;
-  std::optional<Rehearsal> rehearsal;  ///< made when first needed
 };
 
 /// The threads of a run and their workspaces, shared by its trees.
@@ -178,9 +168,7 @@ struct Item {
   int near = -1;  ///< −1: to be found by the worker
   bool grasp = false;
   bool to_goal = false;
-  bool slide = false;       ///< a branch slides along what it touches, wherever the objects go
   bool by_place = false;    ///< near by the place of the objects, whatever the posture
-  bool spectral = false;    ///< along a principal direction instead of to the subgoal
   bool in_cones = false;    ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;  ///< qᵘ (n_qu)
   Followed near_followed;   ///< of `near`, when this item computed it
@@ -189,7 +177,6 @@ struct Item {
   GraspDraw draw;           ///< of a regrasp
   bool stuck = false;       ///< its branches cannot let go of the object at `near`
   int unsupported = -1;     ///< a node at which no branches can
-  int lost = -1;            ///< an edge of the tree that objects with inertia leave
   Eigen::VectorXd command;  ///< that `near` was extended to (n_a); empty: it was not
   std::vector<Node> chain;  ///< new nodes, each the parent of the next
   std::size_t taken = 0;    ///< so many of them were extended towards the subgoal already
@@ -215,24 +202,6 @@ Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectS
   Eigen::VectorXd q_goal = problem.q_start.head(problem.model->n_qu());
   q_goal.segment(object.q_begin, object.n_q) = space.coordinates(problem.goal.object, problem.goal.X_WG);
   return q_goal;
-}
-
-/// Positions in the boxes of subgoals, made as large as start and goal ask for; angles are free.
-GoalRegion places(const PlanningProblem& problem, const PlannerOptions& options) {
-  const Model& model = *problem.model;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  GoalRegion out{Eigen::VectorXd::Constant(model.n_vu(), -kInfinity), Eigen::VectorXd::Constant(model.n_vu(), kInfinity)};
-  const Eigen::VectorXd q_goal = goal_configuration(problem, ObjectSpace(model));
-  for (const SampleBox& box : options.sample_boxes) {
-    const auto& object = model.objects()[static_cast<std::size_t>(box.object)];
-    for (int i = 0; i < object.n_v; ++i) {
-      const int v = object.v_begin + i, q = object.q_begin + i;  // positions come first in both
-      if (model.dofs()[static_cast<std::size_t>(v)].kind == world::DofKind::Revolute) continue;
-      out.lower[v] = std::min({box.lower[i], problem.q_start[q], q_goal[q]});
-      out.upper[v] = std::max({box.upper[i], problem.q_start[q], q_goal[q]});
-    }
-  }
-  return out;
 }
 
 class Planner final : public Growth {
@@ -264,7 +233,6 @@ class Planner final : public Growth {
           {calc_weights_aside(model_, options.edge_tilt, i), calc_friction_factors(model_, chains_, options.friction_noise, i)});
     q_goal_ = goal_configuration(problem, space_);
     if (problem.goal.region) goal_matters_ = bounded_coordinates(*problem.goal.region);
-    if (options.stray_weight > 0) boxes_ = places(problem, options);
     weights_ = Eigen::VectorXd::Ones(model_.n_vu());
     if (refines()) weights_ = problem.goal.tol_angle * inverse_tolerances();
   }
@@ -366,7 +334,6 @@ class Planner final : public Growth {
       if (fine.cols() < root.commands.cols()) return false;
       root.followed.q_fine = problem_.q_start;
       if (fine.cols() > 0) root.followed.q_fine = fine.rightCols(1);
-      root.followed.rehearsed = root.q;
       root.followed.disturbed = root.q.replicate(1, disturbs() ? kDisturbances : 0);
     }
     insert(std::move(root), false);
@@ -392,7 +359,6 @@ class Planner final : public Growth {
       Item& item = items_[static_cast<std::size_t>(i)];
       totals_ += item.totals;
       if (item.refined >= 0) judge(item);
-      if (item.lost >= 0) totals_.distrusted += tree_.bury_branch(item.lost);
       if (item.stuck) tree_.add_stuck(item.near, item.draw.moved);
       if (item.unsupported >= 0) tree_.set_unsupported(item.unsupported);
       totals_.distrusted += item.broken;
@@ -434,11 +400,10 @@ class Planner final : public Growth {
     item.chain.clear();
     item.taken = 0;
     item.broken = 0;
-    item.refined = item.unsupported = item.lost = -1;
+    item.refined = item.unsupported = -1;
     item.stuck = false;
     item.totals = Totals{};
     item.near = -1;
-    item.spectral = item.slide = false;
     core::Random random(options_.seed, item.stream << 1);
     item.grasp = random.chance(options_.grasp_probability);
     item.in_cones = refines() && options_.scheme == Scheme::Analytic && random.chance(kInCones);
@@ -448,10 +413,8 @@ class Planner final : public Growth {
     if (item.to_goal) item.near = item.grasp ? tree_.take_for_regrasp() : tree_.take_nearest_to_goal();
     if (item.near >= 0) return;
     if (!item.grasp && refines() && random.chance(kFromFront)) item.near = tree_.take_for_push();
-    item.slide = item.near >= 0 && random.chance(options_.slide_probability);
-    item.to_goal = item.slide || (item.near >= 0 && random.chance(kFrontToGoal));
+    item.to_goal = item.near >= 0 && random.chance(kFrontToGoal);
     if (item.to_goal) return;
-    item.spectral = options_.spectral_probability > 0 && random.chance(options_.spectral_probability);
     space_.sample(options_.sample_boxes, random, item.subgoal);
   }
 
@@ -463,7 +426,7 @@ class Planner final : public Growth {
       const Node& node = tree_[item.near];
       const Node& parent = tree_[node.parent];
       Node left;
-      item.distrusted = !trusts(parent, parent.followed, node, item, worker, item.near_followed, left);
+      item.distrusted = !refine(parent, parent.followed, node, worker, item.totals, item.near_followed, &left);
       if (item.distrusted) {
         item.near = node.parent;
         if (left.q.size() > 0 && complete(parent, item, worker, left)) item.chain.push_back(std::move(left));
@@ -475,14 +438,11 @@ class Planner final : public Growth {
     const Node& near = tree_[item.near];
     Node node;
     node.parent = item.near;
-    const bool grown = item.grasp   ? regrasp(item, random, worker, node)
-                       : item.slide ? slide(near, item, random, worker, node)
-                                    : extend(near, item, random, worker, item.command, node);
-    if (!grown) return;
-    if (!complete(near, item, worker, node)) return;
+    const bool grown = item.grasp ? regrasp(item, random, worker, node) : extend(near, item, worker, item.command, node);
+    if (!grown || !complete(near, item, worker, node)) return;
     item.chain.push_back(std::move(node));
     const Followed& near_followed = near.followed.empty() ? item.near_followed : near.followed;
-    while (refines() && goes_on(item, near) && lengthen(item, near, near_followed, random, worker)) {
+    while (refines() && goes_on(item, near) && lengthen(item, near, near_followed, worker)) {
     }
   }
 
@@ -500,20 +460,19 @@ class Planner final : public Growth {
     const Node& last = chain.back();
     if (last.edge == SegmentKind::Regrasp) return true;
     const Node& before = chain.size() > 1 ? chain[chain.size() - 2] : near;
-    if (item.spectral) return false;
     const double distance = distance_to_target(item, last.q);
     if (item.to_goal && distance <= options_.tolerance_fraction) return true;  // lengthen() looks whether the finer state is there as well
     return distance > options_.tolerance_fraction && distance < kChainProgress * distance_to_target(item, before.q);
   }
 
   /// One more extension towards the subgoal. False at the end of the chain; its last node is gone when it is not to be built on.
-  bool lengthen(Item& item, const Node& near, const Followed& near_followed, core::Random& random, Worker& worker) {
+  bool lengthen(Item& item, const Node& near, const Followed& near_followed, Worker& worker) {
     auto& chain = item.chain;
     const bool first = chain.size() == 1;
     const Node& before = first ? near : chain[chain.size() - 2];
     Node& last = chain.back();
     Node left;
-    if (!trusts(before, first ? near_followed : before.followed, last, item, worker, last.followed, left)) {
+    if (!refine(before, first ? near_followed : before.followed, last, worker, item.totals, last.followed, &left)) {
       ++item.broken;
       chain.pop_back();
       if (left.q.size() > 0 && complete(first ? near : chain.back(), item, worker, left)) chain.push_back(std::move(left));
@@ -527,7 +486,7 @@ class Planner final : public Growth {
     item.taken = chain.size();
     Node next;
     Eigen::VectorXd command;
-    const bool extended = extend(last, item, random, worker, command, next) && complete(last, item, worker, next);
+    const bool extended = extend(last, item, worker, command, next) && complete(last, item, worker, next);
     if (command.size() > 0) last.tried.push_back(std::move(command));
     if (!extended) return false;
     chain.push_back(std::move(next));
@@ -596,20 +555,10 @@ class Planner final : public Growth {
     return false;
   }
 
-  /// refine(), and of a regrasp the rehearsal of what leads up to it and of itself.
-  bool trusts(const Node& parent, const Followed& parent_followed, const Node& node, Item& item, Worker& worker, Followed& followed,
-              Node& left) {
-    if (!refine(parent, parent_followed, node, worker, item.totals, followed, &left)) return false;
-    if (!rehearses() || node.edge != SegmentKind::Regrasp) return true;
-    followed.rehearsed = rehearse(node.parent, &node, worker, item.totals, item.lost);
-    return followed.rehearsed.size() > 0;
-  }
-
   /// The first n sub-steps of an edge. False where they move nothing.
   bool cut_edge(const Node& parent, const Node& node, Eigen::Index n, Eigen::VectorXd q_fine, Node& out) const {
     out.parent = node.parent;
     out.edge = node.edge;
-    out.open = node.open;
     out.commands = node.commands.leftCols(n);
     out.states = node.states.leftCols(n);
     out.q = out.states.rightCols(1);
@@ -736,15 +685,6 @@ class Planner final : public Growth {
     return delta_u;
   }
 
-  /// One of the principal directions of W B_u, W = 1/tolerance of the goal per coordinate, either way (P.3).
-  Eigen::VectorXd principal_direction(const LocalModel& local, core::Random& random) const {
-    const Eigen::MatrixXd V = principal_directions(inverse_tolerances().asDiagonal() * local.B_u);
-    if (V.cols() == 0) return Eigen::VectorXd::Zero(model_.n_a());
-    const double length = std::visit([](const auto& rule) { return rule.length; }, options_.length);
-    const double sign = random.chance(0.5) ? 1 : -1;
-    return sign * length * V.col(random.index(static_cast<int>(V.cols())));
-  }
-
   /// Per coordinate of the objects, 1/tolerance of the goal.
   Eigen::VectorXd inverse_tolerances() const { return planning::inverse_tolerances(model_, problem_.goal); }
 
@@ -790,7 +730,7 @@ class Planner final : public Growth {
 
   /// Alg. 3 with joint limits, rolled out exactly.
   /// @param u  the command that is tried; empty where none was worth it, or one like it was tried from this node before
-  bool extend(const Node& near, Item& item, core::Random& random, Worker& worker, Eigen::VectorXd& u, Node& out) {
+  bool extend(const Node& near, Item& item, Worker& worker, Eigen::VectorXd& u, Node& out) {
     const Eigen::VectorXd q_a = resting_command(near);
     Eigen::VectorXd e(model_.n_vu()), delta_u;
     const Eigen::VectorXd subgoal = target(item, near.local.c_u);
@@ -801,14 +741,12 @@ class Planner final : public Growth {
       space_.error(near.q.data(), near.followed.q_fine.data(), difference.data());
       e -= 0.5 * difference;
     }
-    const bool in_cones = item.in_cones && !item.spectral;
-    if (in_cones) {  // the tree keeps no forces
+    if (item.in_cones) {  // the tree keeps no forces
       worker.candidate.q = near.q;
       worker.candidate.u = near.u;
       if (!linearise_with_forces(worker.candidate, worker, item.totals)) return false;
     }
-    delta_u = item.spectral ? principal_direction(near.local, random)
-                            : extension(near.local, q_a, e, item.to_goal, in_cones ? &worker.step_result : nullptr, worker.least_squares);
+    delta_u = extension(near.local, q_a, e, item.to_goal, item.in_cones ? &worker.step_result : nullptr, worker.least_squares);
     if (delta_u.norm() < 1e-9) return false;
     const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
     const double same = kSameCommand * (wanted - q_a).norm();
@@ -816,27 +754,6 @@ class Planner final : public Growth {
     if (refines()) u = wanted;
     if (!move(near, wanted, worker, item.totals, out)) return false;
     out.edge = SegmentKind::Contact;
-    out.open = false;
-    return moves(near, out);
-  }
-
-  /// A branch slides along an object that it touches (P.8). No B_u asks for that: such motion moves objects by friction alone, until the branch
-  /// comes to an edge. It gets an arm out from under a box that it has let down, where backing off is barred, and contacts to better places.
-  /// The other branches keep their squeeze or stop pushing, either as often.
-  bool slide(const Node& near, Item& item, core::Random& random, Worker& worker, Node& out) {
-    const auto drawn = draw_slide(model_, chains_, near.q, random, worker.geometry);
-    if (!drawn) return false;
-    const double length = std::visit([](const auto& rule) { return rule.length; }, options_.length) * random.uniform(kShortestSlide, 1.0);
-    const Eigen::VectorXd q_a = near.q.tail(model_.n_a());
-    Eigen::VectorXd u = random.chance(0.5) ? near.u : q_a;
-    for (const int j : chains_.joints(drawn->branch)) u[j] = q_a[j] + length * drawn->delta[j];
-    u = u.cwiseMax(model_.lower()).cwiseMin(model_.upper());
-    dynamics::SubstepLimits limits = *options_.substep;
-    limits.joint_angle *= kSlideSubstep;
-    limits.joint_travel *= kSlideSubstep;
-    if (!roll_out(near, u, limits, worker, item.totals, out)) return false;
-    out.edge = SegmentKind::Contact;
-    out.open = false;
     return moves(near, out);
   }
 
@@ -981,7 +898,6 @@ class Planner final : public Growth {
       if (!held) return false;
       node.q = worker.regrasp.knots.back().q;
       node.u = worker.regrasp.knots.back().u;
-      node.open = worker.regrasp.open;
       set_edge(worker.regrasp.knots, model_, node);
     }
     node.edge = SegmentKind::Regrasp;
@@ -1067,9 +983,7 @@ class Planner final : public Growth {
     return {std::max(ratio, goal_ratio(followed.q_fine)), std::max(distance, goal_distance(followed.q_fine))};
   }
 
-  double goal_distance(const Eigen::VectorXd& q) const {
-    return distance(q, goal_from(q.head(model_.n_qu()))) + options_.stray_weight * strayed(q);
-  }
+  double goal_distance(const Eigen::VectorXd& q) const { return distance(q, goal_from(q.head(model_.n_qu()))); }
 
   void set_followed(int i, Followed followed) {
     const auto [ratio, distance] = how_far(tree_[i].q, followed);
@@ -1090,14 +1004,6 @@ class Planner final : public Growth {
     return inverse_tolerances().cwiseProduct(e).norm();
   }
 
-  /// Way back of objects that have left the boxes of subgoals, in tolerances of the goal.
-  double strayed(const Eigen::VectorXd& q) const {
-    if (options_.stray_weight == 0) return 0;
-    Eigen::VectorXd q_u = q.head(model_.n_qu());
-    project(model_, boxes_, q_u);
-    return distance(q, q_u);
-  }
-
   // ---- the path ------------------------------------------------------------------------------------------------------------
 
   double goal_ratio(const Eigen::VectorXd& q) const { return goal_error(model_, q, problem_.goal).share(problem_.goal); }
@@ -1108,7 +1014,7 @@ class Planner final : public Growth {
     if (goal_ratio(tree_[node].q) > options_.tolerance_fraction) return false;
     if (refines() && !follow_to_goal(node, worker)) return false;
     const std::vector<int> path = tree_.path_to(node);
-    if (refines() && !(survives_noise(path, worker) && survives_rehearsal(node, worker))) return false;
+    if (refines() && !survives_noise(path, worker)) return false;
     keep(path, worker);
     return true;
   }
@@ -1163,47 +1069,6 @@ class Planner final : public Growth {
     return goal_ratio(q) <= options_.share_when_refined() ? kOnPath : lost(path.back());
   }
 
-  bool rehearses() const { return refines() && options_.rehearsed_share.has_value(); }
-
-  /// The edges after the last regrasp up to node i, and the one that comes next, carried out by objects with inertia.
-  /// @param next  a regrasp of i, or nothing
-  /// @param lost  where it does not hold: the edge of the tree behind which nothing does; −1: `next`
-  /// @returns     where it ended (n_q), of size 0 where it does not hold
-  Eigen::VectorXd rehearse(int i, const Node* next, Worker& worker, Totals& totals, int& lost) {
-    if (!worker.rehearsal) worker.rehearsal.emplace(problem_.model, options_.rest_time);
-    std::vector<int> edges;
-    int from = i;
-    for (; tree_[from].followed.rehearsed.size() == 0; from = tree_[from].parent) edges.push_back(from);
-    if (edges.empty() && next == nullptr) return tree_[i].followed.rehearsed;
-    std::reverse(edges.begin(), edges.end());
-    Plan plan = empty_plan();
-    plan.q_start = tree_[from].q;
-    plan.u_start = tree_[from].u;
-    for (const int edge : edges) plan.segments.push_back(segment_of(tree_[edge]));
-    if (next != nullptr) plan.segments.push_back(segment_of(*next));
-    const RehearsalResult r = worker.rehearsal->run(plan, *options_.rehearsed_share, &tree_[from].followed.rehearsed);
-    totals.steps += r.steps;
-    totals.failed_steps += r.failed_steps;
-    if (r.holds) return r.q;
-    lost = r.lost < std::ssize(edges) ? edges[static_cast<std::size_t>(r.lost)] : -1;
-    return {};
-  }
-
-  static Segment segment_of(const Node& node) {
-    Segment segment{node.edge, {}};
-    for (Eigen::Index k = 0; k < node.commands.cols(); ++k)
-      segment.knots.push_back({.u = node.commands.col(k), .q = node.states.col(k), .contacts = {}});
-    return segment;
-  }
-
-  /// A path that objects with inertia leave is none either.
-  bool survives_rehearsal(int node, Worker& worker) {
-    int lost = -1;
-    if (!rehearses() || rehearse(node, nullptr, worker, totals_, lost).size() > 0) return true;
-    totals_.distrusted += tree_.bury_branch(lost);
-    return false;
-  }
-
   Plan empty_plan() const {
     Plan plan;
     plan.q_start = problem_.q_start;
@@ -1216,7 +1081,6 @@ class Planner final : public Growth {
 
   void keep(const std::vector<int>& path, Worker& worker) {
     Plan& plan = result_.plan = empty_plan();
-    result_.regrasps.open_in_plan = std::count_if(path.begin(), path.end(), [this](int i) { return tree_[i].open; });
     for (const int i : path) {
       if (tree_[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree_[i], worker));
     }
@@ -1276,7 +1140,6 @@ class Planner final : public Growth {
 
   double bound_;
   std::vector<Disturbance> disturbances_;
-  GoalRegion boxes_;  ///< where objects are expected, with a stray_weight
   const Model& model_;
   const PlanningProblem& problem_;
   const PlannerOptions& options_;
@@ -1333,14 +1196,10 @@ void PlannerOptions::validate(const Model& model) const {
   if (threads < 0) core::throw_invalid("planner.threads", std::to_string(threads), "0 (all cores) or more");
   if (batch < 1) core::throw_invalid("planner.batch", std::to_string(batch), "at least 1");
   if (trees < 1) core::throw_invalid("planner.trees", std::to_string(trees), "at least 1");
-  if (restart < 0) core::throw_invalid("planner.restart", std::to_string(restart), "0 (where a tree stalls) or more");
   if (friction_law == dynamics::FrictionLaw::Coulomb && model.planar_axis())
     core::throw_invalid("planner.friction_law", "coulomb", "anitescu for a planar model");
   if (max_iterations < 1) core::throw_invalid("planner.max_iterations", std::to_string(max_iterations), "at least 1");
   probability("planner.goal_bias", goal_bias);
-  probability("planner.spectral_probability", spectral_probability);
-  probability("planner.slide_probability", slide_probability);
-  core::require_nonnegative("planner.stray_weight", stray_weight);
   cost.validate();
   if (anytime && !stop_at_goal) core::throw_invalid("planner.anytime", "true, with stop_at_goal: false", "stop_at_goal: true");
   probability("planner.grasp_probability", grasp_probability);
@@ -1373,8 +1232,6 @@ void PlannerOptions::validate(const Model& model) const {
   core::require_nonnegative("planner.grip_force", grip_force);
   if (!(brace_force > 0)) core::throw_invalid("planner.brace_force", fmt::format("{:g}", brace_force), "a number > 0");
   core::require_positive("planner.regrasp_clearance", regrasp_clearance);
-  core::require_nonnegative("planner.regrasp_tilt", regrasp_tilt);
-  probability("planner.open_probability", open_probability);
   core::require_positive("planner.regrasp_tol_position", regrasp_tol_position);
   core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
   core::require_positive("planner.release_tol_position", release_tol_position);
@@ -1383,9 +1240,6 @@ void PlannerOptions::validate(const Model& model) const {
   if (grasp_candidates < 1) core::throw_invalid("planner.grasp_candidates", std::to_string(grasp_candidates), "at least 1");
   if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))
     core::throw_invalid("planner.tolerance_fraction", fmt::format("{}", tolerance_fraction), "a number in (0, 1]");
-  if (rehearsed_share && !(*rehearsed_share > 0 && *rehearsed_share <= 1))
-    core::throw_invalid("planner.rehearsed_share", fmt::format("{}", *rehearsed_share), "a number in (0, 1]");
-  core::require_nonnegative("planner.funnel", funnel);
   if (refined_fraction && !(*refined_fraction >= tolerance_fraction && *refined_fraction <= 1))
     core::throw_invalid("planner.refined_fraction", fmt::format("{}", *refined_fraction),
                         fmt::format("a number in [{}, 1]: tolerance_fraction or more", tolerance_fraction));
@@ -1398,12 +1252,6 @@ void PlannerOptions::validate(const Model& model) const {
     core::require_size("planner.sample_box.upper", box.upper.size(), object.n_v);
     if (!(box.lower.array() <= box.upper.array()).all())
       core::throw_invalid("planner.sample_box", "a lower end above its upper end", "lower ≤ upper");
-  }
-  if (const auto* synergy = std::get_if<GraspSynergySampler>(&sampler)) {
-    core::require_size("planner.sampler.start", synergy->start.size(), model.n_a());
-    core::require_size("planner.sampler.directions rows", synergy->directions.rows(), model.n_a());
-    core::require_size("planner.sampler.mean", synergy->mean.size(), synergy->directions.cols());
-    core::require_size("planner.sampler.spread", synergy->spread.size(), synergy->directions.cols());
   }
 }
 
@@ -1494,8 +1342,7 @@ struct GrowingTree {
   }
 };
 
-/// The trees of a run, until a path is found or the budget is used up: `trees` of them side by side, each until it stalls or, with `restart`, while it is
-/// among the better ones.
+/// The trees of a run, until a path is found or the budget is used up: `trees` of them side by side, each until it stalls.
 class Search {
  public:
   Search(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
@@ -1539,32 +1386,24 @@ class Search {
   struct Lane {
     long left;                    ///< extensions
     GrowingTree* tree = nullptr;  ///< that grows
-    std::size_t number = 0;       ///< of it
-    long before = 0;              ///< extensions that it had when it came
     long start = 0;               ///< clock when it had cost nothing
   };
-
-  bool races() const { return options_.restart > 0 && options_.stop_at_goal; }
 
   /// The next tree of a lane; what is known of others is what had ended by the same clock.
   Growth* next(Lane& lane, bool ended, long clock) {
     if (crew_.over) return nullptr;  // a tree that would have ended later
     if (ended) take_end(lane, clock);
     if (crew_.over || lane.left <= 0 || (control_.stop() && !trees_.empty())) return nullptr;
-    lane.number = races() ? static_cast<std::size_t>(race_.next()) : trees_.size();
-    if (lane.number == trees_.size()) trees_.push_back(std::make_unique<GrowingTree>(problem_, options_, lane.number, following_, crew_));
-    lane.tree = trees_[lane.number].get();
-    Planner& planner = lane.tree->planner;
-    lane.before = planner.iterations();
-    lane.start = clock - planner.cost();
-    const long most = lane.before + lane.left;
-    planner.grow_to(races() ? std::min(most, race_.budget(static_cast<int>(lane.number))) : most);
-    return &planner;
+    trees_.push_back(std::make_unique<GrowingTree>(problem_, options_, trees_.size(), following_, crew_));
+    lane.tree = trees_.back().get();
+    lane.start = clock;
+    lane.tree->planner.grow_to(lane.left);
+    return &lane.tree->planner;
   }
 
   void take_end(Lane& lane, long clock) {
     GrowingTree& tree = *std::exchange(lane.tree, nullptr);
-    lane.left -= tree.planner.iterations() - lane.before;
+    lane.left -= tree.planner.iterations();
     const Status status = tree.found.status;
     if (status == Status::Solved || status == Status::NumericalFailure || !tree.found.reason.empty()) {
       status_ = status;
@@ -1572,14 +1411,12 @@ class Search {
       end_ = clock;
       best_ = &tree;
       crew_.over = true;
-    } else if (races()) {
-      race_.reached(static_cast<int>(lane.number), tree.planner.goal_ratio(), tree.planner.stalled());
     } else {
       keep_better(&tree);
     }
   }
 
-  /// Of two trees that have ended the one whose objects are nearer the goal; of those that do not race the other one goes.
+  /// Of two trees that have ended the one whose objects are nearer the goal; the other one goes.
   void keep_better(GrowingTree* tree) {
     if (tree == best_) return;
     GrowingTree* worse = best_;
@@ -1588,7 +1425,7 @@ class Search {
     } else {
       worse = tree;
     }
-    if (races() || worse == nullptr) return;
+    if (worse == nullptr) return;
     dropped_ += worse->planner.counts();
     std::find_if(trees_.begin(), trees_.end(), [worse](const auto& t) { return t.get() == worse; })->reset();
   }
@@ -1598,7 +1435,6 @@ class Search {
   const core::RunControl& control_;
   core::RunControl following_;
   Crew crew_;
-  Race race_{options_.restart};
   std::vector<std::unique_ptr<GrowingTree>> trees_;
   std::vector<Lane> lanes_;
   GrowingTree* best_ = nullptr;

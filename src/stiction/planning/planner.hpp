@@ -46,17 +46,6 @@ struct GenericSampler {
   int tries = 20;                  ///< draws per branch
 };
 
-/// Contact sampler of the thesis for hands: an open posture that closes along a random mix of joint-space directions (3.4.3).
-struct GraspSynergySampler {
-  Eigen::VectorXd start;             ///< open posture (n_a) [rad or m]
-  Eigen::MatrixXd directions;        ///< one column per direction (n_a × k) [rad or m per unit]
-  Eigen::VectorXd mean;              ///< of the weights (k)
-  Eigen::VectorXd spread;            ///< weights are mean + spread · uniform(−½, ½) (k)
-  double travel = 2.4;               ///< how far the hand may close, times the direction [-]
-  double generic_probability = 0.5;  ///< probability that the generic sampler is used instead, for variety
-};
-using Sampler = std::variant<GenericSampler, GraspSynergySampler>;
-
 /// Box from which subgoals are drawn: per object position [m] and rotation [rad] relative to the world, or coordinates for
 /// planar, hinged and sliding objects.
 struct SampleBox {
@@ -66,13 +55,10 @@ struct SampleBox {
 
 struct PlannerOptions {
   std::uint64_t seed = 0;
-  int threads = 0;              ///< 0 = all cores; the result does not depend on it
-  int trees = 2;                ///< that grow side by side, ≥ 1; the result does depend on it. One where it does not stop at the goal
-  int batch = 8;                ///< extensions under way at once, ≥ 1, the same number in each tree; the result does depend on it
-  int max_iterations = 100000;  ///< extensions, ≥ 1
-  /// Trees grow side by side, first to this many extensions, the better half on to twice as many (P.10), ≥ 0; 0: one after the other, each until it
-  /// stalls.
-  int restart = 0;
+  int threads = 0;                 ///< 0 = all cores; the result does not depend on it
+  int trees = 2;                   ///< that grow side by side, ≥ 1; the result does depend on it. One where it does not stop at the goal
+  int batch = 8;                   ///< extensions under way at once, ≥ 1, the same number in each tree; the result does depend on it
+  int max_iterations = 100000;     ///< extensions, ≥ 1
   bool stop_at_goal = true;        ///< false: always run max_iterations (timing)
   double goal_bias = 0.3;          ///< probability that the subgoal is the goal
   double grasp_probability = 0.3;  ///< probability that a node gets a contact sample instead of an extension
@@ -100,16 +86,13 @@ struct PlannerOptions {
   double grip_force = 0.0;
   /// Pushes end before the robot presses on itself or on what does not move with more than this [N], > 0.
   double brace_force = std::numeric_limits<double>::infinity();
-  double regrasp_friction = 0.8;    ///< regrasps must hold with every μ times this
-  double regrasp_clearance = 2e-3;  ///< that moving branches keep to everything between their contacts [m]
-  double regrasp_tilt =
-      0.1;  ///< an object that would not stay where it is let go if gravity came from this far aside is free to roll away [rad], ≥ 0 …
-  double open_probability = 1.0;       ///< … and such a regrasp is kept with this probability: the last resort
+  double regrasp_friction = 0.8;       ///< regrasps must hold with every μ times this
+  double regrasp_clearance = 2e-3;     ///< that moving branches keep to everything between their contacts [m]
   double regrasp_tol_position = 2e-3;  ///< the object may move this much while branches move to their new contacts [m]
   double regrasp_tol_angle = 0.02;     ///< [rad]
   double release_tol_position = 5e-3;  ///< … and this much while they let go of it before: it settles on what is left [m]
   double release_tol_angle = 0.1;      ///< [rad]
-  Sampler sampler = GenericSampler{};
+  GenericSampler sampler;
   std::vector<SampleBox> sample_boxes;
   double fidelity_edge = 0.15;  ///< a node is built on only if half the sub-step moves the object to the same place, up to this
                                 ///< share of the goal's tolerances on its own edge …
@@ -118,21 +101,12 @@ struct PlannerOptions {
                            ///< this share of the goal's tolerances, ≥ 0 …
   /// … when gravity comes from this far aside, from another side in each of these four paths [rad], in [0, π/2): what a hand balances at a rim swings out …
   double edge_tilt = 0;
-  double friction_noise = 0;        ///< … and when μ is less by this share at half of what touches (calc_friction_factors), in [0, 1)
-  double spectral_probability = 0;  ///< that an extension follows a principal direction of B_u instead of its subgoal
-  double slide_probability = 0;     ///< that a push from the front of the tree slides a branch along an object instead (P.8)
-  double stray_weight = 0;  ///< an object outside the boxes of subgoals counts as farther from the goal by the way back times this, ≥ 0
-  bool anytime = false;     ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
+  double friction_noise = 0;  ///< … and when μ is less by this share at half of what touches (calc_friction_factors), in [0, 1)
+  bool anytime = false;       ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
   PathCost cost;
   bool record_tree = false;                ///< keep every node in PlanResult::records
   double tolerance_fraction = 0.9;         ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
   std::optional<double> refined_fraction;  ///< … and for refined plans at this, in [tolerance_fraction, 1]; without it at the same
-  /// Plans, and refined ones, are carried out in time by objects that have inertia (Rehearsal), which wherever commands rest are within this share of the
-  /// tolerances of where the plan has them, in (0, 1]; without it that is not asked.
-  std::optional<double> rehearsed_share;
-  /// Refined plans end with pushes that bring the objects to the goal from wherever they rest within so many tolerances of it (append_funnel), ≥ 0; 0: they do
-  /// not.
-  double funnel = 0;
   /// Share of the tolerances at which refined plans, and what half the sub-steps of a plan come to, are at the goal.
   double share_when_refined() const { return refined_fraction.value_or(tolerance_fraction); }
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
@@ -157,9 +131,6 @@ struct RegraspCounts {
   long no_path = 0;       ///< no collision-free path
   long object_moved = 0;  ///< the object did not stay where it was
   long failed_step = 0;   ///< a step was not solved
-  long open = 0;          ///< of those accepted: the object was free to roll away
-  long too_open = 0;      ///< not accepted because of that
-  long open_in_plan = 0;  ///< of the plan: the object is free to roll away
 };
 
 /// A node of the tree as a user sees it.

@@ -18,10 +18,8 @@
 #include "stiction/planning/bounded_least_squares.hpp"
 #include "stiction/planning/drag.hpp"
 #include "stiction/planning/force_gap.hpp"
-#include "stiction/planning/funnel.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/pushes.hpp"
-#include "stiction/planning/rehearsal.hpp"
 #include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::planning {
@@ -140,7 +138,7 @@ class Refiner {
     least_clearance_ = std::numeric_limits<double>::infinity();
     Plan built;
     came_through_ = build(*trial.pushes, built);
-    const bool good = came_through_ && reaches_goal(built, halves_, options_.share_when_refined()) && rehearses(built);
+    const bool good = came_through_ && reaches_goal(built, halves_, options_.share_when_refined());
     turn_ = nullptr;
     broke_soon_ = broke_soon_ && cost(work_.steps) <= kLittleHope;
     done += std::exchange(work_, {});
@@ -503,7 +501,9 @@ class Refiner {
     const Eigen::VectorXd q_before = q_, u_before = u_;
     const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
     const Eigen::VectorXd& q_target = last ? q_goal_ : q_planned;
-    const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.q, run.halves, options_.share_when_refined()) : run.missed <= kLost; };
+    const auto will_do = [&](const Run& run) {
+      return last ? reaches_goal(run.q, run.halves, options_.share_when_refined()) : run.missed <= kLost;
+    };
     std::vector<Way> ways(kFeedback.size());
     for (const bool rests : {true, false}) {
       if (rests && !trial_->rest) continue;
@@ -865,16 +865,6 @@ class Refiner {
     return plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
   }
 
-  /// Objects with inertia come to the goal as well, where plans are rehearsed.
-  bool rehearses(const Plan& plan) {
-    if (!options_.rehearsed_share) return true;
-    if (!rehearsal_) rehearsal_.emplace(shared_model_, options_.rest_time);
-    const RehearsalResult r = rehearsal_->run(plan, *options_.rehearsed_share);
-    work_.steps += r.steps;
-    work_.failed_steps += r.failed_steps;
-    return r.holds;
-  }
-
   /// Within a fraction of the tolerances.
   bool within(const GoalError& error, double fraction) const {
     return error.position <= fraction * plan_.goal.tol_position && error.angle <= fraction * plan_.goal.tol_angle;
@@ -904,7 +894,6 @@ class Refiner {
   dynamics::StepOptions exact_;
   dynamics::StepResult result_;
   dynamics::RolloutResult rollout_;
-  std::optional<Rehearsal> rehearsal_;  ///< made when first needed
   dynamics::StepWorkspace half_steps_, smooth_steps_;
   dynamics::StepResult half_result_, smooth_result_;
   Halves given_, halves_;             ///< of the plan, and where the simulation is
@@ -1021,13 +1010,7 @@ Status run(const std::shared_ptr<const Model>& model, const Plan& plan, const Pl
     if (as_wanted) refined = std::move(in_small_steps);
   }
   const Status status = as_wanted || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
-  const Status ended = finish(status, refined ? &*refined : nullptr);
-  if (options.funnel > 0 && ended == Status::Solved) {
-    out.funnel = append_funnel(model, out.q_fine, options, refine_options, quiet, crew.pool, out.plan);
-    out.steps += out.funnel.steps;
-    out.failed_steps += out.funnel.failed_steps;
-  }
-  return ended;
+  return finish(status, refined ? &*refined : nullptr);
 }
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {

@@ -30,13 +30,6 @@ struct RefineOptions {
   void validate() const;              ///< @throws core::InvalidInput naming the field
 };
 
-/// Pushes after the goal (append_funnel).
-struct Funnel {
-  int pushes = 0;                ///< 0: the plan is as it was
-  double before = 0, after = 0;  ///< farthest place of the objects from the goal, in tolerances of the goal
-  long steps = 0, failed_steps = 0;
-};
-
 struct RefineResult {
   core::Status status = core::Status::NumericalFailure;
   Plan plan;
@@ -49,9 +42,8 @@ struct RefineResult {
   int reconnected = 0;  ///< regrasps that were planned anew; the others replay the commands of the plan
   long knots_before = 0, knots = 0;
   double least_clearance = 0;  ///< of the regrasps that were planned anew [m]; 0 without any
-  GoalError fine_error;        ///< at the end, at half the sub-step, before the funnel
+  GoalError fine_error;        ///< at the end, at half the sub-step
   Eigen::VectorXd q_fine;      ///< there (n_q)
-  Funnel funnel;               ///< with PlannerOptions::funnel
   long steps = 0, failed_steps = 0;
   double wall_s = 0;
 };

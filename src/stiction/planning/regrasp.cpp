@@ -261,30 +261,7 @@ class RegraspRun {
     return Outcome::Held;
   }
 
-  /// A free object does not stay where it is with what holds it now when gravity comes from options.regrasp_tilt aside.
-  bool rolls_away() {
-    if (options_.regrasp_tilt == 0) return false;
-    for (int draw = 0; draw < kDisturbances; ++draw) {
-      const Eigen::VectorXd tau = calc_weights_aside(model_, options_.regrasp_tilt, draw);
-      if (tau.isZero(0)) return false;
-      Eigen::VectorXd q_tilted = q;
-      steps_.forget();
-      for (int k = 0; k < kTiltSteps; ++k) {
-        ++out_.steps;
-        if (dynamics::step(model_, {q_tilted, u, &tau}, step_, steps_, step_result_) != Status::Solved) {
-          ++out_.failed_steps;
-          return true;
-        }
-        q_tilted = step_result_.q_next;
-        if (!objects_agree(model_, space_, q, q_tilted, kHeldPosition, kHeldAngle)) return true;
-      }
-    }
-    return false;
-  }
-
  private:
-  static constexpr int kTiltSteps = 3;
-  static constexpr double kHeldPosition = 5e-3, kHeldAngle = 0.1;  // motion of an object that is held [m], [rad]
   /// Holds the command for up to kMostHeld steps, or until the object rests.
   Outcome hold(const Allowance& allowance, bool& rests) {
     for (int k = 0; k < kMostHeld && !rests; ++k) {
@@ -478,11 +455,6 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   }
   if (outcome != Outcome::Held) return count_failure(outcome);
   out.stuck = false;
-  out.open = run->rolls_away();
-  if (out.open && !random.chance(options.open_probability)) {
-    ++counts.too_open;
-    return false;
-  }
 
   const auto candidates = draw_candidates(model, chains, options, draw, run->q, judge, random, geometry);
   if (candidates.empty()) {
@@ -514,7 +486,6 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   outcome = run->follow_slippery();
   if (outcome != Outcome::Held) return count_failure(outcome);
   ++counts.accepted;
-  counts.open += out.open;
   return true;
 }
 

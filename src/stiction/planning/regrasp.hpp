@@ -52,7 +52,6 @@ struct Regrasp {
   std::vector<dynamics::Knot> knots;  ///< at full friction
   int steps = 0;                      ///< dynamics steps computed
   long failed_steps = 0;
-  bool open = false;   ///< the object is free to roll away meanwhile
   bool stuck = false;  ///< the drawn branches cannot let go of the object at this node: no sample can help
 };
 

@@ -25,7 +25,6 @@ struct LocalModel {
 struct Followed {
   Eigen::VectorXd q_fine;     ///< at half its sub-steps (n_q)
   Eigen::MatrixXd disturbed;  ///< with something otherwise than planned, one column per draw (n_q × kDisturbances), or none
-  Eigen::VectorXd rehearsed;  ///< of a regrasp, and of the root: after a pause, by objects with inertia (n_q), or nothing
 
   bool empty() const { return q_fine.size() == 0; }
 };
@@ -47,7 +46,6 @@ struct Node {
   std::vector<Eigen::VectorXd> tried{};  ///< commands of extensions from here (n_a each)
   std::vector<ChainMask> stuck{};        ///< branches that cannot let go of the object together
   bool unsupported = false;              ///< none can
-  bool open = false;                     ///< a regrasp during which the object is free to roll away
 };
 
 /// Nodes, and the orders in which the search takes them. No choice scans all nodes.

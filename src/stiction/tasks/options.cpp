@@ -85,22 +85,6 @@ planning::Metric read_metric(const YamlNode& node) {
   return out;
 }
 
-/// {JOINT: value …} or a list of all of them; joints that are not named keep 0.
-Eigen::VectorXd read_joint_values(const YamlNode& node, const world::Model& model) {
-  if (node.is_sequence()) return node.vector(model.n_a());
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(model.n_a());
-  for (const auto& [name, value] : node.entries()) {
-    int index = -1;
-    try {
-      index = model.joint_index(name);
-    } catch (const core::InvalidInput& e) {
-      throw core::InvalidInput(fmt::format("{}: {}", value.where(), e.what()));
-    }
-    out[index] = value.number();
-  }
-  return out;
-}
-
 planning::GenericSampler read_generic(const YamlNode& node) {
   planning::GenericSampler out;
   if (node.kind() == YamlNode::Kind::Null) return out;
@@ -112,67 +96,20 @@ planning::GenericSampler read_generic(const YamlNode& node) {
   return out;
 }
 
-planning::GraspSynergySampler read_grasp_synergy(const YamlNode& node, const world::Model& model) {
-  node.require_map({"start", "directions", "travel", "generic_probability"});
-  planning::GraspSynergySampler out;
-  out.start = read_joint_values(node.at("start"), model);
-  const auto directions = node.at("directions").items();
-  if (directions.empty()) node.at("directions").fail("at least one direction");
-  const auto k = static_cast<Eigen::Index>(directions.size());
-  out.directions.resize(model.n_a(), k);
-  out.mean.resize(k);
-  out.spread.resize(k);
-  for (Eigen::Index i = 0; i < k; ++i) {
-    const YamlNode& direction = directions[static_cast<std::size_t>(i)];
-    direction.require_map({"joints", "mean", "spread"});
-    out.directions.col(i) = read_joint_values(direction.at("joints"), model);
-    out.mean[i] = direction.number_or("mean", 0);
-    out.spread[i] = direction.nonnegative_or("spread", 0);
-  }
-  out.travel = node.positive_or("travel", out.travel);
-  if (const auto v = given(node, "generic_probability")) out.generic_probability = probability(*v);
-  return out;
-}
-
-planning::Sampler read_sampler(const YamlNode& node, const world::Model& model) {
-  node.require_map({"generic", "grasp_synergy"});
-  const auto synergy = given(node, "grasp_synergy");
-  const auto generic = node.find("generic");
-  if (synergy && generic && generic->kind() != YamlNode::Kind::Null) node.fail("either 'generic' or 'grasp_synergy'");
-  if (synergy) return read_grasp_synergy(*synergy, model);
-  if (generic) return read_generic(*generic);
-  node.fail("either 'generic' or 'grasp_synergy'");
+planning::GenericSampler read_sampler(const YamlNode& node) {
+  node.require_map({"generic"});
+  return read_generic(node.at("generic"));
 }
 
 nlohmann::ordered_json to_json(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
-nlohmann::ordered_json sampler_json(const planning::Sampler& sampler, const world::Model& model) {
+nlohmann::ordered_json sampler_json(const planning::GenericSampler& sampler) {
   nlohmann::ordered_json out;
-  if (const auto* generic = std::get_if<planning::GenericSampler>(&sampler)) {
-    auto& entry = out["generic"];
-    entry["whole_probability"] = generic->whole_probability;
-    entry["near_probability"] = generic->near_probability;
-    entry["near_std"] = generic->near_std;
-    entry["tries"] = generic->tries;
-    return out;
-  }
-  const auto& synergy = std::get<planning::GraspSynergySampler>(sampler);
-  auto& entry = out["grasp_synergy"];
-  entry["start"] = to_json(synergy.start);
-  entry["directions"] = nlohmann::ordered_json::array();
-  for (Eigen::Index i = 0; i < synergy.directions.cols(); ++i) {
-    nlohmann::ordered_json direction;
-    direction["joints"] = nlohmann::ordered_json::object();
-    for (int j = 0; j < model.n_a(); ++j) {
-      if (synergy.directions(j, i) != 0)
-        direction["joints"][model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name] = synergy.directions(j, i);
-    }
-    direction["mean"] = synergy.mean[i];
-    direction["spread"] = synergy.spread[i];
-    entry["directions"].push_back(std::move(direction));
-  }
-  entry["travel"] = synergy.travel;
-  entry["generic_probability"] = synergy.generic_probability;
+  auto& entry = out["generic"];
+  entry["whole_probability"] = sampler.whole_probability;
+  entry["near_probability"] = sampler.near_probability;
+  entry["near_std"] = sampler.near_std;
+  entry["tries"] = sampler.tries;
   return out;
 }
 
@@ -206,7 +143,6 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "trees",
                     "batch",
                     "max_iterations",
-                    "restart",
                     "stop_at_goal",
                     "goal_bias",
                     "grasp_probability",
@@ -217,9 +153,6 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "randomized",
                     "metric",
                     "record_tree",
-                    "spectral_probability",
-                    "slide_probability",
-                    "stray_weight",
                     "anytime",
                     "cost",
                     "goal_sharpening",
@@ -240,8 +173,6 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "brace_force",
                     "regrasp_friction",
                     "regrasp_clearance",
-                    "regrasp_tilt",
-                    "open_probability",
                     "regrasp_tol_position",
                     "regrasp_tol_angle",
                     "release_tol_position",
@@ -253,9 +184,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "fidelity_edge",
                     "fidelity_path",
                     "tolerance_fraction",
-                    "refined_fraction",
-                    "rehearsed_share",
-                    "funnel"});
+                    "refined_fraction"});
   PlannerOptions out;
   if (const auto v = given(node, "seed")) {
     if (v->integer() < 0) v->fail("an integer ≥ 0");
@@ -268,7 +197,6 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "trees")) out.trees = v->positive_int();
   if (const auto v = given(node, "batch")) out.batch = v->positive_int();
   if (const auto v = given(node, "max_iterations")) out.max_iterations = v->positive_int();
-  if (const auto v = given(node, "restart")) out.restart = nonnegative_int(*v);
   if (const auto v = given(node, "stop_at_goal")) out.stop_at_goal = v->boolean();
   if (const auto v = given(node, "goal_bias")) out.goal_bias = probability(*v);
   if (const auto v = given(node, "grasp_probability")) out.grasp_probability = probability(*v);
@@ -285,9 +213,6 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "scheme")) out.scheme = parse_scheme("planner.scheme", v->string());
   if (const auto v = given(node, "randomized")) read_sampling(*v, model, out.randomized);
   if (const auto v = given(node, "metric")) out.metric = read_metric(*v);
-  if (const auto v = given(node, "spectral_probability")) out.spectral_probability = probability(*v);
-  if (const auto v = given(node, "slide_probability")) out.slide_probability = probability(*v);
-  out.stray_weight = node.nonnegative_or("stray_weight", out.stray_weight);
   if (const auto v = given(node, "anytime")) out.anytime = v->boolean();
   if (const auto v = given(node, "cost")) out.cost = read_cost(*v);
   if (const auto v = given(node, "record_tree")) out.record_tree = v->boolean();
@@ -318,15 +243,13 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "brace_force")) out.brace_force = v->positive();
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_clearance")) out.regrasp_clearance = v->positive();
-  out.regrasp_tilt = node.nonnegative_or("regrasp_tilt", out.regrasp_tilt);
-  if (const auto v = given(node, "open_probability")) out.open_probability = probability(*v);
   if (const auto v = given(node, "regrasp_tol_position")) out.regrasp_tol_position = v->positive();
   if (const auto v = given(node, "regrasp_tol_angle")) out.regrasp_tol_angle = v->positive();
   if (const auto v = given(node, "release_tol_position")) out.release_tol_position = v->positive();
   if (const auto v = given(node, "release_tol_angle")) out.release_tol_angle = v->positive();
   if (const auto v = given(node, "grasp_candidates")) out.grasp_candidates = v->positive_int();
   if (const auto v = given(node, "grasp_trials")) out.grasp_trials = nonnegative_int(*v);
-  if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v, model);
+  if (const auto v = given(node, "sampler")) out.sampler = read_sampler(*v);
   if (const auto v = given(node, "sample_box")) out.sample_boxes = read_sample_boxes(*v, model);
   if (const auto v = given(node, "fidelity_edge")) out.fidelity_edge = v->positive();
   if (const auto v = given(node, "fidelity_path")) out.fidelity_path = v->positive();
@@ -335,8 +258,6 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     if (out.tolerance_fraction > 1) v->fail("a number in (0, 1]");
   }
   if (const auto v = given(node, "refined_fraction")) out.refined_fraction = v->positive();
-  if (const auto v = given(node, "rehearsed_share")) out.rehearsed_share = v->positive();
-  if (const auto v = given(node, "funnel")) out.funnel = v->nonnegative();
   try {
     out.validate(model);
   } catch (const core::InvalidInput& e) {
@@ -350,7 +271,6 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["trees"] = o.trees;
   out["batch"] = o.batch;
   out["max_iterations"] = o.max_iterations;
-  out["restart"] = o.restart;
   out["stop_at_goal"] = o.stop_at_goal;
   out["goal_bias"] = o.goal_bias;
   out["grasp_probability"] = o.grasp_probability;
@@ -371,9 +291,6 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   } else {
     out["metric"] = "local";
   }
-  out["spectral_probability"] = o.spectral_probability;
-  out["slide_probability"] = o.slide_probability;
-  out["stray_weight"] = o.stray_weight;
   out["anytime"] = o.anytime;
   out["cost"] = {{"joint_speed", o.cost.joint_speed}, {"travel_speed", o.cost.travel_speed}, {"regrasp", o.cost.regrasp}};
   out["goal_sharpening"] = o.goal_sharpening;
@@ -405,15 +322,13 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   if (std::isfinite(o.brace_force)) out["brace_force"] = o.brace_force;
   out["regrasp_friction"] = o.regrasp_friction;
   out["regrasp_clearance"] = o.regrasp_clearance;
-  out["regrasp_tilt"] = o.regrasp_tilt;
-  out["open_probability"] = o.open_probability;
   out["regrasp_tol_position"] = o.regrasp_tol_position;
   out["regrasp_tol_angle"] = o.regrasp_tol_angle;
   out["release_tol_position"] = o.release_tol_position;
   out["release_tol_angle"] = o.release_tol_angle;
   out["grasp_candidates"] = o.grasp_candidates;
   out["grasp_trials"] = o.grasp_trials;
-  out["sampler"] = sampler_json(o.sampler, model);
+  out["sampler"] = sampler_json(o.sampler);
   out["sample_box"] = nlohmann::ordered_json::object();
   for (const auto& box : o.sample_boxes) {
     auto& entry = out["sample_box"][model.objects()[static_cast<std::size_t>(box.object)].name];
@@ -424,8 +339,6 @@ std::string planner_options_json(const PlannerOptions& o, const world::Model& mo
   out["fidelity_path"] = o.fidelity_path;
   out["tolerance_fraction"] = o.tolerance_fraction;
   if (o.refined_fraction) out["refined_fraction"] = *o.refined_fraction;
-  if (o.rehearsed_share) out["rehearsed_share"] = *o.rehearsed_share;
-  out["funnel"] = o.funnel;
   return out.dump();
 }
 

@@ -279,16 +279,13 @@ void read_statistics(const Value& v, PlanFile& out) {
   out.failed_steps = v.at("failed_steps").integer();
   out.distrusted = v.at("distrusted").integer();
   const Value regrasps = v.at("regrasps");
-  regrasps.require_keys({"tried", "accepted", "no_sample", "no_path", "object_moved", "failed_step", "open", "too_open", "open_in_plan"});
+  regrasps.require_keys({"tried", "accepted", "no_sample", "no_path", "object_moved", "failed_step"});
   out.regrasps.tried = regrasps.at("tried").integer();
   out.regrasps.accepted = regrasps.at("accepted").integer();
   out.regrasps.no_sample = regrasps.at("no_sample").integer();
   out.regrasps.no_path = regrasps.at("no_path").integer();
   out.regrasps.object_moved = regrasps.at("object_moved").integer();
   out.regrasps.failed_step = regrasps.at("failed_step").integer();
-  out.regrasps.open = regrasps.at("open").integer();
-  out.regrasps.too_open = regrasps.at("too_open").integer();
-  out.regrasps.open_in_plan = regrasps.at("open_in_plan").integer();
   out.start_penetration = v.at("start_penetration").nonnegative();
   out.start_projected = v.at("start_projected").boolean();
 }

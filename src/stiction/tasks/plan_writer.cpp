@@ -147,10 +147,8 @@ void write_head(Writer& w, const PlanFile& p) {
   w.raw("\"statistics\":{{\"iterations\":{},\"nodes\":{},\"steps\":{},\"linearisations\":{},\"failed_steps\":{},\"distrusted\":{},",
         p.iterations, p.nodes, p.steps, p.linearisations, p.failed_steps, p.distrusted);
   w.raw(
-      "\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{},\"open\":{},"
-      "\"too_open\":{},\"open_in_plan\":{}}},",
-      p.regrasps.tried, p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step,
-      p.regrasps.open, p.regrasps.too_open, p.regrasps.open_in_plan);
+      "\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},",
+      p.regrasps.tried, p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step);
   w.raw("\"start_penetration\":");
   w.exact(p.start_penetration);
   w.raw(",\"start_projected\":{}}},\n\"timing\":{{\"wall_s\":", p.start_projected);
