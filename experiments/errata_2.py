@@ -22,7 +22,7 @@ def add_complementarity(result: Result) -> None:
     kappa = 50.0
     model = load("ball_on_floor")
     q = model.neutral()
-    step = solved(st.step(model, q, [0.03, 0.01, -0.02], h=H, kappa=kappa, self_sharpness=1))
+    step = solved(st.step(model, q, [0.03, 0.01, -0.02], h=H, smoothing=st.Analytic(kappa=kappa, self_sharpness=1)))
     (contact,) = step.contacts
     v = contact.displacement + [contact.phi, 0, 0]
     cone = float(v @ contact.lambda_) * kappa / H
@@ -36,7 +36,7 @@ def add_complementarity(result: Result) -> None:
 
     limit = load("cart_limit")
     u = -0.05
-    x = float(solved(st.step(limit, [0.05], [u], h=H, kappa=kappa, limit_sharpness=1)).q_next[0])
+    x = float(solved(st.step(limit, [0.05], [u], h=H, smoothing=st.Analytic(kappa=kappa, limit_sharpness=1))).q_next[0])
     line = STIFFNESS * (x - u) * x * kappa
     result.add("§2.4.3  the same of a half-line (a joint limit)", "1", f"{line:.8f}", abs(line - 1) < 1e-6, "1 holds here")
 
@@ -46,7 +46,7 @@ def add_closed_form(result: Result) -> None:
     limit = load("cart_limit")
     kappa, u = 100.0, -0.05
     for h in (0.1, 0.05):
-        x = float(solved(st.step(limit, [0.05], [u], h=h, kappa=kappa, limit_sharpness=1)).q_next[0])
+        x = float(solved(st.step(limit, [0.05], [u], h=h, smoothing=st.Analytic(kappa=kappa, limit_sharpness=1))).q_next[0])
         constant = (2 * x - u) ** 2 - u**2  # of q⁺ = (u + √(u² + constant))/2
         kappa_thesis = kappa / h
         printed, right = 4 / (kappa_thesis * h**2 * STIFFNESS**2), 4 / (kappa_thesis * h * STIFFNESS)

@@ -13,6 +13,7 @@ from .systems import load
 
 TITLE = "Figure 2-13: stochastic force field in front of a wall"
 STD = 0.1  # of the Gaussian [m]
+TRUE_MASS = st.FixedEpsilon(epsilon=1.0)
 
 
 def density(x: float) -> float:
@@ -36,7 +37,7 @@ def variance(q: float) -> float:
 def sample(model: st.Model, q: float, scheme: type, samples: int, seed: int) -> tuple[float, float]:
     """Smoothed next position and its derivative by q."""
     local = st.calc_local_model(
-        model, [q], [], scheme=scheme(std_q=[STD], std_u=[0.0], samples=samples, seed=seed), with_A=True, epsilon=1.0
+        model, [q], [], scheme=scheme(std_q=[STD], std_u=[0.0], samples=samples, seed=seed), with_A=True, regularisation=TRUE_MASS
     )
     assert local.status == st.Status.Solved and local.failed == 0 and local.A is not None
     return float(local.c[0]), float(local.A[0, 0])
@@ -46,7 +47,7 @@ def run(quick: bool) -> Result:
     model = load("block_wall")
     samples = 500 if quick else 10000
     positions = np.linspace(-0.3, 0.3, 13 if quick else 25)
-    steps = np.array([st.step(model, [q], [], epsilon=1.0).q_next[0] for q in positions])
+    steps = np.array([st.step(model, [q], [], regularisation=TRUE_MASS).q_next[0] for q in positions])
     first = np.array([sample(model, q, st.RandomizedFirstOrder, samples, i) for i, q in enumerate(positions)])
     zeroth = np.array([sample(model, q, st.RandomizedZerothOrder, samples, i) for i, q in enumerate(positions)])
     means = np.array([exact_mean(q) for q in positions])

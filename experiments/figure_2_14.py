@@ -12,6 +12,7 @@ from .systems import load, solved
 TITLE = "Figure 2-14: analytic and randomised smoothing are the same for a spring before a wall"
 H = 0.1
 STIFFNESS = 100.0
+TRUE_MASS = st.FixedEpsilon(epsilon=1.0)
 THETA = 2.0  # degree of the barrier of a contact without friction: it is the limit of a cone
 
 
@@ -45,7 +46,7 @@ def mean_of_exact(model: st.Model, u: float, kappa: float, nodes: int) -> float:
 
 
 def smoothed(model: st.Model, u: float, kappa: float) -> float:
-    return float(solved(st.step(model, [0.05], [u], h=H, kappa=kappa, self_sharpness=1, limit_sharpness=1)).q_next[0])
+    return float(solved(st.step(model, [0.05], [u], h=H, smoothing=st.Analytic(kappa=kappa, self_sharpness=1, limit_sharpness=1))).q_next[0])
 
 
 def add_spring(result: Result, quick: bool) -> None:
@@ -123,11 +124,12 @@ def add_cart(result: Result, quick: bool) -> None:
     samples = 100 if quick else 1000
 
     def cart(kappa: float | None = None) -> np.ndarray:
-        return np.array([solved(st.step(model, [0, 0, 0], [x, -DEPTH], h=H, epsilon=1.0, kappa=kappa)).q_next[0] for x in u])
+        smoothing = st.Exact() if kappa is None else st.Analytic(kappa=kappa)
+        return np.array([solved(st.step(model, [0, 0, 0], [x, -DEPTH], h=H, regularisation=TRUE_MASS, smoothing=smoothing)).q_next[0] for x in u])
 
     def gaussian(std: float) -> np.ndarray:
         scheme = st.RandomizedFirstOrder(std_q=[0.0], std_u=[std, 0.0], samples=samples, seed=0)
-        return np.array([st.calc_local_model(model, [0, 0, 0], [x, -DEPTH], scheme=scheme, h=H, epsilon=1.0).c[0] for x in u])
+        return np.array([st.calc_local_model(model, [0, 0, 0], [x, -DEPTH], scheme=scheme, h=H, regularisation=TRUE_MASS).c[0] for x in u])
 
     exact = cart()
     error = float(np.max(np.abs(exact - dragged(u))))

@@ -11,7 +11,7 @@ from .report import Result, number
 
 TITLE = "Figure 3-3: sublevel sets of the local Mahalanobis metric"
 GAMMA = 1e-6
-KAPPA = 100.0
+SMOOTHED = st.Analytic(kappa=100.0)
 PARTS = (("b", [-0.785398, -0.785398, 0.785398, 0.785398], "C3"), ("c", [-0.85, -0.4, 0.3, 0.8], "C0"))  # joints of two configurations
 BALL = [0.0, 0.35, 0.0]
 MOVES = 25
@@ -19,7 +19,7 @@ MOVES = 25
 
 def shape(model: st.Model, q: np.ndarray) -> np.ndarray:
     """Σ of (3.5)."""
-    local = st.calc_local_model(model, q, q[3:], kappa=KAPPA, epsilon=1.0)
+    local = st.calc_local_model(model, q, q[3:], smoothing=SMOOTHED, regularisation=st.FixedEpsilon(epsilon=1.0))
     if local.status != st.Status.Solved:
         raise RuntimeError("no local model")
     return local.B[:3] @ local.B[:3].T + GAMMA * np.eye(3)
@@ -40,7 +40,7 @@ def ellipse(sigma: np.ndarray, i: int, j: int) -> np.ndarray:
 
 
 def smallest_gap(model: st.Model, q: np.ndarray) -> float:
-    contacts = st.step(model, q, q[3:], kappa=KAPPA).contacts
+    contacts = st.step(model, q, q[3:], smoothing=SMOOTHED).contacts
     names = model.object_names
     return min(c.phi for c in contacts if c.a.split("/")[0] in names or c.b.split("/")[0] in names)
 
@@ -50,7 +50,7 @@ def run(quick: bool) -> Result:
     result = Result(
         "Sublevel sets {e : eᵀΣ⁻¹e ≤ 1} with Σ = BᵤBᵤᵀ + γI, γ = 1e-6 and analytic smoothing with κ = 100, shown about their centres. b₁ and c₁ lie where the major axes meet "
         "the outlines, b₂ and c₂ as far away along the minor axes. The thesis does not give the joint angles; ours are in the file.",
-        settings={"gamma": GAMMA, "kappa": KAPPA},
+        settings={"gamma": GAMMA, "kappa": SMOOTHED.kappa},
     )
     figure, axes = plt.subplots(2, 3, figsize=(9, 5.2))
     names = ("y [m]", "z [m]", "θ [rad]")

@@ -69,7 +69,7 @@ def coverage(model: st.Model, result: st.PlanResult) -> float:
     samples = rng.uniform(*BOX, size=(2000, 2))
     inside = np.zeros(len(samples), dtype=bool)
     for node in result.tree[:NODES]:
-        local = st.calc_local_model(model, node.q, node.q[2:], kappa=100.0, epsilon=1.0)
+        local = st.calc_local_model(model, node.q, node.q[2:], smoothing=st.Analytic(kappa=100.0), regularisation=st.FixedEpsilon(epsilon=1.0))
         if local.status != st.Status.Solved:
             continue
         sigma = local.B[:2] @ local.B[:2].T + SETTINGS["gamma"] * np.eye(2)

@@ -37,7 +37,7 @@ class Ours:
     def step(self, q: np.ndarray, u: np.ndarray, h: float) -> State:
         full = np.array([q[0], q[1], 0.0, *q[2:]])
         # Impulses are small here, 0.1 N s.
-        result = solved(st.step(self.model, full, u, h=h, epsilon=EPSILON, tol_complementarity=1e-11, workspace=self.work))
+        result = solved(st.step(self.model, full, u, h=h, regularisation=st.FixedEpsilon(epsilon=EPSILON), tol_complementarity=1e-11, workspace=self.work))
         force, phi, slip = np.zeros((3, 2)), np.full(3, np.nan), np.zeros(3)
         for contact in result.contacts:
             i = ["gripper/left/pad", "gripper/right/pad", "ground/plane"].index(contact.b)

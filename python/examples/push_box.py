@@ -33,7 +33,7 @@ task = st.Task(
 )
 
 # One step of the contact dynamics, smoothed so that it has a gradient away from contact.
-step = st.step(task.model, task.q_start, [0.1, 0.0], kappa=100, with_B=True)
+step = st.step(task.model, task.q_start, [0.1, 0.0], smoothing=st.Analytic(kappa=100), with_B=True)
 print(f"D_qnext_u:\n{step.B}")
 
 result = st.plan(task, seed=0, timeout_s=30)

@@ -48,17 +48,15 @@ template <class R, class... Head, class... Arguments>
 void def_with_step_options(nb::module_& m, const char* name, R (*function)(const StepOptions&, Head...), const char* doc,
                            const Arguments&... arguments) {
   const StepOptions standard;
-  const dynamics::Analytic analytic;
   const std::string text = std::string(doc) + R"(
 
 Arguments of the step:
   h: time step [s], > 0.
-  kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
-    between robots and for joint limits.
-  epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+  smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
+  regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+  friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
+  friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
   friction_scale: factor of every coefficient of friction, >= 0.
-  rays: of a friction pyramid, in [3, 64]; None: second-order cone.
-  coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
   contact_margin: added to the contact distance of the scene [m], >= 0.
   joint_limits: limits of the joints are constraints.
   tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
@@ -66,27 +64,23 @@ Arguments of the step:
 Raises InvalidInput by the name of the argument.)";
   m.def(
       name,
-      [function](Head... head, double h, std::optional<double> kappa, double self_sharpness, double limit_sharpness,
-                 std::optional<double> epsilon, double regularisation_ratio, double friction_scale, std::optional<int> rays, bool coulomb,
+      [function](Head... head, double h, const dynamics::Smoothing& smoothing, const dynamics::Regularisation& regularisation,
+                 const dynamics::FrictionCone& friction_cone, dynamics::FrictionLaw friction_law, double friction_scale,
                  double contact_margin, bool joint_limits, double tol_complementarity) {
         StepOptions options;
         options.h = h;
-        if (kappa) options.smoothing = dynamics::Analytic{*kappa, self_sharpness, limit_sharpness};
-        if (epsilon)
-          options.regularisation = dynamics::FixedEpsilon{*epsilon};
-        else
-          options.regularisation = dynamics::ByRule{regularisation_ratio};
+        options.smoothing = smoothing;
+        options.regularisation = regularisation;
+        options.friction_cone = friction_cone;
+        options.friction_law = friction_law;
         options.friction_scale = friction_scale;
-        if (rays) options.friction_cone = dynamics::PolyhedralCone{*rays};
-        if (coulomb) options.friction_law = dynamics::FrictionLaw::Coulomb;
         options.contact_margin = contact_margin;
         options.joint_limits = joint_limits;
         options.tol_complementarity = tol_complementarity;
         return function(options, head...);
       },
-      arguments..., "h"_a = standard.h, "kappa"_a = nb::none(), "self_sharpness"_a = analytic.self_sharpness,
-      "limit_sharpness"_a = analytic.limit_sharpness, "epsilon"_a = nb::none(), "regularisation_ratio"_a = dynamics::ByRule{}.ratio,
-      "friction_scale"_a = standard.friction_scale, "rays"_a = nb::none(), "coulomb"_a = false,
+      arguments..., "h"_a = standard.h, "smoothing"_a = standard.smoothing, "regularisation"_a = standard.regularisation,
+      "friction_cone"_a = standard.friction_cone, "friction_law"_a = standard.friction_law, "friction_scale"_a = standard.friction_scale,
       "contact_margin"_a = standard.contact_margin, "joint_limits"_a = standard.joint_limits,
       "tol_complementarity"_a = standard.tol_complementarity, text.c_str());
 }
@@ -135,7 +129,7 @@ dynamics::LocalModel calc_local_model(const StepOptions& options, ModelPtr model
                                       std::optional<Vector> damping, bool with_A, int threads) {
   dynamics::LocalModel out;
   const dynamics::StepInput in = step_input(*model, q, u, tau_ext, damping);
-  // kappa of the step stands for the scheme where none is given.
+  // The smoothing of the step stands for the scheme where none is given.
   const auto chosen = scheme ? *scheme : std::visit([](const auto& s) { return dynamics::LocalModelScheme(s); }, options.smoothing);
   const nb::gil_scoped_release unlocked;
   dynamics::LocalModelWorkspace work(model, threads);
@@ -315,10 +309,44 @@ void bind_sampling(nb::module_& m, const char* name, const char* doc) {
       .def_ro("seed", &Scheme::seed);
 }
 
+/// An alternative with one number, `name`.
+template <class T, class Number>
+void bind_number(nb::module_& m, const char* type, const char* name, Number T::*field, const char* doc) {
+  nb::class_<T>(m, type, doc)
+      .def(
+          "__init__",
+          [field](T* self, Number value) {
+            new (self) T{};
+            self->*field = value;
+          },
+          nb::kw_only(), nb::arg(name) = T{}.*field)
+      .def_ro(name, field)
+      .def("__repr__", [type, name, field](const T& self) { return fmt::format("{}({}={})", type, name, self.*field); });
+}
+
+void bind_step_options(nb::module_& m) {
+  using dynamics::FrictionLaw;
+  bind_number(m, "ByRule", "ratio", &dynamics::ByRule::ratio,
+              "Regularisation of the objects in units of the springs, > 0 (docs/theory/step.md).");
+  bind_number(m, "FixedEpsilon", "epsilon", &dynamics::FixedEpsilon::epsilon,
+              "Regularisation of the objects, 1 for their true mass, > 0 (2.6c).");
+  nb::class_<dynamics::SecondOrderCone>(m, "SecondOrderCone", "Friction of spatial models; planar ones have two rays, which is exact.")
+      .def(nb::init<>())
+      .def("__repr__", [](const dynamics::SecondOrderCone&) { return "SecondOrderCone()"; });
+  bind_number(m, "PolyhedralCone", "rays", &dynamics::PolyhedralCone::rays, "A pyramid of rays inside the friction cone, in [3, 64].");
+  nb::enum_<FrictionLaw>(m, "FrictionLaw", "What a sliding contact does.")
+      .value("Anitescu", FrictionLaw::Anitescu, "it opens by mu |J_t dq| (2.3.4)")
+      .value("Coulomb", FrictionLaw::Coulomb, "it stays closed (S.14), in exact steps of spatial models with second-order cones");
+}
+
 void bind_schemes(nb::module_& m) {
   const dynamics::Analytic standard;
-  nb::class_<dynamics::Exact>(m, "Exact", "The contact dynamics themselves (2.6).").def(nb::init<>());
-  nb::class_<dynamics::Analytic>(m, "Analytic", "Smoothed by a log barrier of weight kappa [1/J] (2.27).")
+  nb::class_<dynamics::Exact>(m, "Exact", "The contact dynamics themselves (2.6).")
+      .def(nb::init<>())
+      .def("__repr__", [](const dynamics::Exact&) { return "Exact()"; });
+  nb::class_<dynamics::Analytic>(
+      m, "Analytic",
+      "Smoothed by a log barrier of weight kappa [1/J], > 0 (2.27); contacts between robots and joint limits by factors of it.")
       .def(
           "__init__",
           [](dynamics::Analytic* self, double kappa, double self_sharpness, double limit_sharpness) {
@@ -328,7 +356,10 @@ void bind_schemes(nb::module_& m) {
           "limit_sharpness"_a = standard.limit_sharpness)
       .def_ro("kappa", &dynamics::Analytic::kappa)
       .def_ro("self_sharpness", &dynamics::Analytic::self_sharpness)
-      .def_ro("limit_sharpness", &dynamics::Analytic::limit_sharpness);
+      .def_ro("limit_sharpness", &dynamics::Analytic::limit_sharpness)
+      .def("__repr__", [](const dynamics::Analytic& a) {
+        return fmt::format("Analytic(kappa={}, self_sharpness={}, limit_sharpness={})", a.kappa, a.self_sharpness, a.limit_sharpness);
+      });
   bind_sampling<dynamics::RandomizedFirstOrder>(m, "RandomizedFirstOrder", "Averages of exact steps and their derivatives (2.22).");
   bind_sampling<dynamics::RandomizedZerothOrder>(m, "RandomizedZerothOrder", "Least-squares fit to exact steps (2.23).");
 }
@@ -339,6 +370,7 @@ void bind_dynamics(nb::module_& m) {
   bind_contact(m);
   bind_results(m);
   bind_schemes(m);
+  bind_step_options(m);
   nb::class_<StepWorkspace>(m, "StepWorkspace", "Scratch and warm starts of steps; for one thread at a time.")
       .def(nb::init<const ModelPtr&>(), "model"_a)
       .def(
@@ -369,7 +401,7 @@ status: Solved; MaxIterations; Infeasible (overlap that no motion within reach u
       m, "calc_local_model", &calc_local_model,
       R"(Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
 
-  scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder; None: Exact or Analytic, as kappa says.
+  scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder; None: smoothing.
   tau_ext, damping: as in step() (n_v).
   with_A: LocalModel.A as well as B.
   threads: of randomised schemes; the result does not depend on it.

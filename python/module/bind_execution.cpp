@@ -103,10 +103,22 @@ void bind_execution(nb::module_& m) {
         "load_time"_a = SpeedLimits{}.load_time, "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(),
         "rest_time"_a = planning::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold,
         "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
-        "Runs a plan open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge "
-        "anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s; joint springs take up or let go the weight of the "
-        "lightest object in `load_time` [s], with 0 as fast as comes. Without `velocity_reference` damping acts on the "
-        "velocities of the joints themselves, which lag behind their commands, as in the thesis.");
+        R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
+
+  speed: times 0.1 rad/s and 0.0125 m/s, > 0; regrasps are regrasp_factor times as fast.
+  pause: commands rest this long between pieces [s], >= 0.
+  load_time: joint springs take up or let go the weight of the lightest object in this time [s]; 0: as fast as comes.
+  substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
+  rest_time: in which objects on joints come to rest [s].
+  friction_scale: factor of every coefficient of friction, >= 0.
+  velocity_reference: damping of the joint springs acts on the difference to the commanded velocity; else on the velocity, so that
+    joints lag behind their commands, as in the thesis.
+  hold: the last command is held so long before the goal is judged [s].
+  whole: run the whole plan. alone: run every push by itself from its planned start.
+  threads: for those; 0 for all cores; the result does not depend on it.
+  timeout_s: [s] > 0; None: as long as it takes.
+
+status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.)");
 }
 
 }  // namespace stiction::python

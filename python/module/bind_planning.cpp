@@ -80,7 +80,13 @@ void bind_planning(nb::module_& m) {
           },
           "that the plan was made with")
       .def_prop_ro("seed", [](const PlanResult& r) { return r.result.seed; })
-      .def_prop_ro("iterations", [](const PlanResult& r) { return r.result.iterations; })
+      .def_prop_ro(
+          "cost", [](const PlanResult& r) { return r.result.cost; }, "of the plan: time of its commands and a price for each regrasp [s]")
+      .def_prop_ro(
+          "start_penetration", [](const PlanResult& r) { return r.result.start_penetration; }, "deepest of the given start [m], >= 0")
+      .def_prop_ro(
+          "iterations", [](const PlanResult& r) { return r.result.iterations; }, "extensions of the tree")
+      .def_prop_ro("linearisations", [](const PlanResult& r) { return r.result.linearisations; })
       .def_prop_ro("nodes", [](const PlanResult& r) { return r.result.nodes; })
       .def_prop_ro("steps", [](const PlanResult& r) { return r.result.steps; })
       .def_prop_ro("failed_steps", [](const PlanResult& r) { return r.result.failed_steps; })

@@ -75,7 +75,8 @@ void bind_planner_options(nb::module_& m) {
              out.append("to_dict");
              return out;
            })
-      .def("__eq__", [](const PlannerOptions& a, const PlannerOptions& b) { return to_dict(a).equal(to_dict(b)); })
+      .def(
+          "__eq__", [](const PlannerOptions& a, const PlannerOptions& b) { return to_dict(a).equal(to_dict(b)); }, nb::is_operator())
       .def("__repr__", &repr);
 }
 

@@ -92,7 +92,7 @@ def test_exact_step_stops_at_the_wall(wall: st.Model, u: float) -> None:
 def test_smoothed_step_matches_the_closed_form(wall: st.Model, u: float, h: float) -> None:
     """q+ = (u + √(u² + 4θ/(κk)))/2 whatever h is. θ = 2: a contact in space is a second-order cone."""
     kappa = 100.0
-    result = st.step(wall, [0.02], [u], h=h, kappa=kappa, self_sharpness=1, with_B=True)
+    result = st.step(wall, [0.02], [u], h=h, smoothing=st.Analytic(kappa=kappa, self_sharpness=1), with_B=True)
     root = math.sqrt(u * u + 4 * 2 / (kappa * 100))
     assert result.q_next[0] == pytest.approx((u + root) / 2, abs=1e-8)
     assert result.B is not None and result.B[0, 0] == pytest.approx((1 + u / root) / 2, abs=1e-6)
@@ -156,8 +156,8 @@ def test_arrays_of_any_kind_are_taken(wall: st.Model) -> None:
         (lambda m: st.step(m, [0.0], []), "u: got 0 numbers, expected 1"),
         (lambda m: st.step(m, [math.nan], [0.0]), "q"),
         (lambda m: st.step(m, [0.0], [0.0], h=0.0), "h"),
-        (lambda m: st.step(m, [0.0], [0.0], kappa=-1.0), "kappa"),
-        (lambda m: st.step(m, [0.0], [0.0], rays=2), "rays"),
+        (lambda m: st.step(m, [0.0], [0.0], smoothing=st.Analytic(kappa=-1.0)), "kappa"),
+        (lambda m: st.step(m, [0.0], [0.0], friction_cone=st.PolyhedralCone(rays=2)), "rays"),
         (lambda m: st.calc_local_model(m, [0.0], [0.0], scheme=st.RandomizedFirstOrder(std_q=[0.0], std_u=[-1.0])), "std_u"),
         (lambda m: st.load_task("no_such_task"), "no_such_task"),
         (lambda m: m.joint_index("elbow"), "elbow"),
@@ -279,6 +279,7 @@ def test_planner_options_are_those_of_a_task_file(pushing: st.Task) -> None:
     assert changed.to_dict() | {"goal_bias": options.goal_bias, "threads": options.threads} == options.to_dict()
     assert "goal_bias" in dir(options) and "goal_bias=0.25" in repr(changed)
     assert changed.replace(goal_bias=None).goal_bias == st.PlannerOptions(pushing.model, sample_box=options.sample_box).goal_bias
+    assert options != 3
     with pytest.raises(AttributeError, match="goal_biass"):
         _ = options.goal_biass
 
@@ -325,6 +326,17 @@ def test_plan_of_a_task_made_in_memory_is_read_again_from_another_folder(pushing
     assert again.task.goal.tol_position == 0.05
     done = stiction("check", tmp_path / "a", "--json")
     assert (done.returncode == 0) == st.check_plan(again).pass_
+
+
+def test_plan_names_its_task_from_wherever_it_is_written(pushing: st.Task, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a" / "b").mkdir(parents=True)
+    (tmp_path / "task.yaml").write_text(f"base: {pushing.file}\n")
+    monkeypatch.chdir(tmp_path)
+    plan = st.plan(st.load_task("./task.yaml"), options={"max_iterations": 1}).plan
+    monkeypatch.chdir(tmp_path / "a")
+    plan.write("b/plan.json")
+    assert st.read_plan("b").task.file == tmp_path / "task.yaml"
+    assert pickle.loads(pickle.dumps(plan)).task.file == tmp_path / "task.yaml"
 
 
 def test_mistakes_in_plan_files_are_named(solved: st.Plan, tmp_path: Path) -> None:
@@ -439,9 +451,11 @@ def test_stub_is_the_committed_one() -> None:
     assert made == committed, "\n".join(difflib.unified_diff(committed, made, "committed", "made", lineterm=""))
 
 
-def test_example_of_the_readme_runs() -> None:
-    (example,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    done = subprocess.run([sys.executable, "-c", example], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+@pytest.mark.parametrize("document", ["README.md", "python/README.md"])
+def test_example_of_the_readme_runs(document: str, tmp_path: Path) -> None:
+    (example,) = re.findall(r"^```python\n(.*?)^```", (ROOT / document).read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    environment = {"PYTHONPATH": str(MODULE)}
+    done = subprocess.run([sys.executable, "-c", example], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
 
 

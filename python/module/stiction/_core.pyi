@@ -509,8 +509,12 @@ class Exact:
 
     def __init__(self) -> None: ...
 
+    def __repr__(self) -> str: ...
+
 class Analytic:
-    """Smoothed by a log barrier of weight kappa [1/J] (2.27)."""
+    """
+    Smoothed by a log barrier of weight kappa [1/J], > 0 (2.27); contacts between robots and joint limits by factors of it.
+    """
 
     def __init__(self, *, kappa: float = 100.0, self_sharpness: float = 10.0, limit_sharpness: float = 10.0) -> None: ...
 
@@ -522,6 +526,8 @@ class Analytic:
 
     @property
     def limit_sharpness(self) -> float: ...
+
+    def __repr__(self) -> str: ...
 
 class RandomizedFirstOrder:
     """Averages of exact steps and their derivatives (2.22)."""
@@ -557,6 +563,56 @@ class RandomizedZerothOrder:
     @property
     def seed(self) -> int: ...
 
+class ByRule:
+    """
+    Regularisation of the objects in units of the springs, > 0 (docs/theory/step.md).
+    """
+
+    def __init__(self, *, ratio: float = 0.1) -> None: ...
+
+    @property
+    def ratio(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+class FixedEpsilon:
+    """Regularisation of the objects, 1 for their true mass, > 0 (2.6c)."""
+
+    def __init__(self, *, epsilon: float = 1.0) -> None: ...
+
+    @property
+    def epsilon(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+class SecondOrderCone:
+    """Friction of spatial models; planar ones have two rays, which is exact."""
+
+    def __init__(self) -> None: ...
+
+    def __repr__(self) -> str: ...
+
+class PolyhedralCone:
+    """A pyramid of rays inside the friction cone, in [3, 64]."""
+
+    def __init__(self, *, rays: int = 4) -> None: ...
+
+    @property
+    def rays(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+class FrictionLaw(enum.Enum):
+    """What a sliding contact does."""
+
+    Anitescu = 0
+    """it opens by mu |J_t dq| (2.3.4)"""
+
+    Coulomb = 1
+    """
+    it stays closed (S.14), in exact steps of spatial models with second-order cones
+    """
+
 class StepWorkspace:
     """Scratch and warm starts of steps; for one thread at a time."""
 
@@ -565,7 +621,7 @@ class StepWorkspace:
     def forget(self) -> None:
         """drops warm starts, so that the next step depends on its input alone"""
 
-def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, kappa: float | None = None, self_sharpness: float = 10.0, limit_sharpness: float = 10.0, epsilon: float | None = None, regularisation_ratio: float = 0.1, friction_scale: float = 1.0, rays: int | None = None, coulomb: bool = False, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> StepResult:
+def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> StepResult:
     """
     One quasi-static step: the configuration in which the robots' springs, commanded to u, and the contacts are in balance (2.6).
 
@@ -581,12 +637,11 @@ def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, 
 
     Arguments of the step:
       h: time step [s], > 0.
-      kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
-        between robots and for joint limits.
-      epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+      smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
+      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
+      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      rays: of a friction pyramid, in [3, 64]; None: second-order cone.
-      coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
       contact_margin: added to the contact distance of the scene [m], >= 0.
       joint_limits: limits of the joints are constraints.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
@@ -594,11 +649,11 @@ def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, 
     Raises InvalidInput by the name of the argument.
     """
 
-def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, kappa: float | None = None, self_sharpness: float = 10.0, limit_sharpness: float = 10.0, epsilon: float | None = None, regularisation_ratio: float = 0.1, friction_scale: float = 1.0, rays: int | None = None, coulomb: bool = False, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> LocalModel:
+def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> LocalModel:
     """
     Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
 
-      scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder; None: Exact or Analytic, as kappa says.
+      scheme: Exact, Analytic, RandomizedFirstOrder or RandomizedZerothOrder; None: smoothing.
       tau_ext, damping: as in step() (n_v).
       with_A: LocalModel.A as well as B.
       threads: of randomised schemes; the result does not depend on it.
@@ -607,12 +662,11 @@ def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.Ar
 
     Arguments of the step:
       h: time step [s], > 0.
-      kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
-        between robots and for joint limits.
-      epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+      smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
+      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
+      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      rays: of a friction pyramid, in [3, 64]; None: second-order cone.
-      coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
       contact_margin: added to the contact distance of the scene [m], >= 0.
       joint_limits: limits of the joints are constraints.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
@@ -620,7 +674,7 @@ def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.Ar
     Raises InvalidInput by the name of the argument.
     """
 
-def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, kappa: float | None = None, self_sharpness: float = 10.0, limit_sharpness: float = 10.0, epsilon: float | None = None, regularisation_ratio: float = 0.1, friction_scale: float = 1.0, rays: int | None = None, coulomb: bool = False, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> RolloutResult:
+def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> RolloutResult:
     """
     Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
 
@@ -633,12 +687,11 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
 
     Arguments of the step:
       h: time step [s], > 0.
-      kappa: weight of the log barrier [1/J], > 0 (2.27); None: exact (2.6). self_sharpness, limit_sharpness: factors of kappa for contacts
-        between robots and for joint limits.
-      epsilon: regularisation of the objects, 1 for their true mass, > 0; None: by regularisation_ratio (docs/theory/step.md).
+      smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
+      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
+      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
       friction_scale: factor of every coefficient of friction, >= 0.
-      rays: of a friction pyramid, in [3, 64]; None: second-order cone.
-      coulomb: sliding contacts stay closed (S.14), of exact steps; else they open by mu |J_t dq|.
       contact_margin: added to the contact distance of the scene [m], >= 0.
       joint_limits: limits of the joints are constraints.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
@@ -1141,7 +1194,19 @@ class PlanResult:
     def seed(self) -> int: ...
 
     @property
-    def iterations(self) -> int: ...
+    def cost(self) -> float:
+        """of the plan: time of its commands and a price for each regrasp [s]"""
+
+    @property
+    def start_penetration(self) -> float:
+        """deepest of the given start [m], >= 0"""
+
+    @property
+    def iterations(self) -> int:
+        """extensions of the tree"""
+
+    @property
+    def linearisations(self) -> int: ...
 
     @property
     def nodes(self) -> int: ...
@@ -1398,5 +1463,20 @@ class TransferResult:
 
 def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
-    Runs a plan open loop in the second-order simulation and compares it with the plan; `substeps` predicts every contact edge anew in so many steps first. `speed` multiplies 0.1 rad/s and 0.0125 m/s; joint springs take up or let go the weight of the lightest object in `load_time` [s], with 0 as fast as comes. Without `velocity_reference` damping acts on the velocities of the joints themselves, which lag behind their commands, as in the thesis.
+    Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
+
+      speed: times 0.1 rad/s and 0.0125 m/s, > 0; regrasps are regrasp_factor times as fast.
+      pause: commands rest this long between pieces [s], >= 0.
+      load_time: joint springs take up or let go the weight of the lightest object in this time [s]; 0: as fast as comes.
+      substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
+      rest_time: in which objects on joints come to rest [s].
+      friction_scale: factor of every coefficient of friction, >= 0.
+      velocity_reference: damping of the joint springs acts on the difference to the commanded velocity; else on the velocity, so that
+        joints lag behind their commands, as in the thesis.
+      hold: the last command is held so long before the goal is judged [s].
+      whole: run the whole plan. alone: run every push by itself from its planned start.
+      threads: for those; 0 for all cores; the result does not depend on it.
+      timeout_s: [s] > 0; None: as long as it takes.
+
+    status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
     """
