@@ -14,7 +14,7 @@ namespace stiction::planning {
 namespace {
 
 /// Rounds of given costs; items take some time, less in the first thread.
-class Fake : public Growth {
+class Fake : public TreeTask {
  public:
   explicit Fake(std::vector<long> costs, int items = 2) : costs_(std::move(costs)), items_(items) {}
 
@@ -51,7 +51,7 @@ std::string order_of_ends(const std::vector<std::vector<long>>& costs, int lanes
   std::vector<std::unique_ptr<Fake>> growths;
   std::vector<std::size_t> in_lane(static_cast<std::size_t>(lanes));
   std::string out;
-  run_lanes(pool, lanes, [&](int lane, Growth* ended, long clock) -> Growth* {
+  run_lanes(pool, lanes, [&](int lane, TreeTask* ended, long clock) -> TreeTask* {
     auto& number = in_lane[static_cast<std::size_t>(lane)];
     if (ended != nullptr) {
       EXPECT_EQ(ended, growths[number].get());
@@ -79,7 +79,7 @@ TEST(Lanes, EqualClocks_FirstLaneFirst) { EXPECT_EQ(order_of_ends({{5, 5}, {10},
 TEST(Lanes, NothingToGrow_Ends) {
   core::ThreadPool pool(2);
   int asked = 0;
-  run_lanes(pool, 3, [&](int, Growth*, long) -> Growth* { return ++asked, nullptr; });
+  run_lanes(pool, 3, [&](int, TreeTask*, long) -> TreeTask* { return ++asked, nullptr; });
   EXPECT_EQ(asked, 3);
 }
 
@@ -87,7 +87,7 @@ TEST(Lanes, GrowthThatGoesOn_KeepsItsCost) {
   core::ThreadPool pool(2);
   Fake growth({4, 4});
   std::vector<long> clocks;
-  run_lanes(pool, 1, [&](int, Growth* ended, long clock) -> Growth* {
+  run_lanes(pool, 1, [&](int, TreeTask* ended, long clock) -> TreeTask* {
     clocks.push_back(clock);
     if (clocks.size() == 3) return nullptr;
     return ended == nullptr ? &growth : ended;  // has ended, and ends again at once
@@ -104,10 +104,10 @@ TEST(Lanes, Exception_EndsTheRun) {
     core::ThreadPool pool(threads);
     Throws bad({1});
     Fake good(std::vector<long>(20, 1));
-    std::vector<Growth*> growths{&bad, &good};
+    std::vector<TreeTask*> growths{&bad, &good};
     EXPECT_THROW(
         run_lanes(pool, 2,
-                  [&](int lane, Growth* ended, long) { return ended == nullptr ? growths[static_cast<std::size_t>(lane)] : nullptr; }),
+                  [&](int lane, TreeTask* ended, long) { return ended == nullptr ? growths[static_cast<std::size_t>(lane)] : nullptr; }),
         std::runtime_error);
   }
 }

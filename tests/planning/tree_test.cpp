@@ -102,10 +102,10 @@ TEST(Tree, NodesToPushOnFrom_AreThoseNearTheGoalMoreOften) {
 TEST(Tree, FollowedNode_ComesBackAsFarAsItIsByThat) {
   RandomTree t("planar_pushing");
   const int nearest = t.tree.take_for_push();
-  Followed followed;
-  followed.q_fine = t.tree[nearest].q;
-  t.tree.set_followed(nearest, followed, 20, 1000);
-  EXPECT_FALSE(t.tree[nearest].followed.empty());
+  EdgeReplay replay;
+  replay.q_fine = t.tree[nearest].q;
+  t.tree.set_replay(nearest, replay, 20, 1000);
+  EXPECT_FALSE(t.tree[nearest].replay.empty());
   EXPECT_EQ(t.tree[nearest].goal_ratio, 20);
   EXPECT_EQ(t.tree[nearest].goal_distance, 1000);
   int again = 0;
@@ -116,7 +116,7 @@ TEST(Tree, FollowedNode_ComesBackAsFarAsItIsByThat) {
 TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   RandomTree t("planar_pushing");
   const int first = t.tree.nearest(t.goal);
-  t.tree.bury(first);
+  t.tree.prune(first);
   EXPECT_NE(t.tree.nearest(t.goal), first);
   for (int k = 0; k < 199; ++k) EXPECT_NE(t.tree.take_nearest_to_goal(), first);
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_for_regrasp(), first);
@@ -126,7 +126,7 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
 TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
   RandomTree t("planar_pushing");
   constexpr int kNode = 7;
-  t.tree.bury(kNode + 20);
+  t.tree.prune(kNode + 20);
   const auto behind = [&](int i) {
     const auto path = t.tree.path_to(i);
     return std::find(path.begin(), path.end(), kNode) != path.end();
@@ -134,9 +134,9 @@ TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
   int expected = 0;
   for (int i = 0; i < t.tree.size(); ++i) expected += behind(i) && i != kNode + 20;
   ASSERT_GT(expected, 1);
-  EXPECT_EQ(t.tree.bury_branch(kNode), expected);
-  EXPECT_EQ(t.tree.bury_branch(kNode), 0) << "a second time";
-  for (int i = 0; i < t.tree.size(); ++i) EXPECT_EQ(t.tree.buried(i), behind(i) || i == kNode + 20) << i;
+  EXPECT_EQ(t.tree.prune_subtree(kNode), expected);
+  EXPECT_EQ(t.tree.prune_subtree(kNode), 0) << "a second time";
+  for (int i = 0; i < t.tree.size(); ++i) EXPECT_EQ(t.tree.pruned(i), behind(i) || i == kNode + 20) << i;
   int found = 0;
   for (int i = t.tree.take_nearest_to_goal(); i >= 0; i = t.tree.take_nearest_to_goal(), ++found) EXPECT_FALSE(behind(i)) << i;
   EXPECT_EQ(found, 200 - expected - 1);
@@ -162,7 +162,7 @@ TEST(Tree, GraspsForASubgoal_StartWhereTheObjectIsNearest) {
     ASSERT_NE(near, regrasp) << "another grasp starts where this one did";
     for (int i = 0; i < regrasp; ++i) EXPECT_LE(distance(near), distance(i) * (1 + 1e-9)) << i;
   }
-  for (int i = 0; i < regrasp; ++i) t.tree.set_unsupported(i);
+  for (int i = 0; i < regrasp; ++i) t.tree.set_cannot_release(i);
   EXPECT_EQ(t.tree.nearest_for_regrasp(t.goal), -1);
 }
 

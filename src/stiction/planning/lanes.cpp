@@ -16,7 +16,7 @@ struct Lane {
     Closed
   };
   Stage stage = Stage::Ended;
-  Growth* growth = nullptr;
+  TreeTask* growth = nullptr;
   long start = 0, clock = 0;  ///< of the growth when it had cost nothing, and now
   int items = 0, begun = 0, done = 0;
 
@@ -26,7 +26,7 @@ struct Lane {
 
 class Lanes {
  public:
-  Lanes(int lanes, const std::function<Growth*(int, Growth*, long)>& next) : next_(next), lanes_(static_cast<std::size_t>(lanes)) {
+  Lanes(int lanes, const std::function<TreeTask*(int, TreeTask*, long)>& next) : next_(next), lanes_(static_cast<std::size_t>(lanes)) {
     for (Lane& lane : lanes_) follow_end(lane);
   }
 
@@ -98,7 +98,7 @@ class Lanes {
     }
   }
 
-  const std::function<Growth*(int, Growth*, long)>& next_;
+  const std::function<TreeTask*(int, TreeTask*, long)>& next_;
   std::vector<Lane> lanes_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -107,7 +107,7 @@ class Lanes {
 
 }  // namespace
 
-void run_lanes(core::ThreadPool& pool, int lanes, const std::function<Growth*(int lane, Growth* ended, long clock)>& next) {
+void run_lanes(core::ThreadPool& pool, int lanes, const std::function<TreeTask*(int lane, TreeTask* ended, long clock)>& next) {
   Lanes run(lanes, next);
   pool.run(pool.size(), [&run](int, int worker) { run.work(worker); });
 }

@@ -7,9 +7,9 @@
 namespace stiction::planning {
 
 /// What grows in a lane, in rounds: a turn takes in what came of the round before and draws the next one; items of a round do not see each other.
-class Growth {
+class TreeTask {
  public:
-  virtual ~Growth() = default;
+  virtual ~TreeTask() = default;
   virtual int turn(int worker) = 0;  ///< @returns items of the next round; 0: it has ended
   virtual void work(int item, int worker) = 0;
   virtual long cost() const = 0;  ///< of all rounds taken in so far, in a unit that is the same on every machine
@@ -21,6 +21,6 @@ class Growth {
 /// @param next  called one at a time: a growth for the lane, at its clock; `ended` is the one before, nullptr at first. nullptr closes the lane, and all
 ///              of them the run
 /// Tests: tests/planning/lanes_test.cpp
-void run_lanes(core::ThreadPool& pool, int lanes, const std::function<Growth*(int lane, Growth* ended, long clock)>& next);
+void run_lanes(core::ThreadPool& pool, int lanes, const std::function<TreeTask*(int lane, TreeTask* ended, long clock)>& next);
 
 }  // namespace stiction::planning

@@ -109,6 +109,8 @@ struct PlannerOptions {
   std::optional<double> refined_fraction;  ///< … and for refined plans at this, in [tolerance_fraction, 1]; without it at the same
   /// Share of the tolerances at which refined plans, and what half the sub-steps of a plan come to, are at the goal.
   double share_when_refined() const { return refined_fraction.value_or(tolerance_fraction); }
+  /// Single steps or jumps, as in the thesis: edges that nothing but the checker of that chapter looks at.
+  bool thesis_edges() const { return !substep || !real_regrasps; }
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
   dynamics::StepOptions step_options() const;  ///< of every exact step of the plan

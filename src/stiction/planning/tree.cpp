@@ -53,12 +53,12 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
   return i;
 }
 
-void Tree::bury(int i) {
+void Tree::prune(int i) {
   nearest_.remove(i);
   places_.remove(i);
 }
 
-int Tree::bury_branch(int i) {
+int Tree::prune_subtree(int i) {
   std::vector<char> behind(nodes_.size(), 0);
   behind[static_cast<std::size_t>(i)] = 1;
   int n = 0;
@@ -67,7 +67,7 @@ int Tree::bury_branch(int i) {
     if (k > i && (parent < 0 || behind[static_cast<std::size_t>(parent)] == 0)) continue;
     behind[static_cast<std::size_t>(k)] = 1;
     n += !nearest_.removed(k);
-    bury(k);
+    prune(k);
   }
   return n;
 }
@@ -100,7 +100,7 @@ int Tree::take_worn(WornQueue& worn, const Usable& usable) const {
 }
 
 int Tree::take_for_regrasp() {
-  return take_worn(to_regrasp_, [](const Node& node) { return !node.unsupported; });
+  return take_worn(to_regrasp_, [](const Node& node) { return !node.cannot_release; });
 }
 
 int Tree::take_for_push() {

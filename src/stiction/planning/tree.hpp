@@ -21,8 +21,8 @@ struct LocalModel {
   void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma);
 };
 
-/// What comes of a path from the root when it is followed otherwise than the tree did.
-struct Followed {
+/// What comes of a path from the root when it is replay otherwise than the tree did.
+struct EdgeReplay {
   Eigen::VectorXd q_fine;     ///< at half its sub-steps (n_q)
   Eigen::MatrixXd disturbed;  ///< with something otherwise than planned, one column per draw (n_q × kDisturbances), or none
 
@@ -41,11 +41,11 @@ struct Node {
   double goal_ratio = 0;                 ///< worst of position and angle error, divided by the tolerance
   double goal_distance = 0;              ///< of all objects from the goal, in tolerances
   int pushes = 0;                        ///< that started on the path from the root
-  Followed followed{};                   ///< empty until asked for
+  EdgeReplay replay{};                   ///< empty until asked for
   double cost = 0;                       ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};  ///< commands of extensions from here (n_a each)
-  std::vector<ChainMask> stuck{};        ///< branches that cannot let go of the object together
-  bool unsupported = false;              ///< none can
+  std::vector<ChainMask> failed_releases{};        ///< branches that cannot let go of the object together
+  bool cannot_release = false;              ///< none can
 };
 
 /// Nodes, and the orders in which the search takes them. No choice scans all nodes.
@@ -81,24 +81,24 @@ class Tree {
   int take_for_push();
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
-  void add_stuck(int i, ChainMask branches) { nodes_[static_cast<std::size_t>(i)].stuck.push_back(branches); }
-  void set_unsupported(int i) {
-    nodes_[static_cast<std::size_t>(i)].unsupported = true;
+  void add_failed_release(int i, ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
+  void set_cannot_release(int i) {
+    nodes_[static_cast<std::size_t>(i)].cannot_release = true;
     places_.remove(i);
   }
   /// What came of following a node, and how far it is from the goal by that.
-  void set_followed(int i, Followed followed, double goal_ratio, double goal_distance) {
+  void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance) {
     Node& node = nodes_[static_cast<std::size_t>(i)];
-    node.followed = std::move(followed);
+    node.replay = std::move(replay);
     node.goal_ratio = goal_ratio;
     node.goal_distance = goal_distance;
   }
 
   /// Takes a node out of every later search; it must have no children.
-  void bury(int i);
-  bool buried(int i) const { return nearest_.removed(i); }
+  void prune(int i);
+  bool pruned(int i) const { return nearest_.removed(i); }
   /// The same for a node and all behind it. @returns their number
-  int bury_branch(int i);
+  int prune_subtree(int i);
 
   /// Node indices from the root to i.
   std::vector<int> path_to(int i) const;

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "stiction/planning/extend.hpp"
+
+namespace stiction::planning {
+
+/// A change of contacts as an edge of the tree (3.4.3): which branches let go, and where they grasp anew.
+class ContactChange {
+ public:
+  ContactChange(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
+                const NodeModels& models, const EdgeSimulator& simulator, const Extend& extend);
+
+  /// Where a regrasp starts, and the branches that let go. A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from
+  /// where the first one started. Where the object does not stay when branches let go, others are drawn; where it never does, push instead.
+  void choose(const Tree& tree, Expansion& x, core::Random& random) const;
+  bool try_edge(const Tree& tree, Expansion& x, core::Random& random, ThreadScratch& scratch, Node& node) const;
+
+ private:
+  /// Distance of the objects from a subgoal, in tolerances of the goal, after the extension (P.2) that the local model at q promises.
+  Promise predict(const Eigen::VectorXd& q, Expansion& x, ThreadScratch& scratch) const;
+  /// The same distance after the exact extension.
+  double simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& command, const Expansion& x, ThreadScratch& scratch) const;
+
+  const world::Model& model_;
+  const PlannerOptions& options_;
+  const RobotChains& chains_;
+  const GoalMeasure& goal_;
+  const NodeModels& models_;
+  const EdgeSimulator& simulator_;
+  const Extend& extend_;
+};
+
+}  // namespace stiction::planning

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "stiction/planning/edge_simulator.hpp"
+#include "stiction/planning/node_models.hpp"
+
+namespace stiction::planning {
+
+/// Algorithm 3.
+class Extend {
+ public:
+  Extend(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
+         const NodeModels& models, const EdgeSimulator& simulator);
+
+  /// Alg. 3 with joint limits, rolled out exactly.
+  /// @param u  the command that is tried; empty where none was worth it, or one like it was tried from this node before
+  bool try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Eigen::VectorXd& u, Node& out) const;
+  /// δu* of (P.2), cut or stretched to its length; with `forces`, the smoothed step that gave the local model, also (P.7).
+  /// Towards a goal region, coordinates that it leaves free may go anywhere.
+  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
+                            const dynamics::StepResult* forces, ConeLeastSquares& least_squares) const;
+
+ private:
+  /// λ + D_λ_u δu in its friction cone, for every contact of the robot with an object that is nearer than kForceReach.
+  void add_force_cones(const dynamics::StepResult& step, ConeLeastSquares& least_squares) const;
+
+  const world::Model& model_;
+  const PlannerOptions& options_;
+  const RobotChains& chains_;
+  const GoalMeasure& goal_;
+  const NodeModels& models_;
+  const EdgeSimulator& simulator_;
+  Eigen::VectorXd weights_;  ///< W of (P.2) (n_vu)
+};
+
+}  // namespace stiction::planning

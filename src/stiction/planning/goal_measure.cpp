@@ -1,0 +1,56 @@
+#include "stiction/planning/goal_measure.hpp"
+
+#include <cmath>
+
+namespace stiction::planning {
+namespace {
+
+/// 1 per coordinate that a goal region bounds, else 0: all three of a rotation when it bounds one of roll, pitch and yaw.
+Eigen::VectorXd bounded_coordinates(const world::Model& model, const GoalRegion& region) {
+  Eigen::VectorXd out(model.n_vu());
+  for (int i = 0; i < model.n_vu(); ++i) out[i] = std::isfinite(region.lower[i]) || std::isfinite(region.upper[i]);
+  for (const auto& object : model.objects()) {
+    if (object.n_v == 6) out.segment<3>(object.v_begin + 3).setConstant(out.segment<3>(object.v_begin + 3).maxCoeff());
+  }
+  return out;
+}
+
+}  // namespace
+
+Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectSpace& space) {
+  if (problem.q_goal.size() > 0) return problem.q_goal;
+  const auto& object = problem.model->objects()[static_cast<std::size_t>(problem.goal.object)];
+  Eigen::VectorXd q_goal = problem.q_start.head(problem.model->n_qu());
+  q_goal.segment(object.q_begin, object.n_q) = space.coordinates(problem.goal.object, problem.goal.X_WG);
+  return q_goal;
+}
+
+GoalMeasure::GoalMeasure(const PlanningProblem& problem)
+    : model_(*problem.model),
+      goal_(problem.goal),
+      space_(model_),
+      q_goal_(goal_configuration(problem, space_)),
+      bounded_(problem.goal.region ? bounded_coordinates(model_, *problem.goal.region) : Eigen::VectorXd::Ones(model_.n_vu())) {}
+
+Eigen::VectorXd GoalMeasure::nearest_to(const Eigen::VectorXd& q_u) const {
+  if (!goal_.region) return q_goal_;
+  Eigen::VectorXd q = q_u;
+  project(model_, *goal_.region, q);
+  return q;
+}
+
+double GoalMeasure::ratio(const Eigen::VectorXd& q) const { return goal_error(model_, q, goal_).share(goal_); }
+
+double GoalMeasure::distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const {
+  Eigen::VectorXd e(model_.n_vu());
+  space_.error(q.data(), q_u.data(), e.data());
+  return inverse_tolerances().cwiseProduct(e).norm();
+}
+
+double GoalMeasure::share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+  Eigen::VectorXd e(model_.n_vu());
+  space_.error(from.data(), to.data(), e.data());
+  return largest_share(model_, e, goal_.tol_position, goal_.tol_angle);
+}
+
+}  // namespace stiction::planning

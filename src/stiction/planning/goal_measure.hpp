@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "stiction/planning/object_space.hpp"
+#include "stiction/planning/planner.hpp"
+
+namespace stiction::planning {
+
+/// How far objects are from the goal, and from each other's places, in tolerances of the goal.
+class GoalMeasure {
+ public:
+  explicit GoalMeasure(const PlanningProblem& problem);
+
+  const ObjectSpace& space() const { return space_; }
+  const Eigen::VectorXd& q_goal() const { return q_goal_; }  ///< qᵘ of the goal (n_qu)
+
+  /// Of a goal region the place nearest to q_u, else that of the goal (n_qu).
+  Eigen::VectorXd nearest_to(const Eigen::VectorXd& q_u) const;
+  /// Worst of position and angle error of the goal's object, divided by the tolerance.
+  double ratio(const Eigen::VectorXd& q) const;
+  /// Of all coordinates, so that an object that is turned first and brought back later gets nearer all the time.
+  double distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const;
+  double distance(const Eigen::VectorXd& q) const { return distance(q, nearest_to(q.head(model_.n_qu()))); }
+  /// Worst displacement of an object between two configurations, in tolerances of the goal.
+  double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+  /// 1/tolerance per coordinate of the objects (n_vu).
+  Eigen::VectorXd inverse_tolerances() const { return planning::inverse_tolerances(model_, goal_); }
+  /// The same with 1 for angles (n_vu) [rad/m].
+  Eigen::VectorXd relative_weights() const { return goal_.tol_angle * inverse_tolerances(); }
+  /// 1 per coordinate that a goal region bounds, else 0; all 1 without a region (n_vu).
+  const Eigen::VectorXd& bounded() const { return bounded_; }
+
+ private:
+  const world::Model& model_;
+  const Goal& goal_;
+  ObjectSpace space_;
+  Eigen::VectorXd q_goal_, bounded_;
+};
+
+/// qᵘ of the goal: as given, or from the pose of its object (n_qu).
+Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectSpace& space);
+
+}  // namespace stiction::planning

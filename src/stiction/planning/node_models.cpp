@@ -1,0 +1,65 @@
+#include "stiction/planning/node_models.hpp"
+
+#include <algorithm>
+
+namespace stiction::planning {
+namespace {
+
+using core::Status;
+using world::Model;
+
+/// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves; a fifth faster.
+constexpr double kSampleComplementarity = 1e-6;
+
+}  // namespace
+
+NodeModels::NodeModels(const Model& model, const PlannerOptions& options, const GoalMeasure& goal)
+    : model_(model), options_(options), goal_(goal), smoothed_(options.step_options()) {
+  smoothed_.warm_start = false;
+  if (options.scheme == Scheme::RandomizedFirst || options.scheme == Scheme::RandomizedZeroth)
+    smoothed_.tol_complementarity = kSampleComplementarity;
+}
+
+bool NodeModels::linearise(Node& node, std::uint64_t stream, ThreadScratch& scratch, Totals& totals) const {
+  const Eigen::VectorXd u = preloaded_command(node);
+  const Status status =
+      dynamics::calc_local_model(model_, {node.q, u}, scheme_at(node, stream), smoothed_, false, scratch.locals, scratch.local);
+  return take_model(status, scratch.local.c, scratch.local.B, node, totals);
+}
+
+bool NodeModels::linearise_with_forces(Node& node, ThreadScratch& scratch, Totals& totals) const {
+  dynamics::StepOptions smoothed = smoothed_;
+  smoothed.smoothing = std::get<dynamics::Analytic>(scheme_at(node, 0));
+  smoothed.with_B = true;
+  smoothed.with_force_derivatives = true;
+  const Eigen::VectorXd u = preloaded_command(node);
+  const Status status = dynamics::step(model_, {node.q, u}, smoothed, scratch.steps, scratch.step_result);
+  return take_model(status, scratch.step_result.q_next, scratch.step_result.B, node, totals);
+}
+
+Eigen::VectorXd NodeModels::preloaded_command(const Node& node) const {
+  Eigen::VectorXd u = node.q.tail(model_.n_a());
+  if (options_.grip_force > 0) {
+    const Eigen::ArrayXd strain = (node.u - u).array();
+    const double force = (strain * model_.stiffness().array() / model_.reach().array()).abs().maxCoeff();
+    return u + std::min(1.0, options_.grip_force / std::max(force, 1e-9)) * strain.matrix();
+  }
+  if (options_.squeeze > 0) u += (node.u - u).cwiseMax(-options_.squeeze).cwiseMin(options_.squeeze);
+  return u;
+}
+
+dynamics::LocalModelScheme NodeModels::scheme_at(const Node& node, std::uint64_t stream) const {
+  return options_.local_model_scheme(stream, std::clamp(options_.goal_sharpening / goal_.ratio(node.q), 1.0, options_.goal_sharpening));
+}
+
+bool NodeModels::take_model(Status status, const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, Node& node, Totals& totals) const {
+  ++totals.linearisations;
+  if (status != Status::Solved) {
+    ++totals.failed_steps;
+    return false;
+  }
+  node.local.set(q_next, B, model_.n_qu(), model_.n_vu(), options_.gamma);
+  return true;
+}
+
+}  // namespace stiction::planning

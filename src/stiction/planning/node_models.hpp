@@ -1,0 +1,30 @@
+#pragma once
+
+#include "stiction/planning/expansion.hpp"
+
+namespace stiction::planning {
+
+/// Smoothed local models of nodes (3.3), c_u and B_u around the command that a node's extensions start from.
+class NodeModels {
+ public:
+  NodeModels(const world::Model& model, const PlannerOptions& options, const GoalMeasure& goal);
+
+  /// Local model of a node. @param stream  of the samples of a randomised scheme
+  bool linearise(Node& node, std::uint64_t stream, ThreadScratch& scratch, Totals& totals) const;
+  /// The same by the analytic scheme; leaves the forces and their derivatives in the scratch's step result.
+  bool linearise_with_forces(Node& node, ThreadScratch& scratch, Totals& totals) const;
+  /// Where the command of an extension starts from: the joints, and what is left of the grip (P.11) or of the squeeze of the command.
+  Eigen::VectorXd preloaded_command(const Node& node) const;
+
+ private:
+  /// Far from the goal a smooth model sees far; near it the force at a distance would hide the last millimetres.
+  dynamics::LocalModelScheme scheme_at(const Node& node, std::uint64_t stream) const;
+  bool take_model(core::Status status, const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, Node& node, Totals& totals) const;
+
+  const world::Model& model_;
+  const PlannerOptions& options_;
+  const GoalMeasure& goal_;
+  dynamics::StepOptions smoothed_;
+};
+
+}  // namespace stiction::planning

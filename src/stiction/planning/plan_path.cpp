@@ -1,0 +1,81 @@
+#include "stiction/planning/plan_path.hpp"
+
+namespace stiction::planning {
+namespace {
+
+using core::Status;
+
+}  // namespace
+
+Plan PathWriter::to_plan(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
+  Plan plan = empty_plan(tree);
+  for (const int i : path) {
+    if (tree[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree, tree[i], scratch, totals));
+  }
+  cut_motionless_tail(plan);
+  const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
+  plan.error = goal_error(model_, q_end, problem_.goal);
+  return plan;
+}
+
+Plan PathWriter::empty_plan(const Tree& tree) const {
+  Plan plan;
+  plan.q_start = problem_.q_start;
+  plan.u_start = tree[0].u;
+  plan.goal = problem_.goal;
+  plan.step = simulator_.exact();
+  if (options_.substep) plan.substep = *options_.substep;
+  return plan;
+}
+
+Segment PathWriter::describe_edge(const Tree& tree, const Node& node, ThreadScratch& scratch, Totals& totals) const {
+  Segment segment{node.edge, {}};
+  Eigen::VectorXd q = node.parent < 0 ? problem_.q_start : tree[node.parent].q;
+  scratch.steps.forget();
+  for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+    dynamics::Knot knot;
+    knot.u = node.commands.col(k);
+    knot.q = node.states.col(k);
+    if (node.edge != SegmentKind::Regrasp || options_.real_regrasps) {
+      ++totals.steps;
+      if (dynamics::step(model_, {q, knot.u}, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
+        ++totals.failed_steps;
+      } else {
+        for (const auto& c : scratch.step_result.contacts) {
+          if (c.active) knot.contacts.push_back(c);
+        }
+      }
+    }
+    q = knot.q;
+    segment.knots.push_back(std::move(knot));
+  }
+  return segment;
+}
+
+void PathWriter::cut_motionless_tail(Plan& plan) const {
+  if (plan.segments.empty()) return;
+  Eigen::VectorXd e(model_.n_vu());
+  const Eigen::VectorXd q_end = plan.segments.back().knots.back().q;
+  while (!plan.segments.empty()) {
+    auto& knots = plan.segments.back().knots;
+    while (knots.size() > 1) {
+      goal_.space().error(knots[knots.size() - 2].q.data(), q_end.data(), e.data());
+      if (e.cwiseAbs().maxCoeff() > 1e-6) break;
+      knots.pop_back();
+    }
+    if (knots.size() > 1 || plan.segments.back().kind != SegmentKind::Regrasp) break;
+    plan.segments.pop_back();
+  }
+}
+
+double cost_to(const world::Model& model, const PathCost& price, const Node& parent, const Node& node) {
+  double cost = parent.cost + (node.edge == SegmentKind::Regrasp ? price.regrasp : 0.0);
+  Eigen::VectorXd u = parent.u;
+  for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
+    cost += command_time(model, u, node.commands.col(k), price);
+    u = node.commands.col(k);
+  }
+  return cost;
+}
+
+}  // namespace stiction::planning

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "stiction/planning/edge_simulator.hpp"
+
+namespace stiction::planning {
+
+/// Makes a plan of a path of the tree.
+class PathWriter {
+ public:
+  PathWriter(const PlanningProblem& problem, const PlannerOptions& options, const GoalMeasure& goal, const EdgeSimulator& simulator)
+      : model_(*problem.model), problem_(problem), options_(options), goal_(goal), simulator_(simulator) {}
+
+  /// With the forces of every sub-step, without what follows the last motion of an object.
+  Plan to_plan(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const;
+
+ private:
+  Plan empty_plan(const Tree& tree) const;
+  /// States along an edge, and the forces of every sub-step: the tree keeps no forces. A jump (regrasps of the thesis) has none.
+  Segment describe_edge(const Tree& tree, const Node& node, ThreadScratch& scratch, Totals& totals) const;
+  /// 3.4.5 (ii): what follows the last motion of the object is dropped.
+  void cut_motionless_tail(Plan& plan) const;
+
+  const world::Model& model_;
+  const PlanningProblem& problem_;
+  const PlannerOptions& options_;
+  const GoalMeasure& goal_;
+  const EdgeSimulator& simulator_;
+};
+
+/// Of the path from the root [s].
+double cost_to(const world::Model& model, const PathCost& price, const Node& parent, const Node& node);
+
+}  // namespace stiction::planning

@@ -1,0 +1,84 @@
+#include "stiction/planning/problem.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/planning/contact_sampler.hpp"
+#include "stiction/planning/goal_measure.hpp"
+
+namespace stiction::planning {
+namespace {
+
+using world::Model;
+
+/// Largest penetration that an edge may build up [m].
+constexpr double kMaxPenetration = 5e-4;
+
+/// A coordinate of an object that the goal bounds. Nothing to say about those without limits.
+void require_in_range(const Model& model, const Goal& goal, int i, double lower, double upper) {
+  const auto& dof = model.dofs()[static_cast<std::size_t>(i)];
+  const double tolerance = dof.kind == world::DofKind::Revolute ? goal.tol_angle : goal.tol_position;
+  if (lower <= dof.upper + tolerance && upper >= dof.lower - tolerance) return;
+  const std::string given =
+      lower == upper ? fmt::format("{} = {}", dof.name, lower) : fmt::format("{} in [{}, {}]", dof.name, lower, upper);
+  core::throw_invalid("goal", given, fmt::format("a value in its range [{}, {}]", dof.lower, dof.upper));
+}
+
+void require_region(const Model& model, const GoalRegion& region) {
+  core::require_size("goal.region.lower", region.lower.size(), model.n_vu());
+  core::require_size("goal.region.upper", region.upper.size(), model.n_vu());
+  for (int i = 0; i < model.n_vu(); ++i) {
+    if (!(region.lower[i] <= region.upper[i]))
+      core::throw_invalid("goal.region",
+                          fmt::format("{} in [{}, {}]", model.dofs()[static_cast<std::size_t>(i)].name, region.lower[i], region.upper[i]),
+                          "lower ≤ upper");
+  }
+}
+
+/// Inside the range of the object's joint, and, where the goal is one pose, not inside what cannot move by more than its tolerance.
+void require_reachable_goal(const PlanningProblem& problem) {
+  const Model& model = *problem.model;
+  const Goal& goal = problem.goal;
+  if (goal.region) require_region(model, *goal.region);
+  const Eigen::VectorXd q_goal = goal_configuration(problem, ObjectSpace(model));
+  for (int i = 0; i < model.n_vu(); ++i) {
+    const auto& dof = model.dofs()[static_cast<std::size_t>(i)];
+    if (!std::isfinite(dof.lower) && !std::isfinite(dof.upper)) continue;
+    const double x = q_goal[model.objects()[static_cast<std::size_t>(dof.owner)].q_begin];  // hinge or slider
+    require_in_range(model, goal, i, goal.region ? goal.region->lower[i] : x, goal.region ? goal.region->upper[i] : x);
+  }
+  if (goal.region) return;
+  Eigen::VectorXd q = problem.q_start;
+  q.head(model.n_qu()) = q_goal;
+  GeometryWorkspace work(model);
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
+  const int body = model.objects()[static_cast<std::size_t>(goal.object)].body;
+  for (const auto& c : work.contacts) {
+    const auto& pair = model.pairs()[static_cast<std::size_t>(c.pair)];
+    const auto& a = model.geometries()[static_cast<std::size_t>(pair.geometry_a)];
+    const auto& b = model.geometries()[static_cast<std::size_t>(pair.geometry_b)];
+    const bool fixed = model.bodies()[static_cast<std::size_t>(b.body)].dofs.empty();  // a fixed body, or the base of a robot
+    if (a.body != body || !fixed || c.phi > -(goal.tol_position + kMaxPenetration)) continue;
+    core::throw_invalid("goal", fmt::format("a pose in which '{}' is {:.3g} m inside '{}'", a.name, -c.phi, b.name),
+                        "one outside everything that cannot move");
+  }
+}
+
+}  // namespace
+
+void validate(const PlanningProblem& problem) {
+  if (!problem.model) core::throw_invalid("problem.model", "nothing", "a model");
+  world::require_configuration(*problem.model, "start", problem.q_start);
+  if (problem.goal.object < 0 || problem.goal.object >= static_cast<int>(problem.model->objects().size())) {
+    core::throw_invalid("goal.object", std::to_string(problem.goal.object), "the index of an object");
+  }
+  core::require_positive("goal.tol_position", problem.goal.tol_position);
+  core::require_positive("goal.tol_angle", problem.goal.tol_angle);
+  if (problem.q_goal.size() > 0) core::require_size("problem.q_goal", problem.q_goal.size(), problem.model->n_qu());
+  require_reachable_goal(problem);
+}
+
+}  // namespace stiction::planning

@@ -1,0 +1,155 @@
+#include "stiction/planning/verify.hpp"
+
+#include <algorithm>
+#include <functional>
+
+namespace stiction::planning {
+namespace {
+
+using core::Status;
+
+/// Errors of commands that a plan has to survive [rad or m].
+constexpr double kNoise = 1e-6;
+/// What gravity from aside is given time to move: steps for which the last command of an edge is held.
+constexpr int kTiltHeld = 3;
+constexpr double kRests = 1e-3;  // … or until the objects move by less in a step, in tolerances
+/// Keeps errors of objects apart from the draws of the search.
+constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
+
+}  // namespace
+
+bool starts_push(const Node& parent, const Node& node) { return node.edge == SegmentKind::Contact && parent.edge != SegmentKind::Contact; }
+
+EdgeVerifier::EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const RobotChains& chains,
+                           const GoalMeasure& goal, const EdgeSimulator& simulator)
+    : model_(*problem.model),
+      problem_(problem),
+      options_(options),
+      goal_(goal),
+      simulator_(simulator),
+      drag_(model_, problem.q_start, options.rest_time) {
+  for (int i = 0; i < kDisturbances; ++i)
+    disturbances_.push_back(
+        {calc_weights_aside(model_, options.edge_tilt, i), calc_friction_factors(model_, chains, options.friction_noise, i)});
+}
+
+bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch,
+                               Totals& totals, EdgeReplay& replay, Node* left) const {
+  replay.q_fine = node.q;  // says that it was tried, whatever comes out
+  const Eigen::MatrixXd fine = simulator_.follow_in_half_steps(parent_replay.q_fine, parent.u, node.commands, true, scratch, totals);
+  const Goal& goal = problem_.goal;
+  Eigen::VectorXd before(model_.n_vu()), after(model_.n_vu());
+  goal_.space().error(parent.q.data(), parent_replay.q_fine.data(), before.data());
+  const auto share = [&](const Eigen::VectorXd& e) { return largest_share(model_, e, goal.tol_position, goal.tol_angle); };
+  const auto agrees = [&](Eigen::Index k) {
+    goal_.space().error(node.states.col(k).data(), fine.col(k).data(), after.data());
+    return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
+  };
+  const auto holds = [&](const Node& edge, Eigen::MatrixXd& disturbed) {
+    return holds_slippery(edge, parent, scratch, totals) && holds_disturbed(edge, parent, parent_replay, scratch, totals, disturbed);
+  };
+  const Eigen::Index n = node.commands.cols();
+  if (fine.cols() == n && agrees(n - 1)) {
+    replay.q_fine = fine.col(n - 1);
+    return holds(node, replay.disturbed);
+  }
+  if (left == nullptr || node.edge != SegmentKind::Contact) return false;
+  for (Eigen::Index k = fine.cols() / 2 - 1; k >= 0; --k) {  // half of it: at its end things are about to go wrong
+    if (!agrees(k)) continue;
+    if (!cut_edge(parent, node, k + 1, fine.col(k), *left) || !holds(*left, left->replay.disturbed)) left->q.resize(0);
+    break;
+  }
+  return false;
+}
+
+bool EdgeVerifier::disturbs() const { return options_.start_noise > 0 || options_.edge_tilt > 0 || options_.friction_noise > 0; }
+
+int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
+  core::Random random(options_.seed, 0);
+  Eigen::VectorXd q = problem_.q_start, u = tree[0].u;
+  int astray = kOnPath;
+  const auto lost = [&astray](int otherwise) { return astray == kOnPath ? otherwise : astray; };
+  for (const int i : path) {
+    const Node& node = tree[i];
+    Eigen::MatrixXd commands = node.commands;
+    for (double& value : commands.reshaped()) value += random.uniform(-kNoise, kNoise);
+    const Eigen::MatrixXd states = simulator_.follow_in_half_steps(q, u, commands, node.edge != SegmentKind::Settle, scratch, totals);
+    const bool whole = states.cols() == commands.cols();
+    if (states.cols() > 0) q = states.rightCols(1);
+    if (commands.cols() > 0) u = commands.rightCols(1);
+    const bool held = whole && goal_.share_of_tolerances(node.replay.q_fine, q) <= options_.fidelity_edge;
+    if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
+    if (!whole) return lost(path.back());
+  }
+  return goal_.ratio(q) <= options_.share_when_refined() ? kOnPath : lost(path.back());
+}
+
+bool EdgeVerifier::cut_edge(const Node& parent, const Node& node, Eigen::Index n, Eigen::VectorXd q_fine, Node& out) const {
+  out.parent = node.parent;
+  out.edge = node.edge;
+  out.commands = node.commands.leftCols(n);
+  out.states = node.states.leftCols(n);
+  out.q = out.states.rightCols(1);
+  out.u = out.commands.rightCols(1);
+  out.replay.q_fine = std::move(q_fine);
+  out.tried = {node.u};  // it goes wrong from here
+  return simulator_.moves(parent, out);
+}
+
+bool EdgeVerifier::holds_slippery(const Node& node, const Node& parent, ThreadScratch& scratch, Totals& totals) const {
+  if (node.edge != SegmentKind::Contact || options_.edge_friction == 1) return true;
+  dynamics::StepOptions slippery = simulator_.exact();
+  slippery.friction_scale *= options_.edge_friction;
+  Eigen::VectorXd q = parent.q, u = parent.u;
+  if (drag_.push(node.commands, slippery, scratch.steps, scratch.step_result, q, u, totals.steps) != Status::Solved) {
+    ++totals.failed_steps;
+    return false;
+  }
+  return goal_.share_of_tolerances(node.q, q) <= options_.fidelity_edge;
+}
+
+bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const EdgeReplay& parent_replay, ThreadScratch& scratch,
+                                   Totals& totals, Eigen::MatrixXd& disturbed) const {
+  if (!disturbs()) return true;
+  disturbed = parent_replay.disturbed;
+  const Eigen::VectorXd most = options_.start_noise * goal_.inverse_tolerances().cwiseInverse();
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(model_.n_v());
+  const Eigen::Index n = node.commands.cols(), held = n > 0 && options_.edge_tilt > 0 ? kTiltHeld : 0;
+  for (const Eigen::Index i : farthest_first(parent, disturbed)) {
+    Eigen::VectorXd q = disturbed.col(i);
+    if (starts_push(parent, node)) {
+      core::Random random(options_.seed ^ kDisturbanceSeed, static_cast<std::uint64_t>(kDisturbances * parent.pushes + i / 2));
+      for (int k = 0; k < model_.n_vu(); ++k) error[k] = (i % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
+      world::retract(model_, q, error, q);
+    }
+    const Disturbance& other = disturbances_[static_cast<std::size_t>(i)];
+    scratch.steps.forget();
+    for (Eigen::Index k = 0; k < n + held; ++k) {
+      const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &other.tau, nullptr, &other.friction};
+      ++totals.steps;
+      if (dynamics::step(model_, input, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
+        ++totals.failed_steps;
+        return false;
+      }
+      const bool rests = k >= n && goal_.share_of_tolerances(q, scratch.step_result.q_next) < kRests;
+      q = scratch.step_result.q_next;
+      if (rests) break;
+    }
+    if (goal_.share_of_tolerances(node.q, q) > 1) return false;
+    disturbed.col(i) = q;
+  }
+  return true;
+}
+
+std::array<Eigen::Index, kDisturbances> EdgeVerifier::farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const {
+  std::array<double, kDisturbances> off{};
+  std::array<Eigen::Index, kDisturbances> order{};
+  for (Eigen::Index i = 0; i < kDisturbances; ++i) {
+    order[static_cast<std::size_t>(i)] = i;
+    off[static_cast<std::size_t>(i)] = goal_.share_of_tolerances(node.q, disturbed.col(i));
+  }
+  std::ranges::stable_sort(order, std::greater<>{}, [&off](Eigen::Index i) { return off[static_cast<std::size_t>(i)]; });
+  return order;
+}
+
+}  // namespace stiction::planning
