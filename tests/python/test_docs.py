@@ -112,6 +112,28 @@ def test_changelog_entries_are_one_sentence() -> None:
         assert len(text) <= 300, f"too long: {entry[:60]!r} …"
 
 
+SOURCES = sorted(
+    path
+    for folder in ("src", "apps", "tests", "bench", "python", "experiments", "tasks")
+    for path in (ROOT / folder).rglob("*")
+    if path.suffix in (".hpp", ".cpp", ".py", ".pyi", ".yaml", ".json") and "__pycache__" not in path.parts
+)
+
+
+def test_pages_and_equations_that_the_code_cites_are_there() -> None:
+    pages = "".join(path.read_text(encoding="utf-8") for folder in ("theory", "lab") for path in (ROOT / "docs" / folder).glob("*.md"))
+    labels = set(re.findall(r"[A-Z]\.\d+", pages))
+    cited = 0
+    for source in SOURCES:
+        text = source.read_text(encoding="utf-8")
+        for page in re.findall(r"docs/(?:theory|decisions|lab)/[A-Za-z0-9_-]+\.md", text):
+            assert (ROOT / page).exists(), f"{relative(source)}: {page}"
+        for label in re.findall(r"\(([STPENMDFL]\.\d+)\)", text) if source.suffix in (".hpp", ".cpp") else []:
+            assert label in labels, f"{relative(source)}: equation ({label})"
+            cited += 1
+    assert cited > 20
+
+
 LAYERS = sorted(path.parent for path in (ROOT / "src" / "stiction").glob("*/CMakeLists.txt"))
 
 

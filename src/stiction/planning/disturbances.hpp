@@ -5,7 +5,7 @@
 #include "stiction/planning/robot_chains.hpp"
 #include "stiction/world/model.hpp"
 
-// What an edge of the tree has to stand, four times over: docs/theory/planning.md, "Two resolutions".
+// What an edge of the tree has to stand, four times over: docs/theory/verification.md.
 
 namespace stiction::planning {
 

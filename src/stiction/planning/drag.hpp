@@ -8,7 +8,8 @@
 namespace stiction::planning {
 
 /// What objects on planar joints, hinges and sliders rest on, which is not in the scene: in a second-order simulation it brings them to rest
-/// within rest_time by a force −D q̇, D_i = M_ii/rest_time (docs/theory/execution.md). The quasi-static model knows it once commands have a time (E.1).
+/// within rest_time by a force −D q̇, D_i = M_ii/rest_time (docs/theory/verification.md, E.7). The quasi-static model knows it
+/// once commands have a time (E.1).
 class Drag {
  public:
   /// @param q          where masses are taken (n_q)

@@ -6,7 +6,7 @@
 #include "stiction/planning/planner.hpp"
 #include "stiction/planning/regrasp.hpp"
 
-// Refinement of a plan (3.4.5). docs/theory/execution.md
+// Refinement of a plan (3.4.5). docs/theory/refinement.md
 
 namespace stiction::planning {
 
