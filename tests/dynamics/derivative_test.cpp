@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 
 #include "dynamics/systems.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics::test {
 namespace {
@@ -31,13 +32,14 @@ bool central_difference(const Model& model, const Eigen::VectorXd& q, const Eige
   return true;
 }
 
-/// Every contact is clearly open, clearly sticking or clearly sliding, and every joint clearly off or on its limit.
+/// Every contact is clearly open, clearly sticking or clearly sliding, and every joint clearly off or on its limit. The stiffness that an open row
+/// is left with, z/w, falls with the square of its gap.
 bool away_from_kinks(const Model& model, const StepOptions& options, const Eigen::VectorXd& u, const StepResult& r) {
   for (const auto& c : r.contacts) {
     const double mu = c.contact.friction;
     const double force = c.lambda[0] / options.h;  // [N]
     const double reserve = mu * force - c.lambda.tail<2>().norm() / options.h;
-    const bool open = force < 1e-3 && c.gap > 4e-4;
+    const bool open = force < 1e-3 && c.gap > 4e-3 * model.scales().pair(c.contact.pair).length;
     const bool sticking = force > 0.3 && reserve > 0.3 && c.slide() < 1e-6;
     const bool sliding = force > 0.3 && reserve < 1e-3 && c.slide() > 4e-4;
     if (!open && !sticking && !sliding) return false;

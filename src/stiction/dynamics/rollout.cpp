@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics {
 namespace {
@@ -14,9 +15,6 @@ using core::Status;
 /// does so however small the command is.
 constexpr int kMaxHalvings = 4;
 
-/// Across which a force may act after a sub-step with Coulomb's law, which leaves such gaps only where it was not found [m].
-constexpr double kMostGap = 1e-3;
-
 /// Largest μ·slip: what friction counts for, an object on a slippery floor may go far in a sub-step.
 double largest_slide(const StepResult& result) {
   double slide = 0;
@@ -26,8 +24,11 @@ double largest_slide(const StepResult& result) {
   return slide;
 }
 
-bool has_gap(const StepResult& result) {
-  return std::any_of(result.contacts.begin(), result.contacts.end(), [](const auto& c) { return c.active && c.anitescu_gap() > kMostGap; });
+/// A force acts across a gap after a sub-step with Coulomb's law, which leaves such gaps only where it was not found.
+bool has_gap(const world::Model& model, const StepResult& result) {
+  return std::ranges::any_of(result.contacts, [&](const auto& c) {
+    return c.active && c.anitescu_gap() > world::share::kContact * model.scales().pair(c.contact.pair).length;
+  });
 }
 
 }  // namespace
@@ -75,7 +76,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
     out.status = step(model, {q_now, u}, options, work, step_result);
     if (out.status != Status::Solved) return out.status;
     const double slide = largest_slide(step_result);
-    const bool far = slide > limits.slide || (options.friction_law == FrictionLaw::Coulomb && has_gap(step_result));
+    const bool far = slide > limits.slide || (options.friction_law == FrictionLaw::Coulomb && has_gap(model, step_result));
     if (far && ds > ds_min * (1 + 1e-9)) {
       ds = std::max(ds_min, 0.5 * ds);
       continue;

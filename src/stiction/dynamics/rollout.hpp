@@ -42,7 +42,7 @@ int count_substeps(const world::Model& model, VectorRef u_start, VectorRef u_end
 
 /// Moves the command from u_start to u_end in equal parts small enough for the limits, with the dynamics of options.
 /// A sub-step in which μ times the slip of an active contact exceeds limits.slide is redone with half the command increment, four times at most;
-/// with Coulomb's law also one in which a force acts across more than 1 mm.
+/// with Coulomb's law also one in which a force acts across more than world::share::kContact of L.
 /// @returns Solved: u_end reached; MaxIterations: max_substeps used up, or stopped before a slide; otherwise the status of the step
 ///          that failed
 core::Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, VectorRef u_end, const StepOptions& options,

@@ -9,6 +9,7 @@
 #include "stiction/core/overloaded.hpp"
 #include "stiction/dynamics/linearisation.hpp"
 #include "stiction/dynamics/sample_step.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics {
 namespace {
@@ -20,33 +21,68 @@ using world::Model;
 /// An exact step first looks at the rows that it may reach: contacts with objects nearer than this plus a share of the commanded motion, contacts among robot
 /// parts that the command brings nearer than this (S.6), and joint limits likewise. Rows left out that the solution violates are added and the step is solved
 /// again, so that the result is that of the full problem: a row that holds with room has no multiplier.
-constexpr double kNearContact = 2e-3;  // [m]
-constexpr double kNearLimit = 0.02;    // [rad or m]
+constexpr double kNearContact = 0.02;  // of L of the pair (world::Scales)
+constexpr double kNearLimit = 0.02;    // of the unit of the joint
 constexpr double kMotionShare = 0.25;
 constexpr double kFallShare = 0.5;  // Coulomb's law: and by this share of what gravity can move an object by in the step
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
-constexpr double kGuessContact = 1e-3;  // [m]
-constexpr double kGuessLimit = 0.01;    // [rad or m]
+constexpr double kGuessContact = 0.01;  // of L
+constexpr double kGuessLimit = 0.01;    // of the unit of the joint
 constexpr int kMaxRounds = 12;          // the last one has all rows
 constexpr int kMostRays = 64;
-/// Coulomb's law: a solution that leaves a contact nearer to or farther from its obstacle than this is not its fixed point [m].
-constexpr double kClosed = 3e-4;
+/// Coulomb's law: a solution that leaves a contact nearer to or farther from its obstacle than this is not its fixed point.
+constexpr double kClosed = 3e-3;  // of L
 
-/// A contact is active when its normal force exceeds this share of the heaviest object's weight, or of what the softest joint gives for
-/// a millimetre, whichever is more.
-constexpr double kLeastForceShare = 3e-4;
-
-/// Complementarity to which an exact step with A or B is centred [J·s]: sharper, the factor of H loses the digits that B needs, since its
+/// Complementarity to which an exact step with A or B is centred [-]: sharper, the factor of H loses the digits that B needs, since its
 /// entries grow with λ²/σ.
 constexpr double kSensitivityComplementarity = 1e-8;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Softest robot joint seen as a Cartesian spring, K_a / reach² [N/m].
+/// Softest robot joint seen as a Cartesian spring, K_a / reach² [N/m]; without robots one that an object's weight stretches by its length.
 double softest_stiffness(const Model& model) {
-  double softest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < model.n_a(); ++i) softest = std::min(softest, model.stiffness()[i] / (model.reach()[i] * model.reach()[i]));
-  return std::isfinite(softest) ? softest : 1.0;
+  const world::Scales& scales = model.scales();
+  return scales.softest_stiffness() > 0 ? scales.softest_stiffness() : scales.robots().force / scales.robots().length;
+}
+
+/// Nearest power of two: units that do not round what they measure.
+double power_of_two(double x) {
+  int exponent = 0;
+  const double mantissa = std::frexp(x, &exponent);
+  return std::ldexp(1.0, mantissa < std::numbers::sqrt2 / 2 ? exponent - 1 : exponent);
+}
+
+/// Units of rows and variables for h = 1 s: 5 L, and the work of F over it.
+cone::Unit unit_of(double length, double force) {
+  const double unit = power_of_two(5 * length);
+  return {unit, unit * power_of_two(force)};
+}
+
+cone::Unit during(cone::Unit unit, double h) { return {unit.length, unit.work * power_of_two(h)}; }
+
+/// Of every variable: objects by their scale, robot joints by what their spring gives over a tenth of the unit; angles are measured in radians.
+std::vector<cone::Unit> variable_units(const Model& model) {
+  std::vector<cone::Unit> units;
+  for (int v = 0; v < model.n_v(); ++v) {
+    const world::Dof& dof = model.dofs()[at(v)];
+    const bool object = dof.owner_kind == world::BodyKind::Object;
+    const world::Scale& scale = object ? model.scales().object(dof.owner) : model.scales().robots();
+    cone::Unit unit = unit_of(scale.length, scale.force);
+    if (dof.kind == world::DofKind::Revolute) unit.length = 1;
+    if (!object) unit.work = power_of_two(0.1 * dof.stiffness) * unit.length * unit.length;
+    units.push_back(unit);
+  }
+  return units;
+}
+
+/// Of the rows of every pair: L of its smaller object. F is that of the heaviest object for all of them, since forces pass on from object to object and the
+/// central path converges slowly where rows are asked for very different complementarities.
+std::vector<cone::Unit> pair_units(const Model& model) {
+  double force = model.scales().robots().force;
+  for (int o = 0; o < static_cast<int>(model.objects().size()); ++o) force = std::max(force, model.scales().object(o).force);
+  std::vector<cone::Unit> units;
+  for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) units.push_back(unit_of(model.scales().pair(i).length, force));
+  return units;
 }
 
 /// Elimination order of the variables: robot branches first (they only meet in what they hold), objects last.
@@ -61,8 +97,8 @@ std::vector<std::vector<int>> elimination_groups(const Model& model) {
 }
 
 bool is_self_contact(const Model& model, const world::Pair& pair) {
-  const auto& a = model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(pair.geometry_a)].body)];
-  const auto& b = model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(pair.geometry_b)].body)];
+  const auto& a = model.bodies()[at(model.geometries()[at(pair.geometry_a)].body)];
+  const auto& b = model.bodies()[at(model.geometries()[at(pair.geometry_b)].body)];
   return a.kind != world::BodyKind::Object && b.kind != world::BodyKind::Object;
 }
 
@@ -108,14 +144,12 @@ struct StepWorkspace::Impl {
     for (const auto& variables : model->supports()) supports.push_back(layout->add_support(variables));
     problem.emplace(layout, 64, 2 * model->n_a() + 64);
     solver.emplace(layout);
-    self_contact.reserve(model->pairs().size());
     for (const auto& pair : model->pairs()) self_contact.push_back(is_self_contact(*model, pair));
     tau_u.resize(model->n_vu());
     for (const auto& object : model->objects()) max_object_dofs = std::max(max_object_dofs, object.n_v);
     M_u.resize(max_object_dofs, max_object_dofs);
-    double weight = 0;
-    for (const auto& object : model->objects()) weight = std::max(weight, object.mass * model->scene().gravity.norm());
-    least_force = kLeastForceShare * std::max(weight, softest * 1e-3);
+    variable_unit = variable_units(*model);
+    pair_unit = pair_units(*model);
     b.resize(model->n_v());
     commanded.setZero(model->n_v());
     object_radius.assign(model->objects().size(), 0.0);
@@ -141,9 +175,10 @@ struct StepWorkspace::Impl {
   std::optional<cone::Problem> problem;
   std::optional<cone::Workspace> solver;
   cone::Result solution;
-  double softest = 1.0;               // [N/m]
-  double least_force = 0;             // below this a contact does not count as active [N]
-  std::vector<double> object_radius;  // of the sphere about the body origin that holds the object [m]
+  double softest = 1.0;                   // [N/m]
+  std::vector<cone::Unit> variable_unit;  // for h = 1 s
+  std::vector<cone::Unit> pair_unit;      // for h = 1 s
+  std::vector<double> object_radius;      // of the sphere about the body origin that holds the object [m]
   int max_object_dofs = 0;
   Eigen::VectorXd tau_u;
   Eigen::MatrixXd M_u;
@@ -218,7 +253,8 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
   return fall;
 }
 
-void add_objective(const StepWorkspace::Impl& work, cone::Problem& problem) {
+void add_objective(const StepWorkspace::Impl& work, double h, cone::Problem& problem) {
+  for (std::size_t i = 0; i < work.variable_unit.size(); ++i) problem.set_unit(static_cast<int>(i), during(work.variable_unit[i], h));
   for (const auto& [i, j, value] : work.Q) problem.set_Q(i, j, value);
   for (Eigen::Index i = 0; i < work.b.size(); ++i) problem.set_b(static_cast<int>(i), work.b[i]);
 }
@@ -272,8 +308,9 @@ void set_rays(const Model& model, const StepOptions& options, std::vector<Eigen:
 }
 
 /// Rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or half-lines (J_n + μ dᵀJ_t) δq + φ for every ray d (2.10).
-void add_contact(const Model& model, std::size_t i, double mu, double sigma, StepWorkspace::Impl& work) {
+void add_contact(const Model& model, std::size_t i, double h, double mu, double sigma, StepWorkspace::Impl& work) {
   const contact::Contact& contact = work.contacts[i];
+  const cone::Unit unit = during(work.pair_unit[at(contact.pair)], h);
   const auto support = static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support);
   const auto k = model.supports()[support].size();
   const int row_support = work.supports[support];
@@ -284,15 +321,15 @@ void add_contact(const Model& model, std::size_t i, double mu, double sigma, Ste
     for (std::size_t r = 0; r < work.rays.size(); ++r) {
       const double m1 = mu * work.rays[r].x(), m2 = mu * work.rays[r].y();
       for (std::size_t c = 0; c < k; ++c) work.G[c] = J[c] + m1 * J[k + c] + m2 * J[2 * k + c];
-      problem.add_half_line(kMostRays * contact.id + r, row_support, work.G.data(), contact.phi, sigma);
+      problem.add_half_line(kMostRays * contact.id + r, row_support, work.G.data(), contact.phi, sigma, unit);
     }
   } else if (mu == 0) {
-    problem.add_half_line(kMostRays * contact.id, row_support, J, contact.phi, 2 * sigma);  // limit of the cone, which has degree 2
+    problem.add_half_line(kMostRays * contact.id, row_support, J, contact.phi, 2 * sigma, unit);  // limit of the cone, which has degree 2
   } else {
     std::copy_n(J, k, work.G.data());
     for (std::size_t c = k; c < 3 * k; ++c) work.G[c] = mu * J[c];
     const double g[3] = {contact.phi, 0, 0};
-    problem.add_cone(contact.id, row_support, work.G.data(), g, 2 * sigma);
+    problem.add_cone(contact.id, row_support, work.G.data(), g, 2 * sigma, unit);
   }
 }
 
@@ -372,15 +409,18 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
 /// @param fall  what gravity can move an object by in the step when nothing holds it [m]
 void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall,
                           StepWorkspace::Impl& work) {
-  const double near_object = kNearContact + (coulomb ? kFallShare * fall : 0) + kMotionShare * commanded_motion(model, in);
+  const double motion = (coulomb ? kFallShare * fall : 0) + kMotionShare * commanded_motion(model, in);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
-    work.included[i] = self ? least_commanded_gap(model, options, i, work) < kNearContact : work.contacts[i].phi < near_object;
+    const int pair = work.contacts[i].pair;
+    const double near = kNearContact * model.scales().pair(pair).length;
+    work.included[i] =
+        work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) < near : work.contacts[i].phi < near + motion;
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
-    const double motion = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
-    work.limit_included[limit_id(variable, sign)] = options.joint_limits && offset < kNearLimit + motion;
+    const double commanded = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
+    const double near = kNearLimit * work.variable_unit[at(variable)].length;
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && offset < near + commanded;
   });
 }
 
@@ -390,10 +430,12 @@ void include_near(const Model& model, const StepInput& in, const StepOptions& op
   const double motion = 2 * motion_bound(model, work, guess);
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const double phi = work.contacts[i].phi, mu = work.contacts[i].friction * options.friction_scale;
-    work.included[i] = phi < kGuessContact + (1 + mu) * motion && slack(work, phi, mu, displacement(model, i, guess, work)) < kGuessContact;
+    const double near = kGuessContact * model.scales().pair(work.contacts[i].pair).length;
+    work.included[i] = phi < near + (1 + mu) * motion && slack(work, phi, mu, displacement(model, i, guess, work)) < near;
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
-    work.limit_included[limit_id(variable, sign)] = options.joint_limits && sign * guess[variable] + offset < kGuessLimit;
+    const double near = kGuessLimit * work.variable_unit[at(variable)].length;
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && sign * guess[variable] + offset < near;
   });
 }
 
@@ -406,15 +448,16 @@ bool is_coulomb(const StepOptions& options) {
   return options.friction_law == FrictionLaw::Coulomb && std::holds_alternative<Exact>(options.smoothing);
 }
 
-/// Coulomb's law is not found: a row in the problem penetrates, or carries a force across a gap, by more than kClosed.
-bool misses_contact(const StepOptions& options, const StepWorkspace::Impl& work) {
+/// Coulomb's law is not found: a row in the problem penetrates, or carries a force across a gap, by more than kClosed L.
+bool misses_contact(const Model& model, const StepOptions& options, const StepWorkspace::Impl& work) {
   const cone::Result& s = work.solution;
   Eigen::Index cone = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     if (!work.included[i] || work.contacts[i].friction * options.friction_scale == 0) continue;
     const double gap = s.w_cone(0, cone) - s.shift_cone[cone];
-    const bool active = s.z_cone(0, cone) > options.h * work.least_force;
-    if (gap < -kClosed || (active && gap > kClosed)) return true;
+    const world::Scale& scale = model.scales().pair(work.contacts[i].pair);
+    const bool active = s.z_cone(0, cone) > options.h * world::share::kActive * scale.force;
+    if (gap < -kClosed * scale.length || (active && gap > kClosed * scale.length)) return true;
     ++cone;
   }
   return false;
@@ -473,7 +516,7 @@ void read_contacts(const Model& model, const StepOptions& options, StepWorkspace
       c.displacement = {w[0] - shift - c.contact.phi, w[1] / mu, w[2] / mu};
       c.gap = w[0] - std::hypot(w[1], w[2]);
     }
-    c.active = c.lambda[0] > options.h * work.least_force;
+    c.active = c.lambda[0] > options.h * world::share::kActive * model.scales().pair(c.contact.pair).force;
   }
 }
 
@@ -552,17 +595,17 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
       cone::Problem& problem = *work.problem;
       problem.clear();
       work.bound_variables.clear();
-      add_objective(work, problem);
+      add_objective(work, options.h, problem);
       for (std::size_t i = 0; i < work.contacts.size(); ++i) {
         if (!work.included[i]) continue;
         const contact::Contact& contact = work.contacts[i];
         const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
-        add_contact(model, i, contact.friction * options.friction_scale, self ? sigma_self : sigma, work);
+        add_contact(model, i, options.h, contact.friction * options.friction_scale, self ? sigma_self : sigma, work);
       }
       for_each_limit(model, in, [&](int variable, double sign, double offset) {
         const std::uint64_t id = limit_id(variable, sign);
         if (!work.limit_included[id]) return;
-        problem.add_bound(id, variable, sign, offset, sigma_limit);
+        problem.add_bound(id, variable, sign, offset, sigma_limit, during(work.variable_unit[at(variable)], options.h));
         work.bound_variables.push_back(variable);
       });
       out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
@@ -572,7 +615,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     }
   };
   solve_rounds();
-  if (coulomb && (out.status != Status::Solved || misses_contact(options, work))) {
+  if (coulomb && (out.status != Status::Solved || misses_contact(model, options, work))) {
     solver_options.shift_by_tangent = false;
     solve_rounds();  // from the rows it would start with by itself: Anitescu's step to the last digit
   }

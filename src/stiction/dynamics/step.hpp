@@ -47,7 +47,7 @@ using Regularisation = std::variant<ByRule, FixedEpsilon>;
 enum class FrictionLaw {
   Anitescu,  ///< it opens by μ‖J_t δq‖, the gap of the convex relaxation (2.3.4)
   /// It stays closed: φ + J_n δq ≥ 0 instead, De Saxcé's fixed point (docs/theory/step.md, S.14), of exact steps of spatial models with
-  /// second-order cones. Where that is not found to within 0.3 mm the step is Anitescu's. Every step is solved cold, so that it follows from its
+  /// second-order cones. Where that is not found to within 0.003 L the step is Anitescu's. Every step is solved cold, so that it follows from its
   /// input alone.
   Coulomb
 };
@@ -65,8 +65,9 @@ struct StepOptions {
   bool with_force_derivatives = false;               ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
   bool joint_limits = true;
   bool warm_start = true;
-  double tol_complementarity = 1e-10;  ///< worst contact's |vᵀλ| [J·s] in exact mode, at least 1e-8 with A or B; in [1e-11, 1e-2]
-  void validate() const;               ///< @throws InvalidInput naming the field
+  double tol_complementarity =
+      1e-10;              ///< worst |vᵀλ| in exact mode, of 5 L·F·h (world::Scales) [-], 1e-8 or more with A or B; in [1e-12, 1e-2]
+  void validate() const;  ///< @throws InvalidInput naming the field
 };
 
 struct StepInput {
@@ -83,7 +84,7 @@ struct ContactImpulse {
   Eigen::Vector3d lambda = Eigen::Vector3d::Zero();        ///< (n, t1, t2) acting on A [N·s]
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  ///< J_c δq, of A relative to B in (n, t1, t2) [m]; 0 where out of reach
   double gap = 0;       ///< slack of the row: φ + J_n δq − μ‖J_t δq‖ ≥ 0 for a cone of Anitescu's [m]
-  bool active = false;  ///< carries more than 3e-4 of the heaviest object's weight, or of softest stiffness · 1 mm
+  bool active = false;  ///< carries more than world::share::kActive of F of its pair
 
   double slide() const { return displacement.tail<2>().norm(); }
   /// Distance at which the force acts after the step, φ + J_n δq: μ·slide() at a sliding contact of Anitescu's law, his gap [m].
