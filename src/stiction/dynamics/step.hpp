@@ -65,9 +65,8 @@ struct StepOptions {
   bool with_force_derivatives = false;               ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
   bool joint_limits = true;
   bool warm_start = true;
-  double tol_complementarity =
-      1e-10;              ///< worst |vᵀλ| in exact mode, of 5 L·F·h (world::Scales) [-], 1e-8 or more with A or B; in [1e-12, 1e-2]
-  void validate() const;  ///< @throws InvalidInput naming the field
+  double tol_complementarity = 1e-10;  ///< worst |vᵀλ|/(5 L·F·h) if exact (world::Scales) [-], 1e-8 or more with A or B; in [1e-12, 1e-2]
+  void validate() const;               ///< @throws InvalidInput naming the field
 };
 
 struct StepInput {

@@ -1,0 +1,200 @@
+#include "stiction/dynamics/program.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+#include "stiction/core/overloaded.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::dynamics {
+namespace {
+
+using core::Overloaded;
+using detail::at;
+using world::Model;
+
+/// Softest robot joint seen as a Cartesian spring, K_a / reach² [N/m]; without robots one that an object's weight stretches by its length.
+double softest_stiffness(const Model& model) {
+  const world::Scales& scales = model.scales();
+  return scales.softest_stiffness() > 0 ? scales.softest_stiffness() : scales.robots().force / scales.robots().length;
+}
+
+/// Nearest power of two: units that do not round what they measure.
+double power_of_two(double x) {
+  int exponent = 0;
+  const double mantissa = std::frexp(x, &exponent);
+  return std::ldexp(1.0, mantissa < std::numbers::sqrt2 / 2 ? exponent - 1 : exponent);
+}
+
+/// Units of rows and variables for h = 1 s: 5 L, and the work of F over it.
+cone::Unit unit_of(double length, double force) {
+  const double unit = power_of_two(5 * length);
+  return {unit, unit * power_of_two(force)};
+}
+
+/// Of every variable: objects by their scale, robot joints by what their spring gives over a tenth of the unit; angles are measured in radians.
+std::vector<cone::Unit> variable_units(const Model& model) {
+  std::vector<cone::Unit> units;
+  for (int v = 0; v < model.n_v(); ++v) {
+    const world::Dof& dof = model.dofs()[at(v)];
+    const bool object = dof.owner_kind == world::BodyKind::Object;
+    const world::Scale& scale = object ? model.scales().object(dof.owner) : model.scales().robots();
+    cone::Unit unit = unit_of(scale.length, scale.force);
+    if (dof.kind == world::DofKind::Revolute) unit.length = 1;
+    if (!object) unit.work = power_of_two(0.1 * dof.stiffness) * unit.length * unit.length;
+    units.push_back(unit);
+  }
+  return units;
+}
+
+/// Of the rows of every pair: L of its smaller object. F is that of the heaviest object for all of them, since forces pass on from object to object and the
+/// central path converges slowly where rows are asked for very different complementarities.
+std::vector<cone::Unit> pair_units(const Model& model) {
+  double force = model.scales().robots().force;
+  for (int o = 0; o < static_cast<int>(model.objects().size()); ++o) force = std::max(force, model.scales().object(o).force);
+  std::vector<cone::Unit> units;
+  for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) units.push_back(unit_of(model.scales().pair(i).length, force));
+  return units;
+}
+
+/// Elimination order of the variables: robot branches first (they only meet in what they hold), objects last.
+std::vector<std::vector<int>> elimination_groups(const Model& model) {
+  std::vector<std::vector<int>> groups;
+  for (const auto& robot : model.robots()) groups.insert(groups.end(), robot.chains.begin(), robot.chains.end());
+  for (const auto& object : model.objects()) {
+    auto& group = groups.emplace_back(static_cast<std::size_t>(object.n_v));
+    for (int i = 0; i < object.n_v; ++i) group[static_cast<std::size_t>(i)] = object.v_begin + i;
+  }
+  return groups;
+}
+
+bool is_self_contact(const Model& model, const world::Pair& pair) {
+  const auto& a = model.bodies()[at(model.geometries()[at(pair.geometry_a)].body)];
+  const auto& b = model.bodies()[at(model.geometries()[at(pair.geometry_b)].body)];
+  return a.kind != world::BodyKind::Object && b.kind != world::BodyKind::Object;
+}
+
+}  // namespace
+
+StepWorkspace::Impl::Impl(std::shared_ptr<const Model> m)
+    : model(std::move(m)),
+      layout(std::make_shared<cone::Layout>(model->n_v(), elimination_groups(*model))),
+      kinematics_work(*model),
+      contact_work(*model),
+      softest(softest_stiffness(*model)) {
+  for (const auto& variables : model->supports()) supports.push_back(layout->add_support(variables));
+  problem.emplace(layout, 64, 2 * model->n_a() + 64);
+  solver.emplace(layout);
+  for (const auto& pair : model->pairs()) self_contact.push_back(is_self_contact(*model, pair));
+  tau_u.resize(model->n_vu());
+  for (const auto& object : model->objects()) max_object_dofs = std::max(max_object_dofs, object.n_v);
+  M_u.resize(max_object_dofs, max_object_dofs);
+  variable_unit = variable_units(*model);
+  pair_unit = pair_units(*model);
+  b.resize(model->n_v());
+  commanded.setZero(model->n_v());
+  object_radius.assign(model->objects().size(), 0.0);
+  for (const auto& geometry : model->geometries()) {
+    const auto& body = model->bodies()[static_cast<std::size_t>(geometry.body)];
+    if (body.kind != world::BodyKind::Object) continue;
+    double& radius = object_radius[static_cast<std::size_t>(body.owner)];
+    radius = std::max(radius, geometry.p_BCenter.norm() + geometry.bounding_radius);
+  }
+  limit_included.resize(static_cast<std::size_t>(2 * model->n_v()));
+}
+
+namespace detail {
+
+cone::Unit during(cone::Unit unit, double h) { return {unit.length, unit.work * power_of_two(h)}; }
+
+double calc_objective(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work,
+                      Eigen::VectorXd& epsilon) {
+  const double h = options.h;
+  world::calc_gravity(model, work.kinematics, work.tau_u);
+  if (in.tau_ext) work.tau_u += in.tau_ext->head(model.n_vu());
+
+  const auto damping = [&](int i) { return in.damping ? (*in.damping)[i] : 0.0; };
+  const auto objects = model.objects();
+  epsilon.resize(static_cast<Eigen::Index>(objects.size()));
+  work.Q.clear();
+  double fall = 0;
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    const auto& object = objects[o];
+    // ε m/h = ratio · h K_min, with every rotation measured at the object's radius of gyration, where its inertia is m again:
+    // translation and rotation get the same ε and no kilogram meets a kg m².
+    const double eps = std::visit(Overloaded{[&](const ByRule& rule) { return rule.ratio * h * h * work.softest / object.carried_mass; },
+                                             [](const FixedEpsilon& fixed) { return fixed.epsilon; }},
+                                  options.regularisation);
+    epsilon[static_cast<Eigen::Index>(o)] = eps;
+    auto M_u = work.M_u.topLeftCorner(object.n_v, object.n_v);
+    world::calc_object_mass(model, work.kinematics, static_cast<int>(o), M_u);
+    double force2 = 0;
+    for (int i = 0; i < object.n_v; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const double value = eps / h * M_u(i, j) + (i == j ? damping(object.v_begin + i) : 0.0);
+        if (value != 0) work.Q.push_back({object.v_begin + i, object.v_begin + j, value});
+      }
+      const double tau = work.tau_u[object.v_begin + i];
+      work.b[object.v_begin + i] = -h * tau;
+      if (model.dofs()[static_cast<std::size_t>(object.v_begin + i)].kind == world::DofKind::Prismatic) force2 += tau * tau;
+    }
+    fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.carried_mass));
+  }
+
+  const int n_vu = model.n_vu();
+  const int n_qu = model.n_qu();
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double K = model.stiffness()[j];
+    const double tau_a = in.tau_ext ? (*in.tau_ext)[n_vu + j] : 0.0;
+    work.Q.push_back({n_vu + j, n_vu + j, h * K + damping(n_vu + j)});
+    work.b[n_vu + j] = -h * (K * (in.u[j] - in.q[n_qu + j]) + tau_a);
+  }
+  return fall;
+}
+
+void add_objective(const StepWorkspace::Impl& work, double h, cone::Problem& problem) {
+  for (std::size_t i = 0; i < work.variable_unit.size(); ++i) problem.set_unit(static_cast<int>(i), during(work.variable_unit[i], h));
+  for (const auto& [i, j, value] : work.Q) problem.set_Q(i, j, value);
+  for (Eigen::Index i = 0; i < work.b.size(); ++i) problem.set_b(static_cast<int>(i), work.b[i]);
+}
+
+void set_rays(const Model& model, const StepOptions& options, std::vector<Eigen::Vector2d>& rays) {
+  rays.clear();
+  if (model.planar_axis()) {
+    rays.assign({{1, 0}, {-1, 0}});
+  } else if (const auto* pyramid = std::get_if<PolyhedralCone>(&options.friction_cone)) {
+    for (int k = 0; k < pyramid->rays; ++k) {
+      const double angle = 2 * std::numbers::pi * k / pyramid->rays;
+      rays.emplace_back(std::cos(angle), std::sin(angle));
+    }
+  }
+}
+
+void add_contact(const Model& model, std::size_t i, double h, double mu, double sigma, StepWorkspace::Impl& work) {
+  const contact::Contact& contact = work.contacts[i];
+  const cone::Unit unit = during(work.pair_unit[at(contact.pair)], h);
+  const auto support = static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(contact.pair)].support);
+  const auto k = model.supports()[support].size();
+  const int row_support = work.supports[support];
+  cone::Problem& problem = *work.problem;
+  const double* J = jacobian(work, i);
+  work.G.resize(3 * k);
+  if (!work.rays.empty()) {
+    for (std::size_t r = 0; r < work.rays.size(); ++r) {
+      const double m1 = mu * work.rays[r].x(), m2 = mu * work.rays[r].y();
+      for (std::size_t c = 0; c < k; ++c) work.G[c] = J[c] + m1 * J[k + c] + m2 * J[2 * k + c];
+      problem.add_half_line(kMostRays * contact.id + r, row_support, work.G.data(), contact.phi, sigma, unit);
+    }
+  } else if (mu == 0) {
+    problem.add_half_line(kMostRays * contact.id, row_support, J, contact.phi, 2 * sigma, unit);  // limit of the cone, which has degree 2
+  } else {
+    std::copy_n(J, k, work.G.data());
+    for (std::size_t c = k; c < 3 * k; ++c) work.G[c] = mu * J[c];
+    const double g[3] = {contact.phi, 0, 0};
+    problem.add_cone(contact.id, row_support, work.G.data(), g, 2 * sigma, unit);
+  }
+}
+
+}  // namespace detail
+}  // namespace stiction::dynamics

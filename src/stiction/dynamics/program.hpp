@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "stiction/cone/solver.hpp"
+#include "stiction/contact/contact.hpp"
+#include "stiction/dynamics/linearisation.hpp"
+#include "stiction/dynamics/step.hpp"
+
+// Internal to the layer: the program (2.6) of a step, its matrices and rows.
+
+namespace stiction::dynamics {
+
+struct StepWorkspace::Impl {
+  explicit Impl(std::shared_ptr<const world::Model> m);
+
+  std::shared_ptr<const world::Model> model;
+  std::shared_ptr<cone::Layout> layout;
+  std::vector<int> supports;       // Model::supports() → Layout support
+  std::vector<char> self_contact;  // per pair
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  contact::Workspace contact_work;
+  std::vector<contact::Contact> contacts;
+  Eigen::VectorXd q_seen;   // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
+  double margin_seen = -1;  // of contacts and J [m]; < 0: there are none at q_seen
+  std::optional<cone::Problem> problem;
+  std::optional<cone::Workspace> solver;
+  cone::Result solution;
+  double softest = 1.0;                   // [N/m]
+  std::vector<cone::Unit> variable_unit;  // for h = 1 s
+  std::vector<cone::Unit> pair_unit;      // for h = 1 s
+  std::vector<double> object_radius;      // of the sphere about the body origin that holds the object [m]
+  int max_object_dofs = 0;
+  Eigen::VectorXd tau_u;
+  Eigen::MatrixXd M_u;
+  contact::Jacobians J;
+  std::vector<double> G;
+  std::vector<Eigen::Vector2d> rays;  // of the friction cone in (t1, t2); none: second order
+  std::vector<detail::QEntry> Q;      // lower triangle
+  Eigen::VectorXd b;
+  Eigen::VectorXd commanded;           // (0; u − qᵃ)
+  std::vector<char> included;          // per contact: its rows are in the problem
+  std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
+  std::vector<char> limit_included;    // per limit_id
+  std::vector<int> bound_variables;    // of the limits in the problem, in order of adding
+  detail::LinearisationWorkspace linearisation;
+};
+
+namespace detail {
+
+constexpr int kMostRays = 64;  // of a polyhedral cone
+
+inline std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// Unit for steps of h, from that for 1 s.
+cone::Unit during(cone::Unit unit, double h);
+
+/// Objective of (2.6): Q = blkdiag(ε M_u/h, h K_a), b = −h (τ_u; K_a(u − qᵃ) + τ_a), into the workspace. Returns how far gravity
+/// can move an object in one step when nothing holds it, h²‖τ_u‖/(ε m) [m].
+double calc_objective(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work,
+                      Eigen::VectorXd& epsilon);
+
+void add_objective(const StepWorkspace::Impl& work, double h, cone::Problem& problem);
+
+/// Rays of (2.10): ±t1 in the plane, n_d around the cone of a polyhedral model, none for the second-order cone.
+void set_rays(const world::Model& model, const StepOptions& options, std::vector<Eigen::Vector2d>& rays);
+
+/// Rows of contact i: a Lorentz cone (J_n δq + φ, μJ_t δq), or half-lines (J_n + μ dᵀJ_t) δq + φ for every ray d (2.10).
+void add_contact(const world::Model& model, std::size_t i, double h, double mu, double sigma, StepWorkspace::Impl& work);
+
+/// Calls visit(variable, sign, offset) for every joint limit sign·δq_variable + offset ≥ 0.
+template <class Visit>
+void for_each_limit(const world::Model& model, const StepInput& in, Visit&& visit) {
+  const auto both = [&](int variable, double q, double lower, double upper) {
+    if (std::isfinite(lower)) visit(variable, 1.0, q - lower);
+    if (std::isfinite(upper)) visit(variable, -1.0, upper - q);
+  };
+  for (int j = 0; j < model.n_a(); ++j) both(model.n_vu() + j, in.q[model.n_qu() + j], model.lower()[j], model.upper()[j]);
+  for (const auto& object : model.objects()) {
+    if (object.n_q != 1) continue;  // hinges and sliders are the objects with limits
+    const auto& dof = model.dofs()[static_cast<std::size_t>(object.v_begin)];
+    both(object.v_begin, in.q[object.q_begin], dof.lower, dof.upper);
+  }
+}
+
+inline std::uint64_t limit_id(int variable, double sign) { return static_cast<std::uint64_t>(2 * variable + (sign > 0 ? 0 : 1)); }
+
+/// Rows (n, t1, t2) of J_c over the variables of its support.
+inline const double* jacobian(const StepWorkspace::Impl& work, std::size_t contact) { return work.J.values.data() + work.J.begin[contact]; }
+
+}  // namespace detail
+}  // namespace stiction::dynamics

@@ -1,0 +1,185 @@
+#include "stiction/dynamics/working_set.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "stiction/world/scales.hpp"
+
+namespace stiction::dynamics::detail {
+namespace {
+
+using world::Model;
+
+/// An exact step first looks at the rows that it may reach: contacts with objects nearer than this plus a share of the commanded motion, contacts among robot
+/// parts that the command brings nearer than this (S.6), and joint limits likewise. Rows left out that the solution violates are added and the step is solved
+/// again, so that the result is that of the full problem: a row that holds with room has no multiplier.
+constexpr double kNearContact = 0.02;  // of L of the pair (world::Scales)
+constexpr double kNearLimit = 0.02;    // of the unit of the joint
+constexpr double kMotionShare = 0.25;
+constexpr double kFallShare = 0.5;  // Coulomb's law: and by this share of what gravity can move an object by in the step
+/// Where δq is known roughly, the rows are those that keep less room than this under it.
+constexpr double kGuessContact = 0.01;  // of L
+constexpr double kGuessLimit = 0.01;    // of the unit of the joint
+/// Coulomb's law: a solution that leaves a contact nearer to or farther from its obstacle than this is not its fixed point.
+constexpr double kClosed = 3e-3;  // of L
+
+/// Largest Σ_j reach_j |u_j − q_j| over the branches of the robots: how far a finger may be commanded to travel [m].
+double commanded_motion(const Model& model, const StepInput& in) {
+  double motion = 0;
+  for (const auto& robot : model.robots()) {
+    for (const auto& chain : robot.chains) {
+      double sum = 0;
+      for (const int v : chain) {
+        const int j = v - model.n_vu();
+        sum += model.reach()[j] * std::abs(in.u[j] - in.q[model.n_qu() + j]);
+      }
+      motion = std::max(motion, sum);
+    }
+  }
+  return motion;
+}
+
+/// No point of any body travels farther than this under δq, first order [m].
+double motion_bound(const Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta) {
+  double bound = 0;
+  for (const auto& robot : model.robots()) {
+    double sum = 0;  // a branch may carry another one: their sum bounds all
+    for (const auto& chain : robot.chains) {
+      for (const int v : chain) sum += model.reach()[v - model.n_vu()] * std::abs(delta[v]);
+    }
+    bound = std::max(bound, sum);
+  }
+  const auto objects = model.objects();
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    double translation = 0, rotation = 0;
+    for (int i = objects[o].v_begin; i < objects[o].v_begin + objects[o].n_v; ++i) {
+      const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      (revolute ? rotation : translation) += std::abs(delta[i]);
+    }
+    double sum = translation + rotation * work.object_radius[o];
+    for (int p = objects[o].parent; p >= 0; p = objects[at(p)].parent) {  // what it hangs on carries it along
+      const double arm = (work.kinematics.X_WB[at(objects[o].body)].p - work.kinematics.X_WB[at(objects[at(p)].body)].p).norm();
+      for (int i = objects[at(p)].v_begin; i < objects[at(p)].v_begin + objects[at(p)].n_v; ++i) {
+        const bool revolute = model.dofs()[at(i)].kind == world::DofKind::Revolute;
+        sum += std::abs(delta[i]) * (revolute ? arm + work.object_radius[o] : 1.0);
+      }
+    }
+    bound = std::max(bound, sum);
+  }
+  return bound;
+}
+
+}  // namespace
+
+Eigen::Vector3d displacement(const Model& model, std::size_t i, const Eigen::VectorXd& delta, const StepWorkspace::Impl& work) {
+  const auto pair = static_cast<std::size_t>(work.contacts[i].pair);
+  const auto& variables = model.supports()[static_cast<std::size_t>(model.pairs()[pair].support)];
+  const std::size_t k = variables.size();
+  const double* J = jacobian(work, i);
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();
+  for (std::size_t c = 0; c < k; ++c) {
+    const double x = delta[variables[c]];
+    for (std::size_t r = 0; r < 3; ++r) v[static_cast<Eigen::Index>(r)] += J[r * k + c] * x;
+  }
+  return v;
+}
+
+double slack(const StepWorkspace::Impl& work, double phi, double mu, const Eigen::Vector3d& v) {
+  if (work.rays.empty()) return phi + v[0] - mu * v.tail<2>().norm();
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& d : work.rays) least = std::min(least, phi + v[0] + mu * d.dot(v.tail<2>()));
+  return least;
+}
+
+namespace {
+
+/// Gap of a self-contact now or after the motion that the command asks for, whichever is less, first order [m].
+double least_commanded_gap(const Model& model, const StepOptions& options, std::size_t i, const StepWorkspace::Impl& work) {
+  const contact::Contact& contact = work.contacts[i];
+  const Eigen::Vector3d v = displacement(model, i, work.commanded, work);
+  return contact.phi + std::min(0.0, v[0] - contact.friction * options.friction_scale * v.tail<2>().norm());
+}
+
+}  // namespace
+
+void include_smoothed(const Model& model, const StepInput& in, const StepOptions& options, double self_sharpness,
+                      StepWorkspace::Impl& work) {
+  const double near_self = (model.scene().contact_distance + options.contact_margin) / self_sharpness;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
+    work.included[i] = !self || least_commanded_gap(model, options, i, work) < near_self;
+  }
+  for_each_limit(model, in,
+                 [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
+}
+
+void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall,
+                          StepWorkspace::Impl& work) {
+  const double motion = (coulomb ? kFallShare * fall : 0) + kMotionShare * commanded_motion(model, in);
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const int pair = work.contacts[i].pair;
+    const double near = kNearContact * model.scales().pair(pair).length;
+    work.included[i] =
+        work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) < near : work.contacts[i].phi < near + motion;
+  }
+  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+    const int j = variable - model.n_vu();
+    const double commanded = j < 0 ? 0.0 : std::abs(in.u[j] - in.q[model.n_qu() + j]);
+    const double near = kNearLimit * work.variable_unit[at(variable)].length;
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && offset < near + commanded;
+  });
+}
+
+void include_near(const Model& model, const StepInput& in, const StepOptions& options, const Eigen::VectorXd& guess,
+                  StepWorkspace::Impl& work) {
+  const double motion = 2 * motion_bound(model, work, guess);
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    const double phi = work.contacts[i].phi, mu = work.contacts[i].friction * options.friction_scale;
+    const double near = kGuessContact * model.scales().pair(work.contacts[i].pair).length;
+    work.included[i] = phi < near + (1 + mu) * motion && slack(work, phi, mu, displacement(model, i, guess, work)) < near;
+  }
+  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+    const double near = kGuessLimit * work.variable_unit[at(variable)].length;
+    work.limit_included[limit_id(variable, sign)] = options.joint_limits && sign * guess[variable] + offset < near;
+  });
+}
+
+void include_all(const StepOptions& options, StepWorkspace::Impl& work) {
+  std::ranges::fill(work.included, char{1});
+  if (options.joint_limits) std::ranges::fill(work.limit_included, char{1});
+}
+
+bool misses_contact(const Model& model, const StepOptions& options, const StepWorkspace::Impl& work) {
+  const cone::Result& s = work.solution;
+  Eigen::Index cone = 0;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    if (!work.included[i] || work.contacts[i].friction * options.friction_scale == 0) continue;
+    const double gap = s.w_cone(0, cone) - s.shift_cone[cone];
+    const world::Scale& scale = model.scales().pair(work.contacts[i].pair);
+    const bool active = s.z_cone(0, cone) > options.h * world::share::kActive * scale.force;
+    if (gap < -kClosed * scale.length || (active && gap > kClosed * scale.length)) return true;
+    ++cone;
+  }
+  return false;
+}
+
+bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, bool closed, StepWorkspace::Impl& work) {
+  bool any = false;
+  const double motion = 2 * motion_bound(model, work, work.solution.x);
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    if (work.included[i]) continue;
+    const double phi = work.contacts[i].phi, mu = work.contacts[i].friction * options.friction_scale;
+    work.moved[i].setZero();
+    if (phi > (1 + mu) * motion) continue;
+    work.moved[i] = displacement(model, i, work.solution.x, work);
+    if (slack(work, phi, closed ? 0.0 : mu, work.moved[i]) < 0) work.included[i] = 1, any = true;
+  }
+  if (!options.joint_limits) return any;
+  for_each_limit(model, in, [&](int variable, double sign, double offset) {
+    auto& included = work.limit_included[limit_id(variable, sign)];
+    if (!included && sign * work.solution.x[variable] + offset < 0) included = 1, any = true;
+  });
+  return any;
+}
+
+}  // namespace stiction::dynamics::detail

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "stiction/dynamics/program.hpp"
+
+// Internal to the layer: which rows of (2.6) are in the program. Those left out hold with room at the solution, or are added (add_violated).
+
+namespace stiction::dynamics::detail {
+
+/// J_c δq [m].
+Eigen::Vector3d displacement(const world::Model& model, std::size_t i, const Eigen::VectorXd& delta, const StepWorkspace::Impl& work);
+
+/// Slack of the rows of a contact that is displaced by v, J_c δq.
+double slack(const StepWorkspace::Impl& work, double phi, double mu, const Eigen::Vector3d& v);
+
+/// Rows of a smoothed step: self-contacts enter where they push as hard as a contact with an object does where it enters, σ/φ is the same.
+void include_smoothed(const world::Model& model, const StepInput& in, const StepOptions& options, double self_sharpness,
+                      StepWorkspace::Impl& work);
+
+/// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with contacts of objects that a fall
+/// may reach it is one by which more plans hold (docs/decisions/0017-shifts-that-look-ahead.md).
+/// @param fall  what gravity can move an object by in the step when nothing holds it [m]
+void include_within_reach(const world::Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall,
+                          StepWorkspace::Impl& work);
+
+/// The same where δq is known roughly.
+void include_near(const world::Model& model, const StepInput& in, const StepOptions& options, const Eigen::VectorXd& guess,
+                  StepWorkspace::Impl& work);
+
+void include_all(const StepOptions& options, StepWorkspace::Impl& work);
+
+/// Coulomb's law is not found: a row in the problem penetrates, or carries a force across a gap, by more than kClosed L.
+bool misses_contact(const world::Model& model, const StepOptions& options, const StepWorkspace::Impl& work);
+
+/// Puts rows that the solution violates into the problem of the next round; true when there are any.
+/// @param closed  they may slide without opening (Coulomb)
+bool add_violated(const world::Model& model, const StepInput& in, const StepOptions& options, bool closed, StepWorkspace::Impl& work);
+
+}  // namespace stiction::dynamics::detail
