@@ -101,6 +101,23 @@ TEST_P(Inner, InputBound_HoldsAroundTheTrajectoryBefore) {
   for (const auto& u : out.u) EXPECT_NEAR(u.maxCoeff(), 0.03, 1e-5);  // the guess rests at 0
 }
 
+TEST(OptimizeInput, StartTurnedByWholeTurns_CostIsTheSame) {
+  auto task = tasks::load_task(source_dir() / "tasks" / "impc_planar_pushing.yaml");
+  const double angle = task.problem.q_start[2], goal = tasks::make_optimize_input(task).reference.back()[2];
+  for (const int turns : {-2, -1, 1, 3}) {
+    task.problem.q_start[2] = angle + 2 * M_PI * turns;
+    EXPECT_NEAR(tasks::make_optimize_input(task).reference.back()[2] - task.problem.q_start[2], goal - angle, 1e-12) << turns;
+  }
+}
+
+TEST(OptimizeInput, HingeBeyondOneTurn_KeepsItsTurns) {
+  auto task = tasks::load_task(source_dir() / "tasks" / "allegro_door.yaml");
+  task.optimize = tasks::load_task(source_dir() / "tasks" / "impc_planar_pushing.yaml").optimize;
+  const int hinge = task.model->objects()[static_cast<std::size_t>(task.problem.goal.object)].q_begin;
+  task.problem.q_goal[hinge] += 2 * M_PI;  // the pose is the same
+  EXPECT_EQ(tasks::make_optimize_input(task).reference.back()[hinge], task.problem.q_goal[hinge]);
+}
+
 TEST(Optimize, Cost_NeverRisesAndIsThatOfTheExactDynamics) {
   for (const char* name : {"impc_planar_pushing", "impc_planar_hand", "impc_allegro_ball"}) {
     const tasks::Task task = tasks::load_task(name);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <sstream>
 #include <system_error>
 
@@ -364,8 +365,18 @@ trajopt::OptimizeInput make_optimize_input(const Task& task) {
   if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
   const Model& model = *task.model;
   Eigen::VectorXd goal = task.problem.q_start;
-  const auto& info = model.objects()[static_cast<std::size_t>(task.problem.goal.object)];
-  goal.segment(info.q_begin, info.n_q) = planning::ObjectSpace(model).coordinates(task.problem.goal.object, task.problem.goal.X_WG);
+  if (task.problem.q_goal.size() > 0) {
+    goal.head(model.n_qu()) = task.problem.q_goal;  // a pose does not say how often a hinge has turned
+  } else {
+    const auto& info = model.objects()[static_cast<std::size_t>(task.problem.goal.object)];
+    goal.segment(info.q_begin, info.n_q) = planning::ObjectSpace(model).coordinates(task.problem.goal.object, task.problem.goal.X_WG);
+  }
+  for (const auto& object : model.objects()) {
+    if (object.n_q != 3) continue;  // the angle of an object in a plane: of those that are the same pose the nearest
+    const int angle = object.q_begin + 2;
+    const double turn = 2 * std::numbers::pi;
+    goal[angle] -= turn * std::round((goal[angle] - task.problem.q_start[angle]) / turn);
+  }
   if (task.optimize->joints_reference.size() > 0) goal.tail(model.n_a()) = task.optimize->joints_reference;
   const int T = task.optimize->horizon;
   return {task.problem.q_start, trajopt::constant_inputs(model, task.problem.q_start, T), trajopt::constant_reference(goal, T), nullptr};
