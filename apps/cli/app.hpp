@@ -1,8 +1,12 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,20 +14,68 @@
 #include "stiction/core/run_control.hpp"
 #include "stiction/planning/speed_limits.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace stiction::planning {
 struct Trajectory;
 }
 
 namespace stiction::app {
 
-/// Exit codes of the program.
+/// Exit codes of the program, with one meaning in every command.
 enum ExitCode : int {
   kDone = 0,
-  kCheckFailed = 1,
-  kBadInput = 2,
-  kNotSolved = 3,
+  kCheckFailed = 1,     ///< what was given was judged and does not pass: check, simulate, lint; a deviation in reproduce
+  kBadInput = 2,        ///< the caller's mistake, and nothing else
+  kNotSolved = 3,       ///< the budget or the search ended first; the best result is kept
+  kInternalError = 70,  ///< a fault of the program or of its installation
   kInterrupted = 130
 };
+
+/// Something of the installation is missing or broken; not a mistake of the caller.
+class InstallationFault : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// What a command does once the command line was read. @returns an exit code
+using Run = std::function<int()>;
+
+/// Each declares the options of one command and returns what to run.
+Run declare_tasks(CLI::App& command);
+Run declare_plan(CLI::App& command);
+Run declare_optimize(CLI::App& command);
+Run declare_check(CLI::App& command);
+Run declare_simulate(CLI::App& command);
+Run declare_refine(CLI::App& command);
+Run declare_solve(CLI::App& command);
+Run declare_view(CLI::App& command);
+Run declare_bench(CLI::App& command);
+Run declare_reproduce(CLI::App& command);
+
+/// Options that mean the same wherever they stand.
+void add_task(CLI::App& command, std::string& task);
+void add_plan(CLI::App& command, std::string& plan);
+void add_seed(CLI::App& command, std::optional<std::uint64_t>& seed, const std::string& meaning);
+void add_threads(CLI::App& command, std::optional<int>& threads);
+void add_timeout(CLI::App& command, double& timeout_s, const std::string& meaning = "Wall-clock budget [s]");
+void add_goal(CLI::App& command, std::string& goal);
+void add_scheme(CLI::App& command, std::string& scheme);
+void add_speed(CLI::App& command, double& speed);
+void add_out(CLI::App& command, std::string& dir, const std::string& what);
+void add_json(CLI::App& command, bool& json);
+
+/// Folder of what a command makes of a task: ./TASK-seedN unless -o says otherwise.
+std::filesystem::path task_dir(const std::string& out, const std::string& task, std::uint64_t seed);
+/// Folder of what a command makes of a plan: that of the plan file unless -o says otherwise.
+std::filesystem::path plan_dir(const std::string& out, const std::filesystem::path& plan);
+
+/// Where the text for people goes: stdout, which belongs to the JSON object where there is one.
+std::FILE* people(bool json);
+/// One named row of a summary.
+void print_row(std::FILE* to, std::string_view name, const std::string& value);
 
 /// Folders with built-in tasks: beside the program (of a build or of an installation), then the one compiled in.
 std::vector<std::filesystem::path> data_dirs();
@@ -58,104 +110,6 @@ class ProgressLine {
   core::RunControl::Clock::time_point last_;
 };
 
-/// Options of each command, filled by the command line.
-struct PlanArguments {
-  std::string task;
-  std::uint64_t seed = 0;
-  bool seed_given = false;
-  std::string goal;
-  double timeout_s = 20;
-  int threads = 0;
-  bool threads_given = false;
-  std::string out_dir;
-  std::string scheme;  ///< empty: that of the task
-  bool anytime = false;
-  bool html = false;
-  bool json = false;
-};
-struct OptimizeArguments {
-  std::string task;
-  std::string scheme;  ///< empty: that of the task
-  std::string solver;  ///< the same
-  bool forces = false;
-  std::uint64_t seed = 0;
-  bool seed_given = false;
-  int iterations = 0;  ///< 0: those of the task
-  double timeout_s = 60;
-  int threads = 0;
-  bool threads_given = false;
-  std::string out_dir;
-  bool json = false;
-};
-struct CheckArguments {
-  std::string plan;
-  bool json = false;
-};
-struct SimulateArguments {
-  std::string plan;
-  std::string out_dir;
-  double speed = 1;                                        ///< times the default speeds
-  double pause_s = 4;                                      ///< between pieces
-  double load_time_s = planning::SpeedLimits{}.load_time;  ///< of joint springs
-  int substeps = 0;                                        ///< predict each edge in this many steps; 0: as the plan does
-  double rest_time_s = planning::kRestTime;
-  double friction_scale = 1;
-  bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs
-  bool whole_only = false;         ///< pushes are not run by themselves as well
-  int threads = 0;
-  bool html = false;
-  bool json = false;
-};
-struct RefineArguments {
-  std::string plan;
-  std::string out_dir;
-  double timeout_s = 20;
-  double speed = 1;  ///< times the default speeds, for trajectory.csv
-  bool html = false;
-  bool json = false;
-};
-struct SolveArguments {
-  std::string task;
-  std::uint64_t seed = 0;  ///< of the first try; the next ones count up
-  bool seed_given = false;
-  std::string goal;
-  int tries = 20;
-  double timeout_s = 120;                ///< of all tries
-  std::vector<double> friction = {1.0};  ///< the goal has to be reached with every μ times each of these
-  double speed = 1;                      ///< times the default speeds
-  int threads = 0;
-  bool threads_given = false;
-  std::string out_dir;
-  bool json = false;
-};
-struct ViewArguments {
-  std::string plan;
-  std::string html;
-};
-struct ReproduceArguments {
-  std::string name;
-  std::string out_dir = "reproduction";
-  std::string docs;
-  bool quick = false;
-  bool json = false;
-};
-struct BenchArguments {
-  std::string filter;
-  int repeat = 5;
-  bool json = false;
-};
-
-int run_tasks(bool json);
-int run_plan(const PlanArguments& arguments);
-int run_optimize(const OptimizeArguments& arguments);
-int run_check(const CheckArguments& arguments);
-int run_simulate(const SimulateArguments& arguments);
-int run_refine(const RefineArguments& arguments);
-int run_solve(const SolveArguments& arguments);
-int run_view(const ViewArguments& arguments);
-int run_bench(const BenchArguments& arguments);
-int run_reproduce(const ReproduceArguments& arguments);
-
 /// Numbers of a command line, nothing for ~. @throws core::InvalidInput naming the option
 std::vector<std::optional<double>> parse_numbers(std::string_view option, const std::string& text);
 
@@ -173,7 +127,7 @@ std::vector<std::string> list_experiments();
 int run_program(const std::vector<std::string>& words, const std::string& python_path);
 
 /// Runs the page maker on a plan file, and the file of its simulation if there is one; its output goes to stderr.
-/// @returns its exit code, 127 when it could not be started
+/// @returns its exit code  @throws InstallationFault: no page maker, no interpreter
 int run_page_maker(const std::filesystem::path& plan, const std::filesystem::path& html, const std::filesystem::path& simulation = {});
 
 }  // namespace stiction::app

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -192,6 +193,12 @@ Row time_steps(const std::string& name, const Scenario& scenario, const dynamics
   return row;
 }
 
+struct BenchArguments {
+  std::string filter;
+  int repeat = 5;
+  bool json = false;
+};
+
 class Bench {
  public:
   explicit Bench(const BenchArguments& arguments) : arguments_(arguments), dirs_(data_dirs()) {}
@@ -362,10 +369,10 @@ class Bench {
     line_.clear();
     const auto milliseconds = [](std::optional<double> s) { return s ? fmt::format("{:.4g}", 1e3 * *s) : std::string("–"); };
     if (rows_.empty())
-      fmt::print(stderr, "{:42} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  allocations\n", "[ms]", "contacts", "median", "p95", "p99",
-                 "published", "peer", "published/ours");
+      fmt::print(people(arguments_.json), "{:42} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  allocations\n", "[ms]", "contacts",
+                 "median", "p95", "p99", "published", "peer", "published/ours");
     const std::string ratio = row.reference.published ? fmt::format("{:.0f}", *row.reference.published / row.median_s) : "–";
-    fmt::print(stderr, "{:42} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  {}{}\n", row.name,
+    fmt::print(people(arguments_.json), "{:42} {:>8} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9}  {}{}\n", row.name,
                row.contacts ? fmt::format("{:.0f}", *row.contacts) : "–", milliseconds(row.median_s), milliseconds(row.p95_s),
                milliseconds(row.p99_s), milliseconds(row.reference.published), milliseconds(row.reference.peer), ratio,
                row.allocations ? std::to_string(*row.allocations) : "–", row.failures ? fmt::format("  {} not solved", row.failures) : "");
@@ -391,8 +398,6 @@ std::string machine() {
 }
 
 nlohmann::ordered_json number(std::optional<double> value) { return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(); }
-
-}  // namespace
 
 int run_bench(const BenchArguments& arguments) {
   catch_signals();
@@ -420,6 +425,17 @@ int run_bench(const BenchArguments& arguments) {
     fmt::print("{}\n", out.dump());
   }
   return interrupted() ? kInterrupted : kDone;
+}
+
+}  // namespace
+
+Run declare_bench(CLI::App& command) {
+  const auto arguments = std::make_shared<BenchArguments>();
+  BenchArguments& a = *arguments;
+  add_json(command, a.json);
+  command.add_option("--filter", a.filter, "Only the rows whose name contains this");
+  command.add_option("--repeat", a.repeat, "Repetitions of each timing")->capture_default_str()->check(CLI::Range(1, 1000));
+  return [arguments] { return run_bench(*arguments); };
 }
 
 }  // namespace stiction::app

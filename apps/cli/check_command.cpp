@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -8,28 +9,37 @@
 
 namespace stiction::app {
 
+namespace {
+
+struct CheckArguments {
+  std::string plan;
+  double timeout_s = 600;
+  bool json = false;
+};
+
 int run_check(const CheckArguments& arguments) {
   const std::filesystem::path path = arguments.plan;
   const tasks::PlanFile plan = tasks::read_plan(path);
   const tasks::Task task = tasks::load_task_of_plan(plan, path, data_dirs());
 
   catch_signals();
-  const core::RunControl control = make_run_control();
+  const core::RunControl control = make_run_control(arguments.timeout_s);
   tasks::CheckReport report;
   const core::Status status = tasks::check_plan(task, plan, {}, control, report);
-  const std::string_view verdict = status == core::Status::Cancelled ? "Cancelled" : report.pass ? "Passed" : "Failed";
+  const std::string_view verdict = status != core::Status::Solved ? core::to_string(status) : report.pass ? "Passed" : "Failed";
 
-  fmt::print(stderr, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots,
+  std::FILE* const to = people(arguments.json);
+  fmt::print(to, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots,
              report.wall_s, verdict);
   for (const auto& item : report.items) {
     const std::string limit = item.limit ? fmt::format("≤ {:<9.3g}", *item.limit) : fmt::format("{:11}", "");
-    fmt::print(stderr, "  {} {:16} {:>10.3g} {} {}{}\n",
+    fmt::print(to, "  {} {:16} {:>10.3g} {} {}{}\n",
                !item.limit ? "    "
                : item.pass ? "ok  "
                            : "FAIL",
                item.name, item.value, limit, item.unit, item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
   }
-  fmt::print(stderr, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
+  fmt::print(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
 
   if (arguments.json) {
     nlohmann::ordered_json out;
@@ -38,7 +48,7 @@ int run_check(const CheckArguments& arguments) {
     out["plan_status"] = core::to_string(plan.status);
     out["seed"] = plan.seed;
     out["wall_s"] = report.wall_s;
-    out["iterations"] = report.steps;
+    out["steps"] = report.steps;
     out["knots"] = report.knots;
     out["force_threshold"] = report.threshold_N;
     out["checks"] = nlohmann::ordered_json::array();
@@ -55,7 +65,19 @@ int run_check(const CheckArguments& arguments) {
     fmt::print("{}\n", out.dump());
   }
   if (status == core::Status::Cancelled) return kInterrupted;
+  if (status != core::Status::Solved) return kNotSolved;
   return report.pass ? kDone : kCheckFailed;
+}
+
+}  // namespace
+
+Run declare_check(CLI::App& command) {
+  const auto arguments = std::make_shared<CheckArguments>();
+  CheckArguments& a = *arguments;
+  add_plan(command, a.plan);
+  add_timeout(command, a.timeout_s);
+  add_json(command, a.json);
+  return [arguments] { return run_check(*arguments); };
 }
 
 }  // namespace stiction::app

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,19 @@ namespace {
 namespace fs = std::filesystem;
 using core::Status;
 using trajopt::OptimizeResult;
+
+struct OptimizeArguments {
+  std::string task;
+  std::string scheme;  ///< empty: that of the task
+  std::string solver;  ///< the same
+  bool forces = false;
+  std::optional<std::uint64_t> seed;
+  int iterations = 0;  ///< 0: those of the task
+  double timeout_s = 60;
+  std::optional<int> threads;
+  std::string out_dir;
+  bool json = false;
+};
 
 /// The trajectory as a plan of single steps, for `view` and `check`.
 planning::PlanResult as_plan(const tasks::Task& task, const OptimizeResult& r, std::uint64_t seed) {
@@ -71,9 +85,10 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const OptimizeResult& r,
   return out;
 }
 
-void print_summary(const tasks::Task& task, const OptimizeResult& r, const planning::PlanResult& plan, const fs::path& file) {
-  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
-  fmt::print(stderr, "{}, {}: {}\n", task.name, tasks::kSchemeNames[static_cast<std::size_t>(task.optimize->scheme)],
+void print_summary(std::FILE* to, const tasks::Task& task, const OptimizeResult& r, const planning::PlanResult& plan,
+                   const fs::path& file) {
+  const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
+  fmt::print(to, "{}, {}: {}\n", task.name, tasks::kSchemeNames[static_cast<std::size_t>(task.optimize->scheme)],
              r.status == Status::Solved ? "done" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   if (r.history.empty()) return;
@@ -86,8 +101,6 @@ void print_summary(const tasks::Task& task, const OptimizeResult& r, const plann
   row("plan", file.string());
 }
 
-}  // namespace
-
 int run_optimize(const OptimizeArguments& arguments) {
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
   if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
@@ -95,11 +108,11 @@ int run_optimize(const OptimizeArguments& arguments) {
   if (!arguments.scheme.empty()) setup.choose(tasks::parse_scheme("--scheme", arguments.scheme));
   if (!arguments.solver.empty()) setup.options.solver = tasks::parse_solver("--solver", arguments.solver);
   if (arguments.forces && !setup.options.forces) setup.options.forces.emplace();
-  if (arguments.seed_given) setup.set_seed(arguments.seed);
+  if (arguments.seed) setup.set_seed(*arguments.seed);
   if (arguments.iterations > 0) setup.options.iterations = arguments.iterations;
-  if (arguments.threads_given) setup.options.threads = arguments.threads;
+  setup.options.threads = arguments.threads.value_or(setup.options.threads);
   setup.options.validate(*task.model);
-  const fs::path dir = arguments.out_dir.empty() ? fs::path(task.name) : fs::path(arguments.out_dir);
+  const fs::path dir = task_dir(arguments.out_dir, task.name, setup.randomized_first.seed);
   const fs::path file = dir / "plan.json";
   tasks::require_writable(dir);
 
@@ -123,10 +136,28 @@ int run_optimize(const OptimizeArguments& arguments) {
   tasks::write_plan(tasks::make_plan_file(task, options, plan, file), file);
   const auto json = to_json(task, result, plan, file);
   tasks::write_text(json.dump(1) + "\n", dir / "optimize.json");
-  print_summary(task, result, plan, file);
+  print_summary(people(arguments.json), task, result, plan, file);
   if (arguments.json) fmt::print("{}\n", json.dump());
   if (status == Status::Cancelled) return kInterrupted;
   return status == Status::Solved ? kDone : kNotSolved;
+}
+
+}  // namespace
+
+Run declare_optimize(CLI::App& command) {
+  const auto arguments = std::make_shared<OptimizeArguments>();
+  OptimizeArguments& a = *arguments;
+  command.add_option("task", a.task, "Name of a built-in task, or a task file (.yaml), with a section 'optimize'")->required();
+  add_scheme(command, a.scheme);
+  command.add_option("--solver", a.solver, "sweep (one QP per iteration) or receding (Alg. 1 as published)");
+  command.add_flag("--forces", a.forces, "Contact trust region: linear contact forces stay in their cones");
+  add_seed(command, a.seed, "Seed of the randomised schemes");
+  command.add_option("--iterations", a.iterations, "Iterations in place of those of the task")->check(CLI::Range(1, 1000000));
+  add_timeout(command, a.timeout_s);
+  add_threads(command, a.threads);
+  add_out(command, a.out_dir, "Folder for plan.json and optimize.json (default ./TASK-seedN)");
+  add_json(command, a.json);
+  return [arguments] { return run_optimize(*arguments); };
 }
 
 }  // namespace stiction::app

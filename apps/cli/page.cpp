@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdlib>
 
@@ -44,16 +45,21 @@ int run_program(const std::vector<std::string>& words, const std::string& python
 
 int run_page_maker(const fs::path& plan, const fs::path& html, const fs::path& simulation) {
   const fs::path packages = python_dir();
-  if (packages.empty())
-    core::throw_invalid("page", "no package stiction_view beside the program", "an installation with the Python packages");
+  if (packages.empty()) throw InstallationFault("page: no package stiction_view beside the program");
   std::vector<std::string> words = {python_interpreter(), "-m", "stiction_view", plan.string()};
   if (!html.empty()) words.insert(words.end(), {"--html", html.string()});
   if (!simulation.empty()) words.insert(words.end(), {"--simulation", simulation.string()});
   const int code = run_program(words, packages.string());
-  if (code == 127)
-    core::throw_invalid("page", fmt::format("'{}', which cannot be started", words[0]), "a Python interpreter; `make setup` makes one");
+  if (code == 127) throw InstallationFault(fmt::format("page: '{}' cannot be started; `make setup` makes a Python interpreter", words[0]));
   return code;
 }
+
+namespace {
+
+struct ViewArguments {
+  std::string plan;
+  std::string html;
+};
 
 int run_view(const ViewArguments& arguments) {
   fs::path file = arguments.plan;
@@ -61,7 +67,17 @@ int run_view(const ViewArguments& arguments) {
   (void)tasks::read_plan(file);  // one clear message before anything is started
   const int code = run_page_maker(file, arguments.html);
   if (code == 128 + 2 || code == 128 + 15) return kInterrupted;
-  return code == 0 ? kDone : kBadInput;
+  return code == 0 ? kDone : kInternalError;
+}
+
+}  // namespace
+
+Run declare_view(CLI::App& command) {
+  const auto arguments = std::make_shared<ViewArguments>();
+  ViewArguments& a = *arguments;
+  add_plan(command, a.plan);
+  command.add_option("--html", a.html, "Write one self-contained page instead of starting a server");
+  return [arguments] { return run_view(*arguments); };
 }
 
 }  // namespace stiction::app

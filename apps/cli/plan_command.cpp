@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,19 @@ namespace {
 namespace fs = std::filesystem;
 using core::Status;
 
+struct PlanArguments {
+  std::string task;
+  std::optional<std::uint64_t> seed;
+  std::string goal;
+  double timeout_s = 20;
+  std::optional<int> threads;
+  std::string out_dir;
+  std::string scheme;  ///< empty: that of the task
+  bool anytime = false;
+  bool html = false;
+  bool json = false;
+};
+
 struct Counts {
   long knots = 0, regrasps = 0, contact_segments = 0;
   explicit Counts(const planning::Plan& plan) {
@@ -28,11 +42,11 @@ struct Counts {
   }
 };
 
-void print_summary(const tasks::Task& task, const planning::PlannerOptions& o, const planning::PlanResult& r, const fs::path& file) {
+void print_summary(std::FILE* to, const tasks::Task& task, const planning::PlannerOptions& o, const planning::PlanResult& r,
+                   const fs::path& file) {
   const Counts counts(r.plan);
-  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
-  fmt::print(stderr, "{}, seed {}: {}\n", task.name, r.seed,
-             r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
+  const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
+  fmt::print(to, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
@@ -108,17 +122,18 @@ std::vector<std::optional<double>> parse_numbers(std::string_view option, const 
   return out;
 }
 
+namespace {
+
 int run_plan(const PlanArguments& arguments) {
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
   planning::PlannerOptions options = task.options;
-  if (arguments.seed_given) options.seed = arguments.seed;
-  if (arguments.threads_given) options.threads = arguments.threads;
+  options.seed = arguments.seed.value_or(options.seed);
+  options.threads = arguments.threads.value_or(options.threads);
   if (!arguments.scheme.empty()) options.scheme = tasks::parse_scheme("--scheme", arguments.scheme);
   options.anytime |= arguments.anytime;
   options.validate(*task.model);
-  const fs::path dir =
-      arguments.out_dir.empty() ? fs::path(fmt::format("{}-seed{}", task.name, options.seed)) : fs::path(arguments.out_dir);
+  const fs::path dir = task_dir(arguments.out_dir, task.name, options.seed);
   const fs::path file = dir / "plan.json";
   tasks::require_writable(dir);  // before the work, not after it
 
@@ -131,7 +146,8 @@ int run_plan(const PlanArguments& arguments) {
   const Status status = planning::plan(task.problem, options, control, result);
   line.clear();
   tasks::write_plan(tasks::make_plan_file(task, options, result, file), file);
-  print_summary(task, options, result, file);
+  std::FILE* const to = people(arguments.json);
+  print_summary(to, task, options, result, file);
 
   std::string page;
   bool page_failed = false;
@@ -142,13 +158,31 @@ int run_plan(const PlanArguments& arguments) {
       fmt::print(stderr, "stiction: page: the page maker failed; the plan itself is in {}\n", file.string());
     } else {
       page = html.string();
-      fmt::print(stderr, "  {:22} {}\n", "page", page);
+      print_row(to, "page", page);
     }
   }
   if (arguments.json) fmt::print("{}\n", to_json(task, result, file, page).dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status != Status::Solved) return kNotSolved;
-  return page_failed ? kBadInput : kDone;
+  return page_failed ? kInternalError : kDone;
+}
+
+}  // namespace
+
+Run declare_plan(CLI::App& command) {
+  const auto arguments = std::make_shared<PlanArguments>();
+  PlanArguments& a = *arguments;
+  add_task(command, a.task);
+  add_seed(command, a.seed, "Seed; the same seed gives the same plan");
+  add_goal(command, a.goal);
+  add_timeout(command, a.timeout_s);
+  add_threads(command, a.threads);
+  add_scheme(command, a.scheme);
+  add_out(command, a.out_dir, "Folder for plan.json (default ./TASK-seedN)");
+  command.add_flag("--anytime", a.anytime, "Go on after the first plan, for cheaper ones, until the budget is used up");
+  command.add_flag("--html", a.html, "Also write a page to look at, plan.html");
+  add_json(command, a.json);
+  return [arguments] { return run_plan(*arguments); };
 }
 
 }  // namespace stiction::app

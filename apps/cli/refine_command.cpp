@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -16,9 +17,20 @@ namespace fs = std::filesystem;
 using core::Status;
 using planning::RefineResult;
 
-void print_summary(const tasks::PlanFile& plan, const RefineResult& r, double duration_s, const fs::path& file) {
-  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
-  fmt::print(stderr, "{}, seed {}: {}\n", plan.task_name, plan.seed,
+struct RefineArguments {
+  std::string plan;
+  std::string out_dir;
+  std::optional<std::uint64_t> seed;
+  std::optional<int> threads;
+  double timeout_s = 20;
+  double speed = 1;  ///< times the default speeds, for trajectory.csv
+  bool html = false;
+  bool json = false;
+};
+
+void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResult& r, double duration_s, const fs::path& file) {
+  const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
+  fmt::print(to, "{}, seed {}: {}\n", plan.task_name, plan.seed,
              r.status == Status::Solved ? r.variant : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   row("pushes", fmt::format("{} of {}", r.pushes, r.pushes_before));
@@ -47,21 +59,25 @@ void write_trajectory(const fs::path& file, const std::vector<std::string>& join
   tasks::write_text(text, file);
 }
 
+namespace {
+
 int run_refine(const RefineArguments& arguments) {
   const fs::path path = arguments.plan;
   const tasks::PlanFile file = tasks::read_plan(path);
   tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
   if (file.status != Status::Solved)
     core::throw_invalid(path.string() + ": status", std::string(core::to_string(file.status)), "Solved: a plan that reaches its goal");
-  const planning::PlannerOptions options = tasks::options_of_plan(*task.model, file, path);
-  const fs::path dir =
-      !arguments.out_dir.empty() ? fs::path(arguments.out_dir) : (fs::is_directory(path) ? path : path.parent_path()) / "refined";
+  planning::PlannerOptions options = tasks::options_of_plan(*task.model, file, path);
+  options.threads = arguments.threads.value_or(0);
+  const fs::path dir = arguments.out_dir.empty() ? plan_dir({}, path) / "refined" : fs::path(arguments.out_dir);
   tasks::require_writable(dir);
 
   catch_signals();
   const core::RunControl control = make_run_control(arguments.timeout_s);
+  planning::RefineOptions refine_options;
+  refine_options.seed = arguments.seed.value_or(refine_options.seed);
   RefineResult result;
-  const Status status = planning::refine(task.model, tasks::to_plan(*task.model, file), options, {}, control, result);
+  const Status status = planning::refine(task.model, tasks::to_plan(*task.model, file), options, refine_options, control, result);
 
   planning::PlanResult refined = tasks::to_result(*task.model, file);  // the statistics stay those of the search
   refined.plan = result.plan;
@@ -71,14 +87,15 @@ int run_refine(const RefineArguments& arguments) {
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
   const planning::Trajectory trajectory = planning::make_trajectory(*task.model, result.plan, speed_limits(arguments.speed));
   write_trajectory(dir / "trajectory.csv", file.joints, trajectory);
-  print_summary(file, result, trajectory.duration(), target);
+  std::FILE* const to = people(arguments.json);
+  print_summary(to, file, result, trajectory.duration(), target);
 
   std::string page;
   bool page_failed = false;
   if (arguments.html && status != Status::Cancelled) {
     page = (dir / "plan.html").string();
     page_failed = run_page_maker(target, page) != 0;
-    fmt::print(stderr, "  {:22} {}\n", "page", page_failed ? "the page maker failed" : page);
+    print_row(to, "page", page_failed ? "the page maker failed" : page);
   }
   if (arguments.json) {
     nlohmann::ordered_json out;
@@ -86,7 +103,7 @@ int run_refine(const RefineArguments& arguments) {
     out["task"] = file.task_name;
     out["seed"] = file.seed;
     out["wall_s"] = result.wall_s;
-    out["iterations"] = result.steps;
+    out["steps"] = result.steps;
     out["failed_steps"] = result.failed_steps;
     out["variant"] = result.variant;
     out["rests"] = result.rests;
@@ -105,7 +122,23 @@ int run_refine(const RefineArguments& arguments) {
   }
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations || status == Status::NumericalFailure) return kNotSolved;
-  return page_failed ? kBadInput : kDone;
+  return page_failed ? kInternalError : kDone;
+}
+
+}  // namespace
+
+Run declare_refine(CLI::App& command) {
+  const auto arguments = std::make_shared<RefineArguments>();
+  RefineArguments& a = *arguments;
+  add_plan(command, a.plan);
+  add_seed(command, a.seed, "Seed of the searches for paths of regrasps");
+  add_timeout(command, a.timeout_s);
+  add_threads(command, a.threads);
+  add_speed(command, a.speed);
+  add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default: `refined` in that of the plan)");
+  command.add_flag("--html", a.html, "Also write a page to look at, plan.html");
+  add_json(command, a.json);
+  return [arguments] { return run_refine(*arguments); };
 }
 
 }  // namespace stiction::app

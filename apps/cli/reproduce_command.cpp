@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -13,6 +14,14 @@ namespace stiction::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct ReproduceArguments {
+  std::string name;
+  std::string out_dir = "reproduction";
+  std::string docs;
+  bool quick = false;
+  bool json = false;
+};
 
 /// Numbers of a name, so that figure-2.3 comes before figure-2.13.
 std::vector<int> numbers_of(const std::string& name) {
@@ -42,13 +51,14 @@ std::vector<std::string> list_experiments() {
   return out;
 }
 
+namespace {
+
 int run_reproduce(const ReproduceArguments& arguments) {
   const auto names = list_experiments();
   if (arguments.name != "all" && std::find(names.begin(), names.end(), arguments.name) == names.end())
     core::throw_invalid("name", fmt::format("'{}'", arguments.name), fmt::format("one of {}, or 'all'", fmt::join(names, ", ")));
   const fs::path module = module_dir();
-  if (module.empty())
-    core::throw_invalid("reproduce", "no Python module 'stiction' beside the program", "a build with STICTION_BUILD_PYTHON (`make build`)");
+  if (module.empty()) throw InstallationFault("reproduce: no Python module 'stiction' beside the program; `make build` makes it");
 
   std::vector<std::string> words = {python_interpreter(), "-m", "experiments", arguments.name, "-o", arguments.out_dir};
   if (arguments.quick) words.emplace_back("--quick");
@@ -56,15 +66,27 @@ int run_reproduce(const ReproduceArguments& arguments) {
   catch_signals();  // the child ends on Ctrl-C and says so; what was computed until then stays
   const int code = run_program(words, experiments_dir().string() + ":" + module.string());
   if (code == 127)
-    core::throw_invalid("reproduce", fmt::format("'{}', which cannot be started", words[0]),
-                        "a Python interpreter; `make setup` makes one");
+    throw InstallationFault(fmt::format("reproduce: '{}' cannot be started; `make setup` makes a Python interpreter", words[0]));
   if (code == 128 + 2 || code == 128 + 15 || code == kInterrupted) return kInterrupted;
-  if (code != kDone && code != kCheckFailed) return kBadInput;
+  if (code != kDone && code != kCheckFailed) return kInternalError;
   if (arguments.json) {
     std::ifstream file(fs::path(arguments.out_dir) / "report.json");
     fmt::print("{}\n", nlohmann::ordered_json::parse(file).dump());
   }
   return code;
+}
+
+}  // namespace
+
+Run declare_reproduce(CLI::App& command) {
+  const auto arguments = std::make_shared<ReproduceArguments>();
+  ReproduceArguments& a = *arguments;
+  command.add_option("name", a.name, fmt::format("One of {}, or 'all'", fmt::join(list_experiments(), ", ")))->required();
+  command.add_option("-o,--out", a.out_dir, "Folder for data, pictures and report.html")->capture_default_str();
+  command.add_flag("--quick", a.quick, "Fewer and coarser points, in seconds");
+  command.add_option("--docs", a.docs, "Also write this Markdown page, its pictures beside it");
+  add_json(command, a.json);
+  return [arguments] { return run_reproduce(*arguments); };
 }
 
 }  // namespace stiction::app

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,23 @@ namespace {
 namespace fs = std::filesystem;
 using core::Status;
 using json = nlohmann::ordered_json;
+
+struct SimulateArguments {
+  std::string plan;
+  std::string out_dir;
+  double timeout_s = 600;
+  double speed = 1;                                        ///< times the default speeds
+  double pause_s = 4;                                      ///< between pieces
+  double load_time_s = planning::SpeedLimits{}.load_time;  ///< of joint springs
+  int substeps = 0;                                        ///< predict each edge in this many steps; 0: as the plan does
+  double rest_time_s = planning::kRestTime;
+  double friction_scale = 1;
+  bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs
+  bool whole_only = false;         ///< pushes are not run by themselves as well
+  std::optional<int> threads;
+  bool html = false;
+  bool json = false;
+};
 
 constexpr std::size_t kMaxFrames = 700;  // of the page
 constexpr std::string_view kKinds[] = {"settle", "contact", "regrasp"};
@@ -46,7 +64,7 @@ json report(const tasks::PlanFile& plan, const world::Model& model, const execut
   out["task"] = plan.task_name;
   out["seed"] = plan.seed;
   out["wall_s"] = r.wall_s;
-  out["iterations"] = r.steps;
+  out["steps"] = r.steps;
   out["duration_s"] = r.duration_s;
   out["message"] = r.message;
   out["reached"] = r.reached;
@@ -125,61 +143,59 @@ json frames(const tasks::PlanFile& plan, const world::Model& model, const execut
   return out;
 }
 
-void print_error(const std::optional<execution::PieceError>& error) {
+void print_error(std::FILE* to, const std::optional<execution::PieceError>& error) {
   if (!error) {
-    fmt::print(stderr, " {:>33}", "not reached");
+    fmt::print(to, " {:>33}", "not reached");
     return;
   }
   const execution::PieceError& e = *error;
   const auto share = [](const std::optional<double>& x) { return x ? fmt::format("{:7.3f}", *x) : std::string("      –"); };
-  fmt::print(stderr, " {:7.2f} {} {:8.4f} {}", 1e3 * e.mean_position, share(e.normalised_position()), e.mean_angle,
+  fmt::print(to, " {:7.2f} {} {:8.4f} {}", 1e3 * e.mean_position, share(e.normalised_position()), e.mean_angle,
              share(e.normalised_angle()));
 }
 
-void print_summary(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r,
+void print_summary(std::FILE* to, const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r,
                    const execution::TransferOptions& options) {
-  fmt::print(stderr, "{}, seed {}: {} open loop: {}\n", plan.task_name, plan.seed, "simulated",
+  fmt::print(to, "{}, seed {}: {} open loop: {}\n", plan.task_name, plan.seed, "simulated",
              r.status != Status::Solved ? std::string(core::to_string(r.status))
              : r.reached                ? "goal reached"
                                         : "goal missed");
-  if (!r.message.empty()) fmt::print(stderr, "  {:22} {}\n", "simulation", r.message);
-  const auto row = [](std::string_view name, const std::string& value) { fmt::print(stderr, "  {:22} {}\n", name, value); };
+  if (!r.message.empty()) print_row(to, "simulation", r.message);
+  const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   row("time",
       fmt::format("{:.1f} s{} simulated in {:.2f} s", r.duration_s,
                   r.dropped && !r.pieces.empty() ? fmt::format(" of {:.1f} s", r.pieces.back().end_s + options.hold) : "", r.wall_s));
-  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * options.tol_position,
-                                       r.error.angle, options.tol_angle));
+  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * plan.tol_position,
+                                       r.error.angle, plan.tol_angle));
   row("deepest penetration", fmt::format("{:.3f} mm", 1e3 * r.max_depth));
   row("dropped",
       r.dropped ? fmt::format("{} after {:.2f} s", model.objects()[static_cast<std::size_t>(*r.dropped)].name, r.dropped_s) : "nothing");
-  fmt::print(stderr, "  {:12} {:>7}   {:^33} {:^33}\n", "piece", "until s", "in the plan: Δ mm, Δ/L, Δ rad, Δ/L", "alone");
+  fmt::print(to, "  {:12} {:>7}   {:^33} {:^33}\n", "piece", "until s", "in the plan: Δ mm, Δ/L, Δ rad, Δ/L", "alone");
   for (std::size_t i = 0; i < r.pieces.size(); ++i) {
     const auto& piece = r.pieces[i];
-    fmt::print(stderr, "  {:3} {:8} {:7.2f}  ", i,
+    fmt::print(to, "  {:3} {:8} {:7.2f}  ", i,
                piece.kind == planning::SegmentKind::Contact ? "push" : kKinds[static_cast<std::size_t>(piece.kind)], piece.end_s);
-    print_error(piece.in_plan);
-    if (piece.alone) print_error(piece.alone);
-    fmt::print(stderr, "\n");
+    print_error(to, piece.in_plan);
+    if (piece.alone) print_error(to, piece.alone);
+    fmt::print(to, "\n");
   }
 }
-
-}  // namespace
 
 int run_simulate(const SimulateArguments& arguments) {
   const fs::path path = arguments.plan;
   const tasks::PlanFile file = tasks::read_plan(path);
   const tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
   planning::Plan plan = tasks::to_plan(*task.model, file);
-  const fs::path dir = arguments.out_dir.empty() ? (fs::is_directory(path) ? path : path.parent_path()) : fs::path(arguments.out_dir);
+  const fs::path dir = plan_dir(arguments.out_dir, path);
   const bool writes = arguments.html || !arguments.out_dir.empty();
-  if (writes) tasks::require_writable(dir.empty() ? fs::path(".") : dir);
+  if (writes) tasks::require_writable(dir);
 
   execution::TransferOptions options;
   options.speed = speed_limits(arguments.speed);
   options.speed.pause = arguments.pause_s;
   options.speed.load_time = arguments.load_time_s;
   options.alone = !arguments.whole_only;
-  options.threads = arguments.threads;
+  options.threads = arguments.threads.value_or(0);
   simulation::PlantOptions plant_options;
   plant_options.rest_time = arguments.rest_time_s;
   plant_options.velocity_reference = arguments.velocity_reference;
@@ -196,11 +212,12 @@ int run_simulate(const SimulateArguments& arguments) {
   catch_signals();
   ProgressLine line;
   line.show(fmt::format("simulating {} segments", plan.segments.size()));
-  const core::RunControl control = make_run_control();
+  const core::RunControl control = make_run_control(arguments.timeout_s);
   execution::TransferResult result;
   const Status status = execution::transfer(plant, plan, options, control, result, arguments.substeps > 0 ? &predicted : nullptr);
   line.clear();
-  print_summary(file, *task.model, result, options);
+  std::FILE* const to = people(arguments.json);
+  print_summary(to, file, *task.model, result, options);
 
   json out = report(file, *task.model, result, arguments);
   bool page_failed = false;
@@ -214,23 +231,61 @@ int run_simulate(const SimulateArguments& arguments) {
     document["frames"] = frames(file, *task.model, result);
     const fs::path target = dir / "simulation.json";
     tasks::write_text(document.dump() + "\n", target);
-    fmt::print(stderr, "  {:22} {}\n", "simulation", target.string());
+    print_row(to, "simulation", target.string());
     out["simulation"] = target.string();
-    if (arguments.html && status != Status::Cancelled) {
+    if (arguments.html && status == Status::Solved) {
       const fs::path html = dir / "simulation.html";
       page_failed = run_page_maker(fs::is_directory(path) ? path / "plan.json" : path, html, target) != 0;
       if (page_failed) {
         fmt::print(stderr, "stiction: page: the page maker failed; the simulation itself is in {}\n", target.string());
       } else {
-        fmt::print(stderr, "  {:22} {}\n", "page", html.string());
+        print_row(to, "page", html.string());
         out["page"] = html.string();
       }
     }
   }
   if (arguments.json) fmt::print("{}\n", out.dump());
   if (status == Status::Cancelled) return kInterrupted;
-  if (page_failed) return kBadInput;
+  if (status == Status::MaxIterations) return kNotSolved;
+  if (page_failed) return kInternalError;
   return result.reached ? kDone : kCheckFailed;
+}
+
+}  // namespace
+
+Run declare_simulate(CLI::App& command) {
+  const auto arguments = std::make_shared<SimulateArguments>();
+  SimulateArguments& a = *arguments;
+  add_plan(command, a.plan);
+  add_out(command, a.out_dir, "Folder for simulation.json and the page (default: that of the plan)");
+  add_timeout(command, a.timeout_s);
+  add_threads(command, a.threads);
+  add_speed(command, a.speed);
+  command.add_option("--pause", a.pause_s, "Commands rest this long between pieces [s]")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--load-time", a.load_time_s,
+                  "Time in which joint springs take up or let go the weight of the lightest object [s]; 0: as fast as comes")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--sub-steps", a.substeps,
+                  "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)")
+      ->check(CLI::Range(1, 10000));
+  command.add_option("--rest-time", a.rest_time_s, "Time in which objects on joints come to rest [s]")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command.add_option("--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag(
+      "!--no-velocity-reference", a.velocity_reference,
+      "Damping acts on the velocity of a joint, not on what it differs by from that of its command: joints lag behind, as in the thesis");
+  command.add_flag("--whole-only", a.whole_only, "Only the whole plan, not every push by itself");
+  command.add_flag("--html", a.html, "Also write a page to look at, simulation.html");
+  add_json(command, a.json);
+  return [arguments] { return run_simulate(*arguments); };
 }
 
 }  // namespace stiction::app

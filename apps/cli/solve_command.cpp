@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -22,6 +23,19 @@ namespace {
 namespace fs = std::filesystem;
 using core::Status;
 using json = nlohmann::ordered_json;
+
+struct SolveArguments {
+  std::string task;
+  std::optional<std::uint64_t> seed;  ///< of the first try; the next ones count up
+  std::string goal;
+  int tries = 20;
+  double timeout_s = 120;                ///< of all tries
+  std::vector<double> friction = {1.0};  ///< the goal has to be reached with every μ times each of these
+  double speed = 1;                      ///< times the default speeds
+  std::optional<int> threads;
+  std::string out_dir;
+  bool json = false;
+};
 
 /// Of the tolerances: an object that is farther from where the plan has it does not come back.
 constexpr double kLost = 5;
@@ -119,7 +133,7 @@ class Solver {
   }
 
  private:
-  static int threads(const SolveArguments& a) { return a.threads_given && a.threads > 0 ? a.threads : core::hardware_threads(); }
+  static int threads(const SolveArguments& a) { return a.threads.value_or(0) > 0 ? *a.threads : core::hardware_threads(); }
 
   Try attempt(std::uint64_t seed, const core::RunControl& control, const core::ThreadPool::Turn& turn) {
     Try out;
@@ -179,7 +193,7 @@ class Solver {
   void take(int k, Try next) {
     const std::lock_guard lock(mutex_);
     line_.clear();
-    fmt::print(stderr, "{}\n", describe(arguments_, next));
+    fmt::print(people(arguments_.json), "{}\n", describe(arguments_, next));
     rows_[k] = to_json(arguments_, next);
     if (rows_.size() > 1 && (next.rank() < best_.rank() || (next.rank() == best_.rank() && next.seed > best_.seed))) return;
     best_ = std::move(next);
@@ -205,14 +219,12 @@ class Solver {
   Try best_;
 };
 
-}  // namespace
-
 int run_solve(const SolveArguments& arguments) {
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
-  const std::uint64_t first = arguments.seed_given ? arguments.seed : task.options.seed;
+  const std::uint64_t first = arguments.seed.value_or(task.options.seed);
   const std::string name = task.name;
-  const fs::path dir = arguments.out_dir.empty() ? fs::path(fmt::format("{}-solved", name)) : fs::path(arguments.out_dir);
+  const fs::path dir = task_dir(arguments.out_dir, name, first);
   const fs::path target = dir / "plan.json";
   tasks::require_writable(dir);
 
@@ -220,26 +232,46 @@ int run_solve(const SolveArguments& arguments) {
   const auto start = core::RunControl::Clock::now();
   const core::RunControl control = make_run_control(arguments.timeout_s);
   Solver solver(arguments, std::move(task), target);
-  fmt::print(stderr, "{}: a plan that reaches its goal in the second-order simulation\n", name);
+  std::FILE* const to = people(arguments.json);
+  fmt::print(to, "{}: a plan that reaches its goal in the second-order simulation\n", name);
   json tries;
   const Try best = solver.run(first, control, tries);
   const bool cancelled = control.cancelled() && !best.holds();
   const std::string_view verdict = best.holds() ? "Held" : cancelled ? "Cancelled" : "NotHeld";
   const double wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
-  fmt::print(stderr, "  {} in {:.2f} s, {} of {} tries\n  {:22} {}\n", verdict, wall_s, tries.size(), arguments.tries, "plan",
-             target.string());
+  fmt::print(to, "  {} in {:.2f} s, {} of {} tries\n  {:22} {}\n", verdict, wall_s, tries.size(), arguments.tries, "plan", target.string());
   if (arguments.json) {
     json out;
     out["status"] = verdict;
     out["task"] = name;
     out["seed"] = best.seed;
     out["wall_s"] = wall_s;
-    out["iterations"] = tries.size();
     out["tries"] = std::move(tries);
     out["plan"] = target.string();
     fmt::print("{}\n", out.dump());
   }
   return best.holds() ? kDone : cancelled ? kInterrupted : kNotSolved;
+}
+
+}  // namespace
+
+Run declare_solve(CLI::App& command) {
+  const auto arguments = std::make_shared<SolveArguments>();
+  SolveArguments& a = *arguments;
+  add_task(command, a.task);
+  add_seed(command, a.seed, "Seed of the first try");
+  add_goal(command, a.goal);
+  command.add_option("--tries", a.tries, "Seeds that are tried")->capture_default_str()->check(CLI::Range(1, 1000000));
+  add_timeout(command, a.timeout_s, "Wall-clock budget of all tries [s]");
+  command.add_option("--friction", a.friction, "The goal has to be reached with every coefficient of friction times each of these numbers")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  add_speed(command, a.speed);
+  add_threads(command, a.threads);
+  add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default ./TASK-seedN, N of the first try)");
+  add_json(command, a.json);
+  return [arguments] { return run_solve(*arguments); };
 }
 
 }  // namespace stiction::app

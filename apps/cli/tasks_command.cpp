@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -8,16 +9,19 @@
 
 namespace stiction::app {
 
+namespace {
+
 int run_tasks(bool json) {
+  std::FILE* const to = people(json);
   const auto dirs = data_dirs();
   nlohmann::ordered_json out;
   out["status"] = "Done";
   out["tasks"] = nlohmann::ordered_json::array();
-  fmt::print(stderr, "{:28} {:>7} {:>7} {:>5} {:>6}  {}\n", "task", "objects", "joints", "n_v", "pairs", "");
+  fmt::print(to, "{:28} {:>7} {:>7} {:>5} {:>6}  {}\n", "task", "objects", "joints", "n_v", "pairs", "");
   for (const auto& name : tasks::list_tasks(dirs)) {
     const tasks::Task task = tasks::load_task(name, dirs);
     const world::Model& model = *task.model;
-    fmt::print(stderr, "{:28} {:7} {:7} {:5} {:6}  {}\n", name, model.objects().size(), model.n_a(), model.n_v(), model.pairs().size(),
+    fmt::print(to, "{:28} {:7} {:7} {:5} {:6}  {}\n", name, model.objects().size(), model.n_a(), model.n_v(), model.pairs().size(),
                task.description);
     nlohmann::ordered_json entry;
     entry["name"] = name;
@@ -34,6 +38,14 @@ int run_tasks(bool json) {
   }
   if (json) fmt::print("{}\n", out.dump());
   return kDone;
+}
+
+}  // namespace
+
+Run declare_tasks(CLI::App& command) {
+  const auto json = std::make_shared<bool>(false);
+  add_json(command, *json);
+  return [json] { return run_tasks(*json); };
 }
 
 }  // namespace stiction::app

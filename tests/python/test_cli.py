@@ -61,7 +61,8 @@ def test_tasks_lists_every_task():
     assert done.returncode == 0
     names = {task["name"] for task in json.loads(done.stdout)["tasks"]}
     assert names == {path.stem for path in (ROOT / "tasks").glob("*.yaml")}
-    assert run("tasks").stdout == ""
+    assert done.stderr.startswith("task "), "the table is for people: beside JSON it goes to stderr"
+    assert run("tasks").stdout.startswith("task ") and run("tasks").stderr == ""
 
 
 def test_plan_json_is_one_object(tmp_path):
@@ -104,7 +105,8 @@ def merge(base, over):
 def test_check_json_is_one_object(plan):
     done = run("check", plan.parent, "--json")
     report = json.loads(done.stdout)
-    assert done.returncode == (0 if report["status"] == "Passed" else 1)
+    assert report["status"] == "Passed" and done.returncode == 0
+    assert report["steps"] == 3 * report["knots"] and "iterations" not in report
     names = {item["name"] for item in report["checks"]}
     assert {"goal_position", "goal_angle", "penetration", "joint_limits", "force_cone", "force_gap", "failed_steps"} <= names
 
@@ -113,9 +115,10 @@ def test_own_task_is_found_from_its_plan(tmp_path):
     path = task_file(tmp_path, "planar_hand", name="mine")
     done = run("plan", path, "-o", tmp_path / "out")
     assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("mine, seed 0: solved") and done.stderr == "", "without --json the summary is what `> log` keeps"
     data = json.loads((tmp_path / "out/plan.json").read_text())
     assert data["task"] == {"name": "mine", "builtin": False, "file": "../task.yaml"}
-    assert run("check", tmp_path / "out").returncode in (0, 1)
+    assert run("check", tmp_path / "out").returncode == 0
 
 
 def test_goal_of_the_command_line(tmp_path):
@@ -153,6 +156,46 @@ def test_unreachable_goal_ends_at_the_timeout_with_the_best_plan(tmp_path):
     assert run("check", tmp_path).returncode == 1
 
 
+def test_budget_that_ends_before_the_check_or_the_run_is_no_verdict(plan):
+    """Codes 0 and 1 are verdicts; a run that did not come to one is not done within its budget."""
+    for command in ("check", "simulate"):
+        done = run(command, plan, "--timeout", 1e-9, "--json")
+        assert done.returncode == 3, done.stderr
+        assert json.loads(done.stdout)["status"] == "MaxIterations"
+
+
+def test_results_lie_in_one_folder(tmp_path):
+    """Those of a task in TASK-seedN, those of a plan beside it."""
+    for arguments in (
+        ("plan", "planar_pushing", "--seed", 4),
+        ("refine", "planar_pushing-seed4", "--seed", 7, "--threads", 1),
+        ("simulate", "planar_pushing-seed4", "--whole-only", "--speed", 10, "--html"),
+        ("optimize", "impc_planar_hand", "--iterations", 1),
+    ):
+        done = subprocess.run([PROGRAM, *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=tmp_path)
+        assert done.returncode in (0, 1, 3), done.stderr
+    found = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    pushing, hand = "planar_pushing-seed4", "impc_planar_hand-seed0"
+    assert found == {
+        *(f"{pushing}/{name}" for name in ("plan.json", "simulation.json", "simulation.html", "refined/plan.json", "refined/trajectory.csv")),
+        *(f"{hand}/{name}" for name in ("plan.json", "optimize.json")),
+    }
+
+
+def test_faults_of_the_installation_are_not_mistakes_of_the_caller(plan, tmp_path):
+    """The page maker of a program without its Python packages."""
+    import shutil
+
+    program = tmp_path / "bin/stiction"
+    program.parent.mkdir()
+    shutil.copy(PROGRAM, program)
+    broken = tmp_path / "share/stiction/python/stiction_view"
+    broken.mkdir(parents=True)
+    (broken / "__init__.py").write_text("raise RuntimeError('broken')")
+    done = subprocess.run([program, "view", plan, "--html", tmp_path / "x.html"], capture_output=True, text=True)
+    assert done.returncode == 70, done.stderr
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_run_keeps_the_best_plan(interrupted, tmp_path, number):
     done = interrupted(*UNREACHABLE, "--timeout", 60, "-o", tmp_path, "--json", after=3, number=number)
@@ -176,6 +219,8 @@ def test_interrupted_run_keeps_the_best_plan(interrupted, tmp_path, number):
         (("plan", "planar_hand", "--seed", "-1"), ("--seed",)),
         (("plan", "planar_hand", "--timeout", "0"), ("--timeout",)),
         (("plan", "planar_hand", "--threads", "-2"), ("--threads",)),
+        (("refine", "plan.json", "--seed", "x"), ("--seed", "'x'")),
+        (("simulate", "plan.json", "--timeout", "-1"), ("--timeout",)),
         (("plan", "planar_hand", "--goal", "1 2"), ("goal", "2 numbers", "3")),
         (("plan", "planar_hand", "--goal", "1 2 x"), ("--goal", "'x'", "a number")),
         (("plan", "planar_hand", "--goal", "1 2 nan"), ("goal", "nan", "finite")),

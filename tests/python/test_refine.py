@@ -22,7 +22,7 @@ def refined(stiction, real_plan: Path, tmp_path_factory: pytest.TempPathFactory)
 
 def test_refined_plan_is_not_longer_and_passes_the_checker(stiction, refined: tuple[Path, dict]) -> None:
     folder, out = refined
-    assert {"status", "seed", "wall_s", "iterations", "variant", "pushes", "regrasps", "knots", "error", "plan"} <= out.keys()
+    assert {"status", "seed", "wall_s", "steps", "variant", "pushes", "regrasps", "knots", "error", "plan"} <= out.keys()
     assert out["pushes"]["after"] <= out["pushes"]["before"] and out["regrasps"]["after"] <= out["regrasps"]["before"]
     done = stiction("check", folder, "--json")
     assert done.returncode == 0, done.stderr

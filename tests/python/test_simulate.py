@@ -25,7 +25,7 @@ def simulated(stiction, real_plan: Path, tmp_path_factory: pytest.TempPathFactor
 
 def test_json_is_one_object_with_an_error_per_piece(simulated: Path) -> None:
     out = json.loads((simulated / "stdout.json").read_text())
-    assert {"status", "seed", "wall_s", "iterations", "reached", "error", "max_penetration", "dropped", "pieces"} <= out.keys()
+    assert {"status", "seed", "wall_s", "steps", "reached", "error", "max_penetration", "dropped", "pieces"} <= out.keys()
     assert out["status"] in ("Reached", "Missed") and out["reached"] == (out["status"] == "Reached")
     assert out["pieces"]
     for piece in out["pieces"]:

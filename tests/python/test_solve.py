@@ -47,7 +47,7 @@ def test_plan_that_does_not_hold_is_kept_and_said_so(stiction, tmp_path: Path) -
     assert any(len(t["runs"]) == 2 and t["runs"][0]["reached"] and not t["runs"][1]["reached"] for t in out["tries"])
     assert all(set(run) == {"friction", "reached", "dropped", "lost", "duration_s", "error"} for t in out["tries"] for run in t["runs"])
     assert stiction("check", tmp_path).returncode == 0
-    assert "friction × 0: " in done.stderr
+    assert "friction × 0: " in done.stderr, "beside JSON the text for people is on stderr"
 
 
 def test_interrupted_run_keeps_the_best_plan(interrupted, root: Path, tmp_path: Path) -> None:

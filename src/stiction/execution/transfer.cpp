@@ -122,19 +122,16 @@ class Transfer {
     }
   }
 
-  PieceError measure_samples(std::size_t i, Span span, VectorRef times, const Eigen::MatrixXd& q_plan,
-                             const Eigen::MatrixXd& q) const {
+  PieceError measure_samples(std::size_t i, Span span, VectorRef times, const Eigen::MatrixXd& q_plan, const Eigen::MatrixXd& q) const {
     const Piece& piece = compared_.pieces[i];
     return measure(model_, plan_.goal.object, times.segment(span.first, span.count), q_plan.middleCols(span.first, span.count),
-                   q.middleCols(span.first, span.count),
-                   compared_.q.middleCols(piece.first_knot, piece.last_knot - piece.first_knot + 1));
+                   q.middleCols(span.first, span.count), compared_.q.middleCols(piece.first_knot, piece.last_knot - piece.first_knot + 1));
   }
 
   void judge(Status status) {
     if (out_.times.empty()) return;
     out_.error = planning::goal_error(model_, out_.q.col(out_.q.cols() - 1), plan_.goal);
-    out_.reached = status == Status::Solved && !out_.dropped && !out_.lost && out_.error.position <= options_.tol_position &&
-                   out_.error.angle <= options_.tol_angle;
+    out_.reached = status == Status::Solved && !out_.dropped && !out_.lost && out_.error.within(plan_.goal);
   }
 
   /// Nothing that comes could make up for it.
@@ -146,7 +143,7 @@ class Transfer {
     interpolate(model_, trajectory_, t, planned);
     if (looks_for_lost) {
       const Distance error = distance(model_, plan_.goal.object, planned, q);
-      out_.lost = error.position > options_.lost_factor * options_.tol_position || error.angle > options_.lost_factor * options_.tol_angle;
+      out_.lost = planning::GoalError{error.position, error.angle}.share(plan_.goal) > options_.lost_factor;
     }
     return out_.lost || (gravity.norm() > 0 && falls(t, planned, q, gravity.normalized()));
   }
@@ -221,8 +218,6 @@ std::optional<double> ratio(double mean, double length) {
 void TransferOptions::validate() const {
   speed.validate();
   core::require_nonnegative("hold", hold);
-  core::require_positive("tol_position", tol_position);
-  core::require_positive("tol_angle", tol_angle);
   core::require_positive("drop_height", drop_height);
   if (!(lost_factor > 0)) core::throw_invalid("lost_factor", fmt::format("{:g}", lost_factor), "a number > 0");
   core::require_positive("record_interval", record_interval);

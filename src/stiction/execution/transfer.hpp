@@ -18,9 +18,7 @@ using planning::SpeedLimits;
 
 struct TransferOptions {
   SpeedLimits speed;
-  double hold = 4.0;           ///< the last command is held this long before the goal is judged [s], ≥ 0
-  double tol_position = 0.02;  ///< the goal counts as reached within this … [m]
-  double tol_angle = 0.2;      ///< … and this [rad]
+  double hold = 4.0;  ///< the last command is held this long before the goal is judged, at the plan's tolerances [s], ≥ 0
   double drop_height =
       0.03;  ///< a free object was dropped that is this far below where the plan has it from then to the end of a piece [m]
   /// The run ends where the object of the goal is farther from where the plan has it than this many tolerances, > 0
@@ -61,7 +59,7 @@ struct TransferResult {
   std::string message;                                     ///< what the simulation said, where it is not Solved
   std::vector<PieceReport> pieces;                         ///< of the plan
   planning::GoalError error;                               ///< of the object at the end of the run
-  bool reached = false;                                    ///< the whole plan was run and error is within the tolerances
+  bool reached = false;                                    ///< the whole plan was run and error is within the tolerances of its goal
   std::optional<int> dropped;                              ///< object that fell: the run ends there
   double dropped_s = 0;                                    ///< and when
   bool lost = false;                                       ///< the run ended for lost_factor

@@ -74,7 +74,7 @@ class Checker {
     const Eigen::VectorXd* u_before = &plan_.u_start;
     for (std::size_t s = 0; s < plan_.segments.size(); ++s) {
       for (std::size_t k = 0; k < plan_.segments[s].knots.size(); ++k) {
-        if (control.stop()) return Status::Cancelled;
+        if (control.stop()) return control.cancelled() ? Status::Cancelled : Status::MaxIterations;
         const StoredKnot& knot = plan_.segments[s].knots[k];
         place_ = {static_cast<int>(s), static_cast<int>(k)};
         check_command(*u_before, knot.u);

@@ -23,7 +23,8 @@ struct CheckItem {
 
 struct CheckReport {
   bool pass = false;
-  core::Status status = core::Status::NumericalFailure;  ///< Solved: all checks were made; Cancelled: stopped before the end
+  core::Status status =
+      core::Status::NumericalFailure;  ///< Solved: all checks were made; Cancelled or MaxIterations (deadline): stopped before the end
   std::vector<CheckItem> items;
   long knots = 0;
   long steps = 0;          ///< dynamics steps computed
@@ -62,7 +63,7 @@ struct CheckOptions {
 /// quaternion_norm, start, goal, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated
 ///
 /// @param plan  matches the task, see require_same_scene
-/// @returns Solved or Cancelled; `out.pass` is the verdict
+/// @returns Solved, Cancelled or MaxIterations (deadline); `out.pass` is the verdict
 /// Tests: tests/tasks/check_test.cpp
 core::Status check_plan(const Task& task, const PlanFile& plan, const CheckOptions& options, const core::RunControl& control,
                         CheckReport& out);

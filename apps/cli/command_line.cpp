@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "app.hpp"
+
+namespace stiction::app {
+namespace fs = std::filesystem;
+
+void add_task(CLI::App& command, std::string& task) {
+  command.add_option("task", task, "Name of a built-in task, or a task file (.yaml)")->required();
+}
+
+void add_plan(CLI::App& command, std::string& plan) { command.add_option("plan", plan, "Plan file, or its folder")->required(); }
+
+void add_seed(CLI::App& command, std::optional<std::uint64_t>& seed, const std::string& meaning) {
+  const CLI::Validator whole_number(
+      [](std::string& text) {
+        const bool good = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+        return good ? std::string() : fmt::format("got '{}', expected an integer ≥ 0", text);
+      },
+      "", "whole_number");
+  command.add_option("--seed", seed, meaning)->check(whole_number);
+}
+
+void add_threads(CLI::App& command, std::optional<int>& threads) {
+  command.add_option("--threads", threads, "Threads, 0 = all cores; the result does not depend on it")->check(CLI::Range(0, 1024));
+}
+
+void add_timeout(CLI::App& command, double& timeout_s, const std::string& meaning) {
+  command.add_option("--timeout", timeout_s, meaning)->capture_default_str()->check(CLI::PositiveNumber);
+}
+
+void add_goal(CLI::App& command, std::string& goal) {
+  command
+      .add_option("--goal", goal,
+                  "Goal pose in place of that of the task: \"x y z roll pitch yaw\" [m, rad], or coordinates; ~ for any value")
+      ->expected(1);
+}
+
+void add_scheme(CLI::App& command, std::string& scheme) {
+  command.add_option("--scheme", scheme, "Local models: exact, analytic, randomized-first, randomized-zeroth");
+}
+
+void add_speed(CLI::App& command, double& speed) {
+  command.add_option("--speed", speed, "Joint speeds, times 0.1 rad/s and 0.0125 m/s")->capture_default_str()->check(CLI::PositiveNumber);
+}
+
+void add_out(CLI::App& command, std::string& dir, const std::string& what) { command.add_option("-o,--out", dir, what); }
+
+void add_json(CLI::App& command, bool& json) {
+  command.add_flag("--json", json, "One JSON object on stdout; the text for people goes to stderr");
+}
+
+fs::path task_dir(const std::string& out, const std::string& task, std::uint64_t seed) {
+  return out.empty() ? fs::path(fmt::format("{}-seed{}", task, seed)) : fs::path(out);
+}
+
+fs::path plan_dir(const std::string& out, const fs::path& plan) {
+  if (!out.empty()) return out;
+  const fs::path dir = fs::is_directory(plan) ? plan : plan.parent_path();
+  return dir.empty() ? fs::path(".") : dir;
+}
+
+std::FILE* people(bool json) { return json ? stderr : stdout; }
+
+void print_row(std::FILE* to, std::string_view name, const std::string& value) { fmt::print(to, "  {:22} {}\n", name, value); }
+
+}  // namespace stiction::app
