@@ -21,6 +21,9 @@ class App;
 namespace stiction::planning {
 struct Trajectory;
 }
+namespace stiction::tasks {
+struct Finding;
+}
 
 namespace stiction::app {
 
@@ -45,6 +48,7 @@ using Run = std::function<int()>;
 
 /// Each declares the options of one command and returns what to run.
 Run declare_tasks(CLI::App& command);
+Run declare_lint(CLI::App& command);
 Run declare_plan(CLI::App& command);
 Run declare_optimize(CLI::App& command);
 Run declare_check(CLI::App& command);
@@ -112,6 +116,9 @@ class ProgressLine {
 
 /// Numbers of a command line, nothing for ~. @throws core::InvalidInput naming the option
 std::vector<std::optional<double>> parse_numbers(std::string_view option, const std::string& text);
+
+/// What lint found, a line each on stderr.
+void print_warnings(const std::vector<tasks::Finding>& findings);
 
 /// The default speeds times a factor.
 planning::SpeedLimits speed_limits(double factor);

@@ -39,6 +39,7 @@ int run_check(const CheckArguments& arguments) {
                            : "FAIL",
                item.name, item.value, limit, item.unit, item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
   }
+  if (plan.goal_from_command_line) fmt::print(to, "  the goal is one of the command line, not that of the task\n");
   fmt::print(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
 
   if (arguments.json) {
@@ -50,6 +51,7 @@ int run_check(const CheckArguments& arguments) {
     out["wall_s"] = report.wall_s;
     out["steps"] = report.steps;
     out["knots"] = report.knots;
+    out["goal_from"] = plan.goal_from_command_line ? "command_line" : "task";
     out["force_threshold"] = report.threshold_N;
     out["checks"] = nlohmann::ordered_json::array();
     for (const auto& item : report.items) {

@@ -20,19 +20,21 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"tasks", "Built-in tasks with their sizes", app::declare_tasks},
+    {"lint", "Looks at a task without planning it: overlaps, units, what holds and reaches the object", app::declare_lint},
     {"plan", "Plans a task and writes the plan file", app::declare_plan},
     {"optimize", "Optimises a trajectory for a task (iMPC) and writes it as a plan", app::declare_optimize},
     {"check", "Re-simulates a plan at half its sub-step and judges it", app::declare_check},
     {"simulate", "Runs a plan open loop in MuJoCo and compares it with what the plan says", app::declare_simulate},
     {"refine", "Shortens a plan and gives its regrasps room; writes a new plan and timed commands", app::declare_refine},
     {"solve", "Plans, refines and simulates, seed after seed, until a plan reaches its goal in MuJoCo", app::declare_solve},
-    {"view", "Shows a plan in the browser", app::declare_view},
+    {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
     {"bench", "Figures of this machine beside the published ones", app::declare_bench},
     {"reproduce", "Computes figures and tables of the thesis, beside the published numbers", app::declare_reproduce},
 };
 
 constexpr const char* kExitCodes =
-    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (check, simulate, reproduce); 2 a mistake in what was "
+    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, reproduce); 2 a mistake in what "
+    "was "
     "given; 3 not done within the budget (the best result is kept); 70 a fault of the program or its installation; 130 interrupted (the "
     "best result is kept).";
 

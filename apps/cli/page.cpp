@@ -4,12 +4,15 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/task.hpp"
 
 namespace stiction::app {
 
@@ -57,17 +60,70 @@ int run_page_maker(const fs::path& plan, const fs::path& html, const fs::path& s
 namespace {
 
 struct ViewArguments {
-  std::string plan;
+  std::string shown;  ///< plan or task
   std::string html;
 };
 
-int run_view(const ViewArguments& arguments) {
-  fs::path file = arguments.plan;
-  if (fs::is_directory(file)) file /= "plan.json";
-  (void)tasks::read_plan(file);  // one clear message before anything is started
-  const int code = run_page_maker(file, arguments.html);
+/// What is shown of a task before it is planned: its start as the only knot of a plan, and its goal.
+planning::PlanResult unplanned(const tasks::Task& task) {
+  planning::PlanResult out;
+  planning::Plan& plan = out.plan;
+  plan.q_start = task.problem.q_start;
+  plan.u_start = plan.q_start.tail(task.model->n_a());
+  plan.goal = task.problem.goal;
+  plan.segments.push_back({planning::SegmentKind::Settle, {{.u = plan.u_start, .q = plan.q_start, .contacts = {}}}});
+  plan.error = planning::goal_error(*task.model, plan.q_start, plan.goal);
+  out.status = core::Status::MaxIterations;
+  return out;
+}
+
+bool is_task(const std::string& name) {
+  const auto names = tasks::list_tasks(data_dirs());
+  return name.ends_with(".yaml") || name.ends_with(".yml") ||
+         (!fs::exists(name) && std::find(names.begin(), names.end(), name) != names.end());
+}
+
+/// A folder for a file that only the page maker reads.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "stiction-view-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr)
+      throw InstallationFault(fmt::format("view: no folder can be made in {}", fs::temp_directory_path().string()));
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+int show(const fs::path& plan, const std::string& html) {
+  const int code = run_page_maker(plan, html);
   if (code == 128 + 2 || code == 128 + 15) return kInterrupted;
   return code == 0 ? kDone : kInternalError;
+}
+
+int run_view(const ViewArguments& arguments) {
+  if (is_task(arguments.shown)) {
+    const tasks::Task task = tasks::load_task(arguments.shown, data_dirs());
+    print_warnings(tasks::lint(task));
+    catch_signals();  // the folder goes also when the server is stopped
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "plan.json";
+    tasks::write_plan(tasks::make_plan_file(task, task.options, unplanned(task), file), file);
+    return show(file, arguments.html);
+  }
+  fs::path file = arguments.shown;
+  if (fs::is_directory(file)) file /= "plan.json";
+  (void)tasks::read_plan(file);  // one clear message before anything is started
+  return show(file, arguments.html);
 }
 
 }  // namespace
@@ -75,7 +131,7 @@ int run_view(const ViewArguments& arguments) {
 Run declare_view(CLI::App& command) {
   const auto arguments = std::make_shared<ViewArguments>();
   ViewArguments& a = *arguments;
-  add_plan(command, a.plan);
+  command.add_option("shown", a.shown, "Plan file, or its folder; or a task, which is shown before it is planned")->required();
   command.add_option("--html", a.html, "Write one self-contained page instead of starting a server");
   return [arguments] { return run_view(*arguments); };
 }

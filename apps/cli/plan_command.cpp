@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,7 @@
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/planner.hpp"
+#include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/optimize_options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/task.hpp"
@@ -66,7 +68,8 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   row("plan", file.string());
 }
 
-nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResult& r, const fs::path& file, const std::string& page) {
+nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResult& r, const fs::path& file, const std::string& page,
+                               const std::vector<tasks::Finding>& findings) {
   const Counts counts(r.plan);
   nlohmann::ordered_json out;
   out["status"] = core::to_string(r.status);
@@ -90,6 +93,8 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
     out["improvements"].push_back({{"cost", i.cost}, {"iterations", i.iterations}, {"wall_s", i.wall_s}});
   out["segments"] = r.plan.segments.size();
   out["knots"] = counts.knots;
+  out["warnings"] = nlohmann::ordered_json::array();
+  for (const auto& finding : findings) out["warnings"].push_back(finding.message);
   out["reason"] = r.reason.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(r.reason);
   out["start_moved"] = r.start_moved;
   out["start_projected"] = r.start_projected;
@@ -137,6 +142,9 @@ int run_plan(const PlanArguments& arguments) {
   const fs::path file = dir / "plan.json";
   tasks::require_writable(dir);  // before the work, not after it
 
+  const auto findings = tasks::lint(task);
+  print_warnings(findings);
+
   catch_signals();
   ProgressLine line;
   core::RunControl control = make_run_control(arguments.timeout_s);
@@ -145,6 +153,9 @@ int run_plan(const PlanArguments& arguments) {
   planning::PlanResult result;
   const Status status = planning::plan(task.problem, options, control, result);
   line.clear();
+  if (const auto stuck = std::find_if(findings.begin(), findings.end(), [](const auto& f) { return f.kind == "stuck"; });
+      status == Status::NumericalFailure && stuck != findings.end())
+    throw core::InvalidInput(stuck->message);
   tasks::write_plan(tasks::make_plan_file(task, options, result, file), file);
   std::FILE* const to = people(arguments.json);
   print_summary(to, task, options, result, file);
@@ -161,7 +172,7 @@ int run_plan(const PlanArguments& arguments) {
       print_row(to, "page", page);
     }
   }
-  if (arguments.json) fmt::print("{}\n", to_json(task, result, file, page).dump());
+  if (arguments.json) fmt::print("{}\n", to_json(task, result, file, page, findings).dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status != Status::Solved) return kNotSolved;
   return page_failed ? kInternalError : kDone;

@@ -136,6 +136,7 @@ def test_same_seed_same_plan_for_any_number_of_threads(tmp_path):
         assert done.returncode == 0, done.stderr
         data = json.loads((tmp_path / str(threads) / "plan.json").read_text())
         assert data.pop("timing")["threads"] == threads
+        assert len(data.pop("sha256")) == 64
         plans.append(json.dumps(data))
     assert plans[0] == plans[1]
 
@@ -194,6 +195,29 @@ def test_faults_of_the_installation_are_not_mistakes_of_the_caller(plan, tmp_pat
     (broken / "__init__.py").write_text("raise RuntimeError('broken')")
     done = subprocess.run([program, "view", plan, "--html", tmp_path / "x.html"], capture_output=True, text=True)
     assert done.returncode == 70, done.stderr
+
+
+def test_lint_names_what_is_wrong_and_plan_warns_of_it(tmp_path):
+    path = task_file(tmp_path, "planar_pushing", start={"joints": [0.0, 0.05]})
+    done = run("lint", path, "--json")
+    assert done.returncode == 1, done.stderr
+    report = json.loads(done.stdout)
+    assert [finding["kind"] for finding in report["findings"]] == ["overlap"]
+    message = report["findings"][0]["message"]
+    assert "overlap by" in message and "box" in message and "ball" in message
+    planned = run("plan", path, "--timeout", 1e-3, "-o", tmp_path / "out", "--json")
+    assert f"stiction: warning: {message}" in planned.stderr and json.loads(planned.stdout)["warnings"] == [message]
+    clean = run("lint", "planar_pushing")
+    assert clean.returncode == 0 and clean.stdout == "planar_pushing: nothing found\n"
+
+
+def test_view_of_a_task_shows_it_before_it_is_planned(tmp_path):
+    page = tmp_path / "task.html"
+    done = run("view", task_file(tmp_path, "planar_hand"), "--html", page)
+    assert done.returncode == 0, done.stderr
+    assert page.stat().st_size > 10_000
+    assert not list(tmp_path.glob("*.json"))
+    assert run("view", "planar_hnd").returncode == 2
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -318,6 +342,9 @@ def set_item(*path_and_value):
         (set_item("task", "file", "../../x.yaml"), ("task.file",)),
         (set_item("joints", ["a", "b", "c", "d"]), ("joints[0]", "'a'")),
         (set_item("options", "goal_bias", 4), ("options.goal_bias", "4")),
+        (set_item("geometries", 0, "friction", 100.0), ("geometries[0]", "friction")),
+        (set_item("geometries", 1, "position", [0, 0, 0.3]), ("geometries[1]", "pose")),
+        (set_item("geometries", 0, "shape", {"type": "sphere", "radius": 0.001}), ("geometries[0]", "shape")),
     ],
 )
 def test_plan_files_that_are_not_read(plan, tmp_path, change, parts):
@@ -355,7 +382,33 @@ def move_goal(data):
     data["goal"]["position"][1] += 0.03
 
 
-@pytest.mark.parametrize("change", [forge_command, forge_state, forge_force, remove_knots, move_goal])
+def any_contact(data):
+    return last_contact_knot(data)["contacts"][0]
+
+
+EDITS = [
+    forge_command,
+    forge_state,
+    forge_force,
+    remove_knots,
+    move_goal,
+    lambda data: any_contact(data).update(friction=100.0),
+    lambda data: any_contact(data).update(gap=-0.5),
+    lambda data: any_contact(data)["point"].__setitem__(0, 1.0),
+    set_item("options", "h", 10.0),
+    set_item("statistics", "failed_steps", 77),
+    set_item("statistics", "regrasps", "tried", 1000),
+    set_item("status", "MaxIterations"),
+    set_item("seed", 12345),
+    set_item("timing", "wall_s", 0.001),
+    set_item("code_version", "9.9.9"),
+    set_item("tree", 0, "object", [0.0, 0, 0, 1, 0, 0, 0]),
+    set_item("step", "contact_margin", 0.5),
+    set_item("goal", "from", "command_line"),
+]
+
+
+@pytest.mark.parametrize("change", EDITS)
 def test_forged_plans_fail_the_check(plan, tmp_path, change):
     before = {item["name"] for item in json.loads(run("check", plan, "--json").stdout)["checks"] if not item["pass"]}
     done = run("check", edited(plan, tmp_path, change), "--json")

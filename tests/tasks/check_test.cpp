@@ -4,8 +4,10 @@
 
 #include <functional>
 #include <limits>
+#include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "support/paths.hpp"
 #include "tasks/scripted_plan.hpp"
 
 namespace stiction::tasks {
@@ -67,6 +69,30 @@ TEST_F(CheckTest, RegraspInContact_IsFoundAndOneInTheAirIsNot) {
   EXPECT_EQ(check(box_->task, plan).at("regrasp_contact").value, 0);
 }
 
+/// A stone of a hundred tons that nothing touches hides no force on the box.
+TEST_F(CheckTest, ForcesThatAreLookedAt_AreMeasuredByTheirOwnPair) {
+  const auto threshold = [](const char* more) {
+    const Task task = parse_task(std::string(R"(
+scene:
+  robots: [{name: hand, urdf: planar_pusher.urdf, stiffness: 100}]
+  fixed: [{name: ground, shapes: [{half_space: {}}]}]
+  objects:
+  - {name: box, joint: planar_yz, mass: 0.5, shapes: [{box: {size: [0.1, 0.1, 0.1]}}]}
+)") + (*more ? "  - {name: stone, joint: planar_yz, mass: 1.0e5, shapes: [{box: {size: [0.1, 0.1, 0.1]}}]}\n" : "") +
+                                     "start: {joints: [-1, 1], objects: {box: {coordinates: [0, 0.05, 0]}" + more + "}}\n" +
+                                     "goal: {objects: {box: {coordinates: [1, 0.05, 0]}}}\ntolerance: {position: 0.01, angle: 0.1}\n"
+                                     "planner: {sample_box: {box: {lower: [-1, 0, -1], upper: [1, 1, 1]}}}\n",
+                                 test::source_dir() / "models");
+    planning::PlanResult result;
+    result.plan.q_start = task.problem.q_start;
+    result.plan.u_start = task.problem.q_start.tail(2);
+    result.plan.goal = task.problem.goal;
+    return check(task, make_plan_file(task, task.options, result, "plan.json")).threshold_N;
+  };
+  EXPECT_NEAR(threshold(""), 1e-3 * 0.5 * 9.81, 1e-12);
+  EXPECT_EQ(threshold(", stone: {coordinates: [50, 0.05, 0]}"), threshold(""));
+}
+
 TEST_F(CheckTest, StoredAndReadBack_Passes) {
   const PlanFile again = parse_plan(to_text(ball_->file), "plan.json");
   const CheckReport report = check(ball_->task, again);
@@ -117,6 +143,14 @@ TEST_F(CheckTest, Forgeries_AreCaughtByTheRightCheck) {
       {"no sub-steps", "dynamics", [](PlanFile& p) { p.substep.reset(); }},
       {"start moved", "start", [](PlanFile& p) { p.q_start[0] += 1e-3; }},
       {"start command moved", "start", [](PlanFile& p) { p.u_start[0] += 1e-3; }},
+      {"settings of the search", "settings", [](PlanFile& p) { p.options.replace(p.options.find("\"h\":") + 4, 0, "1"); }},
+      {"friction of a contact", "stored_cone", [](PlanFile& p) { middle(p).contacts[0].friction = 100; }},
+      {"gap of a contact", "stored_contact", [](PlanFile& p) { middle(p).contacts[0].gap = -0.5; }},
+      {"point of a contact", "stored_contact", [](PlanFile& p) { middle(p).contacts[0].point_W[1] += 1e-4; }},
+      {"not solved", "status", [](PlanFile& p) { p.status = core::Status::MaxIterations; }},
+      {"statistics", "edited", [](PlanFile& p) { p.failed_steps += 77; }},
+      {"name of the task", "edited", [](PlanFile& p) { p.task_name += "x"; }},
+      {"contacts looked for farther away", "dynamics", [](PlanFile& p) { p.step.contact_margin = 0.5; }},
       {"page data moved", "display_poses", [](PlanFile& p) { middle(p).bodies[0][2] += 1e-3; }},
   };
   for (const auto& forgery : forgeries) {
@@ -155,6 +189,56 @@ TEST_F(CheckTest, EmptyPlan_FailsAtTheGoal) {
   const CheckReport report = check(box_->task, empty);
   EXPECT_FALSE(report.pass);
   EXPECT_FALSE(report.at("goal_position").pass);
+}
+
+/// The lever is where the plan leaves it, one turn less than its goal: the pose is the same.
+TEST(CheckHinge, PlanOneTurnShort_FailsAtTheGoal) {
+  Task task = parse_task(R"(
+scene:
+  gravity: [0, 0, 0]
+  robots: [{name: hand, urdf: planar_pusher.urdf, stiffness: 100}]
+  objects: [{name: lever, joint: hinge, axis: [1, 0, 0], mass: 1, limits: [-1, 7], shapes: [{box: {size: [0.2, 1, 0.1]}}]}]
+start: {objects: {lever: {coordinates: [0]}}, joints: [0.3, -0.3]}
+goal: {objects: {lever: {coordinates: [6.2831853]}}}
+tolerance: {position: 0.02, angle: 0.1}
+planner: {sample_box: {lever: {lower: [-1], upper: [7]}}}
+)",
+                         test::source_dir() / "models");
+  const planning::Goal& goal = task.problem.goal;
+  Eigen::VectorXd q = task.problem.q_start;
+  EXPECT_NEAR(planning::goal_error(*task.model, q, goal).angle, 6.2831853, 1e-12);
+  q[0] = 6.2331853;
+  EXPECT_NEAR(planning::goal_error(*task.model, q, goal).angle, 0.05, 1e-12);
+  EXPECT_TRUE(planning::goal_error(*task.model, q, goal).within(goal));
+  planning::PlanResult result;
+  result.plan.q_start = task.problem.q_start;
+  result.plan.u_start = task.problem.q_start.tail(2);
+  result.plan.goal = task.problem.goal;
+  result.plan.step.h = task.options.h;
+  result.plan.step.regularisation = task.options.regularisation;
+  result.plan.error = planning::goal_error(*task.model, task.problem.q_start, task.problem.goal);
+  EXPECT_NEAR(result.plan.error.angle, 6.2831853, 1e-12);
+  const CheckReport report = check(task, parse_plan(to_text(make_plan_file(task, task.options, result, "plan.json")), "plan.json"));
+  EXPECT_NEAR(report.at("goal_angle").value, 6.2831853, 1e-12);
+  EXPECT_FALSE(report.at("goal_angle").pass);
+  EXPECT_TRUE(report.at("goal").pass);
+  EXPECT_TRUE(report.at("error").pass);
+
+  set_goal(task, std::vector<double>{1.0});
+  EXPECT_FALSE(goal.region) << "no other turn of 1 rad is near, or inside the limits: the pose tells it";
+  set_goal(task, std::vector<double>{-0.5});
+  EXPECT_TRUE(goal.region) << "5.78 is inside the limits and has the same pose";
+  q[0] = 2 * std::numbers::pi - 0.5;
+  EXPECT_NEAR(planning::goal_error(*task.model, q, goal).angle, 2 * std::numbers::pi, 1e-12);
+}
+
+/// An angle in a plane is a rotation.
+TEST(CheckHinge, PlanarAngle_IsTheSameAfterATurn) {
+  const Task task = load_task("planar_pushing");
+  Eigen::VectorXd q = task.problem.q_start;
+  const double before = planning::goal_error(*task.model, q, task.problem.goal).angle;
+  q[2] += 2 * std::numbers::pi;
+  EXPECT_NEAR(planning::goal_error(*task.model, q, task.problem.goal).angle, before, 1e-12);
 }
 
 TEST_F(CheckTest, Cancel_Stops) {

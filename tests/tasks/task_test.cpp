@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <numbers>
 
 #include "stiction/contact/contact.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -49,6 +50,19 @@ class TaskFile : public testing::Test {
 
   fs::path dir_;
 };
+
+/// What a planar object is turned to is a rotation; the reference takes the nearest turn.
+TEST(Tasks, ReferenceOfOptimize_IsTheSameAfterAFullTurnOfAPlanarObject) {
+  Task task = load_task("impc_planar_pushing");
+  const int theta = task.model->objects()[0].q_begin + 2;
+  const double turn = 2 * std::numbers::pi, start = task.problem.q_start[theta];
+  const auto reference = [&] { return make_optimize_input(task).reference.back()[theta]; };
+  const double same = reference();
+  task.problem.q_goal[theta] += 2 * turn;
+  EXPECT_NEAR(reference(), same, 1e-14);
+  task.problem.q_start[theta] = start + turn;
+  EXPECT_NEAR(reference(), same + turn, 1e-14);
+}
 
 TEST(Tasks, BuiltIn_AllLoadAndAreComplete) {
   const auto names = list_tasks(default_data_dirs());

@@ -94,14 +94,20 @@ void project(const world::Model& model, const GoalRegion& region, Eigen::Ref<Eig
 GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {
   const world::Pose X_WB = world::object_pose(model, q, goal.object);
   world::Pose X_WG = goal.X_WG;
+  double turn = 0;  // of a hinge, beyond what its pose tells: it knows how often it has turned
   if (goal.region) {
     Eigen::VectorXd nearest = q;
     project(model, *goal.region, nearest.head(model.n_qu()));
     X_WG = world::object_pose(model, nearest, goal.object);
+    if (model.scene().objects[static_cast<std::size_t>(goal.object)].joint == ObjectJoint::Hinge) {
+      const int at = model.objects()[static_cast<std::size_t>(goal.object)].q_begin;
+      turn = std::abs(q[at] - nearest[at]);
+    }
   }
   GoalError error;
   error.position = (X_WB.p - X_WG.p).norm();
   error.angle = Eigen::Quaterniond(X_WB.R).angularDistance(Eigen::Quaterniond(X_WG.R));
+  if (turn > std::numbers::pi) error.angle = turn;
   return error;
 }
 

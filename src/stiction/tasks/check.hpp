@@ -28,7 +28,7 @@ struct CheckReport {
   std::vector<CheckItem> items;
   long knots = 0;
   long steps = 0;          ///< dynamics steps computed
-  double threshold_N = 0;  ///< contacts with less force than this are not looked at
+  double threshold_N = 0;  ///< the least force that is looked at: world::share::kForce of the force of its pair
   double wall_s = 0;
 
   const CheckItem& at(std::string_view name) const;  ///< @throws core::InvalidInput: no such item
@@ -39,7 +39,6 @@ struct CheckOptions {
   double penetration = 1e-3;      ///< allowed beyond that of the start [m]
   double joint_limit = 1e-6;      ///< allowed violation by joints and commands [rad or m]
   double force_gap = 1e-3;        ///< a force may not act across a gap larger than this [m]
-  double force_threshold = 1e-3;  ///< of the largest object weight, or of the force that moves the softest joint by 1 mm if that is larger
   double cone_excess = 1e-6;      ///< allowed excess of ‖f_t‖ over μ f_n, relative to f_n
   double quaternion_norm = 1e-6;  ///< allowed deviation from 1
   double stored_position = 1e-4;  ///< allowed difference between a stored knot and one full sub-step from the knot before it [m]
@@ -48,19 +47,22 @@ struct CheckOptions {
   double display = 2e-6;          ///< allowed rounding of body poses
 };
 
+/// The file (check_file.hpp) and the physics (check_replay.hpp) of a plan.
+///
 /// Re-simulates a plan from its start with the exact dynamics at half the planner's sub-step: the command of every knot is reached in
 /// two steps, through the middle. Uses world, contact and dynamics::step, nothing of the planner. In addition every stored knot is
 /// compared with one full sub-step from the knot before it, so that no state, command or force can be changed unnoticed.
 ///
 /// goal_position, goal_angle      the end of the re-simulated path against the goal
 /// penetration                    deepest at any re-simulated or stored state
-/// joint_limits, command_limits   worst violation
+/// joint_limits, replay_limits, command_limits   worst violation
 /// command_step                   largest command increment of a knot in units of the sub-step limits
 /// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step
 /// regrasp_contact                travel of a branch in contact between its first and its last moment 1 mm away from everything, in a regrasp
 ///                                in which it goes elsewhere
 /// failed_steps                   steps that were not solved
-/// quaternion_norm, start, goal, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated
+/// edited, status                 the file is as it was written (its digest), and of a plan that was solved
+/// quaternion_norm, start, goal, settings, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated
 ///
 /// @param plan  matches the task, see require_same_scene
 /// @returns Solved, Cancelled or MaxIterations (deadline); `out.pass` is the verdict

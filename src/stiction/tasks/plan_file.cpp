@@ -108,7 +108,15 @@ std::string spell_task_file(const Task& task, const fs::path& file) {
 PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
                         const fs::path& file) {
   const world::Model& model = *task.model;
-  const planning::Plan& plan = result.plan;
+  planning::Plan plan = result.plan;
+  if (plan.q_start.size() == 0) {  // of a search that could not make its first step
+    plan.q_start = task.problem.q_start;
+    plan.u_start = plan.q_start.tail(model.n_a());
+    plan.goal = task.problem.goal;
+    plan.step.h = options.h;
+    plan.step.regularisation = options.regularisation;
+    plan.error = planning::goal_error(model, plan.q_start, plan.goal);
+  }
   PlanFile out;
   out.code_version = core::version();
   out.task_name = task.name;
@@ -166,6 +174,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
     }
   }
   add_tree(result.tree, out);
+  out.sha256 = content_sha256(out);
   return out;
 }
 
@@ -248,6 +257,11 @@ void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& 
   }
   (void)options_of_plan(model, plan, file);
   const auto shown = ShownBodies(model);
+  PlanFile expected;
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  calc_kinematics(model, model.neutral(), work, kinematics);
+  add_scene(model, shown, kinematics, expected);
   if (plan.bodies.size() != shown.bodies.size())
     fail(file, "bodies", fmt::format("{} bodies", plan.bodies.size()), fmt::format("{}", shown.bodies.size()));
   for (std::size_t i = 0; i < plan.bodies.size(); ++i) {
@@ -256,6 +270,8 @@ void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& 
         plan.bodies[i].fixed_pose.has_value() != body.dofs.empty()) {
       fail(file, fmt::format("bodies[{}]", i), fmt::format("'{}'", plan.bodies[i].name), fmt::format("'{}'", body.name));
     }
+    if (to_text(plan.bodies[i]) != to_text(expected.bodies[i]))
+      fail(file, fmt::format("bodies[{}]", i), fmt::format("'{}' in another place", body.name), "its place in the scene");
   }
   if (plan.geometries.size() != model.geometries().size()) {
     fail(file, "geometries", fmt::format("{} geometries", plan.geometries.size()), fmt::format("{}", model.geometries().size()));
@@ -265,6 +281,9 @@ void require_same_scene(const PlanFile& plan, const Task& task, const fs::path& 
     if (plan.geometries[i].name != geometry.name || plan.geometries[i].body != shown.place[static_cast<std::size_t>(geometry.body)]) {
       fail(file, fmt::format("geometries[{}]", i), fmt::format("'{}'", plan.geometries[i].name), fmt::format("'{}'", geometry.name));
     }
+    if (to_text(plan.geometries[i]) != to_text(expected.geometries[i]))
+      fail(file, fmt::format("geometries[{}]", i), fmt::format("another shape, pose or friction of '{}'", geometry.name),
+           "those of the scene");
   }
 }
 

@@ -96,6 +96,7 @@ struct PlanFile {
   planning::GoalError error;
   std::vector<StoredSegment> segments;
   std::vector<StoredTreeNode> tree;  ///< display; of a large tree an even choice of its nodes
+  std::string sha256;                ///< content_sha256 when it was made; empty: of an earlier version
 };
 
 /// What the file of a finished plan holds. @param file where it will be written; only to spell the path of the task
@@ -116,6 +117,13 @@ std::string spell_task_file(const Task& task, const std::filesystem::path& file)
 
 /// The text of the file; equal plans give equal texts. @throws core::InvalidInput when a number is not finite
 std::string to_text(const PlanFile& plan);
+
+/// SHA-256 of all of the text but the digest itself: what tells an edited file from a written one. It protects nothing: who edits may sign anew.
+std::string content_sha256(const PlanFile& plan);
+
+/// The entries of `bodies` and `geometries`; equal ones give equal texts.
+std::string to_text(const StoredBody& body);
+std::string to_text(const StoredGeometry& geometry);
 
 /// Writes under a temporary name in the same folder (made if missing) and renames. @throws core::InvalidInput: cannot be written
 void write_plan(const PlanFile& plan, const std::filesystem::path& file);

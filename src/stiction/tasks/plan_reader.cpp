@@ -35,16 +35,18 @@ class Value {
   bool is_null() const { return node_->is_null(); }
   const json& node() const { return *node_; }
 
-  /// An object with exactly these keys.
-  void require_keys(std::initializer_list<std::string_view> keys) const {
+  /// An object with these keys and no others but the optional ones.
+  void require_keys(std::initializer_list<std::string_view> keys, std::initializer_list<std::string_view> optional = {}) const {
     if (!node_->is_object()) fail("an object");
     for (const auto key : keys) {
       if (!node_->contains(key)) fail(fmt::format("no '{}'", key), "this key");
     }
     if (node_->size() == keys.size()) return;
     for (const auto& [key, unused] : node_->items()) {
-      if (std::find(keys.begin(), keys.end(), key) == keys.end())
-        fail(fmt::format("unknown key '{}'", key), fmt::format("only {}", fmt::join(keys, ", ")));
+      const auto is_in = [&](std::initializer_list<std::string_view> names) {
+        return std::find(names.begin(), names.end(), key) != names.end();
+      };
+      if (!is_in(keys) && !is_in(optional)) fail(fmt::format("unknown key '{}'", key), fmt::format("only {}", fmt::join(keys, ", ")));
     }
   }
   bool has(std::string_view key) const { return node_->is_object() && node_->contains(key); }
@@ -371,12 +373,8 @@ planning::GoalRegion read_region(const Value& region, const PlanFile& plan) {
 
 void read_goal(const Value& top, PlanFile& out) {
   const Value goal = top.at("goal");
-  if (goal.has("region")) {
-    goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "region", "from"});
-    out.region = read_region(goal.at("region"), out);
-  } else {
-    goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "from"});
-  }
+  goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "from"}, {"region"});
+  if (goal.has("region")) out.region = read_region(goal.at("region"), out);
   out.goal_object = goal.at("object").string();
   if (std::none_of(out.objects.begin(), out.objects.end(), [&](const auto& object) { return object.name == out.goal_object; })) {
     goal.at("object").fail("the name of an object");
@@ -402,7 +400,8 @@ PlanFile read(const Value& top) {
   }
   top.require_keys({"format",     "format_version", "code_version", "task",  "scene_sha256", "scene_text", "status",  "seed",
                     "options",    "statistics",     "timing",       "step",  "substep",      "joints",     "objects", "bodies",
-                    "geometries", "start",          "goal",         "error", "segments",     "tree"});
+                    "geometries", "start",          "goal",         "error", "segments",     "tree"},
+                   {"sha256"});
   PlanFile out;
   read_head(top, out);
   if (!top.at("options").node().is_object()) top.at("options").fail("an object");
@@ -429,6 +428,7 @@ PlanFile read(const Value& top) {
     const Eigen::VectorXd numbers = v.at("object").vector(7);
     std::copy_n(numbers.data(), 7, node.object.begin());
   });
+  if (top.has("sha256")) out.sha256 = top.at("sha256").string();
   return out;
 }
 

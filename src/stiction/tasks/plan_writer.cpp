@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
@@ -146,9 +147,8 @@ void write_head(Writer& w, const PlanFile& p) {
   w.raw(",\n\"status\":\"{}\",\n\"seed\":{},\n\"options\":{},\n", core::to_string(p.status), p.seed, p.options);
   w.raw("\"statistics\":{{\"iterations\":{},\"nodes\":{},\"steps\":{},\"linearisations\":{},\"failed_steps\":{},\"distrusted\":{},",
         p.iterations, p.nodes, p.steps, p.linearisations, p.failed_steps, p.distrusted);
-  w.raw(
-      "\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},",
-      p.regrasps.tried, p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step);
+  w.raw("\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},",
+        p.regrasps.tried, p.regrasps.accepted, p.regrasps.no_sample, p.regrasps.no_path, p.regrasps.object_moved, p.regrasps.failed_step);
   w.raw("\"start_penetration\":");
   w.exact(p.start_penetration);
   w.raw(",\"start_projected\":{}}},\n\"timing\":{{\"wall_s\":", p.start_projected);
@@ -177,6 +177,29 @@ void write_head(Writer& w, const PlanFile& p) {
   }
 }
 
+void write_body(Writer& w, const StoredBody& body) {
+  w.raw("\n{{\"name\":");
+  w.text(body.name);
+  w.raw(",\"kind\":\"{}\",\"moving\":{}", kBodyKindNames[static_cast<std::size_t>(body.kind)], !body.fixed_pose);
+  if (body.fixed_pose) {
+    w.raw(",");
+    write_pose_members(w, *body.fixed_pose);
+  }
+  w.raw("}}");
+}
+
+void write_geometry(Writer& w, const StoredGeometry& geometry) {
+  w.raw("\n{{\"name\":");
+  w.text(geometry.name);
+  w.raw(",\"body\":{},\"shape\":", geometry.body);
+  std::visit(ShapeWriter{w}, geometry.shape);
+  w.raw(",");
+  write_pose_members(w, geometry.X_BG);
+  w.raw(",\"friction\":");
+  w.exact(geometry.friction);
+  w.raw("}}");
+}
+
 void write_scene(Writer& w, const PlanFile& p) {
   w.raw(",\n\"joints\":");
   w.list(p.joints, [&](const std::string& name) { w.text(name); });
@@ -187,28 +210,9 @@ void write_scene(Writer& w, const PlanFile& p) {
     w.raw(",\"joint\":\"{}\"}}", kObjectJointNames[static_cast<std::size_t>(object.joint)]);
   });
   w.raw(",\n\"bodies\":");
-  w.list(p.bodies, [&](const StoredBody& body) {
-    w.raw("\n{{\"name\":");
-    w.text(body.name);
-    w.raw(",\"kind\":\"{}\",\"moving\":{}", kBodyKindNames[static_cast<std::size_t>(body.kind)], !body.fixed_pose);
-    if (body.fixed_pose) {
-      w.raw(",");
-      write_pose_members(w, *body.fixed_pose);
-    }
-    w.raw("}}");
-  });
+  w.list(p.bodies, [&](const StoredBody& body) { write_body(w, body); });
   w.raw(",\n\"geometries\":");
-  w.list(p.geometries, [&](const StoredGeometry& geometry) {
-    w.raw("\n{{\"name\":");
-    w.text(geometry.name);
-    w.raw(",\"body\":{},\"shape\":", geometry.body);
-    std::visit(ShapeWriter{w}, geometry.shape);
-    w.raw(",");
-    write_pose_members(w, geometry.X_BG);
-    w.raw(",\"friction\":");
-    w.exact(geometry.friction);
-    w.raw("}}");
-  });
+  w.list(p.geometries, [&](const StoredGeometry& geometry) { write_geometry(w, geometry); });
 }
 
 [[noreturn]] void cannot_write(const fs::path& path, const std::string& why) {
@@ -225,9 +229,8 @@ void write_bounds(Writer& w, const Eigen::VectorXd& bounds) {
   });
 }
 
-}  // namespace
-
-std::string to_text(const PlanFile& plan) {
+/// The file up to its digest.
+std::string content(const PlanFile& plan) {
   Writer w;
   write_head(w, plan);
   write_scene(w, plan);
@@ -270,8 +273,28 @@ std::string to_text(const PlanFile& plan) {
     w.display_list(node.object);
     w.raw("}}");
   });
-  w.raw("\n}}\n");
   return w.take();
+}
+
+}  // namespace
+
+std::string to_text(const StoredBody& body) {
+  Writer w;
+  write_body(w, body);
+  return w.take();
+}
+
+std::string to_text(const StoredGeometry& geometry) {
+  Writer w;
+  write_geometry(w, geometry);
+  return w.take();
+}
+
+std::string content_sha256(const PlanFile& plan) { return core::sha256(content(plan)); }
+
+std::string to_text(const PlanFile& plan) {
+  const std::string text = content(plan);
+  return fmt::format("{},\n\"sha256\":\"{}\"\n}}\n", text, core::sha256(text));
 }
 
 void require_writable(const fs::path& dir) {

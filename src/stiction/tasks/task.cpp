@@ -145,14 +145,30 @@ planning::GoalRegion unbounded(const Model& model) {
   return {Eigen::VectorXd::Constant(model.n_vu(), -infinity), Eigen::VectorXd::Constant(model.n_vu(), infinity)};
 }
 
+/// The goal is where the object is at q.
+void set_goal_at(const Eigen::VectorXd& q, planning::PlanningProblem& problem) {
+  const Model& model = *problem.model;
+  problem.q_goal = q.head(model.n_qu());
+  problem.goal.X_WG = world::object_pose(model, q, problem.goal.object);
+}
+
+/// The pose does not tell the goal from another turn of a hinge: the goal is more than half a turn away, or another turn of it lies inside
+/// the limits. Such a goal is a region with one coordinate in it; a hinge is a number, 2π is not 0.
+bool counts_turns(const Model& model, int object, double start, double goal) {
+  const auto& spec = model.scene().objects[static_cast<std::size_t>(object)];
+  if (spec.joint != world::ObjectJoint::Hinge) return false;
+  constexpr double kTurn = 2 * std::numbers::pi;
+  if (std::abs(goal - start) > kTurn / 2) return true;
+  return spec.limits && (goal - kTurn >= (*spec.limits)[0] || goal + kTurn <= (*spec.limits)[1]);
+}
+
 /// The goal region, and what of it is nearest to the start.
 void set_region(planning::GoalRegion region, planning::PlanningProblem& problem) {
   const Model& model = *problem.model;
   Eigen::VectorXd q = problem.q_start;
   planning::project(model, region, q.head(model.n_qu()));
   problem.goal.region = std::move(region);
-  problem.goal.X_WG = world::object_pose(model, q, problem.goal.object);
-  problem.q_goal = q.head(model.n_qu());
+  set_goal_at(q, problem);
 }
 
 /// Of hinges and sliders.
@@ -207,7 +223,10 @@ void read_goal(const YamlNode& node, const YamlNode& tolerance, const Model& mod
     const int object = named.emplace_back(find_object(value, name, model));
     const auto& info = model.objects()[static_cast<std::size_t>(object)];
     several |= is_region(value);
-    if (!is_region(value)) read_object_pose(value, model, object, q);
+    if (!is_region(value)) {
+      read_object_pose(value, model, object, q);
+      several |= counts_turns(model, object, problem.q_start[info.q_begin], q[info.q_begin]);
+    }
     read_object_region(value, model, object, region);
     if (info.n_v == 1)
       require_in_limits(value, model, object, nearest_in_limits(model, object, region.lower[info.v_begin], region.upper[info.v_begin]),
@@ -219,13 +238,24 @@ void read_goal(const YamlNode& node, const YamlNode& tolerance, const Model& mod
     if (std::find(chain.begin(), chain.end(), object) == chain.end())
       node.at("objects").fail(fmt::format("{} objects", entries.size()), "the goal pose of exactly one object, and of what it hangs on");
   }
-  goal.X_WG = world::object_pose(model, q, goal.object);
-  problem.q_goal = q.head(model.n_qu());
   tolerance.require_map({"position", "angle"});
   goal.tol_position = tolerance.at("position").positive();
   goal.tol_angle = tolerance.at("angle").positive();
   problem.goal = goal;
+  set_goal_at(q, problem);
   if (several) set_region(std::move(region), problem);
+}
+
+/// @throws core::InvalidInput: no shape of a robot may touch an object
+void require_touch(const YamlNode& scene, const Model& model) {
+  const auto kind = [&](int geometry) {
+    return model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(geometry)].body)].kind;
+  };
+  for (const auto& pair : model.pairs()) {
+    if (kind(pair.geometry_a) == world::BodyKind::Object && kind(pair.geometry_b) == world::BodyKind::Robot) return;
+  }
+  if (model.n_a() > 0 && !model.objects().empty())
+    scene.fail("no robot has a shape that may touch an object", "a robot with collision geometry, and filters that let it touch");
 }
 
 bool names_a_file(const std::string& text) {
@@ -243,6 +273,7 @@ Task read_task(const YamlNode& root, std::string name) {
   task.problem.model = task.model;
   task.problem.q_start = read_start(root.at("start"), model);
   read_goal(root.at("goal"), root.at("tolerance"), model, task.problem);
+  require_touch(root.find("scene").value_or(root), model);
   if (const auto planner = root.find("planner")) {
     task.options = read_planner_options(*planner, model);
   } else {
@@ -334,7 +365,9 @@ void set_goal(Task& task, const std::vector<std::optional<double>>& values) {
   }
   task.goal_from_command_line = true;
   task.problem.goal.region.reset();
-  if (std::any_of(values.begin(), values.end(), [](const auto& x) { return !x; })) {
+  const int at = model.objects()[static_cast<std::size_t>(object)].q_begin;
+  const bool turns = !free && values.back() && counts_turns(model, object, task.problem.q_start[at], *values.back());
+  if (turns || std::any_of(values.begin(), values.end(), [](const auto& x) { return !x; })) {
     planning::GoalRegion region = unbounded(model);
     std::size_t next = 0;
     for (const int o : chain) {
@@ -357,8 +390,7 @@ void set_goal(Task& task, const std::vector<std::optional<double>>& values) {
       for (int i = 0; i < info.n_q; ++i) q[info.q_begin + i] = *values[next++];
     }
   }
-  task.problem.q_goal = q.head(model.n_qu());
-  task.problem.goal.X_WG = world::object_pose(model, q, object);
+  set_goal_at(q, task.problem);
 }
 
 trajopt::OptimizeInput make_optimize_input(const Task& task) {

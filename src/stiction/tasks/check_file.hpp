@@ -1,0 +1,49 @@
+#pragma once
+
+#include "stiction/tasks/check_figures.hpp"
+#include "stiction/tasks/plan_file.hpp"
+
+namespace stiction::tasks {
+
+/// What a plan file says, against the task and against itself, without the dynamics:
+///   edited           the text is the one that was written (its digest)
+///   status           Solved
+///   start, goal      those of the task; a goal of the command line is one
+///   settings         the options of the search but for seed, threads, scheme and anytime are those of the task
+///   dynamics         step and sub-step are at least as fine as the task's, by the same laws
+///   error            of the last knot, as stored
+///   quaternion_norm, joint_limits, command_limits, command_step, display_poses, stored_cone of every knot
+class FileCheck {
+ public:
+  FileCheck(const Task& task, const PlanFile& plan, const CheckOptions& options);
+  void run();
+  void report(CheckReport& out) const;
+
+ private:
+  struct Place {
+    int segment = -1, knot = -1;
+  };
+  std::string here(std::string_view what) const;
+  void check_start();
+  void check_goal();
+  void check_settings();
+  void check_dynamics();
+  void check_state(const Eigen::VectorXd& q);
+  void check_command(const Eigen::VectorXd& before, const Eigen::VectorXd& u);
+  void check_cones(const StoredKnot& knot);
+  void check_display(const StoredKnot& knot);
+  bool revolute(int joint) const;
+  void see_outside(Worst& figure, int joint, double x);
+
+  const Task& task_;
+  const PlanFile& plan_;
+  const CheckOptions& limits_;
+  const world::Model& model_;
+  world::KinematicsWorkspace work_;
+  world::Kinematics kinematics_;
+  Place place_;
+  Worst edited_, status_, start_, goal_, settings_, dynamics_, error_, quaternion_norm_, joint_limits_, command_limits_, command_step_,
+      display_, stored_cone_;
+};
+
+}  // namespace stiction::tasks

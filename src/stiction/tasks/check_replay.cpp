@@ -1,0 +1,279 @@
+#include "stiction/tasks/check_replay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stiction/world/scales.hpp"
+
+namespace stiction::tasks {
+
+using core::Status;
+
+Replay::Replay(const Task& task, const PlanFile& plan, const CheckOptions& options)
+    : plan_(plan),
+      limits_(options),
+      model_(*task.model),
+      step_work_(task.model),
+      kinematics_work_(model_),
+      contact_work_(model_),
+      step_options_(plan.step) {
+  step_options_.smoothing = dynamics::Exact{};
+  step_options_.with_B = false;
+  step_options_.warm_start = false;  // every step depends on its input alone
+  goal_object_ = model_.object_index(plan_.goal_object);
+  find_branches();
+}
+
+Status Replay::run(const core::RunControl& control, CheckReport& out) {
+  start_penetration_ = deepest(normalised(model_, plan_.q_start)).first;
+  Eigen::VectorXd q = normalised(model_, plan_.q_start);
+  const Eigen::VectorXd *q_before = &plan_.q_start, *u_before = &plan_.u_start;
+  for (std::size_t s = 0; s < plan_.segments.size(); ++s) {
+    for (std::size_t k = 0; k < plan_.segments[s].knots.size(); ++k) {
+      if (control.stop()) return control.cancelled() ? Status::Cancelled : Status::MaxIterations;
+      const StoredKnot& knot = plan_.segments[s].knots[k];
+      place_ = {static_cast<int>(s), static_cast<int>(k)};
+      check_stored(*q_before, knot);
+      half_step(0.5 * (*u_before + knot.u), q);
+      half_step(knot.u, q);
+      compare_with_path(q, knot.q);
+      q_before = &knot.q;
+      u_before = &knot.u;
+      ++out.knots;
+    }
+    if (plan_.segments[s].kind == planning::SegmentKind::Regrasp && plan_.substep) check_regrasp(s);
+  }
+  end_ = goal_error(model_, plan_, q);
+  out.steps = steps_;
+  return Status::Solved;
+}
+
+void Replay::report(CheckReport& out) const {
+  const auto plain = [](double x) {
+    Worst worst;
+    worst.value = x;
+    worst.nan = std::isnan(x);
+    return worst;
+  };
+  out.threshold_N = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) out.threshold_N = std::min(out.threshold_N, least_force(i));
+  add(out, "goal_position", plain(end_.position), plan_.tol_position, "m");
+  add(out, "goal_angle", plain(end_.angle), plan_.tol_angle, "rad");
+  add(out, "penetration", penetration_, std::max(0.0, start_penetration_) + limits_.penetration, "m");
+  add(out, "replay_limits", joint_limits_, limits_.joint_limit, "rad or m");
+  add(out, "force_cone", force_cone_, limits_.cone_excess, "of the normal force");
+  add(out, "force_gap", force_gap_, limits_.force_gap, "m");
+  add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
+  add(out, "failed_steps", plain(static_cast<double>(failed_steps_)), 0.0, "");
+  add(out, "stored_position", stored_position_, limits_.stored_position, "m");
+  add(out, "stored_angle", stored_angle_, limits_.stored_angle, "rad");
+  add(out, "stored_force", stored_force_, limits_.stored_force, "of the largest force");
+  add(out, "stored_contact", stored_contact_, limits_.display, "m");
+  add(out, "path_position", path_position_, std::nullopt, "m");
+  add(out, "path_angle", path_angle_, std::nullopt, "rad");
+  add(out, "slide", slide_, std::nullopt, "m");
+}
+
+std::string Replay::here() const { return fmt::format("segment {}, knot {}", place_.segment, place_.knot); }
+std::string Replay::here(std::string_view what) const { return fmt::format("{} at {}", what, here()); }
+
+std::string Replay::pair_name(int pair) const {
+  const auto& p = model_.pairs()[static_cast<std::size_t>(pair)];
+  return model_.geometries()[static_cast<std::size_t>(p.geometry_a)].name + " – " +
+         model_.geometries()[static_cast<std::size_t>(p.geometry_b)].name;
+}
+
+double Replay::friction(int pair) const { return step_options_.friction_scale * model_.pairs()[static_cast<std::size_t>(pair)].friction; }
+
+/// Smaller forces are not looked at [N].
+double Replay::least_force(int pair) const { return world::share::kForce * model_.scales().pair(pair).force; }
+
+void Replay::find_branches() {
+  const auto body = [&](int geometry) -> const world::Body& {
+    return model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)];
+  };
+  for (const auto& robot : model_.robots()) {
+    for (const auto& chain : robot.chains) {
+      Branch& branch = branches_.emplace_back();
+      for (const int v : chain) branch.joints.push_back(model_.n_q() - model_.n_v() + v);
+      const auto moves = [&](int geometry) {
+        const auto& dofs = body(geometry).dofs;
+        return std::any_of(dofs.begin(), dofs.end(), [&](int v) { return std::find(chain.begin(), chain.end(), v) != chain.end(); });
+      };
+      for (std::size_t i = 0; i < model_.pairs().size(); ++i) {
+        const auto& pair = model_.pairs()[i];
+        if (moves(pair.geometry_a) != moves(pair.geometry_b)) branch.pairs.push_back(static_cast<int>(i));
+      }
+    }
+  }
+}
+
+/// A branch that goes elsewhere in a regrasp touches nothing from when it was first free, 1 mm from everything, to when it was last.
+void Replay::check_regrasp(std::size_t segment) {
+  constexpr double kFree = 1e-3, kGoesElsewhere = 0.1;  // [m], [rad or m]: a finger that only stops pushing stays where it is
+  constexpr double kTouching = 1e-4;                    // [m]: what is pushed away keeps a gap of some micrometres
+  const auto& knots = plan_.segments[segment].knots;
+  for (const Branch& branch : branches_) {
+    std::vector<double> gap(knots.size()), travel(knots.size(), 0.0);
+    double all = 0, excursion = 0;
+    for (std::size_t k = 1; k < knots.size(); ++k) {
+      for (const int j : branch.joints) {
+        travel[k] = std::max(travel[k], std::abs(knots[k].q[j] - knots[k - 1].q[j]));
+        excursion = std::max(excursion, std::abs(knots[k].q[j] - knots[0].q[j]));
+      }
+      all += travel[k];
+    }
+    if (excursion < kGoesElsewhere) continue;
+    for (std::size_t k = 0; k < knots.size(); ++k) {
+      world::calc_kinematics(model_, normalised(model_, knots[k].q), kinematics_work_, kinematics_);
+      gap[k] = contact::calc_min_distance(model_, kinematics_, branch.pairs, -std::numeric_limits<double>::infinity(), contact_work_);
+    }
+    const auto is_free = [](double x) { return x >= kFree; };
+    const auto first = std::find_if(gap.begin(), gap.end(), is_free);
+    const auto last = std::find_if(gap.rbegin(), gap.rend(), is_free).base();
+    double touching = first == gap.end() ? all : 0.0;
+    for (auto it = first; it < last; ++it) touching += *it <= kTouching ? travel[static_cast<std::size_t>(it - gap.begin())] : 0.0;
+    regrasp_contact_.see(touching, [&] {
+      return fmt::format("{} in segment {}", joint_name(branch.joints.front() - (model_.n_q() - model_.n_a())), segment);
+    });
+  }
+}
+
+/// Deepest penetration at q [m], ≥ 0, and its pair (−1: none).
+std::pair<double, int> Replay::deepest(const Eigen::VectorXd& q) {
+  world::calc_kinematics(model_, q, kinematics_work_, kinematics_);
+  contact::query(model_, kinematics_, {.margin = 0, .cutoff = 0}, contact_work_, contacts_);
+  std::pair<double, int> worst{0, -1};
+  for (const auto& contact : contacts_) {
+    if (-contact.phi > worst.first) worst = {-contact.phi, contact.pair};
+  }
+  return worst;
+}
+
+bool Replay::step(const Eigen::VectorXd& q, const Eigen::VectorXd& u) {
+  ++steps_;
+  const Status status = dynamics::step(model_, {q, u}, step_options_, step_work_, result_);
+  if (status == Status::Solved) return true;
+  ++failed_steps_;
+  return false;
+}
+
+/// One step of the re-simulation from q, judged; q becomes the state after it.
+void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
+  if (!step(q, u)) return;
+  q = result_.q_next;
+  for (int j = 0; j < model_.n_a(); ++j) {
+    const double x = q.tail(model_.n_a())[j];
+    joint_limits_.see(std::max(model_.lower()[j] - x, x - model_.upper()[j]), [&] { return here(joint_name(j)); });
+  }
+  const auto [depth, pair] = deepest(q);  // leaves the kinematics at q
+  penetration_.see(depth, [&] { return here(pair_name(pair)); });
+  for (const auto& c : result_.contacts) {
+    const Eigen::Vector3d force = c.lambda / step_options_.h;
+    const double least = least_force(c.contact.pair);
+    if (force.norm() <= least) continue;
+    force_cone_.see((force.tail<2>().norm() - friction(c.contact.pair) * force[0]) / std::max(std::abs(force[0]), least),
+                    [&] { return here(pair_name(c.contact.pair)); });
+    const double phi = contact::pair_distance(model_, kinematics_, c.contact.pair, contact_work_).phi;
+    force_gap_.see(phi, [&] { return here(fmt::format("{} ({:.3g} N)", pair_name(c.contact.pair), force.norm())); });
+    slide_.see(c.displacement.tail<2>().norm(), [&] { return here(pair_name(c.contact.pair)); });
+  }
+}
+
+/// A stored knot against one full sub-step from the knot before it.
+void Replay::check_stored(const Eigen::VectorXd& q_before, const StoredKnot& knot) {
+  const Eigen::VectorXd q = normalised(model_, knot.q), q_from = normalised(model_, q_before);
+  const auto [depth, pair] = deepest(q);
+  penetration_.see(depth, [&] { return here("stored " + pair_name(pair)); });
+  if (!step(q_from, knot.u)) return;
+  compare_states(result_.q_next, q, stored_position_, stored_angle_);
+  check_stored_contacts(knot);
+  check_stored_forces(q_from, knot);
+}
+
+/// Every stored contact is one of the step: the same shapes, point, normal and gap.
+void Replay::check_stored_contacts(const StoredKnot& knot) {
+  for (const auto& stored : knot.contacts) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& c : result_.contacts) {
+      const auto& pair = model_.pairs()[static_cast<std::size_t>(c.contact.pair)];
+      if (pair.geometry_a != stored.a || pair.geometry_b != stored.b) continue;
+      nearest = std::min(
+          nearest, std::max({(c.contact.p_WB - stored.point_W).lpNorm<Eigen::Infinity>(),
+                             (c.contact.nhat_BA_W - stored.normal_W).lpNorm<Eigen::Infinity>(), std::abs(c.contact.phi - stored.gap)}));
+    }
+    stored_contact_.see(nearest, [&] { return here(model_.geometries()[static_cast<std::size_t>(stored.a)].name); });
+  }
+}
+
+void Replay::compare_states(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Worst& position, Worst& angle) {
+  for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
+    const world::Pose X_a = world::object_pose(model_, a, i);
+    const world::Pose X_b = world::object_pose(model_, b, i);
+    const auto name = [&] { return here(model_.objects()[static_cast<std::size_t>(i)].name); };
+    position.see((X_a.p - X_b.p).norm(), name);
+    angle.see(angle_between(X_a.R, X_b.R), name);
+  }
+  for (int j = 0; j < model_.n_a(); ++j) {
+    const bool revolute = model_.dofs()[static_cast<std::size_t>(model_.n_vu() + j)].kind == world::DofKind::Revolute;
+    (revolute ? angle : position).see(std::abs(a.tail(model_.n_a())[j] - b.tail(model_.n_a())[j]), [&] { return here(joint_name(j)); });
+  }
+}
+
+/// Redundant contacts may share a load in many ways, and a hinge takes whatever does not turn it: what is compared is the sum over the
+/// contacts along every coordinate that an object slides along or, where it is held by a joint, turns about (as a force at the longest lever).
+void Replay::check_stored_forces(const Eigen::VectorXd& q_before, const StoredKnot& knot) {
+  struct Force {
+    int a, b;  // geometries
+    Eigen::Vector3d point_W, force_W;
+  };
+  std::vector<Force> stored, simulated;
+  for (const auto& c : knot.contacts) stored.push_back({c.a, c.b, c.point_W, c.force_W});
+  for (const auto& c : result_.contacts) {
+    const auto& pair = model_.pairs()[static_cast<std::size_t>(c.contact.pair)];
+    simulated.push_back({pair.geometry_a, pair.geometry_b, c.contact.p_WB, dynamics::calc_wrench(c, step_options_.h).head<3>()});
+  }
+  double largest = 0;
+  for (const auto* forces : {&stored, &simulated}) {
+    for (const Force& f : *forces) largest = std::max(largest, f.force_W.norm());
+  }
+  world::calc_kinematics(model_, q_before, kinematics_work_, kinematics_);
+  for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
+    const auto& object = model_.objects()[static_cast<std::size_t>(i)];
+    const world::Scale& scale = model_.scales().object(i);
+    for (int v = object.v_begin; v < object.v_begin + object.n_v; ++v) {
+      const bool revolute = model_.dofs()[static_cast<std::size_t>(v)].kind == world::DofKind::Revolute;
+      if (revolute && object.n_v == 6) continue;
+      const Eigen::Vector3d axis = kinematics_.axis_W.col(v), origin = kinematics_.origin_W.col(v);
+      const auto direction = [&](const Eigen::Vector3d& point) { return revolute ? Eigen::Vector3d(axis.cross(point - origin)) : axis; };
+      const auto moves = [&](int geometry) {
+        const auto& dofs = model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)].dofs;
+        return std::find(dofs.begin(), dofs.end(), v) != dofs.end();
+      };
+      double lever = revolute ? world::share::kContact * scale.length : 1.0;
+      const auto along = [&](const std::vector<Force>& forces) {
+        double sum = 0;
+        for (const Force& f : forces) {
+          const double sign = static_cast<double>(moves(f.a)) - static_cast<double>(moves(f.b));
+          sum += sign * direction(f.point_W).dot(f.force_W);
+          if (sign != 0) lever = std::max(lever, direction(f.point_W).norm());
+        }
+        return sum;
+      };
+      const double difference = along(stored) - along(simulated);
+      stored_force_.see(std::abs(difference) / lever / std::max(largest, scale.force), [&] { return here(object.name); });
+    }
+  }
+}
+
+void Replay::compare_with_path(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stored) {
+  const world::Pose X = world::object_pose(model_, q, goal_object_);
+  const world::Pose X_stored = world::object_pose(model_, normalised(model_, q_stored), goal_object_);
+  path_position_.see((X.p - X_stored.p).norm(), [&] { return here(); });
+  path_angle_.see(angle_between(X.R, X_stored.R), [&] { return here(); });
+}
+
+}  // namespace stiction::tasks

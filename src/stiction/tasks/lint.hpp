@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::tasks {
+
+/// Something in a task that can be read, and is hardly what was meant.
+struct Finding {
+  std::string
+      kind;  ///< "overlap", "stuck", "unsupported", "hold", "reach", "weight", "gravity", "size", "units", "quaternion", "sample_box", "goal"
+  std::string message;  ///< field or body, what was found, what was likely meant
+};
+
+/// Looks at a task without planning it. Lengths L and forces F are those of world::Scales.
+///
+/// overlap      at the start two shapes are deeper in each other than 0.01 L of the pair
+/// stuck        the first step from the start has no solution: an overlap that no joint can undo
+/// unsupported  at the start an object that gravity moves touches nothing: nothing is nearer than 0.01 L
+/// hold         at the goal it touches nothing that is not a robot, and the robots have neither two bodies nor a flat one to hold it with
+/// reach        at the start or at the goal every shape of every robot is farther from the object than its joints allow (lower bound)
+/// weight       under F of the object even the stiffest joint gives way by more than L
+/// gravity      it points upwards
+/// size         an object is more than ten times as large as the robots reach, or a thousandth of it
+/// units        angles beyond 2π and limits beyond 4π: degrees; tolerances that every pose is within
+/// quaternion   quaternion_wxyz reads as a half turn, and as x y z w as something less
+/// sample_box   the box leaves out the goal
+/// goal         the start is within its tolerances
+///
+/// @returns what was found, in the order above; empty where there is nothing to say
+/// Tests: tests/tasks/lint_test.cpp
+std::vector<Finding> lint(const Task& task);
+
+}  // namespace stiction::tasks
