@@ -1,0 +1,136 @@
+#include "stiction/cone/attempt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stiction::cone::detail {
+namespace {
+
+constexpr double kColdCentre = 0.003;  // w∘z = θ·S·kColdCentre·e, in works of the row
+constexpr double kWarmSlack = 1e-4;    // the same for a warm attempt
+
+template <int R>
+double slack_of(const double* w, int stride) {
+  if constexpr (R == 1)
+    return w[0];
+  else
+    return w[0] - std::sqrt(w[stride] * w[stride] + w[2 * stride] * w[2 * stride]);
+}
+
+/// z = value·w⁻¹ (Jordan inverse)
+template <int R>
+void set_inverse(double* z, const double* w, double value) {
+  if constexpr (R == 1) {
+    z[0] = value / w[0];
+  } else {
+    const double norm = std::sqrt(w[4] * w[4] + w[8] * w[8]);
+    const double f = value / ((w[0] - norm) * (w[0] + norm));
+    z[0] = f * w[0];
+    z[4] = -f * w[4];
+    z[8] = -f * w[8];
+  }
+}
+
+/// Pushes w inside and takes z from memory. @returns how far w moved, relative to its slack
+template <int R>
+double start_row(double* w, double* z, double* r_p, const double* remembered, double target, double length, bool smoothed) {
+  const double slack = slack_of<R>(w, 4);
+  double before[R];
+  for (int r = 0; r < R; ++r) before[r] = w[4 * r];
+  if (remembered != nullptr) {
+    for (int r = 0; r < R; ++r) z[4 * r] = remembered[r];
+    if (slack < kWarmSlack * length) {
+      if (smoothed)
+        set_inverse<R>(w, z, target);
+      else
+        w[0] += kWarmSlack * length - slack;
+    }
+  } else {
+    if (slack < kColdSlack * length) w[0] += kColdSlack * length - slack;
+    set_inverse<R>(z, w, target);
+  }
+  double moved = 0;
+  for (int r = 0; r < R; ++r) {
+    r_p[4 * r] = w[4 * r] - before[r];
+    moved = std::max(moved, std::abs(r_p[4 * r]));
+  }
+  return moved / slack_of<R>(w, 4);
+}
+
+}  // namespace
+
+void Attempt::start_cold(double least_slack, bool careful) {
+  careful_ = careful;
+  std::ranges::fill(s_.x, 0.0);
+  each_group(s_.cones, [](Group<3>& group) { group.g[0] -= std::exchange(group.shift, V4{}); });
+  V4 outside{};
+  for_each_group([&]<int R>(const Group<R>& group) { outside = max(outside, -slack_of_group<R>(group.g) / group.length); });
+  const double s0 = std::max(least_slack, 0.3 * largest(outside));
+  V4 sharpest_lanes{};
+  for_each_group([&](const auto& group) { sharpest_lanes = max(sharpest_lanes, group.weight * group.inv_work); });
+  const double sharpest = largest(sharpest_lanes);
+  const double centre = smoothed_ && sharpest > 0 ? std::max(1.0, kColdCentre * impulse_ / sharpest) : kColdCentre * impulse_;
+  for_each_group([&]<int R>(Group<R>& group) {
+    const V4 value = centre * group.weight, dead = 1.0 - group.live;
+    const V4 norm = group.g[0] - slack_of_group<R>(group.g);
+    const V4 w0 = max(group.g[0], s0 * group.length + norm);
+    V4 f = value / w0;
+    if constexpr (R == 3) {
+      f = value / ((w0 - norm) * (w0 + norm));
+      for (int r = 1; r < 3; ++r) {
+        group.w[r] = group.g[r];
+        group.z[r] = -f * group.g[r];
+        group.r_p[r] = V4{};
+      }
+    }
+    group.w[0] = w0;
+    group.z[0] = (R == 3 ? f * w0 : f) + dead;
+    group.r_p[0] = (w0 - group.g[0]) * group.live;
+  });
+  primal_ = 1.0;
+}
+
+bool Attempt::try_start_warm() {
+  const Memory& m = s_.memory;
+  if (!m.valid || m.mode != options_.mode || n_rows_ == 0) return false;
+  std::ranges::copy(s_.x_memory, s_.x.begin());
+  const double centre = smoothed_ ? 1.0 : kColdCentre * impulse_;
+  double worst = 0;
+  int hits = 0;
+  const auto look_up = [&](const Memory::Rows& rows, std::uint64_t id, int hint, int components) -> const double* {
+    const int i = rows.find(id, hint);
+    if (i < 0) return nullptr;
+    ++hits;
+    return rows.z.data() + components * i;
+  };
+  const auto general = [&]<int R>(GeneralBank<R>& b, const Problem::Rows& rows, const Memory::Rows& memory) {
+    for (int i = 0; i < b.n; ++i) {
+      Group<R>& group = b.of(i);
+      const int original = b.order[at(i)];
+      double gx[R];
+      multiply_raw<R>(rows, original, layout_, s_.x.data(), gx);
+      double* w = lane(group.w, i);
+      for (int r = 0; r < R; ++r) w[4 * r] = gx[r] + rows.g[at(R * original + r)];
+      const double* z = look_up(memory, rows.id[at(original)], original, R);
+      worst = std::max(worst, start_row<R>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i),
+                                           *lane(&group.length, i), smoothed_));
+    }
+  };
+  general(s_.cones, problem_.cones(), m.cones);
+  general(s_.lines, problem_.half_lines(), m.lines);
+  for (int k = 0; k < s_.n_bounds; ++k) {
+    const int i = s_.bound_slot[at(k)];
+    Group<1>& group = s_.bounds.of(i);
+    const int tile = s_.bound_tile[at(i / 4)];
+    double* w = lane(group.w, i);
+    *w = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)] + problem_.bound_groups()[at(i / 4)].offset[i % 4];
+    const double* z = look_up(m.bounds, problem_.bound_id(k), k, 1);
+    worst = std::max(worst, start_row<1>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i),
+                                         *lane(&group.length, i), smoothed_));
+  }
+  primal_ = 1.0;
+  return hits > 0 && worst <= (smoothed_ ? 8.0 : 4.0);
+}
+
+}  // namespace stiction::cone::detail
