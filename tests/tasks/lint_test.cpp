@@ -75,6 +75,8 @@ TEST_F(Lint, Mistakes_AreNamedWithWhatAndHowMuch) {
       {"position: [0, 0, 0.04]", "position: [0, 0, 0.02]", "overlap", "'block/box_0' and 'ground/half_space_0' overlap by 20 mm"},
       {"position: [0, 0, 0.04]", "position: [0, 0, 0.04], rpy: [0, 0.3, 0]", "overlap", "'ground/half_space_0' overlap by"},
       {"joints: [-0.1, 0, 0.04]", "joints: [0, 0, 0.04]", "overlap", "'block/box_0' and 'slides/ball/sphere_0' overlap by 55 mm"},
+      {"position: [0.12, 0.04, 0.04]", "position: [0.12, 0.04, 0.01]", "overlap",
+       "goal: 'block/box_0' and 'ground/half_space_0' overlap by 30 mm"},
       {"position: [0, 0, 0.04]", "position: [0, 0, 0.34]", "unsupported", "'block' touches nothing"},
       {"fixed: [{name: ground, friction: 0.5, shapes: [{half_space: {}}]}]", "fixed: []", "unsupported", "'block' touches nothing"},
       {"position: [0.12, 0.04, 0.04]", "position: [0.12, 0.04, 0.24]", "hold", "nothing can hold it there"},

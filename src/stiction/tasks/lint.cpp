@@ -32,7 +32,9 @@ class Linter {
   }
 
   std::vector<Finding> run() {
-    overlaps();
+    overlaps("start", task_.problem.q_start, [](int) { return true; });
+    if (!goal().region)
+      overlaps("goal", q_goal_, [this](int i) { return is_of(pair(i).geometry_a, goal().object) && stays(pair(i).geometry_b); });
     stuck();
     for (int i = 0; i < n_objects(); ++i) support(i);
     hold();
@@ -84,17 +86,21 @@ class Linter {
     return geometry(is_of(pair(p).geometry_a, o) ? pair(p).geometry_b : pair(p).geometry_a).name;
   }
 
-  void overlaps() {
-    place(task_.problem.q_start);
+  /// Neither a robot nor an object: where it is at the start it is at the goal.
+  bool stays(int g) const { return body_of(g).dofs.empty(); }
+
+  template <class Wanted>
+  void overlaps(const char* where, const Eigen::VectorXd& q, const Wanted& wanted) {
+    place(q);
     std::map<std::pair<int, int>, std::pair<double, int>> deepest;  // per two bodies
     for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) {
-      const double phi = distance(i);
+      const double phi = wanted(i) ? distance(i) : 0;
       if (phi >= -near(i)) continue;
       auto& worst = deepest.try_emplace({geometry(pair(i).geometry_a).body, geometry(pair(i).geometry_b).body}, 0.0, i).first->second;
       if (phi < worst.first) worst = {phi, i};
     }
     for (const auto& [bodies, worst] : deepest)
-      say("overlap", "start: '{}' and '{}' overlap by {}", geometry(pair(worst.second).geometry_a).name,
+      say("overlap", "{}: '{}' and '{}' overlap by {}", where, geometry(pair(worst.second).geometry_a).name,
           geometry(pair(worst.second).geometry_b).name, length(-worst.first));
   }
 

@@ -16,7 +16,7 @@ struct Finding {
 
 /// Looks at a task without planning it. Lengths L and forces F are those of world::Scales.
 ///
-/// overlap      at the start two shapes are deeper in each other than 0.01 L of the pair
+/// overlap      two shapes are deeper in each other than 0.01 L of the pair: at the start, and at the goal the object in what does not move
 /// stuck        the first step from the start has no solution: an overlap that no joint can undo
 /// unsupported  at the start an object that gravity moves touches nothing: nothing is nearer than 0.01 L
 /// hold         at the goal it touches nothing that is not a robot, and the robots have neither two bodies nor a flat one to hold it with
