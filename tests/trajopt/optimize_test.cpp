@@ -102,7 +102,7 @@ TEST_P(Inner, InputBound_HoldsAroundTheTrajectoryBefore) {
 }
 
 TEST(OptimizeInput, StartTurnedByWholeTurns_CostIsTheSame) {
-  auto task = tasks::load_task(source_dir() / "tasks" / "impc_planar_pushing.yaml");
+  auto task = tasks::load_task(dynamics::test::source_dir() / "tasks" / "impc_planar_pushing.yaml");
   const double angle = task.problem.q_start[2], goal = tasks::make_optimize_input(task).reference.back()[2];
   for (const int turns : {-2, -1, 1, 3}) {
     task.problem.q_start[2] = angle + 2 * M_PI * turns;
@@ -111,8 +111,8 @@ TEST(OptimizeInput, StartTurnedByWholeTurns_CostIsTheSame) {
 }
 
 TEST(OptimizeInput, HingeBeyondOneTurn_KeepsItsTurns) {
-  auto task = tasks::load_task(source_dir() / "tasks" / "allegro_door.yaml");
-  task.optimize = tasks::load_task(source_dir() / "tasks" / "impc_planar_pushing.yaml").optimize;
+  auto task = tasks::load_task(dynamics::test::source_dir() / "tasks" / "allegro_door.yaml");
+  task.optimize = tasks::load_task(dynamics::test::source_dir() / "tasks" / "impc_planar_pushing.yaml").optimize;
   const int hinge = task.model->objects()[static_cast<std::size_t>(task.problem.goal.object)].q_begin;
   task.problem.q_goal[hinge] += 2 * M_PI;  // the pose is the same
   EXPECT_EQ(tasks::make_optimize_input(task).reference.back()[hinge], task.problem.q_goal[hinge]);
