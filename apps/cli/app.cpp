@@ -101,6 +101,10 @@ planning::SpeedLimits speed_limits(double factor) {
   return out;
 }
 
+void print_notes(const world::Model& model) {
+  for (const std::string& note : model.notes()) fmt::print(stderr, "note: {}\n", note);
+}
+
 ProgressLine::ProgressLine() : terminal_(::isatty(STDERR_FILENO) == 1) {}
 ProgressLine::~ProgressLine() { clear(); }
 

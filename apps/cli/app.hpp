@@ -24,6 +24,9 @@ struct Trajectory;
 namespace stiction::tasks {
 struct Finding;
 }
+namespace stiction::world {
+class Model;
+}
 
 namespace stiction::app {
 
@@ -96,6 +99,9 @@ const std::atomic<bool>& interrupted();
 void catch_signals();
 /// Stops at a signal, and after the budget where there is one [s].
 core::RunControl make_run_control(std::optional<double> budget_s = std::nullopt);
+
+/// What the model took otherwise than its files say, a line each on stderr.
+void print_notes(const world::Model& model);
 
 /// One line on stderr that is rewritten at most ten times a second; nothing when stderr is not a terminal.
 class ProgressLine {

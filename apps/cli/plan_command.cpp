@@ -131,6 +131,7 @@ namespace {
 
 int run_plan(const PlanArguments& arguments) {
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
+  print_notes(*task.model);
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
   planning::PlannerOptions options = task.options;
   options.seed = arguments.seed.value_or(options.seed);

@@ -93,6 +93,7 @@ void show(ProgressLine& line, std::uint64_t seed, tasks::SolveStage stage, const
 
 int run_solve(const SolveArguments& arguments) {
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
+  print_notes(*task.model);
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
   ProgressLine line;
   std::FILE* const to = people(arguments.json);

@@ -184,6 +184,9 @@ void bind_world(nb::module_& m) {
       .def_prop_ro("pairs", [](const Model& model) { return list_of(model.pairs()); })
       .def_prop_ro("dofs", [](const Model& model) { return list_of(model.dofs()); })
       .def_prop_ro("objects", [](const Model& model) { return list_of(model.objects()); })
+      .def_prop_ro(
+          "notes", [](const Model& model) { return list_of(model.notes()); },
+          "what was taken otherwise than the files say, or chosen where they say nothing")
       .def_prop_ro("planar_axis", &Model::planar_axis, "axis normal to the plane in which everything moves, or None")
       .def("neutral", &Model::neutral, "every object at its placed frame, every joint as near to 0 as its limits allow (n_q)")
       .def("joint_index", &Model::joint_index, "name"_a)

@@ -193,6 +193,14 @@ TEST(Derivatives, RobotChainsAndObjects_MatchCentralDifferences) {
   EXPECT_GT(compare_all(s, random, 6, 0.2), 150);
 }
 
+TEST(Derivatives, JointsThatFollowOthers_MatchCentralDifferences) {
+  Fixture s(test::make_busy_scene(true));
+  ASSERT_EQ(s.model->n_a(), 2);
+  ASSERT_EQ(s.model->followers().size(), 3u);
+  Random random(33);
+  EXPECT_GT(compare_all(s, random, 6, 0.2), 150);
+}
+
 TEST(Derivatives, HingedAndSlidingObjects_MatchCentralDifferences) {
   world::Scene scene;
   scene.contact_distance = 10;

@@ -91,8 +91,12 @@ Vector3d material_velocity(Fixture& s, int geometry, const Vector3d& p_W, const 
   return (after - before) / (2 * step);
 }
 
-TEST(Jacobian, AllRows_AreRelativeVelocitiesOfMaterialPoints) {
-  Fixture s(test::make_busy_scene());
+/// Robots whose joints move by themselves, and follow others.
+class BusyScene : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Following, BusyScene, ::testing::Bool());
+
+TEST_P(BusyScene, AllRows_AreRelativeVelocitiesOfMaterialPoints) {
+  Fixture s(test::make_busy_scene(GetParam()));
   Random random(22);
   int shared = 0, compared = 0;
   for (int i = 0; i < 10; ++i) {
@@ -153,8 +157,8 @@ TEST(Jacobian, BlockOnGround_HandNumbers) {
   EXPECT_NEAR(contacts[0].phi, 0.15, 1e-15);
 }
 
-TEST(Jacobian, Batch_EqualsOneByOne) {
-  Fixture s(test::make_busy_scene());
+TEST_P(BusyScene, BatchOfJacobians_EqualsOneByOne) {
+  Fixture s(test::make_busy_scene(GetParam()));
   Random random(24);
   Jacobians batch;
   std::vector<double> J(3 * static_cast<std::size_t>(s.model->n_v()));

@@ -25,37 +25,42 @@ inline world::ObjectSpec make_object(const std::string& name, const world::Shape
 }
 
 /// A trunk that turns about z and carries two fingers, one of two hinges, the other of a slider and a hinge, written as URDF.
-inline std::filesystem::path write_gripper_urdf() {
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "stiction_gripper.urdf";
+/// @param following  the outer hinge of the left finger and the joints of the right one follow the inner one of the left and the trunk
+inline std::filesystem::path write_gripper_urdf(bool following = false) {
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / (following ? "stiction_following_gripper.urdf" : "stiction_gripper.urdf");
   const auto link = [](const std::string& name, const std::string& geometry) {
     return "<link name='" + name + "'><collision><origin xyz='0.01 0.02 0.06' rpy='0.2 0.1 0'/><geometry>" + geometry +
            "</geometry></collision></link>";
   };
-  const auto joint = [](const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
-                        const std::string& xyz, const std::string& axis) {
+  const auto joint = [following](const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
+                                 const std::string& xyz, const std::string& axis, const std::string& mimic = "") {
     return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/><origin xyz='" +
-           xyz + "' rpy='0.1 0 0.2'/><axis xyz='" + axis + "'/><limit lower='-1.5' upper='1.5' effort='1' velocity='1'/></joint>";
+           xyz + "' rpy='0.1 0 0.2'/><axis xyz='" + axis + "'/>" + (following ? mimic : "") +
+           "<limit lower='-1.5' upper='1.5' effort='1' velocity='1'/></joint>";
   };
   std::ofstream out(file);
   out << "<robot name='gripper'><link name='base'/>" << link("trunk", "<box size='0.1 0.2 0.05'/>")
       << link("left_1", "<sphere radius='0.02'/>") << link("left_2", "<box size='0.03 0.02 0.08'/>")
       << link("right_1", "<sphere radius='0.02'/>") << link("right_2", "<sphere radius='0.025'/>")
       << joint("turn", "revolute", "base", "trunk", "0 0 0", "0 0 1") << joint("l1", "revolute", "trunk", "left_1", "0 0.08 0.05", "1 0 0")
-      << joint("l2", "revolute", "left_1", "left_2", "0 0 0.1", "1 0 0")
-      << joint("r1", "prismatic", "trunk", "right_1", "0 -0.08 0.05", "0 1 0")
-      << joint("r2", "revolute", "right_1", "right_2", "0 0 0.1", "0 1 0") << "</robot>";
+      << joint("l2", "revolute", "left_1", "left_2", "0 0 0.1", "1 0 0", "<mimic joint='l1' multiplier='0.7' offset='0.2'/>")
+      << joint("r1", "prismatic", "trunk", "right_1", "0 -0.08 0.05", "0 1 0", "<mimic joint='l1' multiplier='-0.1'/>")
+      << joint("r2", "revolute", "right_1", "right_2", "0 0 0.1", "0 1 0", "<mimic joint='turn' multiplier='2'/>") << "</robot>";
   return file;
 }
 
 /// A gripper, five objects of different shapes and a ground: about fifty pairs of every kind.
-inline world::Scene make_busy_scene() {
+inline world::Scene make_busy_scene(bool following = false) {
   world::Scene scene;
   scene.name = "busy";
   scene.contact_distance = 0.05;
   world::RobotSpec robot;
   robot.name = "gripper";
-  robot.urdf = write_gripper_urdf();
-  for (const char* joint : {"turn", "l1", "l2", "r1", "r2"}) robot.stiffness.emplace_back(joint, 10.0);
+  robot.urdf = write_gripper_urdf(following);
+  for (const char* joint : {"turn", "l1", "l2", "r1", "r2"}) {
+    if (!following || std::string_view(joint) == "turn" || std::string_view(joint) == "l1") robot.stiffness.emplace_back(joint, 10.0);
+  }
   scene.robots.push_back(robot);
   for (const Named& s : all_shapes()) {
     if (!is_half_space(s.shape)) scene.objects.push_back(make_object(s.name, s.shape));

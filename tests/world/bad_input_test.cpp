@@ -85,7 +85,7 @@ TEST_F(BadInput, KeyTwice_IsNamed) { EXPECT_EQ(message("name: a\nname: b\n"), "s
 TEST_F(BadInput, MissingKey_IsNamed) {
   EXPECT_EQ(message("objects:\n  - name: ball\n    joint: free\n    shapes: [{sphere: {radius: 0.1}}]\n"),
             "scene.yaml:2: objects[0].mass: got nothing, expected this key");
-  EXPECT_EQ(message(arm("")), "scene.yaml:2: robots[0].stiffness: got nothing, expected this key");
+  EXPECT_EQ(message(arm("")), "");  // a stiffness has a default
 }
 
 TEST_F(BadInput, WrongType_IsNamed) {
@@ -128,8 +128,6 @@ TEST_F(BadInput, QuaternionThatIsNotUnit_IsNamed) {
 TEST_F(BadInput, UnknownNames_AreNamedWithAHint) {
   EXPECT_EQ(message(arm("    stiffness: {elbw: 1}\n")),
             "scene.yaml:4: robots[0].stiffness.elbw: got unknown joint 'elbw', expected one of elbow; did you mean 'elbow'?");
-  EXPECT_EQ(message(arm("    stiffness: {}\n")),
-            "scene.yaml:4: robots[0].stiffness: got nothing for joint 'elbow', expected every movable joint");
   EXPECT_EQ(message(arm("    stiffness: 1\n    link_friction: {tipp: 1}\n")),
             "scene.yaml:5: robots[0].link_friction.tipp: got unknown link 'tipp', expected one of base, tip; did you mean 'tip'?");
   EXPECT_EQ(
@@ -172,16 +170,14 @@ TEST_F(BadInput, UrdfAsExportersWriteIt_IsTaken) {
   EXPECT_EQ(model->geometries()[0].name, "arm/b/c");
   EXPECT_EQ(model->geometries()[1].name, "arm/b/c_1");
   EXPECT_EQ(model->geometries()[2].name, "arm/b/c_2");
-  EXPECT_EQ(model->lower()[0], 0);  // what the format says of limits without lower and upper
-  EXPECT_EQ(model->upper()[0], 0);
+  EXPECT_EQ(model->n_a(), 0);  // limits without lower and upper are 0 by the format
 }
 
 TEST_F(BadInput, MjcfRobots_TakeOnlyWhatTheirFileDoesNotSay) {
   const auto robot = [](const std::string& more) { return "robots:\n  - name: arm\n    mjcf: arm.xml\n" + more; };
   EXPECT_EQ(message(robot("")), "scene.yaml:3: robots[0].mjcf: got 'arm.xml', which does not exist, expected an MJCF file");
   write("arm.xml", R"(<mujoco><worldbody><body name="b"><joint name="j"/><geom size="1"/></body></worldbody></mujoco>)");
-  EXPECT_EQ(message(robot("")),
-            "scene.yaml:2: robots[0]: got no stiffness for joint 'j', which has no position actuator, expected it under stiffness");
+  EXPECT_EQ(message(robot("")), "");
   EXPECT_EQ(message(robot("    stiffness: {j: 3}\n")), "");
   EXPECT_EQ(message(robot("    stiffness: 3\n")), "");
   EXPECT_EQ(message(robot("    stiffness: {k: 3}\n")),
@@ -199,10 +195,10 @@ TEST_F(BadInput, UrdfContent_IsNamedWithItsLine) {
   };
   EXPECT_EQ(with_joint("<joint name='j' type='floating'><parent link='a'/><child link='b'/></joint>"),
             "arm.urdf:4: joint 'j': got type 'floating', expected revolute, continuous, prismatic or fixed");
-  EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>"),
-            "arm.urdf:4: joint 'j': got no element limit, expected one");
-  EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/><mimic joint='k'/></joint>"),
-            "arm.urdf:4: joint 'j': got a mimic joint, expected joints that move by themselves");
+  EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='b'/><mimic joint='k'/></joint>"),
+            "arm.urdf:4: joint 'j': got unknown joint 'k' to mimic, expected a joint");
+  EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='b'/><mimic joint='j'/></joint>"),
+            "arm.urdf: robot: got joint 'j', which follows itself, expected a leader that moves by itself");
   EXPECT_EQ(with_joint("<joint name='j' type='revolute'><parent link='a'/><child link='b'/>\n<limit lower='2' upper='1'/></joint>"),
             "arm.urdf:5: joint 'j': got limits [2, 1], expected lower ≤ upper");
   EXPECT_EQ(with_joint("<joint name='j' type='continuous'><parent link='a'/><child link='b'/>\n<axis xyz='0 0 0'/></joint>"),
@@ -322,8 +318,9 @@ TEST_F(BadInput, SceneMadeInMemory_IsCheckedAsWell) {
             "objects[0]: inertia: got a matrix that is not symmetric positive definite, expected one that is");
   EXPECT_EQ(of([](Scene& s) { s.gravity[0] = std::numeric_limits<double>::quiet_NaN(); }),
             "scene: gravity[0]: got nan, expected a finite number");
-  EXPECT_EQ(of([](Scene& s) { s.robots[0].stiffness.pop_back(); }),
-            "robots[0]: stiffness: got nothing for joint 'a_right', expected every movable joint");
+  EXPECT_EQ(of([](Scene& s) { s.robots[0].stiffness.back().second = 0; }),
+            "robots[0]: stiffness.a_right: got 0, expected a finite number > 0");
+  EXPECT_EQ(of([](Scene& s) { s.rest = {0, 0}; }), "scene: rest: got 2 numbers, expected 5");
   EXPECT_EQ(of([](Scene& s) { s.robots[0].X_WBase.R *= 2; }), "robots[0]: base: got no rigid transform, expected one");
   EXPECT_EQ(of([](Scene& s) { s.objects[1].p_BCom[0] = 1; }), "objects[1]: p_BCom: got (1, 0, 0), expected 0 for a free object");
   EXPECT_EQ(of([](Scene& s) { s.objects[1].geometries[0].shape = HalfSpace{}; }),

@@ -35,7 +35,7 @@ TEST_F(Decompose, LPrism_IsTwoBoxes) {
   const test::ObjMesh mesh = test::make_l_prism();
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  const auto parts = load_mesh(write("l.obj", mesh.text()), Vector3d::Ones(), kDecompose);
+  const auto parts = load_mesh(write("l.obj", mesh.text()), Vector3d::Ones(), kDecompose).parts;
   EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "") << "the library prints nothing";
   EXPECT_EQ(parts.size(), 2u);
   EXPECT_NEAR(volume_of(parts), 3, 0.01);
@@ -51,7 +51,7 @@ TEST_F(Decompose, LPrism_IsTwoBoxes) {
 
 TEST_F(Decompose, Ring_KeepsItsSurfaceVolumeAndHole) {
   const test::ObjMesh mesh = test::make_ring(12, 6);
-  const auto parts = load_mesh(write("ring.obj", mesh.text()), Vector3d::Ones(), kDecompose);
+  const auto parts = load_mesh(write("ring.obj", mesh.text()), Vector3d::Ones(), kDecompose).parts;
   EXPECT_GE(parts.size(), 4u);
   EXPECT_LE(parts.size(), 16u);
   EXPECT_NEAR(volume_of(parts), mesh.volume(), 0.06 * mesh.volume());
@@ -67,7 +67,7 @@ TEST_F(Decompose, SeveralSolids_AreSplitOneByOne) {
   test::ObjMesh mesh = test::make_l_prism();
   mesh.append(test::make_block({0.2, 0.2, 0.5}, {0.6, 0.6, 1.5}));
   const auto before = coacd_calls();
-  const auto parts = load_mesh(write("two.obj", mesh.text()), Vector3d::Ones(), kDecompose);
+  const auto parts = load_mesh(write("two.obj", mesh.text()), Vector3d::Ones(), kDecompose).parts;
   EXPECT_EQ(coacd_calls() - before, 1) << "the block is convex";
   EXPECT_EQ(parts.size(), 3u);
   EXPECT_LT(surface_gap(parts, mesh), 2e-4);
@@ -80,19 +80,19 @@ TEST_F(Decompose, Hollow_IsOneSolid) {
   test::ObjMesh mesh = test::make_hollow_box();
   const MeshOptions coarse{NonConvex::Decompose, {.threshold = 0.5, .max_parts = 16}};
   auto before = coacd_calls();
-  EXPECT_EQ(load_mesh(write("hollow.obj", mesh.text()), Vector3d::Ones(), coarse).size(), 1u);
+  EXPECT_EQ(load_mesh(write("hollow.obj", mesh.text()), Vector3d::Ones(), coarse).parts.size(), 1u);
   EXPECT_EQ(coacd_calls() - before, 1);
 
   test::ObjMesh filled = test::make_block({-1, -1, -1}, {1, 1, 1});  // the same block inside, wound outwards: a second solid
   filled.append(test::make_block({-0.6, -0.6, -0.6}, {0.6, 0.6, 0.6}));
   before = coacd_calls();
-  EXPECT_EQ(load_mesh(write("filled.obj", filled.text()), Vector3d::Ones(), coarse).size(), 2u);
+  EXPECT_EQ(load_mesh(write("filled.obj", filled.text()), Vector3d::Ones(), coarse).parts.size(), 2u);
   EXPECT_EQ(coacd_calls() - before, 0);
 }
 
 TEST_F(Decompose, FewerParts_WhenToldSo) {
   const auto file = write("ring.obj", test::make_ring(8, 4).text());
-  EXPECT_LE(load_mesh(file, Vector3d::Ones(), {NonConvex::Decompose, {.threshold = 0.05, .max_parts = 3}}).size(), 3u);
+  EXPECT_LE(load_mesh(file, Vector3d::Ones(), {NonConvex::Decompose, {.threshold = 0.05, .max_parts = 3}}).parts.size(), 3u);
 }
 
 TEST_F(Decompose, WithoutACache_EqualInputGivesEqualParts) {
@@ -113,11 +113,11 @@ TEST_F(Decompose, WithoutACache_EqualInputGivesEqualParts) {
 TEST_F(Decompose, SecondLoad_DoesNotCallTheLibrary) {
   const auto file = write("l.obj", test::make_l_prism().text());
   const auto before = coacd_calls();
-  const auto first = load_mesh(file, Vector3d::Ones(), kDecompose);
+  const auto first = load_mesh(file, Vector3d::Ones(), kDecompose).parts;
   EXPECT_EQ(coacd_calls() - before, 1);
-  EXPECT_TRUE(same(first, load_mesh(file, Vector3d::Ones(), kDecompose)));
+  EXPECT_TRUE(same(first, load_mesh(file, Vector3d::Ones(), kDecompose).parts));
   EXPECT_EQ(coacd_calls() - before, 1);
-  load_mesh(file, Vector3d(1, 1, 2), kDecompose);
+  load_mesh(file, Vector3d(1, 1, 2), kDecompose).parts;
   EXPECT_EQ(coacd_calls() - before, 2) << "other vertices";
   load_mesh(file, Vector3d::Ones(), {NonConvex::Decompose, {.threshold = 0.06, .max_parts = 16}});
   EXPECT_EQ(coacd_calls() - before, 3) << "other options";
@@ -125,7 +125,7 @@ TEST_F(Decompose, SecondLoad_DoesNotCallTheLibrary) {
 
 TEST_F(Decompose, DamagedOrForeignCache_IsWrittenAgain) {
   const auto file = write("l.obj", test::make_l_prism().text());
-  const auto first = load_mesh(file, Vector3d::Ones(), kDecompose);
+  const auto first = load_mesh(file, Vector3d::Ones(), kDecompose).parts;
   fs::path cached;
   for (const auto& entry : fs::directory_iterator(default_cache_dir())) cached = entry.path();
   ASSERT_EQ(cached.extension(), ".parts") << "and nothing under a temporary name";
@@ -136,7 +136,7 @@ TEST_F(Decompose, DamagedOrForeignCache_IsWrittenAgain) {
   auto calls = coacd_calls();
   for (const std::string& bad : {std::string(), good.substr(0, 30), good.substr(0, good.size() - 8), good + "x", flipped, foreign}) {
     std::ofstream(cached, std::ios::binary) << bad;
-    EXPECT_TRUE(same(first, load_mesh(file, Vector3d::Ones(), kDecompose)));
+    EXPECT_TRUE(same(first, load_mesh(file, Vector3d::Ones(), kDecompose).parts));
     EXPECT_EQ(coacd_calls(), ++calls);
     EXPECT_EQ(read(cached), good);
   }

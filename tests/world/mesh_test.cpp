@@ -53,7 +53,7 @@ constexpr const char* kHull = "with convex_hull of the shape or convex_hulls of 
 
 TEST_F(BadMesh, ColladaOfAnyUpAxis_KeepsTheNumbersOfTheFile) {
   for (const char* up_axis : {"X_UP", "Y_UP", "Z_UP"}) {
-    const auto parts = load_mesh(write("a.dae", collada_box(up_axis)), Vector3d::Ones(), {NonConvex::Refuse, {}});
+    const auto parts = load_mesh(write("a.dae", collada_box(up_axis)), Vector3d::Ones(), {NonConvex::Decompose, {}}).parts;
     ASSERT_EQ(parts.size(), 1u) << up_axis;
     EXPECT_LE((parts[0].vertices.rowwise().minCoeff() - Vector3d(0, 0, 0)).norm(), 1e-6) << up_axis;  // Assimp keeps floats
     EXPECT_LE((parts[0].vertices.rowwise().maxCoeff() - Vector3d(0.2, 0.4, 0.6)).norm(), 1e-6) << up_axis;
@@ -63,13 +63,12 @@ TEST_F(BadMesh, ColladaOfAnyUpAxis_KeepsTheNumbersOfTheFile) {
 TEST_F(BadMesh, Open_SaysHowManyEdges) {
   test::ObjMesh mesh = test::make_l_prism();
   mesh.triangles.erase(mesh.triangles.begin() + 1);
-  for (const NonConvex choice : {NonConvex::Refuse, NonConvex::Decompose}) {
-    EXPECT_EQ(message(mesh.text(), choice),
-              std::string("a.obj: mesh: got an open mesh that is not convex: 3 of 30 edges have a triangle on one side only, expected a "
-                          "closed mesh (or its hull, ") +
-                  kHull);
-  }
+  EXPECT_EQ(message(mesh.text()),
+            std::string("a.obj: mesh: got an open mesh that is not convex: 3 of 30 edges have a triangle on one side only, expected a "
+                        "closed mesh (or its hull, ") +
+                kHull);
   EXPECT_EQ(message(mesh.text(), NonConvex::TakeHull), "no exception");
+  EXPECT_EQ(message(mesh.text(), NonConvex::TakeHulls), "no exception");
 }
 
 TEST_F(BadMesh, TrianglesThatWindAgainstEachOther_AreCounted) {
@@ -91,10 +90,35 @@ TEST_F(BadMesh, InsideOutRepeatedAndCollapsed_AreTaken) {
     if (mesh.triangles[0][k] == 0) mesh.triangles[0][k] = 12;
   }
   mesh.triangles.emplace_back(0, 12, 5);  // … and a triangle without an area
-  const auto parts = load_mesh(write("a.obj", mesh.text()), Vector3d::Ones(), {NonConvex::Decompose, {}});
+  const auto parts = load_mesh(write("a.obj", mesh.text()), Vector3d::Ones(), {NonConvex::Decompose, {}}).parts;
   double sum = 0;
   for (const auto& part : parts) sum += calc_volume_properties(Mesh{std::make_shared<const ConvexMesh>(part)}).volume;
   EXPECT_NEAR(sum, volume, 0.01);
+}
+
+TEST_F(BadMesh, ConvexSolids_AreTheirHullsAndOthersOneHullThatFillsThem) {
+  test::ObjMesh blocks = test::make_block({0, 0, 0}, {1, 1, 1});
+  blocks.append(test::make_block({2, 0, 0}, {3, 1, 1}));
+  const auto load = [&](const test::ObjMesh& mesh, NonConvex choice) {
+    return load_mesh(write("a.obj", mesh.text()), Vector3d::Ones(), {choice, {}});
+  };
+  const auto volume = [](const LoadedMesh& mesh) {
+    double sum = 0;
+    for (const auto& part : mesh.parts) sum += calc_volume_properties(Mesh{std::make_shared<const ConvexMesh>(part)}).volume;
+    return sum;
+  };
+  const LoadedMesh two = load(blocks, NonConvex::TakeHulls), one = load(blocks, NonConvex::TakeHull);
+  EXPECT_EQ(two.parts.size(), 2u);
+  EXPECT_FALSE(two.filled);
+  EXPECT_NEAR(volume(two), 2, 1e-9);
+  EXPECT_EQ(one.parts.size(), 1u);
+  EXPECT_NEAR(volume(one), 3, 1e-9);
+  test::ObjMesh hollow = test::make_l_prism();
+  hollow.append(test::make_block({5, 0, 0}, {6, 1, 1}));
+  const LoadedMesh filled = load(hollow, NonConvex::TakeHulls);
+  EXPECT_EQ(filled.parts.size(), 1u);
+  EXPECT_TRUE(filled.filled);
+  EXPECT_FALSE(load(test::make_block({0, 0, 0}, {1, 1, 1}), NonConvex::TakeHulls).filled);
 }
 
 TEST_F(BadMesh, WithoutAVolume_IsNamed) {
@@ -136,19 +160,6 @@ TEST_F(BadMesh, InMemory_IsCheckedByTheModel) {
             "fixed[0]: m.mesh (a.stl): got volume 0, expected a volume > 0 (triangles that wind outwards)");
   EXPECT_EQ(of([](ConvexMesh& m) { m.triangles.row(0).swap(m.triangles.row(1)); }),
             "fixed[0]: m.mesh (a.stl): got volume -0.167, expected a volume > 0 (triangles that wind outwards)");
-}
-
-TEST_F(BadMesh, InertiaThatNoBodyHas_IsNamedWithItsLine) {
-  const auto message = [&](const std::string& moments) {
-    write("arm.urdf",
-          "<robot name='arm'>\n<link name='a'><inertial><mass value='2'/>\n<inertia " + moments + "/></inertial></link>\n</robot>\n");
-    const auto file = write("scene.yaml", "robots: [{name: arm, urdf: arm.urdf, stiffness: {}}]\n");
-    return local(message_of([&] { load_scene(file); }));
-  };
-  EXPECT_EQ(message("ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'"), "no exception");
-  EXPECT_EQ(message("ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'"),
-            "arm.urdf:3: link 'a': got mass 2 with inertia 0 0 0 0 0 0 (ixx iyy izz ixy ixz iyz), expected a positive definite inertia (or "
-            "no inertial element: it then follows from the collision geometry)");
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ inline std::shared_ptr<const Model> make_model(const std::filesystem::path& file
   robot.name = "arm";
   robot.mjcf = file;
   for (const auto& joint : read_mjcf(file).robot.joints) {
-    if (joint.kind != RobotJoint::Kind::Fixed && !joint.stiffness) robot.stiffness.emplace_back(joint.name, 1.0);
+    if (joint.moves_by_itself() && !joint.stiffness) robot.stiffness.emplace_back(joint.name, 1.0);
   }
   Scene scene;
   add_mjcf(scene, robot);
@@ -92,7 +92,22 @@ inline Pose pose_of(const mjtNum* position, const mjtNum* rows) {
 
 inline double distance(const Pose& a, const Pose& b) { return std::max((a.R - b.R).norm(), (a.p - b.p).norm()); }
 
-/// qpos in the coordinates of the model.
+/// Puts joints where the equalities between them want them, in the order of the file.
+inline void apply_equalities(const mjModel* m, mjData* d) {
+  for (int i = 0; i < m->neq; ++i) {
+    if (!m->eq_active0[i] || m->eq_type[i] != mjEQ_JOINT) continue;
+    const mjtNum* a = m->eq_data + i * mjNEQDATA;
+    const int y = m->jnt_qposadr[m->eq_obj1id[i]];
+    double sum = a[0], power = 1;
+    if (m->eq_obj2id[i] >= 0) {
+      const int x = m->jnt_qposadr[m->eq_obj2id[i]];
+      for (int k = 1; k < 5; ++k) sum += a[k] * (power *= d->qpos[x] - m->qpos0[x]);
+    }
+    d->qpos[y] = m->qpos0[y] + sum;
+  }
+}
+
+/// qpos in the coordinates of the model; joints that others move have none.
 inline Eigen::VectorXd configuration(const Model& model, const mjModel* m, const mjData* d) {
   Eigen::VectorXd q = model.neutral();
   for (int j = 0; j < m->njnt; ++j) {
@@ -105,7 +120,9 @@ inline Eigen::VectorXd configuration(const Model& model, const mjModel* m, const
     } else {
       std::string name = name_of(m, mjOBJ_JOINT, j);
       if (name.empty()) name = body_name(m, body) + "_joint_" + std::to_string(j - m->body_jntadr[body]);
-      q[model.n_qu() + model.joint_index(name)] = value[0];
+      const auto dofs = model.dofs().subspan(static_cast<std::size_t>(model.n_vu()));
+      const auto dof = std::find_if(dofs.begin(), dofs.end(), [&](const Dof& entry) { return entry.name == "arm/" + name; });
+      if (dof != dofs.end()) q[model.n_qu() + (dof - dofs.begin())] = value[0];
     }
   }
   return q;
@@ -163,6 +180,7 @@ inline void compare_kinematics(const std::filesystem::path& file) {
   Kinematics kinematics;
   for (int sample = 0; sample < 21; ++sample) {  // the first is the pose of the file
     for (int i = 0; i < m->nq; ++i) d->qpos[i] = sample == 0 ? m->qpos0[i] : random.normal();
+    apply_equalities(m.get(), d.get());
     mj_normalizeQuat(m.get(), d->qpos);
     mj_fwdPosition(m.get(), d.get());
     calc_kinematics(*model, configuration(*model, m.get(), d.get()), work, kinematics);

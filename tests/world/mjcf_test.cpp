@@ -91,27 +91,71 @@ TEST(Mjcf, SceneFile_MayReplaceStiffnessAndFrictionAndFilter) {
 
 TEST(Mjcf, WhatIsNotSupported_IsListedInOneMessage) {
   EXPECT_EQ(
-      refused(R"(<worldbody><body name="b"><joint name="j" type="ball"/><geom name="g" type="ellipsoid" size="1 1 2"/></body>
-                       <body><joint name="s" stiffness="3"/><geom size="1"/></body></worldbody>)"),
-      "mjcf: got 3 unsupported elements: joint 'j' (a ball joint); joint 's' (a passive spring); geom 'g' (an ellipsoid), expected hinge, "
-      "slide and free joints; sphere, capsule, box, cylinder, plane and mesh geoms; actuators on joints");
+      refused(
+          R"(<worldbody><body name="b"><joint name="j" type="ball"/><geom name="g" type="ellipsoid" size="1 1 2"/></body></worldbody>)"),
+      "mjcf: got 2 unsupported elements: joint 'j' (a ball joint); geom 'g' (an ellipsoid), expected hinge, slide and free joints; sphere, "
+      "capsule, box, cylinder, plane and mesh geoms");
   EXPECT_NE(
       refused(
           R"(<worldbody><body name="b"><freejoint/><geom size="1"/><body name="arm"><joint/><geom size="1"/></body></body></worldbody>)")
           .find("body 'arm' (a joint on a body with a free joint)"),
       std::string::npos);
-  EXPECT_NE(refused(R"(<worldbody><body name="b"><joint name="j"/><geom size="1"/></body></worldbody>
-                       <equality><joint name="lock" joint1="j"/></equality>)")
-                .find("equality 'lock' (a constraint beside joints and contacts)"),
-            std::string::npos);
-  EXPECT_NE(refused(R"(<worldbody><body name="b"><joint name="j"/><geom size="1"/></body></worldbody>
-                       <tendon><fixed name="t" stiffness="1"><joint joint="j" coef="1"/></fixed></tendon>)")
-                .find("tendon 't' (a tendon with a spring)"),
-            std::string::npos);
-  EXPECT_NE(refused(R"(<worldbody><geom name="a" size="1"/><body name="b"><joint name="j"/><geom name="c" size="1"/></body></worldbody>
-                       <contact><pair name="p" geom1="a" geom2="c"/></contact>)")
-                .find("pair 'p'"),
-            std::string::npos);
+}
+
+TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
+  const auto file = write_mjcf(
+      R"(<worldbody><geom name="a" size="1"/><body name="b"><joint name="j" stiffness="3"/><geom name="c" size="1"/></body></worldbody>
+                                  <tendon><fixed name="t" stiffness="1"><joint joint="j" coef="1"/></fixed></tendon>
+                                  <equality><weld name="w" body1="b"/></equality><contact><pair name="p" geom1="a" geom2="c"/></contact>)",
+      "passed.xml");
+  const auto model = make_model(file);
+  ASSERT_EQ(model->notes().size(), 1u);
+  EXPECT_EQ(
+      model->notes()[0],
+      "arm: passed over: joint 'j' (a passive spring); equality 'w' (a constraint beside joints and contacts); tendon 't' (a tendon with a "
+      "spring); pair 'p' (a contact pair of its own, which ignores the geoms' filters)");
+}
+
+TEST(Mjcf, JointsOfAnEquality_MoveTogether) {
+  const auto file = write_mjcf(R"(<worldbody><body><joint name="x" type="slide" range="-1 1"/><geom size=".1"/></body>
+                                  <body pos="3 0 0"><joint name="y" type="slide"/><geom size=".1"/></body></worldbody>
+                                  <equality><joint joint1="y" joint2="x" polycoef=".1 -2 0 0 0"/></equality>)",
+                               "coupled.xml");
+  const auto model = make_model(file);
+  ASSERT_EQ(model->n_a(), 1);
+  ASSERT_EQ(model->followers().size(), 1u);
+  EXPECT_EQ(model->followers()[0].ratio, -2);
+  EXPECT_EQ(model->followers()[0].offset, 0.1);
+}
+
+TEST(Mjcf, EffortOfActuators_GivesJointsWithoutServoTheirStiffness) {
+  const auto file = write_mjcf(
+      R"(<worldbody><body><joint name="a" range="-90 90"/><geom size=".1"/></body><body pos="3 0 0"><joint name="b" range="-90 90"/><geom size=".1"/></body>
+                                  <body pos="6 0 0"><joint name="c" range="-90 90" actuatorfrcrange="-2 2"/><geom size=".1"/></body></worldbody>
+                                  <actuator><motor joint="a" ctrlrange="-3 3" gear="5"/><motor joint="b" forcerange="-4 4" gear="2"/></actuator>)",
+      "motors.xml");
+  RobotSpec robot;
+  robot.name = "arm";
+  robot.mjcf = file;
+  Scene scene;
+  add_mjcf(scene, robot);
+  const auto model = Model::make(scene);
+  const double angle = M_PI / 40;
+  EXPECT_NEAR(model->stiffness()[0], 15 / angle, 1e-9);
+  EXPECT_NEAR(model->stiffness()[1], 8 / angle, 1e-9);
+  EXPECT_NEAR(model->stiffness()[2], 2 / angle, 1e-9);
+}
+
+TEST(Mjcf, WeightOfABodyThatGravcompHolds_IsNotThere) {
+  const auto file =
+      write_mjcf(R"(<worldbody><body name="o" gravcomp="0.75"><freejoint/><geom size=".1" mass="2"/></body></worldbody>)", "gravcomp.xml");
+  const auto model = make_model(file);
+  KinematicsWorkspace work(*model);
+  Kinematics kinematics;
+  calc_kinematics(*model, model->neutral(), work, kinematics);
+  Eigen::VectorXd tau(6);
+  calc_gravity(*model, kinematics, tau);
+  EXPECT_NEAR(tau[2], -0.25 * 2 * 9.81, 1e-12);
 }
 
 TEST(Mjcf, FilesThatMujocoRefuses_AreNamedWithItsReason) {

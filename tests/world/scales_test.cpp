@@ -44,7 +44,8 @@ TEST(Scales, Box_LengthIsGeometricMeanOfEdges) {
 }
 
 TEST(Scales, PlanarBox_LengthIsThatOfEdgesInThePlane) {
-  EXPECT_NEAR(scale_of(one_object(Box{{0.1, 5.0, 0.2}}, ObjectJoint::PlanarXZ)).length, std::sqrt(0.2 * 0.4), 1e-12);  // moments in the plane are differences
+  EXPECT_NEAR(scale_of(one_object(Box{{0.1, 5.0, 0.2}}, ObjectJoint::PlanarXZ)).length, std::sqrt(0.2 * 0.4),
+              1e-12);  // moments in the plane are differences
   EXPECT_NEAR(scale_of(one_object(Box{{5.0, 0.1, 0.2}}, ObjectJoint::PlanarYZ)).length, std::sqrt(0.2 * 0.4), 1e-12);
 }
 

@@ -229,7 +229,7 @@ TEST(Shapes, VolumeAndInertia_MatchSamplingOfTheBoundingBox) {
 }
 
 TEST(Shapes, MeshOfACube_HasTheInertiaOfTheBox) {
-  const ConvexMesh mesh = load_convex_mesh(data("cube.obj"), Vector3d(0.5, 1, 1.5), NonConvex::Refuse);
+  const ConvexMesh mesh = load_mesh(data("cube.obj"), Vector3d(0.5, 1, 1.5), {}).parts.at(0);
   EXPECT_EQ(mesh.vertices.cols(), 8) << "the point inside is dropped";
   EXPECT_EQ(mesh.triangles.cols(), 12);
   const Shape shape = Mesh{std::make_shared<const ConvexMesh>(mesh)};
@@ -246,9 +246,8 @@ TEST(Shapes, MeshOfACube_HasTheInertiaOfTheBox) {
   EXPECT_NEAR(sphere.radius, Vector3d(0.5, 1, 1.5).norm(), 1e-12);
 }
 
-TEST(Shapes, MeshThatIsNotConvex_IsRefusedOrReplacedByItsHull) {
-  EXPECT_THROW(load_convex_mesh(data("notch.obj"), Vector3d::Ones(), NonConvex::Refuse), core::InvalidInput);
-  const ConvexMesh hull = load_convex_mesh(data("notch.obj"), Vector3d::Ones(), NonConvex::TakeHull);
+TEST(Shapes, MeshThatIsNotConvex_IsReplacedByItsHull) {
+  const ConvexMesh hull = load_mesh(data("notch.obj"), Vector3d::Ones(), {NonConvex::TakeHull, {}}).parts.at(0);
   EXPECT_EQ(hull.vertices.cols(), 5);
   EXPECT_NEAR(calc_volume_properties(Mesh{std::make_shared<const ConvexMesh>(hull)}).volume, 4.0 * 2 / 3, 1e-6);
 }

@@ -268,6 +268,12 @@ class Model:
     def objects(self) -> list[ObjectInfo]: ...
 
     @property
+    def notes(self) -> list[str]:
+        """
+        what was taken otherwise than the files say, or chosen where they say nothing
+        """
+
+    @property
     def planar_axis(self) -> int | None:
         """axis normal to the plane in which everything moves, or None"""
 

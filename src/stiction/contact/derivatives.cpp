@@ -129,26 +129,27 @@ void put(const Pass& pass, int r, int column, const Vector3d& v) {
 void fill_coordinates(const world::Model& model, const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Pass& pass) {
   Eigen::Matrix3d F;  // rows n, t1, t2
   F << pass.contact.nhat_BA_W.transpose(), pass.contact.t1_W.transpose(), pass.contact.t2_W.transpose();
-  const int k = pass.pair.n_columns;
+  const int k = pass.pair.n_axes;
   std::fill_n(pass.rows, kRows * pass.padded, 0.0);
   const Vector3d zero = Vector3d::Zero();
   Vector3d spin[2] = {zero, zero}, move[2] = {zero, zero}, below_spin[2], below_move[2];
   for (int r = pass.pair.run_begin; r < pass.pair.run_end; ++r) {
     const Run& run = pass.work.column_runs[static_cast<std::size_t>(r)];
     for (int i = run.column; i < run.column + run.count; ++i) {
-      const int dof = run.dof + i - run.column;
-      const bool revolute = model.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute;
-      const Vector3d relative(pass.J[i], pass.J[i + k], pass.J[i + 2 * k]), axis = kinematics.axis_W.col(dof);
+      const int index = run.axis + i - run.column;
+      const auto& [revolute, dof, ratio] = pass.work.axes[static_cast<std::size_t>(index)];
+      const double d = ratio * delta[dof];
+      const Vector3d relative(pass.J[i], pass.J[i + k], pass.J[i + 2 * k]), axis = kinematics.axis_W.col(index);
       const Vector3d w = revolute ? Vector3d(F * axis) : zero;
       Vector3d a = relative;  // of A's point; of B's it is that minus `relative`
       if (run.moves_a && run.moves_b) {
-        a = F * (revolute ? Vector3d(axis.cross(pass.contact.p_WA - kinematics.origin_W.col(dof))) : axis);
+        a = F * (revolute ? Vector3d(axis.cross(pass.contact.p_WA - kinematics.origin_W.col(index))) : axis);
       } else if (!run.moves_a) {
         a = zero;
       }
       const bool moves[2] = {run.moves_a, run.moves_b};
       const Vector3d c[2] = {a, a - relative};
-      const int above = first_above(model, dof, i);
+      const int above = index < pass.work.n_v ? first_above(model, index, i) : i;
       for (int side = 0; side < 2; ++side) {
         if (above == i) below_spin[side] = spin[side], below_move[side] = move[side];
         const int to = side * kSpinB;
@@ -157,8 +158,8 @@ void fill_coordinates(const world::Model& model, const world::Kinematics& kinema
         if (!moves[side]) continue;
         put(pass, kSpinA + to, i, w);
         put(pass, kMoveA + to, i, c[side]);
-        spin[side] += delta[dof] * w;
-        move[side] += delta[dof] * c[side];
+        spin[side] += d * w;
+        move[side] += d * c[side];
       }
       put(pass, kSpin, i, w);
       pass.row(kFirstAbove)[i] = above;
@@ -227,7 +228,7 @@ inline Vec velocity_change(const Pass& pass, int side, int j, const Vec& slip) {
 
 /// D_w_q, and the rows from kTurnFrame on.
 void calc_gaps(const Pass& pass, double* D_w) {
-  const int k = pass.pair.n_columns;
+  const int k = pass.pair.n_axes;
   const bool of_patch = pass.contact.reference != PatchSide::None;
   const Vec f = all(pass.lambda), relative = all(Vector3d(pass.sum_move[0] - pass.sum_move[1]));
   for (int j = 0; j < k; j += 4) {
@@ -250,7 +251,7 @@ void calc_gaps(const Pass& pass, double* D_w) {
 
 /// D_tau_q: entry (i, j) is J_i·force + w_i·torque, with one force and torque from first_above on and others below it (D.8).
 void calc_wrenches(const Pass& pass, double* D_tau) {
-  const int k = pass.pair.n_columns;
+  const int k = pass.pair.n_axes;
   const Four zero = all(0.0), one = all(1.0);
   for (int r = pass.pair.run_begin; r < pass.pair.run_end; ++r) {
     const Run& run = pass.work.column_runs[static_cast<std::size_t>(r)];
@@ -278,6 +279,25 @@ void calc_wrenches(const Pass& pass, double* D_tau) {
   }
 }
 
+/// Of the largest pair with joints that follow others.
+int calc_unfolded_size(const Workspace::Impl& w, std::span<const Contact> contacts) {
+  int size = 0;
+  for (const Contact& c : contacts) {
+    const PairData& pair = w.pairs[static_cast<std::size_t>(c.pair)];
+    if (pair.folded) size = std::max(size, 6 * pair.n_axes + pair.n_axes * (pair.n_axes + pair.n_columns));
+  }
+  return size;
+}
+
+/// Rows of axes (n_axes × n_columns) to those of the coordinates that move them.
+void fold_rows(const Workspace::Impl& w, const PairData& pair, const double* from, double* to) {
+  std::fill_n(to, pair.n_columns * pair.n_columns, 0.0);
+  for (int a = 0; a < pair.n_axes; ++a) {
+    const auto& [row, ratio] = w.folds[static_cast<std::size_t>(pair.fold_begin + a)];
+    for (int c = 0; c < pair.n_columns; ++c) to[row * pair.n_columns + c] += ratio * from[a * pair.n_columns + c];
+  }
+}
+
 void require_sizes(const world::Model& model, std::span<const Contact> contacts, const Jacobians& J, std::span<const Vector3d> lambda,
                    const Eigen::VectorXd& delta, const Workspace::Impl& w) {
   core::require_size("work.pairs", static_cast<long>(w.pairs.size()), static_cast<long>(model.pairs().size()));
@@ -295,7 +315,7 @@ void require_sizes(const world::Model& model, std::span<const Contact> contacts,
 void calc_derivatives(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, const Jacobians& J,
                       std::span<const Vector3d> lambda, const Eigen::VectorXd& delta, std::span<const char> wanted, Workspace& work,
                       ContactDerivatives& out) {
-  const Workspace::Impl& w = work.impl();
+  Workspace::Impl& w = work.impl();
   require_sizes(model, contacts, J, lambda, delta, w);
   if (!wanted.empty()) core::require_size("wanted", static_cast<long>(wanted.size()), static_cast<long>(contacts.size()));
   out.begin.resize(contacts.size() + 1);
@@ -308,7 +328,10 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
   out.begin[contacts.size()] = size;
   out.D_tau_q.resize(static_cast<std::size_t>(size));
   out.D_w_q.resize(J.values.size());
-  out.scratch.resize(static_cast<std::size_t>(kRows * ((model.n_v() + 3) / 4 * 4)));
+  const auto rows_size = static_cast<std::size_t>(kRows * ((static_cast<int>(w.axes.size()) + 3) / 4 * 4));
+  // Behind the rows, of a pair with joints that follow others: J, D_w and D_tau over its axes, and the last with its columns folded.
+  out.scratch.resize(rows_size + static_cast<std::size_t>(calc_unfolded_size(w, contacts)));
+  if (out.scratch.size() > rows_size) detail::fill_screws(w, kinematics);
 
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (!wanted.empty() && !wanted[i]) continue;
@@ -317,23 +340,32 @@ void calc_derivatives(const world::Model& model, const world::Kinematics& kinema
     const auto in_frame = [&](const Vector3d& v_W) {
       return Vector3d(contact.nhat_BA_W.dot(v_W), contact.t1_W.dot(v_W), contact.t2_W.dot(v_W));
     };
+    const int n = pair.n_axes;
+    double* own_J = out.scratch.data() + rows_size;
+    double *own_D_w = own_J + 3 * n, *own_D_tau = own_D_w + 3 * n, *half_folded = own_D_tau + n * n;
+    if (pair.folded) detail::fill_axis_columns(w, contact, own_J);
     Pass pass{w,
               pair,
               contact,
               lambda[i],
-              J.values.data() + J.begin[i],
+              pair.folded ? own_J : J.values.data() + J.begin[i],
               contact.reference != PatchSide::None ? detail::Rolling() : calc_rolling(w, kinematics, pair, contact),
               detail::calc_frame_spin(contact, w.planar_axis),
               in_frame(contact.edge_W),
               in_frame(contact.side_W),
               calc_roll(w, kinematics, pair, contact),
               out.scratch.data(),
-              (pair.n_columns + 3) / 4 * 4,
+              (pair.n_axes + 3) / 4 * 4,
               {},
               {}};
     fill_coordinates(model, kinematics, delta, pass);
-    calc_gaps(pass, out.D_w_q.data() + J.begin[i]);
-    calc_wrenches(pass, out.D_tau_q.data() + out.begin[i]);
+    double *D_w = out.D_w_q.data() + J.begin[i], *D_tau = out.D_tau_q.data() + out.begin[i];
+    calc_gaps(pass, pair.folded ? own_D_w : D_w);
+    calc_wrenches(pass, pair.folded ? own_D_tau : D_tau);
+    if (!pair.folded) continue;
+    detail::fold_columns(w, pair, 3, own_D_w, D_w);
+    detail::fold_columns(w, pair, n, own_D_tau, half_folded);
+    fold_rows(w, pair, half_folded, D_tau);
   }
 }
 

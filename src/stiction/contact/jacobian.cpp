@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstring>
 
 #include "stiction/contact/workspace.hpp"
@@ -61,45 +62,82 @@ void calc_jacobian(const world::Model& model, const world::Kinematics& kinematic
   }
   const world::Pair& pair = model.pairs()[contact.pair];
   const std::vector<int>& support = model.supports()[pair.support];
-  const std::vector<int>& dofs_a = model.bodies()[model.geometries()[pair.geometry_a].body].dofs;
-  const std::vector<int>& dofs_b = model.bodies()[model.geometries()[pair.geometry_b].body].dofs;
+  const auto axes_of = [&](int geometry) -> const std::vector<int>& { return model.bodies()[model.geometries()[geometry].body].axes; };
+  const std::vector<int>&axes_a = axes_of(pair.geometry_a), &axes_b = axes_of(pair.geometry_b);
+  const auto has = [](const std::vector<int>& list, int axis) { return std::find(list.begin(), list.end(), axis) != list.end(); };
   const int k = static_cast<int>(support.size());
-  std::size_t a = 0, b = 0;
-  for (int c = 0; c < k; ++c) {
-    const int dof = support[c];
-    const bool moves_a = a < dofs_a.size() && dofs_a[a] == dof, moves_b = b < dofs_b.size() && dofs_b[b] == dof;
-    a += moves_a;
-    b += moves_b;
-    const Vector3d axis = kinematics.axis_W.col(dof);
+  std::fill_n(J, 3 * k, 0.0);
+  const auto add = [&](int index, bool moves_a, bool moves_b) {
+    const bool follows = index >= model.n_v();
+    const int dof = follows ? model.followers()[index - model.n_v()].dof : index;
+    const auto kind = follows ? model.followers()[index - model.n_v()].kind : model.dofs()[dof].kind;
+    const double ratio = follows ? model.followers()[index - model.n_v()].ratio : 1.0;
+    const Vector3d axis = kinematics.axis_W.col(index), origin = kinematics.origin_W.col(index);
     Vector3d v = Vector3d::Zero();
-    if (model.dofs()[dof].kind == world::DofKind::Prismatic) {
+    if (kind == world::DofKind::Prismatic) {
       if (moves_a != moves_b) v = moves_a ? axis : Vector3d(-axis);
     } else if (moves_a && moves_b) {
       v = axis.cross(contact.p_WA - contact.p_WB);
-    } else if (moves_a) {
-      v = axis.cross(contact.p_WA - kinematics.origin_W.col(dof));
     } else {
-      v = axis.cross(kinematics.origin_W.col(dof) - contact.p_WB);
+      v = moves_a ? axis.cross(contact.p_WA - origin) : axis.cross(origin - contact.p_WB);
     }
-    J[c] = contact.nhat_BA_W.dot(v);
-    J[k + c] = contact.t1_W.dot(v);
-    J[2 * k + c] = contact.t2_W.dot(v);
+    const auto c = std::lower_bound(support.begin(), support.end(), dof) - support.begin();
+    J[c] += ratio * contact.nhat_BA_W.dot(v);
+    J[k + c] += ratio * contact.t1_W.dot(v);
+    J[2 * k + c] += ratio * contact.t2_W.dot(v);
+  };
+  for (const int axis : axes_a) add(axis, true, has(axes_b, axis));
+  for (const int axis : axes_b) {
+    if (!has(axes_a, axis)) add(axis, false, true);
   }
 }
 
-void calc_jacobians(const world::Model& model, const world::Kinematics& kinematics, std::span<const Contact> contacts, Workspace& work,
+/// Axis and moment about the origin of every axis of the kinematics.
+void detail::fill_screws(Workspace::Impl& w, const world::Kinematics& kinematics) {
+  for (std::size_t i = 0; i < w.axes.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const Vector3d axis = kinematics.axis_W.col(column);
+    double* to = w.screw.data() + kScrew * i;
+    Eigen::Map<Vector3d>{to} = w.axes[i].revolute ? axis : Vector3d(0, 0, 0);
+    Eigen::Map<Vector3d>{to + 3} = w.axes[i].revolute ? Vector3d(kinematics.origin_W.col(column).cross(axis)) : axis;
+  }
+}
+
+void detail::fill_axis_columns(const Workspace::Impl& w, const Contact& contact, double* J) {
+  const Workspace::Impl::PairData& pair = w.pairs[contact.pair];
+  const Vector3d &n = contact.nhat_BA_W, &t1 = contact.t1_W, &t2 = contact.t2_W;
+  const Four rows[3] = {{n.x(), t1.x(), t2.x(), 0}, {n.y(), t1.y(), t2.y(), 0}, {n.z(), t1.z(), t2.z(), 0}};
+  for (int r = pair.run_begin; r < pair.run_end; ++r) {
+    const Workspace::Impl::ColumnRun& run = w.column_runs[r];
+    const double* from = w.screw.data() + kScrew * run.axis;
+    double* to = J + run.column;
+    if (run.moves_a && run.moves_b) {  // moved together: only the gap between the two points counts
+      Wrenches between = make_wrenches(rows, contact.p_WA - contact.p_WB, 1.0);
+      between.force[0] = between.force[1] = between.force[2] = all(0.0);
+      fill_columns(between, from, run.count, to, pair.n_axes);
+    } else if (run.moves_a) {
+      fill_columns(make_wrenches(rows, contact.p_WA, 1.0), from, run.count, to, pair.n_axes);
+    } else {
+      fill_columns(make_wrenches(rows, contact.p_WB, -1.0), from, run.count, to, pair.n_axes);
+    }
+  }
+}
+
+void detail::fold_columns(const Workspace::Impl& w, const Workspace::Impl::PairData& pair, int rows, const double* from, double* to) {
+  std::fill_n(to, rows * pair.n_columns, 0.0);
+  for (int r = 0; r < rows; ++r) {
+    for (int a = 0; a < pair.n_axes; ++a) {
+      const Workspace::Impl::Fold& fold = w.folds[pair.fold_begin + a];
+      to[r * pair.n_columns + fold.column] += fold.ratio * from[r * pair.n_axes + a];
+    }
+  }
+}
+
+void calc_jacobians(const world::Model&, const world::Kinematics& kinematics, std::span<const Contact> contacts, Workspace& work,
                     Jacobians& out) {
   Workspace::Impl& w = work.impl();
-  core::require_size("kinematics.axis_W", kinematics.axis_W.cols(), w.n_v);
-  double* screw = w.screw.data();
-  const auto dofs = model.dofs();
-  for (int i = 0; i < w.n_v; ++i) {
-    const Vector3d axis = kinematics.axis_W.col(i);
-    const bool revolute = dofs[i].kind == world::DofKind::Revolute;
-    double* to = screw + kScrew * i;
-    Eigen::Map<Vector3d>{to} = revolute ? axis : Vector3d(0, 0, 0);
-    Eigen::Map<Vector3d>{to + 3} = revolute ? Vector3d(kinematics.origin_W.col(i).cross(axis)) : axis;
-  }
+  core::require_size("kinematics.axis_W", kinematics.axis_W.cols(), static_cast<long>(w.axes.size()));
+  detail::fill_screws(w, kinematics);
 
   out.begin.resize(contacts.size() + 1);
   int size = 0;
@@ -115,25 +153,10 @@ void calc_jacobians(const world::Model& model, const world::Kinematics& kinemati
   out.values.resize(size);
 
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& contact = contacts[i];
-    const Workspace::Impl::PairData& pair = w.pairs[contact.pair];
-    const Vector3d &n = contact.nhat_BA_W, &t1 = contact.t1_W, &t2 = contact.t2_W;
-    const Four rows[3] = {{n.x(), t1.x(), t2.x(), 0}, {n.y(), t1.y(), t2.y(), 0}, {n.z(), t1.z(), t2.z(), 0}};
+    const Workspace::Impl::PairData& pair = w.pairs[contacts[i].pair];
     double* J = out.values.data() + out.begin[i];
-    for (int r = pair.run_begin; r < pair.run_end; ++r) {
-      const Workspace::Impl::ColumnRun& run = w.column_runs[r];
-      const double* from = screw + kScrew * run.dof;
-      double* to = J + run.column;
-      if (run.moves_a && run.moves_b) {  // moved together: only the gap between the two points counts
-        Wrenches between = make_wrenches(rows, contact.p_WA - contact.p_WB, 1.0);
-        between.force[0] = between.force[1] = between.force[2] = all(0.0);
-        fill_columns(between, from, run.count, to, pair.n_columns);
-      } else if (run.moves_a) {
-        fill_columns(make_wrenches(rows, contact.p_WA, 1.0), from, run.count, to, pair.n_columns);
-      } else {
-        fill_columns(make_wrenches(rows, contact.p_WB, -1.0), from, run.count, to, pair.n_columns);
-      }
-    }
+    detail::fill_axis_columns(w, contacts[i], pair.folded ? w.unfolded.data() : J);
+    if (pair.folded) detail::fold_columns(w, pair, 3, w.unfolded.data(), J);
   }
 }
 

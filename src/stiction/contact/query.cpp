@@ -50,6 +50,41 @@ void require_length(std::string_view field, double value) {
 
 }  // namespace
 
+/// Runs of axes that move both bodies or one: of two that move a body the nearer to its root comes first.
+void Workspace::Impl::add_columns(const world::Model& model, const world::Pair& p, PairData& data) {
+  const auto axes_of = [&](int geometry) -> const std::vector<int>& { return model.bodies()[model.geometries()[geometry].body].axes; };
+  const std::vector<int>&axes_a = axes_of(p.geometry_a), &axes_b = axes_of(p.geometry_b), &support = model.supports()[p.support];
+  const auto has = [](const std::vector<int>& list, int axis) { return std::find(list.begin(), list.end(), axis) != list.end(); };
+  std::vector<int> all = axes_a;
+  for (const int axis : axes_b) {
+    if (!has(axes_a, axis)) all.push_back(axis);
+  }
+  data.n_columns = static_cast<int>(support.size());
+  data.n_axes = static_cast<int>(all.size());
+  data.folded = std::any_of(all.begin(), all.end(), [&](int axis) { return axis >= n_v; });
+  if (!data.folded) all = support;
+  data.run_begin = static_cast<int>(column_runs.size());
+  for (int c = 0; c < data.n_axes; ++c) {
+    const int axis = all[c];
+    const bool in_a = has(axes_a, axis), in_b = has(axes_b, axis);
+    const bool first = static_cast<int>(column_runs.size()) == data.run_begin;
+    if (!first && column_runs.back().axis + column_runs.back().count == axis && column_runs.back().moves_a == in_a &&
+        column_runs.back().moves_b == in_b) {
+      ++column_runs.back().count;
+    } else {
+      column_runs.push_back({c, axis, 1, in_a, in_b});
+    }
+  }
+  data.run_end = static_cast<int>(column_runs.size());
+  data.fold_begin = static_cast<int>(folds.size());
+  if (!data.folded) return;
+  for (const int axis : all) {
+    const auto column = std::lower_bound(support.begin(), support.end(), axes[axis].dof) - support.begin();
+    folds.push_back({static_cast<int>(column), axes[axis].ratio});
+  }
+  unfolded.resize(std::max(unfolded.size(), 3 * all.size()));
+}
+
 Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis(model.planar_axis()) {
   if (planar_axis) context.planar = {true, Vector3d::Unit(*planar_axis)};
   context.coal = &coal;
@@ -72,6 +107,8 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   const auto model_pairs = model.pairs();
   const auto bodies = model.bodies();
   const int n_p = static_cast<int>(model_pairs.size());
+  for (int i = 0; i < n_v; ++i) axes.push_back({model.dofs()[i].kind == world::DofKind::Revolute, i, 1.0});
+  for (const world::Follower& f : model.followers()) axes.push_back({f.kind == world::DofKind::Revolute, f.dof, f.ratio});
   pairs.reserve(n_p);
   for (int i = 0; i < n_p; ++i) {
     const world::Pair& p = model_pairs[i];
@@ -110,23 +147,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
       broad_runs.push_back({i, 1, data.a, data.b});
     }
 
-    const std::vector<int>& support = model.supports()[p.support];
-    const std::vector<int>& dofs_a = bodies[geometries[data.a].body].dofs;
-    const std::vector<int>& dofs_b = bodies[geometries[data.b].body].dofs;
-    data.n_columns = static_cast<int>(support.size());
-    data.run_begin = static_cast<int>(column_runs.size());
-    for (int c = 0; c < data.n_columns; ++c) {
-      const int dof = support[c];
-      const bool in_a = std::binary_search(dofs_a.begin(), dofs_a.end(), dof), in_b = std::binary_search(dofs_b.begin(), dofs_b.end(), dof);
-      const bool first = static_cast<int>(column_runs.size()) == data.run_begin;
-      if (!first && column_runs.back().dof + column_runs.back().count == dof && column_runs.back().moves_a == in_a &&
-          column_runs.back().moves_b == in_b) {
-        ++column_runs.back().count;
-      } else {
-        column_runs.push_back({c, dof, 1, in_a, in_b});
-      }
-    }
-    data.run_end = static_cast<int>(column_runs.size());
+    add_columns(model, p, data);
     pairs.push_back(data);
   }
   parting.assign(n_p, Vector3d::UnitX());
@@ -139,7 +160,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   center_inverse.assign(n_p + kPadding, 0.0);
   for (int i = 0; i < n_p; ++i) n_patch_points += static_cast<std::size_t>(slots(i) - 1);
   nearest.reserve(n_p + std::min(n_patch_points, kReservedContacts));
-  screw.assign(8 * static_cast<std::size_t>(n_v), 0.0);
+  screw.assign(8 * axes.size(), 0.0);
 }
 
 // In a planar model two shapes of one plane overlap as their sections do: the shortest way out never leaves the plane. Directions

@@ -34,6 +34,9 @@ struct Workspace::Impl {
     int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
     int n_columns = 0;
+    int n_axes = 0;      // that move it: n_columns, where no joint follows another
+    int fold_begin = 0;  // in `folds`
+    bool folded = false;
   };
 
   /// Pairs [begin, begin + count) of one geometry with the neighbours other, other + 1, …
@@ -41,12 +44,25 @@ struct Workspace::Impl {
     int begin = 0, count = 0, fixed = -1, other = -1;
   };
 
-  /// Columns [column, column + count) of a pair's Jacobian, coordinates dof, dof + 1, …, that move A, B or both.
+  /// Columns [column, column + count) of a pair's Jacobian, axes axis, axis + 1, … of Kinematics, that move A, B or both.
   struct ColumnRun {
-    int column = 0, dof = 0, count = 0;
+    int column = 0, axis = 0, count = 0;
     bool moves_a = false, moves_b = false;
   };
 
+  /// An axis of Kinematics: of a coordinate, or of a joint that follows it.
+  struct Axis {
+    bool revolute = false;
+    int dof = -1;
+    double ratio = 1;
+  };
+  /// Column of a pair's Jacobian to which an axis that moves it adds `ratio` times its own.
+  struct Fold {
+    int column = 0;
+    double ratio = 1;
+  };
+
+  void add_columns(const world::Model& model, const world::Pair& p, PairData& data);
   void find_planes(const world::Model& model);
   void set_kinematics(const world::Kinematics& kinematics);
   void set_kinematics(const world::Kinematics& kinematics, std::span<const int> pair_indices);  // of the geometries of these pairs at least
@@ -70,10 +86,13 @@ struct Workspace::Impl {
   std::vector<PairData> pairs;
   std::vector<BroadRun> broad_runs;
   std::vector<ColumnRun> column_runs;
+  std::vector<Axis> axes;
+  std::vector<Fold> folds;
   std::vector<int> posed;                        // geometries whose orientation matters
   std::vector<double> radius_sum, max_distance;  // per pair
   std::size_t n_patch_points = 0;                // that all patches together may have beyond one per pair
   int n_v = 0;
+  std::vector<double> unfolded;  // Jacobian of a folded pair by its axes, 3 rows
   std::optional<int> planar_axis;
   detail::KernelContext context;
   Eigen::Vector3d coincident_normal;
@@ -97,6 +116,12 @@ struct Workspace::Impl {
 };
 
 namespace detail {
+
+/// Rows n, t1, t2 of a contact over the axes of its pair (3 × n_axes), with the kinematics of the last calc_jacobians().
+void fill_axis_columns(const Workspace::Impl& w, const Contact& contact, double* J);
+/// Columns of axes (rows × n_axes) to those of the coordinates that move them (rows × n_columns).
+void fold_columns(const Workspace::Impl& w, const Workspace::Impl::PairData& pair, int rows, const double* from, double* to);
+void fill_screws(Workspace::Impl& w, const world::Kinematics& kinematics);
 
 /// Right-handed frame (n, t1, t2), n × t1 = t2. docs/theory/contact.md §1.
 inline void set_frame(const Eigen::Vector3d& n, const std::optional<int>& planar_axis, Contact& out) {

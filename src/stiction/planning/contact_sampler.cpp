@@ -26,28 +26,35 @@ void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, Geom
 void gap_gradient(const world::Model& model, const contact::Contact& contact, const std::vector<char>& moving,
                   const GeometryWorkspace& work, Eigen::Ref<Eigen::VectorXd> gradient) {
   const auto& pair = model.pairs()[static_cast<std::size_t>(contact.pair)];
-  const auto dofs_of = [&](int geometry) -> const std::vector<int>& {
-    return model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(geometry)].body)].dofs;
+  const auto axes_of = [&](int geometry) -> const std::vector<int>& {
+    return model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(geometry)].body)].axes;
   };
-  const auto &dofs_a = dofs_of(pair.geometry_a), &dofs_b = dofs_of(pair.geometry_b);
-  const auto has = [](const std::vector<int>& dofs, int dof) { return std::find(dofs.begin(), dofs.end(), dof) != dofs.end(); };
-  const auto rate = [&](int dof, const Eigen::Vector3d& p_W, const Eigen::Vector3d& origin_W) {
-    const Eigen::Vector3d axis = work.kinematics.axis_W.col(dof);
-    const bool slides = model.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Prismatic;
-    return contact.nhat_BA_W.dot(slides ? axis : Eigen::Vector3d(axis.cross(p_W - origin_W)));
-  };
+  const auto &axes_a = axes_of(pair.geometry_a), &axes_b = axes_of(pair.geometry_b);
+  const auto has = [](const std::vector<int>& axes, int axis) { return std::find(axes.begin(), axes.end(), axis) != axes.end(); };
   const auto is_moving = [&](int dof) { return dof >= model.n_vu() && moving[static_cast<std::size_t>(dof - model.n_vu())]; };
   gradient.setZero();
-  for (const int dof : dofs_a) {
-    if (!is_moving(dof)) continue;
-    double& entry = gradient[dof - model.n_vu()];
-    if (!has(dofs_b, dof))
-      entry = rate(dof, contact.p_WA, work.kinematics.origin_W.col(dof));
-    else if (model.dofs()[static_cast<std::size_t>(dof)].kind == world::DofKind::Revolute)
-      entry = rate(dof, contact.p_WA, contact.p_WB);  // moved together: only the gap between the two points counts
-  }
-  for (const int dof : dofs_b) {
-    if (is_moving(dof) && !has(dofs_a, dof)) gradient[dof - model.n_vu()] = -rate(dof, contact.p_WB, work.kinematics.origin_W.col(dof));
+  const auto add = [&](int index, bool moves_a, bool moves_b) {
+    const world::Follower* follower = index < model.n_v() ? nullptr : &model.followers()[static_cast<std::size_t>(index - model.n_v())];
+    const int dof = follower ? follower->dof : index;
+    if (!is_moving(dof)) return;
+    const Eigen::Vector3d axis = work.kinematics.axis_W.col(index);
+    const bool slides = (follower ? follower->kind : model.dofs()[static_cast<std::size_t>(dof)].kind) == world::DofKind::Prismatic;
+    const auto rate = [&](const Eigen::Vector3d& p_W, const Eigen::Vector3d& origin_W) {
+      return contact.nhat_BA_W.dot(slides ? axis : Eigen::Vector3d(axis.cross(p_W - origin_W)));
+    };
+    const Eigen::Vector3d origin = work.kinematics.origin_W.col(index);
+    double phi_rate = 0;
+    if (!moves_b)
+      phi_rate = rate(contact.p_WA, origin);
+    else if (!moves_a)
+      phi_rate = -rate(contact.p_WB, origin);
+    else if (!slides)
+      phi_rate = rate(contact.p_WA, contact.p_WB);  // moved together: only the gap between the two points counts
+    gradient[dof - model.n_vu()] += follower ? follower->ratio * phi_rate : phi_rate;
+  };
+  for (const int axis : axes_a) add(axis, true, has(axes_b, axis));
+  for (const int axis : axes_b) {
+    if (!has(axes_a, axis)) add(axis, false, true);
   }
 }
 

@@ -34,6 +34,11 @@ void find_addresses(Plant::Impl& plant) {
     for (int k = 0; k < n_v; ++k) plant.v_address.push_back(m->jnt_dofadr[joint] + k);
     v += n_v;
   }
+  for (const world::Follower& follower : model.followers()) {
+    const int joint = mj_name2id(m, mjOBJ_JOINT, follower.name.c_str());
+    plant.follower_q_address.push_back(m->jnt_qposadr[joint]);
+    plant.follower_v_address.push_back(m->jnt_dofadr[joint]);
+  }
   for (int j = 0; j < model.n_a(); ++j) {
     plant.actuator_id.push_back(mj_name2id(m, mjOBJ_ACTUATOR, model.dofs()[at(model.n_vu() + j)].name.c_str()));
   }
@@ -50,12 +55,14 @@ Eigen::VectorXd calc_inertia(const Plant::Impl& plant) {
     mj_fullM(m, data.get(), M.data());
   });
   if (report.failed) core::throw_invalid("scene", fmt::format("'{}'", report.error), "a scene that MuJoCo simulates");
-  Eigen::VectorXd inertia(plant.model->n_v());
-  for (int i = 0; i < plant.model->n_v(); ++i) {
-    const int v = plant.v_address[at(i)];
-    inertia[i] = M(v, v);
+  const int n_v = plant.model->n_v();
+  Eigen::MatrixXd E = Eigen::MatrixXd::Zero(m->nv, n_v);  // joints of the simulation per coordinate
+  for (int i = 0; i < n_v; ++i) E(plant.v_address[at(i)], i) = 1;
+  for (std::size_t i = 0; i < plant.follower_v_address.size(); ++i) {
+    const world::Follower& follower = plant.model->followers()[i];
+    E(plant.follower_v_address[i], follower.dof) = follower.ratio;
   }
-  return inertia;
+  return (E.transpose() * M * E).diagonal();
 }
 
 /// What an object on a joint rests on brings it to rest within rest_time.
@@ -142,6 +149,11 @@ void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos) {
     }
     from += free ? 7 : 1;
     v += free ? 6 : 1;
+  }
+  const world::Model& model = *plant.model;
+  for (std::size_t i = 0; i < plant.follower_q_address.size(); ++i) {
+    const world::Follower& follower = model.followers()[i];
+    qpos[plant.follower_q_address[i]] = follower.offset + follower.ratio * q[model.n_qu() + follower.dof - model.n_vu()];
   }
 }
 

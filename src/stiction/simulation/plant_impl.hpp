@@ -25,12 +25,13 @@ struct Plant::Impl {
   std::unique_ptr<mjModel, DeleteMujoco> mujoco;
   Eigen::VectorXd damping, armature;
 
-  std::vector<int> body_id;      ///< per body of the model: of MuJoCo
-  std::vector<int> geometry_of;  ///< per MuJoCo geom: of the model
-  std::vector<int> pair_of;      ///< n_geometries × n_geometries, by (A, B): pair, −1 where there is none
-  std::vector<int> actuator_id;  ///< (n_a); each has one control, of the same number
-  std::vector<int> q_address;    ///< per object and robot joint, see copy_* below
-  std::vector<int> v_address;    ///< (n_v)
+  std::vector<int> body_id;                                 ///< per body of the model: of MuJoCo
+  std::vector<int> geometry_of;                             ///< per MuJoCo geom: of the model
+  std::vector<int> pair_of;                                 ///< n_geometries × n_geometries, by (A, B): pair, −1 where there is none
+  std::vector<int> actuator_id;                             ///< (n_a); each has one control, of the same number
+  std::vector<int> q_address;                               ///< per object and robot joint, see copy_* below
+  std::vector<int> v_address;                               ///< (n_v)
+  std::vector<int> follower_q_address, follower_v_address;  ///< per Model::followers()
 };
 
 /// The scene as MuJoCo's model, springs without damping. @throws core::InvalidInput with what its compiler says

@@ -130,6 +130,7 @@ class SceneWriter {
     mjsBody* body = add_body(info.parent >= 0 ? bodies_[at(model_.objects()[at(info.parent)].body)] : world, info.body);
     bodies_[at(info.body)] = body;
     set_inertia(model_.inertias()[at(info.body)], body);
+    body->gravcomp = 1 - spec.weight_share;
     if (spec.joint != ObjectJoint::Free) set_pose(spec.X_WP, body->pos, body->quat);
     const int v = info.v_begin;
     const auto planar = [&](int first, int second) {
@@ -166,9 +167,32 @@ class SceneWriter {
     body->gravcomp = 1;
     if (!model_.bodies()[at(link.body)].dofs.empty()) set_inertia(make_possible(model_.inertias()[at(link.body)]), body);
     if (link.dof < 0) return;
+    if (link.follower >= 0) {
+      write_follower(body, link);
+      return;
+    }
     const bool turns = model_.dofs()[at(link.dof)].kind == world::DofKind::Revolute;
     mjsJoint* joint = add_joint(body, turns ? mjJNT_HINGE : mjJNT_SLIDE, link.dof, link.axis);
     joint->armature = armature[link.dof - model_.n_vu()];
+  }
+
+  /// A joint of its own, which an equality ties to its leader: y = offset + ratio·x.
+  void write_follower(mjsBody* body, const world::Link& link) {
+    const world::Follower& follower = model_.followers()[at(link.follower)];
+    mjsJoint* joint = mjs_addJoint(body, nullptr);
+    joint->type = follower.kind == world::DofKind::Revolute ? mjJNT_HINGE : mjJNT_SLIDE;
+    mjs_setName(joint->element, follower.name.c_str());
+    copy(link.axis, joint->axis);
+    joint->limited = mjLIMITED_FALSE;
+    joint->armature = options_.armature;
+    mjsEquality* tie = mjs_addEquality(spec_, nullptr);
+    tie->type = mjEQ_JOINT;
+    tie->objtype = mjOBJ_JOINT;
+    mjs_setString(tie->name1, follower.name.c_str());
+    mjs_setString(tie->name2, model_.dofs()[at(follower.dof)].name.c_str());
+    tie->data[0] = follower.offset, tie->data[1] = follower.ratio;
+    std::copy_n(solref_, mjNREF, tie->solref);
+    std::copy_n(solimp_, mjNIMP, tie->solimp);
   }
 
   void write_fixed_poses() {

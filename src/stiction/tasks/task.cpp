@@ -262,13 +262,27 @@ bool names_a_file(const std::string& text) {
   return text.find('/') != std::string::npos || text.ends_with(".yaml") || text.ends_with(".yml");
 }
 
+/// The joints of the start are those of the robots at rest.
+std::shared_ptr<const Model> make_model(world::Scene scene, const YamlNode& start) {
+  if (const auto joints = start.find("joints"); joints && joints->is_sequence()) {
+    try {
+      const Eigen::VectorXd rest = joints->vector();
+      scene.rest.assign(rest.begin(), rest.end());
+      return Model::make(scene);
+    } catch (const core::InvalidInput&) {  // what does not fit is named by read_start(), with its line
+      scene.rest.clear();
+    }
+  }
+  return Model::make(scene);
+}
+
 Task read_task(const YamlNode& root, std::string name) {
   root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "planner", "optimize"});
   Task task;
   task.name = root.string_or("name", std::move(name));
   task.description = root.string_or("description", "");
   task.file = root.file();
-  task.model = Model::make(world::read_scene_file(root, default_package_dirs()));
+  task.model = make_model(world::read_scene_file(root, default_package_dirs()), root.at("start"));
   const Model& model = *task.model;
   task.problem.model = task.model;
   task.problem.q_start = read_start(root.at("start"), model);

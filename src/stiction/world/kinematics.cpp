@@ -103,21 +103,23 @@ void place_link(const LinkNode& node, const VectorRef& q, Kinematics& out) {
   const Pose& X_WP = out.X_WB[static_cast<std::size_t>(node.parent)];
   Pose& X_WB = out.X_WB[static_cast<std::size_t>(node.body)];
   const Vector3d p = X_WP.R * node.p_PJ + X_WP.p;
+  const auto joint_value = [&] { return node.axis == node.v ? q[node.q] : node.ratio * q[node.q] + node.offset; };
   switch (node.kind) {
     case LinkNode::Kind::Revolute: {
-      const Matrix3d R_PB = node.C0 + std::cos(q[node.q]) * node.C1 + std::sin(q[node.q]) * node.C2;
+      const double value = joint_value();
+      const Matrix3d R_PB = node.C0 + std::cos(value) * node.C1 + std::sin(value) * node.C2;
       X_WB.R.noalias() = X_WP.R * R_PB;
       X_WB.p = p;
-      out.axis_W.col(node.v).noalias() = X_WP.R * node.axis_P;
-      out.origin_W.col(node.v) = p;
+      out.axis_W.col(node.axis).noalias() = X_WP.R * node.axis_P;
+      out.origin_W.col(node.axis) = p;
       break;
     }
     case LinkNode::Kind::Prismatic: {
       const Vector3d axis = X_WP.R * node.axis_P;
       X_WB.R.noalias() = X_WP.R * node.C0;
-      X_WB.p = p + q[node.q] * axis;
-      out.axis_W.col(node.v) = axis;
-      out.origin_W.col(node.v) = X_WB.p;
+      X_WB.p = p + joint_value() * axis;
+      out.axis_W.col(node.axis) = axis;
+      out.origin_W.col(node.axis) = X_WB.p;
       break;
     }
     case LinkNode::Kind::Welded:
@@ -129,10 +131,11 @@ void place_link(const LinkNode& node, const VectorRef& q, Kinematics& out) {
 
 void calc_kinematics(const Model::Impl& m, const VectorRef& q, Kinematics& out) {
   core::require_size("q", q.size(), m.n_q);
-  if (out.X_WB.size() != m.bodies.size() || out.axis_W.cols() != m.n_v) {
+  const Eigen::Index n_axes = m.n_v + static_cast<Eigen::Index>(m.followers.size());
+  if (out.X_WB.size() != m.bodies.size() || out.axis_W.cols() != n_axes) {
     out.X_WB.resize(m.bodies.size());
-    out.axis_W.resize(3, m.n_v);
-    out.origin_W.resize(3, m.n_v);
+    out.axis_W.resize(3, n_axes);
+    out.origin_W.resize(3, n_axes);
   }
   for (const auto& [body, pose] : m.constant_poses) out.X_WB[static_cast<std::size_t>(body)] = pose;
   for (const ObjectNode& node : m.object_nodes) {

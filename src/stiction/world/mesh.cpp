@@ -296,30 +296,49 @@ std::vector<ConvexMesh> decompose_pieces(const std::filesystem::path& file, cons
   return all;
 }
 
+/// The solids of a file that holds nothing but convex ones, as tools for decomposition write it; empty for any other.
+std::vector<ConvexMesh> take_hulls(const std::filesystem::path& file, const Surface& surface) {
+  const std::vector<Surface> pieces = split(surface);
+  std::vector<ConvexMesh> out;
+  if (pieces.size() == 1) return out;
+  for (const Surface& piece : pieces) {
+    if (piece.triangles.cols() < 4) return {};
+    try {
+      Hull hull = calc_hull(file, piece.vertices(Eigen::all, piece.triangles.reshaped()));
+      if (!hull.is_mesh()) return {};
+      out.push_back(std::move(hull.mesh));
+    } catch (const core::InvalidInput&) {  // flat
+      return {};
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string part_name(const std::string& name, std::size_t k, std::size_t parts) {
   return parts == 1 ? name : fmt::format("{}/part_{}", name, k);
 }
 
-std::vector<ConvexMesh> load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
+LoadedMesh load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
   const Matrix3Xd points = read_points(file, scale);
   Hull whole = calc_hull(file, points);
-  if (whole.is_mesh() || options.non_convex == NonConvex::TakeHull) return {std::move(whole.mesh)};
-  const Surface surface = weld(points, whole.share < 0);
-  require_closed(file, surface);
-  if (options.non_convex == NonConvex::Refuse) {
-    fail(file, fmt::format("a mesh that encloses {:.1f} % of its convex hull", 100 * std::abs(whole.share)),
-         fmt::format("a closed convex mesh (or its parts, with convex_decomposition, or its hull, {})", kHullKeys));
+  LoadedMesh out;
+  if (whole.is_mesh() || options.non_convex == NonConvex::TakeHull) {
+    out.parts.push_back(std::move(whole.mesh));
+    return out;
   }
+  const Surface surface = weld(points, whole.share < 0);
+  if (options.non_convex == NonConvex::TakeHulls) {
+    out.parts = take_hulls(file, surface);
+    out.filled = out.parts.empty();
+    if (out.filled) out.parts.push_back(std::move(whole.mesh));
+    return out;
+  }
+  require_closed(file, surface);
   if (std::abs(whole.share) < kLeastShare) fail(file, "a mesh that encloses no volume", "a body with a volume");
-  return decompose_pieces(file, surface, options.decomposition);
-}
-
-ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Vector3d& scale, NonConvex non_convex) {
-  auto parts = load_mesh(file, scale, {non_convex, {}});
-  if (parts.size() != 1) fail(file, fmt::format("{} parts", parts.size()), "one");
-  return std::move(parts.front());
+  out.parts = decompose_pieces(file, surface, options.decomposition);
+  return out;
 }
 
 }  // namespace stiction::world

@@ -71,10 +71,12 @@ class MjcfReader {
 
   MjcfModel read() {
     require_supported();
+    name_what_is_passed_over();
     find_springs();
     out_.robot.name = m_->names[0] != '\0' ? std::string(m_->names) : file_.stem().string();
     out_.robot.file = file_;
     link_of_.assign(static_cast<std::size_t>(m_->nbody), -1);
+    joint_of_.assign(static_cast<std::size_t>(m_->njnt), 0);
     link_of_[0] = add_link("world");
     for (int body = 1; body < m_->nbody; ++body) {  // parents first, depth first
       const int top = m_->body_weldid[body];
@@ -84,6 +86,7 @@ class MjcfReader {
         read_body(body);
       }
     }
+    read_equalities();
     read_geoms(0, Pose{}, nullptr);
     for (int i = 0; i < m_->nexclude; ++i) {
       const int signature = m_->exclude_signature[i];
@@ -126,15 +129,19 @@ class MjcfReader {
 
   // ---- what is not supported ----
 
-  void refuse(std::string_view element, mjtObj type, int id, std::string_view reason) {
+  std::string describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
     const std::string name = given_name(type, id);
-    faults_.push_back(name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason));
+    return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);
   }
 
-  void require_supported() {
+  /// What kinematics and contacts cannot do without.
+  void require_supported() const {
+    std::vector<std::string> faults;
+    const auto refuse = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
+      faults.push_back(describe(element, type, id, reason));
+    };
     for (int j = 0; j < m_->njnt; ++j) {
       if (m_->jnt_type[j] == mjJNT_BALL) refuse("joint", mjOBJ_JOINT, j, "a ball joint");
-      if (has_spring(m_->jnt_stiffness, m_->jnt_stiffnesspoly, j)) refuse("joint", mjOBJ_JOINT, j, "a passive spring");
     }
     for (int b = 1; b < m_->nbody; ++b) {
       if (m_->body_mocapid[b] >= 0 && !is_only_seen(b)) refuse("body", mjOBJ_BODY, b, "a mocap body that collides or carries joints");
@@ -144,38 +151,51 @@ class MjcfReader {
       if (is_free(b) && !object_collides(b)) refuse("body", mjOBJ_BODY, b, "a free joint and no geom that collides");
     }
     for (int g = 0; g < m_->ngeom; ++g) {
-      for (int k = 0; k < 6; ++k) {
-        if (m_->geom_surfacevel[6 * g + k] == 0) continue;
-        refuse("geom", mjOBJ_GEOM, g, "a moving surface");
-        break;
-      }
       if (!collides(g)) continue;  // only seen
-      if (m_->geom_adhesion[g] != 0) refuse("geom", mjOBJ_GEOM, g, "an adhesive surface");
       if (m_->geom_type[g] == mjGEOM_ELLIPSOID) refuse("geom", mjOBJ_GEOM, g, "an ellipsoid");
       if (m_->geom_type[g] == mjGEOM_HFIELD) refuse("geom", mjOBJ_GEOM, g, "a height field");
       if (m_->geom_type[g] == mjGEOM_SDF) refuse("geom", mjOBJ_GEOM, g, "a signed distance field");
     }
+    for (int i = 0; i < m_->nflex; ++i) refuse("flex", mjOBJ_FLEX, i, "a deformable body");
+    if (faults.empty()) return;
+    fail(file_, fmt::format("{} unsupported element{}: {}", faults.size(), faults.size() == 1 ? "" : "s", fmt::join(faults, "; ")),
+         "hinge, slide and free joints; sphere, capsule, box, cylinder, plane and mesh geoms");
+  }
+
+  /// Forces beside those of servos and contacts, which mean nothing here.
+  void name_what_is_passed_over() {
+    std::vector<std::string> names;
+    const auto pass = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
+      names.push_back(describe(element, type, id, reason));
+    };
+    for (int j = 0; j < m_->njnt; ++j) {
+      if (has_spring(m_->jnt_stiffness, m_->jnt_stiffnesspoly, j)) pass("joint", mjOBJ_JOINT, j, "a passive spring");
+    }
+    for (int g = 0; g < m_->ngeom; ++g) {
+      const mjtNum* velocity = m_->geom_surfacevel + 6 * g;
+      if (std::any_of(velocity, velocity + 6, [](mjtNum v) { return v != 0; })) pass("geom", mjOBJ_GEOM, g, "a moving surface");
+      if (collides(g) && m_->geom_adhesion[g] != 0) pass("geom", mjOBJ_GEOM, g, "an adhesive surface");
+    }
     for (int i = 0; i < m_->neq; ++i) {
-      if (m_->eq_active0[i]) refuse("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
+      if (m_->eq_active0[i] && !couples_joints(i)) pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
     }
     for (int i = 0; i < m_->ntendon; ++i) {  // one that holds nothing only measures
-      if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i)) refuse("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
-      if (m_->tendon_limited[i]) refuse("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
+      if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i)) pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
+      if (m_->tendon_limited[i]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
     }
-    for (int i = 0; i < m_->nflex; ++i) refuse("flex", mjOBJ_FLEX, i, "a deformable body");
-    for (int i = 0; i < m_->npair; ++i) refuse("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
-    for (int i = 0; i < m_->nplugin; ++i) refuse("plugin", mjOBJ_PLUGIN, i, "a plugin");
+    for (int i = 0; i < m_->npair; ++i) pass("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
+    for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
     for (int i = 0; i < m_->nactuator; ++i) {
-      const int type = m_->actuator_trntype[i];
-      if (type != mjTRN_JOINT && type != mjTRN_JOINTINPARENT) {
-        refuse("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
-      } else if (m_->jnt_type[m_->actuator_trnid[2 * i]] == mjJNT_FREE) {
-        refuse("actuator", mjOBJ_ACTUATOR, i, "on a free joint");
-      }
+      if (!is_on_joint(i))
+        pass("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
+      else if (m_->jnt_type[m_->actuator_trnid[2 * i]] == mjJNT_FREE)
+        pass("actuator", mjOBJ_ACTUATOR, i, "on a free joint");
     }
-    if (faults_.empty()) return;
-    fail(file_, fmt::format("{} unsupported element{}: {}", faults_.size(), faults_.size() == 1 ? "" : "s", fmt::join(faults_, "; ")),
-         "hinge, slide and free joints; sphere, capsule, box, cylinder, plane and mesh geoms; actuators on joints");
+    if (!names.empty()) out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
+  }
+
+  bool is_on_joint(int actuator) const {
+    return m_->actuator_trntype[actuator] == mjTRN_JOINT || m_->actuator_trntype[actuator] == mjTRN_JOINTINPARENT;
   }
 
   static bool has_spring(const mjtNum* linear, const mjtNum* higher, int i) {
@@ -215,21 +235,66 @@ class MjcfReader {
     return false;
   }
 
-  // ---- actuators ----
+  // ---- actuators and joints that follow others ----
 
-  /// A position servo of gain k_p through gear g holds its joint with the stiffness k_p g².
+  /// A position servo of gain k_p through gear g holds its joint with the stiffness k_p g². What any actuator can bear: its range of forces
+  /// through the gear, or of a motor that of its commands; of a joint with a range of its own that.
   void find_springs() {
     spring_.resize(static_cast<std::size_t>(m_->njnt));
+    effort_.resize(static_cast<std::size_t>(m_->njnt));
+    const auto largest = [](const mjtNum* range) { return std::max(std::abs(range[0]), std::abs(range[1])); };
     for (int i = 0; i < m_->nactuator; ++i) {
+      if (!is_on_joint(i)) continue;
       const mjtNum* gain = m_->actuator_gainprm + i * mjNGAIN;
       const mjtNum* bias = m_->actuator_biasprm + i * mjNBIAS;
-      const bool servo = m_->actuator_gaintype[i] == mjGAIN_FIXED && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] > 0 &&
-                         bias[0] == 0 && bias[1] == -gain[0] && m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
-      if (!servo) continue;
-      const int joint = m_->actuator_trnid[2 * i];
+      const auto joint = static_cast<std::size_t>(m_->actuator_trnid[2 * i]);
       const double gear = m_->actuator_gear[6 * m_->actuator_outadr[i]];
-      auto& spring = spring_[static_cast<std::size_t>(joint)];
-      spring = spring.value_or(0) + gain[0] * gear * gear;
+      const bool fixed_gain = m_->actuator_gaintype[i] == mjGAIN_FIXED;
+      std::optional<double> force;
+      if (m_->actuator_forcelimited[i])
+        force = largest(m_->actuator_forcerange + 2 * i);
+      else if (fixed_gain && m_->actuator_biastype[i] == mjBIAS_NONE && m_->actuator_ctrllimited[i])
+        force = std::abs(gain[0]) * largest(m_->actuator_ctrlrange + 2 * i);
+      if (force && *force * gear != 0) effort_[joint] = effort_[joint].value_or(0) + *force * std::abs(gear);
+      const bool servo = fixed_gain && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] > 0 && bias[0] == 0 && bias[1] == -gain[0] &&
+                         m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
+      if (servo) spring_[joint] = spring_[joint].value_or(0) + gain[0] * gear * gear;
+    }
+    for (int j = 0; j < m_->njnt; ++j) {
+      if (m_->jnt_actfrclimited[j]) effort_[static_cast<std::size_t>(j)] = largest(m_->jnt_actfrcrange + 2 * j);
+    }
+  }
+
+  bool slides_or_turns(int joint) const { return m_->jnt_type[joint] == mjJNT_HINGE || m_->jnt_type[joint] == mjJNT_SLIDE; }
+
+  /// y − y₀ = a₀ + a₁ (x − x₀) between two joints, or y − y₀ = a₀.
+  bool couples_joints(int equality) const {
+    if (m_->eq_type[equality] != mjEQ_JOINT) return false;
+    const int joint = m_->eq_obj1id[equality], leader = m_->eq_obj2id[equality];
+    const mjtNum* a = m_->eq_data + equality * mjNEQDATA;
+    if (!slides_or_turns(joint)) return false;
+    return leader < 0 || (slides_or_turns(leader) && a[2] == 0 && a[3] == 0 && a[4] == 0);
+  }
+
+  void read_equalities() {
+    for (int i = 0; i < m_->neq; ++i) {
+      if (!m_->eq_active0[i] || !couples_joints(i)) continue;
+      const int joint = m_->eq_obj1id[i], leader = m_->eq_obj2id[i];
+      const mjtNum* a = m_->eq_data + i * mjNEQDATA;
+      const double y0 = m_->qpos0[m_->jnt_qposadr[joint]];
+      RobotJoint& follower = out_.robot.joints[joint_of_[static_cast<std::size_t>(joint)]];
+      if (leader < 0) {
+        follower.lower = follower.upper = y0 + a[0];
+        continue;
+      }
+      follower.leader = static_cast<int>(joint_of_[static_cast<std::size_t>(leader)]);
+      follower.ratio = a[1];
+      follower.offset = y0 + a[0] - a[1] * m_->qpos0[m_->jnt_qposadr[leader]];
+    }
+    try {
+      resolve_followers(out_.robot);
+    } catch (const core::InvalidInput& e) {
+      fail(file_, fmt::format("'{}'", e.what()), "equalities without a circle");
     }
   }
 
@@ -265,6 +330,7 @@ class MjcfReader {
     joint.lower = m_->jnt_limited[j] ? m_->jnt_range[2 * j] : -kInfinity;
     joint.upper = m_->jnt_limited[j] ? m_->jnt_range[2 * j + 1] : kInfinity;
     joint.stiffness = spring_[static_cast<std::size_t>(j)];
+    joint.effort = effort_[static_cast<std::size_t>(j)];
     return joint;
   }
 
@@ -282,6 +348,7 @@ class MjcfReader {
       welded = !(k == n - 1 && anchor.isZero(0));
       RobotJoint joint = make_joint(j, X_PB);
       const std::string moved = welded ? fmt::format("{}.{}", name, joint.name) : name;
+      joint_of_[static_cast<std::size_t>(j)] = out_.robot.joints.size();
       link = add_joint(std::move(joint), link, moved);
       X_PB = shift(-anchor);
     }
@@ -310,10 +377,13 @@ class MjcfReader {
       parts.emplace_back(b, X);
     }
     Vector3d first = Vector3d::Zero();
+    double weight = 0;
     for (const auto& [b, X] : parts) {
+      weight += m_->body_mass[b] * std::max(0.0, 1 - m_->body_gravcomp[b]);
       object.mass += m_->body_mass[b];
       first += m_->body_mass[b] * (X * vector3(m_->body_ipos + 3 * b));
     }
+    object.weight_share = weight / object.mass;
     const Vector3d center = first / object.mass;
     for (const auto& [b, X] : parts) {
       const BodyInertia part = inertia_of(b);
@@ -383,10 +453,10 @@ class MjcfReader {
   const mjModel* m_;
   const std::filesystem::path& file_;
   MjcfModel out_;
-  std::vector<int> link_of_;                   ///< per body of the file
-  std::vector<std::optional<double>> spring_;  ///< per joint of the file
+  std::vector<int> link_of_;                            ///< per body of the file
+  std::vector<std::optional<double>> spring_, effort_;  ///< per joint of the file
+  std::vector<std::size_t> joint_of_;                   ///< of the robot, per joint of the file
   std::set<std::string> link_names_;
-  std::vector<std::string> faults_;
 };
 
 }  // namespace

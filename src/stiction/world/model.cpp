@@ -11,6 +11,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/model_impl.hpp"
+#include "stiction/world/overlap.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/robot_tree.hpp"
 #include "stiction/world/shapes.hpp"
@@ -22,6 +23,7 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr int kFollowers = 1 << 24;  ///< axes of followers are counted from here until there are no more coordinates to come
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -62,6 +64,7 @@ class Builder {
     for (std::size_t i = 0; i < scene.fixed.size(); ++i) {
       guard(fmt::format("fixed[{}]", i), [&] { add_fixed(scene.fixed[i]); });
     }
+    number_followers();
     finish_vectors();
     add_pairs();
     find_planar_axis();
@@ -80,6 +83,8 @@ class Builder {
     }
   }
 
+  void add_note(std::string_view owner, std::string_view note) { m_.notes.push_back(fmt::format("{}: {}", owner, note)); }
+
   void add_owner_name(const std::string& name) {
     if (name.empty() || name.find_first_of("/* ") != std::string::npos)
       core::throw_invalid("name", fmt::format("'{}'", name), "a name without '/', '*' or spaces");
@@ -87,7 +92,7 @@ class Builder {
   }
 
   int add_body(std::string name, BodyKind kind, int owner, std::vector<int> dofs) {
-    m_.bodies.push_back({std::move(name), kind, owner, std::move(dofs)});
+    m_.bodies.push_back({std::move(name), kind, owner, dofs, dofs});
     m_.inertias.emplace_back();
     group_.push_back(static_cast<int>(group_.size()));
     return static_cast<int>(m_.bodies.size()) - 1;
@@ -125,6 +130,7 @@ class Builder {
   void add_object(const ObjectSpec& spec, int index) {
     add_owner_name(spec.name);
     core::require_positive("mass", spec.mass);
+    core::require_nonnegative("weight_share", spec.weight_share);
     core::require_finite("p_BCom", std::span(spec.p_BCom.data(), 3));
     if (!is_rotation(spec.X_WP.R) || !spec.X_WP.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
     const Eigen::LLT<Matrix3d> factor(spec.inertia);
@@ -141,6 +147,7 @@ class Builder {
                     .parent = find_parent(spec, index),
                     .X_WP = spec.X_WP,
                     .mass = spec.mass,
+                    .weight_share = spec.weight_share,
                     .p_BCom = spec.p_BCom,
                     .inertia = spec.inertia};
     const auto dof = [&](std::string_view name, DofKind kind, double lower = -kInfinity, double upper = kInfinity) {
@@ -229,27 +236,43 @@ class Builder {
     }
 
     const int base = static_cast<int>(m_.bodies.size());
+    const std::vector<int> v_of_joint = number_joints(tree, m_.n_v);
+    const int q_ahead = m_.n_q - m_.n_v;  // of a joint's configuration number, of its velocity index
     for (std::size_t i = 0; i < tree.links.size(); ++i) {
-      add_link(spec, tree, i, index, base, stiffness);
+      add_link(spec, tree, i, index, base, i == 0 ? -1 : v_of_joint[i - 1], q_ahead, stiffness);
+    }
+    for (const std::string& note : tree.notes) add_note(spec.name, note);
+    if (!chosen_.empty()) {
+      add_note(spec.name, fmt::format("stiffness of joints without one, which bear their effort at 1/40 of their range [N·m/rad, N/m]: {}",
+                                      list_some(chosen_)));
+      chosen_.clear();
     }
     info.n_v = m_.n_v - info.v_begin;
     info.chains = calc_chains(tree, info.v_begin);
     m_.robots.push_back(std::move(info));
   }
 
-  void add_link(const RobotSpec& spec, const RobotTree& tree, std::size_t i, int index, int base,
+  void add_link(const RobotSpec& spec, const RobotTree& tree, std::size_t i, int index, int base, int v, int q_ahead,
                 const std::map<std::string, double>& stiffness) {
     const RobotLink& link = tree.links[i];
     const RobotJoint* joint = i == 0 ? nullptr : &tree.joints[i - 1];
-    const bool movable = joint != nullptr && joint->kind != RobotJoint::Kind::Fixed;
+    const bool movable = joint != nullptr && joint->moves(), follows = movable && joint->leader >= 0;
     const int parent = joint != nullptr ? base + joint->parent : -1;
-    std::vector<int> dofs = parent >= 0 ? m_.bodies[at(parent)].dofs : std::vector<int>{};
-    if (movable) dofs.push_back(m_.n_v);
+    std::vector<int> dofs, axes;
+    if (parent >= 0) dofs = m_.bodies[at(parent)].dofs, axes = m_.bodies[at(parent)].axes;
+    // Columns of followers come after those of all coordinates, whose number is not known yet.
+    const int axis = follows ? kFollowers + static_cast<int>(m_.followers.size()) : v;
+    if (movable) {
+      axes.push_back(axis);
+      if (const auto place = std::lower_bound(dofs.begin(), dofs.end(), v); place == dofs.end() || *place != v) dofs.insert(place, v);
+    }
     const bool constant = dofs.empty();
     const int body = add_body(fmt::format("{}/{}", spec.name, link.name), BodyKind::Robot, index, std::move(dofs));
-    m_.inertias.back() = link.inertia ? *link.inertia : calc_link_inertia(link);
-    m_.links.push_back({.body = body, .parent = parent, .dof = movable ? m_.n_v : -1, .X_PJ = joint ? joint->X_PJ : spec.X_WBase});
+    m_.bodies.back().axes = std::move(axes);
+    m_.inertias.back() = link.inertia ? *link.inertia : calc_inertia(link);
+    m_.links.push_back({.body = body, .parent = parent, .dof = movable ? v : -1, .X_PJ = joint ? joint->X_PJ : spec.X_WBase});
     if (movable) m_.links.back().axis = joint->axis;
+    if (follows) m_.links.back().follower = static_cast<int>(m_.followers.size());
 
     std::optional<double> friction;
     for (const auto& [name, value] : spec.link_friction) {
@@ -274,8 +297,11 @@ class Builder {
     if (movable) {
       const bool revolute = joint->kind == RobotJoint::Kind::Revolute;
       node.kind = revolute ? LinkNode::Kind::Revolute : LinkNode::Kind::Prismatic;
-      node.q = m_.n_q;
-      node.v = m_.n_v;
+      node.v = v;
+      node.q = v + q_ahead;
+      node.axis = axis;
+      node.ratio = joint->ratio;
+      node.offset = joint->offset;
       node.axis_P = joint->X_PJ.R * joint->axis;
       if (revolute) {
         const Matrix3d along = joint->axis * joint->axis.transpose();
@@ -283,27 +309,25 @@ class Builder {
         node.C1 = joint->X_PJ.R * (Matrix3d::Identity() - along);
         node.C2 = joint->X_PJ.R * cross_matrix(joint->axis);
       }
+      const std::string name = fmt::format("{}/{}", spec.name, joint->name);
+      const DofKind kind = revolute ? DofKind::Revolute : DofKind::Prismatic;
+      if (follows) {
+        m_.followers.push_back({name, kind, v, joint->ratio, joint->offset});
+        m_.link_nodes.push_back(node);
+        return;
+      }
       const auto found = stiffness.find(joint->name);
-      if (found == stiffness.end() && !joint->stiffness)
-        core::throw_invalid("stiffness", fmt::format("nothing for joint '{}'", joint->name), "every movable joint");
-      const double spring = found != stiffness.end() ? found->second : *joint->stiffness;
-      add_dof(fmt::format("{}/{}", spec.name, joint->name), revolute ? DofKind::Revolute : DofKind::Prismatic, BodyKind::Robot, index,
-              joint->lower, joint->upper, spring);
+      double spring = found != stiffness.end() ? found->second : joint->stiffness.value_or(0);
+      if (spring == 0) {
+        spring = calc_default_stiffness(tree, i);
+        chosen_.push_back(fmt::format("{} {:.3g}", joint->name, spring));
+      }
+      add_dof(name, kind, BodyKind::Robot, index, joint->lower, joint->upper, spring);
       reach_.push_back(revolute ? calc_reach(tree, i) : 1.0);
       ++m_.n_v;
       ++m_.n_q;
     }
     m_.link_nodes.push_back(node);
-  }
-
-  /// Of the collision geometry, where the file states nothing.
-  static BodyInertia calc_link_inertia(const RobotLink& link) {
-    std::vector<GeometrySpec> solids;
-    for (const auto& c : link.collisions) {
-      if (!std::holds_alternative<HalfSpace>(c.shape)) solids.push_back({c.name, c.shape, c.X_LG, 0});
-    }
-    const VolumeProperties volume = calc_volume_properties(solids);
-    return {kLinkDensity * volume.volume, volume.center, kLinkDensity * volume.inertia};
   }
 
   Pose constant_pose(int body) const {
@@ -313,78 +337,6 @@ class Builder {
     return {};
   }
 
-  /// Bound on the distance from the origin of a link to any point of the geometry it moves, over all joint angles.
-  double calc_extent(const RobotTree& tree, std::size_t link) const {
-    double extent = 0;
-    for (const auto& c : tree.links[link].collisions) {
-      const BoundingSphere sphere = calc_bounding_sphere(c.shape);
-      extent = std::max(extent, (c.X_LG * sphere.center).norm() + sphere.radius);
-    }
-    for (const auto& joint : tree.joints) {
-      if (joint.parent == static_cast<int>(link))
-        extent = std::max(extent, joint.X_PJ.p.norm() + slide(joint) + calc_extent(tree, at(joint.child)));
-    }
-    return extent;
-  }
-
-  static double slide(const RobotJoint& joint) {
-    if (joint.kind != RobotJoint::Kind::Prismatic) return 0;
-    const double most = std::max(std::abs(joint.lower), std::abs(joint.upper));
-    return std::isfinite(most) ? most : 0;
-  }
-
-  /// The same from the axis of the joint that moves the link.
-  double calc_reach(const RobotTree& tree, std::size_t link) const {
-    const Vector3d axis = tree.joints[link - 1].axis;
-    const auto from_axis = [&](const Vector3d& p) { return axis.cross(p).norm(); };
-    double reach = 0;
-    for (const auto& c : tree.links[link].collisions) {
-      const BoundingSphere sphere = calc_bounding_sphere(c.shape);
-      reach = std::max(reach, from_axis(c.X_LG * sphere.center) + sphere.radius);
-    }
-    for (const auto& joint : tree.joints) {
-      if (joint.parent == static_cast<int>(link))
-        reach = std::max(reach, from_axis(joint.X_PJ.p) + slide(joint) + calc_extent(tree, at(joint.child)));
-    }
-    return reach > 0 ? reach : 1.0;
-  }
-
-  /// Runs of joints without a branch between them; those farther out come first.
-  static std::vector<std::vector<int>> calc_chains(const RobotTree& tree, int v_begin) {
-    std::vector<int> v_of_joint(tree.joints.size(), -1);
-    int v = v_begin;
-    for (std::size_t j = 0; j < tree.joints.size(); ++j) {
-      if (tree.joints[j].kind != RobotJoint::Kind::Fixed) v_of_joint[j] = v++;
-    }
-    std::vector<std::vector<int>> chains;
-    // Nearest movable joints below a link.
-    const auto below = [&](auto&& self, int link) -> std::vector<std::size_t> {
-      std::vector<std::size_t> out;
-      for (std::size_t j = 0; j < tree.joints.size(); ++j) {
-        if (tree.joints[j].parent != link) continue;
-        if (v_of_joint[j] >= 0) {
-          out.push_back(j);
-        } else {
-          const auto more = self(self, tree.joints[j].child);
-          out.insert(out.end(), more.begin(), more.end());
-        }
-      }
-      return out;
-    };
-    const auto visit = [&](auto&& self, std::size_t joint) -> void {
-      std::vector<int> chain{v_of_joint[joint]};
-      auto next = below(below, tree.joints[joint].child);
-      while (next.size() == 1) {
-        chain.push_back(v_of_joint[next[0]]);
-        next = below(below, tree.joints[next[0]].child);
-      }
-      for (const std::size_t j : next) self(self, j);
-      chains.push_back(std::move(chain));
-    };
-    for (const std::size_t j : below(below, 0)) visit(visit, j);
-    return chains;
-  }
-
   void add_fixed(const FixedSpec& spec) {
     add_owner_name(spec.name);
     if (!is_rotation(spec.X_WB.R) || !spec.X_WB.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
@@ -392,6 +344,14 @@ class Builder {
     m_.constant_poses.emplace_back(body, spec.X_WB);
     for (const auto& geometry : spec.geometries)
       add_geometry(body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask);
+  }
+
+  void number_followers() {
+    const auto number = [&](int& axis) {
+      if (axis >= kFollowers) axis += m_.n_v - kFollowers;
+    };
+    for (Body& body : m_.bodies) std::ranges::for_each(body.axes, number);
+    for (LinkNode& node : m_.link_nodes) number(node.axis);
   }
 
   void finish_vectors() {
@@ -449,14 +409,51 @@ class Builder {
     return group_a != group_b && !adjacent_.contains({group_a, group_b}) && !adjacent_.contains({group_b, group_a});
   }
 
+  /// Links that a robot does not push with and objects.
+  bool may_push(const Geometry& a, const Geometry& b) const {
+    const Body &object = m_.bodies[at(a.body)], &link = m_.bodies[at(b.body)];
+    if (object.kind != BodyKind::Object || link.kind != BodyKind::Robot) return true;
+    const RobotSpec& robot = m_.scene.robots[at(link.owner)];
+    const std::string_view name = std::string_view(link.name).substr(robot.name.size() + 1);
+    return robot.push_with.empty() ||
+           std::any_of(robot.push_with.begin(), robot.push_with.end(), [&](const auto& pattern) { return matches_pattern(pattern, name); });
+  }
+
+  /// Links of one robot that overlap at rest are made so: they never touch.
+  bool overlap_at_rest(const Geometry& a, const Geometry& b, const Kinematics& rest) {
+    const Body &body_a = m_.bodies[at(a.body)], &body_b = m_.bodies[at(b.body)];
+    if (body_a.kind != BodyKind::Robot || body_b.kind != BodyKind::Robot || body_a.owner != body_b.owner) return false;
+    if (!overlap(a.shape, rest.X_WB[at(a.body)] * a.X_BG, b.shape, rest.X_WB[at(b.body)] * b.X_BG)) return false;
+    const std::string& robot = m_.robots[at(body_a.owner)].name;
+    const auto link = [&](const Body& body) { return std::string_view(body.name).substr(robot.size() + 1); };
+    auto& names = overlapping_[robot];
+    if (const std::string pair = fmt::format("{} and {}", link(body_a), link(body_b)); names.empty() || names.back() != pair)
+      names.push_back(pair);
+    return true;
+  }
+
+  Kinematics calc_rest() const {
+    Eigen::VectorXd q = m_.neutral;
+    if (!m_.scene.rest.empty()) {
+      core::require_size("rest", static_cast<long>(m_.scene.rest.size()), m_.n_a);
+      core::require_finite("rest", m_.scene.rest);
+      q.tail(m_.n_a) = Eigen::Map<const Eigen::VectorXd>(m_.scene.rest.data(), m_.n_a);
+    }
+    Kinematics out;
+    calc_kinematics(m_, q, out);
+    return out;
+  }
+
   void add_pairs() {
     check_filters();
+    Kinematics rest;
+    guard("scene", [&] { rest = calc_rest(); });
     std::map<std::vector<int>, int> support_index;
     for (std::size_t i = 0; i < m_.geometries.size(); ++i) {
       for (std::size_t j = i + 1; j < m_.geometries.size(); ++j) {
         const Geometry& a = m_.geometries[i];  // bodies stand in the order objects, robots, fixed: a comes first
         const Geometry& b = m_.geometries[j];
-        if (!may_touch(a, b)) continue;
+        if (!may_touch(a, b) || !may_push(a, b)) continue;
         Pair pair{static_cast<int>(i), static_cast<int>(j), 0, m_.scene.contact_distance, -1};
         bool excluded = false;
         for (const FilterSpec& filter : m_.scene.filters) {
@@ -468,7 +465,7 @@ class Builder {
           else
             excluded = true;
         }
-        if (excluded) continue;
+        if (excluded || overlap_at_rest(a, b, rest)) continue;
         pair.friction = a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction) : 0.0;
         std::vector<int> support;
         const auto& dofs_a = m_.bodies[at(a.body)].dofs;
@@ -480,6 +477,11 @@ class Builder {
         m_.pairs.push_back(pair);
       }
     }
+    for (const auto& [robot, names] : overlapping_) {
+      add_note(robot,
+               fmt::format("{} pair{} of its links overlap{} at rest and never touch{}: {}", names.size(), names.size() == 1 ? "" : "s",
+                           names.size() == 1 ? "s" : "", names.size() == 1 ? "es" : "", list_some(names)));
+    }
   }
 
   /// Turning about a fixed direction and sliding across it keeps both properties, so that one configuration decides.
@@ -489,10 +491,12 @@ class Builder {
     calc_kinematics(m_, m_.neutral, kinematics);
     for (int k = 0; k < 3; ++k) {
       bool all = true;
-      for (int i = 0; i < m_.n_v; ++i) {
-        const double along = std::abs(kinematics.axis_W(k, i));
-        all = all && (m_.dofs[at(i)].kind == DofKind::Revolute ? along > 1 - 1e-9 : along < 1e-9);
-      }
+      const auto require = [&](int column, DofKind kind) {
+        const double along = std::abs(kinematics.axis_W(k, column));
+        all = all && (kind == DofKind::Revolute ? along > 1 - 1e-9 : along < 1e-9);
+      };
+      for (int i = 0; i < m_.n_v; ++i) require(i, m_.dofs[at(i)].kind);
+      for (std::size_t i = 0; i < m_.followers.size(); ++i) require(m_.n_v + static_cast<int>(i), m_.followers[i].kind);
       if (all) m_.planar_axis = k;
       if (all) return;
     }
@@ -505,6 +509,8 @@ class Builder {
   std::vector<int> group_;                  ///< per body: bodies with the same number are welded together
   std::set<std::pair<int, int>> adjacent_;  ///< groups joined by a movable joint
   std::vector<double> reach_;
+  std::map<std::string, std::vector<std::string>> overlapping_;  ///< pairs of links per robot
+  std::vector<std::string> chosen_;                              ///< joints of a robot whose stiffness nobody states, and it
 };
 
 int find_name(std::string_view what, std::string_view name, const std::vector<std::string>& full) {
@@ -545,9 +551,11 @@ std::span<const Body> Model::bodies() const { return impl_->bodies; }
 std::span<const Geometry> Model::geometries() const { return impl_->geometries; }
 std::span<const Pair> Model::pairs() const { return impl_->pairs; }
 std::span<const Dof> Model::dofs() const { return impl_->dofs; }
+std::span<const Follower> Model::followers() const { return impl_->followers; }
 std::span<const ObjectInfo> Model::objects() const { return impl_->objects; }
 std::span<const RobotInfo> Model::robots() const { return impl_->robots; }
 std::span<const Link> Model::links() const { return impl_->links; }
+std::span<const std::string> Model::notes() const { return impl_->notes; }
 std::span<const BodyInertia> Model::inertias() const { return impl_->inertias; }
 const std::vector<std::vector<int>>& Model::supports() const { return impl_->supports; }
 std::optional<int> Model::planar_axis() const { return impl_->planar_axis; }

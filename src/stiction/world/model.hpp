@@ -27,6 +27,7 @@ struct Body {
   BodyKind kind = BodyKind::Fixed;
   int owner = -1;         ///< index of its object or robot
   std::vector<int> dofs;  ///< velocity indices that move it, ascending
+  std::vector<int> axes;  ///< columns of Kinematics that move it, from the root: its dofs, where no joint follows another
 };
 
 struct Geometry {
@@ -66,11 +67,21 @@ struct Dof {
   double stiffness = 0;         ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
 };
 
+/// A joint that follows another one: q = ratio·q_leader + offset. It turns or slides about an axis of its own, column n_v + i of
+/// Kinematics; a body that it carries moves with the leader's coordinate by the sum over all axes of `ratio` times the motion about each.
+struct Follower {
+  std::string name;  ///< "robot/joint"
+  DofKind kind = DofKind::Revolute;
+  int dof = -1;  ///< of its leader
+  double ratio = 1, offset = 0;
+};
+
 /// How a robot link hangs on its parent: X_PB(q) = X_PJ · rot(axis, q), X_PJ · trans(q · axis), or X_PJ where it is welded.
 struct Link {
   int body = -1;
   int parent = -1;                                  ///< body; −1 = the world, for the root link of a robot
-  int dof = -1;                                     ///< velocity index of its joint; −1 = welded
+  int dof = -1;                                     ///< velocity index of its joint, of a follower its leader's; −1 = welded
+  int follower = -1;                                ///< index into Model::followers()
   Pose X_PJ;                                        ///< joint frame in the parent
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint frame (and in the link's)
 };
@@ -91,9 +102,6 @@ struct RobotInfo {
   int q_begin = 0;
   std::vector<std::vector<int>> chains;  ///< velocity indices grouped by branch (trunk, finger, …), in elimination order
 };
-
-/// Density of robot links whose file states no inertia [kg/m³].
-inline constexpr double kLinkDensity = 1000;
 
 /// Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.
 ///
@@ -119,11 +127,16 @@ class Model {
   std::span<const Geometry> geometries() const;
   std::span<const Pair> pairs() const;
   std::span<const Dof> dofs() const;
+  std::span<const Follower> followers() const;
   std::span<const ObjectInfo> objects() const;
   std::span<const RobotInfo> robots() const;
   std::span<const Link> links() const;  ///< of all robots, parents first
 
-  /// Inertia per body. Of a robot link: as its file states it, else of its collision geometry at kLinkDensity (overlaps count twice),
+  /// What the scene's files say that was not taken as it is written, and what was chosen where they say nothing: one sentence each, with the
+  /// name of the robot or object in front.
+  std::span<const std::string> notes() const;
+
+  /// Inertia per body. Of a robot link: as its file states it, else of its collision geometry at 1000 kg/m³ (overlaps count twice),
   /// else 0; of a fixed body 0. The quasi-static step does not use those of robots.
   std::span<const BodyInertia> inertias() const;
 
@@ -163,8 +176,8 @@ class Model {
 /// column of a point Jacobian is axis × (p − origin), a prismatic one is axis; a free object's six are three of each.
 struct Kinematics {
   std::vector<Pose> X_WB;     ///< per body
-  Eigen::Matrix3Xd axis_W;    ///< (3 × n_v) unit axes
-  Eigen::Matrix3Xd origin_W;  ///< (3 × n_v) a point on the axis [m]
+  Eigen::Matrix3Xd axis_W;    ///< (3 × n_v + number of followers) unit axes
+  Eigen::Matrix3Xd origin_W;  ///< (3 × n_v + number of followers) a point on the axis [m]
 };
 
 /// Scratch of calc_kinematics; one per thread.

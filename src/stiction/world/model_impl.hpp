@@ -18,6 +18,7 @@ struct ObjectNode {
   Eigen::Vector3d axis_P = Eigen::Vector3d::UnitZ();  ///< hinge or slider
   int first = 0, second = 1, normal = 2;              ///< axes of P that a planar object slides along and turns about
   double mass = 0;
+  double weight_share = 1;
   std::vector<int> carried{};  ///< objects that this one moves: itself and those that hang on it
   Eigen::Vector3d p_BCom = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
@@ -32,8 +33,10 @@ struct LinkNode {
   };
   Kind kind = Kind::Welded;
   int body = 0, parent = 0;
-  int q = 0, v = 0;
-  Eigen::Matrix3d C0, C1, C2;  ///< of a welded or sliding link only C0 = R_PJ
+  int q = 0, v = 0;              ///< of a follower its leader's
+  int axis = 0;                  ///< column of Kinematics; v, or n_v + i of follower i
+  double ratio = 1, offset = 0;  ///< of a follower
+  Eigen::Matrix3d C0, C1, C2;    ///< of a welded or sliding link only C0 = R_PJ
   Eigen::Vector3d p_PJ;
   Eigen::Vector3d axis_P;  ///< in the parent link
 };
@@ -45,9 +48,11 @@ struct Model::Impl {
   std::vector<Geometry> geometries;
   std::vector<Pair> pairs;
   std::vector<Dof> dofs;
+  std::vector<Follower> followers;
   std::vector<ObjectInfo> objects;
   std::vector<RobotInfo> robots;
   std::vector<Link> links;
+  std::vector<std::string> notes;
   std::vector<BodyInertia> inertias;  ///< per body
   std::vector<std::vector<int>> supports;
   std::optional<int> planar_axis;

@@ -86,12 +86,20 @@ Eigen::VectorXd calc_joint_inertia(const Model& model, const Kinematics& kinemat
     const BodyInertia& body = model.inertias()[static_cast<std::size_t>(link.body)];
     const Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(link.body)];
     const Vector3d p_WCom = X_WB * body.p_BCom;
-    for (const int v : model.bodies()[static_cast<std::size_t>(link.body)].dofs) {
-      const Vector3d axis = kinematics.axis_W.col(v), axis_B = X_WB.R.transpose() * axis;
-      const bool revolute = model.dofs()[static_cast<std::size_t>(v)].kind == DofKind::Revolute;
-      out[v - model.n_vu()] +=
-          revolute ? body.mass * axis.cross(p_WCom - kinematics.origin_W.col(v)).squaredNorm() + axis_B.dot(body.inertia * axis_B)
-                   : body.mass;
+    const Body& moved = model.bodies()[static_cast<std::size_t>(link.body)];
+    for (const int v : moved.dofs) {
+      Vector3d linear = Vector3d::Zero(), angular = Vector3d::Zero();  // of the link per unit of the coordinate
+      for (const int a : moved.axes) {
+        const Follower* follower = a < model.n_v() ? nullptr : &model.followers()[static_cast<std::size_t>(a - model.n_v())];
+        if ((follower ? follower->dof : a) != v) continue;
+        const double ratio = follower ? follower->ratio : 1.0;
+        const Vector3d axis = kinematics.axis_W.col(a);
+        const bool revolute = (follower ? follower->kind : model.dofs()[static_cast<std::size_t>(v)].kind) == DofKind::Revolute;
+        linear += ratio * (revolute ? Vector3d(axis.cross(p_WCom - kinematics.origin_W.col(a))) : axis);
+        if (revolute) angular += ratio * axis;
+      }
+      const Vector3d angular_B = X_WB.R.transpose() * angular;
+      out[v - model.n_vu()] += body.mass * linear.squaredNorm() + angular_B.dot(body.inertia * angular_B);
     }
   }
   return out;
@@ -106,7 +114,7 @@ void calc_gravity(const Model& model, const Kinematics& kinematics, Eigen::Ref<E
     for (const int o : node.carried) {
       const ObjectNode& moved = m.object_nodes[static_cast<std::size_t>(o)];
       calc_columns(m, kinematics, node, moved, linear, angular);
-      const Vector3d force = moved.mass * m.scene.gravity;
+      const Vector3d force = moved.mass * moved.weight_share * m.scene.gravity;
       for (int i = 0; i < node.n_v; ++i) tau_u[node.v + i] += linear.col(i).dot(force);
     }
   }
@@ -140,7 +148,7 @@ void calc_object_derivatives(const Model& model, const Kinematics& kinematics, i
         for (int i = 0; i < node.n_v; ++i) {
           D_momentum_q(i, j) += moved.mass * (d_linear.col(i).dot(velocity) + linear.col(i).dot(d_velocity)) + d_angular.col(i).dot(spin) +
                                 angular.col(i).dot(d_spin);
-          D_gravity_q(i, j) += moved.mass * d_linear.col(i).dot(m.scene.gravity);
+          D_gravity_q(i, j) += moved.mass * moved.weight_share * d_linear.col(i).dot(m.scene.gravity);
         }
       }
     }

@@ -3,12 +3,16 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "stiction/world/scene.hpp"
 
 namespace stiction::world {
+
+/// Density of robot links whose file states no inertia [kg/m³].
+inline constexpr double kLinkDensity = 1000;
 
 struct RobotCollision {
   std::string name;  ///< of the element, or KIND_NUMBER; unique within its link
@@ -37,6 +41,12 @@ struct RobotJoint {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the child frame
   double lower = 0, upper = 0;                      ///< [rad or m]; infinite for continuous joints
   std::optional<double> stiffness{};                ///< K_a, where the file states it [N/m or N·m/rad]
+  int leader = -1;                                  ///< joint (index) that it follows, q = ratio·q_leader + offset; −1 = moves by itself
+  double ratio = 1, offset = 0;                     ///< [-], [rad or m]
+  std::optional<double> effort{};                   ///< largest force or torque of the motor, where the file states it [N or N·m]
+
+  bool moves() const { return kind != Kind::Fixed; }
+  bool moves_by_itself() const { return moves() && leader < 0; }
 };
 
 /// What a robot file says about kinematics, collision geometry and inertia.
@@ -46,9 +56,33 @@ struct RobotTree {
   std::filesystem::path file;
   std::vector<RobotLink> links;
   std::vector<RobotJoint> joints;
+  std::vector<std::string> notes;  ///< what was taken otherwise than it is written, one sentence each
 
-  std::vector<std::string> movable_joints() const;  ///< names, in order
+  std::vector<std::string> movable_joints() const;  ///< names of those that move by themselves, in order
 };
+
+/// Of the collision geometry at kLinkDensity, overlaps twice; 0 without.
+BodyInertia calc_inertia(const RobotLink& link);
+
+/// Bound over all joint angles on the distance from the axis of the joint that moves a link to the geometry that it moves [m]; 1 without any.
+double calc_reach(const RobotTree& tree, std::size_t link);
+
+/// K_a of the joint that moves a link, where nobody states one: it bears its effort at 1/40 of its range (a turn where there is none).
+/// A motor without effort lifts twice what hangs on it at its reach.
+double calc_default_stiffness(const RobotTree& tree, std::size_t link);
+
+/// Velocity index of each joint that moves by itself, counted from v_begin; of a follower that of its leader; −1 of fixed ones.
+std::vector<int> number_joints(const RobotTree& tree, int v_begin);
+
+/// Velocity indices of runs of joints without a branch between them; those farther out come first.
+std::vector<std::vector<int>> calc_chains(const RobotTree& tree, int v_begin);
+
+/// Leaders that follow others are replaced by those; limits of followers become limits of their leaders; joints whose limits are one point
+/// become fixed, and what follows them. @throws core::InvalidInput: a joint that follows itself
+void resolve_followers(RobotTree& tree);
+
+/// "a, b, c and 4 more".
+std::string list_some(std::span<const std::string> names);
 
 /// Reads the file of a robot, URDF or MJCF. @throws core::InvalidInput
 RobotTree read_robot_tree(const RobotSpec& robot);

@@ -10,6 +10,7 @@
 #include "stiction/world/mjcf.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/shapes.hpp"
+#include "stiction/world/srdf.hpp"
 #include "stiction/world/urdf.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -58,7 +59,7 @@ std::optional<Decomposition> read_decomposition(const YamlNode& node, std::strin
   return out;
 }
 
-/// The convex parts of a mesh file.
+/// The convex parts of a mesh file: of one that is not convex several.
 std::vector<Shape> read_mesh(const YamlNode& node) {
   node.require_map({"file", "scale", "convex_hull", "convex_decomposition"});
   const YamlNode file = node.at("file");
@@ -68,10 +69,11 @@ std::vector<Shape> read_mesh(const YamlNode& node) {
   if (const auto given = node.find("scale")) scale = given->is_sequence() ? given->vector3() : Eigen::Vector3d::Constant(given->positive());
   MeshOptions options;
   if (node.boolean_or("convex_hull", false)) options.non_convex = NonConvex::TakeHull;
-  if (const auto decomposition = read_decomposition(node, "convex_hull")) options = {NonConvex::Decompose, *decomposition};
+  if (const auto decomposition = read_decomposition(node, "convex_hull")) options.decomposition = *decomposition;
   std::vector<Shape> shapes;
   try {
-    for (ConvexMesh& part : load_mesh(path, scale, options)) shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(part))});
+    for (ConvexMesh& part : load_mesh(path, scale, options).parts)
+      shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(part))});
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}: {}", file.where(), e.what()));
   }
@@ -204,35 +206,22 @@ FixedSpec read_fixed(const YamlNode& node) {
   return fixed;
 }
 
-/// What a map from names to numbers has to hold.
-enum class Entries {
-  All,          ///< a positive number for each name; one number stands for all
-  Some,         ///< a positive number for some; one number stands for all
-  SomeFriction  ///< a number ≥ 0 for some
-};
-
+/// A map from names to numbers; `all_positive`: they are > 0, and one number stands for every name.
 std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, std::string_view what, std::span<const std::string> known,
-                                                          Entries entries) {
+                                                          bool all_positive) {
   std::vector<std::pair<std::string, double>> out;
   if (node.is_map()) {
     for (const auto& [name, value] : node.entries()) {
       if (std::find(known.begin(), known.end(), name) == known.end()) value.fail_unknown(what, name, known);
-      out.emplace_back(name, entries == Entries::SomeFriction ? value.nonnegative() : value.positive());
+      out.emplace_back(name, all_positive ? value.positive() : value.nonnegative());
     }
-  } else if (entries != Entries::SomeFriction) {
+  } else if (all_positive) {
     const double value = node.positive();
     for (const auto& name : known) out.emplace_back(name, value);
   } else {
     node.fail(fmt::format("a map from {} to number", what));
   }
-  if (entries != Entries::All) return out;
-  std::vector<std::pair<std::string, double>> sorted;
-  for (const auto& name : known) {
-    const auto found = std::find_if(out.begin(), out.end(), [&](const auto& entry) { return entry.first == name; });
-    if (found == out.end()) node.fail(fmt::format("nothing for {} '{}'", what, name), "every movable joint");
-    sorted.push_back(*found);
-  }
-  return sorted;
+  return out;
 }
 
 /// What is said in the file of the robot and cannot be said again beside it.
@@ -245,8 +234,8 @@ void require_urdf_keys(const YamlNode& node, bool mjcf) {
 
 /// The robot without what its own file says.
 RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {
-  node.require_map(
-      {"name", "urdf", "mjcf", "package_dirs", "base", "stiffness", "friction", "link_friction", "convex_hulls", "convex_decomposition"});
+  node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "friction", "link_friction", "push_with",
+                    "convex_hulls", "convex_decomposition"});
   RobotSpec robot;
   robot.name = read_name(node);
   const bool mjcf = node.has("mjcf");
@@ -266,6 +255,17 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   return robot;
 }
 
+/// Pairs that an SRDF file keeps from touching become filters; those of links that the robot has not are passed over.
+void add_srdf(const YamlNode& node, const RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
+  const auto file = find_resource(node.string(), node.file().parent_path(), robot.package_dirs);
+  if (file.empty()) node.fail(fmt::format("'{}', which does not exist", node.string()), "an SRDF file");
+  const auto known = [&](const std::string& link) { return std::find(links.begin(), links.end(), link) != links.end(); };
+  for (const auto& [a, b] : read_srdf(file)) {
+    if (known(a) && known(b))
+      scene.filters.push_back({fmt::format("{}/{}", robot.name, a), fmt::format("{}/{}", robot.name, b), std::nullopt});
+  }
+}
+
 /// Adds a robot, with what else its file brings, to the scene.
 void add_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene, std::vector<std::string>& names) {
   RobotSpec robot = read_robot(node, package_dirs);
@@ -276,25 +276,21 @@ void add_robot(const YamlNode& node, std::span<const std::filesystem::path> pack
     names.push_back(fmt::format("{}/{}", robot.name, link.name));
     for (const auto& collision : link.collisions) names.push_back(fmt::format("{}/{}/{}", robot.name, link.name, collision.name));
   }
-  const bool mjcf = !robot.mjcf.empty();
-  if (!mjcf) {
-    robot.stiffness = read_per_name(node.at("stiffness"), "joint", tree.movable_joints(), Entries::All);
-  } else if (const auto stiffness = node.find("stiffness")) {
-    robot.stiffness = read_per_name(*stiffness, "joint", tree.movable_joints(), Entries::Some);
-  }
-  if (const auto friction = node.find("link_friction"))
-    robot.link_friction = read_per_name(*friction, "link", links, Entries::SomeFriction);
-  if (mjcf) {
-    add_mjcf(scene, robot);
-    for (const auto& joint : tree.joints) {
-      const bool stated =
-          joint.kind == RobotJoint::Kind::Fixed || joint.stiffness ||
-          std::any_of(robot.stiffness.begin(), robot.stiffness.end(), [&](const auto& entry) { return entry.first == joint.name; });
-      if (!stated) node.fail(fmt::format("no stiffness for joint '{}', which has no position actuator", joint.name), "it under stiffness");
+  if (const auto stiffness = node.find("stiffness")) robot.stiffness = read_per_name(*stiffness, "joint", tree.movable_joints(), true);
+  if (const auto friction = node.find("link_friction")) robot.link_friction = read_per_name(*friction, "link", links, false);
+  if (const auto list = node.find("push_with")) {
+    for (const YamlNode& item : list->items()) {
+      robot.push_with.push_back(item.string());
+      const auto matches = [&](const std::string& link) { return matches_pattern(robot.push_with.back(), link); };
+      if (std::none_of(links.begin(), links.end(), matches)) item.fail_unknown("link", robot.push_with.back(), links);
     }
-  } else {
-    scene.robots.push_back(std::move(robot));
+    if (robot.push_with.empty()) list->fail("an empty list", "the links that may touch objects");
   }
+  if (const auto srdf = node.find("srdf")) add_srdf(*srdf, robot, links, scene);
+  if (robot.mjcf.empty())
+    scene.robots.push_back(std::move(robot));
+  else
+    add_mjcf(scene, robot);
 }
 
 FilterSpec read_filter(const YamlNode& node, std::span<const std::string> names) {

@@ -91,6 +91,7 @@ struct ObjectSpec {
   double mass = 0;  ///< [kg] > 0
   Eigen::Vector3d p_BCom = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, body axes [kg m²]
+  double weight_share = 1;                            ///< of its weight that acts on it; the rest is compensated (MJCF: gravcomp)
   std::optional<std::array<double, 2>> limits;        ///< hinge or slider range [rad or m]
   std::vector<GeometrySpec> geometries;
 };
@@ -109,11 +110,12 @@ struct RobotSpec {
   std::vector<std::filesystem::path> package_dirs;  ///< where package:// is looked up
   Pose X_WBase;
   std::vector<std::pair<std::string, double>>
-      stiffness;          ///< joint → K_a [N/m or N·m/rad]; every movable joint once, of an MJCF those without a position actuator
+      stiffness;  ///< joint → K_a [N/m or N·m/rad]; goes before what the file says. Joints without one bear their effort at 1/40 of their range
   double friction = 1.0;  ///< of every collision geometry that has no own entry
   std::vector<std::pair<std::string, double>> link_friction;
-  bool convex_hulls = false;                     ///< replace meshes that are not convex by their convex hulls instead of refusing them
-  std::optional<Decomposition> decomposition{};  ///< split such meshes into convex parts; not together with convex_hulls
+  bool convex_hulls = false;                     ///< each mesh as one hull, without a note; else as NonConvex::TakeHulls has it
+  std::vector<std::string> push_with{};          ///< links, '*' matches any run of characters: only these may touch objects; empty: all
+  std::optional<Decomposition> decomposition{};  ///< split meshes that are not convex into convex parts; not together with convex_hulls
 
   const std::filesystem::path& file() const { return mjcf.empty() ? urdf : mjcf; }
 };
@@ -141,6 +143,7 @@ struct Scene {
   std::vector<ObjectSpec> objects;
   std::vector<FixedSpec> fixed;
   std::vector<FilterSpec> filters;
+  std::vector<double> rest;  ///< of all robots (n_a) [rad or m]: links of one robot that overlap here never touch; empty: neutral()
 };
 
 /// Reads a scene file (YAML, strict keys; schema in tasks/schema/scene.schema.json).

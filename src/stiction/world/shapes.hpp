@@ -39,22 +39,24 @@ ConvexMesh make_convex_hull(const Eigen::Matrix3Xd& points);
 
 /// What to do with a mesh that encloses less than 99 % of its convex hull.
 enum class NonConvex {
-  Refuse,
-  TakeHull,
-  Decompose
+  TakeHull,   ///< one hull
+  TakeHulls,  ///< of a mesh of convex solids those; else one hull, which fills what the mesh leaves open
+  Decompose   ///< convex parts that leave it open; refused where the mesh is not closed
 };
 
 struct MeshOptions {
-  NonConvex non_convex = NonConvex::Refuse;
+  NonConvex non_convex = NonConvex::Decompose;
   Decomposition decomposition{};  ///< for Decompose
 };
 
-/// Convex parts of an STL, OBJ or DAE file: one, its hull, unless it is not convex and decomposed (then of default_cache_dir() if there).
-/// @throws core::InvalidInput with the file name
-std::vector<ConvexMesh> load_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, const MeshOptions& options);
+struct LoadedMesh {
+  std::vector<ConvexMesh> parts;
+  bool filled = false;  ///< TakeHulls found no convex solids: the hull holds more than the mesh
+};
 
-/// The same for one part. @param non_convex  Refuse or TakeHull
-ConvexMesh load_convex_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, NonConvex non_convex);
+/// Convex parts of an STL, OBJ or DAE file: one, its hull, where it is convex (of a decomposition those of default_cache_dir() if there).
+/// @throws core::InvalidInput with the file name
+LoadedMesh load_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, const MeshOptions& options);
 
 /// Name of part k of a mesh that came in `parts` of them: NAME for one, NAME/part_k for several.
 std::string part_name(const std::string& name, std::size_t k, std::size_t parts);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -99,14 +99,30 @@ class Reader {
   std::filesystem::path file_;
 };
 
-/// Where meshes are looked for and how they are taken.
-struct MeshSource {
+void add_once(std::vector<std::string>& names, const std::string& name) {
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+/// Where meshes are looked for and how they are taken, and the names of what was not taken as it is written.
+struct Source {
   std::filesystem::path file;  ///< the URDF
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
+  std::vector<std::string> filled{}, impossible{}, unlimited{};
+
+  std::vector<std::string> notes() const {
+    std::vector<std::string> out;
+    const auto add = [&](const std::vector<std::string>& names, std::string_view what) {
+      if (!names.empty()) out.push_back(fmt::format("{}: {}", what, list_some(names)));
+    };
+    add(filled, "collision meshes that are not convex are their convex hulls");
+    add(impossible, "inertias that no body can have are those of the collision geometry with the mass of the file, of links");
+    add(unlimited, "no limits in the file, so that these joints have none");
+    return out;
+  }
 };
 
-std::vector<Shape> read_mesh(const Reader& reader, const XMLElement& element, const MeshSource& source) {
+std::vector<Shape> read_mesh(const Reader& reader, const XMLElement& element, Source& source) {
   const std::string uri = reader.required(element, "filename");
   const auto path = find_resource(uri, source.file.parent_path(), source.package_dirs);
   if (path.empty())
@@ -115,8 +131,9 @@ std::vector<Shape> read_mesh(const Reader& reader, const XMLElement& element, co
   const Eigen::Vector3d scale = reader.vector3(element, "scale", Eigen::Vector3d::Ones());
   std::vector<Shape> shapes;
   try {
-    for (ConvexMesh& part : load_mesh(path, scale, source.options))
-      shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(part))});
+    LoadedMesh mesh = load_mesh(path, scale, source.options);
+    if (mesh.filled) add_once(source.filled, path.filename().string());
+    for (ConvexMesh& part : mesh.parts) shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(part))});
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", source.file.string(), element.GetLineNum(), e.what()));
   }
@@ -124,7 +141,7 @@ std::vector<Shape> read_mesh(const Reader& reader, const XMLElement& element, co
 }
 
 /// One shape, or the convex parts of a mesh.
-std::vector<Shape> read_geometry(const Reader& reader, const XMLElement& collision, const MeshSource& source) {
+std::vector<Shape> read_geometry(const Reader& reader, const XMLElement& collision, Source& source) {
   const XMLElement& geometry = reader.child(collision, "geometry");
   const XMLElement* shape = geometry.FirstChildElement();
   if (shape == nullptr) reader.fail(geometry, "geometry", "nothing", "sphere, box, cylinder, capsule or mesh");
@@ -141,31 +158,46 @@ std::vector<Shape> read_geometry(const Reader& reader, const XMLElement& collisi
   reader.fail(*shape, "geometry", fmt::format("'{}'", kind), "sphere, box, cylinder, capsule or mesh");
 }
 
-/// Mass 0 states nothing: files write it for links that they have no figures for.
-std::optional<BodyInertia> read_inertia(const Reader& reader, const XMLElement& link) {
-  const XMLElement* inertial = link.FirstChildElement("inertial");
-  if (inertial == nullptr) return std::nullopt;
-  const XMLElement& mass = reader.child(*inertial, "mass");
-  const Pose X_LI = reader.origin(*inertial);
-  BodyInertia out{.mass = reader.number(mass, "value"), .p_BCom = X_LI.p};
-  if (out.mass < 0) reader.fail(mass, "mass value", fmt::format("{}", out.mass), "a number ≥ 0");
-  if (out.mass == 0) return std::nullopt;
-  const XMLElement& moments = reader.child(*inertial, "inertia");
-  const double xx = reader.number(moments, "ixx"), yy = reader.number(moments, "iyy"), zz = reader.number(moments, "izz");
-  const double xy = reader.number(moments, "ixy"), xz = reader.number(moments, "ixz"), yz = reader.number(moments, "iyz");
-  Eigen::Matrix3d about_com;
-  about_com << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  if (Eigen::LLT<Eigen::Matrix3d>(about_com).info() != Eigen::Success) {
-    reader.fail(moments, reader.label(link),
-                fmt::format("mass {} with inertia {} {} {} {} {} {} (ixx iyy izz ixy ixz iyz)", out.mass, xx, yy, zz, xy, xz, yz),
-                "a positive definite inertia (or no inertial element: it then follows from the collision geometry)");
-  }
-  out.inertia = X_LI.R * about_com * X_LI.R.transpose();
-  return out;
+/// Moments that a body can have: ∫(y² + z²) dm ≤ ∫(z² + x²) dm + ∫(x² + y²) dm about every axis. Points and rods have moments of 0.
+bool is_possible(const Eigen::Matrix3d& about_com) {
+  const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(about_com, Eigen::EigenvaluesOnly).eigenvalues();
+  const double rounding = 1e-6 * moments.cwiseAbs().maxCoeff();  // files keep about six digits
+  return moments[0] >= -rounding && moments[2] <= moments[0] + moments[1] + rounding;
 }
 
-RobotLink read_link(const Reader& reader, const XMLElement& element, const MeshSource& source) {
-  RobotLink link{.name = reader.required(element, "name"), .collisions = {}, .inertia = read_inertia(reader, element)};
+/// Mass 0 states nothing: files write it for links that they have no figures for.
+void read_inertia(const Reader& reader, const XMLElement& element, Source& source, RobotLink& link) {
+  const XMLElement* inertial = element.FirstChildElement("inertial");
+  if (inertial == nullptr) return;
+  const XMLElement* mass = inertial->FirstChildElement("mass");
+  const XMLElement* moments = inertial->FirstChildElement("inertia");
+  if (mass == nullptr) return;
+  const Pose X_LI = reader.origin(*inertial);
+  BodyInertia out{.mass = reader.number(*mass, "value"), .p_BCom = X_LI.p};
+  if (out.mass == 0) return;
+  Eigen::Matrix3d about_com = Eigen::Matrix3d::Zero();
+  if (moments != nullptr) {
+    const double xx = reader.number(*moments, "ixx"), yy = reader.number(*moments, "iyy"), zz = reader.number(*moments, "izz");
+    const double xy = reader.number(*moments, "ixy"), xz = reader.number(*moments, "ixz"), yz = reader.number(*moments, "iyz");
+    about_com << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  }
+  if (out.mass < 0 || !is_possible(about_com)) {
+    source.impossible.push_back(link.name);
+    const BodyInertia shape = calc_inertia(link);
+    if (!(out.mass > 0)) {
+      link.inertia = shape;
+      return;
+    }
+    link.inertia = shape.mass > 0 ? BodyInertia{out.mass, out.p_BCom, out.mass / shape.mass * shape.inertia}
+                                  : BodyInertia{out.mass, out.p_BCom, Eigen::Matrix3d::Zero()};
+    return;
+  }
+  out.inertia = X_LI.R * about_com * X_LI.R.transpose();
+  link.inertia = out;
+}
+
+RobotLink read_link(const Reader& reader, const XMLElement& element, Source& source) {
+  RobotLink link{.name = reader.required(element, "name"), .collisions = {}, .inertia = {}};
   int number = 0;
   for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
     const std::vector<Shape> shapes = read_geometry(reader, *c, source);
@@ -182,18 +214,36 @@ RobotLink read_link(const Reader& reader, const XMLElement& element, const MeshS
     }
     ++number;
   }
+  read_inertia(reader, element, source, link);
   return link;
 }
 
 struct RawJoint {
   RobotJoint joint;
-  std::string parent, child;
-  const XMLElement* element = nullptr;
+  std::string parent, child, leader;
 };
 
-RawJoint read_joint(const Reader& reader, const XMLElement& element) {
+/// Lower and upper are 0 by the format's rules where they are left out.
+void read_limits(const Reader& reader, const XMLElement& element, Source& source, RobotJoint& joint, bool continuous) {
+  const XMLElement* limit = element.FirstChildElement("limit");
+  if (limit != nullptr && limit->Attribute("effort") != nullptr) {
+    const double effort = reader.number(*limit, "effort", true);
+    if (effort > 0 && std::isfinite(effort)) joint.effort = effort;
+  }
+  if (continuous || limit == nullptr) {
+    if (!continuous) source.unlimited.push_back(joint.name);
+    joint.lower = -kInfinity;
+    joint.upper = kInfinity;
+    return;
+  }
+  if (limit->Attribute("lower") != nullptr) joint.lower = reader.number(*limit, "lower", true);
+  if (limit->Attribute("upper") != nullptr) joint.upper = reader.number(*limit, "upper", true);
+  if (!(joint.lower <= joint.upper))
+    reader.fail(*limit, reader.label(element), fmt::format("limits [{}, {}]", joint.lower, joint.upper), "lower ≤ upper");
+}
+
+RawJoint read_joint(const Reader& reader, const XMLElement& element, Source& source) {
   RawJoint raw;
-  raw.element = &element;
   RobotJoint& joint = raw.joint;
   joint.name = reader.required(element, "name");
   const std::string what = reader.label(element);
@@ -205,22 +255,18 @@ RawJoint read_joint(const Reader& reader, const XMLElement& element) {
   if (type != "revolute" && type != "continuous" && type != "prismatic") {
     reader.fail(element, what, fmt::format("type '{}'", type), "revolute, continuous, prismatic or fixed");
   }
-  if (element.FirstChildElement("mimic") != nullptr) reader.fail(element, what, "a mimic joint", "joints that move by themselves");
+  if (const XMLElement* mimic = element.FirstChildElement("mimic")) {
+    raw.leader = reader.required(*mimic, "joint");
+    if (mimic->Attribute("multiplier") != nullptr) joint.ratio = reader.number(*mimic, "multiplier");
+    if (mimic->Attribute("offset") != nullptr) joint.offset = reader.number(*mimic, "offset");
+  }
   joint.kind = type == "prismatic" ? RobotJoint::Kind::Prismatic : RobotJoint::Kind::Revolute;
   if (const XMLElement* axis = element.FirstChildElement("axis")) {
     joint.axis = reader.vector3(*axis, "xyz");
     if (!(joint.axis.norm() > 1e-6)) reader.fail(*axis, what, "axis 0 0 0", "an axis other than 0");
     joint.axis.normalize();
   }
-  if (type == "continuous") {
-    joint.lower = -kInfinity;
-    joint.upper = kInfinity;
-    return raw;
-  }
-  const XMLElement& limit = reader.child(element, "limit");
-  if (limit.Attribute("lower") != nullptr) joint.lower = reader.number(limit, "lower", true);  // by the format's rules 0 otherwise
-  if (limit.Attribute("upper") != nullptr) joint.upper = reader.number(limit, "upper", true);
-  if (!(joint.lower <= joint.upper)) reader.fail(limit, what, fmt::format("limits [{}, {}]", joint.lower, joint.upper), "lower ≤ upper");
+  read_limits(reader, element, source, joint, type == "continuous");
   return raw;
 }
 
@@ -269,7 +315,7 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
         fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
   }
   const Reader reader(file);
-  const MeshSource source{file, package_dirs, mesh_options};
+  Source source{file, package_dirs, mesh_options};
   const XMLElement* root = document.RootElement();
   if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
 
@@ -292,9 +338,10 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
   for (const auto& link : links) link_names.push_back(link.name);
 
   std::vector<RobotJoint> joints;
+  std::vector<std::pair<const XMLElement*, std::string>> followers;  ///< and their leaders, which may stand below them
   std::vector<int> joint_of_child(links.size(), -1);
   for (const XMLElement* e = root->FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) {
-    RawJoint raw = read_joint(reader, *e);
+    RawJoint raw = read_joint(reader, *e, source);
     for (const auto& other : joints) {
       if (other.name == raw.joint.name) reader.fail(*e, "joint name", fmt::format("'{}' twice", other.name), "each name once");
     }
@@ -306,6 +353,7 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
     int& owner = joint_of_child[static_cast<std::size_t>(raw.joint.child)];
     if (owner >= 0) reader.fail(*e, reader.label(*e), fmt::format("link '{}' as child of a second joint", raw.child), "a tree");
     owner = static_cast<int>(joints.size());
+    if (!raw.leader.empty()) followers.emplace_back(e, raw.leader);
     joints.push_back(std::move(raw.joint));
   }
   const auto roots = std::count(joint_of_child.begin(), joint_of_child.end(), -1);
@@ -314,6 +362,7 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
   RobotTree robot;
   robot.name = root->Attribute("name") ? root->Attribute("name") : "";
   robot.file = file;
+  robot.notes = source.notes();
   const std::function<int(int)> visit = [&](int link) {  // depth first, children in file order
     const int here = static_cast<int>(robot.links.size());
     robot.links.push_back(std::move(links[static_cast<std::size_t>(link)]));
@@ -329,6 +378,20 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
   };
   visit(static_cast<int>(std::find(joint_of_child.begin(), joint_of_child.end(), -1) - joint_of_child.begin()));
   if (robot.links.size() != links.size()) reader.fail(*root, "robot", "links that form a circle", "a tree");
+  for (const auto& [element, name] : followers) {
+    const auto find = [&](std::string_view joint) {
+      return std::find_if(robot.joints.begin(), robot.joints.end(), [&](const RobotJoint& j) { return j.name == joint; });
+    };
+    const auto leader = find(name);
+    if (leader == robot.joints.end())
+      reader.fail(*element, reader.label(*element), fmt::format("unknown joint '{}' to mimic", name), "a joint");
+    find(element->Attribute("name"))->leader = static_cast<int>(leader - robot.joints.begin());
+  }
+  try {
+    resolve_followers(robot);
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}: {}", file.string(), e.what()));
+  }
   return robot;
 }
 
