@@ -36,6 +36,7 @@ void bind_simulation(nb::module_& m);
 void bind_tasks(nb::module_& m);
 void bind_planning(nb::module_& m);
 void bind_trajopt(nb::module_& m);
+void bind_solve(nb::module_& m);
 void bind_execution(nb::module_& m);
 
 /// Keeps a workspace to one thread at a time: steps run without Python's lock, so a second thread could enter.

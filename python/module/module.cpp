@@ -20,5 +20,6 @@ NB_MODULE(_core, m) {
   stiction::python::bind_tasks(m);
   stiction::python::bind_planning(m);
   stiction::python::bind_trajopt(m);
+  stiction::python::bind_solve(m);
   stiction::python::bind_execution(m);
 }

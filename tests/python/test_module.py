@@ -386,6 +386,33 @@ def test_transfer_runs_a_plan_from_memory(solved: st.Plan) -> None:
     assert {piece.kind for piece in run.pieces} <= {st.SegmentKind.Contact, st.SegmentKind.Regrasp}
 
 
+def test_solve_gives_a_plan_that_reaches_its_goal(pushing: st.Task) -> None:
+    seen: list[st.Progress] = []
+    found = st.solve(pushing, seed=3, tries=5, speed=4.0, on_progress=seen.append)
+    assert found.status == st.Status.Solved and found.best.holds and seen
+    assert found.best.seed == found.tries[-1].seed and [t.seed for t in found.tries] == list(range(3, 3 + len(found.tries)))
+    plan = found.best.plan
+    assert plan.seed == found.best.seed and plan.options.seed == plan.seed and st.check_plan(plan).pass_
+    again = st.transfer(plan, speed=4.0, alone=False)
+    assert again.reached and again.error.position == found.best.runs[0].error.position
+
+
+def test_solve_says_which_argument_is_wrong_and_stops_at_an_error_of_the_caller(pushing: st.Task) -> None:
+    with pytest.raises(st.InvalidInput, match="tries"):
+        st.solve(pushing, tries=0)
+    with pytest.raises(st.InvalidInput, match="^goal_biass"):
+        st.solve(pushing, options={"goal_biass": 0})
+    with pytest.raises(ZeroDivisionError):
+        st.solve(pushing, on_progress=lambda progress: 1 / 0)
+
+
+def test_lint_names_what_is_hardly_meant(pushing: st.Task) -> None:
+    assert st.lint(pushing) == []
+    box = {"objects": {"box": {"coordinates": [0.0, 0.5, 0.0]}}}
+    (finding,) = st.lint(st.Task({"base": pushing.file, "goal": box}))
+    assert finding.kind == "goal" and "box" in finding.message
+
+
 def test_plan_goes_by_its_options(pushing: st.Task) -> None:
     result = st.plan(pushing, options={"max_iterations": 3, "stop_at_goal": False, "record_tree": True}, seed=5)
     assert result.iterations >= 3 and len(result.tree) == result.nodes and result.tree_errors.shape == (result.nodes, 2)

@@ -1,6 +1,6 @@
 """Robot motion through contact."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import enum
 import os
 import pathlib
@@ -1342,6 +1342,122 @@ def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
     status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
+    """
+
+class Finding:
+    """Something in a task that is hardly what was meant."""
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def message(self) -> str:
+        """field or body, what was found, what was likely meant"""
+
+    def __repr__(self) -> str: ...
+
+def lint(task: Task) -> list[Finding]:
+    """
+    Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong.
+    """
+
+class SolveRun:
+    """One run of a plan in the second-order simulation."""
+
+    @property
+    def friction(self) -> float:
+        """factor of every coefficient of friction"""
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def reached(self) -> bool:
+        """the goal, within its tolerances"""
+
+    @property
+    def dropped(self) -> bool:
+        """an object fell"""
+
+    @property
+    def lost(self) -> bool:
+        """the object left the plan behind"""
+
+    @property
+    def duration_s(self) -> float:
+        """simulated [s]"""
+
+    @property
+    def error(self) -> GoalError:
+        """of the object at the end"""
+
+class SolveTry:
+    """What became of one seed."""
+
+    @property
+    def seed(self) -> int: ...
+
+    @property
+    def status(self) -> Status:
+        """of the search"""
+
+    @property
+    def reason(self) -> str: ...
+
+    @property
+    def plan(self) -> Plan:
+        """the refined plan where there is one"""
+
+    @property
+    def accepted(self) -> bool:
+        """by check_plan()"""
+
+    @property
+    def runs(self) -> list[SolveRun]:
+        """the first alone where it misses the goal, else one per friction"""
+
+    @property
+    def holds(self) -> bool:
+        """every run reached the goal"""
+
+    @property
+    def plan_s(self) -> float: ...
+
+    @property
+    def refine_s(self) -> float: ...
+
+    @property
+    def simulate_s(self) -> float: ...
+
+class SolveResult:
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def best(self) -> SolveTry:
+        """the first that holds, else the best one"""
+
+    @property
+    def tries(self) -> list[SolveTry]:
+        """in the order of their seeds"""
+
+    @property
+    def wall_s(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, tries: int = 20, friction: Sequence[float] = [1.0], speed: float = 1.0, threads: int = 0, timeout_s: float = 120.0, on_progress: Callable[[Progress], None] | None = None) -> SolveResult:
+    """
+    Plans, refines, checks and simulates seeds until one reaches its goal in the second-order simulation.
+
+      options: of the planner: PlannerOptions, or a dict of those that differ from the task's; None: the task's.
+      seed: of the first try, the next ones count up; None: that of the options. tries: at most, >= 1.
+      friction: the goal has to be reached with every coefficient of friction times each of these, >= 0.
+      speed: times 0.1 rad/s and 0.0125 m/s, > 0.
+      threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
+      on_progress: called with Progress; Ctrl-C and an error in it stop the run.
+
+    status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancelled. Raises InvalidInput.
     """
 
 class PieceError:
