@@ -558,7 +558,6 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.grasp_trials = -1; }), "planner.grasp_trials: got -1, expected 0 or more");
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.trees = 0; }), "planner.trees: got 0, expected at least 1");
-  EXPECT_EQ(message([](auto& o) { o.sample_boxes.clear(); }), "planner.sample_box: got none, expected a box for at least one object");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");
   EXPECT_EQ(message([](auto& o) { o.start_noise = -1; }), "planner.start_noise: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.friction_noise = 1; }), "planner.friction_noise: got 1, expected a share in [0, 1)");

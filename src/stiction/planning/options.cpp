@@ -95,7 +95,6 @@ void PlannerOptions::validate(const Model& model) const {
   if (refined_fraction && !(*refined_fraction >= tolerance_fraction && *refined_fraction <= 1))
     core::throw_invalid("planner.refined_fraction", fmt::format("{}", *refined_fraction),
                         fmt::format("a number in [{}, 1]: tolerance_fraction or more", tolerance_fraction));
-  if (sample_boxes.empty()) core::throw_invalid("planner.sample_box", "none", "a box for at least one object");
   for (const auto& box : sample_boxes) {
     if (box.object < 0 || box.object >= static_cast<int>(model.objects().size()))
       core::throw_invalid("planner.sample_box", std::to_string(box.object), "the index of an object");

@@ -93,7 +93,7 @@ struct PlannerOptions {
   double release_tol_position = 5e-3;  ///< … and this much while they let go of it before: it settles on what is left [m]
   double release_tol_angle = 0.1;      ///< [rad]
   GenericSampler sampler;
-  std::vector<SampleBox> sample_boxes;
+  std::vector<SampleBox> sample_boxes;  ///< none: default_sample_boxes
   double fidelity_edge = 0.15;  ///< a node is built on only if half the sub-step moves the object to the same place, up to this
                                 ///< share of the goal's tolerances on its own edge …
   double fidelity_path = 0.8;   ///< … and up to this share on the whole path from the start

@@ -43,9 +43,8 @@ std::pair<bool, double> one_of_two(const YamlNode& node, std::string_view first,
   return {a.has_value(), (a ? *a : *b).positive()};
 }
 
-dynamics::SubstepLimits read_substep(const YamlNode& node) {
+dynamics::SubstepLimits read_substep(const YamlNode& node, dynamics::SubstepLimits out) {
   node.require_map({"joint_angle", "joint_travel", "slide", "max_substeps"});
-  dynamics::SubstepLimits out;
   out.joint_angle = node.positive_or("joint_angle", out.joint_angle);
   out.joint_travel = node.positive_or("joint_travel", out.joint_travel);
   out.slide = node.positive_or("slide", out.slide);
@@ -53,9 +52,8 @@ dynamics::SubstepLimits read_substep(const YamlNode& node) {
   return out;
 }
 
-dynamics::Analytic read_smoothing(const YamlNode& node) {
+dynamics::Analytic read_smoothing(const YamlNode& node, dynamics::Analytic out) {
   node.require_map({"kappa", "self_sharpness", "limit_sharpness"});
-  dynamics::Analytic out;
   out.kappa = node.positive_or("kappa", out.kappa);
   out.self_sharpness = node.positive_or("self_sharpness", out.self_sharpness);
   out.limit_sharpness = node.positive_or("limit_sharpness", out.limit_sharpness);
@@ -137,7 +135,7 @@ std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const w
 
 }  // namespace
 
-PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model) {
+PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model, const PlannerOptions& defaults) {
   node.require_map({"seed",
                     "threads",
                     "trees",
@@ -185,7 +183,9 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
                     "fidelity_path",
                     "tolerance_fraction",
                     "refined_fraction"});
-  PlannerOptions out;
+  const auto single = given(node, "single_step"), real = given(node, "real_regrasps");
+  const bool thesis = (single && single->boolean()) || (real && !real->boolean());
+  PlannerOptions out = thesis ? PlannerOptions{} : defaults;
   if (const auto v = given(node, "seed")) {
     if (v->integer() < 0) v->fail("an integer ≥ 0");
     out.seed = static_cast<std::uint64_t>(v->integer());
@@ -209,7 +209,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
       out.length = planning::FixedLength{length};
     }
   }
-  if (const auto v = given(node, "smoothing")) out.smoothing = read_smoothing(*v);
+  if (const auto v = given(node, "smoothing")) out.smoothing = read_smoothing(*v, out.smoothing);
   if (const auto v = given(node, "scheme")) out.scheme = parse_scheme("planner.scheme", v->string());
   if (const auto v = given(node, "randomized")) read_sampling(*v, model, out.randomized);
   if (const auto v = given(node, "metric")) out.metric = read_metric(*v);
@@ -226,7 +226,7 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
       out.regularisation = dynamics::FixedEpsilon{value};
     }
   }
-  if (const auto v = given(node, "substep")) out.substep = read_substep(*v);
+  if (const auto v = given(node, "substep")) out.substep = read_substep(*v, out.substep.value_or(dynamics::SubstepLimits{}));
   if (const auto v = given(node, "single_step"); v && v->boolean()) out.substep.reset();
   if (const auto v = given(node, "real_regrasps")) out.real_regrasps = v->boolean();
   if (const auto v = given(node, "friction_law"))
@@ -238,8 +238,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   if (const auto v = given(node, "friction_noise")) out.friction_noise = v->nonnegative();
   if (const auto v = given(node, "rest_time")) out.rest_time = v->positive();
   if (const auto v = given(node, "start_noise")) out.start_noise = v->nonnegative();
-  out.squeeze = node.nonnegative_or("squeeze", out.squeeze);
-  out.grip_force = node.nonnegative_or("grip_force", out.grip_force);
+  if (const auto v = given(node, "squeeze")) out.squeeze = v->nonnegative();
+  if (const auto v = given(node, "grip_force")) out.grip_force = v->nonnegative();
   if (const auto v = given(node, "brace_force")) out.brace_force = v->positive();
   if (const auto v = given(node, "regrasp_friction")) out.regrasp_friction = v->positive();
   if (const auto v = given(node, "regrasp_clearance")) out.regrasp_clearance = v->positive();

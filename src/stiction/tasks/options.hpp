@@ -16,10 +16,11 @@ inline constexpr std::array<std::string_view, 2> kFrictionLawNames = {"anitescu"
 ///   length: {capped: L} | {fixed: L}        regularisation: {ratio: r} | {epsilon: ε}
 ///   sample_box: {OBJECT: {lower: […], upper: […]}}
 ///   sampler: {generic: {whole_probability, near_probability, near_std, tries}}
-///          | {grasp_synergy: {start: {JOINT: value}, directions: [{joints: {JOINT: weight}, mean, spread} …], travel, generic_probability}}
 /// A null stands for a key that is not given, so that a file may take back a choice of its base.
+/// @param defaults  of what is not given; single steps and jumps are those of the thesis, and start from PlannerOptions{}
 /// @throws core::InvalidInput with file, line and field
-planning::PlannerOptions read_planner_options(const world::YamlNode& node, const world::Model& model);
+planning::PlannerOptions read_planner_options(const world::YamlNode& node, const world::Model& model,
+                                              const planning::PlannerOptions& defaults = {});
 
 /// The same options as one JSON object (which is YAML) in the same spelling, without seed and threads.
 std::string planner_options_json(const planning::PlannerOptions& options, const world::Model& model);

@@ -11,6 +11,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
+#include "stiction/planning/default_options.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
@@ -288,11 +289,8 @@ Task read_task(const YamlNode& root, std::string name) {
   task.problem.q_start = read_start(root.at("start"), model);
   read_goal(root.at("goal"), root.at("tolerance"), model, task.problem);
   require_touch(root.find("scene").value_or(root), model);
-  if (const auto planner = root.find("planner")) {
-    task.options = read_planner_options(*planner, model);
-  } else {
-    task.options.validate(model);
-  }
+  task.options = planning::default_options(model, task.problem.goal.object);
+  if (const auto planner = root.find("planner")) task.options = read_planner_options(*planner, model, task.options);
   if (const auto optimize = root.find("optimize")) task.optimize = read_optimize_setup(*optimize, model);
   task.scene_text = make_scene_text(model);
   task.scene_sha256 = core::sha256(task.scene_text);
