@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "simulation/scenes.hpp"
+#include "stiction/world/robot_tree.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::simulation::test {
