@@ -179,6 +179,7 @@ struct Falling {
     u[1] += 0.05, q[8] += 0.05, q[2] -= sinks;
     plan.segments = {{planning::SegmentKind::Contact, {{.u = u, .q = q, .contacts = {}}}}};
     plan.goal.X_WG = world::object_pose(*model, plan.q_start, 0);
+    plan.goal.tol_position = 0.02;
   }
 
   TransferResult run(double hold) const {

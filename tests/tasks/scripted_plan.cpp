@@ -12,8 +12,7 @@ ScriptedPlan run_script(Task task, const std::vector<Eigen::VectorXd>& commands)
   planning::Plan& plan = out.result.plan;
   plan.q_start = task.problem.q_start;
   plan.u_start = task.problem.q_start.tail(task.model->n_a());
-  plan.step.h = task.options.h;
-  plan.step.regularisation = task.options.regularisation;
+  plan.step = task.options.step_options();
   plan.step.warm_start = false;
   plan.substep = *task.options.substep;
   dynamics::StepWorkspace work(task.model);
