@@ -31,4 +31,8 @@ struct RunControl {
   bool stop() const { return cancelled() || expired(); }
 };
 
+inline double seconds_since(RunControl::Clock::time_point start) {
+  return std::chrono::duration<double>(RunControl::Clock::now() - start).count();
+}
+
 }  // namespace stiction::core

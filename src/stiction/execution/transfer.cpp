@@ -269,7 +269,7 @@ Status transfer(const std::shared_ptr<const simulation::Plant>& plant, const pla
     core::throw_invalid("plan.goal.object", std::to_string(plan.goal.object), "the index of an object");
   out = TransferResult{};
   out.status = Transfer(plant, plan, options, control, out, predicted).run();
-  out.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
+  out.wall_s = core::seconds_since(start);
   return out.status;
 }
 

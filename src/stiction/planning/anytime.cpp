@@ -43,7 +43,7 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
     if (found.status != Status::Solved || found.cost >= best.cost) continue;
     best.plan = std::move(found.plan);
     best.cost = found.cost;
-    best.improvements.push_back({found.cost, best.iterations, seconds_since(start)});
+    best.improvements.push_back({found.cost, best.iterations, core::seconds_since(start)});
   }
   best.status = control.cancelled() ? Status::Cancelled : Status::Solved;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/world/scales.hpp"
@@ -25,9 +24,6 @@ Eigen::VectorXd box_coordinates(const world::ObjectInfo& object, const Eigen::Ve
       roll_pitch_yaw(Eigen::Quaterniond(Eigen::Vector4d(q.segment<4>(object.q_begin + 3))).normalized().toRotationMatrix());
   return out;
 }
-
-/// The angle equal to `to` modulo a turn that is nearest to `from`.
-double unwrap(double from, double to) { return from + std::remainder(to - from, 2 * std::numbers::pi); }
 
 }  // namespace
 
@@ -67,7 +63,7 @@ std::vector<SampleBox> default_sample_boxes(const PlanningProblem& problem) {
         continue;
       }
       const bool revolute = dof.kind == world::DofKind::Revolute;
-      const double to = revolute && object.n_v > 1 ? unwrap(start[i], goal[i]) : goal[i];
+      const double to = revolute && object.n_v > 1 ? nearest_turn(goal[i], start[i]) : goal[i];
       const double beyond = std::max(kWayBeyond * std::abs(to - start[i]), revolute ? kBeyond : 0.5 * model.scales().object(o).length);
       box.lower[i] = std::min(start[i], to) - beyond;
       box.upper[i] = std::max(start[i], to) + beyond;

@@ -10,10 +10,8 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// Largest penetration that an edge may build up [m].
-constexpr double kMaxPenetration = 5e-4;
-/// Distance across which a force may act in a sub-step of half the length, and penetration there [m]; the checker allows 1 mm.
-constexpr double kMaxForceGap = 0.95e-3, kMaxFinePenetration = 0.95e-3;
+/// Penetration of an edge in a sub-step of half the length [m]; the checker allows 1 mm.
+constexpr double kMaxFinePenetration = 0.95e-3;
 /// A contact edge must move the robot or an object at least this far to be worth a node [m or rad].
 constexpr double kMinMove = 1e-4;
 
@@ -64,10 +62,10 @@ bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const d
   }
   const bool long_slips = options_.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
   const auto bad = [&](const dynamics::Knot& knot) {
-    return braces(knot) || (long_slips && calc_force_gap(model_, knot, scratch.geometry) > kMaxForceGap);
+    return braces(knot) || (long_slips && calc_force_gap(model_, knot, scratch.geometry) > kMostForceGap);
   };
   r.knots.erase(std::find_if(r.knots.begin(), r.knots.end(), bad), r.knots.end());
-  if (r.knots.empty() || r.min_phi < -kMaxPenetration) return false;
+  if (r.knots.empty() || r.min_phi < -kMostEdgePenetration) return false;
   if (calc_penetration(model_, r.knots.back().q, scratch.geometry) > kMaxFinePenetration) return false;  // where no step has looked yet
   to.q = r.knots.back().q;
   to.u = r.knots.back().u;
@@ -89,7 +87,7 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
       }
       q = scratch.step_result.q_next;
       if (!limit_gap) continue;
-      if (calc_force_gap(model_, scratch.step_result, scratch.geometry) > kMaxForceGap) return states.leftCols(k);
+      if (calc_force_gap(model_, scratch.step_result, scratch.geometry) > kMostForceGap) return states.leftCols(k);
       const bool own = k > 0 || s == 1;  // what penetrates where an edge starts is not its doing
       if (own && calc_penetration(scratch.step_result) > kMaxFinePenetration) return states.leftCols(k);
     }

@@ -5,8 +5,10 @@
 
 namespace stiction::planning {
 
+/// Largest penetration that an edge may build up, and that a goal may have [m].
+inline constexpr double kMostEdgePenetration = 5e-4;
 /// Penetration and distance across which a force acts that a refined plan may have at half its sub-step, unless the given one has more [m]; the checker
-/// allows 1 mm.
+/// allows 1 mm. An edge of the tree has the same distance.
 inline constexpr double kMostPenetration = 0.9e-3, kMostForceGap = 0.95e-3;
 
 /// Largest distance across which a force acts after a step [m], which is the relaxation's (2.3.4) and not the world's: the distance of the pair itself,

@@ -138,15 +138,11 @@ class Forest {
 
 }  // namespace
 
-double seconds_since(core::RunControl::Clock::time_point start) {
-  return std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
-}
-
 /// What a tree reports, as part of a run that had so many extensions before it.
 void place_in_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start, long before,
                   core::Progress& progress) {
   progress.iteration += before;
-  progress.elapsed_s = seconds_since(start);
+  progress.elapsed_s = core::seconds_since(start);
   progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
   if (!control.deadline) return;
   const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();

@@ -4,8 +4,6 @@
 
 namespace stiction::planning {
 
-double seconds_since(core::RunControl::Clock::time_point start);
-
 /// What a tree reports, as part of a run that had so many extensions before it.
 void place_in_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start, long before,
                   core::Progress& progress);

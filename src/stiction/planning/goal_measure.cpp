@@ -30,6 +30,7 @@ GoalMeasure::GoalMeasure(const PlanningProblem& problem)
       goal_(problem.goal),
       space_(model_),
       q_goal_(goal_configuration(problem, space_)),
+      inverse_tolerances_(planning::inverse_tolerances(model_, goal_)),
       bounded_(problem.goal.region ? bounded_coordinates(model_, *problem.goal.region) : Eigen::VectorXd::Ones(model_.n_vu())) {}
 
 Eigen::VectorXd GoalMeasure::nearest_to(const Eigen::VectorXd& q_u) const {
@@ -44,7 +45,7 @@ double GoalMeasure::ratio(const Eigen::VectorXd& q) const { return goal_error(mo
 double GoalMeasure::distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const {
   Eigen::VectorXd e(model_.n_vu());
   space_.error(q.data(), q_u.data(), e.data());
-  return inverse_tolerances().cwiseProduct(e).norm();
+  return inverse_tolerances_.cwiseProduct(e).norm();
 }
 
 double GoalMeasure::share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {

@@ -25,9 +25,9 @@ class GoalMeasure {
   /// Worst displacement of an object between two configurations, in tolerances of the goal.
   double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
   /// 1/tolerance per coordinate of the objects (n_vu).
-  Eigen::VectorXd inverse_tolerances() const { return planning::inverse_tolerances(model_, goal_); }
+  const Eigen::VectorXd& inverse_tolerances() const { return inverse_tolerances_; }
   /// The same with 1 for angles (n_vu) [rad/m].
-  Eigen::VectorXd relative_weights() const { return goal_.tol_angle * inverse_tolerances(); }
+  Eigen::VectorXd relative_weights() const { return goal_.tol_angle * inverse_tolerances_; }
   /// 1 per coordinate that a goal region bounds, else 0; all 1 without a region (n_vu).
   const Eigen::VectorXd& bounded() const { return bounded_; }
 
@@ -35,7 +35,7 @@ class GoalMeasure {
   const world::Model& model_;
   const Goal& goal_;
   ObjectSpace space_;
-  Eigen::VectorXd q_goal_, bounded_;
+  Eigen::VectorXd q_goal_, inverse_tolerances_, bounded_;
 };
 
 /// qᵘ of the goal: as given, or from the pose of its object (n_qu).

@@ -145,6 +145,11 @@ void ObjectSpace::sample(const std::vector<SampleBox>& boxes, core::Random& rand
   }
 }
 
+double nearest_turn(double angle, double reference) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  return angle - kTurn * std::round((angle - reference) / kTurn);
+}
+
 Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal) {
   Eigen::VectorXd out(model.n_vu());
   for (int i = 0; i < model.n_vu(); ++i) {

@@ -48,6 +48,9 @@ class ObjectSpace {
   int n_q_ = 0, n_v_ = 0;
 };
 
+/// Of the angles that are the same modulo 2π the nearest to `reference` [rad].
+double nearest_turn(double angle, double reference);
+
 /// 1/tolerance of the goal per coordinate of the objects (n_vu) [1/m or 1/rad].
 Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal);
 

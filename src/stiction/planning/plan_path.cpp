@@ -1,12 +1,6 @@
 #include "stiction/planning/plan_path.hpp"
 
 namespace stiction::planning {
-namespace {
-
-using core::Status;
-
-}  // namespace
-
 Plan PathWriter::to_plan(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
   Plan plan = empty_plan(tree);
   for (const int i : path) {
@@ -38,7 +32,7 @@ Segment PathWriter::describe_edge(const Tree& tree, const Node& node, ThreadScra
     knot.q = node.states.col(k);
     if (node.edge != SegmentKind::Regrasp || options_.real_regrasps) {
       ++totals.steps;
-      if (dynamics::step(model_, {q, knot.u}, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
+      if (dynamics::step(model_, {q, knot.u}, simulator_.exact(), scratch.steps, scratch.step_result) != core::Status::Solved) {
         ++totals.failed_steps;
       } else {
         for (const auto& c : scratch.step_result.contacts) {

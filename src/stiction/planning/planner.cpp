@@ -17,10 +17,10 @@ core::Status plan(const PlanningProblem& problem, const PlannerOptions& options,
   result = PlanResult{};
   grow_forest(problem, whole, control, start, result);
   if (result.status == core::Status::Solved) {
-    result.improvements.push_back({result.cost, result.iterations, seconds_since(start)});
+    result.improvements.push_back({result.cost, result.iterations, core::seconds_since(start)});
     if (options.anytime) improve(problem, whole, control, start, result);
   }
-  result.wall_s = seconds_since(start);
+  result.wall_s = core::seconds_since(start);
   return result.status;
 }
 

@@ -6,15 +6,13 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/contact_sampler.hpp"
+#include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/goal_measure.hpp"
 
 namespace stiction::planning {
 namespace {
 
 using world::Model;
-
-/// Largest penetration that an edge may build up [m].
-constexpr double kMaxPenetration = 5e-4;
 
 /// A coordinate of an object that the goal bounds. Nothing to say about those without limits.
 void require_in_range(const Model& model, const Goal& goal, int i, double lower, double upper) {
@@ -61,7 +59,7 @@ void require_reachable_goal(const PlanningProblem& problem) {
     const auto& a = model.geometries()[static_cast<std::size_t>(pair.geometry_a)];
     const auto& b = model.geometries()[static_cast<std::size_t>(pair.geometry_b)];
     const bool fixed = model.bodies()[static_cast<std::size_t>(b.body)].dofs.empty();  // a fixed body, or the base of a robot
-    if (a.body != body || !fixed || c.phi > -(goal.tol_position + kMaxPenetration)) continue;
+    if (a.body != body || !fixed || c.phi > -(goal.tol_position + kMostEdgePenetration)) continue;
     core::throw_invalid("goal", fmt::format("a pose in which '{}' is {:.3g} m inside '{}'", a.name, -c.phi, b.name),
                         "one outside everything that cannot move");
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <initializer_list>
@@ -1051,7 +1050,7 @@ Status refine(const std::shared_ptr<const Model>& model, const Plan& plan, const
   out.status = run(model, plan, options, refine_options, control, out);
   count(plan, out.pushes_before, out.regrasps_before, out.knots_before);
   count(out.plan, out.pushes, out.regrasps, out.knots);
-  out.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
+  out.wall_s = core::seconds_since(start);
   return out.status;
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
@@ -64,7 +63,7 @@ Status check_plan(const Task& task, const PlanFile& plan, const CheckOptions& op
   replay.report(out);
   file.report(out);
   out.pass = out.status == Status::Solved && std::all_of(out.items.begin(), out.items.end(), [](const CheckItem& i) { return i.pass; });
-  out.wall_s = std::chrono::duration<double>(core::RunControl::Clock::now() - start).count();
+  out.wall_s = core::seconds_since(start);
   return out.status;
 }
 

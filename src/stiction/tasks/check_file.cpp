@@ -10,7 +10,6 @@
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/world/scales.hpp"
-#include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -118,8 +117,7 @@ void FileCheck::check_goal() {
 
 /// `optimize` plans with time step and regularisation of its own, and in single steps.
 void FileCheck::check_settings() {
-  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", plan_.options), "options");
-  const planning::PlannerOptions searched = read_planner_options(text.at("options"), model_);
+  const planning::PlannerOptions searched = options_of_plan(model_, plan_, "options");
   if (planner_options_json(searched, model_) == options_of_task(task_, searched)) return;
   if (task_.optimize && !plan_.substep) {
     Task optimised = task_;

@@ -38,9 +38,9 @@ class Linter {
     stuck();
     for (int i = 0; i < n_objects(); ++i) support(i);
     hold();
-    for (int i = 0; i < n_objects(); ++i) reach_at("start", i, task_.problem.q_start);
-    reach_at("goal", goal().object, q_goal_);
-    for (int i = 0; i < n_objects(); ++i) weight(i);
+    reach_at("start", task_.problem.q_start);
+    reach_at("goal", q_goal_);
+    weight();
     gravity();
     for (int i = 0; i < n_objects(); ++i) size(i);
     lint_numbers(task_, out_);
@@ -106,14 +106,10 @@ class Linter {
 
   /// The first step of the plan, from the start with the joints commanded where they are.
   void stuck() {
-    dynamics::StepOptions options;
-    options.h = task_.options.h;
-    options.regularisation = task_.options.regularisation;
-    options.smoothing = dynamics::Exact{};
     dynamics::StepWorkspace work(task_.model);
     dynamics::StepResult result;
     const Eigen::VectorXd& q = task_.problem.q_start;
-    const core::Status status = dynamics::step(model_, {q, q.tail(model_.n_a())}, options, work, result);
+    const core::Status status = dynamics::step(model_, {q, q.tail(model_.n_a())}, task_.options.step_options(), work, result);
     if (status == core::Status::Solved) return;
     place(q);
     int worst = -1;
@@ -180,8 +176,9 @@ class Linter {
     return false;
   }
 
-  void reach_at(const char* where, int o, const Eigen::VectorXd& q) {
-    if (o != goal().object || model_.n_a() == 0) return;
+  void reach_at(const char* where, const Eigen::VectorXd& q) {
+    if (model_.n_a() == 0) return;
+    const int o = goal().object;
     place(q);
     double least = std::numeric_limits<double>::infinity();
     for (int g = 0; g < static_cast<int>(model_.geometries().size()); ++g) {
@@ -193,8 +190,9 @@ class Linter {
       say("reach", "{}: no robot reaches '{}': it is at least {} too far away", where, object(o).name, length(least));
   }
 
-  void weight(int o) {
-    if (o != goal().object || model_.n_a() == 0 || model_.scene().gravity.norm() == 0) return;
+  void weight() {
+    if (model_.n_a() == 0 || model_.scene().gravity.norm() == 0) return;
+    const int o = goal().object;
     const world::Scale& scale = model_.scales().object(o);
     const double stiffest = (model_.stiffness().array() / model_.reach().array().square()).maxCoeff();
     const double give = scale.force / stiffest;

@@ -227,8 +227,8 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
     }
   }
   if (const auto v = given(node, "substep")) out.substep = read_substep(*v, out.substep.value_or(dynamics::SubstepLimits{}));
-  if (const auto v = given(node, "single_step"); v && v->boolean()) out.substep.reset();
-  if (const auto v = given(node, "real_regrasps")) out.real_regrasps = v->boolean();
+  if (single && single->boolean()) out.substep.reset();
+  if (real) out.real_regrasps = real->boolean();
   if (const auto v = given(node, "friction_law"))
     out.friction_law =
         v->one_of(kFrictionLawNames) == kFrictionLawNames[1] ? dynamics::FrictionLaw::Coulomb : dynamics::FrictionLaw::Anitescu;

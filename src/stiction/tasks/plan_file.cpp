@@ -113,8 +113,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
     plan.q_start = task.problem.q_start;
     plan.u_start = plan.q_start.tail(model.n_a());
     plan.goal = task.problem.goal;
-    plan.step.h = options.h;
-    plan.step.regularisation = options.regularisation;
+    plan.step = options.step_options();
     plan.error = planning::goal_error(model, plan.q_start, plan.goal);
   }
   PlanFile out;

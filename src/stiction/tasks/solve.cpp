@@ -1,7 +1,6 @@
 #include "stiction/tasks/solve.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <mutex>
 
@@ -18,10 +17,6 @@ namespace {
 using core::RunControl;
 using core::Status;
 using Turn = core::ThreadPool::Turn;
-
-double seconds_since(RunControl::Clock::time_point start) {
-  return std::chrono::duration<double>(RunControl::Clock::now() - start).count();
-}
 
 class Solver {
  public:
@@ -104,7 +99,7 @@ class Solver {
       };
       pool_.run_until(n - 1, body, &turn);
     }
-    out.simulate_s = seconds_since(start);
+    out.simulate_s = core::seconds_since(start);
   }
 
   void take(int k, SolveTry next) {
@@ -161,7 +156,7 @@ Status solve(const Task& task, const SolveOptions& options, const RunControl& co
   options.validate();
   out = {};
   Solver(task, options).run(control, out);
-  out.wall_s = seconds_since(start);
+  out.wall_s = core::seconds_since(start);
   out.status = out.best.holds() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
   return out.status;
 }

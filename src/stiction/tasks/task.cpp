@@ -12,6 +12,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
 #include "stiction/planning/default_options.hpp"
+#include "stiction/planning/goal_measure.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
@@ -409,17 +410,11 @@ trajopt::OptimizeInput make_optimize_input(const Task& task) {
   if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
   const Model& model = *task.model;
   Eigen::VectorXd goal = task.problem.q_start;
-  if (task.problem.q_goal.size() > 0) {
-    goal.head(model.n_qu()) = task.problem.q_goal;  // a pose does not say how often a hinge has turned
-  } else {
-    const auto& info = model.objects()[static_cast<std::size_t>(task.problem.goal.object)];
-    goal.segment(info.q_begin, info.n_q) = planning::ObjectSpace(model).coordinates(task.problem.goal.object, task.problem.goal.X_WG);
-  }
+  goal.head(model.n_qu()) = planning::goal_configuration(task.problem, planning::ObjectSpace(model));
   for (const auto& object : model.objects()) {
     if (object.n_q != 3) continue;  // the angle of an object in a plane: of those that are the same pose the nearest
     const int angle = object.q_begin + 2;
-    const double turn = 2 * std::numbers::pi;
-    goal[angle] -= turn * std::round((goal[angle] - task.problem.q_start[angle]) / turn);
+    goal[angle] = planning::nearest_turn(goal[angle], task.problem.q_start[angle]);
   }
   if (task.optimize->joints_reference.size() > 0) goal.tail(model.n_a()) = task.optimize->joints_reference;
   const int T = task.optimize->horizon;

@@ -138,7 +138,7 @@ class Optimizer {
   }
 
  private:
-  double elapsed() const { return std::chrono::duration<double>(core::RunControl::Clock::now() - started_).count(); }
+  double elapsed() const { return core::seconds_since(started_); }
 
   void report(int iteration) {
     if (!control_.on_progress) return;
