@@ -320,8 +320,9 @@ std::string part_name(const std::string& name, std::size_t k, std::size_t parts)
   return parts == 1 ? name : fmt::format("{}/part_{}", name, k);
 }
 
-LoadedMesh load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
-  const Matrix3Xd points = read_points(file, scale);
+namespace {
+
+LoadedMesh make_parts(const std::filesystem::path& file, const Matrix3Xd& points, const MeshOptions& options) {
   Hull whole = calc_hull(file, points);
   LoadedMesh out;
   if (whole.is_mesh() || options.non_convex == NonConvex::TakeHull) {
@@ -338,6 +339,15 @@ LoadedMesh load_mesh(const std::filesystem::path& file, const Vector3d& scale, c
   require_closed(file, surface);
   if (std::abs(whole.share) < kLeastShare) fail(file, "a mesh that encloses no volume", "a body with a volume");
   out.parts = decompose_pieces(file, surface, options.decomposition);
+  return out;
+}
+
+}  // namespace
+
+LoadedMesh load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
+  const auto points = std::make_shared<const Matrix3Xd>(read_points(file, scale));
+  LoadedMesh out = make_parts(file, *points, options);
+  for (ConvexMesh& part : out.parts) part.surface = points;
   return out;
 }
 

@@ -30,6 +30,7 @@ struct ConvexMesh {
   Eigen::Matrix3Xd vertices;
   Eigen::Matrix3Xi triangles;
   std::string source;  ///< file it came from, empty for one made in memory
+  std::shared_ptr<const Eigen::Matrix3Xd> surface{};  ///< corners (3 × 3n) of the triangles of that file, if it is a mesh: of all its parts
 };
 
 struct Sphere {

@@ -1,0 +1,140 @@
+#include "stiction/sensing/descent.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace stiction::sensing {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+ContactPoint evaluate(const DescentProblem& problem, int triangle, const Vector3d& p) {
+  ContactPoint out;
+  out.link = problem.index;
+  out.triangle = triangle;
+  out.p_L = p;
+  out.n_L = problem.link.surface.normal(triangle, p, problem.normals);
+  const Matrix3d R_LC = make_contact_frame(out.n_L);
+  const Residual r = calc_residual(problem.torque, p, R_LC, problem.cone);
+  out.f_L = R_LC * r.force_C;
+  out.residual = r.value;
+  return out;
+}
+
+ContactPoint retract(const DescentProblem& problem, const Vector3d& p, int guess) {
+  const TriangleTree::Closest closest = problem.link.surface.tree.closest(p, guess);
+  return evaluate(problem, closest.triangle, closest.point);
+}
+
+namespace {
+
+bool is_explained(const DescentProblem& problem, double residual) {
+  return residual <= problem.tolerance * problem.tolerance * problem.torque.tau_tau;
+}
+
+}  // namespace
+
+bool descend(const DescentProblem& problem, const SteepestDescent& options, ContactPoint& point) {
+  const double size = problem.link.surface.size, start = point.residual;
+  const double least_gradient = options.tol_gradient * problem.torque.tau_tau / size;
+  for (int step = 0; step < options.max_steps; ++step) {
+    if (is_explained(problem, point.residual)) return point.residual < start || step == 0;
+    const Vector3d gradient = 0.5 * calc_gradient(problem.torque, point.p_L, point.f_L);  // of l/2, as in the thesis's figures
+    const Vector3d t = gradient - point.n_L.dot(gradient) * point.n_L;
+    const double length = t.norm();
+    if (length <= least_gradient) return point.residual < start || step == 0;
+
+    // Line search in the tangent plane, with the normal held.
+    const Matrix3d R_LC = make_contact_frame(point.n_L);
+    double a = std::min(options.max_step * size / length, 1.0);
+    int tries = 0;
+    const auto decreases = [&] {
+      const double l = calc_residual(problem.torque, point.p_L - a * t, R_LC, problem.cone).value;
+      return 0.5 * l < 0.5 * point.residual - options.armijo * a * length * length;
+    };
+    while (!decreases()) {
+      if (++tries > options.max_backtracks) return false;
+      a *= options.backtrack;
+    }
+    const ContactPoint next = retract(problem, point.p_L - a * t, point.triangle);
+    if ((next.p_L - (point.p_L - a * t)).norm() > options.max_step * size) return false;  // left the surface
+    point = next;
+  }
+  return false;
+}
+
+namespace {
+
+using Wrench = Eigen::Matrix<double, 6, 1>;
+
+/// Columns (m; f) of the wrenches about the link's origin that a change of the unknowns makes: force coordinates on the active face,
+/// then the two tangential coordinates. With torques (Y.1) these are the columns of the Jacobian of r. @returns how many
+int fill_columns(const ContactPoint& point, const Residual& r, const Matrix3d& R_LC, const FrictionCone& cone,
+                 Eigen::Matrix<double, 6, 5>& W) {
+  int n = 0;
+  const auto add_force = [&](const Vector3d& direction_C) {
+    const Vector3d d = R_LC * direction_C;
+    W.col(n++) << point.p_L.cross(d), d;
+  };
+  if (r.face == ConeFace::Interior) {
+    for (int k = 0; k < 3; ++k) add_force(Vector3d::Unit(k));
+  } else if (r.face == ConeFace::Facet && cone.is_lorentz()) {  // along the boundary: the force itself, and around the cone
+    add_force(r.force_C.normalized());
+    add_force(Vector3d(0, -r.force_C[2], r.force_C[1]).normalized());
+  } else {
+    add_force(cone.ray_matrix().col(r.ray));
+    if (r.face == ConeFace::Facet) add_force(cone.ray_matrix().col((r.ray + 1) % cone.rays()));
+  }
+  for (int k = 1; k < 3; ++k) W.col(n++) << R_LC.col(k).cross(point.f_L), Vector3d::Zero();
+  return n;
+}
+
+/// Tangential step of the damped normal equations (Y.4).
+Vector3d calc_step(const DescentProblem& problem, const ContactPoint& point, double damping) {
+  const Matrix3d R_LC = make_contact_frame(point.n_L);
+  const Residual r = calc_residual(problem.torque, point.p_L, R_LC, problem.cone);
+  Eigen::Matrix<double, 6, 5> W;
+  const int n = fill_columns(point, r, R_LC, problem.cone, W);
+  const LinkTorque& link = problem.torque;
+  Eigen::Matrix<double, LinkTorque::kSize, 6> R;
+  R << link.R_w, link.R_v;
+  Eigen::Matrix<double, LinkTorque::kSize, 5> D = Eigen::Matrix<double, LinkTorque::kSize, 5>::Zero();
+  D.leftCols(n) = R * W.leftCols(n);
+  Wrench force;
+  force << point.p_L.cross(point.f_L), point.f_L;
+  const Eigen::Matrix<double, LinkTorque::kSize, 1> residual = R * force - link.R_tau;
+  Eigen::Matrix<double, 5, 5> N = D.transpose() * D;
+  for (int k = 0; k < 5; ++k) N(k, k) = k < n ? N(k, k) * (1 + damping) + 1e-300 : 1;
+  const Eigen::Matrix<double, 5, 1> x = N.ldlt().solve(-(D.transpose() * residual));
+  return x[n - 2] * R_LC.col(1) + x[n - 1] * R_LC.col(2);
+}
+
+}  // namespace
+
+bool descend(const DescentProblem& problem, const GaussNewton& options, ContactPoint& point) {
+  const double size = problem.link.surface.size;
+  double damping = options.damping;
+  for (int step = 0; step < options.max_steps; ++step) {
+    if (point.f_L.isZero(0)) return false;  // no force helps: the residual is flat
+    Vector3d move = calc_step(problem, point, damping);
+    if (!move.allFinite()) return false;
+    const double length = move.norm();
+    if (length <= options.tol_step * size) return true;
+    if (length > options.max_step * size) move *= options.max_step * size / length;
+    const ContactPoint next = retract(problem, point.p_L + move, point.triangle);
+    if (next.residual < point.residual) {
+      const bool settled = point.residual - next.residual <= 1e-12 * problem.torque.tau_tau;
+      point = next;
+      damping = std::max(options.damping, 0.1 * damping);
+      if (settled) return true;
+    } else {
+      if (next.residual <= point.residual + 1e-14 * problem.torque.tau_tau) return true;
+      damping = std::max(10 * damping, 1e-3);
+      if (damping > 1e6) return true;  // at a crease: no tangential step goes down
+    }
+  }
+  return is_explained(problem, point.residual);
+}
+
+}  // namespace stiction::sensing

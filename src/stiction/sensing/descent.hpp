@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "stiction/sensing/sensor.hpp"
+
+namespace stiction::sensing {
+
+/// Algorithm 4: steepest descent on the surface, with the settings of the thesis's research code.
+struct SteepestDescent {
+  int max_steps = 50;
+  double tol_gradient = 1e-5;  ///< on ‖t‖ size/‖τ‖² [-], t the tangential gradient and size that of the link
+  double armijo = 0.4;         ///< share of the decrease that the gradient promises
+  double backtrack = 0.5;      ///< factor of the step
+  int max_backtracks = 10;
+  double max_step = 0.1;  ///< of the link's size
+};
+
+/// Levenberg–Marquardt on a tangential step and the force coordinates on the active face of the cone together.
+struct GaussNewton {
+  int max_steps = 20;
+  double tol_step = 1e-6;  ///< of the link's size
+  double damping = 1e-6;   ///< first factor of the diagonal
+  double max_step = 0.2;   ///< of the link's size
+};
+
+/// A point on the surface of a link with its residual.
+struct ContactPoint {
+  int link = -1;  ///< index into Sensor::links()
+  int triangle = -1;
+  Eigen::Vector3d p_L = Eigen::Vector3d::Zero();
+  Eigen::Vector3d n_L = Eigen::Vector3d::Zero();  ///< outward
+  Eigen::Vector3d f_L = Eigen::Vector3d::Zero();  ///< best force on the robot [N]
+  double residual = 0;                            ///< l (4.5) [(N·m)²]
+};
+
+/// What a descent needs to know; refers to its parts.
+struct DescentProblem {
+  const SensedLink& link;
+  int index;  ///< of the link
+  const LinkTorque& torque;
+  const FrictionCone& cone;
+  Normals normals;
+  double tolerance;  ///< [-] a point with √l ≤ tolerance ‖τ‖ has converged
+};
+
+/// Residual at a point of a triangle.
+ContactPoint evaluate(const DescentProblem& problem, int triangle, const Eigen::Vector3d& p_L);
+
+/// The nearest point of the surface.
+ContactPoint retract(const DescentProblem& problem, const Eigen::Vector3d& p_L, int guess);
+
+/// Runs from `point`, which ends where the descent does. @returns whether it converged, below where it started
+bool descend(const DescentProblem& problem, const SteepestDescent& options, ContactPoint& point);
+bool descend(const DescentProblem& problem, const GaussNewton& options, ContactPoint& point);
+
+}  // namespace stiction::sensing

@@ -1,0 +1,147 @@
+#include "stiction/sensing/scenario.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/read.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::sensing {
+namespace {
+
+using world::Model;
+using world::YamlNode;
+
+template <class T>
+void read_into(const YamlNode& node, std::string_view key, T& out) {
+  if (const auto value = node.find(key)) {
+    if constexpr (std::is_same_v<T, int>) {
+      out = value->positive_int();
+    } else {
+      out = value->positive();
+    }
+  }
+}
+
+/// How one number a joint is given: a list in the order of u, or a map by name, where joints that are left out have `rest`.
+Eigen::VectorXd read_joints(const YamlNode& node, const Model& model, const Eigen::VectorXd& rest) {
+  if (node.is_sequence()) return node.vector(model.n_a());
+  Eigen::VectorXd out = rest;
+  node.require_map();
+  for (const auto& [name, value] : node.entries()) {
+    int joint = 0;
+    try {
+      joint = model.joint_index(name);
+    } catch (const core::InvalidInput& e) {
+      throw core::InvalidInput(fmt::format("{}: {}", value.where(), e.what()));
+    }
+    out[joint] = value.number();
+  }
+  return out;
+}
+
+Method read_method(const YamlNode& node) {
+  const std::string name = node.one_of({"gauss_newton", "rsgd", "rejection"});
+  if (name == "rejection") return RejectionSampling{};
+  if (name == "rsgd") return SteepestDescent{};
+  return GaussNewton{};
+}
+
+void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& options) {
+  node.require_map({"links", "samples", "sampling", "normals", "seed", "friction", "rays", "noise", "threshold", "accept", "accept_share",
+                    "tolerance", "method", "merge"});
+  if (const auto links = node.find("links"))
+    for (const auto& link : links->items()) sensor.links.push_back(link.string());
+  read_into(node, "samples", sensor.samples);
+  if (const auto kind = node.find("sampling"))
+    sensor.sampling = kind->one_of({"stratified", "uniform"}) == "uniform" ? Sampling::Uniform : Sampling::Stratified;
+  if (const auto kind = node.find("normals"))
+    sensor.normals = kind->one_of({"flat", "smooth"}) == "smooth" ? Normals::Smooth : Normals::Flat;
+  const std::int64_t seed = node.integer_or("seed", 0);
+  if (seed < 0) node.at("seed").fail("an integer ≥ 0");
+  sensor.seed = static_cast<std::uint64_t>(seed);
+  const int rays = static_cast<int>(node.integer_or("rays", 4));
+  try {
+    options.cone = FrictionCone(node.nonnegative_or("friction", 1), rays);
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
+  }
+  read_into(node, "noise", options.noise);
+  if (const auto value = node.find("threshold")) options.threshold = value->positive();
+  if (const auto value = node.find("accept")) options.accept = value->positive();
+  read_into(node, "accept_share", options.accept_share);
+  read_into(node, "tolerance", options.tolerance);
+  read_into(node, "merge", options.merge);
+  if (const auto value = node.find("method")) options.method = read_method(*value);
+}
+
+/// A contact by its link, a point in its frame, moved to the nearest of its surface, and a force on the robot in W.
+KnownContact read_contact(const YamlNode& node, const Sensor& sensor, const Eigen::VectorXd& q) {
+  node.require_map({"link", "point", "force"});
+  KnownContact out;
+  const YamlNode link = node.at("link");
+  try {
+    out.link = sensor.link_index(link.string());
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}: {}", link.where(), e.what()));
+  }
+  const Surface& surface = sensor.links()[static_cast<std::size_t>(out.link)].surface;
+  out.p_L = surface.tree.closest(node.at("point").vector3()).point;
+  world::KinematicsWorkspace work(sensor.model());
+  world::Kinematics kinematics;
+  world::calc_kinematics(sensor.model(), q, work, kinematics);
+  out.f_L = kinematics.X_WB[static_cast<std::size_t>(surface.body)].R.transpose() * node.at("force").vector3();
+  return out;
+}
+
+void read_measurement(const YamlNode& top, Scenario& out) {
+  const Model& model = out.sensor->model();
+  if (const auto series = top.find("series")) {
+    for (const char* key : {"joints", "torques", "contact"})
+      if (top.has(key)) top.at(key).fail(fmt::format("'{}' beside 'series'", key), "one of the two");
+    out.series = load_series(top.file().parent_path() / series->string(), model);
+    return;
+  }
+  const Eigen::VectorXd rest = model.neutral().tail(model.n_a()), zero = Eigen::VectorXd::Zero(model.n_a());
+  const Eigen::VectorXd joints = read_joints(top.at("joints"), model, rest);
+  const auto torques = top.find("torques");
+  const auto contact = top.find("contact");
+  if (torques.has_value() == contact.has_value())
+    top.fail(torques ? "both 'torques' and 'contact'" : "neither 'torques' nor 'contact'", "one of the two");
+  Eigen::VectorXd tau;
+  if (torques) {
+    tau = read_joints(*torques, model, zero);
+  } else {
+    const Eigen::VectorXd q = place_robots(model, joints);
+    out.contact = read_contact(*contact, *out.sensor, q);
+    const int body = out.sensor->links()[static_cast<std::size_t>(out.contact->link)].surface.body;
+    tau = calc_contact_torque(model, q, body, out.contact->p_L, out.contact->f_L);
+  }
+  out.series = {{0.0}, joints, tau};
+}
+
+}  // namespace
+
+Scenario load_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  const YamlNode top = world::load_yaml_with_base(file);
+  top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "series"});
+  Scenario out;
+  out.name = top.string_or("name", file.stem().string());
+  out.description = top.string_or("description", "");
+  out.file = file;
+  SensorOptions sensor_options;
+  if (const auto sensing = top.find("sensing")) read_sensing(*sensing, sensor_options, out.options);
+  const auto model = Model::make(world::read_scene(top.at("scene"), package_dirs));
+  try {
+    out.sensor = Sensor::make(model, sensor_options);
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}: sensing.{}", file.string(), e.what()));
+  }
+  read_measurement(top, out);
+  return out;
+}
+
+}  // namespace stiction::sensing

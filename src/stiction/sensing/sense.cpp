@@ -1,0 +1,227 @@
+#include "stiction/sensing/sense.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/overloaded.hpp"
+#include "stiction/sensing/cluster.hpp"
+
+namespace stiction::sensing {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+struct SenseWorkspace::Impl {
+  struct Start {
+    double residual;
+    int link, sample;
+  };
+  std::shared_ptr<const Sensor> sensor;
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  Matrix3Xd J_w, J_v;
+  Eigen::MatrixXd scratch;
+  std::vector<LinkTorque> torques;  ///< per sensed link
+  Eigen::VectorXd residuals;
+  std::vector<Start> starts;
+  std::vector<int> ends;
+  ClusterWorkspace clusters;
+
+  explicit Impl(std::shared_ptr<const Sensor> s) : sensor(std::move(s)), kinematics_work(sensor->model()) {
+    torques.resize(sensor->links().size());
+    Eigen::Index most = 0, all = 0;
+    for (const auto& link : sensor->links()) {
+      most = std::max(most, link.batch.rows.cols());
+      all += link.batch.size;
+    }
+    residuals.resize(most);
+    starts.reserve(static_cast<std::size_t>(all));
+  }
+};
+
+SenseWorkspace::SenseWorkspace(std::shared_ptr<const Sensor> sensor) : impl_(std::make_unique<Impl>(std::move(sensor))) {}
+SenseWorkspace::~SenseWorkspace() = default;
+SenseWorkspace::SenseWorkspace(SenseWorkspace&&) noexcept = default;
+
+void SenseOptions::validate() const {
+  core::require_positive("noise", noise);
+  if (threshold) core::require_positive("threshold", *threshold);
+  if (accept) core::require_positive("accept", *accept);
+  core::require_positive("accept_share", accept_share);
+  core::require_positive("tolerance", tolerance);
+  core::require_positive("merge", merge);
+  core::require_nonnegative("thin", thin);
+}
+
+std::string_view to_string(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::BelowThreshold:
+      return "BelowThreshold";
+    case Verdict::Explained:
+      return "Explained";
+    case Verdict::Unexplained:
+      return "Unexplained";
+  }
+  return "";
+}
+
+std::vector<ContactPoint> SenseResult::best_points() const {
+  std::vector<ContactPoint> out;
+  for (const Candidate& candidate : candidates) out.push_back(candidate.best);
+  return out;
+}
+
+namespace {
+
+/// What three standard deviations of ‖ε‖² leave, ε with n independent normal components: a χ² distribution of mean n and variance 2n.
+double calc_noise_bound(double noise, Eigen::Index n) {
+  const auto count = static_cast<double>(n);
+  return noise * noise * (count + 3 * std::sqrt(2 * count));
+}
+
+void accept_samples(const Sensor& sensor, const SenseOptions& options, double accept, SenseWorkspace::Impl& work) {
+  work.starts.clear();
+  for (int i = 0; i < static_cast<int>(sensor.links().size()); ++i) {
+    const SensedLink& link = sensor.links()[static_cast<std::size_t>(i)];
+    calc_residuals(work.torques[static_cast<std::size_t>(i)], link.batch, options.cone, work.residuals);
+    for (int s = 0; s < link.batch.size; ++s)
+      if (work.residuals[s] <= accept) work.starts.push_back({work.residuals[s], i, s});
+  }
+}
+
+class Search {
+ public:
+  Search(const Sensor& sensor, const SenseOptions& options, const SenseWorkspace::Impl& work, SenseResult& out)
+      : sensor_(sensor), options_(options), work_(work), out_(out) {}
+
+  DescentProblem problem(int link) const {
+    return {sensor_.links()[static_cast<std::size_t>(link)],
+            link,
+            work_.torques[static_cast<std::size_t>(link)],
+            options_.cone,
+            sensor_.options().normals,
+            options_.tolerance};
+  }
+
+  ContactPoint at(const SenseWorkspace::Impl::Start& start) const {
+    const SurfacePoint& sample = sensor_.links()[static_cast<std::size_t>(start.link)].samples[static_cast<std::size_t>(start.sample)];
+    return evaluate(problem(start.link), sample.triangle, sample.p_L);
+  }
+
+  void keep(const RejectionSampling&, const ContactPoint& start) { add(start); }
+
+  void keep(const SteepestDescent& descent, ContactPoint point) {
+    ++out_.descents;
+    if (descend(problem(point.link), descent, point)) add(point);
+  }
+
+  void keep(const GaussNewton& descent, ContactPoint point) {
+    const double radius = options_.thin * sensor_.links()[static_cast<std::size_t>(point.link)].spacing;
+    for (const ContactPoint& end : out_.points)
+      if (end.link == point.link && (end.p_L - point.p_L).squaredNorm() < radius * radius) return;
+    ++out_.descents;
+    if (descend(problem(point.link), descent, point)) add(point);
+  }
+
+ private:
+  void add(const ContactPoint& point) {
+    ++out_.converged;
+    out_.points.push_back(point);
+  }
+
+  const Sensor& sensor_;
+  const SenseOptions& options_;
+  const SenseWorkspace::Impl& work_;
+  SenseResult& out_;
+};
+
+Candidate make_candidate(const LinkTorque& torque, const world::Pose& X_WL, const std::vector<ContactPoint>& points, int first, int end,
+                         double explained) {
+  Candidate out;
+  out.best = points[static_cast<std::size_t>(first)];
+  out.p_W = X_WL * out.best.p_L;
+  out.n_W = X_WL.R * out.best.n_L;
+  out.f_W = X_WL.R * out.best.f_L;
+  out.explains = out.best.residual <= explained;
+  const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, LinkTorque::kSize, 3>> qr(torque.torque_map(out.best.p_L));
+  out.rank = static_cast<int>(qr.rank());
+  out.first = first;
+  out.count = end - first;
+  for (int i = first; i < end; ++i) {
+    const ContactPoint& p = points[static_cast<std::size_t>(i)];
+    if (p.residual > std::max(explained, out.best.residual + explained)) continue;
+    out.extent = std::max(out.extent, (p.p_L - out.best.p_L).norm());
+    out.force_spread = std::max(out.force_spread, (p.f_L - out.best.f_L).norm());
+  }
+  return out;
+}
+
+}  // namespace
+
+void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, SenseWorkspace& workspace, SenseResult& out) {
+  const world::Model& model = sensor.model();
+  options.validate();
+  world::require_configuration(model, "q", input.q);
+  core::require_size("tau", input.tau.size(), model.n_a());
+  core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
+  SenseWorkspace::Impl& work = workspace.impl();
+
+  out.candidates.clear();
+  out.points.clear();
+  out.samples = out.accepted = out.descents = out.converged = 0;
+  const double tau_tau = input.tau.squaredNorm(), noise_bound = calc_noise_bound(options.noise, input.tau.size());
+  out.explained = std::max(options.tolerance * options.tolerance * tau_tau, noise_bound);
+  out.verdict = Verdict::BelowThreshold;
+  if (input.tau.cwiseAbs().maxCoeff() < options.threshold.value_or(4 * options.noise)) return;
+
+  world::calc_kinematics(model, input.q, work.kinematics_work, work.kinematics);
+  for (std::size_t i = 0; i < sensor.links().size(); ++i) {
+    calc_link_jacobian(model, work.kinematics, sensor.links()[i].surface.body, work.J_w, work.J_v);
+    work.torques[i].assign(work.J_w, work.J_v, input.tau, work.scratch);
+    out.samples += static_cast<int>(sensor.links()[i].batch.size);
+  }
+  accept_samples(sensor, options, options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound)), work);
+  out.accepted = static_cast<int>(work.starts.size());
+  std::sort(work.starts.begin(), work.starts.end(), [](const auto& a, const auto& b) {
+    return std::tuple(a.residual, a.link, a.sample) < std::tuple(b.residual, b.link, b.sample);
+  });
+
+  Search search(sensor, options, work, out);
+  std::visit(
+      [&](const auto& method) {
+        if (input.last != nullptr)
+          for (const ContactPoint& point : *input.last)
+            search.keep(method, evaluate(search.problem(point.link), point.triangle, point.p_L));
+        for (const auto& start : work.starts) search.keep(method, search.at(start));
+      },
+      options.method);
+
+  cluster_points(sensor, options.merge, out.points, work.clusters, work.ends);
+  int first = 0;
+  for (const int end : work.ends) {
+    const auto link = static_cast<std::size_t>(out.points[static_cast<std::size_t>(first)].link);
+    const auto body = static_cast<std::size_t>(sensor.links()[link].surface.body);
+    out.candidates.push_back(make_candidate(work.torques[link], work.kinematics.X_WB[body], out.points, first, end, out.explained));
+    first = end;
+  }
+  const bool explained = !out.candidates.empty() && out.candidates.front().explains;
+  out.verdict = explained ? Verdict::Explained : Verdict::Unexplained;
+}
+
+Eigen::VectorXd calc_contact_torque(const world::Model& model, VectorRef q, int body, const Vector3d& p_L, const Vector3d& f_L) {
+  world::require_configuration(model, "q", q);
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, work, kinematics);
+  Matrix3Xd J_w, J_v;
+  calc_link_jacobian(model, kinematics, body, J_w, J_v);
+  Eigen::VectorXd tau(model.n_a());
+  calc_torque(J_w, J_v, p_L, f_L, tau);
+  return tau;
+}
+
+}  // namespace stiction::sensing

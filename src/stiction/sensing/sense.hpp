@@ -1,0 +1,89 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "stiction/sensing/descent.hpp"
+
+namespace stiction::sensing {
+
+/// Rejection sampling (4.9): the accepted samples as they are. Clusters are led back to the surface by their best sample.
+struct RejectionSampling {};
+
+using Method = std::variant<RejectionSampling, SteepestDescent, GaussNewton>;
+
+struct SenseOptions {
+  FrictionCone cone{1, 4};
+  double noise = 0.1;                 ///< standard deviation of each torque [N·m], > 0
+  std::optional<double> threshold{};  ///< contacts are looked for where max |τ_j| is at least this [N·m], > 0; nullopt: 4 noise
+  /// Samples with l up to this are accepted [(N·m)²]; nullopt: accept_share ‖τ‖², or what noise may make if that is more. δ of RSGD (4.10)
+  /// and ε of rejection sampling (4.9), in the units of (4.5): twice those of the thesis's figures.
+  std::optional<double> accept{};
+  double accept_share = 0.05;     ///< [-]
+  double tolerance = 0.01;        ///< [-] of ‖τ‖ that an explanation may leave where there is no noise
+  Method method = GaussNewton{};  ///< SteepestDescent: RSGD as published
+  double merge = 3;               ///< points nearer than this many sample spacings are one candidate
+  double thin = 1;                ///< Gauss–Newton leaves out starts within so many spacings of an end that it has found, ≥ 0
+  void validate() const;          ///< @throws core::InvalidInput naming the field
+};
+
+enum class Verdict {
+  BelowThreshold,  ///< no contact, or one that these torques do not show
+  Explained,       ///< at least one candidate makes the torques, as far as noise and tolerance tell
+  Unexplained      ///< a single contact on the sensed links does not: several contacts, another link, or a wrong μ
+};
+std::string_view to_string(Verdict verdict) noexcept;
+
+/// A cluster of points that explain the torques alike. A valley is one candidate with its extent.
+struct Candidate {
+  ContactPoint best;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero(), n_W = Eigen::Vector3d::Zero(), f_W = Eigen::Vector3d::Zero();
+  bool explains = false;
+  int rank = 0;              ///< of J_C: below 3 the force is not unique
+  double extent = 0;         ///< largest distance of its points from the best one, of those as good as noise and tolerance tell [m]
+  double force_spread = 0;   ///< largest distance of their forces from f, in W [N]
+  int first = 0, count = 0;  ///< its points in SenseResult::points, by residual
+};
+
+struct SenseInput {
+  VectorRef q;                                      ///< (n_q)
+  VectorRef tau;                                    ///< (n_a) external torques, in the order of u [N·m; N]
+  const std::vector<ContactPoint>* last = nullptr;  ///< best points of the last cycle, from which descents start as well
+};
+
+struct SenseResult {
+  Verdict verdict = Verdict::BelowThreshold;
+  std::vector<Candidate> candidates;  ///< those that explain first, then by residual
+  std::vector<ContactPoint> points;   ///< where descents ended, by candidate
+  double explained = 0;               ///< l up to which torques count as explained [(N·m)²]
+  int samples = 0, accepted = 0, descents = 0, converged = 0;
+
+  std::vector<ContactPoint> best_points() const;  ///< of the candidates, for SenseInput::last
+};
+
+/// Scratch of sense(); one per thread.
+class SenseWorkspace {
+ public:
+  explicit SenseWorkspace(std::shared_ptr<const Sensor> sensor);
+  ~SenseWorkspace();
+  SenseWorkspace(SenseWorkspace&&) noexcept;
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Every single contact on the sensed links that makes the torques: samples (4.9) or (4.10), descents (4.11), clusters. No heap use once
+/// workspace and result have met as many points.
+/// @throws core::InvalidInput: q or tau of the wrong size or not finite, options
+void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, SenseWorkspace& work, SenseResult& out);
+
+/// The torques (n_a) of a force on a link at q: f_L at p_L in the link's frame (Y.1).
+Eigen::VectorXd calc_contact_torque(const world::Model& model, VectorRef q, int body, const Eigen::Vector3d& p_L,
+                                    const Eigen::Vector3d& f_L);
+
+}  // namespace stiction::sensing

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+namespace stiction::sensing {
+
+/// Triangles in a tree of axis-aligned boxes, in an array of nodes. Immutable, shared by threads; queries use no heap.
+/// Measured against Coal's tree in bench/surface_bench.cpp.
+class TriangleTree {
+ public:
+  struct Closest {
+    int triangle = -1;  ///< −1: none within the bound
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    double squared_distance = std::numeric_limits<double>::infinity();
+  };
+
+  TriangleTree() = default;
+  /// @param corners  (3 × 3n), finite; they are reordered, neighbours in space next to each other
+  explicit TriangleTree(const Eigen::Matrix3Xd& corners);
+
+  int size() const { return static_cast<int>(corners_.cols() / 3); }
+  Eigen::Vector3d corner(int triangle, int k) const { return corners_.col(3 * triangle + k); }
+  const Eigen::Matrix3Xd& corners() const { return corners_; }  ///< (3 × 3n) in the order of this tree
+  const std::vector<int>& order() const { return order_; }      ///< number of each triangle in the given corners
+
+  /// Nearest point of all triangles. @param guess  a triangle that is probably near, or −1
+  Closest closest(const Eigen::Vector3d& p, int guess = -1) const;
+
+  /// Whether the ray p + t d meets a triangle at t > 0, from either side.
+  bool is_hit(const Eigen::Vector3d& p, const Eigen::Vector3d& d) const;
+
+ private:
+  struct Node {
+    Eigen::Vector3d lower, upper;
+    int first = 0;  ///< triangle of a leaf; of an inner node its right child, the left one follows the node
+    int count = 0;  ///< triangles of a leaf, 0: inner
+  };
+  int build(std::vector<int>& order, int begin, int end, const Eigen::Matrix3Xd& corners, const Eigen::Matrix3Xd& centers);
+
+  Eigen::Matrix3Xd corners_;
+  std::vector<int> order_;
+  std::vector<Node> nodes_;
+};
+
+/// The point of triangle (a, b, c) nearest to p.
+Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
+}  // namespace stiction::sensing

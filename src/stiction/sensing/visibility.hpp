@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "stiction/sensing/triangle_tree.hpp"
+#include "stiction/world/model.hpp"
+
+namespace stiction::sensing {
+
+/// Tells what of a robot's links can be seen from afar, in any of several postures.
+class Visibility {
+ public:
+  /// @param robot  index into model.robots()  @param trees  per body, in its frame; empty ones hide nothing  @param rays ≥ 1
+  Visibility(const world::Model& model, int robot, const std::vector<TriangleTree>& trees, int rays, int postures, std::uint64_t seed);
+
+  /// Whether a ray from the point, lifted off along the direction by `lift` [m], into the half space of the direction meets no link.
+  bool is_seen(int body, const Eigen::Vector3d& p_L, const Eigen::Vector3d& direction_L, double lift) const;
+
+ private:
+  struct Occluder {
+    const TriangleTree* tree;
+    int body;
+    Eigen::Vector3d p_LCenter;  ///< of its bounding sphere
+    double radius;
+  };
+  std::vector<Occluder> occluders_;
+  std::vector<world::Kinematics> postures_;
+  Eigen::Matrix3Xd rays_;  ///< in the half space z > 0, from the steepest on
+};
+
+}  // namespace stiction::sensing

@@ -1,0 +1,235 @@
+#include "stiction/sensing/sense.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sensing/robots.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/sensing/scenario.hpp"
+#include "support/message_of.hpp"
+
+namespace stiction::sensing::test {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+VectorXd vector(std::initializer_list<double> values) {
+  VectorXd out(static_cast<Eigen::Index>(values.size()));
+  std::copy(values.begin(), values.end(), out.data());
+  return out;
+}
+
+/// The link's frame of an arm at q.
+LinkTorque torque_of(const world::Model& model, const std::string& link, const VectorXd& q, const VectorXd& tau) {
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, work, kinematics);
+  Eigen::Matrix3Xd J_w, J_v;
+  calc_link_jacobian(model, kinematics, body_index(model, link), J_w, J_v);
+  return LinkTorque(J_w, J_v, tau);
+}
+
+// The case of Figs 4-6, 4-7 and 4-10: q and τ of the thesis's research code, contact as found on the manufacturer's mesh to four digits.
+const VectorXd kQ1 = vector({-1.75956086, 0.74755266, 2.72834054, 2.05278647, 2.3270361, -1.27883698, 0.61326711});
+const VectorXd kTau1 = vector({0.966613398, -2.82202806, -0.00160744425, 0.662280818, 0.0319086728, 0.0817417009, 0});
+
+TEST(PublishedCase, ContactOnLinkSix_MakesTheTorques) {
+  const auto model = make_arm(kIiwa);
+  const LinkTorque link = torque_of(*model, "arm/link_6", kQ1, kTau1);
+  const Vector3d n = Vector3d(-0.907, 0.260, -0.331).normalized();
+  const auto R = make_contact_frame(n);
+  const Residual r = calc_residual(link, {-0.0606, 0.0155, -0.0304}, R, FrictionCone(1, 4));
+  EXPECT_LT(r.value, 1e-5);  // 10 N, points to 0.1 mm: (10 · 1e-4)² = 1e-6 a coordinate
+  EXPECT_NEAR(r.force_C.norm(), 10, 0.02);
+  EXPECT_NEAR((R * r.force_C - Vector3d(9.13, -3.69, 1.71)).norm(), 0, 0.03);
+}
+
+TEST(PublishedCase, LinkFive_ExplainsAllButJointSix) {
+  const auto model = make_arm(kIiwa);
+  const LinkTorque link = torque_of(*model, "arm/link_5", kQ1, kTau1);
+  // The force and point without a surface: what is left at best is τ₆² (and τ₇² = 0).
+  double least = 1e9;
+  for (const Vector3d& p : {Vector3d(-0.019, -0.001, 0.097), Vector3d(-0.009, 0.011, 0.104), Vector3d(-0.030, -0.013, 0.090)}) {
+    const auto M = link.torque_map(p);
+    const Vector3d f = M.colPivHouseholderQr().solve(link.R_tau);
+    least = std::min(least, (M * f - link.R_tau).squaredNorm());
+  }
+  EXPECT_NEAR(0.5 * least, 0.003341, 2e-5);
+  EXPECT_NEAR(0.5 * kTau1[5] * kTau1[5], 0.003341, 1e-6);
+}
+
+TEST(PublishedCase, StartOnLinkSix_HasTheResidualAndGradientOfTheReference) {
+  const auto model = make_arm(kIiwa);
+  const VectorXd q = vector({-0.47839296, -0.07140746, -1.62651793, 1.37309486, 0.22398543, 0.67425391, 2.79916161});
+  const VectorXd tau = vector({2.19172843, -2.52495118, 2.1875039, -2.28800535, 0.19415752, 0.14975149, 0});
+  const LinkTorque link = torque_of(*model, "arm/link_6", q, tau);
+  const Vector3d p(0.0054828, -0.00315267, 0.0649383);
+  const auto R = make_contact_frame(Vector3d(0.0329616, 0.114744, 0.992848).normalized());
+  const Residual r = calc_residual(link, p, R, FrictionCone(1, 4));
+  const Vector3d gradient = calc_gradient(link, p, R * r.force_C);
+  EXPECT_NEAR(r.value, 0.35190, 1e-4);
+  EXPECT_NEAR((gradient - Vector3d(-10.2311, 1.9531, 5.5823)).norm(), 0, 2e-3);
+}
+
+struct Case {
+  VectorXd q, tau;
+  KnownContact contact;
+};
+
+/// A force of 10 N in a random direction of the cone at a random point of one of the links.
+Case random_case(const Sensor& sensor, core::Random& random, const std::vector<int>& links, const FrictionCone& cone) {
+  const world::Model& model = sensor.model();
+  Case out;
+  VectorXd joints(model.n_a());
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double lower = std::max(model.lower()[j], -M_PI), upper = std::min(model.upper()[j], M_PI);
+    joints[j] = 0.5 * (lower + upper) + 0.45 * (upper - lower) * random.uniform(-1, 1);
+  }
+  out.q = place_robots(model, joints);
+  out.contact.link = links[static_cast<std::size_t>(random.index(static_cast<int>(links.size())))];
+  const SensedLink& link = sensor.links()[static_cast<std::size_t>(out.contact.link)];
+  const SurfacePoint point = sample_surface(link.surface, 1, Sampling::Uniform, random.bits())[0];
+  Vector3d f_C;
+  do {
+    f_C = Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+  } while (!cone.contains(f_C));
+  out.contact.p_L = point.p_L;
+  out.contact.f_L = 10 * make_contact_frame(link.surface.normal(point.triangle, point.p_L, Normals::Flat)) * f_C;
+  out.tau = calc_contact_torque(model, out.q, link.surface.body, out.contact.p_L, out.contact.f_L);
+  return out;
+}
+
+double distance_to_truth(const SenseResult& result, const KnownContact& contact) {
+  double out = std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : result.candidates)
+    if (candidate.explains) out = std::min(out, calc_distance(result, candidate, contact));
+  return out;
+}
+
+/// Share of random contacts on links behind at least `joints` joints that are within 1 cm of a candidate.
+double calc_recall(const std::string& arm, int joints, const SenseOptions& options, int cases) {
+  const auto sensor = Sensor::make(make_arm(arm));
+  std::vector<int> links;
+  for (int i = 0; i < static_cast<int>(sensor->links().size()); ++i)
+    if (sensor->links()[static_cast<std::size_t>(i)].joints >= joints) links.push_back(i);
+  core::Random random(1, 0);
+  SenseWorkspace work(sensor);
+  SenseResult result;
+  int found = 0, tried = 0;
+  while (tried < cases) {
+    const Case c = random_case(*sensor, random, links, options.cone);
+    if (c.tau.cwiseAbs().maxCoeff() < 0.1) continue;  // hardly any lever
+    ++tried;
+    sense(*sensor, {c.q, c.tau}, options, work, result);
+    found += distance_to_truth(result, c.contact) <= 0.01;
+  }
+  return static_cast<double>(found) / cases;
+}
+
+SenseOptions noiseless() {
+  SenseOptions out;
+  out.noise = 1e-4;
+  return out;
+}
+
+TEST(Sense, RandomContactsOnUr5_AreAmongTheCandidates) { EXPECT_GE(calc_recall(kUr5, 5, noiseless(), 60), 0.95); }
+
+TEST(Sense, RandomContactsOnPanda_AreAmongTheCandidates) { EXPECT_GE(calc_recall(kPanda, 5, noiseless(), 60), 0.95); }
+
+TEST(Sense, PublishedSettings_FindContactsToo) {
+  SenseOptions options = noiseless();
+  options.method = SteepestDescent{};
+  EXPECT_GE(calc_recall(kUr5, 5, options, 60), 0.9);
+}
+
+TEST(Sense, SmallTorques_AreBelowTheThreshold) {
+  const auto sensor = Sensor::make(make_arm(kIiwa));
+  SenseWorkspace work(sensor);
+  SenseResult result;
+  VectorXd tau = VectorXd::Zero(7);
+  tau[1] = 0.39;  // below 4 · 0.1
+  sense(*sensor, {kQ1, tau}, {}, work, result);
+  EXPECT_EQ(result.verdict, Verdict::BelowThreshold);
+  EXPECT_TRUE(result.candidates.empty());
+  tau[1] = 0.41;
+  sense(*sensor, {kQ1, tau}, {}, work, result);
+  EXPECT_NE(result.verdict, Verdict::BelowThreshold);
+}
+
+TEST(Sense, TorquesOfTwoForces_AreUnexplainedOrSaidToBe) {
+  // A couple about joint 7, which moves only the last link, and a torque on joint 1 that no force through it makes.
+  const auto sensor = Sensor::make(make_arm(kIiwa));
+  SenseWorkspace work(sensor);
+  SenseResult result;
+  VectorXd tau = VectorXd::Zero(7);
+  tau << 30, -30, 30, -30, 30, -30, 30;
+  sense(*sensor, {kQ1, tau}, noiseless(), work, result);
+  EXPECT_EQ(result.verdict, Verdict::Unexplained);
+  for (const Candidate& candidate : result.candidates) EXPECT_FALSE(candidate.explains);
+}
+
+TEST(Sense, SameInput_GivesTheSameBits) {
+  const auto sensor = Sensor::make(make_arm(kUr5));
+  core::Random random(3, 0);
+  const Case c = random_case(*sensor, random, {4, 5}, FrictionCone(1, 4));
+  SenseWorkspace work(sensor), other(sensor);
+  SenseResult first, second;
+  sense(*sensor, {c.q, c.tau}, {}, work, first);
+  for (int i = 0; i < 2; ++i) {
+    sense(*sensor, {c.q, c.tau}, {}, other, second);  // and a workspace that was used
+    ASSERT_EQ(first.points.size(), second.points.size());
+    for (std::size_t k = 0; k < first.points.size(); ++k) {
+      EXPECT_EQ(first.points[k].p_L, second.points[k].p_L);
+      EXPECT_EQ(first.points[k].residual, second.points[k].residual);
+    }
+  }
+}
+
+TEST(Sense, LastCycle_IsFoundAgainWithFewSamples) {
+  const auto sensor = Sensor::make(make_arm(kUr5));
+  SensorOptions few;
+  few.samples = 1;
+  const auto sparse = Sensor::make(sensor->model_ptr(), few);
+  core::Random random(4, 0);
+  SenseWorkspace work(sensor), sparse_work(sparse);
+  SenseResult result, warm;
+  int found = 0, before = 0;
+  for (int i = 0; i < 20; ++i) {
+    const Case c = random_case(*sensor, random, {4, 5}, FrictionCone(1, 4));
+    sense(*sensor, {c.q, c.tau}, noiseless(), work, result);
+    if (!(distance_to_truth(result, c.contact) <= 0.01)) continue;
+    ++before;
+    const std::vector<ContactPoint> last = result.best_points();
+    sense(*sparse, {c.q, c.tau, &last}, noiseless(), sparse_work, warm);
+    found += distance_to_truth(warm, c.contact) <= 0.01;
+  }
+  EXPECT_GE(before, 15);
+  EXPECT_EQ(found, before);
+}
+
+TEST(Sense, BadInput_IsNamed) {
+  using stiction::test::message_of;
+  const auto sensor = Sensor::make(make_arm(kIiwa));
+  SenseWorkspace work(sensor);
+  SenseResult result;
+  const auto with = [&](const VectorXd& q, const VectorXd& tau, const SenseOptions& options) {
+    return message_of([&] { sense(*sensor, {q, tau}, options, work, result); });
+  };
+  EXPECT_EQ(with(kQ1, kTau1.head(6), {}), "tau: got 6 numbers, expected 7");
+  VectorXd broken = kTau1;
+  broken[2] = std::nan("");
+  EXPECT_EQ(with(kQ1, broken, {}), "tau[2]: got nan, expected a finite number");
+  EXPECT_NE(with(kQ1.head(5), kTau1, {}), "no exception");
+  SenseOptions zero;
+  zero.threshold = 0;
+  EXPECT_EQ(with(kQ1, kTau1, zero), "threshold: got 0, expected a finite number > 0");
+  SensorOptions unknown;
+  unknown.links = {"arm/link_9"};
+  EXPECT_NE(message_of([&] { Sensor::make(sensor->model_ptr(), unknown); }).find("links: got 'arm/link_9', expected one of"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace stiction::sensing::test
