@@ -20,7 +20,7 @@ struct RandomTick {
   double damping = 0;
 
   ContactQpInput input() const {
-    ContactQpInput in{q, q_cmd, q_ref, J_u, lambda, lambda_max, damping};
+    ContactQpInput in{q, q_cmd, q_ref, J_u, lambda, lambda_max, damping, {}};
     if (of_task) in.task_jacobian = &task_jacobian, in.task_error = &task_error;
     return in;
   }
@@ -74,7 +74,8 @@ inline double kkt_residual(const RandomTick& t, const ContactQpOptions& options,
   Eigen::MatrixXd G = J * K_inverse * J.transpose();
   Eigen::VectorXd compliance(m);
   for (Eigen::Index i = 0; i < m; ++i)
-    compliance[i] = options.contact_compliance * (G(i, i) > 0 ? G(i, i) : 1 / t.robot.stiffness.maxCoeff());
+    compliance[i] =
+        options.contact_compliance * std::max(G(i, i), options.least_lever * options.least_lever / t.robot.stiffness.maxCoeff());
   G.diagonal() += compliance;
   const Eigen::MatrixXd LJ = G.ldlt().solve(J);
   const Eigen::VectorXd lambda = G.ldlt().solve(Eigen::VectorXd(compliance.cwiseProduct(t.lambda) - J * (r.q_cmd - t.q)));

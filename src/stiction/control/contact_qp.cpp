@@ -27,6 +27,7 @@ void ContactQpOptions::validate() const {
   core::require_positive("epsilon", epsilon);
   core::require_positive("posture_weight", posture_weight);
   core::require_positive("contact_compliance", contact_compliance);
+  core::require_positive("least_lever", least_lever);
   core::require_positive("unilateral_priority", unilateral_priority);
   if (!(force_priority > unilateral_priority && force_priority <= 1e7))
     core::throw_invalid("force_priority", std::to_string(force_priority), "a number above unilateral_priority, at most 1e7");
@@ -35,7 +36,7 @@ void ContactQpOptions::validate() const {
 }
 
 bool ContactQpResult::within_limits(double force) const {
-  const auto at_most = [](const Eigen::VectorXd& v, double most) { return v.size() == 0 || v.maxCoeff() <= most; };
+  const auto at_most = [](const auto& v, double most) { return v.size() == 0 || v.maxCoeff() <= most; };
   return at_most(slack, force) && at_most(torque_slack, 0) && at_most(limit_slack, 0);
 }
 
@@ -59,6 +60,7 @@ void require(const RobotLimits& robot, const ContactQpInput& in) {
   core::require_size("q_cmd", in.q_cmd.size(), n);
   core::require_size("q_ref", in.q_ref.size(), n);
   if (m > 0) core::require_size("J_u.cols", in.J_u.cols(), n);
+  if (m > kMaxContacts) core::throw_invalid("J_u.rows", std::to_string(m), "at most " + std::to_string(kMaxContacts));
   core::require_size("lambda", in.lambda.size(), m);
   core::require_size("lambda_max", in.lambda_max.size(), m);
   core::require_finite("q", span(in.q));
@@ -68,6 +70,7 @@ void require(const RobotLimits& robot, const ContactQpInput& in) {
   for (const double bound : in.lambda_max) core::require_positive("lambda_max", bound);
   for (Index i = 0; i < m; ++i)
     for (Index j = 0; j < n; ++j) core::require_finite("J_u", in.J_u(i, j));
+  if (!in.alone.empty()) core::require_size("alone", static_cast<long>(in.alone.size()), m);
   core::require_nonnegative("damping", in.damping);
   if (in.task_jacobian == nullptr) return;
   core::require_size("task_jacobian.cols", in.task_jacobian->cols(), n);
@@ -83,7 +86,7 @@ class Tick {
       : robot_(robot), in_(in), options_(options), w_(work), out_(out), n_(robot.stiffness.size()), m_(in.J_u.rows()) {
     if (w_.offset.size() != n_ || w_.compliance.size() < m_) w_.reserve(n_, std::max(m_, w_.compliance.size()));
     for (Eigen::VectorXd* v : {&out.q_cmd, &out.q_next, &out.torque_slack, &out.limit_slack}) v->setZero(n_);
-    for (Eigen::VectorXd* v : {&out.lambda, &out.slack, &out.pull}) v->setZero(m_);
+    for (ContactVector* v : {&out.lambda, &out.slack, &out.pull}) v->setZero(m_);
   }
 
   Status run() {
@@ -99,6 +102,8 @@ class Tick {
   }
 
  private:
+  bool is_alone(Index contact) const { return !in_.alone.empty() && in_.alone[static_cast<std::size_t>(contact)] != 0; }
+
   /// Rate, then torque, then joint limits: an interval that does not meet the next one shrinks to its nearest point.
   void calc_box() {
     for (Index j = 0; j < n_; ++j) {
@@ -120,11 +125,10 @@ class Tick {
       for (Index k = 0; k <= i; ++k) {
         double sum = 0;
         for (Index j = 0; j < n_; ++j) sum += in_.J_u(i, j) * in_.J_u(k, j) / robot_.stiffness[j];
-        w_.G(i, k) = sum;
+        w_.G(i, k) = k != i && (is_alone(i) || is_alone(k)) ? 0.0 : sum;
       }
-      // A point that no joint moves along u takes any force: its own row says nothing, its compliance is that of a unit lever.
-      const double own = w_.G(i, i) > 0 ? w_.G(i, i) : 1 / robot_.stiffness.maxCoeff();
-      w_.compliance[i] = options_.contact_compliance * own;
+      const double least = options_.least_lever * options_.least_lever / robot_.stiffness.maxCoeff();
+      w_.compliance[i] = options_.contact_compliance * std::max(w_.G(i, i), least);
       w_.G(i, i) += w_.compliance[i];
     }
     if (!factor_cholesky(w_.G, m_)) return false;
@@ -192,7 +196,7 @@ class Tick {
         for (Index j = 0; j < n_; ++j) w_.column[i] += w_.EP(r, j) / robot_.stiffness[j] * in_.J_u(i, j);
       }
       for (Index j = 0; j < n_; ++j)
-        for (Index i = 0; i < m_; ++i) w_.EP(r, j) -= w_.column[i] * w_.LJ(i, j);
+        for (Index i = 0; i < m_; ++i) w_.EP(r, j) -= is_alone(i) ? 0.0 : w_.column[i] * w_.LJ(i, j);
     }
   }
 
@@ -243,7 +247,7 @@ class Tick {
       if (!is_left(i)) out_.pull[i] = w_.solution.slack[row++] * in_.lambda_max[i];
     for (Index j = 0; j < n_; ++j) {  // (5.8a)
       double torque = 0;
-      for (Index i = 0; i < m_; ++i) torque += in_.J_u(i, j) * out_.lambda[i];
+      for (Index i = 0; i < m_; ++i) torque += is_alone(i) ? 0.0 : in_.J_u(i, j) * out_.lambda[i];
       out_.q_next[j] = out_.q_cmd[j] + torque / robot_.stiffness[j];
     }
   }

@@ -2,12 +2,17 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <span>
 
 #include "stiction/control/bounded_qp.hpp"
 #include "stiction/control/quasi_static.hpp"
 #include "stiction/core/status.hpp"
 
 namespace stiction::control {
+
+/// More contacts than a robot has at a time: results over contacts have room for these and use no heap.
+inline constexpr int kMaxContacts = 32;
+using ContactVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxContacts, 1>;
 
 /// What of the robot does not change from tick to tick. n joints; [rad], [N m] (or [m], [N] of prismatic joints).
 struct RobotLimits {
@@ -31,6 +36,9 @@ struct ContactQpOptions {
   /// Softness of a contact as a share of the arm's own at that point, > 0. It makes forces of parallel, opposed and too many contacts unique (the nearest to
   /// the measured ones); at 0 (C.1) would be met exactly, and not be solvable for those.
   double contact_compliance = 1e-2;
+  /// A contact is as soft as one with this lever where its own is shorter [m], > 0: what passes through the joint axes is borne by the structure, and no
+  /// command changes it.
+  double least_lever = 1e-2;
   /// Contacts that the reference does not leave, J_u (q_ref − q) < 0, do not pull: λ ≥ 0. (5.30) with its sign corrected. Off: two-sided, as in the thesis.
   bool unilateral = true;
   /// Order in which conflicts are resolved: rate, torque, joint limits, λ ≤ λ_max, λ ≥ 0, tracking. The first three hold to the last bit, an earlier one
@@ -50,6 +58,8 @@ struct ContactQpInput {
   VectorRef lambda;      ///< measured forces (m) [N]
   VectorRef lambda_max;  ///< (m) [N], > 0
   double damping = 0;    ///< w of (5.24) [-], ≥ 0
+  /// Contacts (m, or empty: none) whose force is judged as if each were the only one, and which hold the arm nowhere: those that may be gone.
+  std::span<const char> alone{};
   /// Tracking of a task instead of joints: ½‖E (q_cmd − q) − e‖², rows weighted by the caller; null: joints.
   const RowMatrix* task_jacobian = nullptr;     ///< E (k × n)
   const Eigen::VectorXd* task_error = nullptr;  ///< e (k)
@@ -59,9 +69,9 @@ struct ContactQpResult {
   core::Status status = core::Status::NumericalFailure;
   Eigen::VectorXd q_cmd;         ///< (n)
   Eigen::VectorXd q_next;        ///< predicted equilibrium (n)
-  Eigen::VectorXd lambda;        ///< predicted forces (m) [N]
-  Eigen::VectorXd slack;         ///< by which λ exceeds λ_max (m) [N], ≥ 0
-  Eigen::VectorXd pull;          ///< by which λ is below 0 where `unilateral` forbids it (m) [N], ≥ 0
+  ContactVector lambda;          ///< predicted forces (m) [N]
+  ContactVector slack;           ///< by which λ exceeds λ_max (m) [N], ≥ 0
+  ContactVector pull;            ///< by which λ is below 0 where `unilateral` forbids it (m) [N], ≥ 0
   Eigen::VectorXd torque_slack;  ///< by which |K (q_cmd − q)| exceeds the torque (n) [N m], ≥ 0
   Eigen::VectorXd limit_slack;   ///< by which q_cmd is outside the joint limits (n) [rad], ≥ 0
   int iterations = 0;
@@ -90,7 +100,7 @@ struct ContactQpWorkspace {
 /// the program in the change of the command is (C.10). For C → 0 this is (5.8). One contact and a joint reference: closed form.
 ///
 /// @returns Solved | MaxIterations: the command is within rate, torque and joint limits, slack says what else it breaks | NumericalFailure
-/// @throws  core::InvalidInput: sizes, numbers that are not finite, λ_max not positive, w negative
+/// @throws  core::InvalidInput: sizes, numbers that are not finite, λ_max not positive, w negative, more than kMaxContacts
 /// No heap use where n and m are within what was reserved. Tests: tests/control/contact_qp_test.cpp
 [[nodiscard]] core::Status solve_contact_qp(const RobotLimits& robot, const ContactQpInput& in, const ContactQpOptions& options,
                                             ContactQpWorkspace& work, ContactQpResult& out);

@@ -42,4 +42,7 @@ std::unique_ptr<mjModel, DeleteMujoco> compile_scene(const world::Model& model, 
 void copy_to_qpos(const Plant::Impl& plant, const VectorRef& q, mjtNum* qpos);
 void copy_from_qpos(const Plant::Impl& plant, const mjtNum* qpos, Eigen::Ref<Eigen::VectorXd> q);
 
+/// Contact forces of the state that was last evaluated, by pair.
+void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairForce>& out);
+
 }  // namespace stiction::simulation

@@ -1,0 +1,293 @@
+#include "stiction/control/controller.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "stiction/control/point_jacobian.hpp"
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::control {
+
+using core::Status;
+using Eigen::Index;
+using Eigen::Vector3d;
+
+void ControllerOptions::validate() const {
+  qp.validate();
+  damping.validate();
+  core::require_positive("lambda_max", lambda_max);
+  core::require_nonnegative("force_threshold", force_threshold);
+  if (!(force_threshold < lambda_max))
+    core::throw_invalid("force_threshold", std::to_string(force_threshold), "less than lambda_max, " + std::to_string(lambda_max));
+  core::require_nonnegative("force_time_constant", force_time_constant);
+  if (max_contacts < 0 || max_contacts > kMaxContacts)
+    core::throw_invalid("max_contacts", std::to_string(max_contacts), "an integer from 0 to " + std::to_string(kMaxContacts));
+  core::require_positive("revolute_speed", revolute_speed);
+  core::require_positive("prismatic_speed", prismatic_speed);
+  core::require_positive("tool_length", tool_length);
+}
+
+struct ContactController::Impl {
+  std::shared_ptr<const world::Model> model;
+  ControllerOptions options;
+  Eigen::VectorXd speed;
+  RobotLimits robot;
+  ForceDamping damping;
+  ControllerCommand command;
+  double last_time = -std::numeric_limits<double>::infinity();
+  std::vector<std::pair<int, double>> predicted;  // id and force of the contacts of the last tick
+
+  struct Known {
+    ContactForce contact;
+    Vector3d p_BC;
+    bool seen;
+  };
+  std::vector<Known> known;
+  std::vector<char> alone;  // of the contacts taken: not seen at the moment
+
+  // Scratch
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  ContactQpWorkspace qp_work;
+  Eigen::VectorXd q_full, lambda, lambda_max, null_command, rhs;
+  RowMatrix J_u, J_point, E, H, G;
+  Eigen::VectorXd e;
+
+  explicit Impl(std::shared_ptr<const world::Model> made, const ControllerOptions& given)
+      : model(std::move(made)), options(given), damping(given.damping), kinematics_work(*model) {
+    const Index n = model->n_a(), m = options.max_contacts;
+    robot = {.stiffness = model->stiffness(),
+             .rate = Eigen::VectorXd::Ones(n),
+             .lower = model->lower(),
+             .upper = model->upper(),
+             .torque =
+                 options.torque.size() > 0 ? options.torque : Eigen::VectorXd::Constant(n, std::numeric_limits<double>::infinity()).eval()};
+    robot.validate();
+    speed.resize(n);
+    for (Index j = 0; j < n; ++j) {
+      const bool turns = model->dofs()[static_cast<std::size_t>(model->n_vu() + j)].kind == world::DofKind::Revolute;
+      speed[j] = turns ? options.revolute_speed : options.prismatic_speed;
+    }
+    q_full = model->neutral();
+    qp_work.reserve(n, m);
+    J_u.setZero(m, n), J_point.setZero(6, n), E.setZero(6, n), e.setZero(6), H.setZero(n, n), G.setZero(m, m);
+    lambda.setZero(m), lambda_max.setZero(m), null_command.setZero(n), rhs.setZero(m);
+    command.taken.reserve(static_cast<std::size_t>(m));
+    known.reserve(static_cast<std::size_t>(m));
+    alone.assign(static_cast<std::size_t>(m), 0);
+    predicted.reserve(static_cast<std::size_t>(m));
+  }
+
+  void require(const ControllerState& state, double dt) const {
+    core::require_positive("dt", dt);
+    core::require_finite("time", state.time);
+    core::require_size("q", state.q.size(), model->n_a());
+    core::require_size("q_ref", state.q_ref.size(), model->n_a());
+    for (Index j = 0; j < state.q.size(); ++j) core::require_finite("q", state.q[j]), core::require_finite("q_ref", state.q_ref[j]);
+    for (const ContactForce& c : state.contacts) {
+      require_link("contact.body", c.body);
+      if (!c.p_WC.allFinite() || !c.force_W.allFinite()) core::throw_invalid("contact", "a number that is not finite", "finite numbers");
+      if (c.lambda_max) core::require_positive("contact.lambda_max", *c.lambda_max);
+    }
+    if (state.tool != nullptr) require_link("tool.body", state.tool->body);
+  }
+
+  void require_link(const char* field, int body) const {
+    const bool exists = body >= 0 && body < static_cast<int>(model->bodies().size());
+    if (!exists || model->bodies()[static_cast<std::size_t>(body)].kind != world::BodyKind::Robot)
+      core::throw_invalid(field, std::to_string(body), "the index of a robot's link");
+  }
+
+  /// Forces after the low-pass. New contacts start at what is measured, those that are not seen decay; of too many the strongest are known.
+  void track_contacts(const ControllerState& state, double dt) {
+    const double gain = dt / (options.force_time_constant + dt);
+    command.left_out = 0;
+    for (Known& k : known) k.seen = false;
+    for (const ContactForce& measured : state.contacts) {
+      if (!(measured.force_W.norm() > 0)) continue;
+      auto entry = std::find_if(known.begin(), known.end(), [&](const Known& k) { return k.contact.id == measured.id; });
+      const Vector3d before = entry == known.end() ? measured.force_W : entry->contact.force_W;
+      if (entry == known.end()) entry = make_room(measured);
+      if (entry == known.end()) continue;
+      entry->contact = measured;
+      entry->contact.force_W = before + gain * (measured.force_W - before);
+      entry->p_BC = kinematics.X_WB[static_cast<std::size_t>(measured.body)].inverse() * measured.p_WC;
+      entry->seen = true;
+    }
+    for (Known& k : known) {
+      if (k.seen) continue;
+      k.contact.force_W *= 1 - gain;
+      k.contact.p_WC = kinematics.X_WB[static_cast<std::size_t>(k.contact.body)] * k.p_BC;
+    }
+    std::erase_if(known, [&](const Known& k) { return !k.seen && k.contact.force_W.norm() < options.force_threshold; });
+  }
+
+  /// A place for a new contact, that of the weakest where all are taken and it is weaker.
+  std::vector<Known>::iterator make_room(const ContactForce& measured) {
+    if (static_cast<int>(known.size()) < options.max_contacts) return known.insert(known.end(), Known{measured, Vector3d::Zero(), false});
+    if (measured.force_W.norm() >= options.force_threshold) ++command.left_out;
+    const auto weakest = std::min_element(known.begin(), known.end(), [](const Known& a, const Known& b) {
+      return a.contact.force_W.squaredNorm() < b.contact.force_W.squaredNorm();
+    });
+    if (weakest == known.end() || !(weakest->contact.force_W.norm() < measured.force_W.norm())) return known.end();
+    return weakest;
+  }
+
+  /// Rows (5.4) of the contacts above the threshold.
+  void take_contacts() {
+    command.taken.clear();
+    for (const Known& k : known) {
+      const double force = k.contact.force_W.norm();
+      if (force < options.force_threshold || force == 0) continue;
+      const auto row = static_cast<Index>(command.taken.size());
+      command.taken.push_back(k.contact);
+      alone[command.taken.size() - 1] = !k.seen;
+      lambda[row] = force;
+      lambda_max[row] = k.contact.lambda_max.value_or(options.lambda_max);
+      const Vector3d u = k.contact.force_W / force;
+      calc_point_jacobian(*model, kinematics, k.contact.body, k.contact.p_WC, J_point);
+      for (Index j = 0; j < J_u.cols(); ++j) J_u(row, j) = u.dot(J_point.col(j).head<3>());
+    }
+  }
+
+  /// ‖λ_pred − λ_est‖_∞ over the contacts that were there a tick ago.
+  double calc_force_error() const {
+    double worst = 0;
+    for (std::size_t k = 0; k < command.taken.size(); ++k) {
+      for (const auto& [id, force] : predicted)
+        if (id == command.taken[k].id) worst = std::max(worst, std::abs(force - lambda[static_cast<Index>(k)]));
+    }
+    return worst;
+  }
+
+  /// E and e of the tool at the measured joints: position over the tool length, rotation vector.
+  void calc_task(const ToolReference& tool) {
+    const world::Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(tool.body)];
+    const world::Pose X_WT = X_WB * tool.X_BT;
+    calc_point_jacobian(*model, kinematics, tool.body, X_WT.p, E);
+    E.topRows<3>() /= options.tool_length;
+    e.head<3>() = (tool.X_WT.p - X_WT.p) / options.tool_length;
+    const Eigen::AngleAxisd turn(tool.X_WT.R * X_WT.R.transpose());
+    e.tail<3>() = turn.angle() * turn.axis();
+  }
+
+  ContactQpInput make_input(const ControllerState& state) {
+    const auto m = static_cast<Index>(command.taken.size());
+    ContactQpInput in{state.q,        command.q_cmd,      state.q_ref,     J_u.topRows(m),
+                      lambda.head(m), lambda_max.head(m), command.damping, std::span(alone.data(), command.taken.size())};
+    if (state.tool != nullptr) in.task_jacobian = &E, in.task_error = &e;
+    return in;
+  }
+
+  Status solve_contact_aware(const ControllerState& state) {
+    const Status status = solve_contact_qp(robot, make_input(state), options.qp, qp_work, command.qp);
+    predicted.clear();
+    if (status == Status::NumericalFailure) return status;
+    command.q_cmd = command.qp.q_cmd;
+    for (std::size_t k = 0; k < command.taken.size(); ++k)
+      predicted.emplace_back(command.taken[k].id, command.qp.lambda[static_cast<Index>(k)]);
+    return status;
+  }
+
+  /// q_track: what tracks best without a contact.
+  Status solve_tracking(const ControllerState& state) {
+    null_command = state.q_ref;
+    if (state.tool == nullptr) return Status::Solved;
+    const Index n = model->n_a();
+    H.setZero();
+    for (Index j = 0; j < n; ++j) H(j, j) = options.qp.posture_weight;
+    null_command = options.qp.posture_weight * (state.q_ref - state.q);
+    for (Index r = 0; r < 6; ++r)
+      for (Index j = 0; j < n; ++j) {
+        null_command[j] += E(r, j) * e[r];
+        for (Index k = 0; k < n; ++k) H(j, k) += E(r, j) * E(r, k);
+      }
+    if (!factor_cholesky(H, n)) return Status::NumericalFailure;
+    solve_cholesky(H, n, null_command.data());
+    null_command += state.q;
+    return Status::Solved;
+  }
+
+  /// Baseline with the force as an equality on the contacts that the reference does not leave.
+  Status solve_null_space(const ControllerState& state) {
+    if (solve_tracking(state) != Status::Solved) return Status::NumericalFailure;
+    const Index n = model->n_a();
+    Index m = 0;  // contacts that stay move to the front
+    for (std::size_t k = 0; k < command.taken.size(); ++k) {
+      const auto row = static_cast<Index>(k);
+      double along = 0;
+      for (Index j = 0; j < n; ++j) along += J_u(row, j) * (null_command[j] - state.q[j]);
+      if (along >= 0) continue;
+      for (Index j = 0; j < n; ++j) J_u(m, j) = J_u(row, j);
+      lambda_max[m] = lambda_max[row];
+      rhs[m++] = along;
+    }
+    for (Index i = 0; i < m; ++i)
+      for (Index k = 0; k <= i; ++k) {
+        G(i, k) = 0;
+        for (Index j = 0; j < n; ++j) G(i, k) += J_u(i, j) * J_u(k, j) / robot.stiffness[j];
+      }
+    if (!factor_cholesky(G, m)) return Status::NumericalFailure;
+    solve_cholesky(G, m, rhs.data());
+    for (Index j = 0; j < n; ++j) {
+      double change = 0;
+      for (Index i = 0; i < m; ++i) change += J_u(i, j) * (rhs[i] + lambda_max[i]);
+      command.q_cmd[j] = null_command[j] - change / robot.stiffness[j];
+    }
+    return Status::Solved;
+  }
+};
+
+ContactController::ContactController(std::shared_ptr<const world::Model> model, const ControllerOptions& options) {
+  options.validate();
+  if (model->n_a() == 0) core::throw_invalid("model", "a scene without a robot", "one with at least one joint");
+  impl_ = std::make_unique<Impl>(std::move(model), options);
+  configure(robot_part(*impl_->model, impl_->q_full));
+}
+ContactController::~ContactController() = default;
+ContactController::ContactController(ContactController&&) noexcept = default;
+const ControllerOptions& ContactController::options() const { return impl_->options; }
+
+void ContactController::configure(VectorRef q) {
+  core::require_size("q", q.size(), impl_->model->n_a());
+  core::require_finite("q", std::span(q.data(), static_cast<std::size_t>(q.size())));
+  impl_->command.q_cmd = q;
+  impl_->command.status = Status::Solved;
+  impl_->damping.reset();
+  impl_->predicted.clear();
+  impl_->known.clear();
+  impl_->last_time = -std::numeric_limits<double>::infinity();
+}
+
+const ControllerCommand& ContactController::update(const ControllerState& state, double dt) {
+  Impl& c = *impl_;
+  c.require(state, dt);
+  c.command.held = !(state.time > c.last_time);
+  if (c.command.held) return c.command;
+  c.last_time = state.time;
+  c.robot.rate = dt * c.speed;
+  c.q_full.tail(c.model->n_a()) = state.q;
+  calc_kinematics(*c.model, c.q_full, c.kinematics_work, c.kinematics);
+  c.track_contacts(state, dt);
+  c.take_contacts();
+  if (state.tool != nullptr) c.calc_task(*state.tool);
+  c.command.damping = c.damping.update(c.calc_force_error());
+  switch (c.options.law) {
+    case Law::ContactAware:
+      c.command.status = c.solve_contact_aware(state);
+      break;
+    case Law::Unconstrained:
+      c.command.status = c.solve_tracking(state);
+      if (c.command.status == Status::Solved) c.command.q_cmd = c.null_command;
+      break;
+    case Law::NullSpace:
+      c.command.status = c.solve_null_space(state);
+      break;
+  }
+  return c.command;
+}
+
+}  // namespace stiction::control

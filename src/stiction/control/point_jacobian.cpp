@@ -1,0 +1,32 @@
+#include "stiction/control/point_jacobian.hpp"
+
+#include <Eigen/Geometry>
+
+namespace stiction::control {
+
+void calc_point_jacobian(const world::Model& model, const world::Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
+                         RowMatrix& J) {
+  J.setZero();
+  for (const int axis : model.bodies()[static_cast<std::size_t>(body)].axes) {
+    int dof = axis;
+    double ratio = 1;
+    world::DofKind kind;
+    if (axis < model.n_v()) {
+      kind = model.dofs()[static_cast<std::size_t>(axis)].kind;
+    } else {
+      const world::Follower& follower = model.followers()[static_cast<std::size_t>(axis - model.n_v())];
+      dof = follower.dof, ratio = follower.ratio, kind = follower.kind;
+    }
+    const int column = dof - model.n_vu();
+    if (column < 0) continue;  // of an object
+    const Eigen::Vector3d a = ratio * kinematics.axis_W.col(axis);
+    if (kind == world::DofKind::Prismatic) {
+      J.col(column).head<3>() += a;
+    } else {
+      J.col(column).head<3>() += a.cross(p_W - kinematics.origin_W.col(axis));
+      J.col(column).tail<3>() += a;
+    }
+  }
+}
+
+}  // namespace stiction::control

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stiction/core/run_control.hpp"
+#include "stiction/core/status.hpp"
+#include "stiction/execution/control_scenario.hpp"
+
+namespace stiction::execution {
+
+struct ControlRunOptions {
+  /// Forces are called steady this long after their contact was made [s], ≥ 0.
+  double settle = 0.3;
+  core::RunControl control;
+  void validate() const;
+};
+
+/// One tick.
+struct ControlSample {
+  double time = 0;                            ///< [s]
+  Eigen::VectorXd q, q_cmd, reference;        ///< (n_a), (n_a), joints (n_a) or tool (6)
+  std::vector<simulation::PairForce> forces;  ///< on the robot, of pairs of a robot with something else
+  double largest_force = 0;                   ///< of one contact [N]
+  double speed = 0;                           ///< ‖q̇‖ [rad/s]
+  double error = 0;                           ///< ‖q − q_ref‖ [rad], or distance of the tool [m]
+  double angle_error = 0;                     ///< of the tool [rad]
+  bool bounded = false;                       ///< a force is predicted at its bound: the reference asks for more
+  double slack = 0;                           ///< largest [N]
+};
+
+/// What the run comes to. Forces: of single contacts, measured.
+struct ControlRunResult {
+  core::Status status = core::Status::NumericalFailure;
+  std::string message;
+  std::vector<ControlSample> samples;
+  double peak_force = 0;                             ///< [N]
+  double settled_peak = 0;                           ///< the same without the first `settle` seconds of a contact [N]
+  int settled_ticks = 0;                             ///< in contact, settled
+  int bounded_ticks = 0;                             ///< of these with the force at its bound
+  double bound_error = 0;                            ///< mean |f − λ_max| over them [N]
+  double bound_p95 = 0;                              ///< 95th percentile of f over them [N]
+  double mean_force = 0;                             ///< over the settled ticks [N]
+  int makes = 0;                                     ///< contacts made, of the robot as a whole
+  double rms_error_contact = 0, rms_error_free = 0;  ///< of ControlSample::error
+  double peak_speed = 0;                             ///< largest ‖q̇‖ [rad/s]
+  double peak_force_rate = 0;                        ///< largest fall of a force between two ticks, settled contacts [N/s]
+  int slack_ticks = 0;                               ///< in which a bound was given up by more than a thousandth of itself
+  int unsolved_ticks = 0;
+  double tick_median_s = 0, tick_p99_s = 0;  ///< wall time of update()
+};
+
+/// Runs the scenario in the second-order simulation: impedance control of the joints, the contact controller above it, contacts as simulated.
+/// @returns Solved | NumericalFailure: the simulation stopped, `message` says why | Cancelled | MaxIterations (deadline)
+/// @throws core::InvalidInput: options out of range
+/// Tests: tests/execution/control_test.cpp
+[[nodiscard]] core::Status run_control(const ControlScenario& scenario, const ControlRunOptions& options, ControlRunResult& out);
+
+}  // namespace stiction::execution

@@ -1,0 +1,166 @@
+#include "stiction/execution/control_scenario.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/read.hpp"
+
+namespace stiction::execution {
+
+using world::YamlNode;
+
+namespace {
+
+std::vector<std::string> link_names(const world::Model& model) {
+  std::vector<std::string> out;
+  for (const auto& body : model.bodies())
+    if (body.kind == world::BodyKind::Robot) out.push_back(body.name);
+  return out;
+}
+
+int find_link(const world::Model& model, const YamlNode& node) {
+  const std::string name = node.string();
+  for (std::size_t b = 0; b < model.bodies().size(); ++b)
+    if (model.bodies()[b].name == name && model.bodies()[b].kind == world::BodyKind::Robot) return static_cast<int>(b);
+  node.fail_unknown("link", name, link_names(model));
+}
+
+void require_within_limits(const world::Model& model, const YamlNode& node, const Eigen::VectorXd& q) {
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    if (q[j] >= model.lower()[j] && q[j] <= model.upper()[j]) continue;
+    const auto& name = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name;
+    node.fail(fmt::format("{} for '{}'", q[j], name),
+              fmt::format("a position within its limits [{}, {}]", model.lower()[j], model.upper()[j]));
+  }
+}
+
+void read_knots(const YamlNode& node, const char* value_key, ControlScenario& out) {
+  for (const YamlNode& item : node.items()) {
+    ReferenceKnot knot;
+    if (out.tool >= 0) {
+      item.require_map({"time", "move", "turn"});
+      knot.value.setZero(6);
+      knot.value.head<3>() = item.at(value_key).vector3();
+      if (const auto turn = item.find("turn")) knot.value.tail<3>() = turn->vector3();
+    } else {
+      item.require_map({"time", "position"});
+      knot.value = item.at(value_key).vector(out.model->n_a());
+      require_within_limits(*out.model, item.at(value_key), knot.value);
+    }
+    knot.time = item.at("time").nonnegative();
+    if (out.knots.empty() && knot.time != 0) item.at("time").fail("0: the first knot is the start");
+    if (!out.knots.empty() && !(knot.time > out.knots.back().time))
+      item.at("time").fail(fmt::format("more than {} s", out.knots.back().time));
+    out.knots.push_back(std::move(knot));
+  }
+  if (out.knots.empty()) node.fail("at least one knot");
+}
+
+void read_reference(const YamlNode& node, ControlScenario& out) {
+  node.require_map({"joints", "tool"});
+  if (node.has("joints") == node.has("tool")) node.fail("one of joints, tool");
+  if (const auto tool = node.find("tool")) {
+    tool->require_map({"link", "point", "knots"});
+    out.tool = find_link(*out.model, tool->at("link"));
+    if (const auto point = tool->find("point")) out.X_BT.p = point->vector3();
+    read_knots(tool->at("knots"), "move", out);
+    if (!out.knots.front().value.isZero(0)) tool->at("knots").items().front().fail("no displacement in the first knot: it is the start");
+    return;
+  }
+  read_knots(node.at("joints"), "position", out);
+}
+
+control::Law read_law(const YamlNode& node) {
+  const std::string name = node.one_of({"contact_aware", "unconstrained", "null_space"});
+  return name == "contact_aware"   ? control::Law::ContactAware
+         : name == "unconstrained" ? control::Law::Unconstrained
+                                   : control::Law::NullSpace;
+}
+
+void read_controller(const YamlNode& node, ControlScenario& out) {
+  node.require_map({"period", "law", "cost", "lambda_max", "force_threshold", "force_time_constant", "max_contacts", "revolute_speed",
+                    "prismatic_speed", "torque", "tool_length", "unilateral", "contact_compliance", "posture_weight", "damping"});
+  control::ControllerOptions& c = out.controller;
+  out.period = node.positive_or("period", out.period);
+  if (const auto law = node.find("law")) c.law = read_law(*law);
+  if (const auto cost = node.find("cost"))
+    c.qp.cost = cost->one_of({"command", "equilibrium"}) == "command" ? control::TrackingCost::Command : control::TrackingCost::Equilibrium;
+  c.lambda_max = node.positive_or("lambda_max", c.lambda_max);
+  c.force_threshold = node.nonnegative_or("force_threshold", std::min(c.force_threshold, c.lambda_max / 3));
+  c.force_time_constant = node.nonnegative_or("force_time_constant", c.force_time_constant);
+  if (const auto room = node.find("max_contacts")) c.max_contacts = room->positive_int();
+  c.revolute_speed = node.positive_or("revolute_speed", c.revolute_speed);
+  c.prismatic_speed = node.positive_or("prismatic_speed", c.prismatic_speed);
+  if (const auto torque = node.find("torque")) c.torque = torque->vector(out.model->n_a());
+  c.tool_length = node.positive_or("tool_length", c.tool_length);
+  c.qp.unilateral = node.boolean_or("unilateral", c.qp.unilateral);
+  c.qp.contact_compliance = node.positive_or("contact_compliance", c.qp.contact_compliance);
+  c.qp.posture_weight = node.positive_or("posture_weight", c.qp.posture_weight);
+  if (const auto damping = node.find("damping")) {
+    damping->require_map({"largest", "force_scale", "forget_rate", "printed"});
+    c.damping.largest = damping->nonnegative_or("largest", c.damping.largest);
+    c.damping.force_scale = damping->positive_or("force_scale", c.damping.force_scale);
+    c.damping.forget_rate = damping->positive_or("forget_rate", c.damping.forget_rate);
+    c.damping.printed = damping->boolean_or("printed", c.damping.printed);
+  }
+}
+
+void read_plant(const YamlNode& node, ControlScenario& out) {
+  node.require_map({"timestep", "armature", "friction_scale", "impedance"});
+  out.plant.timestep = node.positive_or("timestep", out.plant.timestep);
+  out.plant.armature = node.nonnegative_or("armature", out.plant.armature);
+  out.plant.contact.friction_scale = node.nonnegative_or("friction_scale", out.plant.contact.friction_scale);
+  if (const auto impedance = node.find("impedance")) {
+    impedance->require_map({"period", "damping_ratio", "velocity_cutoff", "gain_cutoff"});
+    out.impedance.period = impedance->positive_or("period", out.impedance.period);
+    out.impedance.damping_ratio = impedance->nonnegative_or("damping_ratio", out.impedance.damping_ratio);
+    out.impedance.velocity_cutoff = impedance->positive_or("velocity_cutoff", out.impedance.velocity_cutoff);
+    out.impedance.gain_cutoff = impedance->positive_or("gain_cutoff", out.impedance.gain_cutoff);
+  }
+}
+
+}  // namespace
+
+ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  const YamlNode top = world::load_yaml_with_base(file);
+  top.require_map({"name", "description", "scene", "start", "reference", "hold", "controller", "plant"});
+  ControlScenario out;
+  out.file = file;
+  out.name = top.at("name").string();
+  out.description = top.string_or("description", "");
+  out.model = world::Model::make(world::read_scene(top.at("scene"), package_dirs));
+  if (out.model->n_a() == 0) top.at("scene").fail("a scene without a robot", "one with a robot");
+  out.start = top.at("start").vector(out.model->n_a());
+  require_within_limits(*out.model, top.at("start"), out.start);
+  read_reference(top.at("reference"), out);
+  out.duration = out.knots.back().time + top.nonnegative_or("hold", 0);
+  if (!(out.duration > 0)) top.at("reference").fail("knots that last longer than 0 s");
+  out.plant.damping_ratio = 0;
+  if (const auto plant = top.find("plant")) read_plant(*plant, out);
+  if (const auto controller = top.find("controller")) read_controller(*controller, out);
+  try {
+    out.controller.validate();
+    out.impedance.validate();
+    out.plant.validate();
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}: {}", file.string(), e.what()));
+  }
+  return out;
+}
+
+void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out) {
+  const auto& knots = scenario.knots;
+  std::size_t k = 0;
+  while (k + 1 < knots.size() && time >= knots[k + 1].time) ++k;
+  if (k + 1 == knots.size()) {
+    out = knots[k].value;
+    return;
+  }
+  const double s = std::clamp((time - knots[k].time) / (knots[k + 1].time - knots[k].time), 0.0, 1.0);
+  out = knots[k].value + s * s * (3 - 2 * s) * (knots[k + 1].value - knots[k].value);
+}
+
+}  // namespace stiction::execution

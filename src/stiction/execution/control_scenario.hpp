@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stiction/control/controller.hpp"
+#include "stiction/simulation/impedance.hpp"
+#include "stiction/simulation/simulation.hpp"
+#include "stiction/world/model.hpp"
+
+namespace stiction::execution {
+
+/// Where the reference is at a time: joint positions (n_a), or the displacement of the tool from its pose at the start in W [m] and its rotation
+/// vector [rad] (6).
+struct ReferenceKnot {
+  double time = 0;  ///< [s]
+  Eigen::VectorXd value;
+};
+
+/// A robot whose reference goes through things that it does not know, as a YAML file says (schema: scenarios/schema/scenario.schema.json).
+struct ControlScenario {
+  std::string name, description;
+  std::filesystem::path file;
+  std::shared_ptr<const world::Model> model;
+  Eigen::VectorXd start;             ///< joints (n_a)
+  int tool = -1;                     ///< link that is tracked; −1: joints are
+  world::Pose X_BT;                  ///< of the tool in its link
+  std::vector<ReferenceKnot> knots;  ///< at rest in each, between them at s²(3 − 2s); the first at time 0
+  double duration = 0;               ///< [s], at least the last knot's time
+  double period = 0.005;             ///< of the controller [s]
+  control::ControllerOptions controller;
+  simulation::PlantOptions plant;
+  simulation::ImpedanceOptions impedance;
+};
+
+/// @param package_dirs  where package:// of a robot is looked up after its own
+/// @throws core::InvalidInput "FILE:LINE: field: got …, expected …": unknown keys, times that do not increase, λ_max ≤ 0, a reference outside joint limits, …
+ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs = {});
+
+/// The reference at a time: value of the knots there, held after the last one.
+void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out);
+
+}  // namespace stiction::execution

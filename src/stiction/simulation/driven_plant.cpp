@@ -1,0 +1,166 @@
+#include "stiction/simulation/driven_plant.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/simulation/plant_impl.hpp"
+#include "stiction/world/call_mujoco.hpp"
+
+namespace stiction::simulation {
+
+using core::Status;
+
+namespace {
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+}  // namespace
+
+struct DrivenPlant::Impl {
+  std::shared_ptr<const Plant> plant;
+  std::unique_ptr<mjData, DeleteMujoco> data;
+  ImpedanceController impedance;
+  int steps_per_period = 1;
+  long periods = 0;
+  Push push;
+  Eigen::VectorXd q, v, torque, external, q_a, v_a, inertia;
+  std::vector<PairForce> forces;
+  std::string message;
+
+  Impl(std::shared_ptr<const Plant> given, const ImpedanceOptions& options)
+      : plant(std::move(given)), data(mj_makeData(plant->impl().mujoco.get())), impedance(plant->model().stiffness(), options) {
+    const world::Model& model = plant->model();
+    if (plant->options().damping_ratio != 0)
+      core::throw_invalid("plant.damping_ratio", fmt::format("{}", plant->options().damping_ratio), "0: the impedance controller damps");
+    const double steps = options.period / plant->options().timestep;
+    steps_per_period = static_cast<int>(std::lround(steps));
+    if (steps_per_period < 1 || std::abs(steps - steps_per_period) > 1e-9 * steps)
+      core::throw_invalid("impedance.period", fmt::format("{} s", options.period),
+                          fmt::format("whole timesteps of {} s", plant->options().timestep));
+    q.setZero(model.n_q()), v.setZero(model.n_v());
+    for (Eigen::VectorXd* x : {&torque, &external, &q_a, &v_a, &inertia}) x->setZero(model.n_a());
+  }
+
+  int v_address(Eigen::Index joint) const { return plant->impl().v_address[at(plant->model().n_vu() + joint)]; }
+
+  /// State, forces and the diagonal of the mass matrix after positions and velocities were evaluated.
+  void read() {
+    const Plant::Impl& p = plant->impl();
+    copy_from_qpos(p, data->qpos, q);
+    for (Eigen::Index i = 0; i < v.size(); ++i) v[i] = data->qvel[p.v_address[at(i)]];
+    q_a = q.tail(q_a.size());
+    for (Eigen::Index j = 0; j < q_a.size(); ++j) {
+      const int address = v_address(j);
+      v_a[j] = data->qvel[address];
+      external[j] = data->qfrc_constraint[address] + data->qfrc_applied[address];
+      inertia[j] = data->M[p.mujoco->M_rowadr[address] + p.mujoco->M_rownnz[address] - 1];  // lower triangle by rows
+    }
+  }
+
+  void apply_push() {
+    const mjModel* m = plant->impl().mujoco.get();
+    mju_zero(data->qfrc_applied, m->nv);
+    if (push.body < 0) return;
+    const int body = plant->impl().body_id[at(push.body)];
+    mjtNum point[3];
+    mju_mulMatVec3(point, data->xmat + 9 * body, push.p_BP.data());
+    mju_addTo3(point, data->xpos + 3 * body);
+    const mjtNum torque_free[3] = {0, 0, 0};
+    mj_applyFT(m, data.get(), push.force_W.data(), torque_free, point, body, data->qfrc_applied);
+  }
+
+  /// Torques as controls: a spring K (u − q) is told where it pulls as hard as that.
+  void write_torque() {
+    const Eigen::VectorXd& K = plant->model().stiffness();
+    for (Eigen::Index j = 0; j < q_a.size(); ++j)
+      data->ctrl[plant->impl().actuator_id[at(j)]] = data->qpos[q_address(j)] + torque[j] / K[j];
+  }
+
+  int q_address(Eigen::Index joint) const {
+    const mjModel* m = plant->impl().mujoco.get();
+    return m->jnt_qposadr[m->dof_jntid[v_address(joint)]];
+  }
+
+  bool step(VectorRef command, bool first) {
+    const mjModel* m = plant->impl().mujoco.get();
+    const auto report = world::call_mujoco([&] {
+      mj_step1(m, data.get());
+      apply_push();
+      if (first) {
+        read();
+        torque = impedance.update(q_a, v_a, command, inertia);
+      }
+      write_torque();
+      mj_step2(m, data.get());
+    });
+    if (report.failed) message = report.error;
+    if (!report.failed && !report.warnings.empty()) message = report.warnings.front();
+    for (int w = 0; message.empty() && w < mjNWARNING; ++w)
+      if (data->warning[w].number > 0) message = mju_warningText(w, static_cast<size_t>(data->warning[w].lastinfo));
+    return message.empty();
+  }
+
+  Status evaluate() {
+    const auto report = world::call_mujoco([&] { mj_forward(plant->impl().mujoco.get(), data.get()); });
+    if (report.failed || !report.warnings.empty()) {
+      message = report.failed ? report.error : report.warnings.front();
+      return Status::NumericalFailure;
+    }
+    read();
+    read_forces(plant->impl(), data.get(), forces);
+    return Status::Solved;
+  }
+};
+
+DrivenPlant::DrivenPlant(std::shared_ptr<const Plant> plant, const ImpedanceOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(plant), options)) {
+  reset(impl_->plant->model().neutral());
+}
+DrivenPlant::~DrivenPlant() = default;
+DrivenPlant::DrivenPlant(DrivenPlant&&) noexcept = default;
+
+void DrivenPlant::reset(VectorRef q) {
+  world::require_configuration(impl_->plant->model(), "q", q);
+  const Plant::Impl& p = impl_->plant->impl();
+  mj_resetData(p.mujoco.get(), impl_->data.get());
+  copy_to_qpos(p, q, impl_->data->qpos);
+  impl_->impedance.reset();
+  impl_->periods = 0;
+  impl_->push = {};
+  impl_->message.clear();
+  impl_->torque.setZero();
+  impl_->q = q, impl_->q_a = q.tail(impl_->q_a.size());
+  impl_->write_torque();
+  (void)impl_->evaluate();
+}
+
+void DrivenPlant::set_push(const Push& push) {
+  if (push.body >= static_cast<int>(impl_->plant->model().bodies().size()))
+    core::throw_invalid("push.body", fmt::format("{}", push.body), "a body");
+  if (!push.p_BP.allFinite() || !push.force_W.allFinite()) core::throw_invalid("push", "a number that is not finite", "finite numbers");
+  impl_->push = push;
+}
+
+Status DrivenPlant::advance(VectorRef command, double duration) {
+  core::require_size("command", command.size(), impl_->plant->model().n_a());
+  core::require_finite("command", std::span(command.data(), at(command.size())));
+  core::require_positive("duration", duration);
+  if (!impl_->message.empty()) return Status::NumericalFailure;
+  const long count = std::max(1L, std::lround(duration / impl_->impedance.options().period));
+  for (long k = 0; k < count; ++k, ++impl_->periods)
+    for (int s = 0; s < impl_->steps_per_period; ++s)
+      if (!impl_->step(command, s == 0)) return Status::NumericalFailure;
+  return impl_->evaluate();
+}
+
+const Plant& DrivenPlant::plant() const { return *impl_->plant; }
+double DrivenPlant::time() const { return static_cast<double>(impl_->periods) * impl_->impedance.options().period; }
+const Eigen::VectorXd& DrivenPlant::q() const { return impl_->q; }
+const Eigen::VectorXd& DrivenPlant::v() const { return impl_->v; }
+const Eigen::VectorXd& DrivenPlant::damping() const { return impl_->impedance.damping(); }
+const Eigen::VectorXd& DrivenPlant::torque() const { return impl_->torque; }
+const Eigen::VectorXd& DrivenPlant::external() const { return impl_->external; }
+const std::vector<PairForce>& DrivenPlant::forces() const { return impl_->forces; }
+const std::string& DrivenPlant::message() const { return impl_->message; }
+
+}  // namespace stiction::simulation

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "stiction/simulation/impedance.hpp"
+#include "stiction/simulation/simulation.hpp"
+
+namespace stiction::simulation {
+
+/// A plant that is driven tick by tick: joint commands go to an impedance controller, its torques to the joints. Belongs to one thread.
+class DrivenPlant {
+ public:
+  /// @param plant  made with damping_ratio 0: the damping is the controller's
+  /// @throws core::InvalidInput: a plant with damped springs, options out of range, a period that is not whole timesteps
+  DrivenPlant(std::shared_ptr<const Plant> plant, const ImpedanceOptions& options = {});
+  ~DrivenPlant();
+  DrivenPlant(DrivenPlant&&) noexcept;
+
+  /// At rest in q (n_q) at time 0. @throws core::InvalidInput
+  void reset(VectorRef q);
+
+  /// A constant force on a point fixed in a body from now on; zero ends it.
+  struct Push {
+    int body = -1;
+    Eigen::Vector3d p_BP = Eigen::Vector3d::Zero();     ///< [m]
+    Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< [N]
+  };
+  void set_push(const Push& push);
+
+  /// Holds the command (n_a) for `duration` [s], rounded to periods of the impedance controller, at least one.
+  /// @returns Solved | NumericalFailure: MuJoCo warned, message() says what; only reset() goes on from there
+  core::Status advance(VectorRef command, double duration);
+
+  const Plant& plant() const;
+  double time() const;                           ///< [s]
+  const Eigen::VectorXd& q() const;              ///< (n_q)
+  const Eigen::VectorXd& v() const;              ///< (n_v)
+  const Eigen::VectorXd& damping() const;        ///< gains D of the impedance controller (n_a) [N m s/rad or N s/m]
+  const Eigen::VectorXd& torque() const;         ///< of the joints (n_a) [N m or N]
+  const Eigen::VectorXd& external() const;       ///< Σ J_cᵀ f_c of contacts, joint stops and the push (n_a) [N m or N]
+  const std::vector<PairForce>& forces() const;  ///< by pair index; only pairs that touch
+  const std::string& message() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace stiction::simulation

@@ -1,0 +1,234 @@
+#include "stiction/control/controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include "control/arm_scene.hpp"
+#include "stiction/control/point_jacobian.hpp"
+#include "stiction/core/random.hpp"
+#include "support/message_of.hpp"
+
+namespace stiction::control::test {
+namespace {
+
+using core::Status;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using stiction::test::message_of;
+
+constexpr double kTick = 0.005;
+
+/// The arm, a force that pushes its last link back, and a reference that presses on.
+struct Bench {
+  explicit Bench(const ControllerOptions& options = {})
+      : model(make_arm()), controller(model, options), link(find_body(*model, "arm/link_7")) {
+    controller.configure(q);
+    contacts.push_back({.id = 3, .body = link, .p_WC = Vector3d(0.6, 0.03, 0.36), .force_W = Vector3d(0, -12, 0)});
+  }
+
+  const ControllerCommand& update() {
+    time += kTick;
+    return controller.update({.time = time, .q = q, .q_ref = q_ref, .contacts = contacts}, kTick);
+  }
+
+  std::shared_ptr<const world::Model> model;
+  ContactController controller;
+  int link;
+  double time = 0;
+  VectorXd q = posture(), q_ref = posture();
+  std::vector<ContactForce> contacts;
+};
+
+TEST(PointJacobian, RandomPostures_AgreeWithDifferences) {
+  const auto model = make_arm();
+  core::Random random(1, 0);
+  world::KinematicsWorkspace work(*model);
+  world::Kinematics at, ahead, behind;
+  RowMatrix J(6, 7);
+  for (int trial = 0; trial < 20; ++trial) {
+    VectorXd q(7);
+    for (double& x : q) x = random.uniform(-2, 2);
+    const int body = find_body(*model, "arm/link_" + std::to_string(1 + random.index(7)));
+    const Vector3d p_BP(random.normal(), random.normal(), random.normal());
+    calc_kinematics(*model, q, work, at);
+    const auto b = static_cast<std::size_t>(body);
+    calc_point_jacobian(*model, at, body, at.X_WB[b] * p_BP, J);
+    for (int j = 0; j < 7; ++j) {
+      const double h = 1e-5;  // central: error h² of third derivatives of lengths ~ 3 m, rounding 1e-16 / h
+      VectorXd q_h = q;
+      q_h[j] += h;
+      calc_kinematics(*model, q_h, work, ahead);
+      q_h[j] -= 2 * h;
+      calc_kinematics(*model, q_h, work, behind);
+      const Vector3d v = (ahead.X_WB[b] * p_BP - behind.X_WB[b] * p_BP) / (2 * h);
+      const Eigen::Matrix3d W = (ahead.X_WB[b].R - behind.X_WB[b].R) / (2 * h) * at.X_WB[b].R.transpose();
+      EXPECT_LE((J.col(j).head<3>() - v).norm(), 1e-8);
+      EXPECT_LE((J.col(j).tail<3>() - Vector3d(W(2, 1), W(0, 2), W(1, 0))).norm(), 1e-8);
+    }
+  }
+}
+
+TEST(ForceDamping, ConstantError_ApproachesTheValueOfTheText) {
+  ForceDamping damping({.largest = 2, .force_scale = 5, .forget_rate = 0.3});
+  double w = 0;
+  for (int k = 0; k < 200; ++k) w = damping.update(5);
+  EXPECT_NEAR(w, 2 * (1 - std::exp(-1.0)), 1e-12);  // (5.28) with its sign corrected: near 1 for large errors
+  EXPECT_NEAR(damping.update(0), 0.7 * w, 1e-12);
+}
+
+TEST(ForceDamping, PrintedFilter_ForgetsInTwoTicks) {
+  ForceDamping recursive({.largest = 1, .forget_rate = 0.3}), printed({.largest = 1, .forget_rate = 0.3, .printed = true});
+  (void)recursive.update(1e9), (void)printed.update(1e9);
+  EXPECT_NEAR(printed.update(0), 0.7, 1e-12);
+  EXPECT_NEAR(printed.update(0), 0, 1e-12);
+  EXPECT_NEAR(recursive.update(0), 0.3 * 0.7, 1e-12);
+  EXPECT_NEAR(recursive.update(0), 0.3 * 0.49, 1e-12);
+}
+
+TEST(Controller, NoContact_FollowsTheReferenceAtItsSpeed) {
+  Bench bench;
+  bench.contacts.clear();
+  bench.q_ref[0] = 0.004, bench.q_ref[1] += 0.5;
+  const ControllerCommand& command = bench.update();
+  EXPECT_EQ(command.status, Status::Solved);
+  EXPECT_NEAR(command.q_cmd[0], 0.004, 1e-15);
+  EXPECT_NEAR(command.q_cmd[1], posture()[1] + 1.5 * kTick, 1e-15);
+}
+
+TEST(Controller, ReferenceInsideTheWall_PredictsNoMoreThanTheBound) {
+  Bench bench;
+  bench.q_ref[0] = 0.3;
+  for (int k = 0; k < 100; ++k) (void)bench.update();
+  const ControllerCommand& command = bench.update();
+  ASSERT_EQ(command.taken.size(), 1u);
+  EXPECT_NEAR(command.qp.lambda[0], 15, 1e-3);
+  EXPECT_GT(command.q_cmd[0], 0);
+  EXPECT_LT(command.q_cmd[0], 0.3);
+}
+
+TEST(Controller, WeakForces_AreLeftOut) {
+  Bench bench;
+  bench.contacts[0].force_W *= 4.9 / 12;
+  EXPECT_TRUE(bench.update().taken.empty());
+  bench.contacts[0].force_W *= 5.1 / 4.9;
+  for (int k = 0; k < 200; ++k) (void)bench.update();
+  EXPECT_EQ(bench.update().taken.size(), 1u);
+}
+
+TEST(Controller, LostContact_IsKeptWhileItsForceDecays) {
+  Bench bench({.force_time_constant = 0.05});
+  bench.q_ref[0] = 0.3;
+  (void)bench.update();
+  bench.contacts.clear();
+  int kept = 0;
+  while (!bench.update().taken.empty()) ++kept;
+  // 12 N (T / (T + h))^k ≥ 5 N with T = 10 h
+  EXPECT_EQ(kept, static_cast<int>(std::log(12.0 / 5) / std::log(1.1)));
+}
+
+TEST(Controller, MeasurementThatIsNotYounger_IsHeldAndSaid) {
+  Bench bench;
+  const VectorXd before = bench.update().q_cmd;
+  bench.q_ref[0] = 0.1;
+  const ControllerCommand& same =
+      bench.controller.update({.time = bench.time, .q = bench.q, .q_ref = bench.q_ref, .contacts = bench.contacts}, kTick);
+  EXPECT_TRUE(same.held);
+  EXPECT_EQ(same.q_cmd, before);
+  EXPECT_TRUE(bench.controller.update({.time = bench.time - 1, .q = bench.q, .q_ref = bench.q_ref, .contacts = {}}, kTick).held);
+  EXPECT_FALSE(bench.update().held);
+}
+
+TEST(Controller, ContactsThatComeAndGo_AreAllSolved) {
+  core::Random random(5, 0);
+  Bench bench({.max_contacts = 4});
+  int left_out = 0;
+  for (int k = 0; k < 2000; ++k) {
+    bench.contacts.clear();
+    const int n = random.index(9);
+    for (int i = 0; i < n; ++i) {
+      const Vector3d force(random.normal(), random.normal(), random.normal());
+      const int link = find_body(*bench.model, "arm/link_" + std::to_string(1 + random.index(7)));
+      bench.contacts.push_back({.id = random.index(12), .body = link, .p_WC = 0.5 * force, .force_W = 20 * force});
+    }
+    for (double& x : bench.q_ref) x += 0.01 * random.normal();
+    const VectorXd before = bench.controller.update({.time = -1, .q = bench.q, .q_ref = bench.q_ref, .contacts = {}}, kTick).q_cmd;
+    const ControllerCommand& command = bench.update();
+    ASSERT_EQ(command.status, Status::Solved) << k;
+    ASSERT_LE(command.taken.size(), 4u);
+    ASSERT_LE((command.q_cmd - before).cwiseAbs().maxCoeff(), 1.5 * kTick * (1 + 1e-12));
+    for (Eigen::Index i = 0; i < command.qp.lambda.size(); ++i) ASSERT_LE(command.qp.lambda[i], 15 + command.qp.slack[i] + 1e-6) << k;
+    left_out += command.left_out;
+  }
+  EXPECT_GT(left_out, 100) << "room is never short";
+}
+
+/// The baseline by its formula; from the tick on at which the reference leaves it tracks.
+TEST(Controller, NullSpaceBaseline_HasTheForceAsAnEquality) {
+  Bench bench({.law = Law::NullSpace});
+  bench.q_ref[0] = 0.05, bench.q_ref[3] += 0.02;
+  const VectorXd command = bench.update().q_cmd;
+  world::KinematicsWorkspace work(*bench.model);
+  world::Kinematics kinematics;
+  calc_kinematics(*bench.model, bench.q, work, kinematics);
+  RowMatrix J(6, 7);
+  calc_point_jacobian(*bench.model, kinematics, bench.link, bench.contacts[0].p_WC, J);
+  const RowMatrix J_u = -J.row(1);
+  const VectorXd K = bench.model->stiffness();
+  Equilibrium equilibrium;
+  Eigen::MatrixXd inverse;
+  ASSERT_EQ(calc_equilibrium(K, J_u, bench.q, command, equilibrium), Status::Solved);
+  EXPECT_NEAR(equilibrium.lambda[0], 15, 1e-9);
+  ASSERT_EQ(calc_stiffness_consistent_inverse(K, J_u, inverse), Status::Solved);
+  const VectorXd moved = bench.q_ref - bench.q - inverse * (J_u * (bench.q_ref - bench.q));
+  EXPECT_LE((equilibrium.q - bench.q - moved).norm(), 1e-12);
+  bench.q_ref[0] = -0.05;
+  EXPECT_LE((bench.update().q_cmd - bench.q_ref).norm(), 1e-15);
+}
+
+TEST(Controller, UnconstrainedBaseline_TracksTheTool) {
+  Bench bench({.law = Law::Unconstrained});
+  world::KinematicsWorkspace work(*bench.model);
+  world::Kinematics kinematics;
+  calc_kinematics(*bench.model, bench.q, work, kinematics);
+  ToolReference tool{.body = bench.link, .X_BT = {}, .X_WT = kinematics.X_WB[static_cast<std::size_t>(bench.link)]};
+  tool.X_WT.p += Vector3d(1e-3, -2e-3, 1e-3);
+  const VectorXd command =
+      bench.controller.update({.time = 1, .q = bench.q, .q_ref = bench.q_ref, .contacts = bench.contacts, .tool = &tool}, kTick).q_cmd;
+  calc_kinematics(*bench.model, command, work, kinematics);
+  EXPECT_LE((kinematics.X_WB[static_cast<std::size_t>(bench.link)].p - tool.X_WT.p).norm(), 1e-4)
+      << "posture weight and curvature leave a part of 2.4 mm";
+}
+
+TEST(ControllerInput, BadNumbers_AreNamed) {
+  const auto with = [](auto&& change) {
+    ControllerOptions options;
+    change(options);
+    return message_of([&] { ContactController(make_arm(), options); });
+  };
+  EXPECT_NE(with([](auto& o) { o.lambda_max = 0; }).find("lambda_max: got 0"), std::string::npos);
+  EXPECT_NE(with([](auto& o) { o.force_threshold = 15; }).find("force_threshold"), std::string::npos);
+  EXPECT_NE(with([](auto& o) { o.torque = VectorXd::Constant(7, -1); }).find("torque: got -1"), std::string::npos);
+  EXPECT_NE(with([](auto& o) { o.torque = VectorXd::Constant(3, 1); }).find("torque"), std::string::npos);
+  EXPECT_NE(with([](auto& o) { o.damping.forget_rate = 0; }).find("damping.forget_rate"), std::string::npos);
+  EXPECT_NE(with([](auto& o) { o.qp.force_priority = 1; }).find("force_priority"), std::string::npos);
+
+  Bench bench;
+  const auto update = [&](double dt) {
+    return message_of(
+        [&] { (void)bench.controller.update({.time = 1, .q = bench.q, .q_ref = bench.q_ref, .contacts = bench.contacts}, dt); });
+  };
+  EXPECT_NE(update(0).find("dt: got 0"), std::string::npos);
+  EXPECT_NE(update(-1).find("dt: got -1"), std::string::npos);
+  bench.contacts[0].lambda_max = 0;
+  EXPECT_NE(update(kTick).find("contact.lambda_max: got 0"), std::string::npos);
+  bench.contacts[0].lambda_max.reset(), bench.contacts[0].body = 1000;
+  EXPECT_NE(update(kTick).find("contact.body: got 1000"), std::string::npos);
+  bench.contacts[0].body = bench.link, bench.contacts[0].force_W[1] = std::nan("");
+  EXPECT_NE(update(kTick).find("contact: got"), std::string::npos);
+  bench.contacts.clear(), bench.q[2] = std::nan("");
+  EXPECT_NE(update(kTick).find("q: got nan"), std::string::npos);
+  bench.q = VectorXd::Zero(6);
+  EXPECT_NE(update(kTick).find("q: got"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stiction::control::test
