@@ -34,6 +34,16 @@ struct Scenario {
   std::optional<KnownContact> contact;  ///< from which the torques were computed, where the file gives it instead of torques
 };
 
+/// A configuration with the torques of a contact that is known.
+struct KnownCase {
+  Eigen::VectorXd q, tau;
+  KnownContact contact;
+};
+
+/// A force of `force` [N] in a direction uniform in the cone, at a point uniform by area on one of the links (indices into Sensor::links()),
+/// at joint positions uniform in 90 % of their limits (of a turn where there are none).
+KnownCase make_random_case(const Sensor& sensor, std::span<const int> links, const FrictionCone& cone, double force, core::Random& random);
+
 /// @param package_dirs  searched after those of each robot
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …"
 Scenario load_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs);
