@@ -27,6 +27,7 @@ constexpr Command kCommands[] = {
     {"simulate", "Runs a plan open loop in MuJoCo and compares it with what the plan says", app::declare_simulate},
     {"refine", "Shortens a plan and gives its regrasps room; writes a new plan and timed commands", app::declare_refine},
     {"solve", "Plans, refines and simulates, seed after seed, until a plan reaches its goal in MuJoCo", app::declare_solve},
+    {"sense", "Says where a robot is touched, from joint angles and external torques", app::declare_sense},
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
     {"bench", "Figures of this machine beside the published ones", app::declare_bench},
     {"reproduce", "Computes figures and tables of the thesis, beside the published numbers", app::declare_reproduce},

@@ -78,8 +78,9 @@ void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& opt
   if (const auto value = node.find("method")) options.method = read_method(*value);
 }
 
-/// A contact by its link, a point in its frame, moved to the nearest of its surface, and a force on the robot in W.
-KnownContact read_contact(const YamlNode& node, const Sensor& sensor, const Eigen::VectorXd& q) {
+/// A contact by its link, a point in its frame, moved to the nearest of its surface, and a force on the robot: a vector in W, or how hard the
+/// surface is pushed along its normal.
+KnownContact read_contact(const YamlNode& node, const Sensor& sensor, const FrictionCone& cone, const Eigen::VectorXd& q) {
   node.require_map({"link", "point", "force"});
   KnownContact out;
   const YamlNode link = node.at("link");
@@ -89,11 +90,26 @@ KnownContact read_contact(const YamlNode& node, const Sensor& sensor, const Eige
     throw core::InvalidInput(fmt::format("{}: {}", link.where(), e.what()));
   }
   const Surface& surface = sensor.links()[static_cast<std::size_t>(out.link)].surface;
-  out.p_L = surface.tree.closest(node.at("point").vector3()).point;
+  const TriangleTree::Closest closest = surface.tree.closest(node.at("point").vector3());
+  out.p_L = closest.point;
+  const Eigen::Vector3d n_L = surface.normal(closest.triangle, closest.point, sensor.options().normals);
+  const YamlNode force = node.at("force");
+  if (force.is_scalar()) {
+    out.f_L = -force.positive() * n_L;
+    return out;
+  }
   world::KinematicsWorkspace work(sensor.model());
   world::Kinematics kinematics;
   world::calc_kinematics(sensor.model(), q, work, kinematics);
-  out.f_L = kinematics.X_WB[static_cast<std::size_t>(surface.body)].R.transpose() * node.at("force").vector3();
+  const Eigen::Matrix3d& R_WL = kinematics.X_WB[static_cast<std::size_t>(surface.body)].R;
+  out.f_L = R_WL.transpose() * force.vector3();
+  constexpr double kRounding = 1e-9;
+  if (!cone.contains(make_contact_frame(n_L).transpose() * out.f_L, kRounding)) {
+    const Eigen::Vector3d n_W = R_WL * n_L;
+    force.fail(fmt::format("{}, outside the friction cone about the inward normal ({:.3f}, {:.3f}, {:.3f})", force.describe(), -n_W.x(),
+                           -n_W.y(), -n_W.z()),
+               "a force inside it");
+  }
   return out;
 }
 
@@ -116,7 +132,7 @@ void read_measurement(const YamlNode& top, Scenario& out) {
     tau = read_joints(*torques, model, zero);
   } else {
     const Eigen::VectorXd q = place_robots(model, joints);
-    out.contact = read_contact(*contact, *out.sensor, q);
+    out.contact = read_contact(*contact, *out.sensor, out.options.cone, q);
     const int body = out.sensor->links()[static_cast<std::size_t>(out.contact->link)].surface.body;
     tau = calc_contact_torque(model, q, body, out.contact->p_L, out.contact->f_L);
   }

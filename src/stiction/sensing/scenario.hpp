@@ -24,7 +24,7 @@ struct KnownContact {
   Eigen::Vector3d p_L = Eigen::Vector3d::Zero(), f_L = Eigen::Vector3d::Zero();
 };
 
-/// A robot, what is known of its torques, and what was measured, as one YAML file says (schema: tasks/schema/scenario.schema.json).
+/// A robot, what is known of its torques, and what was measured, as one YAML file says (schema: tasks/schema/sensing.schema.json).
 struct Scenario {
   std::string name, description;
   std::filesystem::path file;
