@@ -127,7 +127,7 @@ class DualActiveSet {
     iterations = 0;
     for (;;) {
       const Index k = most_violated();
-      if (k < 0) return Status::Solved;
+      if (k < 0 && !cut_short_) return refine() ? Status::Solved : Status::NumericalFailure;
       if (iterations >= limit) return Status::MaxIterations;
       if (!add(k, limit, iterations)) return Status::NumericalFailure;
     }
@@ -244,7 +244,8 @@ class DualActiveSet {
       }
       drop(blocking);
     }
-    if (is_row(k)) {  // out of iterations: stationary all the same
+    cut_short_ = true;
+    if (is_row(k)) {  // stationary all the same
       w_.y[k - n_] = y_k;
     } else {
       w_.z[k] = y_k;
@@ -320,6 +321,28 @@ class DualActiveSet {
     solve_reduced();
     for (Index a = 0; a < n_f; ++a) x_[w_.free[at(a)]] += w_.dx[a];
     for (Index r = 0; r < m; ++r) w_.y[w_.active[at(r)]] = w_.dy[r];
+    calc_bound_forces();
+    return true;
+  }
+
+  /// One step of iterative refinement of the rows: where they contradict each other, multipliers are as large as their priority and x is their small difference.
+  bool refine() {
+    if (w_.active.empty()) return true;
+    if (!factor()) return false;
+    for (std::size_t a = 0; a < w_.free.size(); ++a) w_.dx[static_cast<Index>(a)] = 0;
+    for (std::size_t r = 0; r < w_.active.size(); ++r) {
+      const Index row = w_.active[r];
+      w_.dy[static_cast<Index>(r)] = qp_.b[row] - row_dot(qp_.A, row, x_) + w_.y[row] * w_.omega_inverse[row];
+    }
+    solve_reduced();
+    for (std::size_t a = 0; a < w_.free.size(); ++a) x_[w_.free[a]] += w_.dx[static_cast<Index>(a)];
+    for (std::size_t r = 0; r < w_.active.size(); ++r) w_.y[w_.active[r]] += w_.dy[static_cast<Index>(r)];
+    calc_bound_forces();
+    return true;
+  }
+
+  /// Multipliers of the active bounds, from stationarity.
+  void calc_bound_forces() {
     for (Index j = 0; j < n_; ++j) {
       w_.z[j] = 0;
       if (w_.side[at(j)] == 0) continue;
@@ -327,10 +350,9 @@ class DualActiveSet {
       if (!qp_.diagonal)
         for (Index k = 0; k < n_; ++k)
           if (k != j) force += qp_.H(j, k) * (x_[k] - qp_.center[k]);
-      for (Index r = 0; r < m; ++r) force += qp_.A(w_.active[at(r)], j) * w_.dy[r];
+      for (const Index row : w_.active) force += qp_.A(row, j) * w_.y[row];
       w_.z[j] = -force;
     }
-    return true;
   }
 
   const BoundedQp& qp_;
@@ -338,6 +360,7 @@ class DualActiveSet {
   BoundedQpWorkspace& w_;
   Eigen::VectorXd& x_;
   Index n_;
+  bool cut_short_ = false;  ///< iterations ran out before a constraint held
 };
 
 void solve_active_set(const BoundedQp& qp, const BoundedQpOptions& options, BoundedQpWorkspace& w, BoundedQpResult& out) {

@@ -20,7 +20,7 @@ struct ReferenceKnot {
   Eigen::VectorXd value;
 };
 
-/// A robot whose reference goes through things that it does not know, as a YAML file says (schema: scenarios/schema/scenario.schema.json).
+/// A robot whose reference goes through things that it does not know, as a YAML file says (keys: scenarios/README.md).
 struct ControlScenario {
   std::string name, description;
   std::filesystem::path file;

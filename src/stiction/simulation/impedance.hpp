@@ -18,7 +18,7 @@ struct ImpedanceOptions {
 };
 
 /// τ = K (q_cmd − q) − D v_f ,  D_i → 2 ζ √(K_i M_ii(q)) ,  with first-order low-passes on v and D of gain a = h ω / (1 + h ω), ω = 2π · cutoff. Gravity is
-/// compensated besides.                                                                                                     (M.4)
+/// compensated besides.                                                                                                     (C.7)
 class ImpedanceController {
  public:
   /// @param K  joint stiffness (n) [N m/rad or N/m], > 0
