@@ -131,7 +131,7 @@ bool descend(const DescentProblem& problem, const GaussNewton& options, ContactP
     } else {
       if (next.residual <= point.residual + 1e-14 * problem.torque.tau_tau) return true;
       damping = std::max(10 * damping, 1e-3);
-      if (damping > 1e6) return true;  // at a crease: no tangential step goes down
+      if (damping > 100) return true;  // at a crease: no tangential step goes down
     }
   }
   return is_explained(problem, point.residual);

@@ -28,6 +28,7 @@ struct SenseWorkspace::Impl {
   std::vector<LinkTorque> torques;  ///< per sensed link
   Eigen::VectorXd residuals;
   std::vector<Start> starts;
+  std::vector<ContactPoint> tried;  ///< starts of descents that were run
   std::vector<int> ends;
   ClusterWorkspace clusters;
 
@@ -95,7 +96,7 @@ void accept_samples(const Sensor& sensor, const SenseOptions& options, double ac
 
 class Search {
  public:
-  Search(const Sensor& sensor, const SenseOptions& options, const SenseWorkspace::Impl& work, SenseResult& out)
+  Search(const Sensor& sensor, const SenseOptions& options, SenseWorkspace::Impl& work, SenseResult& out)
       : sensor_(sensor), options_(options), work_(work), out_(out) {}
 
   DescentProblem problem(int link) const {
@@ -121,8 +122,12 @@ class Search {
 
   void keep(const GaussNewton& descent, ContactPoint point) {
     const double radius = options_.thin * sensor_.links()[static_cast<std::size_t>(point.link)].spacing;
-    for (const ContactPoint& end : out_.points)
-      if (end.link == point.link && (end.p_L - point.p_L).squaredNorm() < radius * radius) return;
+    const auto is_near = [&](const ContactPoint& other) {
+      return other.link == point.link && (other.p_L - point.p_L).squaredNorm() < radius * radius;
+    };
+    if (std::any_of(out_.points.begin(), out_.points.end(), is_near) || std::any_of(work_.tried.begin(), work_.tried.end(), is_near))
+      return;
+    work_.tried.push_back(point);
     ++out_.descents;
     if (descend(problem(point.link), descent, point)) add(point);
   }
@@ -135,7 +140,7 @@ class Search {
 
   const Sensor& sensor_;
   const SenseOptions& options_;
-  const SenseWorkspace::Impl& work_;
+  SenseWorkspace::Impl& work_;
   SenseResult& out_;
 };
 
@@ -170,6 +175,7 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
   SenseWorkspace::Impl& work = workspace.impl();
 
+  work.tried.clear();
   out.candidates.clear();
   out.points.clear();
   out.samples = out.accepted = out.descents = out.converged = 0;

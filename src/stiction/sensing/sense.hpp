@@ -26,8 +26,8 @@ struct SenseOptions {
   double tolerance = 0.01;        ///< [-] of ‖τ‖ that an explanation may leave where there is no noise
   Method method = GaussNewton{};  ///< SteepestDescent: RSGD as published
   double merge = 3;               ///< points nearer than this many sample spacings are one candidate
-  double thin = 1;                ///< Gauss–Newton leaves out starts within so many spacings of an end that it has found, ≥ 0
-  void validate() const;          ///< @throws core::InvalidInput naming the field
+  double thin = 2;        ///< Gauss–Newton leaves out starts within so many sample spacings of an earlier start or of an end, ≥ 0
+  void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
 enum class Verdict {
