@@ -121,16 +121,20 @@ class Search {
   }
 
   void keep(const GaussNewton& descent, ContactPoint point) {
-    const double radius = options_.thin * sensor_.links()[static_cast<std::size_t>(point.link)].spacing;
-    const auto is_near = [&](const ContactPoint& other) {
-      return other.link == point.link && (other.p_L - point.p_L).squaredNorm() < radius * radius;
-    };
-    if (std::any_of(out_.points.begin(), out_.points.end(), is_near) || std::any_of(work_.tried.begin(), work_.tried.end(), is_near))
-      return;
     work_.tried.push_back(point);
     ++out_.descents;
     if (descend(problem(point.link), descent, point)) add(point);
   }
+
+  /// Whether a sample need not start a descent, because an earlier one started or ended nearby.
+  bool is_thinned(const GaussNewton&, const ContactPoint& point) const {
+    const double radius = options_.thin * sensor_.links()[static_cast<std::size_t>(point.link)].spacing;
+    const auto is_near = [&](const ContactPoint& other) {
+      return other.link == point.link && (other.p_L - point.p_L).squaredNorm() < radius * radius;
+    };
+    return std::any_of(out_.points.begin(), out_.points.end(), is_near) || std::any_of(work_.tried.begin(), work_.tried.end(), is_near);
+  }
+  bool is_thinned(const auto&, const ContactPoint&) const { return false; }
 
  private:
   void add(const ContactPoint& point) {
@@ -202,7 +206,10 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
         if (input.last != nullptr)
           for (const ContactPoint& point : *input.last)
             search.keep(method, evaluate(search.problem(point.link), point.triangle, point.p_L));
-        for (const auto& start : work.starts) search.keep(method, search.at(start));
+        for (const auto& start : work.starts) {
+          const ContactPoint point = search.at(start);
+          if (!search.is_thinned(method, point)) search.keep(method, point);
+        }
       },
       options.method);
 
