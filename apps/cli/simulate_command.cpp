@@ -199,6 +199,7 @@ int run_simulate(const SimulateArguments& arguments) {
   simulation::PlantOptions plant_options;
   plant_options.rest_time = arguments.rest_time_s;
   plant_options.velocity_reference = arguments.velocity_reference;
+  plant_options.effort_limits = file.step.effort_limits;
   plant_options.contact.friction_scale = arguments.friction_scale;
   const auto plant = simulation::Plant::make(task.model, plant_options);
   planning::Plan predicted;

@@ -59,6 +59,7 @@ Arguments of the step:
   friction_scale: factor of every coefficient of friction, >= 0.
   contact_margin: added to the contact distance of the scene [m], >= 0.
   joint_limits: limits of the joints are constraints.
+  effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
   tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
 
 Raises InvalidInput by the name of the argument.)";
@@ -66,7 +67,7 @@ Raises InvalidInput by the name of the argument.)";
       name,
       [function](Head... head, double h, const dynamics::Smoothing& smoothing, const dynamics::Regularisation& regularisation,
                  const dynamics::FrictionCone& friction_cone, dynamics::FrictionLaw friction_law, double friction_scale,
-                 double contact_margin, bool joint_limits, double tol_complementarity) {
+                 double contact_margin, bool joint_limits, bool effort_limits, double tol_complementarity) {
         StepOptions options;
         options.h = h;
         options.smoothing = smoothing;
@@ -76,12 +77,13 @@ Raises InvalidInput by the name of the argument.)";
         options.friction_scale = friction_scale;
         options.contact_margin = contact_margin;
         options.joint_limits = joint_limits;
+        options.effort_limits = effort_limits;
         options.tol_complementarity = tol_complementarity;
         return function(options, head...);
       },
       arguments..., "h"_a = standard.h, "smoothing"_a = standard.smoothing, "regularisation"_a = standard.regularisation,
       "friction_cone"_a = standard.friction_cone, "friction_law"_a = standard.friction_law, "friction_scale"_a = standard.friction_scale,
-      "contact_margin"_a = standard.contact_margin, "joint_limits"_a = standard.joint_limits,
+      "contact_margin"_a = standard.contact_margin, "joint_limits"_a = standard.joint_limits, "effort_limits"_a = standard.effort_limits,
       "tol_complementarity"_a = standard.tol_complementarity, text.c_str());
 }
 
@@ -234,6 +236,17 @@ void bind_results(nb::module_& m) {
           "q_next", [](const StepResult& r) { return r.result.q_next; }, "(n_q)")
       .def_prop_ro(
           "delta", [](const StepResult& r) { return r.result.delta; }, "δq (n_v)")
+      .def_prop_ro(
+          "torque", [](const StepResult& r) { return r.result.torque; },
+          "of the springs (n_a), within Model.effort with effort_limits [N m, N]")
+      .def_prop_ro(
+          "saturated",
+          [](const StepResult& r) {
+            Eigen::Matrix<bool, Eigen::Dynamic, 1> out(static_cast<Eigen::Index>(r.result.saturated.size()));
+            for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = r.result.saturated[static_cast<std::size_t>(i)] != 0;
+            return out;
+          },
+          "joints whose motor gives all it has (n_a)")
       .def_prop_ro("contacts", [](const StepResult& r) { return with_names(r.model, r.result.contacts, r.h); })
       .def_prop_ro(
           "phi", [](const StepResult& r) { return column<double>(r, [](const auto& c) { return c.contact.phi; }); },

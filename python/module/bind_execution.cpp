@@ -38,6 +38,7 @@ TransferResult transfer(const Plan& given, double speed, double pause, double lo
   simulation::PlantOptions plant_options;
   plant_options.rest_time = rest_time;
   plant_options.velocity_reference = velocity_reference;
+  plant_options.effort_limits = given.file.step.effort_limits;
   plant_options.contact.friction_scale = friction_scale;
   core::RunControl control;
   if (timeout_s) {

@@ -14,12 +14,13 @@ using simulation::PlantOptions;
 std::shared_ptr<const Plant> make_plant(const ModelPtr& model, double timestep, double damping_ratio, double armature,
                                         double spring_resolution, double time_constant, double friction_time_constant, double impedance,
                                         double friction_stiffening, int noslip_iterations, double friction_scale, double ground_softness,
-                                        bool velocity_reference) {
+                                        bool velocity_reference, bool effort_limits) {
   const nb::gil_scoped_release unlocked;
   PlantOptions options;
   options.timestep = timestep;
   options.damping_ratio = damping_ratio;
   options.velocity_reference = velocity_reference;
+  options.effort_limits = effort_limits;
   options.armature = armature;
   options.spring_resolution = spring_resolution;
   options.contact = {time_constant,     friction_time_constant, impedance,      friction_stiffening,
@@ -96,6 +97,7 @@ void bind_simulation(nb::module_& m) {
   friction_scale: factor of every coefficient of friction, >= 0.
   ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
   velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
+  effort_limits: motors give Model.effort at most.
 
 Raises InvalidInput by the name of the argument.)")
       .def(nb::new_(&make_plant), "model"_a, nb::kw_only(), "timestep"_a = options.timestep, "damping_ratio"_a = options.damping_ratio,
@@ -103,7 +105,7 @@ Raises InvalidInput by the name of the argument.)")
            "friction_time_constant"_a = contact.friction_time_constant, "impedance"_a = contact.impedance,
            "friction_stiffening"_a = contact.friction_stiffening, "noslip_iterations"_a = contact.noslip_iterations,
            "friction_scale"_a = contact.friction_scale, "ground_softness"_a = contact.ground_softness,
-           "velocity_reference"_a = options.velocity_reference)
+           "velocity_reference"_a = options.velocity_reference, "effort_limits"_a = options.effort_limits)
       .def_prop_ro(
           "timestep", [](const Plant& plant) { return plant.options().timestep; }, "[s]")
       .def_prop_ro("damping", &Plant::damping, nb::rv_policy::copy, "of the joint springs (n_a) [N s/m or N m s/rad]")

@@ -120,7 +120,8 @@ void bind_records(nb::module_& m) {
       .def_ro("kind", &world::Dof::kind)
       .def_ro("lower", &world::Dof::lower, "[m or rad]")
       .def_ro("upper", &world::Dof::upper, "[m or rad]")
-      .def_ro("stiffness", &world::Dof::stiffness, "K_a [N/m or N m/rad], 0 for objects");
+      .def_ro("stiffness", &world::Dof::stiffness, "K_a [N/m or N m/rad], 0 for objects")
+      .def_ro("effort", &world::Dof::effort, "Largest force or torque of the motor [N or N m], infinite where there is no limit");
   nb::class_<world::ObjectInfo>(m, "ObjectInfo")
       .def_ro("name", &world::ObjectInfo::name)
       .def_ro("body", &world::ObjectInfo::body)
@@ -174,6 +175,8 @@ void bind_world(nb::module_& m) {
       .def_prop_ro("n_qu", &Model::n_qu, "configuration numbers of the objects")
       .def_prop_ro("n_a", &Model::n_a, "actuated joints, the length of u")
       .def_prop_ro("stiffness", &Model::stiffness, nb::rv_policy::copy, "K_a (n_a) [N/m or N m/rad]")
+      .def_prop_ro("effort", &Model::effort, nb::rv_policy::copy,
+                   "Largest forces and torques of the motors (n_a) [N or N m], infinite where there is no limit")
       .def_prop_ro("lower", &Model::lower, nb::rv_policy::copy, "joint limits (n_a) [m or rad]")
       .def_prop_ro("upper", &Model::upper, nb::rv_policy::copy)
       .def_prop_ro("reach", &Model::reach, nb::rv_policy::copy, "bound on the lever of each joint (n_a) [m]")

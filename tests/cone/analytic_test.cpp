@@ -138,6 +138,36 @@ TEST(Cone, SpringAgainstWall_SmoothedMatchesClosedForm) {
   }
 }
 
+/// Two springs K (to U, bounded pull τ) and k (to 0): K pulls with τ where K(U − x) > τ. w = U − x − τ/K + z/K, z = τ − pull.
+TEST(Cone, BoundThatGives_IsASpringThatSaturates) {
+  const double k = 10, K = 40, limit = 2;
+  const auto pulled = [&](double to, Mode mode) {
+    RawProblem raw = empty_problem(1);
+    raw.Q(0, 0) = k;
+    raw.b[0] = -limit;
+    raw.bounds.push_back({.id = 1, .variable = 0, .sign = -1, .offset = to - limit / K, .sigma = 1e-3, .give = 1 / K});
+    return solved(raw, mode);
+  };
+  for (const double to : {-0.3, 0.1, 0.24, 0.26, 1.0, 50.0}) {  // it saturates at U = τ/k + τ/K = 0.25
+    const double expected = to < 0.25 ? K * to / (K + k) : limit / k;
+    const Result r = pulled(to, Mode::Exact);
+    EXPECT_NEAR(r.x[0], expected, 1e-7) << to;
+    EXPECT_NEAR(limit - r.z_bound[0], k * expected, 1e-6) << to;
+  }
+  for (const double to : {-0.3, 0.25, 1.0}) {  // (τ − pull)·(excess over the pull's stretch) = σ
+    const Result r = pulled(to, Mode::Smoothed);
+    const double pull = k * r.x[0], excess = to - r.x[0] - pull / K;
+    EXPECT_NEAR((limit - pull) * excess, 1e-3, 1e-9) << to;
+  }
+}
+
+TEST(Cone, BoundThatGives_NegativeGiveIsRefused) {
+  Problem problem(std::make_shared<Layout>(1, std::vector<std::vector<int>>{{0}}), 0, 0);
+  const auto message = stiction::test::message_of([&] { problem.add_bound(1, 0, 1, 0, 0, {}, -1); });
+  EXPECT_NE(message.find("give"), std::string::npos) << message;
+  EXPECT_NE(message.find("-1"), std::string::npos) << message;
+}
+
 TEST(Cone, SmoothedForce_ConvergesToExactAtRateOneOverKappa) {
   double last = 0;
   for (int i = 0; i < 4; ++i) {

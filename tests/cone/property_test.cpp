@@ -67,6 +67,74 @@ TEST(ConeProperty, RandomProblems_SmoothedSatisfiesPerturbedKkt) {
   EXPECT_GT(count.solved, 1600);
 }
 
+TEST(ConeProperty, SpringsThatSaturate_SatisfyKkt) {
+  const RandomOptions random{.saturating = 0.5};
+  const Count exact = check_range(1, 1500, Mode::Exact, random), smoothed = check_range(100001, 1000, Mode::Smoothed, random);
+  EXPECT_GT(exact.solved, 1200);
+  EXPECT_GT(exact.infeasible, 5);
+  EXPECT_GT(smoothed.solved, 800);
+}
+
+/// A bound that gives is a bound whose violation is a variable of its own with the energy s²/(2 give).
+TEST(ConeProperty, BoundsThatGive_EqualSlackVariables) {
+  int compared = 0, saturated = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RawProblem raw = make_random(seed, {.mass_decades = 1, .saturating = 0.5});
+    RawProblem other = raw;
+    other.bounds.clear();
+    std::vector<double> energy;
+    for (const auto& bound : raw.bounds) {
+      if (bound.give == 0) {
+        other.bounds.push_back(bound);
+        continue;
+      }
+      const int s = other.n++;
+      other.groups.push_back({s});
+      energy.push_back(1 / bound.give);
+      other.lines.push_back({.id = bound.id,
+                             .variables = {bound.variable, s},
+                             .G = Eigen::RowVector2d(bound.sign, 1),
+                             .g = Eigen::VectorXd::Constant(1, bound.offset),
+                             .sigma = bound.sigma});
+    }
+    other.Q = Eigen::MatrixXd::Zero(other.n, other.n);
+    other.Q.topLeftCorner(raw.n, raw.n) = raw.Q;
+    other.b = Eigen::VectorXd::Zero(other.n);
+    other.b.head(raw.n) = raw.b;
+    for (std::size_t i = 0; i < energy.size(); ++i) {
+      const auto s = raw.n + static_cast<Eigen::Index>(i);
+      other.Q(s, s) = energy[i];
+    }
+    Result result, expected;
+    Options options;
+    options.tol_complementarity = 1e-10;
+    const auto run = [&options](const RawProblem& p, Result& out) {
+      const Problem problem = p.make();
+      Workspace memory(problem.layout_ptr());
+      return solve(problem, options, memory, out);
+    };
+    const Status status = run(raw, result);
+    if (run(other, expected) != Status::Solved) continue;
+    ASSERT_EQ(status, Status::Solved);
+    ++compared;
+    // Both gaps are at most rows · tolerance · S, and the objective grows by ½‖·‖² in Q and in what gives.
+    const Eigen::VectorXd off = result.x - expected.x.head(raw.n);
+    const double rows = static_cast<double>(raw.cones.size() + raw.lines.size() + raw.bounds.size());
+    const double gap = rows * options.tol_complementarity * std::max(1.0, raw.b.lpNorm<Eigen::Infinity>());
+    EXPECT_LE(std::sqrt(0.5 * off.dot(raw.Q * off)), 2 * std::sqrt(gap) + 1e-9);
+    for (Eigen::Index i = 0, s = raw.n; i < result.z_bound.size(); ++i) {
+      const auto& bound = raw.bounds[static_cast<std::size_t>(i)];
+      if (bound.give == 0) continue;
+      saturated += result.w_bound[i] > bound.give * result.z_bound[i];
+      EXPECT_NEAR(bound.give * result.z_bound[i], expected.x[s], std::sqrt(4 * gap * bound.give) + 1e-9);
+      ++s;
+    }
+  }
+  EXPECT_GT(compared, 300);
+  EXPECT_GT(saturated, 100);
+}
+
 /// Numbers in [2^-range, 2^range]; powers of two when `exact`.
 Eigen::VectorXd random_units(core::Random& random, Eigen::Index n, int range, bool exact) {
   Eigen::VectorXd units(n);

@@ -57,7 +57,7 @@ void RawProblem::fill(Problem& problem) const {
   for (std::size_t i = 0; i < units.size(); ++i) problem.set_unit(static_cast<int>(i), units[i]);
   for (const auto& r : cones) problem.add_cone(r.id, layout.add_support(r.variables), r.G.data(), r.g.data(), r.sigma, r.unit);
   for (const auto& r : lines) problem.add_half_line(r.id, layout.add_support(r.variables), r.G.data(), r.g[0], r.sigma, r.unit);
-  for (const auto& r : bounds) problem.add_bound(r.id, r.variable, r.sign, r.offset, r.sigma, r.unit);
+  for (const auto& r : bounds) problem.add_bound(r.id, r.variable, r.sign, r.offset, r.sigma, r.unit, r.give);
 }
 
 RawProblem RawProblem::rescaled(const VectorXd& of_x, const VectorXd& of_w, double work) const {
@@ -79,6 +79,7 @@ RawProblem RawProblem::rescaled(const VectorXd& of_x, const VectorXd& of_w, doub
     const double length = 1 / of_x[r.variable];
     r.offset *= length;
     r.sigma *= work;
+    r.give *= length * length / work;
     r.unit = {length, work};
   }
   return out;
@@ -109,6 +110,13 @@ VectorXd RawProblem::stacked_g() const {
   return g;
 }
 
+VectorXd RawProblem::stacked_give() const {
+  VectorXd give = VectorXd::Zero(stacked_g().size());
+  Eigen::Index at = give.size() - static_cast<Eigen::Index>(bounds.size());
+  for (const auto& r : bounds) give[at++] = r.give;
+  return give;
+}
+
 VectorXd stacked_w(const Result& r) {
   VectorXd w(3 * r.w_cone.cols() + r.w_half_line.size() + r.w_bound.size());
   w << r.w_cone.reshaped(), r.w_half_line, r.w_bound;
@@ -126,7 +134,7 @@ Kkt recompute(const RawProblem& raw, const Result& result, Mode mode) {
   const VectorXd g = raw.stacked_g(), w = stacked_w(result), z = stacked_z(result);
   const VectorXd Qx = raw.Q * result.x;
   const VectorXd Gtz = G.transpose() * z, size = G.cwiseAbs().transpose() * z.cwiseAbs();
-  const VectorXd raw_w = G * result.x + g;
+  const VectorXd raw_w = G * result.x + g + raw.stacked_give().cwiseProduct(z);
   Kkt k;
   for (int i = 0; i < raw.n; ++i) {
     const double scale = std::max({1.0, std::abs(raw.b[i]), std::abs(Qx[i]), size[i]});
@@ -150,7 +158,7 @@ Kkt recompute(const RawProblem& raw, const Result& result, Mode mode) {
 }
 
 Certificate check_certificate(const RawProblem& raw, const Result& result, Mode mode) {
-  const VectorXd z = stacked_z(result), g = raw.stacked_g();
+  const VectorXd z = (raw.stacked_give().array() > 0).select(0, stacked_z(result)), g = raw.stacked_g();
   Certificate c;
   c.margin = (-g.dot(z) - 10 * (raw.stacked_G().transpose() * z).lpNorm<1>()) / g.cwiseAbs().dot(z.cwiseAbs());
   double size = 0;
@@ -158,6 +166,15 @@ Certificate check_certificate(const RawProblem& raw, const Result& result, Mode 
   if (mode == Mode::Smoothed) c.margin += 1e-6 * size / g.cwiseAbs().dot(z.cwiseAbs());
   for_each_block(raw, [&](int at, int r, double) { c.cone = std::max(c.cone, leaves_cone(z.segment(at, r))); });
   return c;
+}
+
+/// A variable becomes a spring of its own, coupled to no other, whose energy ½k(x − x̂)² goes on linearly where its pull to `side` exceeds `share` · k.
+void saturate(RawProblem& raw, int i, double side, double share, std::uint64_t id) {
+  const double k = raw.Q(i, i), at_rest = -raw.b[i] / k;
+  raw.Q.row(i).setZero();
+  raw.Q.col(i).setZero();
+  raw.b[i] = -side * share * k;
+  raw.bounds.push_back({.id = id, .variable = i, .sign = -side, .offset = side * at_rest - share, .sigma = 1e-6 * k, .give = 1 / k});
 }
 
 RawProblem make_random(std::uint64_t seed, const RandomOptions& o) {
@@ -279,6 +296,14 @@ RawProblem make_random(std::uint64_t seed, const RandomOptions& o) {
       const double low = random.chance(0.05) ? -random.uniform(0, 0.05) : random.uniform(0, 1);
       raw.bounds.push_back({id++, part.first + i, 1, low, sigma});
       raw.bounds.push_back({id++, part.first + i, -1, std::max(random.uniform(0, 1), 1e-3 - low), sigma});
+    }
+  }
+  if (o.saturating > 0) {
+    Random other(seed, 78);  // the rest of the problem stays what it is without
+    for (const auto& part : parts) {
+      for (int i = part.first; part.chain && i < part.first + part.n; ++i) {
+        if (other.chance(o.saturating)) saturate(raw, i, other.chance(0.5) ? 1 : -1, std::exp(other.uniform(-8, -1)), id++);
+      }
     }
   }
   return raw;

@@ -27,6 +27,7 @@ struct RawProblem {
     double offset = 0;
     double sigma = 1e-3;
     Unit unit{};
+    double give = 0;
   };
   int n = 0;
   std::vector<std::vector<int>> groups;
@@ -44,13 +45,15 @@ struct RawProblem {
   /// All rows stacked: cones (3 each), half-lines, bounds.
   Eigen::MatrixXd stacked_G() const;
   Eigen::VectorXd stacked_g() const;
+  /// Of w = Gx + g + give·z, 0 but for bounds that give.
+  Eigen::VectorXd stacked_give() const;
 };
 
 /// Stacked as RawProblem::stacked_G.
 Eigen::VectorXd stacked_w(const Result& result);
 Eigen::VectorXd stacked_z(const Result& result);
 
-/// What is wrong with a solution, from the raw matrices alone; w is recomputed as Gx + g.
+/// What is wrong with a solution, from the raw matrices alone; w is recomputed as Gx + g (+ give·z of bounds that give).
 struct Kkt {
   double stationarity = 0;     // docs/theory/cone.md eq. 12
   double cone = 0;             // distance of Gx + g outside K / max(1, |g|), and of z outside K
@@ -59,7 +62,7 @@ struct Kkt {
 };
 Kkt recompute(const RawProblem& raw, const Result& result, Mode mode);
 
-/// −gᵀz − 10‖Gᵀz‖₁ (+ 1e-6 Σz₀ in Smoothed mode) of the returned z relative to |g|ᵀ|z|, and how far z leaves the cones.
+/// −gᵀz − 10‖Gᵀz‖₁ (+ 1e-6 Σz₀ in Smoothed mode) of the returned z relative to |g|ᵀ|z|, and how far z leaves the cones; without bounds that give.
 struct Certificate {
   double margin = 0;
   double cone = 0;
@@ -74,6 +77,7 @@ struct RandomOptions {
   double frictionless = 0.1;
   bool planar = true;  // also problems whose contacts are pairs of half-lines
   bool cones = true;
+  double saturating = 0;  // part of springs whose pull is bounded on one side
 };
 /// Robots (springs) and free bodies with random contacts, joint limits, redundancy and degeneracy.
 RawProblem make_random(std::uint64_t seed, const RandomOptions& options = {});

@@ -270,7 +270,7 @@ TEST(ConeSensitivity, ApplyInverse_InvertsHOfTheRawMatrices) {
 }
 
 /// Largest relative error of dx/db·v = −H⁻¹v against central differences over problems away from kinks.
-int check_sensitivity(Mode mode, double tolerance, double step) {
+int check_sensitivity(Mode mode, double tolerance, double step, double saturating = 0) {
   int checked = 0;
   for (std::uint64_t seed = 1; seed <= 120; ++seed) {
     const RawProblem raw = [&] {
@@ -279,6 +279,7 @@ int check_sensitivity(Mode mode, double tolerance, double step) {
       random.mass_decades = 1;
       random.duplicate = 0;
       random.max_contacts = 12;
+      random.saturating = saturating;
       return make_random(seed, random);
     }();
     const Problem problem = raw.make();
@@ -323,6 +324,10 @@ int check_sensitivity(Mode mode, double tolerance, double step) {
 }
 
 TEST(ConeSensitivity, Smoothed_MatchesCentralDifferencesTo1em6) { EXPECT_GT(check_sensitivity(Mode::Smoothed, 1e-6, 1e-4), 60); }
+TEST(ConeSensitivity, SpringsThatSaturate_MatchCentralDifferences) {
+  EXPECT_GT(check_sensitivity(Mode::Smoothed, 1e-6, 1e-4, 0.5), 60);
+  EXPECT_GT(check_sensitivity(Mode::Exact, 1e-5, 2e-4, 0.5), 10);
+}
 TEST(ConeSensitivity, Exact_MatchesCentralDifferencesTo1em5) { EXPECT_GT(check_sensitivity(Mode::Exact, 1e-5, 2e-4), 20); }
 
 TEST(ConeProblem, GrowsBeyondItsCapacity_AndCounts) {

@@ -1,5 +1,6 @@
 // A = D_qnext_q, B and the derivatives of the impulses against central differences through retract.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <fstream>
 #include <set>
 
@@ -29,7 +30,8 @@ struct Outcome {
   std::vector<std::uint64_t> rows;  // contacts in the program
   std::vector<int> features;        // of their witness points
   std::vector<int> motions;         // of an exact step: 0 open, 1 sticking, 2 sliding; and joints
-  bool clear = false;
+  std::vector<int> motors;          // which springs saturate
+  bool clear = false, clear_motors = true;
   bool steady_frames = true;
 };
 
@@ -44,6 +46,11 @@ class System {
     if (!out.solved) return out;
     out.q_next = result.q_next;
     if (exact()) judge(u, out);
+    for (int j = 0; j < model->n_a(); ++j) {
+      const double share = std::abs(model->stiffness()[j] * (u[j] - result.q_next[model->n_qu() + j])) / model->effort()[j];
+      out.motors.push_back(result.saturated[static_cast<std::size_t>(j)]);
+      if (options.effort_limits && share > 0.9 && share < 1.1) out.clear_motors = false;
+    }
     out.impulses.resize(3 * static_cast<Eigen::Index>(result.contacts.size()));
     if (with_features) world::calc_kinematics(*model, q, kinematics_work, kinematics);
     for (std::size_t i = 0; i < result.contacts.size(); ++i) {
@@ -78,11 +85,11 @@ class System {
   /// The same rows act on the same features up to kReach away in every coordinate; an exact step also keeps what each contact does.
   bool smooth(const VectorXd& q, const VectorXd& u) {
     const Outcome here = outcome(q, u, true);
-    if (!here.solved || !here.steady_frames || (exact() && !here.clear)) return false;
+    if (!here.solved || !here.steady_frames || !here.clear_motors || (exact() && !here.clear)) return false;
     for (int j = 0; j < model->n_v(); ++j) {
       for (const double by : {-kReach, kReach}) {
         const Outcome there = outcome(moved(q, j, by), u, true);
-        if (!there.solved || there.rows != here.rows || there.features != here.features) return false;
+        if (!there.solved || there.rows != here.rows || there.motors != here.motors || there.features != here.features) return false;
         if (exact() && (!there.clear || there.motions != here.motions)) return false;
       }
     }
@@ -451,12 +458,12 @@ TEST_P(EveryTask, Exact_MatchesCentralDifferences) { run({.with_B = true, .with_
 INSTANTIATE_TEST_SUITE_P(Tasks, EveryTask, testing::Values("planar_pushing", "planar_hand", "allegro_ball"),
                          [](const auto& test) { return std::string(test.param); });
 
-/// States near the neutral one of a scene made in code.
-void run_scene(const world::Scene& scene, const StepOptions& options, double damping, int least) {
+/// States near the neutral one of a scene made in code. @returns in how many a motor gave all it had
+int run_scene(const world::Scene& scene, const StepOptions& options, double damping, int least) {
   System s(Model::make(scene), options);
   s.damping = VectorXd::Constant(s.model->n_v(), damping);
   core::Random random(43, 0);
-  int states = 0, attempts = 0;
+  int states = 0, attempts = 0, saturated = 0;
   for (; attempts < 50 * least && states < least; ++attempts) {
     VectorXd q = s.model->neutral(), delta(s.model->n_v());
     for (Eigen::Index i = 0; i < delta.size(); ++i) {
@@ -469,9 +476,28 @@ void run_scene(const world::Scene& scene, const StepOptions& options, double dam
     const auto e = compare(s, q, u, kStep);
     if (!e) continue;
     ++states;
+    saturated += std::ranges::count(s.result.saturated, 1) > 0;
     expect_small(*e, attempts);
   }
   EXPECT_EQ(states, least) << "of " << attempts;
+  return saturated;
+}
+
+TEST(Linearisation, MotorsThatGiveAllTheyHave_MatchCentralDifferences) {
+  world::Scene scene = empty_scene();
+  scene.contact_distance = 0.2;
+  scene.gravity = {0, 0, -9};
+  scene.objects = {free_object(world::Cylinder{0.04, 0.06})};
+  scene.robots = {wrist("hand_motors", world::Capsule{0.03, 0.05})};
+  for (const auto& [joint, stiffness] : scene.robots[0].stiffness) scene.robots[0].effort.emplace_back(joint, stiffness > 100 ? 1.0 : 0.03);
+  scene.robots[0].X_WBase.p = {0.02, 0.07, 0.03};
+  scene.fixed = {half_space({0, 0, 1}, {0, 0, -0.1}, 0.6)};
+  StepOptions options{.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true, .effort_limits = true};
+  EXPECT_GT(run_scene(scene, options, 0.0, 40), 20);
+  EXPECT_GT(run_scene(scene, options, 0.5, 20), 5);
+  options.smoothing = Exact{};
+  options.regularisation = FixedEpsilon{3};
+  EXPECT_GT(run_scene(scene, options, 0.0, 20), 5);
 }
 
 TEST(Linearisation, HingedSlidingAndPlanarObjectsWithOffsetCentres_MatchCentralDifferences) {
@@ -488,8 +514,8 @@ TEST(Linearisation, HingedSlidingAndPlanarObjectsWithOffsetCentres_MatchCentralD
     scene.objects = {object};
     scene.robots = {wrist("hand_" + std::to_string(static_cast<int>(joint)), world::Box{{0.03, 0.04, 0.05}})};
     scene.robots[0].X_WBase.p = {0, 0.12, 0.03};
-    run_scene(scene, {.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 40);
-    run_scene(scene, {.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 10);
+    (void)run_scene(scene, {.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 40);
+    (void)run_scene(scene, {.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 10);
   }
 }
 
@@ -522,8 +548,8 @@ TEST(Linearisation, ObjectsThatHangOnOthers_MatchCentralDifferences) {
     world::Scene scene = make_chain(base);
     scene.robots = {wrist("hand_chain" + base, world::Box{{0.03, 0.04, 0.05}})};
     scene.robots[0].X_WBase.p = {0, 0.12, 0.13};
-    run_scene(scene, {.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 30);
-    run_scene(scene, {.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 5);
+    (void)run_scene(scene, {.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 30);
+    (void)run_scene(scene, {.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 5);
   }
 }
 
@@ -536,12 +562,12 @@ TEST(Linearisation, PyramidsDampingAndNoFriction_MatchCentralDifferences) {
   scene.robots[0].X_WBase.p = {0.02, 0.1, 0.03};
   scene.fixed = {half_space({0, 0, 1}, {0, 0, -0.1}, 0.6)};
   StepOptions options{.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true};
-  run_scene(scene, options, 0.5, 20);
+  (void)run_scene(scene, options, 0.5, 20);
   options.friction_scale = 0;
-  run_scene(scene, options, 0.0, 20);
+  (void)run_scene(scene, options, 0.0, 20);
   options.friction_scale = 0.7;
   options.friction_cone = PolyhedralCone{5};
-  run_scene(scene, options, 0.5, 20);
+  (void)run_scene(scene, options, 0.5, 20);
 }
 
 TEST(Linearisation, NothingNear_ObjectStaysAndRobotForgets) {

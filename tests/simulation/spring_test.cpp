@@ -70,6 +70,22 @@ TEST(Spring, AgainstWall_PushesWithStiffnessTimesDeflection) {
   }
 }
 
+/// A motor that bears less than the wall would take: 15 N of spring, 6 N of motor.
+TEST(Spring, EffortLimits_MotorPushesWithItsEffort) {
+  for (const bool limited : {false, true}) {
+    world::Scene scene = empty_scene({0, 0, -9.81});
+    scene.robots.push_back(pusher(100));
+    scene.robots[0].effort = {{"y", 6}};
+    world::Pose X_WB{Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitX()).toRotationMatrix(), {0, 0.15, 0}};  // faces −y
+    scene.fixed.push_back(ground(0.5, X_WB));
+    PlantOptions options;
+    options.effort_limits = limited;
+    Rig rig(scene, options);
+    ASSERT_EQ(rig.hold(Vector2d(0, 0), Vector2d(0.2, 0), 3.0), Status::Solved);
+    EXPECT_NEAR(rig.force().normal, limited ? 6 : 15, 0.02);
+  }
+}
+
 TEST(Spring, JointLimit_IsKept) {
   auto model = load_task("planar_hand");
   Rig rig(model);

@@ -173,6 +173,42 @@ TEST_F(CheckTest, BadQuaternion_IsCaughtAndSurvived) {
   }
 }
 
+/// Largest K|u − q| of a stored knot over the effort, and its joint.
+std::pair<double, std::string> largest_effort(const ScriptedPlan& plan, const world::Model& model) {
+  std::pair<double, std::string> out{0, ""};
+  for (const auto& segment : plan.file.segments) {
+    for (const auto& knot : segment.knots) {
+      for (int j = 0; j < model.n_a(); ++j) {
+        const double share = model.stiffness()[j] * std::abs(knot.u[j] - knot.q[model.n_qu() + j]) / model.effort()[j];
+        if (share > out.first) out = {share, plan.file.joints[static_cast<std::size_t>(j)]};
+      }
+    }
+  }
+  return out;
+}
+
+TEST_F(CheckTest, Efforts_AreReportedAndJudgedWhereThePlanBoundsThem) {
+  const CheckReport plain = check(ball_->task, ball_->file);
+  const auto [share, joint] = largest_effort(*ball_, *ball_->task.model);
+  EXPECT_GT(share, 1) << "the hand's springs are stiffer than its motors: the test would say nothing";
+  EXPECT_NEAR(plain.at("effort").value, share, 1e-12 * share);
+  EXPECT_EQ(plain.at("effort").where.substr(0, joint.size()), joint);
+  EXPECT_FALSE(plain.at("effort").limit.has_value());
+  PlanFile bounded = ball_->file;
+  bounded.step.effort_limits = true;
+  const CheckReport judged = check(ball_->task, bounded);
+  EXPECT_FALSE(judged.at("effort").pass);
+  EXPECT_GT(*judged.at("effort").limit, 1);
+  EXPECT_LT(*judged.at("effort").limit, 1.05);
+  PlanFile gentle = box_->file;  // far within its motors
+  gentle.step.effort_limits = true;
+  const CheckReport passed = check(box_->task, gentle);
+  const double little = largest_effort(*box_, *box_->task.model).first;
+  EXPECT_GT(little, 0);
+  EXPECT_NEAR(passed.at("effort").value, little, 1e-12 * little);
+  EXPECT_TRUE(passed.at("effort").limit && passed.at("effort").pass);
+}
+
 TEST_F(CheckTest, CommandBeyondALimit_IsCaught) {
   PlanFile forged = ball_->file;
   middle(forged).u[1] = ball_->task.model->upper()[1] + 1e-3;

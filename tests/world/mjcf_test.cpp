@@ -109,7 +109,7 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
                                   <equality><weld name="w" body1="b"/></equality><contact><pair name="p" geom1="a" geom2="c"/></contact>)",
       "passed.xml");
   const auto model = make_model(file);
-  ASSERT_EQ(model->notes().size(), 1u);
+  ASSERT_EQ(model->notes().size(), 2u);  // the other one: no effort
   EXPECT_EQ(
       model->notes()[0],
       "arm: passed over: joint 'j' (a passive spring); equality 'w' (a constraint beside joints and contacts); tendon 't' (a tendon with a "

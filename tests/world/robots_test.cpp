@@ -100,10 +100,11 @@ TEST_F(Robots, LimitsThatAreMissing_AreNamed) {
   Kinematics k;
   calc_kinematics(*model, model->neutral(), work, k);
   EXPECT_LE((k.X_WB.back().p - Vector3d(0, 0, 0.2)).norm(), 1e-15);
-  EXPECT_EQ(notes(*model),
-            (std::vector<std::string>{"r: no limits in the file, so that these joints have none: free",
-                                      "r: lower and upper limit are the same (0 where a URDF leaves them out), so that these joints stand "
-                                      "still: fast, still"}));
+  EXPECT_EQ(notes(*model), (std::vector<std::string>{
+                               "r: no limits in the file, so that these joints have none: free",
+                               "r: lower and upper limit are the same (0 where a URDF leaves them out), so that these joints stand "
+                               "still: fast, still",
+                               "r: motors whose effort nobody states (or states as 0), and which may bear anything, of joints: free"}));
 }
 
 /// Two fingers, the left one of two links whose outer follows the inner one, the right one follows the left.

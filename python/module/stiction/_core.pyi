@@ -128,6 +128,12 @@ class Dof:
     def stiffness(self) -> float:
         """K_a [N/m or N m/rad], 0 for objects"""
 
+    @property
+    def effort(self) -> float:
+        """
+        Largest force or torque of the motor [N or N m], infinite where there is no limit
+        """
+
 class ObjectInfo:
     @property
     def name(self) -> str: ...
@@ -233,6 +239,12 @@ class Model:
     @property
     def stiffness(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """K_a (n_a) [N/m or N m/rad]"""
+
+    @property
+    def effort(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        Largest forces and torques of the motors (n_a) [N or N m], infinite where there is no limit
+        """
 
     @property
     def lower(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
@@ -407,6 +419,14 @@ class StepResult:
     @property
     def delta(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """δq (n_v)"""
+
+    @property
+    def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the springs (n_a), within Model.effort with effort_limits [N m, N]"""
+
+    @property
+    def saturated(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
+        """joints whose motor gives all it has (n_a)"""
 
     @property
     def contacts(self) -> list[ContactImpulse]: ...
@@ -627,7 +647,7 @@ class StepWorkspace:
     def forget(self) -> None:
         """drops warm starts, so that the next step depends on its input alone"""
 
-def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> StepResult:
+def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> StepResult:
     """
     One quasi-static step: the configuration in which the robots' springs, commanded to u, and the contacts are in balance (2.6).
 
@@ -650,12 +670,13 @@ def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, 
       friction_scale: factor of every coefficient of friction, >= 0.
       contact_margin: added to the contact distance of the scene [m], >= 0.
       joint_limits: limits of the joints are constraints.
+      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
 
     Raises InvalidInput by the name of the argument.
     """
 
-def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> LocalModel:
+def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> LocalModel:
     """
     Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
 
@@ -675,12 +696,13 @@ def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.Ar
       friction_scale: factor of every coefficient of friction, >= 0.
       contact_margin: added to the contact distance of the scene [m], >= 0.
       joint_limits: limits of the joints are constraints.
+      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
 
     Raises InvalidInput by the name of the argument.
     """
 
-def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, tol_complementarity: float = 1e-10) -> RolloutResult:
+def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> RolloutResult:
     """
     Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
 
@@ -700,6 +722,7 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
       friction_scale: factor of every coefficient of friction, >= 0.
       contact_margin: added to the contact distance of the scene [m], >= 0.
       joint_limits: limits of the joints are constraints.
+      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
 
     Raises InvalidInput by the name of the argument.
@@ -779,11 +802,12 @@ class Plant:
       friction_scale: factor of every coefficient of friction, >= 0.
       ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
       velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
+      effort_limits: motors give Model.effort at most.
 
     Raises InvalidInput by the name of the argument.
     """
 
-    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool = False) -> None: ...
+    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool = False, effort_limits: bool = False) -> None: ...
 
     @property
     def timestep(self) -> float:

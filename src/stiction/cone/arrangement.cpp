@@ -11,6 +11,14 @@ namespace {
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 template <int R>
+void harden(Group<R>& group, int i) {
+  if constexpr (R == 1) {
+    *lane(&group.give, i) = *lane(&group.yield, i) = 0.0;
+    *lane(&group.hold, i) = 1.0;
+  }
+}
+
+template <int R>
 void idle_lane(Bank<R>& b, int i) {
   Group<R>& group = b.of(i);
   for (V4* member : {group.w, group.z, group.r_p, group.u, group.p, group.c}) {
@@ -21,6 +29,7 @@ void idle_lane(Bank<R>& b, int i) {
   *lane(&group.weight, i) = *lane(&group.inv_weight, i) = *lane(&group.live, i) = *lane(&group.shift, i) = 0.0;
   *lane(&group.length, i) = 1.0;
   *lane(&group.inv_work, i) = 0.0;
+  harden(group, i);
 }
 
 /// Sorts the rows by support and lays out Y.
@@ -79,6 +88,7 @@ void set_weight(Bank<R>& b, int i, double value, const Unit& unit) {
   *lane(&group.inv_weight, i) = 1.0 / value;
   *lane(&group.live, i) = 1.0;
   *lane(&group.shift, i) = 0.0;
+  harden(group, i);
 }
 
 template <int R>
@@ -129,6 +139,7 @@ void prepare(const Problem& problem, const Options& options, State& s) {
   }
   for (int i = s.n_cones; i < 4 * s.cones.groups; ++i) idle_lane(s.cones, i);
   for (int i = s.n_lines; i < 4 * s.lines.groups; ++i) idle_lane(s.lines, i);
+  s.gives = false;
   for (int g = 0; g < s.bounds.groups; ++g) {
     const auto& group = problem.bound_groups()[at(g)];
     s.bound_tile[at(g)] = group.tile;
@@ -141,6 +152,8 @@ void prepare(const Problem& problem, const Options& options, State& s) {
       s.bound_slot[at(group.index[lane])] = 4 * g + lane;
       detail::lane(s.bounds.of(4 * g).g, lane)[0] = group.offset[lane];
       set_weight(s.bounds, 4 * g + lane, weight_of(group.sigma[lane], 1.0, group.unit[lane]), group.unit[lane]);
+      *detail::lane(&s.bounds.of(4 * g).give, lane) = group.give[lane];
+      s.gives = s.gives || group.give[lane] > 0;
     }
   }
   std::ranges::fill(s.below, TileMask{});

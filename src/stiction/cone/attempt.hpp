@@ -50,6 +50,9 @@ class Attempt {
     each_group(s_.lines, f);
     each_group(s_.bounds, f);
   }
+  void start_giving(int bound, double gx, double centre);
+  void blunt();
+  bool sharpen();
   Spread scale();
   void build();
   void calc_gradient();
@@ -88,6 +91,7 @@ class Attempt {
   bool careful_ = false;
   bool centred_ = false;    // the last step was a centring step of good length
   bool following_ = false;  // shifts follow the iterates
+  double sharpness_ = 0;    // Smoothed: bounds that give have at least this for σ
 };
 
 }  // namespace stiction::cone::detail

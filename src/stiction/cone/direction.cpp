@@ -22,6 +22,12 @@ constexpr double kShiftAhead = 0.8;      // where on the way of the predictor th
 Spread Attempt::scale() {
   Spread spread;
   for_each_group([&]<int R>(Group<R>& group) { scale_group<R>(group, t_end_, spread); });
+  if (s_.gives) {
+    each_group(s_.bounds, [](Group<1>& group) {
+      group.yield = group.give * group.v[0] * group.v[0];
+      group.hold = 1.0 / (1.0 + group.yield);
+    });
+  }
   return spread;
 }
 
@@ -43,7 +49,7 @@ void Attempt::build() {
   for (int g = 0; g < s_.bounds.groups; ++g) {
     double* t = h.tile(h.index(s_.bound_tile[at(g)], s_.bound_tile[at(g)]));
     const V4 y = s_.bounds.group[at(g)].v[0] * load(s_.bound_sign.data() + 4 * g);
-    const V4 d = y * y;
+    const V4 d = y * y * s_.bounds.group[at(g)].hold;
     for (int lane = 0; lane < kTile; ++lane) t[5 * lane] += d[lane];
   }
   if (primal_ == 0) return;
@@ -97,7 +103,7 @@ void Attempt::add_all_transposed(Member&& member, double* out) const {
   const Group<1>* group = s_.bounds.group.data();
   for (int g = 0; g < s_.bounds.groups; ++g, ++group) {
     double* to = out + 4 * s_.bound_tile[at(g)];
-    store(to, load(to) + group->v[0] * load(s_.bound_sign.data() + 4 * g) * member(*group)[0]);
+    store(to, load(to) + group->v[0] * load(s_.bound_sign.data() + 4 * g) * (member(*group)[0] * group->hold));
   }
 }
 
@@ -158,6 +164,12 @@ void Attempt::set_rhs(double t, bool corrector, double reduction) {
   else if (has_p)
     add_all_transposed(
         [](const auto& group) -> const auto& { return group.p; }, dx);
+  if (!s_.gives) return;
+  for (int g = 0; g < s_.bounds.groups; ++g) {  // what is left of Gᵀz, (20)
+    const Group<1>& group = s_.bounds.group[at(g)];
+    double* to = dx + 4 * s_.bound_tile[at(g)];
+    store(to, load(to) + reduction * (group.v[0] * load(s_.bound_sign.data() + 4 * g) * group.hold * (group.yield * group.lambda[0])));
+  }
 }
 
 /// From the solution dx of H·dx = rhs, the rest of that direction. @returns the largest step that stays inside all cones

@@ -144,11 +144,12 @@ int Problem::add_half_line(std::uint64_t id, int support, const double* G, doubl
   return add_row(lines_, 1, id, support, G, &g, sigma, unit);
 }
 
-int Problem::add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma, Unit unit) {
+int Problem::add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma, Unit unit, double give) {
   require_index("variable", variable, layout_->size());
   if (sign != 1.0 && sign != -1.0) core::throw_invalid("sign", std::to_string(sign), "1 or -1");
   if (!std::isfinite(offset)) core::require_finite("offset", offset);
   if (!(sigma >= 0) || !std::isfinite(sigma)) core::require_nonnegative("sigma", sigma);
+  if (!(give >= 0) || !std::isfinite(give)) core::require_nonnegative("give", give);
   require_unit(unit);
   const int tile = layout_->tile(variable);
   const int lane = layout_->lane(variable);
@@ -174,6 +175,7 @@ int Problem::add_bound(std::uint64_t id, int variable, double sign, double offse
   group.sign[lane] = sign;
   group.offset[lane] = offset;
   group.sigma[lane] = sigma;
+  group.give[lane] = give;
   group.unit[lane] = unit;
   group.index[lane] = n_bounds_;
   bound_id_[static_cast<std::size_t>(n_bounds_)] = id;

@@ -53,8 +53,11 @@ class Problem {
   int add_cone(std::uint64_t id, int support, const double* G, const double* g, double sigma, Unit unit = {});
   /// Adds the row Gx + g ≥ 0; G is 1×k. sigma = 1/κ. Otherwise as add_cone. @returns index among the half-lines
   int add_half_line(std::uint64_t id, int support, const double* G, double g, double sigma, Unit unit = {});
-  /// Adds sign·x(variable) + offset ≥ 0, sign = ±1. @returns index among the bounds
-  int add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma, Unit unit = {});
+  /// Adds sign·x(variable) + offset ≥ 0, sign = ±1. A bound that gives is sign·x + offset + give·z ≥ 0: what it is violated by costs
+  /// (·)²/(2 give) instead of being forbidden (docs/theory/soft_bounds.md, eq. 20).
+  /// @param give  ≥ 0 [unit of w over that of z]
+  /// @returns index among the bounds @throws InvalidInput: as add_cone, give < 0 or not finite
+  int add_bound(std::uint64_t id, int variable, double sign, double offset, double sigma, Unit unit = {}, double give = 0);
 
   int n_cones() const { return cones_.n; }
   int n_half_lines() const { return lines_.n; }
@@ -80,6 +83,7 @@ class Problem {
     double sign[kTile] = {};
     double offset[kTile] = {};
     double sigma[kTile] = {};
+    double give[kTile] = {};
     Unit unit[kTile] = {};
     int index[kTile] = {-1, -1, -1, -1};  ///< index of the bound, in order of adding
   };

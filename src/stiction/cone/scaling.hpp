@@ -168,6 +168,10 @@ inline void direction_group(Group<R>& b, Element<R> u, double p_part, bool has_c
     for (int r = 0; r < R; ++r) s.e[r] += c.e[r];
   }
   for (int r = 0; r < R; ++r) s.e[r] *= live;
+  if constexpr (R == 1) {  // (20)
+    s.e[0] *= b.hold;
+    u.e[0] += b.yield * s.e[0];
+  }
   store_element<R>(b.u, u);
   store_element<R>(b.s, s);
   const V4 il = R == 3 ? b.inv_det : b.inv_lambda0;

@@ -103,7 +103,7 @@ double D_bound(const Workspace& work, int bound) {
   require_row("bound", bound, s.n_bounds);
   const int i = s.bound_slot[at(bound)];
   const double v = *detail::lane(s.bounds.of(i).v, i);
-  return v * v;
+  return v * v * *detail::lane(&s.bounds.of(i).hold, i);
 }
 
 }  // namespace stiction::cone

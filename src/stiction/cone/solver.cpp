@@ -21,6 +21,8 @@ constexpr double kShiftEnd = 100;          // shifts follow the iterates until t
 constexpr double kLeastShiftEnd = 1e-7;    // … or this, where it is more
 constexpr int kShiftIterations = 30;       // … or for so many iterations
 constexpr double kShiftSlack = 0.5;        // a shift that becomes less takes at most this part of the slack from w, the rest from r_p
+constexpr double kSharpenFrom = 0.5;       // how far off its centre the point may be when σ of bounds that give gets smaller, relative …
+constexpr double kSharpen = 0.1;           // … by this
 constexpr double kExactEnd = 0.05;         // that point is at this part of the tolerance
 
 }  // namespace
@@ -56,7 +58,7 @@ bool Attempt::measure() {
     Group<1>& group = s_.bounds.group[at(g)];
     const int position = 4 * s_.bound_tile[at(g)];
     const V4 sign = load(s_.bound_sign.data() + 4 * g);
-    look(group, Element<1>{{sign * load(s_.x.data() + position)}});
+    look(group, Element<1>{{sign * load(s_.x.data() + position) + group.give * group.z[0]}});
     store(gtz + position, load(gtz + position) + sign * group.z[0]);
     store(size + position, load(size + position) + group.live * group.z[0]);
   }
@@ -75,7 +77,8 @@ bool Attempt::measure() {
 }
 
 /// −gᵀz > radius·‖Gᵀz‖₁: no ‖x‖∞ ≤ radius is feasible (eq. 11). In Smoothed mode it is enough that none has all slacks above
-/// 1e-6 of its length (the central path needs an interior). Call after measure(), which leaves Gᵀz in scratch.
+/// 1e-6 of its length (the central path needs an interior). Bounds that give are always feasible and have no part in it. Call after measure(), which leaves
+/// Gᵀz in scratch.
 bool Attempt::prove_infeasible() {
   double gz = 0, norm = 0, size = 0;  // size: Σ z₀ℓ
   for (int i = 0; i < s_.n_cones; ++i) {
@@ -91,6 +94,10 @@ bool Attempt::prove_infeasible() {
   for (int k = 0; k < s_.n_bounds; ++k) {
     const int i = s_.bound_slot[at(k)];
     const double z = *lane(s_.bounds.of(i).z, i);
+    if (*lane(&s_.bounds.of(i).give, i) > 0) {
+      s_.scratch[at(4 * s_.bound_tile[at(i / 4)] + i % 4)] -= s_.bound_sign[at(i)] * z;
+      continue;
+    }
     gz += problem_.bound_groups()[at(i / 4)].offset[i % 4] * z;
     size += z * *lane(&s_.bounds.of(i).length, i);
   }
@@ -147,6 +154,33 @@ void Attempt::anticipate_tangents(double alpha) {
   for_each_group([]<int R>(Group<R>& group) { scale_primal_residual<R>(group, 1.0); });
 }
 
+/// Smoothed: σ of bounds that give starts at the largest of all rows, where the central path is easy to follow …
+void Attempt::blunt() {
+  if (!smoothed_ || !s_.gives) return;
+  V4 largest_weight{};
+  for_each_group([&](const auto& group) { largest_weight = max(largest_weight, group.weight); });
+  sharpness_ = largest(largest_weight) / kSharpen;
+  sharpen();
+}
+
+/// … and becomes smaller on the way. @returns false when every row has its own
+bool Attempt::sharpen() {
+  if (sharpness_ == 0) return false;
+  sharpness_ *= kSharpen;
+  bool any = false;
+  for (int k = 0; k < s_.n_bounds; ++k) {
+    const int i = s_.bound_slot[at(k)];
+    Group<1>& group = s_.bounds.of(i);
+    if (*lane(&group.give, i) == 0) continue;
+    const double own = problem_.bound_groups()[at(i / 4)].sigma[i % 4];
+    *lane(&group.weight, i) = std::max(own, sharpness_);
+    *lane(&group.inv_weight, i) = 1 / *lane(&group.weight, i);
+    any = any || sharpness_ > own;
+  }
+  if (!any) sharpness_ = 0;
+  return any;
+}
+
 Status Attempt::run(int& iterations) {
   const bool centred = smoothed_ || options_.sensitivities || careful_;
   t_end_ = smoothed_ ? 1.0 : (centred ? kExactEnd * options_.tol_complementarity * impulse_ : 0.0);
@@ -159,7 +193,11 @@ Status Attempt::run(int& iterations) {
   for (int iteration = 0;; ++iteration) {
     following_ = options_.shift_by_tangent && iteration <= kShiftIterations && (iteration == 0 || t_ >= shift_end * impulse_);
     if (following_ && iteration > 0) follow_tangents();
-    const Spread spread = scale();
+    Spread spread = scale();
+    if (sharpness_ > 0 && largest(spread.off) <= kSharpenFrom) {
+      sharpen();
+      spread = scale();
+    }
     t_ = n_rows_ > 0 ? sum(spread.mean) / n_rows_ : 0.0;
     const double worst = largest(spread.worst) / impulse_;
     const double off = largest(spread.off);
@@ -167,7 +205,7 @@ Status Attempt::run(int& iterations) {
     if (!(t_ >= 0) || !std::isfinite(t_) || !std::isfinite(largest(spread.off))) return Status::NumericalFailure;
     if (!smoothed_ && t_ >= kWarmMemory * impulse_) remember_z();
     // Rounding of w∘z can keep a sharp row just above the tolerance: then two iterates within ten times of it will do.
-    const bool close = smoothed_ ? off <= tolerance || std::max(off, last_off) <= 10 * tolerance : worst <= tolerance;
+    const bool close = smoothed_ ? sharpness_ == 0 && (off <= tolerance || std::max(off, last_off) <= 10 * tolerance) : worst <= tolerance;
     last_off = off;
     const bool good = close && measure();
     if (good) {

@@ -60,12 +60,30 @@ double start_row(double* w, double* z, double* r_p, const double* remembered, do
 
 }  // namespace
 
+/// A bound that gives starts feasible and on the central path: w − give·z = gx + g and wz = target.
+void Attempt::start_giving(int i, double gx, double centre) {
+  Group<1>& group = s_.bounds.of(i);
+  const double give = *lane(&group.give, i);
+  if (give == 0) return;
+  const double g = gx + *lane(group.g, i), target = centre * *lane(&group.weight, i);
+  const double root = std::sqrt(g * g + 4 * give * target);
+  const double w = g >= 0 ? (g + root) / 2 : 2 * give * target / (root - g);  // without cancellation
+  *lane(group.w, i) = w;
+  *lane(group.z, i) = target / w;
+  *lane(group.r_p, i) = 0;
+}
+
 void Attempt::start_cold(double least_slack, bool careful) {
   careful_ = careful;
+  blunt();
   std::ranges::fill(s_.x, 0.0);
   each_group(s_.cones, [](Group<3>& group) { group.g[0] -= std::exchange(group.shift, V4{}); });
   V4 outside{};
-  for_each_group([&]<int R>(const Group<R>& group) { outside = max(outside, -slack_of_group<R>(group.g) / group.length); });
+  for_each_group([&]<int R>(const Group<R>& group) {
+    V4 violation = -slack_of_group<R>(group.g) / group.length;
+    if constexpr (R == 1) violation = group.give > V4{} ? V4{} : violation;
+    outside = max(outside, violation);
+  });
   const double s0 = std::max(least_slack, 0.3 * largest(outside));
   V4 sharpest_lanes{};
   for_each_group([&](const auto& group) { sharpest_lanes = max(sharpest_lanes, group.weight * group.inv_work); });
@@ -88,6 +106,7 @@ void Attempt::start_cold(double least_slack, bool careful) {
     group.z[0] = (R == 3 ? f * w0 : f) + dead;
     group.r_p[0] = (w0 - group.g[0]) * group.live;
   });
+  for (int k = 0; s_.gives && k < s_.n_bounds; ++k) start_giving(s_.bound_slot[at(k)], 0, centre);
   primal_ = 1.0;
 }
 
@@ -96,6 +115,7 @@ bool Attempt::try_start_warm() {
   if (!m.valid || m.mode != options_.mode || n_rows_ == 0) return false;
   std::ranges::copy(s_.x_memory, s_.x.begin());
   const double centre = smoothed_ ? 1.0 : kColdCentre * impulse_;
+  blunt();
   double worst = 0;
   int hits = 0;
   const auto look_up = [&](const Memory::Rows& rows, std::uint64_t id, int hint, int components) -> const double* {
@@ -124,7 +144,12 @@ bool Attempt::try_start_warm() {
     Group<1>& group = s_.bounds.of(i);
     const int tile = s_.bound_tile[at(i / 4)];
     double* w = lane(group.w, i);
-    *w = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)] + problem_.bound_groups()[at(i / 4)].offset[i % 4];
+    const double gx = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)];
+    if (*lane(&group.give, i) > 0) {
+      start_giving(i, gx, centre);
+      continue;
+    }
+    *w = gx + problem_.bound_groups()[at(i / 4)].offset[i % 4];
     const double* z = look_up(m.bounds, problem_.bound_id(k), k, 1);
     worst = std::max(worst, start_row<1>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i),
                                          *lane(&group.length, i), smoothed_));

@@ -12,9 +12,17 @@
 
 namespace stiction::cone::detail {
 
+/// Half-lines that give, w = Gx + g + give·z (eq. 20); cones do not.
+template <int R>
+struct Softness {};
+template <>
+struct Softness<1> {
+  V4 give, yield, hold;  // yield = give·V², hold = 1/(1 + yield): 0 and 1 where the row is hard
+};
+
 /// Four rows of one kind, R components each, a row per lane; everything an iteration knows of them lies side by side.
 template <int R>
-struct Group {
+struct Group : Softness<R> {
   static constexpr int kScaling = R == 3 ? 6 : 1;  // entries of the symmetric V = W⁻¹: 00 01 02 11 12 22
   V4 w[R], z[R], lambda[R], u[R], s[R], c[R], p[R], r_p[R];
   V4 v[kScaling];
@@ -95,6 +103,7 @@ struct State {
   GeneralBank<3> cones;
   GeneralBank<1> lines;
   Bank<1> bounds;
+  bool gives = false;                             // one of the bounds does
   std::vector<int> bound_slot;                    // index of the bound → place in the bank (group · 4 + lane)
   std::vector<int> bound_tile;                    // by group
   AlignedVector bound_sign;                       // four per group, 0 at dead lanes

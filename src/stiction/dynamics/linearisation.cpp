@@ -54,12 +54,14 @@ void fill_impulses(const SolvedStep& step, const StepResult& out, LinearisationW
 /// S y of one contact.
 Vector3d multiply(const ContactStiffness& S, const Vector3d& y) { return S.sharp * S.sharp.dot(y) + S.rest * y; }
 
-/// −∂(Qδq + b)/∂q (S.8). Robots: b = −hK_a(u − qᵃ). Objects: mass matrix and gravity where a centre of mass turns about an axis that it is
+/// −∂(Qδq + b)/∂q (S.8). Robots: b = −hK_a(u − qᵃ), constant where the spring has a row of its own (S.15). Objects: mass matrix and gravity where a centre of mass turns about an axis that it is
 /// off; a free object that carries nothing turns about its own.
 void subtract_objective(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, Eigen::MatrixXd& R) {
   const Model& model = step.model;
   const double h = step.options.h;
-  for (int j = 0; j < model.n_a(); ++j) R(model.n_vu() + j, model.n_vu() + j) -= h * model.stiffness()[j];
+  for (int j = 0; j < model.n_a(); ++j) {
+    if (step.motor_bound[at(j)] < 0) R(model.n_vu() + j, model.n_vu() + j) -= h * model.stiffness()[j];
+  }
   work.D_momentum.resize(6, model.n_vu());
   work.D_gravity.resize(6, model.n_vu());
   const auto objects = model.objects();
@@ -224,7 +226,8 @@ void calc_B(const SolvedStep& step, LinearisationWorkspace& work, StepResult& ou
   work.h_stiffness.resize(at(model.n_a()));
   for (int j = 0; j < model.n_a(); ++j) {
     work.actuated[at(j)] = model.n_vu() + j;
-    work.h_stiffness[at(j)] = step.options.h * model.stiffness()[j];
+    const int bound = step.motor_bound[at(j)];
+    work.h_stiffness[at(j)] = bound < 0 ? step.options.h * model.stiffness()[j] : cone::D_bound(step.solver, bound);
   }
   out.B.resize(model.n_v(), model.n_a());
   cone::calc_inverse_columns(step.solver, work.actuated, work.h_stiffness, out.B);

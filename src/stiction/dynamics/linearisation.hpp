@@ -25,7 +25,8 @@ struct SolvedStep {
   const contact::Jacobians& J;
   std::span<const char> included;         ///< per contact: its rows are in the program
   std::span<const Eigen::Vector2d> rays;  ///< of the half-lines of a contact, none for second-order cones
-  std::span<const int> bound_variables;   ///< of the joint limits in the program, in order of adding
+  std::span<const int> bound_variables;   ///< of the joint limits and motors in the program, in order of adding
+  std::span<const int> motor_bound;       ///< per robot joint: index among them of the row on which its spring saturates (S.15), or −1
   std::span<const QEntry> Q;
   const cone::Workspace& solver;
 };
@@ -57,7 +58,7 @@ struct LinearisationWorkspace {
   RowMatrix motion;                       // 3 × n: D_w_q + J_c X of one contact
   Eigen::MatrixXd D_momentum, D_gravity;  // of one object
   std::vector<int> actuated;              // velocity indices of the commands
-  std::vector<double> h_stiffness;        // hK_a
+  std::vector<double> h_stiffness;        // hK_a, or what is left of it where the motor is at its limit (21)
 };
 
 /// Fills out.A, out.B and the derivatives of the impulses, whichever the options ask for, at the solution in `out`.

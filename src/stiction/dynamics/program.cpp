@@ -102,9 +102,20 @@ StepWorkspace::Impl::Impl(std::shared_ptr<const Model> m)
     radius = std::max(radius, geometry.p_BCenter.norm() + geometry.bounding_radius);
   }
   limit_included.resize(static_cast<std::size_t>(2 * model->n_v()));
+  motor.resize(at(model->n_a()));
+  motor_bound.assign(at(model->n_a()), -1);
 }
 
 namespace detail {
+namespace {
+
+/// Smoothed steps: σ of a motor's row as a share of h·effort²/K. A spring keeps its corner to the root of this, relative to its effort: it pushes
+/// nothing, so that it needs no smoothing of its own.
+constexpr double kMotorSharpness = 1e-6;
+
+std::uint64_t motor_id(const Model& model, int joint) { return static_cast<std::uint64_t>(2 * model.n_v() + joint); }
+
+}  // namespace
 
 cone::Unit during(cone::Unit unit, double h) { return {unit.length, unit.work * power_of_two(h)}; }
 
@@ -142,15 +153,52 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
     fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.carried_mass));
   }
 
-  const int n_vu = model.n_vu();
-  const int n_qu = model.n_qu();
-  for (int j = 0; j < model.n_a(); ++j) {
-    const double K = model.stiffness()[j];
-    const double tau_a = in.tau_ext ? (*in.tau_ext)[n_vu + j] : 0.0;
-    work.Q.push_back({n_vu + j, n_vu + j, h * K + damping(n_vu + j)});
-    work.b[n_vu + j] = -h * (K * (in.u[j] - in.q[n_qu + j]) + tau_a);
-  }
+  work.springs = work.Q.size();
+  for (int v = model.n_vu(); v < model.n_v(); ++v) work.Q.push_back({v, v, 0});
   return fall;
+}
+
+void set_springs(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
+  const double h = options.h;
+  const int n_vu = model.n_vu();
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double K = model.stiffness()[j], damping = in.damping ? (*in.damping)[n_vu + j] : 0.0;
+    const double tau_a = in.tau_ext ? (*in.tau_ext)[n_vu + j] : 0.0;
+    const int side = work.motor[at(j)];
+    work.Q[work.springs + at(j)].value = side == 0 ? h * K + damping : damping;
+    const double pull = side == 0 ? K * (in.u[j] - in.q[model.n_qu() + j]) : side * model.effort()[j];
+    work.b[n_vu + j] = -h * (pull + tau_a);
+  }
+}
+
+void add_motors(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
+  const double h = options.h;
+  for (int j = 0; j < model.n_a(); ++j) {
+    work.motor_bound[at(j)] = -1;
+    const int side = work.motor[at(j)];
+    if (side == 0) continue;
+    const double K = model.stiffness()[j], effort = model.effort()[j];
+    const int v = model.n_vu() + j;
+    const double offset = side * (in.u[j] - in.q[model.n_qu() + j]) - effort / K;
+    work.motor_bound[at(j)] = work.problem->add_bound(motor_id(model, j), v, -side, offset, kMotorSharpness * h * effort * effort / K,
+                                                      during(work.variable_unit[at(v)], h), 1 / (h * K));
+    work.bound_variables.push_back(v);
+  }
+}
+
+void read_motors(const Model& model, const StepInput& in, const StepOptions& options, const StepWorkspace::Impl& work, StepResult& out) {
+  out.torque.resize(model.n_a());
+  out.saturated.resize(at(model.n_a()));
+  for (int j = 0; j < model.n_a(); ++j) {
+    const int side = work.motor[at(j)], bound = work.motor_bound[at(j)];
+    const double K = model.stiffness()[j];
+    if (side == 0) {
+      out.torque[j] = K * (in.u[j] - in.q[model.n_qu() + j] - work.solution.x[model.n_vu() + j]);
+    } else {
+      out.torque[j] = side * (model.effort()[j] - work.solution.z_bound[bound] / options.h);
+    }
+    out.saturated[at(j)] = side != 0 && work.solution.w_bound[bound] * options.h * K > work.solution.z_bound[bound];
+  }
 }
 
 void add_objective(const StepWorkspace::Impl& work, double h, cone::Problem& problem) {

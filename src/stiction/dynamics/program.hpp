@@ -42,12 +42,15 @@ struct StepWorkspace::Impl {
   std::vector<double> G;
   std::vector<Eigen::Vector2d> rays;  // of the friction cone in (t1, t2); none: second order
   std::vector<detail::QEntry> Q;      // lower triangle
+  std::size_t springs = 0;            // index of the first robot joint's entry, which is on the diagonal
   Eigen::VectorXd b;
   Eigen::VectorXd commanded;           // (0; u − qᵃ)
   std::vector<char> included;          // per contact: its rows are in the problem
   std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
   std::vector<char> limit_included;    // per limit_id
-  std::vector<int> bound_variables;    // of the limits in the problem, in order of adding
+  std::vector<int> bound_variables;    // of the limits in the problem, in order of adding, and of the motors after them
+  std::vector<signed char> motor;      // per robot joint: the side, ±1, on which its spring saturates (S.15); 0: on none
+  std::vector<int> motor_bound;        // per robot joint: index of its bound in the problem, −1 where there is none
   detail::LinearisationWorkspace linearisation;
 };
 
@@ -65,7 +68,17 @@ cone::Unit during(cone::Unit unit, double h);
 double calc_objective(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work,
                       Eigen::VectorXd& epsilon);
 
+/// The robots' part of it, K_a where `motor` is 0. Where it is ±1: b = −h(±effort + τ_a), and the quadratic part is that of add_motors (S.15).
+void set_springs(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work);
+
 void add_objective(const StepWorkspace::Impl& work, double h, cone::Problem& problem);
+
+/// Rows ±(u − qᵃ − δqᵃ) − effort/K_a + z/(hK_a) ≥ 0 of the joints whose `motor` is ±1.
+void add_motors(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work);
+
+/// Torques of the springs, and which of them give all they have.
+void read_motors(const world::Model& model, const StepInput& in, const StepOptions& options, const StepWorkspace::Impl& work,
+                 StepResult& out);
 
 /// Rays of (2.10): ±t1 in the plane, n_d around the cone of a polyhedral model, none for the second-order cone.
 void set_rays(const world::Model& model, const StepOptions& options, std::vector<Eigen::Vector2d>& rays);

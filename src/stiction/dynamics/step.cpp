@@ -173,10 +173,12 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
       include_within_reach(model, in, options, solver_options.shift_by_tangent, fall, work);
     else
       include_near(model, in, options, *guess, work);
-    for (int round = 0; round < kMaxRounds; ++round) {
+    std::ranges::fill(work.motor, static_cast<signed char>(0));
+    for (int round = 0;; ++round) {
       cone::Problem& problem = *work.problem;
       problem.clear();
       work.bound_variables.clear();
+      set_springs(model, in, options, work);
       add_objective(work, options.h, problem);
       for (std::size_t i = 0; i < work.contacts.size(); ++i) {
         if (!work.included[i]) continue;
@@ -190,10 +192,18 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
         problem.add_bound(id, variable, sign, offset, sigma_limit, during(work.variable_unit[at(variable)], options.h));
         work.bound_variables.push_back(variable);
       });
+      add_motors(model, in, options, work);
       out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
       out.iterations += work.solution.iterations;
-      if (out.status != Status::Solved || !add_violated(model, in, options, solver_options.shift_by_tangent, work)) break;
+      if (out.status != Status::Solved) break;
+      const bool rows = add_violated(model, in, options, solver_options.shift_by_tangent, work);
+      const bool motors = options.effort_limits && saturate_motors(model, in, work);
+      if (!rows && !motors) break;
       if (round == kMaxRounds - 2) include_all(options, work);
+      if (round == kMaxRounds + 2 * model.n_a()) {
+        out.status = Status::MaxIterations;
+        break;
+      }
     }
   };
   solve_rounds();
@@ -207,6 +217,8 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     out.q_next = in.q;
     out.delta.setZero(model.n_v());
     out.contacts.clear();
+    out.torque.setZero(model.n_a());
+    out.saturated.assign(static_cast<std::size_t>(model.n_a()), 0);
     if (options.with_A) out.A.setZero(model.n_v(), model.n_v());
     if (options.with_B) out.B.setZero(model.n_v(), model.n_a());
     out.D_lambda_q.resize(0, 0);
@@ -216,10 +228,11 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   out.delta = work.solution.x;
   out.q_next.resize(model.n_q());
   world::retract(model, in.q, out.delta, out.q_next);
+  read_motors(model, in, options, work, out);
   if (guess == nullptr || options.with_A) read_contacts(model, options, work, out.contacts);
   if (derivatives) {
-    const detail::SolvedStep solved{model,  options,     work.kinematics, work.J, work.included, work.rays, work.bound_variables,
-                                    work.Q, *work.solver};
+    const detail::SolvedStep solved{
+        model, options, work.kinematics, work.J, work.included, work.rays, work.bound_variables, work.motor_bound, work.Q, *work.solver};
     detail::linearise(solved, work.contact_work, work.linearisation, out);
   }
   return out.status;

@@ -64,6 +64,7 @@ struct StepOptions {
   bool with_A = false;                               ///< also D_qnext_q
   bool with_force_derivatives = false;               ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
   bool joint_limits = true;
+  bool effort_limits = false;  ///< robot joints push with world::Model::effort at most (S.15); off, springs have no limit
   bool warm_start = true;
   double tol_complementarity = 1e-10;  ///< worst |vᵀλ|/(5 L·F·h) if exact (world::Scales) [-], 1e-8 or more with A or B; in [1e-12, 1e-2]
   void validate() const;               ///< @throws InvalidInput naming the field
@@ -118,7 +119,9 @@ struct StepResult {
   Eigen::VectorXd q_next;  ///< (n_q); for a smoothed step this is c of (3.3)
   Eigen::VectorXd delta;   ///< δq (n_v)
   std::vector<ContactImpulse> contacts;
-  Eigen::MatrixXd B;  ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
+  Eigen::VectorXd torque;       ///< of the springs (n_a), clamp(K_a(u − q⁺)) at Model::effort with effort_limits [N·m, N]
+  std::vector<char> saturated;  ///< per robot joint (n_a): its motor gives all it has; 0 without effort_limits
+  Eigen::MatrixXd B;            ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
   /// D_qnext_q (n_v × n_v): from the tangent space at q to the one at q_next, when asked for. At a kink (a contact that starts to carry,
   /// to slide or to leave its feature) one of the one-sided derivatives, or one between them.
   Eigen::MatrixXd A;
@@ -147,7 +150,8 @@ class StepWorkspace {
 
 /// One quasi-static step:  δq = argmin ½δqᵀQδq + bᵀδq  s.t.  J_c δq + φ e₁ ∈ K*_c,  Q = blkdiag(εM_u/h, hK_a),
 /// b = −h (τ_u ; K_a(u − qᵃ) + τ_a); planar models and polyhedral cones use half-lines (2.10); joint limits are rows; damping D adds
-/// D to Q.
+/// D to Q. With effort_limits K_a saturates: ½hK_a e² of e = u − qᵃ − δqᵃ goes on linearly where K_a|e| > effort (S.15), exact steps and
+/// smoothed ones alike.
 /// Analytic: the central path at σ = θ h/κ, θ = 2 per cone and 1 per half-line (2.27).
 ///
 /// @returns Solved | MaxIterations | Infeasible | NumericalFailure; unless Solved, q_next = q and A = B = 0

@@ -163,6 +163,17 @@ bool misses_contact(const Model& model, const StepOptions& options, const StepWo
   return false;
 }
 
+bool saturate_motors(const Model& model, const StepInput& in, StepWorkspace::Impl& work) {
+  bool any = false;
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double pull = model.stiffness()[j] * (in.u[j] - in.q[model.n_qu() + j] - work.solution.x[model.n_vu() + j]);
+    auto& side = work.motor[at(j)];
+    if (side <= 0 && pull > model.effort()[j]) side = 1, any = true;
+    if (side >= 0 && pull < -model.effort()[j]) side = -1, any = true;
+  }
+  return any;
+}
+
 bool add_violated(const Model& model, const StepInput& in, const StepOptions& options, bool closed, StepWorkspace::Impl& work) {
   bool any = false;
   const double motion = 2 * motion_bound(model, work, work.solution.x);

@@ -31,6 +31,10 @@ void include_all(const StepOptions& options, StepWorkspace::Impl& work);
 /// Coulomb's law is not found: a row in the problem penetrates, or carries a force across a gap, by more than kClosed L.
 bool misses_contact(const world::Model& model, const StepOptions& options, const StepWorkspace::Impl& work);
 
+/// Joints whose spring pulls with more than its effort at the solution saturate on that side in the next round, and on no other; true when there are any. The program of a
+/// round bounds the energy (S.15) from above and is equal to it at the last solution, so that its minimum falls from round to round and none comes twice.
+bool saturate_motors(const world::Model& model, const StepInput& in, StepWorkspace::Impl& work);
+
 /// Puts rows that the solution violates into the problem of the next round; true when there are any.
 /// @param closed  they may slide without opening (Coulomb)
 bool add_violated(const world::Model& model, const StepInput& in, const StepOptions& options, bool closed, StepWorkspace::Impl& work);

@@ -270,7 +270,10 @@ class SceneWriter {
     spring->trntype = mjTRN_JOINT;
     mjs_setString(spring->target, name.c_str());
     spring->ctrllimited = mjLIMITED_FALSE;
-    spring->forcelimited = mjLIMITED_FALSE;
+    const double effort = model_.effort()[joint];
+    const bool limited = options_.effort_limits && std::isfinite(effort);
+    spring->forcelimited = limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
+    if (limited) spring->forcerange[0] = -effort, spring->forcerange[1] = effort;
     mjs_setToPosition(spring, model_.stiffness()[joint], nullptr, nullptr, nullptr, 0);
   }
 

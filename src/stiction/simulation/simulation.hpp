@@ -38,6 +38,8 @@ struct PlantOptions {
   /// Damping acts on u̇ − q̇, as in a joint impedance controller that is told velocities; false: on −q̇, so that joints lag behind their commands by D/K of the
   /// speed, each by its own.
   bool velocity_reference = false;
+  bool effort_limits =
+      false;  ///< motors give world::Model::effort at most, K_a(u − q) + D(u̇ − q̇) is cut off there; false: whatever that is
   double armature = 0.0;  ///< inertia of every motor as its joint sees it [kg or kg m²], ≥ 0
   double spring_resolution =
       1;  ///< armature is raised to K_a (timestep / this)²: then no joint spring turns faster than this per step [rad]

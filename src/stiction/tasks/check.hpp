@@ -60,6 +60,7 @@ struct CheckOptions {
 /// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step
 /// regrasp_contact                travel of a branch in contact between its first and its last moment 1 mm away from everything, in a regrasp
 ///                                in which it goes elsewhere
+/// effort                         largest K_a|u − q| of a stored knot, in units of the motor's effort; judged where the plan's step bounds efforts
 /// failed_steps                   steps that were not solved
 /// edited, status                 the file is as it was written (its digest), and of a plan that was solved
 /// quaternion_norm, start, goal, settings, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated

@@ -36,6 +36,7 @@ Status Replay::run(const core::RunControl& control, CheckReport& out) {
       if (control.stop()) return control.cancelled() ? Status::Cancelled : Status::MaxIterations;
       const StoredKnot& knot = plan_.segments[s].knots[k];
       place_ = {static_cast<int>(s), static_cast<int>(k)};
+      see_effort(knot);
       check_stored(*q_before, knot);
       half_step(0.5 * (*u_before + knot.u), q);
       half_step(knot.u, q);
@@ -67,6 +68,8 @@ void Replay::report(CheckReport& out) const {
   add(out, "force_cone", force_cone_, limits_.cone_excess, "of the normal force");
   add(out, "force_gap", force_gap_, limits_.force_gap, "m");
   add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
+  const bool bounded = step_options_.effort_limits && model_.effort().array().isFinite().any();
+  add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
   add(out, "failed_steps", plain(static_cast<double>(failed_steps_)), 0.0, "");
   add(out, "stored_position", stored_position_, limits_.stored_position, "m");
   add(out, "stored_angle", stored_angle_, limits_.stored_angle, "rad");
@@ -181,6 +184,28 @@ void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
     force_gap_.see(phi, [&] { return here(fmt::format("{} ({:.3g} N)", pair_name(c.contact.pair), force.norm())); });
     slide_.see(c.displacement.tail<2>().norm(), [&] { return here(pair_name(c.contact.pair)); });
   }
+}
+
+/// K_a|u − q| against the effort of the motor, at a stored knot.
+void Replay::see_effort(const StoredKnot& knot) {
+  const Eigen::VectorXd share = model_.stiffness().cwiseProduct(knot.u - knot.q.tail(model_.n_a())).cwiseQuotient(model_.effort());
+  for (int j = 0; j < model_.n_a(); ++j) effort_.see(std::abs(share[j]), [&] { return here(joint_name(j)); });
+}
+
+/// What a step may be off by: the gap of its rows, rows · tol · 5 L F, is at least ½K_a δq² of every spring ([cone], §5), hence K_a δq of its pull. Largest over the
+/// joints, relative to their efforts.
+double Replay::effort_allowance() const {
+  double work = 0;
+  for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) {
+    const world::Scale& scale = model_.scales().pair(i);
+    work = std::max(work, 5 * scale.length * scale.force);
+  }
+  std::size_t rows = 0;
+  for (const auto& segment : plan_.segments) {
+    for (const auto& knot : segment.knots) rows = std::max(rows, knot.contacts.size());
+  }
+  const double gap = step_options_.tol_complementarity * work * static_cast<double>(rows + static_cast<std::size_t>(model_.n_a()));
+  return (2 * gap * model_.stiffness().array()).sqrt().cwiseQuotient(model_.effort().array()).maxCoeff();
 }
 
 /// A stored knot against one full sub-step from the knot before it.

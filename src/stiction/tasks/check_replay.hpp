@@ -15,6 +15,7 @@ namespace stiction::tasks {
 ///   penetration, force_cone, force_gap, slide, failed_steps   of the replay, penetration of the stored states too
 ///   stored_position, stored_angle, stored_force, stored_contact   stored knots against the full sub-step
 ///   regrasp_contact                                               of stored regrasps
+///   effort                                                        of stored knots
 /// Forces are looked at above a share of the force of the pair, so that a heavy thing that nothing touches hides nothing.
 class Replay {
  public:
@@ -44,6 +45,8 @@ class Replay {
   std::pair<double, int> deepest(const Eigen::VectorXd& q);
   bool step(const Eigen::VectorXd& q, const Eigen::VectorXd& u);
   void half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q);
+  void see_effort(const StoredKnot& knot);
+  double effort_allowance() const;
   void check_stored(const Eigen::VectorXd& q_before, const StoredKnot& knot);
   void check_stored_contacts(const StoredKnot& knot);
   void check_stored_forces(const Eigen::VectorXd& q_before, const StoredKnot& knot);
@@ -68,7 +71,7 @@ class Replay {
   Place place_;
   PoseError end_{0, 0};
   Worst penetration_, joint_limits_, force_cone_, force_gap_, regrasp_contact_, stored_position_, stored_angle_, stored_force_,
-      stored_contact_, path_position_, path_angle_, slide_;
+      stored_contact_, path_position_, path_angle_, slide_, effort_;
 };
 
 }  // namespace stiction::tasks

@@ -249,12 +249,10 @@ world::Shape read_shape(const Value& v) {
 
 dynamics::StepOptions read_step(const Value& v) {
   dynamics::StepOptions out;
-  if (v.has("friction_law")) {  // plans of earlier versions have none
-    v.require_keys({"h", "regularisation", "friction_law", "friction_scale", "contact_margin", "joint_limits", "tol_complementarity"});
-    out.friction_law = static_cast<dynamics::FrictionLaw>(v.at("friction_law").one_of(kFrictionLawNames));
-  } else {
-    v.require_keys({"h", "regularisation", "friction_scale", "contact_margin", "joint_limits", "tol_complementarity"});
-  }
+  v.require_keys({"h", "regularisation", "friction_scale", "contact_margin", "joint_limits", "tol_complementarity"},
+                 {"friction_law", "effort_limits"});  // plans of earlier versions have none of these
+  if (v.has("friction_law")) out.friction_law = static_cast<dynamics::FrictionLaw>(v.at("friction_law").one_of(kFrictionLawNames));
+  if (v.has("effort_limits")) out.effort_limits = v.at("effort_limits").boolean();
   out.h = v.at("h").positive();
   const Value regularisation = v.at("regularisation");
   if (regularisation.has("ratio")) {

@@ -166,7 +166,7 @@ void write_head(Writer& w, const PlanFile& p) {
   w.exact(p.step.friction_scale);
   w.raw(",\"contact_margin\":");
   w.exact(p.step.contact_margin);
-  w.raw(",\"joint_limits\":{},\"tol_complementarity\":", p.step.joint_limits);
+  w.raw(",\"joint_limits\":{},\"effort_limits\":{},\"tol_complementarity\":", p.step.joint_limits, p.step.effort_limits);
   w.exact(p.step.tol_complementarity);
   w.raw("}},\n\"substep\":");
   if (p.substep) {

@@ -90,8 +90,8 @@ std::string make_scene_text(const world::Model& model) {
   }
   out += "coordinates:\n";
   for (const auto& dof : model.dofs()) {
-    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}}}\n", dof.name, number(dof.lower), number(dof.upper),
-                       number(dof.stiffness));
+    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}{}}}\n", dof.name, number(dof.lower), number(dof.upper),
+                       number(dof.stiffness), std::isfinite(dof.effort) ? fmt::format(", effort: {}", number(dof.effort)) : "");
   }
   out += "geometries:\n";
   for (const auto& geometry : model.geometries()) {

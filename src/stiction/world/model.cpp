@@ -112,8 +112,9 @@ class Builder {
     masks_.push_back(mask);
   }
 
-  void add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness) {
-    m_.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, stiffness});
+  void add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness,
+               double effort = kInfinity) {
+    m_.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, stiffness, effort});
   }
 
   /// The object that this one hangs on, −1 for the world.
@@ -226,20 +227,18 @@ class Builder {
       }
     }
     const auto joints = tree.movable_joints();
-    std::map<std::string, double> stiffness;
-    for (const auto& [joint, value] : spec.stiffness) {
-      if (std::find(joints.begin(), joints.end(), joint) == joints.end())
-        core::throw_invalid("stiffness", fmt::format("unknown joint '{}'", joint), "one of " + list_with_hint(joint, joints));
-      core::require_positive(fmt::format("stiffness.{}", joint), value);
-      if (!stiffness.emplace(joint, value).second)
-        core::throw_invalid("stiffness", fmt::format("joint '{}' twice", joint), "each joint once");
+    const PerJoint stiffness = take_per_joint("stiffness", spec.stiffness, joints), effort = take_per_joint("effort", spec.effort, joints);
+    for (const auto& [joint, value] : stiffness) core::require_positive(fmt::format("stiffness.{}", joint), value);
+    for (const auto& [joint, value] : effort) {
+      if (!(value > 0))
+        core::throw_invalid(fmt::format("effort.{}", joint), fmt::format("{}", value), "a number > 0, or infinity for none");
     }
 
     const int base = static_cast<int>(m_.bodies.size());
     const std::vector<int> v_of_joint = number_joints(tree, m_.n_v);
     const int q_ahead = m_.n_q - m_.n_v;  // of a joint's configuration number, of its velocity index
     for (std::size_t i = 0; i < tree.links.size(); ++i) {
-      add_link(spec, tree, i, index, base, i == 0 ? -1 : v_of_joint[i - 1], q_ahead, stiffness);
+      add_link(spec, tree, i, index, base, i == 0 ? -1 : v_of_joint[i - 1], q_ahead, stiffness, effort);
     }
     for (const std::string& note : tree.notes) add_note(spec.name, note);
     if (!chosen_.empty()) {
@@ -247,13 +246,39 @@ class Builder {
                                       list_some(chosen_)));
       chosen_.clear();
     }
+    if (!unbounded_.empty()) {
+      add_note(spec.name, fmt::format("motors whose effort nobody states (or states as 0), and which may bear anything, of joints: {}",
+                                      list_some(unbounded_)));
+      unbounded_.clear();
+    }
     info.n_v = m_.n_v - info.v_begin;
     info.chains = calc_chains(tree, info.v_begin);
     m_.robots.push_back(std::move(info));
   }
 
+  using PerJoint = std::map<std::string, double>;
+
+  /// The numbers that a scene gives for joints by name.
+  static PerJoint take_per_joint(std::string_view what, std::span<const std::pair<std::string, double>> given,
+                                 std::span<const std::string> joints) {
+    PerJoint out;
+    for (const auto& [joint, value] : given) {
+      if (std::find(joints.begin(), joints.end(), joint) == joints.end())
+        core::throw_invalid(what, fmt::format("unknown joint '{}'", joint), "one of " + list_with_hint(joint, joints));
+      if (!out.emplace(joint, value).second) core::throw_invalid(what, fmt::format("joint '{}' twice", joint), "each joint once");
+    }
+    return out;
+  }
+
+  /// Of the scene, else of the robot's file, else none.
+  double effort_of(const RobotJoint& joint, const PerJoint& given) {
+    if (const auto found = given.find(joint.name); found != given.end()) return found->second;
+    if (!joint.effort) unbounded_.push_back(joint.name);
+    return joint.effort.value_or(kInfinity);
+  }
+
   void add_link(const RobotSpec& spec, const RobotTree& tree, std::size_t i, int index, int base, int v, int q_ahead,
-                const std::map<std::string, double>& stiffness) {
+                const PerJoint& stiffness, const PerJoint& effort) {
     const RobotLink& link = tree.links[i];
     const RobotJoint* joint = i == 0 ? nullptr : &tree.joints[i - 1];
     const bool movable = joint != nullptr && joint->moves(), follows = movable && joint->leader >= 0;
@@ -322,7 +347,7 @@ class Builder {
         spring = calc_default_stiffness(tree, i);
         chosen_.push_back(fmt::format("{} {:.3g}", joint->name, spring));
       }
-      add_dof(name, kind, BodyKind::Robot, index, joint->lower, joint->upper, spring);
+      add_dof(name, kind, BodyKind::Robot, index, joint->lower, joint->upper, spring, effort_of(*joint, effort));
       reach_.push_back(revolute ? calc_reach(tree, i) : 1.0);
       ++m_.n_v;
       ++m_.n_q;
@@ -356,6 +381,7 @@ class Builder {
 
   void finish_vectors() {
     m_.stiffness.resize(m_.n_a);
+    m_.effort.resize(m_.n_a);
     m_.lower.resize(m_.n_a);
     m_.upper.resize(m_.n_a);
     m_.neutral.setZero(m_.n_q);
@@ -363,6 +389,7 @@ class Builder {
     for (int i = 0; i < m_.n_a; ++i) {
       const Dof& dof = m_.dofs[at(m_.n_vu + i)];
       m_.stiffness[i] = dof.stiffness;
+      m_.effort[i] = dof.effort;
       m_.lower[i] = dof.lower;
       m_.upper[i] = dof.upper;
       m_.neutral[m_.n_qu + i] = nearest_to_zero(dof.lower, dof.upper);
@@ -511,6 +538,7 @@ class Builder {
   std::vector<double> reach_;
   std::map<std::string, std::vector<std::string>> overlapping_;  ///< pairs of links per robot
   std::vector<std::string> chosen_;                              ///< joints of a robot whose stiffness nobody states, and it
+  std::vector<std::string> unbounded_;                           ///< joints of a robot whose effort nobody states
 };
 
 int find_name(std::string_view what, std::string_view name, const std::vector<std::string>& full) {
@@ -560,6 +588,7 @@ std::span<const BodyInertia> Model::inertias() const { return impl_->inertias; }
 const std::vector<std::vector<int>>& Model::supports() const { return impl_->supports; }
 std::optional<int> Model::planar_axis() const { return impl_->planar_axis; }
 const Eigen::VectorXd& Model::stiffness() const { return impl_->stiffness; }
+const Eigen::VectorXd& Model::effort() const { return impl_->effort; }
 const Eigen::VectorXd& Model::lower() const { return impl_->lower; }
 const Eigen::VectorXd& Model::upper() const { return impl_->upper; }
 const Eigen::VectorXd& Model::reach() const { return impl_->reach; }

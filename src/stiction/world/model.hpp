@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -62,9 +63,10 @@ struct Dof {
   std::string name;
   DofKind kind = DofKind::Revolute;
   BodyKind owner_kind = BodyKind::Object;
-  int owner = -1;               ///< object or robot index
-  double lower = 0, upper = 0;  ///< joint limits [rad or m]; infinite where there are none
-  double stiffness = 0;         ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
+  int owner = -1;                                           ///< object or robot index
+  double lower = 0, upper = 0;                              ///< joint limits [rad or m]; infinite where there are none
+  double stiffness = 0;                                     ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
+  double effort = std::numeric_limits<double>::infinity();  ///< τ_max of a robot joint's motor [N or N·m]; infinite where there is no limit
 };
 
 /// A joint that follows another one: q = ratio·q_leader + offset. It turns or slides about an axis of its own, column n_v + i of
@@ -147,7 +149,8 @@ class Model {
   std::optional<int> planar_axis() const;
 
   const Eigen::VectorXd& stiffness() const;  ///< K_a (n_a) [N/m or N·m/rad]
-  const Eigen::VectorXd& lower() const;      ///< joint limits of the robots (n_a)
+  const Eigen::VectorXd& effort() const;  ///< τ_max (n_a), the most that a joint's motor bears [N or N·m]; infinite where there is no limit
+  const Eigen::VectorXd& lower() const;  ///< joint limits of the robots (n_a)
   const Eigen::VectorXd& upper() const;
 
   /// Bound over all joint angles on the distance from a joint axis to the farthest point of the geometry it moves, per robot joint

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/mjcf.hpp"
@@ -224,6 +225,26 @@ std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, 
   return out;
 }
 
+/// One number for all joints, a list in their order, or a map for some; null for no limit.
+std::vector<std::pair<std::string, double>> read_efforts(const YamlNode& node, std::span<const std::string> joints) {
+  const auto effort = [](const YamlNode& value) {
+    return value.kind() == YamlNode::Kind::Null ? std::numeric_limits<double>::infinity() : value.positive();
+  };
+  std::vector<std::pair<std::string, double>> out;
+  if (node.is_map()) {
+    for (const auto& [name, value] : node.entries()) {
+      if (std::find(joints.begin(), joints.end(), name) == joints.end()) value.fail_unknown("joint", name, joints);
+      out.emplace_back(name, effort(value));
+    }
+  } else if (node.kind() == YamlNode::Kind::Sequence) {
+    const auto values = node.items(joints.size());
+    for (std::size_t i = 0; i < joints.size(); ++i) out.emplace_back(joints[i], effort(values[i]));
+  } else {
+    for (const auto& name : joints) out.emplace_back(name, effort(node));
+  }
+  return out;
+}
+
 /// What is said in the file of the robot and cannot be said again beside it.
 void require_urdf_keys(const YamlNode& node, bool mjcf) {
   if (!mjcf) return;
@@ -234,7 +255,7 @@ void require_urdf_keys(const YamlNode& node, bool mjcf) {
 
 /// The robot without what its own file says.
 RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {
-  node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "friction", "link_friction", "push_with",
+  node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "effort", "friction", "link_friction", "push_with",
                     "convex_hulls", "convex_decomposition"});
   RobotSpec robot;
   robot.name = read_name(node);
@@ -277,6 +298,7 @@ void add_robot(const YamlNode& node, std::span<const std::filesystem::path> pack
     for (const auto& collision : link.collisions) names.push_back(fmt::format("{}/{}/{}", robot.name, link.name, collision.name));
   }
   if (const auto stiffness = node.find("stiffness")) robot.stiffness = read_per_name(*stiffness, "joint", tree.movable_joints(), true);
+  if (const auto effort = node.find("effort")) robot.effort = read_efforts(*effort, tree.movable_joints());
   if (const auto friction = node.find("link_friction")) robot.link_friction = read_per_name(*friction, "link", links, false);
   if (const auto list = node.find("push_with")) {
     for (const YamlNode& item : list->items()) {

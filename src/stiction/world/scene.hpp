@@ -112,6 +112,8 @@ struct RobotSpec {
   Pose X_WBase;
   std::vector<std::pair<std::string, double>>
       stiffness;  ///< joint → K_a [N/m or N·m/rad]; goes before what the file says. Joints without one bear their effort at 1/40 of their range
+  /// joint → largest force or torque of its motor [N or N·m], > 0, infinite for none; goes before what the file says
+  std::vector<std::pair<std::string, double>> effort{};
   double friction = 1.0;  ///< of every collision geometry that has no own entry
   std::vector<std::pair<std::string, double>> link_friction;
   bool convex_hulls = false;                     ///< each mesh as one hull, without a note; else as NonConvex::TakeHulls has it

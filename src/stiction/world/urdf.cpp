@@ -228,6 +228,8 @@ void read_limits(const Reader& reader, const XMLElement& element, Source& source
   const XMLElement* limit = element.FirstChildElement("limit");
   if (limit != nullptr && limit->Attribute("effort") != nullptr) {
     const double effort = reader.number(*limit, "effort", true);
+    if (effort < 0)
+      reader.fail(*limit, reader.label(element) + " effort", fmt::format("{}", effort), "a number > 0, or 0 where it is not known");
     if (effort > 0 && std::isfinite(effort)) joint.effort = effort;
   }
   if (continuous || limit == nullptr) {
