@@ -29,12 +29,13 @@ constexpr Command kCommands[] = {
     {"solve", "Plans, refines and simulates, seed after seed, until a plan reaches its goal in MuJoCo", app::declare_solve},
     {"sense", "Says where a robot is touched, from joint angles and external torques", app::declare_sense},
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
+    {"control", "Runs an arm with bounded contact forces against what its reference does not know", app::declare_control},
     {"bench", "Figures of this machine beside the published ones", app::declare_bench},
     {"reproduce", "Computes figures and tables of the thesis, beside the published numbers", app::declare_reproduce},
 };
 
 constexpr const char* kExitCodes =
-    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, reproduce); 2 a mistake in what "
+    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, control, reproduce); 2 a mistake in what "
     "was "
     "given; 3 not done within the budget (the best result is kept); 70 a fault of the program or its installation; 130 interrupted (the "
     "best result is kept).";

@@ -1,0 +1,166 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "stiction/execution/control_run.hpp"
+#include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::app {
+namespace {
+
+using core::Status;
+using json = nlohmann::ordered_json;
+
+constexpr std::pair<const char*, control::Law> kLaws[] = {
+    {"contact_aware", control::Law::ContactAware}, {"unconstrained", control::Law::Unconstrained}, {"null_space", control::Law::NullSpace}};
+
+struct ControlArguments {
+  std::string scenario;
+  std::string law;                   ///< empty: as the scenario says
+  std::optional<double> lambda_max;  ///< [N]
+  std::optional<double> friction_scale;
+  double tolerance = 0.2;
+  double settle_s = execution::ControlRunOptions{}.settle;
+  double timeout_s = 600;
+  std::string out_dir;
+  bool json = false;
+};
+
+std::string_view law_name(control::Law law) {
+  for (const auto& [name, value] : kLaws)
+    if (value == law) return name;
+  return "";
+}
+
+execution::ControlScenario load(const ControlArguments& arguments) {
+  const auto package_dirs = tasks::default_package_dirs();
+  execution::ControlScenario scenario = execution::load_control_scenario(arguments.scenario, package_dirs);
+  for (const auto& [name, value] : kLaws)
+    if (arguments.law == name) scenario.controller.law = value;
+  if (arguments.lambda_max) {
+    scenario.controller.lambda_max = *arguments.lambda_max;
+    scenario.controller.force_threshold = std::min(scenario.controller.force_threshold, *arguments.lambda_max / 3);
+  }
+  if (arguments.friction_scale) scenario.plant.contact.friction_scale = *arguments.friction_scale;
+  return scenario;
+}
+
+/// A line a tick: time, largest force, its bound, joint speed, tracking error, then joints and commands.
+std::string write_samples(const execution::ControlScenario& scenario, const execution::ControlRunResult& r) {
+  std::string text = "time,force,bounded,slack,speed,error,angle_error";
+  const world::Model& model = *scenario.model;
+  for (const char* kind : {"q", "q_cmd"})
+    for (int j = 0; j < model.n_a(); ++j)
+      text += fmt::format(",{}:{}", kind, model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name);
+  text += '\n';
+  for (const execution::ControlSample& s : r.samples) {
+    text += fmt::format("{:.6g},{:.6g},{},{:.6g},{:.6g},{:.6g},{:.6g}", s.time, s.largest_force, s.bounded ? 1 : 0, s.slack, s.speed,
+                        s.error, s.angle_error);
+    for (const Eigen::VectorXd* v : {&s.q, &s.q_cmd})
+      for (const double x : *v) text += fmt::format(",{:.9g}", x);
+    text += '\n';
+  }
+  return text;
+}
+
+void print_summary(std::FILE* to, const execution::ControlScenario& scenario, const execution::ControlRunResult& r, bool passes) {
+  const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
+  fmt::print(to, "{}, {}: {}\n", scenario.name, law_name(scenario.controller.law),
+             r.status != Status::Solved ? std::string(core::to_string(r.status))
+             : passes                   ? "forces bounded"
+                                        : "forces above their bound");
+  if (!r.message.empty()) row("simulation", r.message);
+  row("bound", fmt::format("{:.1f} N", scenario.controller.lambda_max));
+  row("impact", fmt::format("{:.1f} N at most", r.peak_force));
+  row("settled force", fmt::format("{:.1f} N at most, {:.1f} N in the mean", r.settled_peak, r.mean_force));
+  if (r.bounded_ticks > 0)
+    row("at the bound", fmt::format("{:.2f} s, off by {:.2f} N in the mean, 95 % below {:.1f} N", r.bounded_ticks * scenario.period,
+                                    r.bound_error, r.bound_p95));
+  row("fastest fall", fmt::format("{:.0f} N/s", r.peak_force_rate));
+  row("contacts made", fmt::format("{}", r.makes));
+  const char* unit = scenario.tool >= 0 ? "mm" : "mrad";
+  row("tracking error", fmt::format("{:.1f} {} rms in contact, {:.1f} free", 1e3 * r.rms_error_contact, unit, 1e3 * r.rms_error_free));
+  row("gave way", fmt::format("{} of {} ticks, {} not solved", r.slack_ticks, r.samples.size(), r.unsolved_ticks));
+  row("tick", fmt::format("{:.1f} us, 99 % below {:.1f} us", 1e6 * r.tick_median_s, 1e6 * r.tick_p99_s));
+}
+
+json report(const execution::ControlScenario& scenario, const execution::ControlRunResult& r, bool passes) {
+  return {{"status", r.status == Status::Solved ? (passes ? "Passed" : "Failed") : std::string(core::to_string(r.status))},
+          {"scenario", scenario.name},
+          {"law", law_name(scenario.controller.law)},
+          {"message", r.message},
+          {"lambda_max", scenario.controller.lambda_max},
+          {"duration_s", static_cast<double>(r.samples.size()) * scenario.period},
+          {"peak_force", r.peak_force},
+          {"settled_peak", r.settled_peak},
+          {"mean_force", r.mean_force},
+          {"bounded_s", r.bounded_ticks * scenario.period},
+          {"bound_error", r.bound_error},
+          {"bound_p95", r.bound_p95},
+          {"peak_force_rate", r.peak_force_rate},
+          {"contacts_made", r.makes},
+          {"rms_error_contact", r.rms_error_contact},
+          {"rms_error_free", r.rms_error_free},
+          {"peak_speed", r.peak_speed},
+          {"slack_ticks", r.slack_ticks},
+          {"unsolved_ticks", r.unsolved_ticks},
+          {"tick_median_s", r.tick_median_s},
+          {"tick_p99_s", r.tick_p99_s}};
+}
+
+int run_control_command(const ControlArguments& arguments) {
+  const execution::ControlScenario scenario = load(arguments);
+  if (!arguments.out_dir.empty()) tasks::require_writable(arguments.out_dir);
+  catch_signals();
+  execution::ControlRunOptions options;
+  options.settle = arguments.settle_s;
+  options.control = make_run_control(arguments.timeout_s);
+  execution::ControlRunResult result;
+  const Status status = execution::run_control(scenario, options, result);
+  const bool passes = status == Status::Solved && result.unsolved_ticks == 0 &&
+                      result.settled_peak <= (1 + arguments.tolerance) * scenario.controller.lambda_max;
+  std::FILE* const to = people(arguments.json);
+  print_summary(to, scenario, result, passes);
+  json out = report(scenario, result, passes);
+  if (!arguments.out_dir.empty()) {
+    const auto file = std::filesystem::path(arguments.out_dir) / "control.csv";
+    tasks::write_text(write_samples(scenario, result), file);
+    print_row(to, "samples", file.string());
+    out["samples"] = file.string();
+  }
+  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (status == Status::Cancelled) return kInterrupted;
+  if (status == Status::MaxIterations) return kNotSolved;
+  return passes ? kDone : kCheckFailed;
+}
+
+}  // namespace
+
+Run declare_control(CLI::App& command) {
+  const auto arguments = std::make_shared<ControlArguments>();
+  ControlArguments& a = *arguments;
+  command.add_option("scenario", a.scenario, "Scenario file (.yaml), as in scenarios/")->required();
+  std::vector<std::string> laws;
+  for (const auto& [name, value] : kLaws) laws.emplace_back(name);
+  command.add_option("--law", a.law, "What computes the command (default: as the scenario says)")->check(CLI::IsMember(laws));
+  command.add_option("--lambda-max", a.lambda_max, "Bound of every contact force [N] (default: as the scenario says)")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--tolerance", a.tolerance, "Settled forces may exceed the bound by this share of it")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--settle", a.settle_s, "Forces are judged from this long after a contact is made [s]")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  add_timeout(command, a.timeout_s);
+  add_out(command, a.out_dir, "Folder for control.csv, a line a tick (default: not written)");
+  add_json(command, a.json);
+  return [arguments] { return run_control_command(*arguments); };
+}
+
+}  // namespace stiction::app

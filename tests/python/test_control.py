@@ -1,0 +1,56 @@
+"""`stiction control`: scenarios of contact-aware control, judged by their forces."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
+
+
+def run(program: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([program, "control", *words], capture_output=True, text=True, timeout=300)
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda path: path.stem)
+def test_scenarios_keep_their_forces_bounded_where_tracking_alone_does_not(program: Path, scenario: Path) -> None:
+    done = run(program, str(scenario), "--json")
+    assert done.returncode == 0, done.stderr
+    ours = json.loads(done.stdout)
+    assert ours["status"] == "Passed" and ours["bounded_s"] > 1
+    done = run(program, str(scenario), "--law", "unconstrained", "--json")
+    assert done.returncode == 1, done.stderr
+    tracking = json.loads(done.stdout)
+    assert tracking["status"] == "Failed" and tracking["mean_force"] > 2 * ours["mean_force"]
+    assert ours["peak_force"] <= tracking["peak_force"]
+
+
+def test_samples_have_a_line_a_tick(program: Path, tmp_path: Path) -> None:
+    done = run(program, str(SCENARIOS[0]), "-o", str(tmp_path), "--json")
+    assert done.returncode == 0, done.stderr
+    lines = (tmp_path / "control.csv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + round(json.loads(done.stdout)["duration_s"] / 0.005)
+    assert len({line.count(",") for line in lines}) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nowhere.yaml"], "nowhere.yaml"),
+        ([str(SCENARIOS[0]), "--lambda-max", "0"], "--lambda-max"),
+        ([str(SCENARIOS[0]), "--law", "magic"], "--law"),
+        ([str(SCENARIOS[0]), "--friction", "-1"], "--friction"),
+        ([], "scenario"),
+    ],
+)
+def test_bad_input_is_named_and_exits_with_2(program: Path, words: list[str], said: str) -> None:
+    done = run(program, *words)
+    assert done.returncode == 2 and said in done.stderr
+
+
+def test_budget_exits_with_3(program: Path) -> None:
+    assert run(program, str(SCENARIOS[0]), "--timeout", "1e-6").returncode == 3
