@@ -2,24 +2,33 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "stiction/tasks/option_table.hpp"
 #include "stiction/tasks/options.hpp"
 #include "yaml_text.hpp"
 
 namespace stiction::python {
 namespace {
 
-/// Every option by its name.
+/// Every option by its name, those of the map `advanced` beside the others.
 nb::dict to_dict(const PlannerOptions& options) {
   const nb::object loads = nb::module_::import_("json").attr("loads");
-  auto out = nb::cast<nb::dict>(loads(tasks::planner_options_json(options.value, *options.model)));
-  out["seed"] = options.value.seed;  // these a plan file keeps elsewhere or not at all
-  out["threads"] = options.value.threads;
-  out["record_tree"] = options.value.record_tree;
+  auto out = nb::cast<nb::dict>(loads(tasks::planner_options_json(options.value, *options.model, tasks::WhichOptions::All)));
+  out.update(nb::cast<nb::dict>(out.attr("pop")(tasks::kAdvanced.data())));
   return out;
 }
 
 PlannerOptions from_dict(const ModelPtr& model, const nb::dict& values) {
-  const auto node = world::YamlNode::parse(yaml_text(values), std::filesystem::path());
+  nb::dict nested, advanced;
+  for (const auto& [key, value] : values) {
+    const bool of_method = std::ranges::any_of(tasks::option_table(), [name = nb::cast<std::string>(key)](const tasks::OptionRow& row) {
+      return row.key == name && row.level == tasks::OptionLevel::Advanced;
+    });
+    (of_method ? advanced : nested)[key] = value;
+  }
+  if (advanced.size() > 0) nested[tasks::kAdvanced.data()] = advanced;
+  const auto node = world::YamlNode::parse(yaml_text(nested), std::filesystem::path());
   return {model, tasks::read_planner_options(node, *model)};
 }
 
@@ -78,6 +87,10 @@ void bind_planner_options(nb::module_& m) {
       .def(
           "__eq__", [](const PlannerOptions& a, const PlannerOptions& b) { return to_dict(a).equal(to_dict(b)); }, nb::is_operator())
       .def("__repr__", &repr);
+  m.def(
+      "planner_schema", [] { return nb::module_::import_("json").attr("loads")(tasks::planner_schema_json()); },
+      nb::sig("def planner_schema() -> dict[str, object]"),
+      "JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range.");
 }
 
 }  // namespace stiction::python

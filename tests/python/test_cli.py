@@ -272,8 +272,8 @@ def test_json_also_when_refused():
     [
         ("planar_hand", {"goals": {}}, ("task.yaml:", "goals", "unknown key")),
         ("planar_hand", {"planner": {"goal_bais": 1}}, ("planner.goal_bais", "did you mean 'goal_bias'")),
-        ("planar_hand", {"planner": {"gamma": "much"}}, ("planner.gamma", "'much'", "a number")),
-        ("planar_hand", {"planner": {"h": float("inf")}}, ("planner.h", "finite")),
+        ("planar_hand", {"planner": {"advanced": {"gamma": "much"}}}, ("planner.advanced.gamma", "'much'", "a number")),
+        ("planar_hand", {"planner": {"advanced": {"h": float("inf")}}}, ("planner.advanced.h", "finite")),
         ("planar_hand", {"tolerance": {"angle": float("nan")}}, ("tolerance.angle", "finite")),
         ("planar_hand", {"start": {"joints": [0, 0, 0, 9]}}, ("start.joints", "joint_2 = 9", "joint limits")),
         ("planar_hand", {"start": {"joints": {"left/elbow": 0}}}, ("left/elbow",)),

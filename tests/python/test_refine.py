@@ -107,7 +107,7 @@ def hardest_brace(plan: dict) -> float:
 def test_arms_do_not_lean_on_each_other_where_the_task_says_so(stiction, root: Path, tmp_path: Path) -> None:
     def lean(seed: int, limit: float | None) -> float:
         task = tmp_path / "task.yaml"
-        task.write_text(yaml.safe_dump({"base": str(root / "tasks/iiwa_bimanual.yaml"), "planner": {"brace_force": limit}}))
+        task.write_text(yaml.safe_dump({"base": str(root / "tasks/iiwa_bimanual.yaml"), "planner": {"advanced": {"brace_force": limit}}}))
         done = stiction("plan", task, "--seed", seed, "-o", tmp_path)
         assert done.returncode == 0, done.stderr
         return hardest_brace(json.loads((tmp_path / "plan.json").read_text()))

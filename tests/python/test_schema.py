@@ -3,6 +3,8 @@
 import copy
 import json
 import pathlib
+import subprocess
+import sys
 
 import jsonschema
 import pytest
@@ -78,3 +80,13 @@ def test_mistakes_are_refused(path, value):
     scene = load(ROOT / "tasks/allegro_ball.yaml")["scene"]
     VALIDATOR.validate(scene)
     assert not VALIDATOR.is_valid(change(scene, path, value))
+
+
+def test_options_of_the_planner_are_written_down_as_the_program_has_them():
+    done = subprocess.run([sys.executable, ROOT / "scripts/options.py", "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_users_have_ten_options():
+    schema = json.loads((ROOT / "tasks/schema/planner.schema.json").read_text())
+    assert len(set(schema["properties"]) - {"advanced"}) <= 10

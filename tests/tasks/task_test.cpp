@@ -161,6 +161,29 @@ TEST(Tasks, OptionsAsJson_ReadBackTheSame) {
   }
 }
 
+TEST(Tasks, OptionsOfTheMethod_AreReadBesideTheUsersAsWell) {
+  const Task task = load_task("planar_pushing");
+  const auto read = [&](const char* text) { return read_planner_options(world::YamlNode::parse(text, "options"), *task.model); };
+  EXPECT_EQ(read("{goal_bias: 0.1, gamma: 0.5}").gamma, 0.5);
+  EXPECT_EQ(read("{goal_bias: 0.1, advanced: {gamma: 0.5}}").gamma, 0.5);
+  EXPECT_EQ(read("{gamma: 0.25, advanced: {gamma: 0.5}}").gamma, 0.25) << "over that of a base";
+}
+
+TEST(Tasks, Margins_AreOneSwitchThatSingleOptionsGoBeyond) {
+  const Task task = load_task("box_grazing");
+  EXPECT_FALSE(task.options.margins());
+  const auto read = [&](const char* text) {
+    return read_planner_options(world::YamlNode::parse(text, "options"), *task.model, task.options);
+  };
+  const planning::PlannerOptions all = read("{margins: true}");
+  EXPECT_TRUE(all.start_noise > 0 && all.edge_tilt > 0 && all.friction_noise > 0);
+  const planning::PlannerOptions one = read("{margins: false, advanced: {edge_tilt: 0.1}}");
+  EXPECT_TRUE(one.margins());
+  EXPECT_EQ(one.start_noise, 0);
+  EXPECT_EQ(one.edge_tilt, 0.1);
+  EXPECT_FALSE(read_planner_options(world::YamlNode::parse("{margins: false}", "options"), *task.model, one).margins());
+}
+
 TEST(Tasks, GoalOfAnObjectOnAnother_IsTheWholeChain) {
   Task task = load_task("allegro_door");
   const int handle = task.model->object_index("handle");
@@ -277,11 +300,11 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing", "goals: {}\n", {"mine.yaml:2", "goals", "unknown key"}},
         Mistake{"planar_pushing", "planner: {goal_bais: 0.3}\n", {"mine.yaml:2", "planner.goal_bais", "did you mean 'goal_bias'"}},
         Mistake{"planar_pushing", "planner: {goal_bias: 1.5}\n", {"mine.yaml:2", "planner.goal_bias", "1.5", "[0, 1]"}},
-        Mistake{"planar_pushing", "planner: {batch: 0}\n", {"planner.batch", "0", "≥ 1"}},
-        Mistake{"planar_pushing", "planner: {batch: many}\n", {"planner.batch", "'many'", "an integer"}},
-        Mistake{"planar_pushing", "planner: {h: -0.1}\n", {"planner.h", "-0.1", "> 0"}},
-        Mistake{"planar_pushing", "planner: {gamma: .nan}\n", {"planner.gamma", "finite"}},
-        Mistake{"planar_pushing", "planner: {length: {fixed: 0.3}}\n", {"planner.length", "either 'capped' or 'fixed'"}},
+        Mistake{"planar_pushing", "planner: {advanced: {batch: 0}}\n", {"planner.advanced.batch", "0", "≥ 1"}},
+        Mistake{"planar_pushing", "planner: {advanced: {batch: many}}\n", {"planner.advanced.batch", "'many'", "an integer"}},
+        Mistake{"planar_pushing", "planner: {advanced: {h: -0.1}}\n", {"planner.advanced.h", "-0.1", "> 0"}},
+        Mistake{"planar_pushing", "planner: {advanced: {gamma: .nan}}\n", {"planner.advanced.gamma", "finite"}},
+        Mistake{"planar_pushing", "planner: {advanced: {length: {fixed: 0.3}}}\n", {"planner.advanced.length", "either 'capped' or 'fixed'"}},
         Mistake{"planar_pushing",
                 "planner: {sample_box: {bax: {lower: [0, 0, 0], upper: [1, 1, 1]}}}\n",
                 {"planner.sample_box.bax", "did you mean 'box'"}},
@@ -308,9 +331,10 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing",
                 "goal: {objects: {box: {coordinates: [0, [1, -1], 0]}}}\n",
                 {"goal.objects.box.coordinates[1]", "lower ≤ upper"}},
-        Mistake{"planar_pushing", "planner: {scheme: smooth}\n", {"planner.scheme", "smooth", "randomized-zeroth"}},
-        Mistake{"planar_pushing", "planner: {metric: euclid}\n", {"planner.metric", "euclid", "global"}},
-        Mistake{"planar_pushing", "planner: {anytime: true, stop_at_goal: false}\n", {"planner.anytime", "stop_at_goal"}},
+        Mistake{"planar_pushing", "planner: {advanced: {gama: 1}}\n", {"planner.advanced.gama", "did you mean 'gamma'"}},
+        Mistake{"planar_pushing", "planner: {advanced: {scheme: smooth}}\n", {"planner.advanced.scheme", "smooth", "randomized-zeroth"}},
+        Mistake{"planar_pushing", "planner: {advanced: {metric: euclid}}\n", {"planner.advanced.metric", "euclid", "global"}},
+        Mistake{"planar_pushing", "planner: {anytime: true, advanced: {stop_at_goal: false}}\n", {"planner.anytime", "stop_at_goal"}},
         Mistake{"allegro_door",
                 "goal: {objects: {handle: {coordinates: [0, 1]}}}\n",
                 {"mine.yaml:2", "goal.objects.handle.coordinates", "1 number"}},

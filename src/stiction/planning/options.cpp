@@ -18,7 +18,17 @@ constexpr double kCoulombComplementarity = 1e-8;
 /// Keeps the samples of local models apart from the draws of the search.
 constexpr std::uint64_t kSampleSeed = 0x5ca1ab1e0ddba11;
 
+/// Margins of pushes (docs/decisions/0013-plans-that-hold.md).
+constexpr double kStartNoise = 0.2, kEdgeTilt = 0.05, kFrictionNoise = 0.3;
+
 }  // namespace
+
+void PlannerOptions::set_margins(bool on) {
+  start_noise = on ? kStartNoise : 0;
+  edge_tilt = on ? kEdgeTilt : 0;
+  friction_noise = on ? kFrictionNoise : 0;
+  edge_friction = 1;
+}
 
 dynamics::LocalModelScheme PlannerOptions::local_model_scheme(std::uint64_t stream, double sharpening) const {
   if (scheme == Scheme::Exact) return dynamics::Exact{};

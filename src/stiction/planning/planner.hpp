@@ -94,9 +94,9 @@ struct PlannerOptions {
   double release_tol_angle = 0.1;      ///< [rad]
   GenericSampler sampler;
   std::vector<SampleBox> sample_boxes;  ///< none: default_sample_boxes
-  double fidelity_edge = 0.15;  ///< a node is built on only if half the sub-step moves the object to the same place, up to this
-                                ///< share of the goal's tolerances on its own edge …
-  double fidelity_path = 0.8;   ///< … and up to this share on the whole path from the start
+  double fidelity_edge = 0.15;          ///< a node is built on only if half the sub-step moves the object to the same place, up to this
+                                        ///< share of the goal's tolerances on its own edge …
+  double fidelity_path = 0.8;           ///< … and up to this share on the whole path from the start
   double start_noise = 0;  ///< nodes that are built on are reached, and so is the goal, when pushes start with the objects off by up to
                            ///< this share of the goal's tolerances, ≥ 0 …
   /// … when gravity comes from this far aside, from another side in each of these four paths [rad], in [0, π/2): what a hand balances at a rim swings out …
@@ -111,6 +111,9 @@ struct PlannerOptions {
   double share_when_refined() const { return refined_fraction.value_or(tolerance_fraction); }
   /// Single steps or jumps, as in the thesis: edges that nothing but the checker of that chapter looks at.
   bool thesis_edges() const { return !substep || !real_regrasps; }
+  /// Pushes hold with objects a little off, gravity a little aside or less friction.
+  bool margins() const { return start_noise > 0 || edge_tilt > 0 || friction_noise > 0 || edge_friction < 1; }
+  void set_margins(bool on);  ///< start_noise, edge_tilt, friction_noise and edge_friction: the defaults, or none
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
   dynamics::StepOptions step_options() const;  ///< of every exact step of the plan

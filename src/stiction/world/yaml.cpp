@@ -212,11 +212,11 @@ void YamlNode::require_map() const {
   if (!is_map()) fail("a map");
 }
 
-void YamlNode::require_map(std::initializer_list<std::string_view> allowed) const {
+void YamlNode::require_map(std::span<const std::string_view> allowed) const {
   require_map();
   for (const auto& [key, value] : data_->entries) {
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
-    const auto known = to_strings(std::span(allowed.begin(), allowed.size()));
+    const auto known = to_strings(allowed);
     throw InvalidInput(fmt::format("{}: got an unknown key, expected one of {}", value.where(), list_with_hint(key, known)));
   }
 }

@@ -44,7 +44,8 @@ class YamlNode {
   bool is_number() const;  ///< an unquoted scalar that reads as a number, NaN and infinities included
 
   // Maps
-  void require_map(std::initializer_list<std::string_view> allowed) const;  ///< a map with no other keys than these
+  void require_map(std::span<const std::string_view> allowed) const;  ///< a map with no other keys than these
+  void require_map(std::initializer_list<std::string_view> allowed) const { require_map(std::span(allowed.begin(), allowed.size())); }
   void require_map() const;
   std::vector<std::pair<std::string, YamlNode>> entries() const;  ///< of a map, in file order
   bool has(std::string_view key) const;

@@ -1,0 +1,467 @@
+#include "stiction/tasks/option_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "stiction/planning/default_options.hpp"
+#include "stiction/tasks/optimize_options.hpp"
+#include "stiction/tasks/options.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+using enum OptionLevel;
+using planning::PlannerOptions;
+using world::Model;
+using world::YamlNode;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kPositive = R"({"$ref": "task.schema.json#/$defs/positive"})",
+                           kNonnegative = R"({"$ref": "task.schema.json#/$defs/nonnegative"})",
+                           kProbability = R"({"$ref": "task.schema.json#/$defs/probability"})",
+                           kCount = R"({"type": "integer", "minimum": 1})", kNumberOfThem = R"({"type": "integer", "minimum": 0})",
+                           kBoolean = R"({"type": "boolean"})";
+
+double probability(const YamlNode& node) {
+  const double value = node.number();
+  if (value < 0 || value > 1) node.fail("a probability in [0, 1]");
+  return value;
+}
+
+int nonnegative_int(const YamlNode& node, int most = std::numeric_limits<int>::max()) {
+  const auto value = node.integer();
+  if (value < 0 || value > most)
+    node.fail(most < std::numeric_limits<int>::max() ? fmt::format("an integer in [0, {}]", most) : "an integer ≥ 0");
+  return static_cast<int>(value);
+}
+
+double share(const YamlNode& node) {
+  const double value = node.positive();
+  if (value > 1) node.fail("a number in (0, 1]");
+  return value;
+}
+
+/// A field that is read and written as it is.
+template <class T, class Read>
+OptionRow field(OptionLevel level, std::string_view key, T PlannerOptions::*member, std::string_view schema, Read read,
+                std::string_view doc) {
+  return {key,
+          level,
+          true,
+          doc,
+          std::string(schema),
+          [member, read](const YamlNode& node, const Model&, PlannerOptions& out) { out.*member = read(node); },
+          [member](const PlannerOptions& o, const Model&) { return Json(o.*member); }};
+}
+
+OptionRow positive(OptionLevel level, std::string_view key, double PlannerOptions::*member, std::string_view doc) {
+  return field(
+      level, key, member, kPositive, [](const YamlNode& node) { return node.positive(); }, doc);
+}
+
+OptionRow nonnegative(OptionLevel level, std::string_view key, double PlannerOptions::*member, std::string_view doc) {
+  return field(
+      level, key, member, kNonnegative, [](const YamlNode& node) { return node.nonnegative(); }, doc);
+}
+
+OptionRow count(OptionLevel level, std::string_view key, int PlannerOptions::*member, std::string_view doc) {
+  return field(
+      level, key, member, kCount, [](const YamlNode& node) { return node.positive_int(); }, doc);
+}
+
+OptionRow boolean(OptionLevel level, std::string_view key, bool PlannerOptions::*member, std::string_view doc) {
+  return field(
+      level, key, member, kBoolean, [](const YamlNode& node) { return node.boolean(); }, doc);
+}
+
+OptionRow chance(OptionLevel level, std::string_view key, double PlannerOptions::*member, std::string_view doc) {
+  return field(level, key, member, kProbability, probability, doc);
+}
+
+OptionRow outside_plan(OptionRow row) {
+  row.in_plan = false;
+  return row;
+}
+
+/// The value of a key, nullopt when it is missing or null.
+std::optional<YamlNode> given(const YamlNode& map, std::string_view key) {
+  auto value = map.find(key);
+  if (value && value->kind() == YamlNode::Kind::Null) return std::nullopt;
+  return value;
+}
+
+/// One of two keys, each with a positive number.
+std::pair<bool, double> one_of_two(const YamlNode& node, std::string_view first, std::string_view second) {
+  node.require_map({first, second});
+  const auto a = given(node, first);
+  const auto b = given(node, second);
+  if (a.has_value() == b.has_value()) node.fail(fmt::format("either '{}' or '{}'", first, second));
+  return {a.has_value(), (a ? *a : *b).positive()};
+}
+
+std::string one_of_two_schema(std::string_view first, std::string_view second) {
+  constexpr std::string_view value = R"({"type": ["number", "null"], "exclusiveMinimum": 0})";
+  return fmt::format(R"({{"type": "object", "additionalProperties": false, "properties": {{"{}": {}, "{}": {}}}}})", first, value, second,
+                     value);
+}
+
+/// Schema of a map of optional values.
+std::string map_schema(std::initializer_list<std::pair<std::string_view, std::string_view>> properties) {
+  std::string out = R"({"type": "object", "additionalProperties": false, "properties": {)";
+  for (const auto& [key, schema] : properties) out += fmt::format(R"({}"{}": {})", out.back() == '{' ? "" : ", ", key, schema);
+  return out + "}}";
+}
+
+OptionRow length_row() {
+  return {"length",
+          Advanced,
+          true,
+          "Length rule of Extend (Alg. 3): ‖δu‖ at most, or always, this [rad or m].",
+          one_of_two_schema("capped", "fixed"),
+          [](const YamlNode& node, const Model&, PlannerOptions& out) {
+            const auto [capped, length] = one_of_two(node, "capped", "fixed");
+            out.length = capped ? planning::LengthRule(planning::CappedLength{length}) : planning::FixedLength{length};
+          },
+          [](const PlannerOptions& o, const Model&) {
+            if (const auto* capped = std::get_if<planning::CappedLength>(&o.length)) return Json{{"capped", capped->length}};
+            return Json{{"fixed", std::get<planning::FixedLength>(o.length).length}};
+          }};
+}
+
+OptionRow smoothing_row() {
+  return {"smoothing",
+          Advanced,
+          true,
+          "Log barrier of local models (2.27): its weight κ [1/J], and what it is times for contacts of the robot with itself and for "
+          "joint limits.",
+          map_schema({{"kappa", kPositive}, {"self_sharpness", kPositive}, {"limit_sharpness", kPositive}}),
+          [](const YamlNode& node, const Model&, PlannerOptions& options) {
+            dynamics::Analytic& out = options.smoothing;
+            node.require_map({"kappa", "self_sharpness", "limit_sharpness"});
+            out.kappa = node.positive_or("kappa", out.kappa);
+            out.self_sharpness = node.positive_or("self_sharpness", out.self_sharpness);
+            out.limit_sharpness = node.positive_or("limit_sharpness", out.limit_sharpness);
+          },
+          [](const PlannerOptions& o, const Model&) {
+            return Json{{"kappa", o.smoothing.kappa},
+                        {"self_sharpness", o.smoothing.self_sharpness},
+                        {"limit_sharpness", o.smoothing.limit_sharpness}};
+          }};
+}
+
+OptionRow scheme_row() {
+  return {
+      "scheme",
+      Advanced,
+      true,
+      "Way to the local models of nodes (2.4.1).",
+      R"({"enum": ["exact", "analytic", "randomized-first", "randomized-zeroth"]})",
+      [](const YamlNode& node, const Model&, PlannerOptions& out) { out.scheme = parse_scheme("planner.advanced.scheme", node.string()); },
+      [](const PlannerOptions& o, const Model&) { return Json(kSchemeNames[static_cast<std::size_t>(o.scheme)]); }};
+}
+
+OptionRow randomized_row() {
+  return {"randomized",
+          Advanced,
+          true,
+          "Samples of the two randomised schemes (2.22), (2.23).",
+          R"({"$ref": "task.schema.json#/$defs/sampling"})",
+          [](const YamlNode& node, const Model& model, PlannerOptions& out) { read_sampling(node, model, out.randomized); },
+          [](const PlannerOptions& o, const Model&) {
+            const bool used = o.scheme == planning::Scheme::RandomizedFirst || o.scheme == planning::Scheme::RandomizedZeroth;
+            return used ? Json::parse(sampling_json(o.randomized)) : Json();
+          }};
+}
+
+OptionRow metric_row() {
+  return {
+      "metric",
+      Advanced,
+      true,
+      "Metric of Nearest: that of every node (3.5), or weighted squares that are the same everywhere [1/m², 1/rad²].",
+      fmt::format(
+          R"({{"oneOf": [{{"const": "local"}}, {{"type": "object", "additionalProperties": false, "required": ["global"], "properties": {{"global": {}}}}}]}})",
+          map_schema({{"position", kPositive}, {"angle", kPositive}})),
+      [](const YamlNode& node, const Model&, PlannerOptions& out) {
+        if (!node.is_map()) {
+          if (node.string() != "local") node.fail("'local', or 'global' with its weights");
+          out.metric = planning::LocalMetric{};
+          return;
+        }
+        node.require_map({"global"});
+        const YamlNode weights = node.at("global");
+        weights.require_map({"position", "angle"});
+        planning::GlobalMetric metric;
+        metric.position = weights.positive_or("position", metric.position);
+        metric.angle = weights.positive_or("angle", metric.angle);
+        out.metric = metric;
+      },
+      [](const PlannerOptions& o, const Model&) {
+        const auto* global = std::get_if<planning::GlobalMetric>(&o.metric);
+        return global != nullptr ? Json{{"global", {{"position", global->position}, {"angle", global->angle}}}} : Json("local");
+      }};
+}
+
+OptionRow cost_row() {
+  return {"cost",
+          Advanced,
+          true,
+          "Of a path [s]: the time of its commands at these speeds [rad/s, m/s], and a price per regrasp [s].",
+          map_schema({{"joint_speed", kPositive}, {"travel_speed", kPositive}, {"regrasp", kNonnegative}}),
+          [](const YamlNode& node, const Model&, PlannerOptions& options) {
+            node.require_map({"joint_speed", "travel_speed", "regrasp"});
+            planning::PathCost& out = options.cost;
+            out.joint_speed = node.positive_or("joint_speed", out.joint_speed);
+            out.travel_speed = node.positive_or("travel_speed", out.travel_speed);
+            out.regrasp = node.nonnegative_or("regrasp", out.regrasp);
+          },
+          [](const PlannerOptions& o, const Model&) {
+            return Json{{"joint_speed", o.cost.joint_speed}, {"travel_speed", o.cost.travel_speed}, {"regrasp", o.cost.regrasp}};
+          }};
+}
+
+OptionRow regularisation_row() {
+  return {"regularisation",
+          Advanced,
+          true,
+          "ε of the objects in (2.6c): by the rule with this ratio, or given.",
+          one_of_two_schema("ratio", "epsilon"),
+          [](const YamlNode& node, const Model&, PlannerOptions& out) {
+            const auto [by_rule, value] = one_of_two(node, "ratio", "epsilon");
+            out.regularisation = by_rule ? dynamics::Regularisation(dynamics::ByRule{value}) : dynamics::FixedEpsilon{value};
+          },
+          [](const PlannerOptions& o, const Model&) {
+            if (const auto* rule = std::get_if<dynamics::ByRule>(&o.regularisation)) return Json{{"ratio", rule->ratio}};
+            return Json{{"epsilon", std::get<dynamics::FixedEpsilon>(o.regularisation).epsilon}};
+          }};
+}
+
+OptionRow substep_row() {
+  return {"substep",
+          Advanced,
+          true,
+          "Limits of one sub-step: motion of a joint [rad, m], slip of a contact times its μ [m], and their number.",
+          map_schema({{"joint_angle", kPositive}, {"joint_travel", kPositive}, {"slide", kPositive}, {"max_substeps", kCount}}),
+          [](const YamlNode& node, const Model&, PlannerOptions& options) {
+            node.require_map({"joint_angle", "joint_travel", "slide", "max_substeps"});
+            dynamics::SubstepLimits out = options.substep.value_or(dynamics::SubstepLimits{});
+            out.joint_angle = node.positive_or("joint_angle", out.joint_angle);
+            out.joint_travel = node.positive_or("joint_travel", out.joint_travel);
+            out.slide = node.positive_or("slide", out.slide);
+            if (const auto value = node.find("max_substeps")) out.max_substeps = value->positive_int();
+            options.substep = out;
+          },
+          [](const PlannerOptions& o, const Model&) {
+            if (!o.substep) return Json();
+            return Json{{"joint_angle", o.substep->joint_angle},
+                        {"joint_travel", o.substep->joint_travel},
+                        {"slide", o.substep->slide},
+                        {"max_substeps", o.substep->max_substeps}};
+          }};
+}
+
+OptionRow single_step_row() {
+  return {"single_step",
+          Advanced,
+          true,
+          "One step per extension, as in the thesis, whatever `substep` says.",
+          std::string(kBoolean),
+          [](const YamlNode& node, const Model&, PlannerOptions& out) {
+            if (node.boolean()) out.substep.reset();
+          },
+          [](const PlannerOptions& o, const Model&) { return o.substep ? Json() : Json(true); }};
+}
+
+OptionRow sampler_row() {
+  return {"sampler",
+          Advanced,
+          true,
+          "Contact sampler: the chance that all branches move, and that one is drawn near its posture, with what spread [rad or m], in so "
+          "many draws.",
+          map_schema({{"whole_probability", kProbability}, {"near_probability", kProbability}, {"near_std", kPositive}, {"tries", kCount}}),
+          [](const YamlNode& node, const Model&, PlannerOptions& options) {
+            node.require_map({"whole_probability", "near_probability", "near_std", "tries"});
+            planning::GenericSampler& out = options.sampler;
+            if (const auto v = given(node, "whole_probability")) out.whole_probability = probability(*v);
+            if (const auto v = given(node, "near_probability")) out.near_probability = probability(*v);
+            if (const auto v = given(node, "near_std")) out.near_std = v->positive();
+            if (const auto v = given(node, "tries")) out.tries = v->positive_int();
+          },
+          [](const PlannerOptions& o, const Model&) {
+            return Json{{"whole_probability", o.sampler.whole_probability},
+                        {"near_probability", o.sampler.near_probability},
+                        {"near_std", o.sampler.near_std},
+                        {"tries", o.sampler.tries}};
+          }};
+}
+
+std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const Model& model) {
+  std::vector<planning::SampleBox> out;
+  std::vector<std::string> known;
+  for (const auto& object : model.objects()) known.push_back(object.name);
+  for (const auto& [name, value] : node.entries()) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) value.fail_unknown("object", name, known);
+    planning::SampleBox box;
+    box.object = static_cast<int>(found - known.begin());
+    const int n = model.objects()[static_cast<std::size_t>(box.object)].n_v;
+    value.require_map({"lower", "upper"});
+    box.lower = value.at("lower").vector(n);
+    box.upper = value.at("upper").vector(n);
+    for (int i = 0; i < n; ++i) {
+      if (box.lower[i] > box.upper[i])
+        value.fail(fmt::format("lower[{0}] = {1} above upper[{0}] = {2}", i, box.lower[i], box.upper[i]), "lower ≤ upper");
+    }
+    out.push_back(std::move(box));
+  }
+  return out;
+}
+
+OptionRow sample_box_row() {
+  return {
+      "sample_box",
+      User,
+      true,
+      "Where objects may go on their way: x y z roll pitch yaw of a free object, coordinates of others [m, rad]; default: around start and "
+      "goal.",
+      R"({"type": "object", "additionalProperties": {"type": "object", "additionalProperties": false, "required": ["lower", "upper"], "properties": {"lower": {"$ref": "task.schema.json#/$defs/numbers"}, "upper": {"$ref": "task.schema.json#/$defs/numbers"}}}})",
+      [](const YamlNode& node, const Model& model, PlannerOptions& out) { out.sample_boxes = read_sample_boxes(node, model); },
+      [](const PlannerOptions& o, const Model& model) {
+        const auto list = [](const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); };
+        Json out = Json::object();
+        for (const auto& box : o.sample_boxes)
+          out[model.objects()[static_cast<std::size_t>(box.object)].name] = {{"lower", list(box.lower)}, {"upper", list(box.upper)}};
+        return out;
+      }};
+}
+
+OptionRow friction_law_row() {
+  return {"friction_law",
+          User,
+          true,
+          "What a sliding contact does in exact steps: anitescu, it opens by μ times its slip (2.3.4); coulomb, it stays closed. Default: "
+          "coulomb in space.",
+          R"({"enum": ["anitescu", "coulomb"]})",
+          [](const YamlNode& node, const Model&, PlannerOptions& out) {
+            out.friction_law =
+                node.one_of(kFrictionLawNames) == kFrictionLawNames[1] ? dynamics::FrictionLaw::Coulomb : dynamics::FrictionLaw::Anitescu;
+          },
+          [](const PlannerOptions& o, const Model&) { return Json(kFrictionLawNames[static_cast<std::size_t>(o.friction_law)]); }};
+}
+
+OptionRow margins_row() {
+  return {
+      "margins",
+      User,
+      true,
+      "Pushes must hold with the objects a little off, gravity a little aside and less friction at half of what touches; default: false.",
+      std::string(kBoolean),
+      [](const YamlNode& node, const Model&, PlannerOptions& out) { out.set_margins(node.boolean()); },
+      [](const PlannerOptions& o, const Model&) { return Json(o.margins()); }};
+}
+
+OptionRow brace_force_row() {
+  return {"brace_force",
+          Advanced,
+          true,
+          "Pushes end before the robot presses on itself or on what does not move with more than this [N]; without it they do not.",
+          std::string(kPositive),
+          [](const YamlNode& node, const Model&, PlannerOptions& out) { out.brace_force = node.positive(); },
+          [](const PlannerOptions& o, const Model&) { return std::isfinite(o.brace_force) ? Json(o.brace_force) : Json(); }};
+}
+
+OptionRow refined_fraction_row() {
+  return {"refined_fraction",
+          Advanced,
+          true,
+          "Refined plans may end at this share of the tolerances, tolerance_fraction or more; without it at that.",
+          R"({"type": "number", "exclusiveMinimum": 0, "maximum": 1})",
+          [](const YamlNode& node, const Model&, PlannerOptions& out) { out.refined_fraction = share(node); },
+          [](const PlannerOptions& o, const Model&) { return o.refined_fraction ? Json(*o.refined_fraction) : Json(); }};
+}
+
+std::vector<OptionRow> make_table() {
+  using P = PlannerOptions;
+  const auto seed = [](const YamlNode& node) {
+    if (node.integer() < 0) node.fail("an integer ≥ 0");
+    return static_cast<std::uint64_t>(node.integer());
+  };
+  return {
+      outside_plan(field(User, "seed", &P::seed, kNumberOfThem, seed, "Of the search: the same seed gives the same plan.")),
+      outside_plan(field(
+          User, "threads", &P::threads, kNumberOfThem, [](const YamlNode& node) { return nonnegative_int(node, 1024); },
+          "0: all cores; the plan does not depend on it.")),
+      count(User, "max_iterations", &P::max_iterations, "Budget of extensions."),
+      field(User, "tolerance_fraction", &P::tolerance_fraction, R"({"type": "number", "exclusiveMinimum": 0, "maximum": 1})", share,
+            "The planner aims at this share of the goal's tolerances; what is left is for the execution."),
+      sample_box_row(),
+      friction_law_row(),
+      margins_row(),
+      boolean(User, "anytime", &P::anytime, "Go on after the first plan, for cheaper ones, until the budget is used up."),
+      chance(User, "goal_bias", &P::goal_bias, "Probability that the subgoal is the goal (Alg. 2)."),
+      chance(User, "grasp_probability", &P::grasp_probability,
+             "Probability that a node gets a contact sample instead of an extension (Alg. 2)."),
+      // The search.
+      count(Advanced, "trees", &P::trees, "Trees that grow side by side; the plan does depend on it."),
+      count(Advanced, "batch", &P::batch, "Extensions under way at once in each tree; the plan does depend on it."),
+      boolean(Advanced, "stop_at_goal", &P::stop_at_goal, "false: all of max_iterations, to measure time."),
+      outside_plan(boolean(Advanced, "record_tree", &P::record_tree, "Keep every node in the result (library and Python).")),
+      positive(Advanced, "gamma", &P::gamma, "γ of the metric (3.5)."),
+      length_row(),
+      scheme_row(),
+      smoothing_row(),
+      randomized_row(),
+      metric_row(),
+      positive(Advanced, "goal_sharpening", &P::goal_sharpening, "κ grows up to this factor near the goal, ≥ 1."),
+      cost_row(),
+      sampler_row(),
+      count(Advanced, "grasp_candidates", &P::grasp_candidates, "Postures drawn for a regrasp; the most promising is taken."),
+      field(
+          Advanced, "grasp_trials", &P::grasp_trials, kNumberOfThem, [](const YamlNode& node) { return nonnegative_int(node); },
+          "So many of the most promising of these are simulated, and the best of them is taken."),
+      // Steps.
+      positive(Advanced, "h", &P::h, "Time step [s]."),
+      regularisation_row(),
+      substep_row(),
+      single_step_row(),
+      boolean(Advanced, "real_regrasps", &P::real_regrasps, "false: the robot jumps to its contact samples, as in the thesis."),
+      positive(Advanced, "friction", &P::friction, "Every μ of the plan is that of the scene times this, in (0, 1]."),
+      // What an edge must hold.
+      positive(Advanced, "fidelity_edge", &P::fidelity_edge,
+               "Half the sub-step leads to the same place, up to this share of the tolerances, on each edge …"),
+      positive(Advanced, "fidelity_path", &P::fidelity_path, "… and up to this share on the whole path."),
+      positive(Advanced, "edge_friction", &P::edge_friction, "Edges do the same with every μ times this, in (0, 1]; 1: not looked at."),
+      positive(Advanced, "rest_time", &P::rest_time,
+               "Objects on joints rest on what stops them in this time when nothing pushes them [s]."),
+      nonnegative(Advanced, "start_noise", &P::start_noise,
+                  "Pushes do the same when they start with the objects off by up to this share of the tolerances …"),
+      nonnegative(Advanced, "edge_tilt", &P::edge_tilt, "… with gravity this far aside, from each of four sides [rad] …"),
+      nonnegative(Advanced, "friction_noise", &P::friction_noise, "… and with μ less by this share at half of what touches, in [0, 1)."),
+      nonnegative(Advanced, "squeeze", &P::squeeze, "Commands stay up to this far ahead of the joints that push [rad or m]."),
+      nonnegative(
+          Advanced, "grip_force", &P::grip_force,
+          "Pushes start with the springs as strained as they are, up to this at the reach of a joint, in place of squeeze (P.11) [N]."),
+      brace_force_row(),
+      // What a regrasp must hold.
+      positive(Advanced, "regrasp_friction", &P::regrasp_friction, "Regrasps hold with every μ times this, in (0, 1]."),
+      positive(Advanced, "regrasp_clearance", &P::regrasp_clearance, "Moving branches keep this distance between their contacts [m]."),
+      positive(Advanced, "regrasp_tol_position", &P::regrasp_tol_position, "An object may move this far while branches move [m] …"),
+      positive(Advanced, "regrasp_tol_angle", &P::regrasp_tol_angle, "… and turn this far [rad]."),
+      positive(Advanced, "release_tol_position", &P::release_tol_position, "It may settle this far when it is let go of [m] …"),
+      positive(Advanced, "release_tol_angle", &P::release_tol_angle, "… and turn this far [rad]."),
+      refined_fraction_row(),
+  };
+}
+
+}  // namespace
+
+const std::vector<OptionRow>& option_table() {
+  static const std::vector<OptionRow> table = make_table();
+  return table;
+}
+
+}  // namespace stiction::tasks
