@@ -131,8 +131,8 @@ void print_warnings(const std::vector<tasks::Finding>& findings);
 /// The default speeds times a factor.
 planning::SpeedLimits speed_limits(double factor);
 
-/// Times [s] and commands in the order of the joints, one knot per line.
-void write_trajectory(const std::filesystem::path& file, const std::vector<std::string>& joints, const planning::Trajectory& trajectory);
+/// Times [s], commands and torques of the springs K_a(u − q) in the order of the joints, one knot per line.
+void write_trajectory(const std::filesystem::path& file, const world::Model& model, const planning::Trajectory& trajectory);
 
 /// Names of the experiments: the files figure_*, table_* and errata_* of the package, figure_2_13.py as "figure-2.13".
 std::vector<std::string> list_experiments();

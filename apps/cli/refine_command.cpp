@@ -47,13 +47,18 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResul
 
 }  // namespace
 
-void write_trajectory(const fs::path& file, const std::vector<std::string>& joints, const planning::Trajectory& trajectory) {
+void write_trajectory(const fs::path& file, const world::Model& model, const planning::Trajectory& trajectory) {
   std::string text = "time_s";
-  for (const auto& joint : joints) text += "," + joint;
+  const auto joints = model.dofs().last(static_cast<std::size_t>(model.n_a()));
+  for (const auto& joint : joints) text += "," + joint.name;
+  for (const auto& joint : joints) text += ",torque_" + joint.name;
   text += "\n";
   for (Eigen::Index k = 0; k < trajectory.times.size(); ++k) {
+    const auto u = trajectory.u.col(k);
+    const Eigen::VectorXd torque = model.stiffness().cwiseProduct(u - trajectory.q.col(k).tail(model.n_a()));
     text += fmt::format("{}", trajectory.times[k]);
-    for (Eigen::Index j = 0; j < trajectory.u.rows(); ++j) text += fmt::format(",{}", trajectory.u(j, k));
+    for (const double value : u) text += fmt::format(",{}", value);
+    for (const double value : torque) text += fmt::format(",{}", value);
     text += "\n";
   }
   tasks::write_text(text, file);
@@ -86,7 +91,7 @@ int run_refine(const RefineArguments& arguments) {
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
   const planning::Trajectory trajectory = planning::make_trajectory(*task.model, result.plan, speed_limits(arguments.speed));
-  write_trajectory(dir / "trajectory.csv", file.joints, trajectory);
+  write_trajectory(dir / "trajectory.csv", *task.model, trajectory);
   std::FILE* const to = people(arguments.json);
   print_summary(to, file, result, trajectory.duration(), target);
 

@@ -77,7 +77,7 @@ void write(const tasks::Task& task, const tasks::SolveTry& t, const planning::Sp
   const tasks::PlanFile file = tasks::make_plan_file(task, options, t.result, target);
   tasks::write_plan(file, target);
   if (t.solved())
-    write_trajectory(target.parent_path() / "trajectory.csv", file.joints, planning::make_trajectory(*task.model, t.result.plan, speed));
+    write_trajectory(target.parent_path() / "trajectory.csv", *task.model, planning::make_trajectory(*task.model, t.result.plan, speed));
 }
 
 void show(ProgressLine& line, std::uint64_t seed, tasks::SolveStage stage, const core::Progress& progress) {

@@ -36,11 +36,15 @@ def test_timed_commands_keep_the_speed_limits(refined: tuple[Path, dict]) -> Non
         header, *rows = csv.reader(file)
     table = np.array(rows, dtype=float)
     plan = json.loads((folder / "plan.json").read_text())
-    assert header == ["time_s", *plan["joints"]]
+    n = len(plan["joints"])
+    assert header == ["time_s", *plan["joints"], *(f"torque_{joint}" for joint in plan["joints"])]
     assert np.all(np.diff(table[:, 0]) > 0) and table[-1, 0] == pytest.approx(out["duration_s"])
-    speed = np.abs(np.diff(table[:, 1:], axis=0)) / np.diff(table[:, 0])[:, None]
+    speed = np.abs(np.diff(table[:, 1 : n + 1], axis=0)) / np.diff(table[:, 0])[:, None]
     assert speed.max() <= 4 * 0.0125 * (1 + 1e-6), "regrasps may be four times as fast as 0.0125 m/s"
-    assert table[-1, 1:] == pytest.approx(plan["segments"][-1]["knots"][-1]["u"])
+    end = plan["segments"][-1]["knots"][-1]
+    assert table[-1, 1 : n + 1] == pytest.approx(end["u"])
+    stretch = np.subtract(end["u"], end["q"][-n:])
+    assert np.all(table[-1, n + 1 :] * stretch >= 0) and np.count_nonzero(stretch) == np.count_nonzero(table[-1, n + 1 :])
 
 
 def test_same_plan_same_file(stiction, real_plan: Path, refined: tuple[Path, dict], tmp_path: Path) -> None:
