@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -83,7 +84,8 @@ def test_mistakes_are_refused(path, value):
 
 
 def test_options_of_the_planner_are_written_down_as_the_program_has_them():
-    done = subprocess.run([sys.executable, ROOT / "scripts/options.py", "--check"], capture_output=True, text=True)
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "build/release/python")}
+    done = subprocess.run([sys.executable, ROOT / "scripts/options.py", "--check"], capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
 
 

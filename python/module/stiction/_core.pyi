@@ -861,6 +861,11 @@ class PlannerOptions:
 
     def __repr__(self) -> str: ...
 
+def planner_schema() -> dict[str, object]:
+    """
+    JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range.
+    """
+
 class Goal:
     @property
     def object(self) -> int:
