@@ -43,7 +43,7 @@ def test_timed_commands_keep_the_speed_limits(refined: tuple[Path, dict]) -> Non
     assert speed.max() <= 4 * 0.0125 * (1 + 1e-6), "regrasps may be four times as fast as 0.0125 m/s"
     end = plan["segments"][-1]["knots"][-1]
     assert table[-1, 1 : n + 1] == pytest.approx(end["u"])
-    stretch = np.subtract(end["u"], end["q"][-n:])
+    stretch = np.subtract(end["u"], end["joints"])
     assert np.all(table[-1, n + 1 :] * stretch >= 0) and np.count_nonzero(stretch) == np.count_nonzero(table[-1, n + 1 :])
 
 
