@@ -1,27 +1,10 @@
 // No heap use after the first tick. Every malloc of this program is counted (glibc; not under sanitizers, which bring their own).
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-
+#include "cone_allocations.hpp"
 #include "control/arm_scene.hpp"
 #include "stiction/control/controller.hpp"
 #include "stiction/core/random.hpp"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-extern "C" void* __libc_malloc(std::size_t);
-extern "C" void* malloc(std::size_t size) {  // NOLINT: takes the place of the C library's
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-constexpr bool kCounts = true;
-#else
-constexpr bool kCounts = false;
-#endif
 
 namespace stiction::control::test {
 namespace {
@@ -46,9 +29,9 @@ void run(const ControllerOptions& options, bool with_tool) {
     const std::size_t n = k < 10 ? 3 : static_cast<std::size_t>(random.index(4));
     (void)controller.update(
         {.time = time += 0.005, .q = q, .q_ref = q_ref, .contacts = {contacts.data(), n}, .tool = with_tool ? &tool : nullptr}, 0.005);
-    if (k == 9) before = allocations.load();
+    if (k == 9) before = bench::allocations();
   }
-  EXPECT_EQ(allocations.load(), before);
+  EXPECT_EQ(bench::allocations(), before);
 }
 
 TEST(ControllerAllocation, AfterTheFirstTicks_NothingIsAllocated) {
@@ -59,10 +42,10 @@ TEST(ControllerAllocation, AfterTheFirstTicks_NothingIsAllocated) {
   run(options, false);
   options.law = Law::NullSpace;
   run(options, true);
-  if (!kCounts) GTEST_SKIP() << "mallocs are not counted under sanitizers";
-  const long before = allocations.load();
+  if (bench::allocations() == 0) GTEST_SKIP() << "mallocs are not counted under sanitizers";
+  const long before = bench::allocations();
   const auto counted = std::make_unique<std::vector<int>>(100);
-  EXPECT_GT(allocations.load(), before) << "the counter does not count";
+  EXPECT_GT(bench::allocations(), before) << "the counter does not count";
 }
 
 }  // namespace

@@ -1,25 +1,8 @@
 // No heap use after the first call. Every malloc of this program is counted (glibc; not under sanitizers, which bring their own).
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-
+#include "cone_allocations.hpp"
 #include "world/test_scenes.hpp"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-extern "C" void* __libc_malloc(std::size_t);
-extern "C" void* malloc(std::size_t size) {  // NOLINT: takes the place of the C library's
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-constexpr bool kCounts = true;
-#else
-constexpr bool kCounts = false;
-#endif
 
 namespace stiction::world {
 namespace {
@@ -45,13 +28,13 @@ TEST(Kinematics, AfterTheFirstCall_NothingIsAllocated) {
     sum += object_pose(*model, q, 1).p[0] + robot_part(*model, q)[0];
   };
   everything();
-  const long before = allocations.load();
+  const long before = bench::allocations();
   for (int i = 0; i < 10; ++i) everything();
-  EXPECT_EQ(allocations.load(), before);
+  EXPECT_EQ(bench::allocations(), before);
   EXPECT_TRUE(std::isfinite(sum));
-  if (!kCounts) GTEST_SKIP() << "mallocs are not counted under sanitizers";
+  if (bench::allocations() == 0) GTEST_SKIP() << "mallocs are not counted under sanitizers";
   const auto counted = std::make_unique<std::vector<int>>(100);
-  EXPECT_GT(allocations.load(), before) << "the counter does not count";
+  EXPECT_GT(bench::allocations(), before) << "the counter does not count";
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "stiction/contact/triangle.hpp"
+
 namespace stiction::sensing {
 
 using Eigen::Matrix3Xd;
@@ -21,26 +23,6 @@ double squared_distance(const Vector3d& p, const Vector3d& lower, const Vector3d
 }
 
 }  // namespace
-
-Vector3d closest_on_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  // Barycentric coordinates by signed areas; where one is negative the point lies on an edge or a corner.
-  const Vector3d ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const Vector3d bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double area_c = d1 * d4 - d3 * d2;
-  if (area_c <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-  const Vector3d cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double area_b = d5 * d2 - d1 * d6;
-  if (area_b <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-  const double area_a = d3 * d6 - d5 * d4;
-  if (area_a <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  return a + (area_b * ab + area_c * ac) / (area_a + area_b + area_c);
-}
 
 TriangleTree::TriangleTree(const Matrix3Xd& corners) {
   const auto n = static_cast<int>(corners.cols() / 3);
@@ -86,7 +68,7 @@ int TriangleTree::build(std::vector<int>& order, int begin, int end, const Matri
 TriangleTree::Closest TriangleTree::closest(const Vector3d& p, int guess) const {
   Closest best;
   const auto look = [&](int t) {
-    const Vector3d point = closest_on_triangle(p, corner(t, 0), corner(t, 1), corner(t, 2));
+    const Vector3d point = contact::nearest_on_triangle(p, corner(t, 0), corner(t, 1), corner(t, 2));
     const double squared = (point - p).squaredNorm();
     if (squared < best.squared_distance) best = {t, point, squared};
   };

@@ -44,7 +44,4 @@ class TriangleTree {
   std::vector<Node> nodes_;
 };
 
-/// The point of triangle (a, b, c) nearest to p.
-Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
-
 }  // namespace stiction::sensing

@@ -7,7 +7,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "stiction/planning/default_options.hpp"
 #include "stiction/tasks/optimize_options.hpp"
 #include "stiction/tasks/options.hpp"
 
@@ -85,13 +84,6 @@ OptionRow chance(OptionLevel level, std::string_view key, double PlannerOptions:
 OptionRow outside_plan(OptionRow row) {
   row.in_plan = false;
   return row;
-}
-
-/// The value of a key, nullopt when it is missing or null.
-std::optional<YamlNode> given(const YamlNode& map, std::string_view key) {
-  auto value = map.find(key);
-  if (value && value->kind() == YamlNode::Kind::Null) return std::nullopt;
-  return value;
 }
 
 /// One of two keys, each with a positive number.
@@ -458,6 +450,12 @@ std::vector<OptionRow> make_table() {
 }
 
 }  // namespace
+
+std::optional<YamlNode> given(const YamlNode& map, std::string_view key) {
+  auto value = map.find(key);
+  if (value && value->kind() == YamlNode::Kind::Null) return std::nullopt;
+  return value;
+}
 
 const std::vector<OptionRow>& option_table() {
   static const std::vector<OptionRow> table = make_table();

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,9 @@ struct OptionRow {
   std::function<void(const world::YamlNode&, const world::Model&, planning::PlannerOptions&)> read;
   std::function<nlohmann::ordered_json(const planning::PlannerOptions&, const world::Model&)> write;  ///< null: not written
 };
+
+/// The value of a key, nullopt when it is missing or null.
+std::optional<world::YamlNode> given(const world::YamlNode& map, std::string_view key);
 
 /// In the order in which they are read: a later one may undo what an earlier one set.
 const std::vector<OptionRow>& option_table();

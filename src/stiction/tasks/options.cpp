@@ -13,13 +13,6 @@ namespace {
 using planning::PlannerOptions;
 using world::YamlNode;
 
-/// The value of a key, nullopt when it is missing or null.
-std::optional<YamlNode> given(const YamlNode& map, std::string_view key) {
-  auto value = map.find(key);
-  if (value && value->kind() == YamlNode::Kind::Null) return std::nullopt;
-  return value;
-}
-
 void require_known_keys(const YamlNode& node, const std::optional<YamlNode>& advanced) {
   std::vector<std::string_view> all{kAdvanced}, of_method;
   for (const OptionRow& row : option_table()) {
