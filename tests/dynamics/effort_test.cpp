@@ -5,6 +5,7 @@
 #include "cone_allocations.hpp"
 #include "dynamics/optimality.hpp"
 #include "dynamics/systems.hpp"
+#include "stiction/dynamics/rollout.hpp"
 
 namespace stiction::dynamics::test {
 namespace {
@@ -68,6 +69,54 @@ TEST(Effort, NothingInTheWay_JointGoesWhereCommandedWhateverItsEffort) {
   EXPECT_NEAR((r.q_next - u).norm(), 0, 1e-6);
   EXPECT_NEAR(r.torque.norm(), 0, 1e-4);
   EXPECT_EQ(r.saturated, std::vector<char>(2, 0));
+}
+
+/// Down onto the wall and farther, and up again: the knots ask for no more than the effort, and the joint leaves the wall as the command does.
+TEST(Effort, RolloutIntoWallAndBack_CommandsStayWithinTheEffort) {
+  System system(wall_scene(kInfinity, 3));
+  const SubstepLimits limits{.joint_travel = 0.01, .slide = 1};
+  const Eigen::Vector2d start(0, 0.02), down(0, -0.5), up(0, 0.02);
+  RolloutResult in, out;
+  ASSERT_EQ(rollout(*system.model, start, start, down, {.effort_limits = true}, limits, system.work, in), Status::Solved);
+  EXPECT_EQ(count_substeps(*system.model, start, down, limits), 52);
+  ASSERT_EQ(in.knots.size(), 52u);
+  for (const Knot& knot : in.knots) EXPECT_LE(100 * std::abs(knot.u[1] - knot.q[1]), 3 * (1 + 1e-3));
+  EXPECT_NEAR(in.knots.back().u[1], -0.03, 1e-4);  // 3 N of 100 N/m
+  ASSERT_EQ(rollout(*system.model, in.knots.back().q, in.knots.back().u, up, {.effort_limits = true}, limits, system.work, out),
+            Status::Solved);
+  EXPECT_EQ(out.knots.size(), 5u);  // 0.05 m
+  EXPECT_NEAR(out.knots.back().q[1], 0.02, 1e-6);
+}
+
+TEST(Effort, RolloutThatNothingHoldsBack_IsTheSameWithAndWithoutLimits) {
+  System system(wall_scene(1, 1));
+  const SubstepLimits limits{.joint_travel = 0.01, .slide = 1};
+  RolloutResult limited, free;
+  const Eigen::Vector2d start(0, 0.3), end(0.2, 0.05);
+  ASSERT_EQ(rollout(*system.model, start, start, end, {.effort_limits = true}, limits, system.work, limited), Status::Solved);
+  system.work.forget();
+  ASSERT_EQ(rollout(*system.model, start, start, end, {}, limits, system.work, free), Status::Solved);
+  ASSERT_EQ(limited.knots.size(), free.knots.size());
+  for (std::size_t k = 0; k < free.knots.size(); ++k) {
+    EXPECT_EQ(limited.knots[k].q, free.knots[k].q);
+    EXPECT_EQ(limited.knots[k].u, free.knots[k].u);
+  }
+  EXPECT_EQ(limited.steps, free.steps);
+}
+
+TEST(Effort, StepWithinEfforts_FollowsFromTheCommandThatIsKept) {
+  System system(wall_scene(kInfinity, 3));
+  const Eigen::Vector2d q(0, 0.01);
+  Eigen::VectorXd u = Eigen::Vector2d(0.1, -0.4);
+  StepResult cut;
+  int steps = 0;
+  ASSERT_EQ(step_within_efforts(*system.model, q, u, {.effort_limits = true}, system.work, cut, steps), Status::Solved);
+  EXPECT_GE(steps, 2);
+  EXPECT_EQ(u[0], 0.1);
+  EXPECT_NEAR(u[1], -0.03, 1e-4);
+  system.work.forget();
+  const StepResult again = system(q, u, {.effort_limits = true});
+  EXPECT_NEAR((again.q_next - cut.q_next).norm(), 0, 1e-9);
 }
 
 /// The pusher's ball beneath a block of 2 kg that stands on its lower limit.

@@ -91,6 +91,23 @@ TEST(Rollout, BudgetUsedUp_ReturnsWhatItHas) {
   EXPECT_EQ(r.knots.size(), 7u);
 }
 
+TEST(Rollout, TimeUsedUpOrCancelled_ReturnsWhatItHas) {
+  Push push;
+  RolloutResult r;
+  core::RunControl control;
+  control.deadline = core::RunControl::Clock::now();
+  const Eigen::Vector2d u1(0, -1.1);
+  EXPECT_EQ(rollout(*push.model, push.q, push.u0, u1, {}, {.joint_travel = 0.01}, push.work, r, Overrun::Accept, &control),
+            Status::MaxIterations);
+  EXPECT_TRUE(r.knots.empty());
+  std::atomic<bool> cancel{true};
+  control = {};
+  control.cancel = &cancel;
+  EXPECT_EQ(rollout(*push.model, push.q, push.u0, u1, {}, {.joint_travel = 0.01}, push.work, r, Overrun::Accept, &control),
+            Status::Cancelled);
+  EXPECT_EQ(r.steps, 0);
+}
+
 TEST(Rollout, BadLimits_AreNamed) {
   Push push;
   RolloutResult r;

@@ -258,6 +258,24 @@ TEST(Step, DeepPenetration_ProjectsOut) {
   EXPECT_GT(again.contacts.at(0).contact.phi, -1e-6);
 }
 
+/// The pusher's ball slides along y and z beside a wall across x, into which it reaches: nothing can change that, and no force acts across it.
+TEST(Step, OverlapThatNoJointCanUndo_StandsInNoWay) {
+  for (const double overlap : {0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.05}) {
+    for (const double friction : {0.0, 1.0}) {
+      world::Scene scene = empty_scene();
+      scene.robots.push_back(pusher(friction));
+      scene.fixed.push_back(half_space(Eigen::Vector3d::UnitX(), {-0.1 + overlap, 0, 0}, friction));
+      const auto model = world::Model::make(scene);
+      StepWorkspace work(model);
+      StepResult r;
+      const Eigen::Vector2d q(0, 0), u(0.1, -0.2);
+      ASSERT_EQ(step(*model, {q, u}, {}, work, r), Status::Solved) << overlap;
+      EXPECT_NEAR((r.q_next - u).norm(), 0, 1e-9) << overlap << " " << friction;
+      EXPECT_TRUE(r.contacts.empty());
+    }
+  }
+}
+
 TEST(Step, WarmStart_GivesTheResultOfAColdOne) {
   System warm(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));
   System cold(world::load_scene(source_dir() / "tasks" / "allegro_ball.yaml"));

@@ -2,6 +2,7 @@
 
 #include "planning/systems.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning::test {
 namespace {
@@ -52,8 +53,9 @@ TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
       Eigen::VectorXd touching = q;
       touching.tail(model->n_a()) = sample->q_a;
       const auto [all, object] = gaps(*model, chains, sample->moved, touching, work);
-      EXPECT_GE(all, -1.01e-4);
-      EXPECT_LE(object, 1.01e-4);
+      const double touching_gap = 0.101 * world::share::kContact * model->scales().robots().length;
+      EXPECT_GE(all, -touching_gap);
+      EXPECT_LE(object, touching_gap);
       EXPECT_TRUE((sample->q_a.array() >= model->lower().array()).all() && (sample->q_a.array() <= model->upper().array()).all());
       for (int c = 0; c < chains.size(); ++c) {
         if (sample->moved >> c & 1) continue;

@@ -135,14 +135,14 @@ TEST(Scales, OtherUnits_LengthsAndForcesFollowExactly) {
   }
 }
 
-/// What tasks were given by hand before thresholds followed from sizes and weights: gap [m], κ [1/J], γ [m²].
+/// What tasks were given by hand before thresholds followed from sizes and weights: gap [m], κ [1/J] (of the ball for 10 N, 20 times its weight), γ [m²].
 TEST(Scales, BuiltInTasks_ThresholdsAreNearThoseChosenByHand) {
   struct Row {
     const char* task;
     double gap, kappa, gamma;
   };
-  for (const Row& row : {Row{"allegro_ball", 1e-3, 50, 1e-4}, Row{"allegro_cube", 1e-3, 500, 1e-4}, Row{"allegro_plate", 1e-3, 500, 1e-4},
-                         Row{"allegro_pen", 1e-3, 500, 1e-4}, Row{"iiwa_bimanual", 1e-3, 100, 1e-3},
+  for (const Row& row : {Row{"allegro_ball", 1e-3, 20 * 50, 1e-4}, Row{"allegro_cube", 1e-3, 500, 1e-4},
+                         Row{"allegro_plate", 1e-3, 500, 1e-4}, Row{"allegro_pen", 1e-3, 500, 1e-4}, Row{"iiwa_bimanual", 1e-3, 100, 1e-3},
                          Row{"iiwa_bimanual_box", 2e-3, 50, 3e-3}, Row{"planar_pushing", 2e-3, 100, 1e-2}}) {
     const auto model = load_task(row.task);
     const Scales& scales = model->scales();

@@ -14,6 +14,10 @@ using core::Status;
 /// A sub-step is redone at most this often with half the command: an object that slides because a spring relaxes or gravity pulls
 /// does so however small the command is.
 constexpr int kMaxHalvings = 4;
+/// With Coulomb's law a command that is cut may lead to another solution, in which another motor saturates.
+constexpr int kMostCuts = 8;
+/// Commands that differ by less than this of what strains the spring are one: what a step is exact to.
+constexpr double kSameCommand = 5e-4;
 
 /// Largest μ·slip: what friction counts for, an object on a slippery floor may go far in a sub-step.
 double largest_slide(const StepResult& result) {
@@ -26,9 +30,21 @@ double largest_slide(const StepResult& result) {
 
 /// A force acts across a gap after a sub-step with Coulomb's law, which leaves such gaps only where it was not found.
 bool has_gap(const world::Model& model, const StepResult& result) {
-  return std::ranges::any_of(result.contacts, [&](const auto& c) {
-    return c.active && c.anitescu_gap() > world::share::kContact * model.scales().pair(c.contact.pair).length;
-  });
+  return std::ranges::any_of(
+      result.contacts, [&](const auto& c) { return c.active && c.anitescu_gap() > model.scales().contact_tolerance(c.contact.pair); });
+}
+
+double largest_move(const world::Model& model, int joint, const SubstepLimits& limits) {
+  const auto& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + joint)];
+  return dof.kind == world::DofKind::Revolute ? limits.joint_angle : limits.joint_travel;
+}
+
+/// A joint that its motor cannot hold takes its command along farther than a sub-step may go.
+bool goes_farther(const world::Model& model, VectorRef u, VectorRef u_next, const SubstepLimits& limits) {
+  for (int j = 0; j < model.n_a(); ++j) {
+    if (std::abs(u_next[j] - u[j]) > largest_move(model, j, limits) * (1 + 1e-9)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -40,62 +56,92 @@ void SubstepLimits::validate() const {
   if (max_substeps < 1) core::throw_invalid("substep.max_substeps", std::to_string(max_substeps), "at least 1");
 }
 
+Status step_within_efforts(const world::Model& model, VectorRef q, Eigen::VectorXd& u, const StepOptions& options, StepWorkspace& work,
+                           StepResult& out, int& steps) {
+  for (int round = 0;; ++round) {
+    ++steps;
+    const Status status = step(model, {q, u}, options, work, out);
+    if (status != Status::Solved) return status;
+    bool cut = false;
+    for (int j = 0; j < model.n_a(); ++j) {
+      if (!out.saturated[static_cast<std::size_t>(j)]) continue;
+      const double strain = out.torque[j] / model.stiffness()[j], within = out.q_next[model.n_qu() + j] + strain;
+      if (std::abs(within - u[j]) <= kSameCommand * std::abs(strain)) continue;
+      u[j] = within;
+      cut = true;
+    }
+    if (!cut) return status;
+    if (round == kMostCuts) return Status::NumericalFailure;
+  }
+}
+
 int count_substeps(const world::Model& model, VectorRef u_start, VectorRef u_end, const SubstepLimits& limits) {
   double n = 1;
   for (int j = 0; j < model.n_a(); ++j) {
-    const auto& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
-    const double limit = dof.kind == world::DofKind::Revolute ? limits.joint_angle : limits.joint_travel;
-    n = std::max(n, std::ceil(std::abs(u_end[j] - u_start[j]) / limit * (1 - 1e-12)));
+    n = std::max(n, std::ceil(std::abs(u_end[j] - u_start[j]) / largest_move(model, j, limits) * (1 - 1e-12)));
   }
   return static_cast<int>(n);
 }
 
 Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, VectorRef u_end, const StepOptions& options,
-               const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out, Overrun overrun) {
+               const SubstepLimits& limits, StepWorkspace& work, RolloutResult& out, Overrun overrun, const core::RunControl* control) {
   limits.validate();
   core::require_size("u_start", u_start.size(), model.n_a());
   core::require_size("u_end", u_end.size(), model.n_a());
   out.knots.clear();
   out.steps = 0;
   out.max_slide = 0;
+  out.penetration = 0;
   out.min_phi = 0;
   out.status = Status::Solved;
 
   const double ds_max = 1.0 / count_substeps(model, u_start, u_end, limits);
   const double ds_min = ds_max / (1 << kMaxHalvings);
   Eigen::VectorXd q_now = q;
-  Eigen::VectorXd u(model.n_a());
+  Eigen::VectorXd u(model.n_a()), u_now = u_start;
+  bool behind = false;  // u_now is not on the way from u_start to u_end
   StepResult step_result;
   double s = 0;
   double ds = ds_max;
   while (s < 1.0) {
+    if (control != nullptr && control->stop()) return out.status = control->cancelled() ? Status::Cancelled : Status::MaxIterations;
     const bool last = s + ds >= 1.0 - 1e-9;
     const double s_next = last ? 1.0 : s + ds;
     u = (1 - s_next) * u_start + s_next * u_end;
-    ++out.steps;
-    out.status = step(model, {q_now, u}, options, work, step_result);
+    for (int j = 0; behind && j < model.n_a(); ++j) {
+      const double most = largest_move(model, j, limits);
+      u[j] = u_now[j] + std::clamp(u[j] - u_now[j], -most, most);
+    }
+    Eigen::VectorXd u_next = u;
+    out.status = step_within_efforts(model, q_now, u_next, options, work, step_result, out.steps);
     if (out.status != Status::Solved) return out.status;
     const double slide = largest_slide(step_result);
     const bool far = slide > limits.slide || (options.friction_law == FrictionLaw::Coulomb && has_gap(model, step_result));
-    if (far && ds > ds_min * (1 + 1e-9)) {
+    const bool recoils = goes_farther(model, u_now, u_next, limits);
+    if ((far || recoils) && ds > ds_min * (1 + 1e-9)) {
       ds = std::max(ds_min, 0.5 * ds);
       continue;
     }
-    if (far && overrun == Overrun::Stop) {
+    if (recoils || (far && overrun == Overrun::Stop)) {
       out.status = Status::MaxIterations;
       return out.status;
     }
     out.max_slide = std::max(out.max_slide, slide);
     if (!out.knots.empty()) {
-      for (const auto& c : step_result.contacts) out.min_phi = std::min(out.min_phi, c.contact.phi);
+      for (const auto& c : step_result.contacts) {
+        out.min_phi = std::min(out.min_phi, c.contact.phi);
+        out.penetration = std::max(out.penetration, -c.contact.phi / model.scales().contact_tolerance(c.contact.pair));
+      }
     }
     Knot& knot = out.knots.emplace_back();
-    knot.u = u;
+    knot.u = u_next;
     knot.q = step_result.q_next;
     for (const auto& c : step_result.contacts) {
       if (c.active) knot.contacts.push_back(c);
     }
     q_now = step_result.q_next;
+    behind = behind || knot.u != u;
+    u_now = knot.u;
     s = s_next;
     if (slide < 0.4 * limits.slide) ds = std::min(ds_max, 2 * ds);
     if (static_cast<int>(out.knots.size()) >= limits.max_substeps && s < 1.0) {

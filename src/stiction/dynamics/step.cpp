@@ -66,6 +66,28 @@ bool is_coulomb(const StepOptions& options) {
   return options.friction_law == FrictionLaw::Coulomb && std::holds_alternative<Exact>(options.smoothing);
 }
 
+/// The gap of a pair changes with no coordinate: the first row of its Jacobian is rounding beside the others. No force can act across it, and an overlap that
+/// nothing undoes is no reason for a step to be infeasible.
+bool has_fixed_gap(const Model& model, const StepWorkspace::Impl& work, std::size_t i) {
+  constexpr double kRounding = 1e-12;
+  const auto support = at(model.pairs()[at(work.contacts[i].pair)].support);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> J(jacobian(work, i),
+                                                                     static_cast<Eigen::Index>(model.supports()[support].size()), 3);
+  return J.col(0).lpNorm<Eigen::Infinity>() <= kRounding * J.lpNorm<Eigen::Infinity>();
+}
+
+void find_contacts(const Model& model, double margin, StepWorkspace::Impl& work) {
+  contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
+  contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    if (!has_fixed_gap(model, work, i)) work.contacts[kept++] = work.contacts[i];
+  }
+  if (kept == work.contacts.size()) return;
+  work.contacts.resize(kept);
+  contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
+}
+
 void read_contacts(const Model& model, const StepOptions& options, StepWorkspace::Impl& work, std::vector<ContactImpulse>& out) {
   const cone::Result& s = work.solution;
   out.resize(work.contacts.size());
@@ -138,8 +160,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   // An unsupported object must not fall through what it would have met: look as far as it can fall.
   const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
   if (work.margin_seen != margin) {
-    contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
-    contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
+    find_contacts(model, margin, work);
     work.margin_seen = margin;
   }
   if (in.friction) {

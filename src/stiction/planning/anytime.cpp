@@ -27,7 +27,7 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
       control.on_progress(progress);
     };
   }
-  Crew crew(problem.model, options.threads);
+  Crew crew(problem.model, options.threads, control);
   for (std::uint64_t tree = 1; best.iterations < options.max_iterations && !control.stop(); ++tree) {
     PlannerOptions next = options;
     next.seed = core::Random(options.seed, ~tree).bits();

@@ -8,14 +8,17 @@
 #include <numbers>
 #include <utility>
 
+#include "stiction/world/scales.hpp"
+
 namespace stiction::planning {
 namespace {
 
-constexpr double kTouch = 1e-4;          // a gap this small counts as contact [m]
-constexpr double kSelfClearance = 5e-4;  // between robot parts, and of the robot to fixed bodies [m]
+constexpr double kTouch = 0.1;          // a gap this small counts as contact [contact tolerance of the pair]
+constexpr double kSelfClearance = 0.5;  // between robot parts, and of the robot to fixed bodies [the same of the robots]
+constexpr double kFlat = 1e-3;          // a gap that changes by less with every joint is not closed [L per joint unit]
 constexpr int kNewtonSteps = 15;
 constexpr int kPatience = 4;      // Newton steps in which a gap has to become half as wide: what is out of reach never does
-constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad or m]
+constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad, L]
 
 void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
@@ -109,8 +112,9 @@ struct Surroundings {
 
   /// No pair is deeper than allowed: −kTouch with objects, kSelfClearance elsewhere.
   bool are_clear(const world::Model& model, GeometryWorkspace& work) const {
-    return !contact::any_nearer(model, work.kinematics, others, kSelfClearance, work.contact_work) &&
-           !contact::any_nearer(model, work.kinematics, objects, -kTouch, work.contact_work);
+    const double tolerance = world::share::kContact * model.scales().robots().length;
+    return !contact::any_nearer(model, work.kinematics, others, kSelfClearance * tolerance, work.contact_work) &&
+           !contact::any_nearer(model, work.kinematics, objects, -kTouch * tolerance, work.contact_work);
   }
 };
 
@@ -123,6 +127,9 @@ bool touch(const world::Model& model, int pair, const std::vector<char>& moving,
   const world::Pair& of = model.pairs()[static_cast<std::size_t>(pair)];
   const int bodies[2] = {body(of.geometry_a), body(of.geometry_b)};
   work.links.select(model, moving, bodies);
+  const double length = model.scales().robots().length, close_enough = 0.5 * kTouch * world::share::kContact * length;
+  Eigen::VectorXd unit(model.n_a());  // of the joints, in which steps are short
+  for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
   double gap = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
     work.links.update(model, q, work.kinematics);
@@ -130,14 +137,15 @@ bool touch(const world::Model& model, int pair, const std::vector<char>& moving,
     if (work.contacts.empty()) return false;
     const auto& c =
         *std::min_element(work.contacts.begin(), work.contacts.end(), [](const auto& a, const auto& b) { return a.phi < b.phi; });
-    if (std::abs(c.phi) < 0.5 * kTouch) return true;
+    if (std::abs(c.phi) < close_enough) return true;
     if (iteration % kPatience == 0 && std::abs(c.phi) > 0.5 * std::exchange(gap, std::abs(c.phi))) return false;
     gap_gradient(model, c, moving, work, gradient);
-    const double slope2 = gradient.squaredNorm();
-    if (slope2 < 1e-8) return false;
+    const Eigen::VectorXd slope = gradient.cwiseProduct(unit);  // dφ/d(q/unit)
+    const double slope2 = slope.squaredNorm();
+    if (!(slope2 > std::pow(kFlat * length, 2))) return false;
     double scale = -c.phi / slope2;
-    scale *= std::min(1.0, kMaxStep / (std::abs(scale) * gradient.cwiseAbs().maxCoeff()));
-    q.tail(model.n_a()) = (q.tail(model.n_a()) + scale * gradient).cwiseMax(model.lower()).cwiseMin(model.upper());
+    scale *= std::min(1.0, kMaxStep / (std::abs(scale) * slope.cwiseAbs().maxCoeff()));
+    q.tail(model.n_a()) = (q.tail(model.n_a()) + scale * slope.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
   }
   return false;
 }
@@ -153,13 +161,14 @@ bool sample_chain(const world::Model& model, const RobotChains& chains, const Ge
   update_kinematics(model, q, work);
   std::vector<std::pair<double, double>> ranges;
   for (const int j : joints) ranges.push_back(draw_range(model, pairs, j, q[model.n_qu() + j], work));
-  for (int attempt = 0; attempt < options.tries; ++attempt) {
+  for (int attempt = 0; attempt < options.tries && !work.stop(); ++attempt) {
     q = q_before;
     const bool near = random.chance(options.near_probability);
     for (std::size_t k = 0; k < joints.size(); ++k) {
       double& value = q[model.n_qu() + joints[k]];
       const auto [low, high] = ranges[k];
-      value = near ? std::clamp(value + options.near_std * random.normal(), low, high) : random.uniform(low, high);
+      const double spread = options.near_std * model.scales().joint(joints[k]);
+      value = near ? std::clamp(value + spread * random.normal(), low, high) : random.uniform(low, high);
     }
     const int pair = pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
     if (!touch(model, pair, moving, q, work)) continue;
@@ -228,9 +237,13 @@ bool retreat(const world::Model& model, const RobotChains& chains, ChainMask mov
   const std::vector<int> all = work.pairs;
   std::vector<int> objects;  // what does not change from place to place is looked at once
   std::copy_if(all.begin(), all.end(), std::back_inserter(objects), [&](int pair) { return chains.touches_object(pair); });
-  constexpr double kStep = 0.04;  // per round and joint, so that the straight line between rounds stays clear [rad or m]
-  for (int round = 0; round < rounds; ++round) {
-    // δ = argmin ‖δ‖² with every short gap brought to 1.5 × clearance: δ = Gᵀ(GGᵀ + ρI)⁻¹r
+  constexpr double kStep = 0.04;     // per round and joint, so that the straight line between rounds stays clear [rad, L]
+  constexpr double kDamping = 1e-4;  // ρ [L²]
+  const double length = model.scales().robots().length;
+  Eigen::VectorXd unit(n_a);
+  for (int j = 0; j < n_a; ++j) unit[j] = model.scales().joint(j);
+  for (int round = 0; round < rounds && !work.stop(); ++round) {
+    // δ = argmin ‖δ‖², in joint units, with every short gap brought to 1.5 × clearance: δ = Gᵀ(GGᵀ + ρI)⁻¹r
     Eigen::MatrixXd G(n_a, 0);
     Eigen::VectorXd r;
     for (std::size_t k = 0; k < places.size(); ++k) {
@@ -249,13 +262,14 @@ bool retreat(const world::Model& model, const RobotChains& chains, ChainMask mov
       }
     }
     if (r.size() == 0) return true;
+    G = unit.asDiagonal() * G;
     Eigen::MatrixXd S = G.transpose() * G;
-    S.diagonal().array() += 1e-6;
+    S.diagonal().array() += kDamping * length * length;
     Eigen::VectorXd delta = G * S.ldlt().solve(r);
     const double largest = delta.cwiseAbs().maxCoeff();
     if (!(largest > 1e-9)) return false;
     delta *= std::min(1.0, kStep / largest);
-    q_a = (q_a + delta).cwiseMax(model.lower()).cwiseMin(model.upper());
+    q_a = (q_a + delta.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
     path.push_back(q_a);
   }
   return false;

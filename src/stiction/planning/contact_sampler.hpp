@@ -7,6 +7,7 @@
 
 #include "stiction/contact/contact.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/core/run_control.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/planning/robot_chains.hpp"
 #include "stiction/world/moving_links.hpp"
@@ -23,6 +24,8 @@ struct GeometryWorkspace {
   contact::Workspace contact_work;
   std::vector<contact::Contact> contacts;
   std::vector<int> pairs;
+  const core::RunControl* control = nullptr;  // of the search: long work looks at it, and comes to nothing once it is to stop
+  bool stop() const { return control != nullptr && control->stop(); }
 };
 
 /// A robot posture that touches the object, and the branches for which one was found; the others are where they were.
@@ -38,8 +41,8 @@ struct GraspDraw {
 };
 GraspDraw draw_grasp(const RobotChains& chains, const GenericSampler& sampler, core::Random& random);
 
-/// Draws a posture in contact with the objects at q (3.4.3): no moved branch penetrates anything by more than 0.1 mm, and each
-/// touched an object within 0.1 mm when it was placed. Pure kinematics: nothing moves the object.
+/// Draws a posture in contact with the objects at q (3.4.3): no moved branch penetrates anything by more than 0.001 L, and each
+/// touched an object within half of that when it was placed. Pure kinematics: nothing moves the object.
 /// @param q  configuration (n_q); branches that are not moved keep their joints
 /// @returns nullopt when the draws of the sampler were used up
 std::optional<ContactSample> sample_contact(const world::Model& model, const RobotChains& chains, const GenericSampler& sampler,

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "stiction/planning/force_gap.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -10,10 +11,8 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// Penetration of an edge in a sub-step of half the length [m]; the checker allows 1 mm.
-constexpr double kMaxFinePenetration = 0.95e-3;
-/// A contact edge must move the robot or an object at least this far to be worth a node [m or rad].
-constexpr double kMinMove = 1e-4;
+/// A contact edge must turn the robot or an object at least this far, or move it by this of L, to be worth a node.
+constexpr double kLeastTurn = 1e-4, kLeastMove = 1e-3;
 
 }  // namespace
 
@@ -35,15 +34,16 @@ EdgeSimulator::EdgeSimulator(const Model& model, const PlannerOptions& options, 
 bool EdgeSimulator::move(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
   if (!options_.substep) {
     scratch.steps.forget();
-    const Status status = dynamics::step(model_, {from.q, u}, exact_, scratch.steps, scratch.step_result);
-    ++totals.steps;
+    to.u = u;
+    int steps = 0;
+    const Status status = dynamics::step_within_efforts(model_, from.q, to.u, exact_, scratch.steps, scratch.step_result, steps);
+    totals.steps += steps;
     if (status != Status::Solved) {
       ++totals.failed_steps;
       return false;
     }
     to.q = scratch.step_result.q_next;
-    to.u = u;
-    to.commands = u;
+    to.commands = to.u;
     to.states = to.q;
     return true;
   }
@@ -54,8 +54,10 @@ bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const d
                              Totals& totals, Node& to) const {
   scratch.steps.forget();
   auto& r = scratch.rollout_result;
-  const Status status = dynamics::rollout(model_, from.q, from.u, u, exact_, limits, scratch.steps, r, dynamics::Overrun::Stop);
+  const Status status =
+      dynamics::rollout(model_, from.q, from.u, u, exact_, limits, scratch.steps, r, dynamics::Overrun::Stop, scratch.geometry.control);
   totals.steps += r.steps;
+  if (scratch.stop()) return false;
   if (status != Status::Solved && status != Status::MaxIterations) {
     ++totals.failed_steps;
     return false;
@@ -65,8 +67,8 @@ bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const d
     return braces(knot) || (long_slips && calc_force_gap(model_, knot, scratch.geometry) > kMostForceGap);
   };
   r.knots.erase(std::find_if(r.knots.begin(), r.knots.end(), bad), r.knots.end());
-  if (r.knots.empty() || r.min_phi < -kMostEdgePenetration) return false;
-  if (calc_penetration(model_, r.knots.back().q, scratch.geometry) > kMaxFinePenetration) return false;  // where no step has looked yet
+  if (r.knots.empty() || r.penetration > kMostEdgePenetration) return false;
+  if (calc_penetration(model_, r.knots.back().q, scratch.geometry) > kMostFinePenetration) return false;  // where no step has looked yet
   to.q = r.knots.back().q;
   to.u = r.knots.back().u;
   set_edge(r.knots, model_, to);
@@ -80,6 +82,7 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
   for (Eigen::Index k = 0; k < commands.cols(); ++k) {
     for (const double s : {0.5, 1.0}) {
       const Eigen::VectorXd u = (1 - s) * u_last + s * commands.col(k);
+      if (scratch.stop()) return states.leftCols(k);
       ++totals.steps;
       if (dynamics::step(model_, {q, u}, cold_, scratch.steps, scratch.step_result) != Status::Solved) {
         ++totals.failed_steps;
@@ -89,7 +92,7 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
       if (!limit_gap) continue;
       if (calc_force_gap(model_, scratch.step_result, scratch.geometry) > kMostForceGap) return states.leftCols(k);
       const bool own = k > 0 || s == 1;  // what penetrates where an edge starts is not its doing
-      if (own && calc_penetration(scratch.step_result) > kMaxFinePenetration) return states.leftCols(k);
+      if (own && calc_penetration(model_, scratch.step_result) > kMostFinePenetration) return states.leftCols(k);
     }
     states.col(k) = q;
     u_last = commands.col(k);
@@ -98,9 +101,15 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
 }
 
 bool EdgeSimulator::moves(const Node& from, const Node& to) const {
-  Eigen::VectorXd moved(model_.n_vu());
+  Eigen::VectorXd moved(model_.n_v());
   space_.error(from.q.data(), to.q.data(), moved.data());
-  return moved.cwiseAbs().maxCoeff() > kMinMove || (to.q - from.q).tail(model_.n_a()).cwiseAbs().maxCoeff() > kMinMove;
+  moved.tail(model_.n_a()) = (to.q - from.q).tail(model_.n_a());
+  for (int v = 0; v < model_.n_v(); ++v) {
+    const world::Dof& dof = model_.dofs()[static_cast<std::size_t>(v)];
+    const world::Scale& scale = v < model_.n_vu() ? model_.scales().object(dof.owner) : model_.scales().robots();
+    if (std::abs(moved[v]) > (dof.kind == world::DofKind::Revolute ? kLeastTurn : kLeastMove * scale.length)) return true;
+  }
+  return false;
 }
 
 bool EdgeSimulator::braces(const dynamics::Knot& knot) const {

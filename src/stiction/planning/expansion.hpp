@@ -38,8 +38,11 @@ struct Totals {
 
 /// Everything one thread needs.
 struct ThreadScratch {
-  explicit ThreadScratch(const std::shared_ptr<const world::Model>& model)
-      : steps(model), locals(model), geometry(*model), least_squares(model->n_a()) {}
+  ThreadScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control)
+      : steps(model), locals(model), geometry(*model), least_squares(model->n_a()) {
+    geometry.control = &control;
+  }
+  bool stop() const { return geometry.stop(); }
 
   dynamics::StepWorkspace steps;
   dynamics::LocalModelWorkspace locals;

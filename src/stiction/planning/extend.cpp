@@ -1,23 +1,28 @@
 #include "stiction/planning/extend.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
 
-/// Contacts farther apart than this do not bound an extension by their forces: those are tiny, and their linear models of no use [m].
-constexpr double kForceReach = 0.01;
+/// Contacts farther apart than this do not bound an extension by their forces: those are tiny, and their linear models of no use [L].
+constexpr double kForceReach = 0.1;
 /// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
 /// is not tried again from the same node.
 constexpr double kSameCommand = 0.1;
+/// A shorter extension is none [joint units].
+constexpr double kNoMove = 1e-9;
 
 }  // namespace
 
 Extend::Extend(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
                const NodeModels& models, const EdgeSimulator& simulator)
     : model_(model), options_(options), chains_(chains), goal_(goal), models_(models), simulator_(simulator) {
+  units_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_a()) : model.scales().joints();
   weights_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_vu()) : goal.relative_weights();
 }
 
@@ -38,7 +43,7 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
     if (!models_.linearise_with_forces(scratch.candidate, scratch, x.totals)) return false;
   }
   delta_u = extension(near.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
-  if (delta_u.norm() < 1e-9) return false;
+  if (delta_u.cwiseQuotient(units_).norm() < kNoMove) return false;
   const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
   const double same = kSameCommand * (wanted - q_a).norm();
   if (std::any_of(near.tried.begin(), near.tried.end(), [&](const auto& tried) { return (tried - wanted).norm() < same; })) return false;
@@ -50,22 +55,24 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
 
 Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
                                   const dynamics::StepResult* forces, ConeLeastSquares& least_squares) const {
-  const Eigen::VectorXd lower = (model_.lower() - q_a).cwiseMin(0.0), upper = (model_.upper() - q_a).cwiseMax(0.0);
-  Eigen::VectorXd delta_u, w = weights_;
+  const Eigen::VectorXd lower = (model_.lower() - q_a).cwiseMin(0.0).cwiseQuotient(units_),
+                        upper = (model_.upper() - q_a).cwiseMax(0.0).cwiseQuotient(units_);
+  Eigen::VectorXd y, w = weights_;  // δu in joint units, with which lengths mean the same to sliders and to hinges
   if (to_goal) w = w.cwiseProduct(goal_.bounded()).eval();
-  const Eigen::MatrixXd B = w.asDiagonal() * local.B_u;
+  const Eigen::MatrixXd B = w.asDiagonal() * local.B_u * units_.asDiagonal();
   const Eigen::VectorXd we = w.cwiseProduct(e);
   if (forces != nullptr) add_force_cones(*forces, least_squares);
-  if (forces == nullptr || !least_squares.solve(B, we, options_.gamma, lower, upper, delta_u))
-    solve_bounded_least_squares(B, we, options_.gamma, lower, upper, delta_u);
-  const double length = delta_u.norm();
-  if (length < 1e-9) return delta_u;
-  if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
-    delta_u *= fixed->length / length;
-  } else {
-    delta_u *= std::min(1.0, std::get<CappedLength>(options_.length).length / length);
+  if (forces == nullptr || !least_squares.solve(B, we, options_.gamma, lower, upper, y))
+    solve_bounded_least_squares(B, we, options_.gamma, lower, upper, y);
+  const double length = y.norm();
+  if (length >= kNoMove) {
+    if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
+      y *= fixed->length / length;
+    } else {
+      y *= std::min(1.0, std::get<CappedLength>(options_.length).length / length);
+    }
   }
-  return delta_u;
+  return units_.cwiseProduct(y);
 }
 
 void Extend::add_force_cones(const dynamics::StepResult& step, ConeLeastSquares& least_squares) const {
@@ -74,11 +81,13 @@ void Extend::add_force_cones(const dynamics::StepResult& step, ConeLeastSquares&
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const auto& c = step.contacts[i];
     const double mu = c.contact.friction * simulator_.exact().friction_scale;
-    if (c.contact.phi > kForceReach || mu <= 0 || !chains_.touches_object(c.contact.pair) || chains_.mask_of_pair(c.contact.pair) == 0)
+    if (c.contact.phi > kForceReach * model_.scales().pair(c.contact.pair).length || mu <= 0 || !chains_.touches_object(c.contact.pair) ||
+        chains_.mask_of_pair(c.contact.pair) == 0)
       continue;
     const auto D = step.D_lambda_u[i];
     G.row(0) = mu * D.row(0);
     G.bottomRows(2) = D.bottomRows(2);
+    G *= units_.asDiagonal();
     const double scale = G.cwiseAbs().maxCoeff();
     if (!(scale > 0)) continue;
     G /= scale;

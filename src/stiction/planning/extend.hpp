@@ -29,6 +29,7 @@ class Extend {
   const GoalMeasure& goal_;
   const NodeModels& models_;
   const EdgeSimulator& simulator_;
+  Eigen::VectorXd units_;    // of the joints
   Eigen::VectorXd weights_;  ///< W of (P.2) (n_vu)
 };
 

@@ -37,7 +37,7 @@ class Forest {
  public:
   Forest(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
          core::RunControl::Clock::time_point start)
-      : problem_(problem), options_(options), control_(control), following_(control), crew_(problem.model, options.threads) {
+      : problem_(problem), options_(options), control_(control), following_(control), crew_(problem.model, options.threads, control) {
     if (!control.on_progress) return;
     following_.on_progress = [this, start](core::Progress progress) {
       progress.best = nearest_ = std::min(nearest_, progress.best);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "stiction/world/scales.hpp"
+
 namespace stiction::planning {
 namespace {
 
@@ -14,7 +16,11 @@ constexpr double kSampleComplementarity = 1e-6;
 }  // namespace
 
 NodeModels::NodeModels(const Model& model, const PlannerOptions& options, const GoalMeasure& goal)
-    : model_(model), options_(options), goal_(goal), smoothed_(options.step_options()) {
+    : model_(model),
+      options_(options),
+      goal_(goal),
+      joint_units_(options.thesis_edges() ? Eigen::VectorXd() : model.scales().joints()),
+      smoothed_(options.step_options()) {
   smoothed_.warm_start = false;
   if (options.scheme == Scheme::RandomizedFirst || options.scheme == Scheme::RandomizedZeroth)
     smoothed_.tol_complementarity = kSampleComplementarity;
@@ -58,7 +64,7 @@ bool NodeModels::take_model(Status status, const Eigen::VectorXd& q_next, const 
     ++totals.failed_steps;
     return false;
   }
-  node.local.set(q_next, B, model_.n_qu(), model_.n_vu(), options_.gamma);
+  node.local.set(q_next, B, model_.n_qu(), model_.n_vu(), options_.gamma, joint_units_);
   return true;
 }
 

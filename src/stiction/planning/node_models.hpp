@@ -24,6 +24,7 @@ class NodeModels {
   const world::Model& model_;
   const PlannerOptions& options_;
   const GoalMeasure& goal_;
+  Eigen::VectorXd joint_units_;  // D of the metric
   dynamics::StepOptions smoothed_;
 };
 

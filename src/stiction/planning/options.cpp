@@ -46,7 +46,8 @@ dynamics::LocalModelScheme PlannerOptions::local_model_scheme(std::uint64_t stre
 }
 
 dynamics::StepOptions PlannerOptions::step_options() const {
-  dynamics::StepOptions step{.h = h, .regularisation = regularisation, .friction_law = friction_law, .friction_scale = friction};
+  dynamics::StepOptions step{
+      .h = h, .regularisation = regularisation, .friction_law = friction_law, .friction_scale = friction, .effort_limits = true};
   if (friction_law == dynamics::FrictionLaw::Coulomb) step.tol_complementarity = kCoulombComplementarity;
   return step;
 }

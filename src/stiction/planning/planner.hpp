@@ -35,14 +35,14 @@ struct FixedLength {
 };  ///< ‖δu‖ is always this [rad or m]
 struct CappedLength {
   double length = 0.3;
-};  ///< at most this
+};  ///< at most this, with joints that slide measured by L of the robots (world::Scales::joint)
 using LengthRule = std::variant<CappedLength, FixedLength>;
 
 /// Contact sampler that works for any robot: branches are drawn and brought to the object one by one.
 struct GenericSampler {
   double whole_probability = 0.5;  ///< probability that all branches move; otherwise one or two of them
   double near_probability = 0.3;   ///< probability that a branch is drawn around its present posture
-  double near_std = 0.4;           ///< spread of such draws [rad or m]
+  double near_std = 0.4;           ///< spread of such draws [rad, L of the robots]
   int tries = 20;                  ///< draws per branch
 };
 

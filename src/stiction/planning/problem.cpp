@@ -8,6 +8,7 @@
 #include "stiction/planning/contact_sampler.hpp"
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/goal_measure.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -59,7 +60,8 @@ void require_reachable_goal(const PlanningProblem& problem) {
     const auto& a = model.geometries()[static_cast<std::size_t>(pair.geometry_a)];
     const auto& b = model.geometries()[static_cast<std::size_t>(pair.geometry_b)];
     const bool fixed = model.bodies()[static_cast<std::size_t>(b.body)].dofs.empty();  // a fixed body, or the base of a robot
-    if (a.body != body || !fixed || c.phi > -(goal.tol_position + kMostEdgePenetration)) continue;
+    if (a.body != body || !fixed || c.phi > -(goal.tol_position + kMostEdgePenetration * model.scales().contact_tolerance(c.pair)))
+      continue;
     core::throw_invalid("goal", fmt::format("a pose in which '{}' is {:.3g} m inside '{}'", a.name, -c.phi, b.name),
                         "one outside everything that cannot move");
   }

@@ -20,6 +20,7 @@
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/pushes.hpp"
 #include "stiction/trajopt/optimize.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -69,7 +70,7 @@ struct Work {
 /// Where the commands lead at half the sub-step, and the worst that was met on the way.
 struct Halves {
   Eigen::VectorXd q, u;
-  double penetration = 0, force_gap = 0;  ///< [m]
+  double penetration = 0, force_gap = 0;  ///< in contact tolerances of their pairs
   bool started = false;                   ///< what is given may penetrate
 };
 
@@ -178,7 +179,7 @@ class Refiner {
             ++work_.failed_steps;
             return false;
           }
-          if (at.started) at.penetration = std::max(at.penetration, calc_penetration(half_result_));
+          if (at.started) at.penetration = std::max(at.penetration, calc_penetration(model_, half_result_));
           at.force_gap = std::max(at.force_gap, calc_force_gap(model_, half_result_, geometry_));
           at.started = true;
           at.q = half_result_.q_next;
@@ -420,6 +421,15 @@ class Refiner {
     return false;
   }
 
+  bool step_within_efforts(Eigen::VectorXd& u) {
+    int steps = 0;
+    const Status status = dynamics::step_within_efforts(model_, q_, u, exact_, steps_, result_, steps);
+    work_.steps += steps;
+    if (status == Status::Solved) return true;
+    ++work_.failed_steps;
+    return false;
+  }
+
   dynamics::StepOptions exact_of_plan() const {
     dynamics::StepOptions options = exact_;
     options.h = plan_.step.h;
@@ -428,10 +438,13 @@ class Refiner {
 
   /// One sub-step of the exact dynamics, stored. False where it is not solved or starts deeper inside something than is allowed at half sub-steps.
   bool advance(const Eigen::VectorXd& command, Segment& segment) {
-    const Eigen::VectorXd u = within_limits(command);  // rounding
-    if (stop() || !step(u, exact_)) return false;
+    const Eigen::VectorXd wanted = within_limits(command);  // rounding
+    Eigen::VectorXd u = wanted;
+    if (stop() || !step_within_efforts(u)) return false;
+    const bool recoils = u != wanted && dynamics::count_substeps(model_, u_, u, substep_) > 1;
+    if (recoils) return false;
     const bool own = q_ != plan_.q_start;  // what penetrates at the start is not its doing
-    if (own && calc_penetration(result_) > std::max(kMostPenetration, given_.penetration)) return false;
+    if (own && calc_penetration(model_, result_) > std::max(kMostPenetration, given_.penetration)) return false;
     q_ = result_.q_next;
     u_ = u;
     dynamics::Knot& knot = segment.knots.emplace_back();
@@ -796,7 +809,8 @@ class Refiner {
     for (int k = 0; k < kMostHeld * cuts_; ++k) {
       const Eigen::VectorXd before = q_;
       if (!advance(u_, segment) || !stays(q_, options_.regrasp_tol_position, options_.regrasp_tol_angle, q_wanted)) return false;
-      if (objects_agree(model_, space_, before, q_, kResting / cuts_, kResting / cuts_)) return true;
+      if (objects_agree(model_, space_, before, q_, kRestingMove * model_.scales().robots().length / cuts_, kRestingTurn / cuts_))
+        return true;
     }
     return false;
   }
@@ -829,7 +843,7 @@ class Refiner {
       if (!stays(knot.q, position, angle, q_wanted)) return false;
     }
     q_ = rollout_.knots.back().q;
-    u_ = u;
+    u_ = rollout_.knots.back().u;
     segment.knots.insert(segment.knots.end(), std::make_move_iterator(rollout_.knots.begin()),
                          std::make_move_iterator(rollout_.knots.end()));
     return true;

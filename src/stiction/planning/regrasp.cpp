@@ -8,12 +8,16 @@
 
 #include "stiction/planning/disturbances.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
 
 using core::Status;
 using Posture = Eigen::VectorXd;
+
+/// Postures that differ by less are one [joint units].
+constexpr double kNoMove = 1e-12;
 
 /// Collision queries of the moving branches among objects at rest, wherever they may be.
 class FreeSpace {
@@ -26,6 +30,14 @@ class FreeSpace {
   }
 
   const std::vector<int>& joints() const { return joints_; }
+  bool stop() const { return work_.stop(); }
+
+  /// The longest move of a joint on the way, in joint units.
+  double move(const Posture& from, const Posture& to) const {
+    double longest = 0;
+    for (const int j : joints_) longest = std::max(longest, std::abs(to[j] - from[j]) / model_.scales().joint(j));
+    return longest;
+  }
 
   /// Smallest gap minus the clearance.
   double room(const Posture& q_a) {
@@ -44,13 +56,10 @@ class FreeSpace {
   /// than Σ reach_j |Δq_j|, and both sides of a pair may move.
   bool line(const Posture& from, const Posture& to) {
     double speed = 0;
-    double joint_move = 0;
-    for (const int j : joints_) {
-      speed += model_.reach()[j] * std::abs(to[j] - from[j]);
-      joint_move = std::max(joint_move, std::abs(to[j] - from[j]));
-    }
-    if (speed < 1e-12) return true;
-    const double shortest = std::min(1.0, 0.02 / joint_move);  // below this resolution the clearance itself is the guard
+    for (const int j : joints_) speed += model_.reach()[j] * std::abs(to[j] - from[j]);
+    const double length = move(from, to);
+    if (length < kNoMove) return true;
+    const double shortest = std::min(1.0, 0.02 / length);  // below this resolution the clearance itself is the guard
     for (double t = 0; t < 1.0;) {
       const double r = room((1 - t) * from + t * to);
       if (r < 0) return false;
@@ -101,15 +110,15 @@ struct PathTree {
 int extend(PathTree& tree, const Posture& target, double step, FreeSpace& space) {
   const int near = tree.nearest(target);
   const Posture& from = tree.postures[static_cast<std::size_t>(near)];
-  const double length = (target - from).cwiseAbs().maxCoeff();
-  if (length < 1e-12) return near;
+  const double length = space.move(from, target);
+  if (length < kNoMove) return near;
   const Posture to = from + std::min(1.0, step / length) * (target - from);
   return space.line(from, to) ? tree.add(to, near) : -1;
 }
 
 std::pair<double, double> search_range(const world::Model& model, int joint, double a, double b) {
   // The surroundings of the two ends; the limits where those are nearer.
-  const double pad = 0.8;
+  const double pad = 0.8 * model.scales().joint(joint);
   return {std::max(model.lower()[joint], std::min(a, b) - pad), std::min(model.upper()[joint], std::max(a, b) + pad)};
 }
 
@@ -120,7 +129,7 @@ bool connect(const world::Model& model, const Posture& start, const Posture& goa
     return true;
   }
   PathTree trees[2] = {PathTree(start), PathTree(goal)};
-  for (int k = 0, side = 0; k < options.max_extensions; ++k, side = 1 - side) {
+  for (int k = 0, side = 0; k < options.max_extensions && !space.stop(); ++k, side = 1 - side) {
     Posture target = start;
     for (const int j : space.joints()) {
       const auto [low, high] = search_range(model, j, start[j], goal[j]);
@@ -132,7 +141,7 @@ bool connect(const world::Model& model, const Posture& start, const Posture& goa
     for (;;) {  // the other tree goes for it greedily
       const int other = extend(trees[1 - side], reached, options.step, space);
       if (other < 0) break;
-      if ((trees[1 - side].postures[static_cast<std::size_t>(other)] - reached).cwiseAbs().maxCoeff() > 1e-12) continue;
+      if (space.move(trees[1 - side].postures[static_cast<std::size_t>(other)], reached) > kNoMove) continue;
       const int at_start = side == 0 ? grown : other;
       const int at_goal = side == 0 ? other : grown;
       path = trees[0].to_root(at_start);
@@ -208,8 +217,8 @@ struct Allowance {
 class RegraspRun {
  public:
   RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, const Eigen::VectorXd& u0,
-             dynamics::StepWorkspace& steps, Regrasp& out)
-      : q(q0), u(u0), model_(model), options_(options), steps_(steps), space_(model), q0_(q0), q_rest_(q0), out_(out) {
+             dynamics::StepWorkspace& steps, const core::RunControl* control, Regrasp& out)
+      : q(q0), u(u0), model_(model), options_(options), steps_(steps), control_(control), space_(model), q0_(q0), q_rest_(q0), out_(out) {
     step_ = options.step_options();
     out_.knots.clear();
     steps_.forget();
@@ -268,7 +277,7 @@ class RegraspRun {
       const Eigen::VectorXd before = q;
       const Outcome outcome = follow(u, allowance);
       if (outcome != Outcome::Held) return outcome;
-      rests = objects_agree(model_, space_, before, q, kResting, kResting);
+      rests = objects_agree(model_, space_, before, q, kRestingMove * model_.scales().robots().length, kRestingTurn);
     }
     return Outcome::Held;
   }
@@ -276,7 +285,8 @@ class RegraspRun {
   /// At full friction; appends the knots. While the object rests it is judged against the place where it came to rest, else against the
   /// start.
   Outcome follow(const Eigen::VectorXd& u_next, const Allowance& allowance) {
-    const Status status = dynamics::rollout(model_, q, u, u_next, step_, *options_.substep, steps_, result_);
+    const Status status =
+        dynamics::rollout(model_, q, u, u_next, step_, *options_.substep, steps_, result_, dynamics::Overrun::Accept, control_);
     out_.steps += result_.steps;
     if (status != Status::Solved) {
       ++out_.failed_steps;
@@ -287,7 +297,7 @@ class RegraspRun {
     }
     if (result_.max_slide > options_.substep->slide) return Outcome::Moved;
     q = result_.knots.back().q;
-    u = u_next;
+    u = result_.knots.back().u;
     out_.knots.insert(out_.knots.end(), std::make_move_iterator(result_.knots.begin()), std::make_move_iterator(result_.knots.end()));
     return Outcome::Held;
   }
@@ -295,6 +305,7 @@ class RegraspRun {
   const world::Model& model_;
   const PlannerOptions& options_;
   dynamics::StepWorkspace& steps_;
+  const core::RunControl* control_;
   ObjectSpace space_;
   const Eigen::VectorXd& q0_;
   Eigen::VectorXd q_rest_;
@@ -320,17 +331,17 @@ Eigen::VectorXd command_of(const RobotChains& chains, ChainMask moving, const Po
 /// The command u with every branch in `moving` that touches an object ahead of its posture by `squeeze` against the gap.
 Eigen::VectorXd squeezing_command(const world::Model& model, const RobotChains& chains, ChainMask moving, double squeeze,
                                   const Eigen::VectorXd& q, const Eigen::VectorXd& u, GeometryWorkspace& geometry) {
-  constexpr double kNear = 1e-3;  // a gap that is closed by the squeeze [m]
+  const double near = world::share::kContact * model.scales().robots().length;  // a gap that is closed by the squeeze
   Eigen::VectorXd out = u;
   world::calc_kinematics(model, q, geometry.kinematics_work, geometry.kinematics);
   for (int c = 0; c < chains.size(); ++c) {
     if (!(moving >> c & 1)) continue;
     const auto pairs = chains.object_pairs(c);
-    contact::query_pairs(model, geometry.kinematics, pairs, kNear, geometry.contact_work, geometry.contacts);
+    contact::query_pairs(model, geometry.kinematics, pairs, near, geometry.contact_work, geometry.contacts);
     Eigen::VectorXd closing = Eigen::VectorXd::Zero(model.n_a());
     const auto contacts = geometry.contacts;
     for (const auto& contact : contacts) {
-      if (contact.phi < kNear) closing -= gap_gradient(model, contact, chains.joints(c), geometry);
+      if (contact.phi < near) closing -= gap_gradient(model, contact, chains.joints(c), geometry);
     }
     const double largest = closing.cwiseAbs().maxCoeff();
     if (largest > 1e-9) out += squeeze / largest * closing;
@@ -385,7 +396,7 @@ std::vector<Candidate> draw_candidates(const world::Model& model, const RobotCha
                                        GeometryWorkspace& geometry) {
   std::vector<Candidate> out;
   Eigen::VectorXd q_grasp = q;
-  for (int k = 0; k < options.grasp_candidates; ++k) {
+  for (int k = 0; k < options.grasp_candidates && !geometry.stop(); ++k) {
     const auto sample = sample_contact(model, chains, options.sampler, draw, q, random, geometry);
     if (!sample) continue;
     q_grasp.tail(model.n_a()) = sample->q_a;
@@ -400,12 +411,14 @@ std::vector<Candidate> draw_candidates(const world::Model& model, const RobotCha
 
 bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         GeometryWorkspace& work) {
-  constexpr double kElsewhere = 0.1, kFree = 1e-3;  // [rad or m], [m]
-  constexpr double kTouching = 1e-4;                // [m]: what is pushed away keeps a gap of some micrometres
+  constexpr double kElsewhere = 0.1;  // [rad, L]
+  const double free = world::share::kContact * model.scales().robots().length;
+  const double touching = 0.1 * free;  // what is pushed away keeps a gap of some micrometres
   for (int c = 0; c < chains.size(); ++c) {
     double excursion = 0;
     for (const auto& knot : knots) {
-      for (const int j : chains.joints(c)) excursion = std::max(excursion, std::abs((knot.q - knots.front().q)[model.n_qu() + j]));
+      for (const int j : chains.joints(c))
+        excursion = std::max(excursion, std::abs((knot.q - knots.front().q)[model.n_qu() + j]) / model.scales().joint(j));
     }
     if (excursion < kElsewhere) continue;
     bool was_free = false, touched = false;
@@ -413,9 +426,9 @@ bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, co
       world::calc_kinematics(model, knot.q, work.kinematics_work, work.kinematics);
       const double gap = contact::calc_min_distance(model, work.kinematics, chains.pairs_against(c),
                                                     -std::numeric_limits<double>::infinity(), work.contact_work);
-      if (gap >= kFree && touched) return false;
-      was_free = was_free || gap >= kFree;
-      touched = touched || (was_free && gap <= kTouching);
+      if (gap >= free && touched) return false;
+      was_free = was_free || gap >= free;
+      touched = touched || (was_free && gap <= touching);
     }
     if (!was_free) return false;
   }
@@ -444,7 +457,7 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   path_options.clearance = options.regrasp_clearance;
   Outcome outcome = Outcome::Moved;
   for (const ChainMask relaxed : {draw.moved, chains.all()}) {
-    run.emplace(model, options, q, u, steps, out);
+    run.emplace(model, options, q, u, steps, geometry.control, out);
     bool clear = false;
     outcome = let_go(model, chains, relaxed, draw.moved, path_options.clearance, geometry, *run, clear);
     if (!clear) {

@@ -20,7 +20,7 @@ enum class PathOutcome {
 
 struct PathOptions {
   double clearance = 2e-3;   ///< kept to everything between leaving the first contacts and reaching the last [m]
-  double step = 0.3;         ///< length of a tree extension, largest joint [rad or m]
+  double step = 0.3;         ///< length of a tree extension, largest joint [rad, L of the robots]
   int max_extensions = 150;  ///< of either tree towards random postures
   int shortcuts = 12;        ///< attempts
 };
@@ -42,7 +42,7 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
 /// only gets weaker, and complementary.
 bool fits_cones(const dynamics::Knot& knot, double friction_scale);
 
-/// Every branch that goes elsewhere in a regrasp, 0.1 rad or m, touches nothing from when it first is 1 mm away from everything to when it last is, as the
+/// Every branch that goes elsewhere in a regrasp, 0.1 rad or L, touches nothing from when it first is 0.01 L away from everything to when it last is, as the
 /// checker demands. A path keeps its clearance; springs that give way do not follow it exactly.
 bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         GeometryWorkspace& work);
@@ -67,8 +67,8 @@ struct GraspJudge {
   std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& command)> simulated;  ///< what comes of it
 };
 
-/// Objects that move by less than this in a step of the plan rest [m or rad]; a command is held for so many of them at most.
-inline constexpr double kResting = 1e-5;
+/// Objects that move by less than this in a step of the plan rest [L of the robots] and [rad]; a command is held for so many of them at most.
+inline constexpr double kRestingMove = 1e-4, kRestingTurn = 1e-5;
 inline constexpr int kMostHeld = 20;
 
 /// Tries one regrasp at (q, u): the branches of `draw` let go and back off, a contact sample is drawn where the object comes to rest, and

@@ -14,11 +14,12 @@ namespace stiction::planning {
 struct LocalModel {
   Eigen::VectorXd c_u;    ///< smoothed next configuration of the objects (n_qu)
   Eigen::MatrixXd B_u;    ///< (n_vu × n_a)
-  Eigen::MatrixXd S;      ///< B_u B_uᵀ + γI, the inverse of the metric (n_vu × n_vu); empty once in a tree, like L_inv
+  Eigen::MatrixXd S;      ///< B_u D²B_uᵀ + γI, the inverse of the metric (n_vu × n_vu); empty once in a tree, like L_inv
   Eigen::MatrixXd L_inv;  ///< inverse of its Cholesky factor, lower triangular
 
-  /// Factorises the metric. @param gamma > 0
-  void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma);
+  /// Factorises the metric. @param gamma > 0  @param joint_units  the diagonal of D (n_a); empty: 1, as in the thesis
+  void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma,
+           const Eigen::VectorXd& joint_units = {});
 };
 
 /// What comes of a path from the root when it is replay otherwise than the tree did.
@@ -38,14 +39,14 @@ struct Node {
   Eigen::MatrixXd commands;  ///< of the edge's sub-steps, one column each (n_a × steps)
   Eigen::MatrixXd states;    ///< after each of them (n_q × steps)
   LocalModel local;
-  double goal_ratio = 0;                 ///< worst of position and angle error, divided by the tolerance
-  double goal_distance = 0;              ///< of all objects from the goal, in tolerances
-  int pushes = 0;                        ///< that started on the path from the root
-  EdgeReplay replay{};                   ///< empty until asked for
-  double cost = 0;                       ///< of the path from the root [s]
-  std::vector<Eigen::VectorXd> tried{};  ///< commands of extensions from here (n_a each)
-  std::vector<ChainMask> failed_releases{};        ///< branches that cannot let go of the object together
-  bool cannot_release = false;              ///< none can
+  double goal_ratio = 0;                     ///< worst of position and angle error, divided by the tolerance
+  double goal_distance = 0;                  ///< of all objects from the goal, in tolerances
+  int pushes = 0;                            ///< that started on the path from the root
+  EdgeReplay replay{};                       ///< empty until asked for
+  double cost = 0;                           ///< of the path from the root [s]
+  std::vector<Eigen::VectorXd> tried{};      ///< commands of extensions from here (n_a each)
+  std::vector<ChainMask> failed_releases{};  ///< branches that cannot let go of the object together
+  bool cannot_release = false;               ///< none can
 };
 
 /// Nodes, and the orders in which the search takes them. No choice scans all nodes.

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "stiction/planning/force_gap.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -14,11 +15,11 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// The settling of the start stops when no object moves farther than this in a step [m or rad].
-constexpr double kSettled = 1e-6;
+/// The settling of the start stops when no object moves farther than this in a step [L of the robots], [rad].
+constexpr double kSettledMove = 1e-5, kSettledTurn = 1e-6;
 constexpr int kMaxSettleSteps = 100;
-/// An object that is still moving after so many steps and has gone this far is not supported [m or rad].
-constexpr double kFallen = 0.05;
+/// An object that is still moving after so many steps and has gone this far is not supported [L of the robots], [rad].
+constexpr double kFallenMove = 0.5, kFallenTurn = 0.05;
 /// Contact samples that all have to fail before the robot is said to be unable to touch an object.
 constexpr long kHopelessSamples = 100;
 /// Extensions in a row towards one subgoal.
@@ -108,6 +109,7 @@ bool TreeSearch::stalled() const {
 bool TreeSearch::plant_root(ThreadScratch& scratch) {
   Eigen::VectorXd q = problem_.q_start;
   const Eigen::VectorXd u_start = q.tail(model_.n_a()).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+  const double length = model_.scales().robots().length;
   std::vector<dynamics::Knot> settle;
   scratch.steps.forget();
   bool rests = false;
@@ -119,11 +121,13 @@ bool TreeSearch::plant_root(ThreadScratch& scratch) {
       return false;
     }
     const auto& r = scratch.step_result;
-    if (k == 0) result_.start_penetration = calc_penetration(r);
-    const double moved = r.delta.cwiseAbs().maxCoeff();
-    rests = moved < kSettled;
+    if (k == 0) {
+      for (const auto& c : r.contacts) result_.start_penetration = std::max(result_.start_penetration, -c.contact.phi);
+    }
+    rests = largest_share(model_, r.delta, kSettledMove * length, kSettledTurn) < 1;
     if (rests) break;
-    if (k == 0 && moved > 1e-3) result_.start_projected = true;
+    if (k == 0 && largest_share(model_, r.delta, world::share::kContact * length, world::share::kContact) > 1)
+      result_.start_projected = true;
     dynamics::Knot& knot = settle.emplace_back();
     knot.u = u_start;
     knot.q = r.q_next;
@@ -132,7 +136,7 @@ bool TreeSearch::plant_root(ThreadScratch& scratch) {
   Eigen::VectorXd e(model_.n_vu());
   goal_.space().error(problem_.q_start.data(), q.data(), e.data());
   result_.start_moved = largest_share(model_, e, 1, 1);
-  if (!rests && result_.start_moved > kFallen) {
+  if (!rests && largest_share(model_, e, kFallenMove * length, kFallenTurn) > 1) {
     result_.reason = fmt::format(
         "the objects do not come to rest at the start: after {} steps one has moved by {:.3g} (m or rad); "
         "is it supported?",
@@ -168,7 +172,7 @@ Status TreeSearch::take_in(ThreadScratch& scratch) {
   for (int i = 0; i < n; ++i) {
     Expansion& x = round_[static_cast<std::size_t>(i)];
     totals_ += x.totals;
-    if (x.refined >= 0) record_verdict(x);
+    if (x.refined >= 0 && !control_.stop()) record_verdict(x);  // else it may have come to nothing for want of time
     if (x.release_failed) tree_.add_failed_release(x.near, x.draw.moved);
     if (x.cannot_release >= 0) tree_.set_cannot_release(x.cannot_release);
     totals_.distrusted += x.broken;
@@ -202,6 +206,7 @@ bool TreeSearch::cannot_touch() {
 }
 
 void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) {
+  if (scratch.stop()) return;
   if (x.near < 0 && x.by_place) x.near = tree_.nearest_for_regrasp(x.subgoal);
   if (x.near < 0) x.near = tree_.nearest(x.subgoal);  // Alg. 2: Nearest, (3.8)
   if (!options_.thesis_edges() && tree_[x.near].replay.empty()) {
@@ -348,7 +353,7 @@ bool TreeSearch::verify_at_goal(int node, ThreadScratch& scratch) {
   for (const auto& q : replay.disturbed.colwise()) holds = holds && goal_.ratio(q) <= 1;
   if (holds) {
     set_replay(node, std::move(replay));
-  } else {
+  } else if (!control_.stop()) {
     tree_.prune(node);
     ++totals_.distrusted;
   }
@@ -357,7 +362,7 @@ bool TreeSearch::verify_at_goal(int node, ThreadScratch& scratch) {
 
 bool TreeSearch::survives_noise(const std::vector<int>& path, ThreadScratch& scratch) {
   const int end = verifier_.follow_with_noise(tree_, path, scratch, totals_);
-  if (end != kOnPath) totals_.distrusted += tree_.prune_subtree(end);
+  if (end != kOnPath && !control_.stop()) totals_.distrusted += tree_.prune_subtree(end);
   return end == kOnPath;
 }
 

@@ -28,8 +28,9 @@ struct Counts {
 
 /// The threads of a run and their workspaces, shared by its trees.
 struct Crew {
-  Crew(const std::shared_ptr<const world::Model>& model, int threads) : pool(threads > 0 ? threads : core::hardware_threads()) {
-    for (int i = 0; i < pool.size(); ++i) scratch.emplace_back(model);
+  Crew(const std::shared_ptr<const world::Model>& model, int threads, const core::RunControl& control)
+      : pool(threads > 0 ? threads : core::hardware_threads()) {
+    for (int i = 0; i < pool.size(); ++i) scratch.emplace_back(model, control);
   }
   core::ThreadPool pool;
   std::vector<ThreadScratch> scratch;

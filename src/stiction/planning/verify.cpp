@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <functional>
 
+#include "stiction/world/scales.hpp"
+
 namespace stiction::planning {
 namespace {
 
 using core::Status;
 
-/// Errors of commands that a plan has to survive [rad or m].
+/// Errors of commands that a plan has to survive [joint units].
 constexpr double kNoise = 1e-6;
 /// What gravity from aside is given time to move: steps for which the last command of an edge is held.
 constexpr int kTiltHeld = 3;
@@ -72,7 +74,9 @@ int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& pa
   for (const int i : path) {
     const Node& node = tree[i];
     Eigen::MatrixXd commands = node.commands;
-    for (double& value : commands.reshaped()) value += random.uniform(-kNoise, kNoise);
+    for (auto command : commands.colwise()) {
+      for (int j = 0; j < model_.n_a(); ++j) command[j] += model_.scales().joint(j) * random.uniform(-kNoise, kNoise);
+    }
     const Eigen::MatrixXd states = simulator_.follow_in_half_steps(q, u, commands, node.edge != SegmentKind::Settle, scratch, totals);
     const bool whole = states.cols() == commands.cols();
     if (states.cols() > 0) q = states.rightCols(1);
@@ -125,6 +129,7 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
     const Disturbance& other = disturbances_[static_cast<std::size_t>(i)];
     scratch.steps.forget();
     for (Eigen::Index k = 0; k < n + held; ++k) {
+      if (scratch.stop()) return false;
       const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &other.tau, nullptr, &other.friction};
       ++totals.steps;
       if (dynamics::step(model_, input, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {

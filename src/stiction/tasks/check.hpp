@@ -36,15 +36,16 @@ struct CheckReport {
 
 /// Limits of the check. Everything is judged against the plan's own tolerances and the task, not against what the planner aimed at.
 struct CheckOptions {
-  double penetration = 1e-3;      ///< allowed beyond that of the start [m]
+  double penetration = 1;         ///< allowed beyond that of the start, in units of world::Scales::contact_tolerance of the pair
   double joint_limit = 1e-6;      ///< allowed violation by joints and commands [rad or m]
-  double force_gap = 1e-3;        ///< a force may not act across a gap larger than this [m]
+  double force_gap = 1;           ///< a force may not act across a gap larger than this, in the same units
   double cone_excess = 1e-6;      ///< allowed excess of ‖f_t‖ over μ f_n, relative to f_n
   double quaternion_norm = 1e-6;  ///< allowed deviation from 1
-  double stored_position = 1e-4;  ///< allowed difference between a stored knot and one full sub-step from the knot before it [m]
-  double stored_angle = 1e-3;     ///< the same for angles and joints [rad]
-  double stored_force = 0.05;     ///< allowed difference of the stored forces along an object's coordinates, relative to the largest force
-  double display = 2e-6;          ///< allowed rounding of body poses
+  double stored_position =
+      1;  ///< allowed difference between a stored knot and one full sub-step from the knot before it, in world::share::kMotionless of L
+  double stored_angle = 1e-3;  ///< the same for angles and joints [rad]
+  double stored_force = 0.05;  ///< allowed difference of the stored forces along an object's coordinates, relative to the largest force
+  double display = 2e-6;       ///< allowed rounding of body poses
 };
 
 /// The file (check_file.hpp) and the physics (check_replay.hpp) of a plan.
@@ -54,11 +55,11 @@ struct CheckOptions {
 /// compared with one full sub-step from the knot before it, so that no state, command or force can be changed unnoticed.
 ///
 /// goal_position, goal_angle      the end of the re-simulated path against the goal
-/// penetration                    deepest at any re-simulated or stored state
+/// penetration                    deepest at any re-simulated or stored state, in units of world::Scales::contact_tolerance of the pair, 1 % of its smaller object
 /// joint_limits, replay_limits, command_limits   worst violation
 /// command_step                   largest command increment of a knot in units of the sub-step limits
-/// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step
-/// regrasp_contact                travel of a branch in contact between its first and its last moment 1 mm away from everything, in a regrasp
+/// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step, in the same units
+/// regrasp_contact                travel of a branch in contact between its first and its last moment one such unit away from everything, in a regrasp
 ///                                in which it goes elsewhere
 /// effort                         largest K_a|u − q| of a stored knot, in units of the motor's effort; judged where the plan's step bounds efforts
 /// failed_steps                   steps that were not solved

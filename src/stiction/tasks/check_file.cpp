@@ -137,6 +137,7 @@ void FileCheck::check_dynamics() {
   if (step.friction_scale > 1) differs("step.friction_scale above 1");
   if (step.contact_margin != 0) differs("step.contact_margin is not 0");
   if (!step.joint_limits) differs("step.joint_limits is off");
+  if (!step.effort_limits) differs("step.effort_limits is off");
   if (step.tol_complementarity > 1e-8) differs("step.tol_complementarity above 1e-8");
   if (step.regularisation.index() != task_.options.regularisation.index() ||
       value_of(step.regularisation) != value_of(task_.options.regularisation))

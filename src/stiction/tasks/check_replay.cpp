@@ -63,15 +63,16 @@ void Replay::report(CheckReport& out) const {
   for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) out.threshold_N = std::min(out.threshold_N, least_force(i));
   add(out, "goal_position", plain(end_.position), plan_.tol_position, "m");
   add(out, "goal_angle", plain(end_.angle), plan_.tol_angle, "rad");
-  add(out, "penetration", penetration_, std::max(0.0, start_penetration_) + limits_.penetration, "m");
+  const std::string_view tolerance = "of 1 % of the object's size";
+  add(out, "penetration", penetration_, start_penetration_ + limits_.penetration, std::string(tolerance));
   add(out, "replay_limits", joint_limits_, limits_.joint_limit, "rad or m");
   add(out, "force_cone", force_cone_, limits_.cone_excess, "of the normal force");
-  add(out, "force_gap", force_gap_, limits_.force_gap, "m");
+  add(out, "force_gap", force_gap_, limits_.force_gap, std::string(tolerance));
   add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
   const bool bounded = step_options_.effort_limits && model_.effort().array().isFinite().any();
   add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
   add(out, "failed_steps", plain(static_cast<double>(failed_steps_)), 0.0, "");
-  add(out, "stored_position", stored_position_, limits_.stored_position, "m");
+  add(out, "stored_position", stored_position_, limits_.stored_position, "of 0.1 % of the object's size");
   add(out, "stored_angle", stored_angle_, limits_.stored_angle, "rad");
   add(out, "stored_force", stored_force_, limits_.stored_force, "of the largest force");
   add(out, "stored_contact", stored_contact_, limits_.display, "m");
@@ -87,6 +88,11 @@ std::string Replay::pair_name(int pair) const {
   const auto& p = model_.pairs()[static_cast<std::size_t>(pair)];
   return model_.geometries()[static_cast<std::size_t>(p.geometry_a)].name + " – " +
          model_.geometries()[static_cast<std::size_t>(p.geometry_b)].name;
+}
+
+/// With a gap or a depth, given in contact tolerances.
+std::string Replay::pair_name(int pair, double share) const {
+  return fmt::format("{}, {:.3g} mm", pair_name(pair), 1e3 * share * model_.scales().contact_tolerance(pair));
 }
 
 double Replay::friction(int pair) const { return step_options_.friction_scale * model_.pairs()[static_cast<std::size_t>(pair)].friction; }
@@ -114,10 +120,12 @@ void Replay::find_branches() {
   }
 }
 
-/// A branch that goes elsewhere in a regrasp touches nothing from when it was first free, 1 mm from everything, to when it was last.
+/// A branch that goes elsewhere in a regrasp touches nothing from when it was first free of everything to when it was last.
 void Replay::check_regrasp(std::size_t segment) {
-  constexpr double kFree = 1e-3, kGoesElsewhere = 0.1;  // [m], [rad or m]: a finger that only stops pushing stays where it is
-  constexpr double kTouching = 1e-4;                    // [m]: what is pushed away keeps a gap of some micrometres
+  const double free = world::share::kContact * model_.scales().robots().length;
+  const double touching = 0.1 * free;     // what is pushed away keeps a gap of some micrometres
+  constexpr double kGoesElsewhere = 0.1;  // [rad, L]: a finger that only stops pushing stays where it is
+  const int first_joint = model_.n_q() - model_.n_a();
   const auto& knots = plan_.segments[segment].knots;
   for (const Branch& branch : branches_) {
     std::vector<double> gap(knots.size()), travel(knots.size(), 0.0);
@@ -125,7 +133,7 @@ void Replay::check_regrasp(std::size_t segment) {
     for (std::size_t k = 1; k < knots.size(); ++k) {
       for (const int j : branch.joints) {
         travel[k] = std::max(travel[k], std::abs(knots[k].q[j] - knots[k - 1].q[j]));
-        excursion = std::max(excursion, std::abs(knots[k].q[j] - knots[0].q[j]));
+        excursion = std::max(excursion, std::abs(knots[k].q[j] - knots[0].q[j]) / model_.scales().joint(j - first_joint));
       }
       all += travel[k];
     }
@@ -134,24 +142,24 @@ void Replay::check_regrasp(std::size_t segment) {
       world::calc_kinematics(model_, normalised(model_, knots[k].q), kinematics_work_, kinematics_);
       gap[k] = contact::calc_min_distance(model_, kinematics_, branch.pairs, -std::numeric_limits<double>::infinity(), contact_work_);
     }
-    const auto is_free = [](double x) { return x >= kFree; };
+    const auto is_free = [free](double x) { return x >= free; };
     const auto first = std::find_if(gap.begin(), gap.end(), is_free);
     const auto last = std::find_if(gap.rbegin(), gap.rend(), is_free).base();
-    double touching = first == gap.end() ? all : 0.0;
-    for (auto it = first; it < last; ++it) touching += *it <= kTouching ? travel[static_cast<std::size_t>(it - gap.begin())] : 0.0;
-    regrasp_contact_.see(touching, [&] {
-      return fmt::format("{} in segment {}", joint_name(branch.joints.front() - (model_.n_q() - model_.n_a())), segment);
-    });
+    double in_contact = first == gap.end() ? all : 0.0;
+    for (auto it = first; it < last; ++it) in_contact += *it <= touching ? travel[static_cast<std::size_t>(it - gap.begin())] : 0.0;
+    regrasp_contact_.see(in_contact,
+                         [&] { return fmt::format("{} in segment {}", joint_name(branch.joints.front() - first_joint), segment); });
   }
 }
 
-/// Deepest penetration at q [m], ≥ 0, and its pair (−1: none).
+/// Deepest penetration at q, ≥ 0, in contact tolerances of its pair, and that pair (−1: none).
 std::pair<double, int> Replay::deepest(const Eigen::VectorXd& q) {
   world::calc_kinematics(model_, q, kinematics_work_, kinematics_);
   contact::query(model_, kinematics_, {.margin = 0, .cutoff = 0}, contact_work_, contacts_);
   std::pair<double, int> worst{0, -1};
   for (const auto& contact : contacts_) {
-    if (-contact.phi > worst.first) worst = {-contact.phi, contact.pair};
+    const double share = -contact.phi / model_.scales().contact_tolerance(contact.pair);
+    if (share > worst.first) worst = {share, contact.pair};
   }
   return worst;
 }
@@ -173,7 +181,7 @@ void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
     joint_limits_.see(std::max(model_.lower()[j] - x, x - model_.upper()[j]), [&] { return here(joint_name(j)); });
   }
   const auto [depth, pair] = deepest(q);  // leaves the kinematics at q
-  penetration_.see(depth, [&] { return here(pair_name(pair)); });
+  penetration_.see(depth, [&] { return here(pair_name(pair, depth)); });
   for (const auto& c : result_.contacts) {
     const Eigen::Vector3d force = c.lambda / step_options_.h;
     const double least = least_force(c.contact.pair);
@@ -181,7 +189,8 @@ void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
     force_cone_.see((force.tail<2>().norm() - friction(c.contact.pair) * force[0]) / std::max(std::abs(force[0]), least),
                     [&] { return here(pair_name(c.contact.pair)); });
     const double phi = contact::pair_distance(model_, kinematics_, c.contact.pair, contact_work_).phi;
-    force_gap_.see(phi, [&] { return here(fmt::format("{} ({:.3g} N)", pair_name(c.contact.pair), force.norm())); });
+    const double gap = phi / model_.scales().contact_tolerance(c.contact.pair);
+    force_gap_.see(gap, [&] { return here(fmt::format("{} ({:.3g} N)", pair_name(c.contact.pair, gap), force.norm())); });
     slide_.see(c.displacement.tail<2>().norm(), [&] { return here(pair_name(c.contact.pair)); });
   }
 }
@@ -212,7 +221,7 @@ double Replay::effort_allowance() const {
 void Replay::check_stored(const Eigen::VectorXd& q_before, const StoredKnot& knot) {
   const Eigen::VectorXd q = normalised(model_, knot.q), q_from = normalised(model_, q_before);
   const auto [depth, pair] = deepest(q);
-  penetration_.see(depth, [&] { return here("stored " + pair_name(pair)); });
+  penetration_.see(depth, [&] { return here("stored " + pair_name(pair, depth)); });
   if (!step(q_from, knot.u)) return;
   compare_states(result_.q_next, q, stored_position_, stored_angle_);
   check_stored_contacts(knot);
@@ -239,12 +248,15 @@ void Replay::compare_states(const Eigen::VectorXd& a, const Eigen::VectorXd& b, 
     const world::Pose X_a = world::object_pose(model_, a, i);
     const world::Pose X_b = world::object_pose(model_, b, i);
     const auto name = [&] { return here(model_.objects()[static_cast<std::size_t>(i)].name); };
-    position.see((X_a.p - X_b.p).norm(), name);
+    position.see((X_a.p - X_b.p).norm() / (world::share::kMotionless * model_.scales().object(i).length), name);
     angle.see(angle_between(X_a.R, X_b.R), name);
   }
   for (int j = 0; j < model_.n_a(); ++j) {
     const bool revolute = model_.dofs()[static_cast<std::size_t>(model_.n_vu() + j)].kind == world::DofKind::Revolute;
-    (revolute ? angle : position).see(std::abs(a.tail(model_.n_a())[j] - b.tail(model_.n_a())[j]), [&] { return here(joint_name(j)); });
+    const double unit = revolute ? 1 : world::share::kMotionless * model_.scales().robots().length;
+    (revolute ? angle : position).see(std::abs(a.tail(model_.n_a())[j] - b.tail(model_.n_a())[j]) / unit, [&] {
+      return here(joint_name(j));
+    });
   }
 }
 

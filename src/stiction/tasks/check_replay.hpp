@@ -37,6 +37,7 @@ class Replay {
   std::string here(std::string_view what) const;
   const std::string& joint_name(int j) const { return plan_.joints[static_cast<std::size_t>(j)]; }
   std::string pair_name(int pair) const;
+  std::string pair_name(int pair, double share) const;
   double friction(int pair) const;
   double least_force(int pair) const;
 

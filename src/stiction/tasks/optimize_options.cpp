@@ -126,6 +126,7 @@ OptimizeSetup read_optimize_setup(const YamlNode& node, const world::Model& mode
   node.require_map({"horizon", "iterations", "tolerance", "h", "regularisation", "scheme", "analytic", "randomized_first",
                     "randomized_zeroth", "decay", "seed", "use_A", "solver", "weights", "input_bound", "joints_reference", "forces"});
   OptimizeSetup out;
+  out.options.step.effort_limits = true;
   out.horizon = node.at("horizon").positive_int();
   if (const auto v = node.find("iterations")) out.options.iterations = v->positive_int();
   out.options.tolerance = node.nonnegative_or("tolerance", out.options.tolerance);

@@ -26,6 +26,7 @@ class Solver {
       simulation::PlantOptions plant;
       plant.rest_time = planning::kRestTime;
       plant.velocity_reference = true;
+      plant.effort_limits = true;
       plant.contact.friction_scale = friction;
       plants_.push_back(simulation::Plant::make(task.model, plant));
     }

@@ -333,7 +333,11 @@ class Optimizer {
 
   // ---- bounds
 
-  double bound(int j) const { return options_.input_bound.size() == 1 ? options_.input_bound[0] : options_.input_bound[j]; }
+  /// Where efforts are limited a command is no farther ahead of its joint than the motor pulls.
+  double bound(int j) const {
+    const double most = options_.input_bound.size() == 1 ? options_.input_bound[0] : options_.input_bound[j];
+    return options_.step.effort_limits ? std::min(most, model_.effort()[j] / model_.stiffness()[j]) : most;
+  }
 
   /// |u_t − q̄ᵃ_t| ≤ bound and joint limits, as increments of ū_t. A joint outside of its limits by the tolerance of a step still leaves
   /// a box: the nearest command.

@@ -116,6 +116,8 @@ Scales::Scales(const Model& model) : softest_(calc_softest(model)) {
     const double length = calc_robot_length(model);
     robots_ = {length, spring * length};
   }
+  joints_.resize(model.n_a());
+  for (int j = 0; j < model.n_a(); ++j) joints_[j] = model.dofs()[at(model.n_vu() + j)].kind == DofKind::Revolute ? 1.0 : robots_.length;
   for (const auto& pair : model.pairs()) {
     Scale scale{kInfinity, kInfinity};
     for (const int g : {pair.geometry_a, pair.geometry_b}) {

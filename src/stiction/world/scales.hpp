@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
@@ -52,6 +53,11 @@ class Scales {
   const Scale& robots() const { return robots_; }
   /// Of the smaller thing: what a contact of the pair is measured by, the least L and the least F of the objects in it; robots() for a pair without.
   const Scale& pair(int i) const { return pairs_[static_cast<std::size_t>(i)]; }
+  /// Largest gap across which a force of the pair acts, and depth by which its sides overlap, in a plan that is accepted [m].
+  double contact_tolerance(int i) const { return share::kContact * pair(i).length; }
+  /// What a move of a joint is large or small beside: 1 rad, or L of the robots for one that slides [rad or m].
+  double joint(int j) const { return joints_[j]; }
+  const Eigen::VectorXd& joints() const { return joints_; }  ///< (n_a)
   /// K_a/reach² of the softest joint [N/m]; 0 without robots.
   double softest_stiffness() const { return softest_; }
 
@@ -62,6 +68,7 @@ class Scales {
 
  private:
   std::vector<Scale> objects_, pairs_;
+  Eigen::VectorXd joints_;
   Scale robots_;
   double softest_ = 0;
 };
