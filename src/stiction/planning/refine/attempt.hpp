@@ -1,0 +1,21 @@
+#pragma once
+
+#include "stiction/planning/refine/crew.hpp"
+#include "stiction/planning/refine/trial.hpp"
+
+namespace stiction::planning::refinement {
+
+/// What came of a trial.
+struct Attempt {
+  bool worked = false;        ///< `refined` is a refined plan
+  bool came_through = false;  ///< it came to the end of the plan, at its goal or elsewhere
+  bool broke_soon = false;    ///< it soon ended with a push that comes to nothing, penetrates or pulls across a gap whatever the feedback
+  RefineResult refined;
+  Work work;
+};
+
+/// Builds the plan anew, from push to push. At small steps every push is followed with feedback (E.6) and, where that misses, corrected by iMPC.
+/// @param worker  thread of the crew that runs this, in its turn
+Attempt attempt(const Problem& problem, const Trial& trial, Crew& crew, int worker, const Turn& turn);
+
+}  // namespace stiction::planning::refinement

@@ -1,0 +1,32 @@
+#include "stiction/planning/refine/half_steps.hpp"
+
+#include <algorithm>
+
+#include "stiction/planning/force_gap.hpp"
+
+namespace stiction::planning::refinement {
+
+bool go_on_in_half_steps(const world::Model& model, std::span<const Segment> segments, const dynamics::StepOptions& options,
+                         const Worst& allowed, Scratch& scratch, HalfSteps& at, Work& work) {
+  scratch.half_steps.forget();
+  for (const Segment& segment : segments) {
+    for (const auto& knot : segment.knots) {
+      for (const Eigen::VectorXd& u : {Eigen::VectorXd(0.5 * (at.u + knot.u)), knot.u}) {
+        ++work.steps;
+        if (dynamics::step(model, {at.q, u}, options, scratch.half_steps, scratch.half_result) != core::Status::Solved) {
+          ++work.failed_steps;
+          return false;
+        }
+        if (at.started) at.worst.penetration = std::max(at.worst.penetration, calc_penetration(model, scratch.half_result));
+        at.worst.force_gap = std::max(at.worst.force_gap, calc_force_gap(model, scratch.half_result, scratch.geometry));
+        at.started = true;
+        at.q = scratch.half_result.q_next;
+        if (at.worst.penetration > allowed.penetration || at.worst.force_gap > allowed.force_gap) return false;
+      }
+      at.u = knot.u;
+    }
+  }
+  return true;
+}
+
+}  // namespace stiction::planning::refinement
