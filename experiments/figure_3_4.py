@@ -16,6 +16,8 @@ SHOWN, OUTLINES = 40, 8  # edges and sublevel sets that are drawn of a tree
 THRESHOLD = 3.0  # η of the packing ratio
 # The settings of the published runs of this system.
 SETTINGS = {
+    "sample_box": {"carriage": {"lower": BOX[0, :1].tolist(), "upper": BOX[1, :1].tolist()}, "ball": {"lower": BOX[0, 1:].tolist(), "upper": BOX[1, 1:].tolist()}},
+    "margins": False,
     "goal_bias": 0.1,
     "grasp_probability": 0.2,
     "gamma": 1e-6,

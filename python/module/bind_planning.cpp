@@ -3,6 +3,7 @@
 
 #include "plan.hpp"
 #include "planner_options.hpp"
+#include "stiction/planning/default_options.hpp"
 #include "stiction/planning/packing.hpp"
 #include "watcher.hpp"
 
@@ -43,7 +44,8 @@ Rows tree_errors(const PlanResult& r) {
 
 Eigen::VectorXd packing_ratio(const PlanResult& r, double threshold, int samples, std::uint64_t seed) {
   const planning::PackingOptions options{.threshold = threshold, .gamma = r.options.gamma, .samples = samples, .seed = seed};
-  return planning::calc_packing_ratio(*r.task.model, r.options.sample_boxes, r.result.records, options);
+  const auto boxes = r.options.sample_boxes.empty() ? planning::default_sample_boxes(r.task.problem) : r.options.sample_boxes;
+  return planning::calc_packing_ratio(*r.task.model, boxes, r.result.records, options);
 }
 
 }  // namespace
