@@ -66,10 +66,11 @@ bool is_coulomb(const StepOptions& options) {
   return options.friction_law == FrictionLaw::Coulomb && std::holds_alternative<Exact>(options.smoothing);
 }
 
-/// The gap of a pair changes with no coordinate: the first row of its Jacobian is rounding beside the others. No force can act across it, and an overlap that
-/// nothing undoes is no reason for a step to be infeasible.
+/// A pair touches or overlaps, and its gap changes with no coordinate: the first row of its Jacobian is rounding beside the others. No force can act across it,
+/// and an overlap that nothing undoes is no reason for a step to be infeasible.
 bool has_fixed_gap(const Model& model, const StepWorkspace::Impl& work, std::size_t i) {
   constexpr double kRounding = 1e-12;
+  if (work.contacts[i].phi > model.scales().contact_tolerance(work.contacts[i].pair)) return false;
   const auto support = at(model.pairs()[at(work.contacts[i].pair)].support);
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>> J(jacobian(work, i),
                                                                      static_cast<Eigen::Index>(model.supports()[support].size()), 3);
