@@ -39,14 +39,6 @@ double largest_move(const world::Model& model, int joint, const SubstepLimits& l
   return dof.kind == world::DofKind::Revolute ? limits.joint_angle : limits.joint_travel;
 }
 
-/// A joint that its motor cannot hold takes its command along farther than a sub-step may go.
-bool goes_farther(const world::Model& model, VectorRef u, VectorRef u_next, const SubstepLimits& limits) {
-  for (int j = 0; j < model.n_a(); ++j) {
-    if (std::abs(u_next[j] - u[j]) > largest_move(model, j, limits) * (1 + 1e-9)) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 void SubstepLimits::validate() const {
@@ -98,7 +90,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
   const double ds_max = 1.0 / count_substeps(model, u_start, u_end, limits);
   const double ds_min = ds_max / (1 << kMaxHalvings);
   Eigen::VectorXd q_now = q;
-  Eigen::VectorXd u(model.n_a()), u_now = u_start;
+  Eigen::VectorXd u(model.n_a()), u_next(model.n_a()), u_now = u_start;
   bool behind = false;  // u_now is not on the way from u_start to u_end
   StepResult step_result;
   double s = 0;
@@ -112,12 +104,13 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
       const double most = largest_move(model, j, limits);
       u[j] = u_now[j] + std::clamp(u[j] - u_now[j], -most, most);
     }
-    Eigen::VectorXd u_next = u;
+    u_next = u;
     out.status = step_within_efforts(model, q_now, u_next, options, work, step_result, out.steps);
     if (out.status != Status::Solved) return out.status;
     const double slide = largest_slide(step_result);
     const bool far = slide > limits.slide || (options.friction_law == FrictionLaw::Coulomb && has_gap(model, step_result));
-    const bool recoils = goes_farther(model, u_now, u_next, limits);
+    // A joint that its motor cannot hold takes its command along, maybe farther than a sub-step may go.
+    const bool recoils = u_next != u && count_substeps(model, u_now, u_next, limits) > 1;
     if ((far || recoils) && ds > ds_min * (1 + 1e-9)) {
       ds = std::max(ds_min, 0.5 * ds);
       continue;

@@ -6,7 +6,6 @@
 #include <limits>
 #include <optional>
 
-#include "stiction/planning/disturbances.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/world/scales.hpp"
 
