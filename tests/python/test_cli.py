@@ -444,11 +444,12 @@ def test_start_in_penetration_is_planned_from_the_projected_state(tmp_path):
     assert kinds[0] == "settle"
 
 
-def test_bench_prints_the_agreed_object():
-    done = run("bench", "--filter", "cone/22dof_20contacts", "--repeat", 1, "--json")
+@pytest.mark.parametrize("rows", ["cone/22dof_20contacts", "residual/rays_4", "discriminate/", "contact_qp/3"])
+def test_bench_prints_the_agreed_object(rows):
+    done = run("bench", "--filter", rows, "--repeat", 1, "--json")
     assert done.returncode == 0, done.stderr
     data = json.loads(done.stdout)
-    assert list(data) == ["machine", "commit", "results"]
+    assert list(data) == ["machine", "commit", "results"] and data["results"]
     for row in data["results"]:
         assert list(row) == ["name", "median_s", "p95_s", "p99_s", "published_s", "peer_s", "ratio", "allocations", "contacts"]
         assert row["median_s"] > 0
