@@ -1,0 +1,100 @@
+"""Runs of `stiction control` for the figures of chapter 5."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import stiction as st
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+LAWS = {"contact_aware": "contact-aware", "null_space": "null space", "unconstrained": "unconstrained"}
+COLOURS = {"contact_aware": "C0", "null_space": "C1", "unconstrained": "C3"}
+LAMBDA_MAX = 15.0  # of the scenarios [N], thesis section 5.6
+THRESHOLD = 5.0  # force from which a contact counts [N]
+FRICTION = 0.3  # of the scenarios
+START_SPREAD = 2e-3  # [rad]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What the program says, and a column for each quantity of control.csv, a value a tick."""
+
+    summary: dict[str, Any]
+    columns: dict[str, np.ndarray]
+
+    def __getitem__(self, name: str) -> Any:
+        return self.summary[name]
+
+
+def program() -> str:
+    """The command line beside the module, as a build has it, or the one of an installation."""
+    beside = Path(st.__file__).absolute().parents[2] / "stiction"
+    found = str(beside) if beside.is_file() else shutil.which("stiction")
+    if found is None:
+        raise RuntimeError(f"no program 'stiction' at {beside} nor on the path")
+    return found
+
+
+def find(name: str) -> Path:
+    """A built-in scenario, or one of the experiments."""
+    file = ROOT / "scenarios" / f"{name}.yaml"
+    return file if file.is_file() else ROOT / "experiments/scenes" / f"{name}.yaml"
+
+
+def write_variant(file: Path, changes: dict[str, Any], folder: Path) -> Path:
+    """The scenario with other keys, those of maps added to what is there, as a file elsewhere."""
+    scenario = yaml.safe_load(file.read_text(encoding="utf-8"))
+    for robot in scenario["scene"]["robots"]:
+        robot["urdf"] = str((file.parent / robot["urdf"]).resolve())
+    for key, value in changes.items():
+        scenario[key] = scenario[key] | value if isinstance(value, dict) else value
+    variant = folder / file.name
+    variant.write_text(yaml.safe_dump(scenario, sort_keys=False), encoding="utf-8")
+    return variant
+
+
+def run(name: str, law: str = "contact_aware", *, changes: dict[str, Any] | None = None, **options: float) -> Run:
+    """One run of a scenario. `changes`: other keys of the file; `options`: of the command line, lambda_max=8 is --lambda-max 8."""
+    with tempfile.TemporaryDirectory() as text:
+        folder = Path(text)
+        scenario = write_variant(find(name), changes, folder) if changes else find(name)
+        words = [program(), "control", str(scenario), "--law", law, "--json", "-o", str(folder / "out")]
+        for option, value in options.items():
+            words += [f"--{option.replace('_', '-')}", f"{value:g}"]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        if done.returncode not in (0, 1):  # 1: forces above their bound, which baselines are expected to have
+            raise RuntimeError(f"{' '.join(words)}: {done.stderr.strip()}")
+        file = folder / "out/control.csv"
+        names = file.read_text(encoding="utf-8").split("\n", 1)[0].split(",")
+        table = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+    return Run(json.loads(done.stdout), dict(zip(names, table.T, strict=True)))
+
+
+def run_seeds(name: str, law: str, seeds: int) -> list[Run]:
+    """Runs that differ as hardware does from day to day: joints at the start by 2 mrad (standard deviation), friction by a third."""
+    start = np.array(yaml.safe_load(find(name).read_text(encoding="utf-8"))["start"])
+    out = []
+    for seed in range(seeds):
+        random = np.random.default_rng(seed)
+        joints = start + START_SPREAD * random.standard_normal(start.size)
+        out.append(run(name, law, changes={"start": joints.tolist()}, friction=random.uniform(2 / 3, 4 / 3)))
+    return out
+
+
+def series(runs: dict[str, Run], *names: str) -> dict[str, np.ndarray]:
+    """Columns of a CSV file: time, then each quantity of each run. Runs of one scenario have the same ticks."""
+    first = next(iter(runs.values()))
+    return {"time_s": first.columns["time"]} | {f"{name}:{law}": r.columns[name] for law, r in runs.items() for name in names}
+
+
+def add_bounds(axes: Any) -> None:
+    axes.axhline(THRESHOLD, color="C3", lw=0.8, ls="--")
+    axes.axhline(LAMBDA_MAX, color="C2", lw=0.8, ls="--")
