@@ -8,6 +8,7 @@
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/scenario.hpp"
+#include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::app {
@@ -19,16 +20,6 @@ struct SenseArguments {
   std::string scenario;
   bool json = false;
 };
-
-/// A file, or the name of one in a folder scenarios/ beside that of the tasks.
-std::filesystem::path find_scenario(const std::string& name) {
-  if (name.ends_with(".yaml") || name.ends_with(".yml") || name.find('/') != std::string::npos) return name;
-  for (const auto& dir : data_dirs()) {
-    const auto file = dir.parent_path() / "scenarios" / (name + ".yaml");
-    if (std::filesystem::is_regular_file(file)) return file;
-  }
-  core::throw_invalid("scenario", "'" + name + "'", "a built-in scenario, or a file that ends in .yaml");
-}
 
 Json numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -57,7 +48,8 @@ void print_candidate(std::FILE* to, const sensing::Scenario& scenario, const sen
 }
 
 int run_sense(const SenseArguments& arguments) {
-  const sensing::Scenario scenario = sensing::load_scenario(find_scenario(arguments.scenario), tasks::default_package_dirs());
+  const sensing::Scenario scenario =
+      sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   for (const std::string& note : scenario.sensor->notes()) fmt::print(stderr, "note: {}\n", note);
   std::FILE* const to = people(arguments.json);
   sensing::SenseWorkspace work(scenario.sensor);

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 // Arguments that NumPy can turn into an array of real numbers: arrays of any type and layout, lists, tuples.
 // Series over time have the time first, (time, n): rows here, columns in C++.
@@ -25,6 +26,18 @@ using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMaj
 
 /// (n × time) as (time, n).
 inline Rows rows(const Eigen::MatrixXd& columns) { return columns.transpose(); }
+
+/// A number of each, as an array.
+template <class Range, class Get>
+Eigen::VectorXd vector_of(const Range& range, Get get) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(std::size(range)));
+  Eigen::Index at = 0;
+  for (const auto& item : range) out[at++] = get(item);
+  return out;
+}
+inline Eigen::VectorXd vector_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
 
 /// Vectors of one size, one a row. @param size  of each, for the shape without any
 template <class Range, class Get>

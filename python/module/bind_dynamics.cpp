@@ -87,11 +87,6 @@ Raises InvalidInput by the name of the argument.)";
       "tol_complementarity"_a = standard.tol_complementarity, text.c_str());
 }
 
-void require_vector(std::string_view name, const Vector& vector, long size) {
-  core::require_size(name, vector.value.size(), size);
-  core::require_finite(name, {vector.value.data(), static_cast<std::size_t>(size)});
-}
-
 /// The arguments of a step. @throws core::InvalidInput by the name of the argument
 dynamics::StepInput step_input(const world::Model& model, const Vector& q, const Vector& u, const std::optional<Vector>& tau_ext,
                                const std::optional<Vector>& damping) {

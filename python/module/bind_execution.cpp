@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
-
 #include "plan.hpp"
 #include "stiction/execution/transfer.hpp"
 
@@ -41,11 +39,7 @@ TransferResult transfer(const Plan& given, double speed, double pause, double lo
   plant_options.effort_limits = given.file.step.effort_limits;
   plant_options.contact.friction_scale = friction_scale;
   core::RunControl control;
-  if (timeout_s) {
-    core::require_positive("timeout_s", *timeout_s);
-    control.deadline = core::RunControl::Clock::now() +
-                       std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(*timeout_s));
-  }
+  if (timeout_s) control.deadline = deadline_in(*timeout_s);
   TransferResult out;
   (void)execution::transfer(simulation::Plant::make(given.task.model, plant_options), plan, options, control, out,
                             substeps ? &predicted : nullptr);

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
-
 #include "bindings.hpp"
 #include "stiction/simulation/simulation.hpp"
 
@@ -39,11 +37,7 @@ simulation::SimulationResult simulate(const std::shared_ptr<const Plant>& plant,
   simulation::SimulationInput in{q0.value, times.value, columns};
   if (v0) in.v0 = &v0->value;
   core::RunControl control;
-  if (timeout_s) {
-    core::require_positive("timeout_s", *timeout_s);
-    control.deadline = core::RunControl::Clock::now() +
-                       std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(*timeout_s));
-  }
+  if (timeout_s) control.deadline = deadline_in(*timeout_s);
   const nb::gil_scoped_release unlocked;
   simulation::Workspace work(plant);
   (void)simulation::simulate(*plant, in, {.record_interval = record_interval, .control = &control, .stop = {}}, work, out);

@@ -8,6 +8,17 @@
 #include "yaml_text.hpp"
 
 namespace stiction::python {
+
+int find_link(const world::Model& model, std::string_view field, const std::string& name) {
+  std::vector<std::string> known;
+  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
+    if (model.bodies()[b].kind != world::BodyKind::Robot) continue;
+    if (model.bodies()[b].name == name) return static_cast<int>(b);
+    known.push_back(model.bodies()[b].name);
+  }
+  core::throw_invalid(field, "'" + name + "'", "one of " + world::list_with_hint(name, known));
+}
+
 namespace {
 
 using world::Model;

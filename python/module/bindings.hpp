@@ -11,13 +11,16 @@
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "arrays.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/run_control.hpp"
 #include "stiction/dynamics/step.hpp"
 #include "stiction/world/model.hpp"
 
@@ -38,6 +41,9 @@ void bind_planning(nb::module_& m);
 void bind_trajopt(nb::module_& m);
 void bind_solve(nb::module_& m);
 void bind_execution(nb::module_& m);
+void bind_control(nb::module_& m);
+void bind_control_run(nb::module_& m);
+void bind_sensing(nb::module_& m);
 
 /// Keeps a workspace to one thread at a time: steps run without Python's lock, so a second thread could enter.
 class Occupied {
@@ -52,6 +58,14 @@ class Occupied {
  private:
   std::atomic<bool>& flag_;
 };
+
+/// `timeout_s` from now. @throws core::InvalidInput: not > 0
+inline core::RunControl::Clock::time_point deadline_in(double timeout_s) {
+  core::require_positive("timeout_s", timeout_s);
+  constexpr double kLongest = 1e8;  // [s], what the clock can count
+  return core::RunControl::Clock::now() +
+         std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(std::min(timeout_s, kLongest)));
+}
 
 /// A contact together with what gives its numbers names and units.
 struct StepContact {
@@ -69,6 +83,17 @@ inline std::optional<Eigen::MatrixXd> unless_empty(const Eigen::MatrixXd& matrix
 inline std::string name_of_geometry(const world::Model& model, int index) {
   return model.geometries()[static_cast<std::size_t>(index)].name;
 }
+
+/// Index of a robot's link by its name. @throws core::InvalidInput with the names that there are
+int find_link(const world::Model& model, std::string_view field, const std::string& name);
+
+/// @throws core::InvalidInput: size, not finite
+inline const Eigen::VectorXd& require_vector(std::string_view name, const Vector& vector, long size) {
+  core::require_size(name, vector.value.size(), size);
+  core::require_finite(name, {vector.value.data(), static_cast<std::size_t>(size)});
+  return vector.value;
+}
+inline Eigen::Vector3d require_vector3(std::string_view name, const Vector& vector) { return require_vector(name, vector, 3); }
 
 std::vector<StepContact> with_names(const ModelPtr& model, const std::vector<dynamics::ContactImpulse>& contacts, double h);
 

@@ -22,4 +22,7 @@ NB_MODULE(_core, m) {
   stiction::python::bind_trajopt(m);
   stiction::python::bind_solve(m);
   stiction::python::bind_execution(m);
+  stiction::python::bind_control(m);
+  stiction::python::bind_control_run(m);
+  stiction::python::bind_sensing(m);
 }

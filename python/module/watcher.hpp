@@ -16,11 +16,9 @@ class Watcher {
 
   /// What stops the run: this, or the time.
   core::RunControl control(double timeout_s) {
-    core::require_positive("timeout_s", timeout_s);
     core::RunControl out;
     out.cancel = &cancel_;
-    out.deadline = core::RunControl::Clock::now() +
-                   std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(std::min(timeout_s, 1e8)));
+    out.deadline = deadline_in(timeout_s);
     out.on_progress = [this](const core::Progress& progress) { see(progress); };
     return out;
   }

@@ -1631,3 +1631,830 @@ def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: f
 
     status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
     """
+
+class Law(enum.Enum):
+    """What computes the command of a tick."""
+
+    ContactAware = 0
+    """tracking with bounded forces (C.3)"""
+
+    Unconstrained = 1
+    """baseline: tracking alone, without forces and limits"""
+
+    NullSpace = 2
+    """
+    baseline: stiffness-consistent null space with the force as an equality
+    """
+
+class TrackingCost(enum.Enum):
+    """What of a command is compared with the reference."""
+
+    Command = 0
+    """the command (5.24): for contacts with friction"""
+
+    Equilibrium = 1
+    """the equilibrium that it leads to (5.22): for contacts without"""
+
+class ForceDampingOptions:
+    """
+    How far forces that are not as predicted slow the command down (5.28), (5.29).
+
+      largest: w_max [-], >= 0. force_scale: an error of this makes 1 - 1/e of it [N], > 0.
+      forget_rate: alpha, in (0, 1]. printed: (5.29) as printed, an average of two ticks; else a low-pass.
+    """
+
+    def __init__(self, *, largest: float = 5.0, force_scale: float = 5.0, forget_rate: float = 0.2, printed: bool = False) -> None: ...
+
+    @property
+    def largest(self) -> float: ...
+
+    @property
+    def force_scale(self) -> float: ...
+
+    @property
+    def forget_rate(self) -> float: ...
+
+    @property
+    def printed(self) -> bool: ...
+
+    def __repr__(self) -> str: ...
+
+class ContactForce:
+    """
+    A force on the robot, measured or estimated.
+
+      body: link that is touched, as robot/link.
+      p_WC: where [m] (3). force_W: on the robot; its direction is the normal of (5.4) [N] (3).
+      id: the same contact has the same number in the next tick, so that its force can be predicted.
+      lambda_max: own bound [N], > 0; None: that of the controller.
+    """
+
+    def __init__(self, *, body: str, p_WC: numpy.typing.ArrayLike, force_W: numpy.typing.ArrayLike, id: int = 0, lambda_max: float | None = None) -> None: ...
+
+    @property
+    def body(self) -> str: ...
+
+    @property
+    def id(self) -> int: ...
+
+    @property
+    def p_WC(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """[m] (3)"""
+
+    @property
+    def force_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """on the robot [N] (3)"""
+
+    @property
+    def lambda_max(self) -> float | None:
+        """[N], or None"""
+
+    def __repr__(self) -> str: ...
+
+class ToolReference:
+    """
+    Where a point fixed in a link is to be.
+
+      body: link, as robot/link. X_BT: the tool in it. X_WT: where it is to be in the world.
+    """
+
+    def __init__(self, *, body: str, X_BT: Pose, X_WT: Pose) -> None: ...
+
+    @property
+    def body(self) -> str: ...
+
+    @property
+    def X_BT(self) -> Pose: ...
+
+    @property
+    def X_WT(self) -> Pose: ...
+
+class ControllerState:
+    """
+    What is measured and wanted in one tick.
+
+      time: of the measurement [s].
+      q: joint positions (n_a) [rad or m].
+      q_ref: of the next tick (n_a); beside a tool: the posture that is preferred.
+      contacts: forces on the robot. tool: where a tool is to be; None: joints are tracked.
+    """
+
+    def __init__(self, *, time: float, q: numpy.typing.ArrayLike, q_ref: numpy.typing.ArrayLike, contacts: Sequence[ContactForce] = [], tool: ToolReference | None = None) -> None: ...
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_a)"""
+
+    @property
+    def q_ref(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_a)"""
+
+    @property
+    def contacts(self) -> list[ContactForce]: ...
+
+    @property
+    def tool(self) -> ToolReference | None: ...
+
+class ControllerCommand:
+    """
+    The command of a tick and what it rests on. Forces are those of `taken`; None unless the law is ContactAware.
+    """
+
+    @property
+    def status(self) -> Status:
+        """not Solved: q_cmd is that of the tick before"""
+
+    @property
+    def q_cmd(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_a) [rad or m]"""
+
+    @property
+    def held(self) -> bool:
+        """the measurement is not younger than the last one: nothing was computed"""
+
+    @property
+    def taken(self) -> list[ContactForce]:
+        """contacts that count, with their forces after the low-pass"""
+
+    @property
+    def left_out(self) -> int:
+        """contacts for which there was no room"""
+
+    @property
+    def damping(self) -> float:
+        """w of (5.24)"""
+
+    @property
+    def q_next(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
+        """predicted equilibrium (n_a)"""
+
+    @property
+    def lambda_(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
+        """predicted forces [N] (contacts)"""
+
+    @property
+    def slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
+        """by which they exceed their bounds [N] (contacts)"""
+
+    @property
+    def pull(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
+        """by which they are below 0 where contacts do not pull [N] (contacts)"""
+
+    @property
+    def torque_slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
+        """by which joint springs exceed `torque` [N m] (n_a)"""
+
+    @property
+    def limit_slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')] | None:
+        """by which q_cmd is outside the joint limits [rad or m] (n_a)"""
+
+    def __repr__(self) -> str: ...
+
+class ContactController:
+    """
+    Commands of a stiffness-controlled robot with bounded contact forces, as ros2_control shapes one: configured once, then one
+    update a tick. docs/theory/control.md
+
+      model: with a robot whose joints have a stiffness.
+      law: Law.ContactAware, or a baseline. cost: TrackingCost.Command (5.24) or Equilibrium (5.22).
+      lambda_max: bound of every contact that brings none of its own [N], > 0.
+      force_threshold: contacts with less force are left out [N], >= 0, below lambda_max; None: 5 N, or a third of lambda_max if that is less.
+      force_time_constant: low-pass on the force of a contact [s], >= 0.
+      max_contacts: of more than these those with the largest forces are taken.
+      revolute_speed [rad/s], prismatic_speed [m/s]: of commands, > 0.
+      torque: of the joint springs (n_a) [N m], > 0; None: not bounded.
+      tool_length: a metre of the tool counts as 1/this radians [m], > 0.
+      damping: ForceDampingOptions().
+      unilateral: contacts that the reference does not leave do not pull.
+      contact_compliance: softness of a contact as a share of the arm's own, > 0; least_lever: shortest lever by which it is judged [m], > 0.
+      posture_weight: of |q_cmd - q_ref|^2 beside a tool; epsilon: of it beside the equilibrium (5.22), > 0.
+      force_priority, unilateral_priority: of bounded forces before contacts that do not pull, and of these before tracking.
+
+    Raises InvalidInput by the name of the argument; of a robot without stiffness.
+    """
+
+    def __init__(self, model: Model, *, law: Law = Law.ContactAware, cost: TrackingCost = TrackingCost.Command, lambda_max: float = 15.0, force_threshold: float | None = None, force_time_constant: float = 0.05, max_contacts: int = 8, revolute_speed: float = 1.5, prismatic_speed: float = 0.25, torque: numpy.typing.ArrayLike | None = None, tool_length: float = 0.5, damping: ForceDampingOptions = ..., unilateral: bool = True, contact_compliance: float = 0.01, posture_weight: float = 0.001, epsilon: float = 0.001, least_lever: float = 0.01, force_priority: float = 1000000.0, unilateral_priority: float = 1000.0) -> None: ...
+
+    @property
+    def model(self) -> Model: ...
+
+    @property
+    def law(self) -> Law: ...
+
+    @property
+    def lambda_max(self) -> float:
+        """[N]"""
+
+    def configure(self, q: numpy.typing.ArrayLike) -> None:
+        """
+        Starts anew with the present joint positions (n_a) as command. Raises InvalidInput: size, not finite.
+        """
+
+    def update(self, state: ControllerState, dt: float) -> ControllerCommand:
+        """
+        The next command, from a ControllerState. dt: for which it holds [s], > 0.
+
+        A state that is not younger than the last one changes nothing: `held`. Raises InvalidInput: sizes, numbers that are not finite, dt <= 0,
+        a link that is not the robot's.
+        """
+
+class ControlScenario:
+    """
+    A robot whose reference goes through things that it does not know, as a file says (scenarios/README.md).
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def description(self) -> str: ...
+
+    @property
+    def file(self) -> pathlib.Path: ...
+
+    @property
+    def model(self) -> Model: ...
+
+    @property
+    def start(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """joint positions (n_a)"""
+
+    @property
+    def tool(self) -> str | None:
+        """link that is tracked, as robot/link; None: joints are"""
+
+    @property
+    def X_BT(self) -> Pose:
+        """of the tool in its link"""
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+
+    @property
+    def period(self) -> float:
+        """of the controller [s]"""
+
+    @property
+    def law(self) -> Law: ...
+
+    @property
+    def lambda_max(self) -> float:
+        """[N]"""
+
+    def calc_reference(self, time: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        Joint positions (n_a), or displacement of the tool from its pose at the start in W [m] and its rotation vector [rad] (6).
+        """
+
+    def __repr__(self) -> str: ...
+
+class ControlRunResult:
+    """
+    Forces are those of single contacts, measured; series have a row a tick.
+    """
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def message(self) -> str:
+        """what the simulation said"""
+
+    @property
+    def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """[s] (ticks)"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """joint positions (ticks, n_a) [rad or m]"""
+
+    @property
+    def q_cmd(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """commands (ticks, n_a) [rad or m]"""
+
+    @property
+    def reference(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """joints (ticks, n_a) or tool (ticks, 6)"""
+
+    @property
+    def largest_force(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of one contact [N] (ticks)"""
+
+    @property
+    def speed(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """norm of the joint velocity [rad/s] (ticks)"""
+
+    @property
+    def error(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """norm of q - q_ref [rad], or distance of the tool [m] (ticks)"""
+
+    @property
+    def angle_error(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the tool [rad] (ticks)"""
+
+    @property
+    def bounded(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
+        """a force is predicted at its bound: the reference asks for more (ticks)"""
+
+    @property
+    def slack(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """by which a force is predicted above its bound [N] (ticks)"""
+
+    @property
+    def forces(self) -> list[list[PairForce]]:
+        """on the robot, per tick, of pairs of a robot with something else"""
+
+    @property
+    def peak_force(self) -> float:
+        """[N]"""
+
+    @property
+    def settled_peak(self) -> float:
+        """without the first `settle` seconds of a contact [N]"""
+
+    @property
+    def settled_ticks(self) -> int:
+        """in contact, settled"""
+
+    @property
+    def bounded_ticks(self) -> int:
+        """of these with the force at its bound"""
+
+    @property
+    def bound_error(self) -> float:
+        """mean |f - lambda_max| over them [N]"""
+
+    @property
+    def bound_p95(self) -> float:
+        """95th percentile of f over them [N]"""
+
+    @property
+    def mean_force(self) -> float:
+        """over the settled ticks [N]"""
+
+    @property
+    def makes(self) -> int:
+        """contacts made, of the robot as a whole"""
+
+    @property
+    def rms_error_contact(self) -> float: ...
+
+    @property
+    def rms_error_free(self) -> float: ...
+
+    @property
+    def peak_speed(self) -> float:
+        """[rad/s]"""
+
+    @property
+    def peak_force_rate(self) -> float:
+        """largest fall of a force between two ticks, settled contacts [N/s]"""
+
+    @property
+    def slack_ticks(self) -> int:
+        """in which a bound was given up by more than a thousandth of itself"""
+
+    @property
+    def unsolved_ticks(self) -> int: ...
+
+    @property
+    def tick_median_s(self) -> float:
+        """wall time of update() [s]"""
+
+    @property
+    def tick_p99_s(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
+    """
+    A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+    """
+
+@overload
+def control(scenario: ControlScenario, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
+    """
+    Runs a scenario in the second-order simulation: impedance control of the joints, the contact controller above it.
+
+      law, lambda_max [N]: instead of the scenario's. friction_scale: factor of every coefficient of friction of the simulation, >= 0.
+      settle: forces are called steady this long after their contact was made [s], >= 0.
+      timeout_s: [s] > 0; None: as long as it takes.
+
+    status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+    """
+
+@overload
+def control(scenario: str | str | os.PathLike, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
+    """The same of load_control_scenario(scenario)."""
+
+class Sampling(enum.Enum):
+    """How samples lie on a link."""
+
+    Uniform = 0
+    """independent, uniform by area"""
+
+    Stratified = 1
+    """one in each of equal areas"""
+
+class Normals(enum.Enum):
+    """Normals of a surface."""
+
+    Flat = 0
+    """of the triangle"""
+
+    Smooth = 1
+    """of the corners, over edges that are not sharp"""
+
+class SurfaceOptions:
+    """
+    What of a link counts as its surface.
+
+      segments: triangles around a sphere, a cylinder or a capsule, >= 3.
+      rays: from each point whose visibility is tested; 0: hidden faces stay.
+      postures: of the robot in which a face may be seen, >= 1.
+      crease: edges sharper than this stay sharp with smooth normals [rad].
+    """
+
+    def __init__(self, *, segments: int = 32, rays: int = 32, postures: int = 4, crease: float = 0.8) -> None: ...
+
+    @property
+    def segments(self) -> int: ...
+
+    @property
+    def rays(self) -> int: ...
+
+    @property
+    def postures(self) -> int: ...
+
+    @property
+    def crease(self) -> float: ...
+
+    def __repr__(self) -> str: ...
+
+class GaussNewton:
+    """
+    Levenberg-Marquardt on point and force together; steps in shares of the link's size.
+    """
+
+    def __init__(self, *, max_steps: int = 20, tol_step: float = 1e-06, damping: float = 1e-06, max_step: float = 0.2) -> None: ...
+
+    def __repr__(self) -> str: ...
+
+class SteepestDescent:
+    """Algorithm 4 of the thesis (RSGD): steepest descent on the surface."""
+
+    def __init__(self, *, max_steps: int = 50, tol_gradient: float = 1e-05, armijo: float = 0.4, backtrack: float = 0.5, max_backtracks: int = 10, max_step: float = 0.1) -> None: ...
+
+    def __repr__(self) -> str: ...
+
+class RejectionSampling:
+    """The accepted samples as they are (4.9)."""
+
+    def __init__(self) -> None: ...
+
+    def __repr__(self) -> str: ...
+
+class Detectability(enum.Enum):
+    """
+    What the torque of the last joint before a link shows of a contact (4.7).
+    """
+
+    Undetectable = 0
+    """no force of the cone makes a torque"""
+
+    Partial = 1
+    """some do"""
+
+    Full = 2
+    """every one does, but 0"""
+
+class DetectabilityMap:
+    """Of the samples of a link."""
+
+    @property
+    def kinds(self) -> list[Detectability]:
+        """per sample"""
+
+    @property
+    def eta(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        share of the unit forces whose torque is at most epsilon (4.8), in [0, 1] (samples)
+        """
+
+    @property
+    def full(self) -> int:
+        """number of fully detectable samples"""
+
+class Verdict(enum.Enum):
+    """What torques say of contacts."""
+
+    BelowThreshold = 0
+    """no contact, or one that these torques do not show"""
+
+    Explained = 1
+    """
+    at least one candidate makes the torques, as far as noise and tolerance tell
+    """
+
+    Unexplained = 2
+    """
+    a single contact on the sensed links does not: several contacts, another link, or a wrong friction
+    """
+
+class SensedLink:
+    """A link on which contacts are looked for."""
+
+    @property
+    def name(self) -> str:
+        """as robot/link"""
+
+    @property
+    def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """samples, in the link's frame [m] (samples, 3)"""
+
+    @property
+    def n_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """their outward unit normals (samples, 3)"""
+
+    @property
+    def spacing(self) -> float:
+        """root of the area per sample [m]"""
+
+    @property
+    def joints(self) -> int:
+        """
+        coordinates that move it: below 3 forces are not unique, below 5 points are not
+        """
+
+    @property
+    def area(self) -> float:
+        """of its surface [m^2]"""
+
+    @property
+    def size(self) -> float:
+        """diagonal of its bounding box [m]"""
+
+    def __repr__(self) -> str: ...
+
+class Candidate:
+    """
+    A cluster of points that explain the torques alike, by its best one. A valley is one candidate with its extent.
+    """
+
+    @property
+    def link(self) -> str:
+        """as robot/link"""
+
+    @property
+    def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """in the link's frame [m] (3)"""
+
+    @property
+    def n_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """outward unit normal (3)"""
+
+    @property
+    def f_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """on the robot [N] (3)"""
+
+    @property
+    def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """[m] (3)"""
+
+    @property
+    def n_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """(3)"""
+
+    @property
+    def f_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """[N] (3)"""
+
+    @property
+    def residual(self) -> float:
+        """l (4.5) [(N m)^2]"""
+
+    @property
+    def explains(self) -> bool:
+        """the torques, as far as noise and tolerance tell"""
+
+    @property
+    def rank(self) -> int:
+        """of J_C: below 3 the force is not unique"""
+
+    @property
+    def extent(self) -> float:
+        """
+        largest distance of its points, of those as good, from the best one [m]
+        """
+
+    @property
+    def force_spread(self) -> float:
+        """largest distance of their forces from f_W [N]"""
+
+    @property
+    def points(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """p_L of its points, by residual [m] (points, 3)"""
+
+    @property
+    def residuals(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """l of its points [(N m)^2] (points)"""
+
+    def __repr__(self) -> str: ...
+
+class SenseResult:
+    @property
+    def verdict(self) -> Verdict: ...
+
+    @property
+    def candidates(self) -> list[Candidate]:
+        """those that explain first, then by residual"""
+
+    @property
+    def explained(self) -> float:
+        """l up to which torques count as explained [(N m)^2]"""
+
+    @property
+    def samples(self) -> int: ...
+
+    @property
+    def accepted(self) -> int:
+        """samples with a residual small enough"""
+
+    @property
+    def descents(self) -> int: ...
+
+    @property
+    def converged(self) -> int:
+        """of the descents"""
+
+    def calc_distance(self, link: str, p_L: numpy.typing.ArrayLike) -> float:
+        """
+        Distance of a known contact, p_L in the frame of a link [m] (3), from the nearest point that explains the torques [m]; inf where none is on that link.
+        """
+
+    def __repr__(self) -> str: ...
+
+class Sensor:
+    """
+    Surfaces and samples of the links of a robot, on which contacts are looked for. Immutable, shared by threads.
+
+      model: with at least one robot.
+      links: "robot/link", * matches any run of characters; empty: all that a joint moves and that have geometry.
+      samples: on each link, >= 1. sampling, normals: Sampling.Stratified, Normals.Flat.
+      seed: of samples and of the postures in which faces may be seen.
+      surface: SurfaceOptions().
+
+    Raises InvalidInput: a pattern that matches no link; a link that no joint moves or that has no surface.
+    """
+
+    def __init__(self, model: Model, *, links: Sequence[str] = [], samples: int = 500, sampling: Sampling = Sampling.Stratified, normals: Normals = Normals.Flat, seed: int = 0, surface: SurfaceOptions = ...) -> None: ...
+
+    @property
+    def model(self) -> Model: ...
+
+    @property
+    def links(self) -> list[SensedLink]:
+        """the sensed ones, in the order of the model"""
+
+    @property
+    def notes(self) -> list[str]:
+        """faces left out, and links whose joints leave contacts ambiguous"""
+
+    def calc_residuals(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, link: str, p_L: numpy.typing.ArrayLike, n_L: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        l(p) = min over f in the cone of |J_C^T f - tau|^2 at given points (4.5) [(N m)^2] (points).
+
+          q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. link: "robot/link".
+          p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].
+        """
+
+    def calc_undetectability(self, link: str, p_L: numpy.typing.ArrayLike, n_L: numpy.typing.ArrayLike, *, friction: float = 1.0, epsilon: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        eta (4.8) at given points: share of the unit forces of the exact cone whose torque is at most epsilon [N m/N], > 0 (points).
+
+          p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].
+        """
+
+    def calc_detectability(self, link: str, *, friction: float = 1.0, rays: int = 4, epsilon: float) -> DetectabilityMap:
+        """
+        What the torque of the last joint shows at every sample of a link (4.7), (4.8).
+        """
+
+    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0) -> SenseResult:
+        """
+        Every single contact on the sensed links that makes the torques.
+
+          q: configuration (n_q), or joint positions alone (n_a) with objects at their placed frames [rad or m].
+          tau: external torques (n_a), in the order of u: measured ones less those of gravity and motion [N m; N].
+          last: result of the cycle before, whose candidates are starts as well.
+
+        Options:
+          friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
+          noise: standard deviation of each torque [N m], > 0.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 noise.
+          accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
+          tolerance: share of |tau| that an explanation may leave where there is no noise.
+          method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
+          merge: points nearer than this many sample spacings are one candidate.
+          thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
+
+        Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
+        """
+
+    def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0) -> list[SenseResult]:
+        """
+        The same for a series, each moment from the candidates of the one before.
+
+          q: (time, n_q) or (time, n_a). tau: (time, n_a) [N m; N].
+
+        Options:
+          friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
+          noise: standard deviation of each torque [N m], > 0.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 noise.
+          accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
+          tolerance: share of |tau| that an explanation may leave where there is no noise.
+          method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
+          merge: points nearer than this many sample spacings are one candidate.
+          thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
+
+        Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
+        """
+
+def calc_contact_torque(model: Model, q: numpy.typing.ArrayLike, link: str, p_L: numpy.typing.ArrayLike, f_L: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """
+    Torques (n_a) of a force on a link [N m; N] (Y.1).
+
+      q: (n_q), or joint positions (n_a). p_L, f_L: point [m] and force on the robot [N], in the link's frame (3).
+    """
+
+class KnownContact:
+    """A contact from which the torques of a scenario were computed."""
+
+    @property
+    def link(self) -> str:
+        """as robot/link"""
+
+    @property
+    def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """in the link's frame [m] (3)"""
+
+    @property
+    def f_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """on the robot [N] (3)"""
+
+    def __repr__(self) -> str: ...
+
+class SensingScenario:
+    """
+    A robot and what was measured, as a file says (tasks/schema/sensing.schema.json).
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def description(self) -> str: ...
+
+    @property
+    def file(self) -> pathlib.Path: ...
+
+    @property
+    def sensor(self) -> Sensor: ...
+
+    @property
+    def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """[s] (time)"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """joint positions [rad or m] (time, n_a)"""
+
+    @property
+    def tau(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """external torques [N m; N] (time, n_a)"""
+
+    @property
+    def contact(self) -> KnownContact | None:
+        """where the file gives it instead of torques, or None"""
+
+    def __repr__(self) -> str: ...
+
+def load_sensing_scenario(scenario: str | str | os.PathLike) -> SensingScenario:
+    """
+    A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+    """
+
+@overload
+def sense(scenario: SensingScenario) -> list[SenseResult]:
+    """
+    What every moment of a scenario says, with the scenario's options, each from the candidates of the one before.
+    """
+
+@overload
+def sense(scenario: str | str | os.PathLike) -> list[SenseResult]:
+    """The same of load_sensing_scenario(scenario)."""

@@ -1,0 +1,184 @@
+#include <fmt/format.h>
+
+#include <exception>
+
+#include "bindings.hpp"
+#include "scenario_file.hpp"
+#include "stiction/execution/control_run.hpp"
+
+namespace stiction::python {
+namespace {
+
+using control::Law;
+using execution::ControlRunResult;
+using execution::ControlSample;
+using execution::ControlScenario;
+
+ControlScenario load(const ScenarioFile& scenario) {
+  const auto file = file_of(scenario);
+  const nb::gil_scoped_release unlocked;
+  return execution::load_control_scenario(file, tasks::default_package_dirs());
+}
+
+ControlRunResult run(ControlScenario scenario, std::optional<Law> law, std::optional<double> lambda_max,
+                     std::optional<double> friction_scale, double settle, std::optional<double> timeout_s) {
+  control::ControllerOptions& options = scenario.controller;
+  if (law) options.law = *law;
+  if (lambda_max) {
+    core::require_positive("lambda_max", *lambda_max);
+    options.lambda_max = *lambda_max;
+    options.force_threshold = std::min(options.force_threshold, *lambda_max / 3);
+  }
+  if (friction_scale) {
+    core::require_nonnegative("friction_scale", *friction_scale);
+    scenario.plant.contact.friction_scale = *friction_scale;
+  }
+  execution::ControlRunOptions run_options;
+  run_options.settle = settle;
+  if (timeout_s) run_options.control.deadline = deadline_in(*timeout_s);
+  std::exception_ptr interrupt;
+  run_options.control.abandoned = [&interrupt] {  // Ctrl-C, looked for once a tick
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() == 0) return false;
+    interrupt = std::make_exception_ptr(nb::python_error());
+    return true;
+  };
+  ControlRunResult out;
+  {
+    const nb::gil_scoped_release unlocked;
+    (void)execution::run_control(scenario, run_options, out);
+  }
+  if (interrupt) std::rethrow_exception(interrupt);
+  return out;
+}
+
+ControlRunResult run_file(const ScenarioFile& scenario, std::optional<Law> law, std::optional<double> lambda_max,
+                          std::optional<double> friction_scale, double settle, std::optional<double> timeout_s) {
+  return run(load(scenario), law, lambda_max, friction_scale, settle, timeout_s);
+}
+
+/// A number of every tick.
+template <class F>
+auto over_ticks(F field) {
+  return [field](const ControlRunResult& r) {
+    return vector_of(r.samples, [field](const ControlSample& s) { return static_cast<double>(s.*field); });
+  };
+}
+
+/// A vector of every tick, (ticks, n).
+template <class F>
+auto rows_over_ticks(F field) {
+  return [field](const ControlRunResult& r) {
+    const Eigen::Index n = r.samples.empty() ? 0 : (r.samples.front().*field).size();
+    return rows(r.samples, n, [field](const ControlSample& s) -> const Eigen::VectorXd& { return s.*field; });
+  };
+}
+
+void bind_scenario(nb::module_& m) {
+  nb::class_<ControlScenario>(m, "ControlScenario",
+                              "A robot whose reference goes through things that it does not know, as a file says (scenarios/README.md).")
+      .def_ro("name", &ControlScenario::name)
+      .def_ro("description", &ControlScenario::description)
+      .def_ro("file", &ControlScenario::file)
+      .def_ro("model", &ControlScenario::model)
+      .def_ro("start", &ControlScenario::start, "joint positions (n_a)")
+      .def_prop_ro(
+          "tool",
+          [](const ControlScenario& s) -> std::optional<std::string> {
+            if (s.tool < 0) return std::nullopt;
+            return s.model->bodies()[static_cast<std::size_t>(s.tool)].name;
+          },
+          "link that is tracked, as robot/link; None: joints are")
+      .def_ro("X_BT", &ControlScenario::X_BT, "of the tool in its link")
+      .def_ro("duration", &ControlScenario::duration, "[s]")
+      .def_ro("period", &ControlScenario::period, "of the controller [s]")
+      .def_prop_ro("law", [](const ControlScenario& s) { return s.controller.law; })
+      .def_prop_ro(
+          "lambda_max", [](const ControlScenario& s) { return s.controller.lambda_max; }, "[N]")
+      .def(
+          "calc_reference",
+          [](const ControlScenario& s, double time) {
+            core::require_finite("time", time);
+            Eigen::VectorXd out;
+            execution::calc_reference(s, time, out);
+            return out;
+          },
+          "time"_a,
+          "Joint positions (n_a), or displacement of the tool from its pose at the start in W [m] and its rotation vector [rad] (6).")
+      .def("__repr__", [](const ControlScenario& s) { return fmt::format("<stiction.ControlScenario '{}': {:g} s>", s.name, s.duration); });
+}
+
+void bind_result(nb::module_& m) {
+  using R = ControlRunResult;
+  nb::class_<R>(m, "ControlRunResult", "Forces are those of single contacts, measured; series have a row a tick.")
+      .def_ro("status", &R::status)
+      .def_ro("message", &R::message, "what the simulation said")
+      .def_prop_ro("times", over_ticks(&ControlSample::time), "[s] (ticks)")
+      .def_prop_ro("q", rows_over_ticks(&ControlSample::q), "joint positions (ticks, n_a) [rad or m]")
+      .def_prop_ro("q_cmd", rows_over_ticks(&ControlSample::q_cmd), "commands (ticks, n_a) [rad or m]")
+      .def_prop_ro("reference", rows_over_ticks(&ControlSample::reference), "joints (ticks, n_a) or tool (ticks, 6)")
+      .def_prop_ro("largest_force", over_ticks(&ControlSample::largest_force), "of one contact [N] (ticks)")
+      .def_prop_ro("speed", over_ticks(&ControlSample::speed), "norm of the joint velocity [rad/s] (ticks)")
+      .def_prop_ro("error", over_ticks(&ControlSample::error), "norm of q - q_ref [rad], or distance of the tool [m] (ticks)")
+      .def_prop_ro("angle_error", over_ticks(&ControlSample::angle_error), "of the tool [rad] (ticks)")
+      .def_prop_ro(
+          "bounded",
+          [](const R& r) {
+            Eigen::Matrix<bool, Eigen::Dynamic, 1> out(static_cast<Eigen::Index>(r.samples.size()));
+            for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = r.samples[static_cast<std::size_t>(i)].bounded;
+            return out;
+          },
+          "a force is predicted at its bound: the reference asks for more (ticks)")
+      .def_prop_ro("slack", over_ticks(&ControlSample::slack), "by which a force is predicted above its bound [N] (ticks)")
+      .def_prop_ro(
+          "forces",
+          [](const R& r) {
+            std::vector<std::vector<simulation::PairForce>> out;
+            for (const ControlSample& s : r.samples) out.push_back(s.forces);
+            return out;
+          },
+          "on the robot, per tick, of pairs of a robot with something else")
+      .def_ro("peak_force", &R::peak_force, "[N]")
+      .def_ro("settled_peak", &R::settled_peak, "without the first `settle` seconds of a contact [N]")
+      .def_ro("settled_ticks", &R::settled_ticks, "in contact, settled")
+      .def_ro("bounded_ticks", &R::bounded_ticks, "of these with the force at its bound")
+      .def_ro("bound_error", &R::bound_error, "mean |f - lambda_max| over them [N]")
+      .def_ro("bound_p95", &R::bound_p95, "95th percentile of f over them [N]")
+      .def_ro("mean_force", &R::mean_force, "over the settled ticks [N]")
+      .def_ro("makes", &R::makes, "contacts made, of the robot as a whole")
+      .def_ro("rms_error_contact", &R::rms_error_contact)
+      .def_ro("rms_error_free", &R::rms_error_free)
+      .def_ro("peak_speed", &R::peak_speed, "[rad/s]")
+      .def_ro("peak_force_rate", &R::peak_force_rate, "largest fall of a force between two ticks, settled contacts [N/s]")
+      .def_ro("slack_ticks", &R::slack_ticks, "in which a bound was given up by more than a thousandth of itself")
+      .def_ro("unsolved_ticks", &R::unsolved_ticks)
+      .def_ro("tick_median_s", &R::tick_median_s, "wall time of update() [s]")
+      .def_ro("tick_p99_s", &R::tick_p99_s)
+      .def("__repr__", [](const R& r) {
+        return fmt::format("<stiction.ControlRunResult: {}, {} ticks, settled forces up to {:.3g} N>", core::to_string(r.status),
+                           r.samples.size(), r.settled_peak);
+      });
+}
+
+}  // namespace
+
+void bind_control_run(nb::module_& m) {
+  bind_scenario(m);
+  bind_result(m);
+  m.def("load_control_scenario", &load, "scenario"_a,
+        "A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\".");
+  const auto def = [&m](auto function, const char* doc) {
+    m.def("control", function, "scenario"_a, nb::kw_only(), "law"_a = nb::none(), "lambda_max"_a = nb::none(),
+          "friction_scale"_a = nb::none(), "settle"_a = execution::ControlRunOptions{}.settle, "timeout_s"_a = nb::none(), doc);
+  };
+  def(&run, R"(Runs a scenario in the second-order simulation: impedance control of the joints, the contact controller above it.
+
+  law, lambda_max [N]: instead of the scenario's. friction_scale: factor of every coefficient of friction of the simulation, >= 0.
+  settle: forces are called steady this long after their contact was made [s], >= 0.
+  timeout_s: [s] > 0; None: as long as it takes.
+
+status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.)");
+  def(&run_file, "The same of load_control_scenario(scenario).");
+}
+
+}  // namespace stiction::python

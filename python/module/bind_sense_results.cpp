@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include "sensor.hpp"
+#include "stiction/sensing/sense.hpp"
+
+namespace stiction::python {
+namespace {
+
+using sensing::ContactPoint;
+
+struct Candidate {
+  std::string link;
+  sensing::Candidate values;
+  std::vector<ContactPoint> points;
+};
+
+std::vector<Candidate> candidates_of(const SenseResult& r) {
+  std::vector<Candidate> out;
+  for (const sensing::Candidate& c : r.result.candidates) {
+    const auto first = r.result.points.begin() + c.first;
+    out.push_back({r.sensor->link_name(c.best.link), c, {first, first + c.count}});
+  }
+  return out;
+}
+
+template <class F>
+auto of_best(F field) {
+  return [field](const Candidate& c) { return c.values.best.*field; };
+}
+
+template <class F>
+auto of_values(F field) {
+  return [field](const Candidate& c) { return c.values.*field; };
+}
+
+template <class F>
+auto of_result(F field) {
+  return [field](const SenseResult& r) { return r.result.*field; };
+}
+
+void bind_candidate(nb::module_& m) {
+  nb::class_<Candidate>(m, "Candidate",
+                        "A cluster of points that explain the torques alike, by its best one. A valley is one candidate with its extent.")
+      .def_ro("link", &Candidate::link, "as robot/link")
+      .def_prop_ro("p_L", of_best(&ContactPoint::p_L), "in the link's frame [m] (3)")
+      .def_prop_ro("n_L", of_best(&ContactPoint::n_L), "outward unit normal (3)")
+      .def_prop_ro("f_L", of_best(&ContactPoint::f_L), "on the robot [N] (3)")
+      .def_prop_ro("p_W", of_values(&sensing::Candidate::p_W), "[m] (3)")
+      .def_prop_ro("n_W", of_values(&sensing::Candidate::n_W), "(3)")
+      .def_prop_ro("f_W", of_values(&sensing::Candidate::f_W), "[N] (3)")
+      .def_prop_ro("residual", of_best(&ContactPoint::residual), "l (4.5) [(N m)^2]")
+      .def_prop_ro("explains", of_values(&sensing::Candidate::explains), "the torques, as far as noise and tolerance tell")
+      .def_prop_ro("rank", of_values(&sensing::Candidate::rank), "of J_C: below 3 the force is not unique")
+      .def_prop_ro("extent", of_values(&sensing::Candidate::extent),
+                   "largest distance of its points, of those as good, from the best one [m]")
+      .def_prop_ro("force_spread", of_values(&sensing::Candidate::force_spread), "largest distance of their forces from f_W [N]")
+      .def_prop_ro(
+          "points", [](const Candidate& c) { return rows(c.points, 3, [](const ContactPoint& p) { return p.p_L; }); },
+          "p_L of its points, by residual [m] (points, 3)")
+      .def_prop_ro(
+          "residuals", [](const Candidate& c) { return vector_of(c.points, [](const ContactPoint& p) { return p.residual; }); },
+          "l of its points [(N m)^2] (points)")
+      .def("__repr__", [](const Candidate& c) {
+        const Eigen::Vector3d& p = c.values.p_W;
+        return fmt::format("Candidate({}{}, p_W=[{:.3f}, {:.3f}, {:.3f}], {:.3g} N, residual={:.2g}, extent={:.3f})", c.link,
+                           c.values.explains ? "" : ", does not explain", p.x(), p.y(), p.z(), c.values.f_W.norm(), c.values.best.residual,
+                           c.values.extent);
+      });
+}
+
+double calc_distance(const SenseResult& r, const std::string& link, const Vector& p_L) {
+  const sensing::KnownContact contact{r.sensor->link_index(link), require_vector3("p_L", p_L), Eigen::Vector3d::Zero()};
+  double out = std::numeric_limits<double>::infinity();
+  for (const sensing::Candidate& c : r.result.candidates)
+    if (c.explains) out = std::min(out, sensing::calc_distance(r.result, c, contact));
+  return out;
+}
+
+void bind_sensed_link(nb::module_& m) {
+  using Link = SensedLink;
+  nb::class_<Link>(m, "SensedLink", "A link on which contacts are looked for.")
+      .def_prop_ro(
+          "name", [](const Link& l) { return l.sensor->link_name(l.index); }, "as robot/link")
+      .def_prop_ro(
+          "p_L", [](const Link& l) { return Rows(l.get().batch.rows.topRows(3).leftCols(l.get().batch.size).transpose()); },
+          "samples, in the link's frame [m] (samples, 3)")
+      .def_prop_ro(
+          "n_L", [](const Link& l) { return Rows(-l.get().batch.rows.middleRows(3, 3).leftCols(l.get().batch.size).transpose()); },
+          "their outward unit normals (samples, 3)")
+      .def_prop_ro(
+          "spacing", [](const Link& l) { return l.get().spacing; }, "root of the area per sample [m]")
+      .def_prop_ro(
+          "joints", [](const Link& l) { return l.get().joints; },
+          "coordinates that move it: below 3 forces are not unique, below 5 points are not")
+      .def_prop_ro(
+          "area", [](const Link& l) { return l.get().surface.area; }, "of its surface [m^2]")
+      .def_prop_ro(
+          "size", [](const Link& l) { return l.get().surface.size; }, "diagonal of its bounding box [m]")
+      .def("__repr__", [](const Link& l) {
+        return fmt::format("<stiction.SensedLink '{}': {} samples, {} joints>", l.sensor->link_name(l.index), l.get().batch.size,
+                           l.get().joints);
+      });
+}
+
+}  // namespace
+
+void bind_sense_results(nb::module_& m) {
+  using sensing::Verdict;
+  nb::enum_<Verdict>(m, "Verdict", "What torques say of contacts.")
+      .value("BelowThreshold", Verdict::BelowThreshold, "no contact, or one that these torques do not show")
+      .value("Explained", Verdict::Explained, "at least one candidate makes the torques, as far as noise and tolerance tell")
+      .value("Unexplained", Verdict::Unexplained,
+             "a single contact on the sensed links does not: several contacts, another link, or a wrong friction");
+  bind_sensed_link(m);
+  bind_candidate(m);
+  using Result = sensing::SenseResult;
+  nb::class_<SenseResult>(m, "SenseResult")
+      .def_prop_ro("verdict", of_result(&Result::verdict))
+      .def_prop_ro("candidates", &candidates_of, "those that explain first, then by residual")
+      .def_prop_ro("explained", of_result(&Result::explained), "l up to which torques count as explained [(N m)^2]")
+      .def_prop_ro("samples", of_result(&Result::samples))
+      .def_prop_ro("accepted", of_result(&Result::accepted), "samples with a residual small enough")
+      .def_prop_ro("descents", of_result(&Result::descents))
+      .def_prop_ro("converged", of_result(&Result::converged), "of the descents")
+      .def("calc_distance", &calc_distance, "link"_a, "p_L"_a,
+           "Distance of a known contact, p_L in the frame of a link [m] (3), from the nearest point that explains the torques [m]; inf "
+           "where "
+           "none is on that link.")
+      .def("__repr__", [](const SenseResult& r) {
+        return fmt::format("<stiction.SenseResult: {}, {} candidates>", sensing::to_string(r.result.verdict), r.result.candidates.size());
+      });
+}
+
+}  // namespace stiction::python

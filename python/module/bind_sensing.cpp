@@ -1,0 +1,315 @@
+#include <fmt/format.h>
+
+#include "sensor.hpp"
+#include "stiction/sensing/detectability.hpp"
+
+namespace stiction::python {
+
+sensing::SenseWorkspace Sensor::take() {
+  const std::lock_guard lock(mutex_);
+  if (idle_.empty()) return sensing::SenseWorkspace(sensor_);
+  sensing::SenseWorkspace out = std::move(idle_.back());
+  idle_.pop_back();
+  return out;
+}
+
+void Sensor::put(sensing::SenseWorkspace&& work) {
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(work));
+}
+
+Eigen::VectorXd configuration_of(const world::Model& model, const std::string& name, Eigen::Ref<const Eigen::VectorXd> q) {
+  if (q.size() != model.n_a()) {
+    world::require_configuration(model, name, q);
+    return q;
+  }
+  core::require_finite(name, {q.data(), static_cast<std::size_t>(q.size())});
+  return sensing::place_robots(model, q);
+}
+
+SenseResult sense(Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const SenseResult* last,
+                  const sensing::SenseOptions& options) {
+  if (last != nullptr && last->sensor != sensor.ptr()) core::throw_invalid("last", "a result of another sensor", "one of this sensor");
+  std::vector<sensing::ContactPoint> points;
+  if (last != nullptr) points = last->result.best_points();
+  SenseResult out{sensor.ptr(), {}};
+  Sensor::Borrowed borrowed(sensor);
+  sensing::sense(sensor.get(), {q, tau, &points}, options, borrowed.work(), out.result);
+  return out;
+}
+
+std::vector<SenseResult> sense_series(Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau,
+                                      const sensing::SenseOptions& options) {
+  std::vector<SenseResult> out;
+  out.reserve(static_cast<std::size_t>(q.cols()));
+  for (Eigen::Index i = 0; i < q.cols(); ++i)
+    out.push_back(sense(sensor, configuration_of(sensor.model(), fmt::format("q[{}]", i), q.col(i)), tau.col(i),
+                        out.empty() ? nullptr : &out.back(), options));
+  return out;
+}
+
+namespace {
+
+using sensing::SenseOptions;
+using sensing::SensorOptions;
+using sensing::SurfaceOptions;
+
+std::shared_ptr<Sensor> make_sensor(const ModelPtr& model, const std::vector<std::string>& links, int samples, sensing::Sampling sampling,
+                                    sensing::Normals normals, std::uint64_t seed, const SurfaceOptions& surface) {
+  const nb::gil_scoped_release unlocked;
+  return std::make_shared<Sensor>(sensing::Sensor::make(model, {links, samples, sampling, normals, seed, surface}));
+}
+
+/// Defines a method of Sensor with the arguments of `function` followed by those of sense(), which are the same everywhere.
+template <class R, class... Head, class... Arguments>
+void def_with_sense_options(nb::class_<Sensor>& type, const char* name, R (*function)(const SenseOptions&, Sensor&, Head...),
+                            const char* doc, const Arguments&... arguments) {
+  const SenseOptions standard;
+  const std::string text = std::string(doc) + R"(
+
+Options:
+  friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
+  noise: standard deviation of each torque [N m], > 0.
+  threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 noise.
+  accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
+  tolerance: share of |tau| that an explanation may leave where there is no noise.
+  method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
+  merge: points nearer than this many sample spacings are one candidate.
+  thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
+
+Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.)";
+  type.def(
+      name,
+      [function](Sensor& self, Head... head, double friction, int rays, double noise, std::optional<double> threshold,
+                 std::optional<double> accept, double accept_share, double tolerance, const sensing::Method& method, double merge,
+                 double thin) {
+        const SenseOptions options{
+            sensing::FrictionCone(friction, rays), noise, threshold, accept, accept_share, tolerance, method, merge, thin};
+        return function(options, self, head...);
+      },
+      arguments..., "friction"_a = standard.cone.friction(), "rays"_a = standard.cone.rays(), "noise"_a = standard.noise,
+      "threshold"_a = nb::none(), "accept"_a = nb::none(), "accept_share"_a = standard.accept_share, "tolerance"_a = standard.tolerance,
+      "method"_a = standard.method, "merge"_a = standard.merge, "thin"_a = standard.thin, text.c_str());
+}
+
+SenseResult sense_once(const SenseOptions& options, Sensor& sensor, Vector q, Vector tau, const SenseResult* last) {
+  const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.value);
+  const nb::gil_scoped_release unlocked;
+  return sense(sensor, full, tau.value, last, options);
+}
+
+std::vector<SenseResult> sense_many(const SenseOptions& options, Sensor& sensor, Matrix q, Matrix tau) {
+  if (q.value.rows() != tau.value.rows())
+    core::throw_invalid("tau", fmt::format("{} moments", tau.value.rows()), fmt::format("those of q, {}", q.value.rows()));
+  const nb::gil_scoped_release unlocked;
+  return sense_series(sensor, q.value.transpose(), tau.value.transpose(), options);
+}
+
+/// Vectors, one a row. @throws core::InvalidInput: not (n, 3), not finite
+const Eigen::MatrixXd& require_points(const char* name, const Matrix& matrix) {
+  if (matrix.value.cols() != 3)
+    core::throw_invalid(name, fmt::format("shape ({}, {})", matrix.value.rows(), matrix.value.cols()), "(points, 3)");
+  core::require_finite(name, {matrix.value.data(), static_cast<std::size_t>(matrix.value.size())});
+  return matrix.value;
+}
+
+/// Points of a surface with their outward normals, of any length but 0.
+sensing::SampleBatch make_batch(const Matrix& p_L, const Matrix& n_L) {
+  const Eigen::MatrixXd& points = require_points("p_L", p_L);
+  const Eigen::MatrixXd& normals = require_points("n_L", n_L);
+  if (points.rows() != normals.rows())
+    core::throw_invalid("n_L", fmt::format("{} normals", normals.rows()), fmt::format("one for each point, {}", points.rows()));
+  sensing::SampleBatch out;
+  out.resize(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d n = normals.row(i);
+    if (!(n.norm() > 0)) core::throw_invalid(fmt::format("n_L[{}]", i), "0", "a direction");
+    out.set(i, points.row(i).transpose(), sensing::make_contact_frame(n.normalized()));
+  }
+  return out;
+}
+
+std::vector<SensedLink> links_of(const Sensor& sensor) {
+  std::vector<SensedLink> out;
+  for (int i = 0; i < static_cast<int>(sensor.get().links().size()); ++i) out.push_back({sensor.ptr(), i});
+  return out;
+}
+
+const sensing::SensedLink& link_of(const Sensor& sensor, const std::string& name) {
+  return sensor.get().links()[static_cast<std::size_t>(sensor.get().link_index(name))];
+}
+
+Eigen::VectorXd calc_residuals(Sensor& sensor, const Vector& q, const Vector& tau, const std::string& link, const Matrix& p_L,
+                               const Matrix& n_L, double friction, int rays) {
+  const world::Model& model = sensor.model();
+  const Eigen::VectorXd full = configuration_of(model, "q", q.value);
+  require_vector("tau", tau, model.n_a());
+  const sensing::SampleBatch batch = make_batch(p_L, n_L);
+  const sensing::FrictionCone cone(friction, rays);
+  const int body = link_of(sensor, link).surface.body;
+  const nb::gil_scoped_release unlocked;
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, full, work, kinematics);
+  Eigen::Matrix3Xd J_w, J_v;
+  sensing::calc_link_jacobian(model, kinematics, body, J_w, J_v);
+  Eigen::VectorXd out(batch.rows.cols());
+  sensing::calc_residuals(sensing::LinkTorque(J_w, J_v, tau.value), batch, cone, out);
+  return out.head(batch.size);
+}
+
+Eigen::VectorXd calc_undetectability(Sensor& sensor, const std::string& link, const Matrix& p_L, const Matrix& n_L, double friction,
+                                     double epsilon) {
+  core::require_nonnegative("friction", friction);
+  core::require_positive("epsilon", epsilon);
+  const sensing::SampleBatch batch = make_batch(p_L, n_L);
+  const sensing::JointLine joint = sensing::find_joint_line(sensor.model(), link_of(sensor, link).surface.body);
+  Eigen::VectorXd out(batch.size);
+  for (Eigen::Index i = 0; i < batch.size; ++i)
+    out[i] = sensing::calc_undetectability(joint.lever(batch.p_L(i)), batch.R_LC(i).col(0), friction, epsilon);
+  return out;
+}
+
+sensing::DetectabilityMap calc_detectability(Sensor& sensor, const std::string& link, double friction, int rays, double epsilon) {
+  core::require_positive("epsilon", epsilon);
+  const sensing::FrictionCone cone(friction, rays);
+  const nb::gil_scoped_release unlocked;
+  return sensing::calc_detectability(sensor.model(), link_of(sensor, link), cone, epsilon);
+}
+
+Eigen::VectorXd calc_contact_torque(const ModelPtr& model, const Vector& q, const std::string& link, const Vector& p_L, const Vector& f_L) {
+  const Eigen::VectorXd full = configuration_of(*model, "q", q.value);
+  const int body = find_link(*model, "link", link);
+  return sensing::calc_contact_torque(*model, full, body, require_vector3("p_L", p_L), require_vector3("f_L", f_L));
+}
+
+void bind_options(nb::module_& m) {
+  const SurfaceOptions surface;
+  nb::enum_<sensing::Sampling>(m, "Sampling", "How samples lie on a link.")
+      .value("Uniform", sensing::Sampling::Uniform, "independent, uniform by area")
+      .value("Stratified", sensing::Sampling::Stratified, "one in each of equal areas");
+  nb::enum_<sensing::Normals>(m, "Normals", "Normals of a surface.")
+      .value("Flat", sensing::Normals::Flat, "of the triangle")
+      .value("Smooth", sensing::Normals::Smooth, "of the corners, over edges that are not sharp");
+  nb::class_<SurfaceOptions>(m, "SurfaceOptions", R"(What of a link counts as its surface.
+
+  segments: triangles around a sphere, a cylinder or a capsule, >= 3.
+  rays: from each point whose visibility is tested; 0: hidden faces stay.
+  postures: of the robot in which a face may be seen, >= 1.
+  crease: edges sharper than this stay sharp with smooth normals [rad].)")
+      .def(
+          "__init__",
+          [](SurfaceOptions* self, int segments, int rays, int postures, double crease) {
+            new (self) SurfaceOptions{segments, rays, postures, crease};
+          },
+          nb::kw_only(), "segments"_a = surface.segments, "rays"_a = surface.rays, "postures"_a = surface.postures,
+          "crease"_a = surface.crease)
+      .def_ro("segments", &SurfaceOptions::segments)
+      .def_ro("rays", &SurfaceOptions::rays)
+      .def_ro("postures", &SurfaceOptions::postures)
+      .def_ro("crease", &SurfaceOptions::crease)
+      .def("__repr__", [](const SurfaceOptions& o) {
+        return fmt::format("SurfaceOptions(segments={}, rays={}, postures={}, crease={})", o.segments, o.rays, o.postures, o.crease);
+      });
+  using sensing::GaussNewton, sensing::RejectionSampling, sensing::SteepestDescent;
+  const GaussNewton newton;
+  nb::class_<GaussNewton>(m, "GaussNewton", "Levenberg-Marquardt on point and force together; steps in shares of the link's size.")
+      .def(
+          "__init__",
+          [](GaussNewton* self, int max_steps, double tol_step, double damping, double max_step) {
+            new (self) GaussNewton{max_steps, tol_step, damping, max_step};
+          },
+          nb::kw_only(), "max_steps"_a = newton.max_steps, "tol_step"_a = newton.tol_step, "damping"_a = newton.damping,
+          "max_step"_a = newton.max_step)
+      .def("__repr__", [](const GaussNewton& o) {
+        return fmt::format("GaussNewton(max_steps={}, tol_step={}, damping={}, max_step={})", o.max_steps, o.tol_step, o.damping,
+                           o.max_step);
+      });
+  const SteepestDescent steepest;
+  nb::class_<SteepestDescent>(m, "SteepestDescent", "Algorithm 4 of the thesis (RSGD): steepest descent on the surface.")
+      .def(
+          "__init__",
+          [](SteepestDescent* self, int max_steps, double tol_gradient, double armijo, double backtrack, int max_backtracks,
+             double max_step) { new (self) SteepestDescent{max_steps, tol_gradient, armijo, backtrack, max_backtracks, max_step}; },
+          nb::kw_only(), "max_steps"_a = steepest.max_steps, "tol_gradient"_a = steepest.tol_gradient, "armijo"_a = steepest.armijo,
+          "backtrack"_a = steepest.backtrack, "max_backtracks"_a = steepest.max_backtracks, "max_step"_a = steepest.max_step)
+      .def("__repr__", [](const SteepestDescent& o) {
+        return fmt::format("SteepestDescent(max_steps={}, tol_gradient={}, armijo={}, backtrack={}, max_backtracks={}, max_step={})",
+                           o.max_steps, o.tol_gradient, o.armijo, o.backtrack, o.max_backtracks, o.max_step);
+      });
+  nb::class_<RejectionSampling>(m, "RejectionSampling", "The accepted samples as they are (4.9).")
+      .def(nb::init<>())
+      .def("__repr__", [](const RejectionSampling&) { return "RejectionSampling()"; });
+}
+
+void bind_detectability(nb::module_& m) {
+  using sensing::Detectability, sensing::DetectabilityMap;
+  nb::enum_<Detectability>(m, "Detectability", "What the torque of the last joint before a link shows of a contact (4.7).")
+      .value("Undetectable", Detectability::Undetectable, "no force of the cone makes a torque")
+      .value("Partial", Detectability::Partial, "some do")
+      .value("Full", Detectability::Full, "every one does, but 0");
+  nb::class_<DetectabilityMap>(m, "DetectabilityMap", "Of the samples of a link.")
+      .def_ro("kinds", &DetectabilityMap::kinds, "per sample")
+      .def_ro("eta", &DetectabilityMap::eta, "share of the unit forces whose torque is at most epsilon (4.8), in [0, 1] (samples)")
+      .def_ro("full", &DetectabilityMap::full, "number of fully detectable samples");
+}
+
+}  // namespace
+
+void bind_sensing(nb::module_& m) {
+  bind_options(m);
+  bind_detectability(m);
+  bind_sense_results(m);
+  const SensorOptions standard;
+  auto sensor =
+      nb::class_<Sensor>(m, "Sensor",
+                         R"(Surfaces and samples of the links of a robot, on which contacts are looked for. Immutable, shared by threads.
+
+  model: with at least one robot.
+  links: "robot/link", * matches any run of characters; empty: all that a joint moves and that have geometry.
+  samples: on each link, >= 1. sampling, normals: Sampling.Stratified, Normals.Flat.
+  seed: of samples and of the postures in which faces may be seen.
+  surface: SurfaceOptions().
+
+Raises InvalidInput: a pattern that matches no link; a link that no joint moves or that has no surface.)")
+          .def(nb::new_(&make_sensor), "model"_a, nb::kw_only(), "links"_a = standard.links, "samples"_a = standard.samples,
+               "sampling"_a = standard.sampling, "normals"_a = standard.normals, "seed"_a = standard.seed, "surface"_a = standard.surface)
+          .def_prop_ro("model", [](const Sensor& s) { return s.get().model_ptr(); })
+          .def_prop_ro("links", &links_of, "the sensed ones, in the order of the model")
+          .def_prop_ro(
+              "notes", [](const Sensor& s) { return std::vector<std::string>(s.get().notes().begin(), s.get().notes().end()); },
+              "faces left out, and links whose joints leave contacts ambiguous")
+          .def("calc_residuals", &calc_residuals, "q"_a, "tau"_a, "link"_a, "p_L"_a, "n_L"_a, nb::kw_only(),
+               "friction"_a = SenseOptions{}.cone.friction(), "rays"_a = SenseOptions{}.cone.rays(),
+               R"(l(p) = min over f in the cone of |J_C^T f - tau|^2 at given points (4.5) [(N m)^2] (points).
+
+  q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. link: "robot/link".
+  p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].)")
+          .def(
+              "calc_undetectability", &calc_undetectability, "link"_a, "p_L"_a, "n_L"_a, nb::kw_only(),
+              "friction"_a = SenseOptions{}.cone.friction(), "epsilon"_a,
+              R"(eta (4.8) at given points: share of the unit forces of the exact cone whose torque is at most epsilon [N m/N], > 0 (points).
+
+  p_L, n_L: points and outward normals, in the link's frame (points, 3) [m].)")
+          .def("calc_detectability", &calc_detectability, "link"_a, nb::kw_only(), "friction"_a = SenseOptions{}.cone.friction(),
+               "rays"_a = SenseOptions{}.cone.rays(), "epsilon"_a,
+               "What the torque of the last joint shows at every sample of a link (4.7), (4.8).");
+  def_with_sense_options(sensor, "sense", &sense_once,
+                         R"(Every single contact on the sensed links that makes the torques.
+
+  q: configuration (n_q), or joint positions alone (n_a) with objects at their placed frames [rad or m].
+  tau: external torques (n_a), in the order of u: measured ones less those of gravity and motion [N m; N].
+  last: result of the cycle before, whose candidates are starts as well.)",
+                         "q"_a, "tau"_a, "last"_a = nb::none(), nb::kw_only());
+  def_with_sense_options(sensor, "sense_series", &sense_many, R"(The same for a series, each moment from the candidates of the one before.
+
+  q: (time, n_q) or (time, n_a). tau: (time, n_a) [N m; N].)",
+                         "q"_a, "tau"_a, nb::kw_only());
+  m.def("calc_contact_torque", &calc_contact_torque, "model"_a, "q"_a, "link"_a, "p_L"_a, "f_L"_a,
+        R"(Torques (n_a) of a force on a link [N m; N] (Y.1).
+
+  q: (n_q), or joint positions (n_a). p_L, f_L: point [m] and force on the robot [N], in the link's frame (3).)");
+  bind_sensing_scenario(m);
+}
+
+}  // namespace stiction::python

@@ -1,0 +1,80 @@
+#include <fmt/format.h>
+
+#include "scenario_file.hpp"
+#include "sensor.hpp"
+#include "yaml_text.hpp"
+
+namespace stiction::python {
+namespace {
+
+/// A scenario with its sensor, made once.
+struct Scenario {
+  sensing::Scenario values;
+  std::shared_ptr<Sensor> sensor;
+};
+
+struct KnownContact {
+  std::string link;
+  Eigen::Vector3d p_L, f_L;
+};
+
+Scenario with_sensor(sensing::Scenario&& scenario) {
+  auto sensor = std::make_shared<Sensor>(scenario.sensor);
+  return {std::move(scenario), std::move(sensor)};
+}
+
+Scenario load(const ScenarioFile& scenario) {
+  const auto file = file_of(scenario);
+  const nb::gil_scoped_release unlocked;
+  return with_sensor(sensing::load_scenario(file, tasks::default_package_dirs()));
+}
+
+std::optional<KnownContact> contact_of(const Scenario& s) {
+  if (!s.values.contact) return std::nullopt;
+  return KnownContact{s.values.sensor->link_name(s.values.contact->link), s.values.contact->p_L, s.values.contact->f_L};
+}
+
+std::vector<SenseResult> sense_scenario(Scenario& scenario) {
+  const nb::gil_scoped_release unlocked;
+  return sense_series(*scenario.sensor, scenario.values.series.q, scenario.values.series.tau, scenario.values.options);
+}
+
+std::vector<SenseResult> sense_file(const ScenarioFile& file) {
+  Scenario scenario = load(file);
+  return sense_scenario(scenario);
+}
+
+}  // namespace
+
+void bind_sensing_scenario(nb::module_& m) {
+  nb::class_<KnownContact>(m, "KnownContact", "A contact from which the torques of a scenario were computed.")
+      .def_ro("link", &KnownContact::link, "as robot/link")
+      .def_ro("p_L", &KnownContact::p_L, "in the link's frame [m] (3)")
+      .def_ro("f_L", &KnownContact::f_L, "on the robot [N] (3)")
+      .def("__repr__", [](const KnownContact& c) {
+        return fmt::format("KnownContact({}, p_L=[{:.3f}, {:.3f}, {:.3f}], {:.3g} N)", c.link, c.p_L.x(), c.p_L.y(), c.p_L.z(),
+                           c.f_L.norm());
+      });
+  nb::class_<Scenario>(m, "SensingScenario", "A robot and what was measured, as a file says (tasks/schema/sensing.schema.json).")
+      .def_prop_ro("name", [](const Scenario& s) { return s.values.name; })
+      .def_prop_ro("description", [](const Scenario& s) { return s.values.description; })
+      .def_prop_ro("file", [](const Scenario& s) { return s.values.file; })
+      .def_ro("sensor", &Scenario::sensor)
+      .def_prop_ro(
+          "times", [](const Scenario& s) { return vector_of(s.values.series.times); }, "[s] (time)")
+      .def_prop_ro(
+          "q", [](const Scenario& s) { return rows(s.values.series.q); }, "joint positions [rad or m] (time, n_a)")
+      .def_prop_ro(
+          "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "external torques [N m; N] (time, n_a)")
+      .def_prop_ro("contact", &contact_of, "where the file gives it instead of torques, or None")
+      .def("__repr__", [](const Scenario& s) {
+        return fmt::format("<stiction.SensingScenario '{}': {} moments>", s.values.name, s.values.series.times.size());
+      });
+  m.def("load_sensing_scenario", &load, "scenario"_a,
+        "A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\".");
+  m.def("sense", &sense_scenario, "scenario"_a,
+        "What every moment of a scenario says, with the scenario's options, each from the candidates of the one before.");
+  m.def("sense", &sense_file, "scenario"_a, "The same of load_sensing_scenario(scenario).");
+}
+
+}  // namespace stiction::python

@@ -1,0 +1,223 @@
+"""Control from Python: closed forms of one joint, bounded forces, ticks that are held, scenarios, mistakes."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULE = ROOT / "build" / "release" / "python"
+if not (MODULE / "stiction").is_dir():
+    pytest.skip(f"{MODULE} does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(MODULE))
+
+import stiction as st  # noqa: E402
+
+DT = 0.005  # [s]
+STIFFNESS = 1000.0  # [N/m]
+CART = """<robot name="cart"><link name="base"/><link name="ball">
+<inertial><mass value="1"/><inertia ixx="0.004" iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision name="ball"><geometry><sphere radius="0.1"/></geometry></collision></link>
+<joint name="x" type="prismatic"><parent link="base"/><child link="ball"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" effort="1000" velocity="1"/></joint></robot>"""
+BALL = "cart/ball"
+
+
+@pytest.fixture(scope="module")
+def cart(tmp_path_factory: pytest.TempPathFactory) -> st.Model:
+    folder = tmp_path_factory.mktemp("cart")
+    (folder / "cart.urdf").write_text(CART)
+    return st.load_model({"robots": [{"name": "cart", "urdf": "cart.urdf", "stiffness": STIFFNESS}]}, base=folder)
+
+
+def make(model: st.Model, **options: object) -> st.ContactController:
+    still = st.ForceDampingOptions(largest=0)
+    return st.ContactController(model, **{"damping": still, "force_time_constant": 0, "prismatic_speed": 1e3, **options})
+
+
+def against_wall(force: float, lambda_max: float | None = None) -> st.ContactForce:
+    """The wall pushes the ball back."""
+    return st.ContactForce(body=BALL, p_WC=[0.1, 0, 0], force_W=[-force, 0, 0], lambda_max=lambda_max)
+
+
+# ---- values
+
+
+def test_without_contact_the_command_is_the_reference(cart: st.Model) -> None:
+    controller = make(cart)
+    controller.configure([0.0])
+    command = controller.update(st.ControllerState(time=0, q=[0.0], q_ref=[0.3]), DT)
+    assert command.status == st.Status.Solved and command.q_cmd == pytest.approx([0.3], abs=1e-12)
+    assert command.taken == [] and command.lambda_.shape == (0,) and not command.held
+
+
+def test_command_moves_no_faster_than_its_speed(cart: st.Model) -> None:
+    controller = make(cart, prismatic_speed=0.2)
+    controller.configure([0.0])
+    for tick in range(3):
+        command = controller.update(st.ControllerState(time=tick * DT, q=[0.0], q_ref=[0.5]), DT)
+        assert command.q_cmd == pytest.approx([(tick + 1) * 0.2 * DT], rel=1e-12)
+
+
+@pytest.mark.parametrize("bound", [5.0, 20.0, 60.0])
+def test_spring_presses_with_the_bound_at_most(cart: st.Model, bound: float) -> None:
+    """One contact that stands still: its force is K (q_cmd - q), and the command the reference or where that force is the bound."""
+    controller = make(cart, lambda_max=bound, force_threshold=1)
+    controller.configure([0.004])
+    command = controller.update(st.ControllerState(time=0, q=[0.0], q_ref=[0.04], contacts=[against_wall(4)]), DT)
+    wanted = min(0.04, bound / STIFFNESS)
+    # Contacts are softer than rigid by contact_compliance, which the bound may use.
+    assert command.q_cmd[0] == pytest.approx(wanted, rel=0.02)
+    # Of what tracking alone would break, 1/(1 + force_priority) is left.
+    assert command.slack[0] == pytest.approx(max(0.0, command.lambda_[0] - bound), abs=1e-9)
+    assert command.slack[0] <= max(0.0, 0.04 * STIFFNESS - bound) / 1e6 + 1e-9
+    assert command.q_next == pytest.approx([0.0], abs=0.02 * wanted)
+
+
+def test_own_bound_of_a_contact_goes_before_that_of_the_controller(cart: st.Model) -> None:
+    commands = []
+    for own in (None, 5.0):
+        controller = make(cart, lambda_max=30, force_threshold=1)
+        controller.configure([0.004])
+        contacts = [against_wall(4, own)]
+        commands.append(controller.update(st.ControllerState(time=0, q=[0.0], q_ref=[0.1], contacts=contacts), DT))
+    assert commands[0].lambda_ == pytest.approx([30], abs=100e-6) and commands[1].lambda_ == pytest.approx([5], abs=100e-6)  # of 100 N, 1e-6 is left
+    assert commands[1].taken[0].lambda_max == 5.0 and commands[1].taken[0].body == BALL
+
+
+def test_baseline_tracks_whatever_the_force(cart: st.Model) -> None:
+    controller = make(cart, law=st.Law.Unconstrained)
+    controller.configure([0.0])
+    command = controller.update(st.ControllerState(time=0, q=[0.0], q_ref=[0.5], contacts=[against_wall(10)]), DT)
+    assert command.q_cmd == pytest.approx([0.5]) and command.lambda_ is None and command.q_next is None
+
+
+def test_tool_is_led_to_its_place() -> None:
+    scenario = st.load_control_scenario("box_in_the_way")
+    model, q = scenario.model, np.array(scenario.start)
+    controller = make(model, posture_weight=1e-6, revolute_speed=1e3)
+    controller.configure(q)
+    X_WT = model.body_poses(q)[scenario.tool] @ scenario.X_BT
+    wanted = st.Pose(X_WT.R, X_WT.p + [0.0, 0.02, -0.01])
+    for tick in range(10):  # free: a robot goes where it is commanded
+        tool = st.ToolReference(body=scenario.tool, X_BT=scenario.X_BT, X_WT=wanted)
+        q = controller.update(st.ControllerState(time=tick * DT, q=q, q_ref=scenario.start, tool=tool), DT).q_cmd
+    reached = model.body_poses(q)[scenario.tool] @ scenario.X_BT
+    assert np.linalg.norm(reached.p - wanted.p) < 1e-4 and np.allclose(reached.R, wanted.R, atol=1e-3)
+
+
+def test_old_measurement_changes_nothing_and_configure_starts_anew(cart: st.Model) -> None:
+    controller = make(cart)
+    controller.configure([0.0])
+    first = controller.update(st.ControllerState(time=1, q=[0.0], q_ref=[0.3]), DT)
+    for time in (1, 0.5):
+        again = controller.update(st.ControllerState(time=time, q=[0.0], q_ref=[0.7]), DT)
+        assert again.held and np.array_equal(again.q_cmd, first.q_cmd)
+    controller.configure([0.1])
+    anew = controller.update(st.ControllerState(time=0, q=[0.1], q_ref=[0.2]), DT)
+    assert not anew.held and anew.q_cmd == pytest.approx([0.2])
+    assert not first.held and first.q_cmd == pytest.approx([0.3])  # a command stays what it was
+
+
+# ---- scenarios
+
+
+def test_scenario_comes_to_what_the_program_says(program: Path) -> None:
+    done = subprocess.run([program, "control", str(ROOT / "scenarios/box_in_the_way.yaml"), "--json"], capture_output=True, text=True, timeout=120)
+    said = json.loads(done.stdout)
+    run = st.control("box_in_the_way")
+    for name in ("peak_force", "settled_peak", "mean_force", "bound_error", "rms_error_contact", "peak_speed", "slack_ticks"):
+        assert getattr(run, name) == said[name], name
+    n, n_a = len(run.times), 7
+    assert run.q.shape == run.q_cmd.shape == (n, n_a) and run.reference.shape == (n, 6) and len(run.forces) == n
+    assert run.largest_force.shape == run.bounded.shape == run.slack.shape == (n,) and run.bounded.dtype == bool
+    assert run.largest_force.max() == run.peak_force and np.allclose(np.diff(run.times), DT)
+    k = int(np.argmax(run.largest_force))
+    assert max(np.linalg.norm(force.force_W) for force in run.forces[k]) == run.peak_force
+
+
+def test_bound_and_law_are_those_asked_for() -> None:
+    scenario = st.load_control_scenario(ROOT / "scenarios" / "box_in_the_way.yaml")
+    soft = st.control(scenario, lambda_max=8)
+    hard = st.control(scenario, law=st.Law.Unconstrained)
+    assert soft.bounded_ticks > 200 and soft.bound_p95 < 1.2 * 8 and hard.mean_force > 4 * soft.mean_force
+    assert scenario.lambda_max == 15 and scenario.law == st.Law.ContactAware  # a scenario is not changed by its runs
+    assert np.array_equal(scenario.calc_reference(0), np.zeros(6)) and np.allclose(scenario.calc_reference(5), [0, 0.15, 0, 0, 0, 0])
+
+
+def test_time_that_is_used_up_is_a_status() -> None:
+    assert st.control("box_in_the_way", timeout_s=1e-9).status == st.Status.MaxIterations
+
+
+# ---- mistakes
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"lambda_max": 0}, "^lambda_max: got 0, expected a finite number > 0"),
+        ({"lambda_max": math.nan}, "^lambda_max: got nan"),
+        ({"force_threshold": 20}, "^force_threshold: got 20"),
+        ({"max_contacts": -1}, "^max_contacts: got -1"),
+        ({"torque": [1, 2]}, "^torque: got 2 numbers, expected 1"),
+        ({"damping": st.ForceDampingOptions(forget_rate=2)}, "forget_rate"),
+        ({"force_priority": 1}, "^force_priority"),
+    ],
+)
+def test_mistakes_of_a_controller_are_named(cart: st.Model, options: dict, message: str) -> None:
+    with pytest.raises(st.InvalidInput, match=message):
+        st.ContactController(cart, **options)
+
+
+@pytest.mark.parametrize(
+    ("changes", "dt", "message"),
+    [
+        ({}, 0, "^dt: got 0, expected a finite number > 0"),
+        ({}, math.nan, "^dt: got nan"),
+        ({"q": [0.0, 1.0]}, DT, "^q: got 2 numbers, expected 1"),
+        ({"q": [math.nan]}, DT, "^q: got nan"),
+        ({"q_ref": []}, DT, "^q_ref: got 0 numbers, expected 1"),
+        ({"time": math.inf}, DT, "^time: got inf"),
+        ({"contacts": [st.ContactForce(body="cart/bal", p_WC=[0, 0, 0], force_W=[1, 0, 0])]}, DT, "^contact.body: got 'cart/bal', expected one of .*did you mean 'cart/ball'"),
+        ({"tool": st.ToolReference(body="wall", X_BT=st.Pose(np.eye(3), np.zeros(3)), X_WT=st.Pose(np.eye(3), np.zeros(3)))}, DT, "^tool.body: got 'wall'"),
+    ],
+)
+def test_mistakes_of_a_tick_are_named(cart: st.Model, changes: dict, dt: float, message: str) -> None:
+    controller = make(cart)
+    controller.configure([0.0])
+    with pytest.raises(st.InvalidInput, match=message):
+        controller.update(st.ControllerState(**{"time": 0, "q": [0.0], "q_ref": [0.0], **changes}), dt)
+
+
+def test_other_mistakes_are_named(cart: st.Model) -> None:
+    with pytest.raises(st.InvalidInput, match="^p_WC: got 2 numbers"):
+        st.ContactForce(body=BALL, p_WC=[0, 0], force_W=[1, 0, 0])
+    with pytest.raises(st.InvalidInput, match=r"^force_W\[0\]: got nan"):
+        st.ContactForce(body=BALL, p_WC=[0, 0, 0], force_W=[math.nan, 0, 0])
+    with pytest.raises(st.InvalidInput, match="^lambda_max: got -1"):
+        st.ContactForce(body=BALL, p_WC=[0, 0, 0], force_W=[1, 0, 0], lambda_max=-1)
+    with pytest.raises(st.InvalidInput, match="^q: got 2 numbers"):
+        make(cart).configure([0, 0])
+    for options, message in (({"lambda_max": -1}, "^lambda_max"), ({"settle": -1}, "^settle"), ({"timeout_s": 0}, "^timeout_s"), ({"friction_scale": -1}, "^friction_scale")):
+        with pytest.raises(st.InvalidInput, match=message):
+            st.control("box_in_the_way", **options)
+    with pytest.raises(st.InvalidInput, match="^scenario: got 'box', expected a file ending in .yaml or one of .*box_in_the_way"):
+        st.control("box")
+
+
+# ---- example
+
+
+def test_example_presses_with_its_bound_where_tracking_alone_presses_harder() -> None:
+    example = ROOT / "python" / "examples" / "bounded_force.py"
+    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    ours, worst, bound, tracking = (float(x) for x in re.findall(r"([0-9.]+) N", done.stdout))
+    assert abs(ours - bound) < 0.02 * bound and worst < 1.05 * bound and tracking > 5 * bound

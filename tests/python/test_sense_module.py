@@ -1,0 +1,241 @@
+"""Sensing from Python: known contacts are found, what is at given points, series, scenarios, threads, mistakes."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULE = ROOT / "build" / "release" / "python"
+if not (MODULE / "stiction").is_dir():
+    pytest.skip(f"{MODULE} does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(MODULE))
+
+import stiction as st  # noqa: E402
+
+UR5 = {"robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}]}
+POSTURE = np.array([0.3, -1.2, 1.6, -1.97, -1.57, 0.4])
+WRIST = "arm/wrist_2_link"  # five joints before it: point and force are unique
+
+
+@pytest.fixture(scope="module")
+def sensor() -> st.Sensor:
+    return st.Sensor(st.load_model(UR5), samples=300)
+
+
+def link_of(sensor: st.Sensor, name: str) -> st.SensedLink:
+    return next(link for link in sensor.links if link.name == name)
+
+
+def push(sensor: st.Sensor, name: str, sample: int, newton: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A push along the inward normal at a sample: p_L, f_L, torques."""
+    link = link_of(sensor, name)
+    p_L, f_L = link.p_L[sample], -newton * link.n_L[sample]
+    return p_L, f_L, st.calc_contact_torque(sensor.model, POSTURE, name, p_L, f_L)
+
+
+# ---- values
+
+
+def test_torque_of_a_force_is_its_moment_about_the_joint_axes(sensor: st.Sensor) -> None:
+    p_L, f_L, tau = push(sensor, WRIST, 7, 20)
+    kinematics = sensor.model.calc_kinematics(POSTURE)
+    X_WL = sensor.model.body_poses(POSTURE)[WRIST]
+    p_W, f_W = X_WL.R @ p_L + X_WL.p, X_WL.R @ f_L
+    moments = [kinematics.axis_W[:, j] @ np.cross(p_W - kinematics.origin_W[:, j], f_W) for j in range(5)]
+    assert np.abs(moments).max() > 0.1
+    assert np.allclose(tau, [*moments, 0.0], atol=1e-12)
+
+
+def test_samples_lie_on_the_link_with_unit_normals(sensor: st.Sensor) -> None:
+    assert [link.joints for link in sensor.links] == [1, 2, 3, 4, 5, 6, 6]
+    for link in sensor.links:
+        assert link.p_L.shape == link.n_L.shape == (300, 3)
+        assert np.allclose(np.linalg.norm(link.n_L, axis=1), 1, atol=1e-12)
+        assert link.spacing == pytest.approx(math.sqrt(link.area / 300))
+        assert np.ptp(link.p_L, axis=0).max() <= link.size
+
+
+@pytest.mark.parametrize("sample", [3, 100, 250])
+def test_known_contact_is_found_with_its_force(sensor: st.Sensor, sample: int) -> None:
+    p_L, f_L, tau = push(sensor, WRIST, sample, 20)
+    result = sensor.sense(POSTURE, tau, friction=0.5, noise=0.01)
+    assert result.verdict == st.Verdict.Explained
+    assert result.calc_distance(WRIST, p_L) < link_of(sensor, WRIST).spacing
+    assert result.calc_distance("arm/shoulder_link", [0, 0, 0]) > 0.1
+    X_WL = {name: pose for name, pose in sensor.model.body_poses(POSTURE).items()}
+    for candidate in result.candidates:
+        pose = X_WL[candidate.link]
+        assert np.allclose(candidate.p_W, pose.R @ candidate.p_L + pose.p, atol=1e-12)
+        assert np.allclose(candidate.f_W, pose.R @ candidate.f_L, atol=1e-9)
+        made = st.calc_contact_torque(sensor.model, POSTURE, candidate.link, candidate.p_L, candidate.f_L)
+        assert np.sum((made - tau) ** 2) == pytest.approx(candidate.residual, rel=1e-6, abs=1e-12)
+        assert candidate.explains == (candidate.residual <= result.explained)
+        # Inside the pyramid of (4.2), and so inside the cone.
+        normal = -candidate.n_L @ candidate.f_L
+        assert np.linalg.norm(candidate.f_L + normal * candidate.n_L) <= 0.5 * normal + 1e-9
+        assert candidate.points.shape == (len(candidate.residuals), 3) and np.array_equal(candidate.points[0], candidate.p_L)
+        assert np.all(np.diff(candidate.residuals) >= 0)
+
+
+def test_residuals_at_points_vanish_where_the_contact_is_and_are_those_of_any_force_at_most(sensor: st.Sensor) -> None:
+    link = link_of(sensor, WRIST)
+    _, _, tau = push(sensor, WRIST, 40, 20)
+    residuals = sensor.calc_residuals(POSTURE, tau, WRIST, link.p_L, 3 * link.n_L, friction=0.5)
+    assert residuals.shape == (300,) and residuals[40] <= 1e-12 * (tau @ tau) and np.median(residuals) > 1e-3
+    assert np.all(residuals <= tau @ tau * (1 + 1e-12))  # that of no force
+    for i in (0, 150, 299):
+        for newton in (1, 10, 30):
+            made = st.calc_contact_torque(sensor.model, POSTURE, WRIST, link.p_L[i], -newton * link.n_L[i])
+            assert residuals[i] <= np.sum((made - tau) ** 2) + 1e-12
+    assert np.allclose(sensor.calc_residuals(POSTURE, tau, WRIST, link.p_L, link.n_L, friction=0.5), residuals, atol=1e-12)
+    narrow = sensor.calc_residuals(POSTURE, tau, WRIST, link.p_L, link.n_L, friction=0)
+    assert np.all(narrow >= residuals - 1e-9)
+
+
+def test_weak_torques_are_below_the_threshold_and_impossible_ones_unexplained(sensor: st.Sensor) -> None:
+    quiet = sensor.sense(POSTURE, np.full(6, 0.01))
+    assert quiet.verdict == st.Verdict.BelowThreshold and quiet.candidates == []
+    # A moment about the last joint alone: a single push would turn others as well.
+    assert sensor.sense(POSTURE, [0, 0, 0, 0, 0, 50], noise=0.01).verdict == st.Verdict.Unexplained
+
+
+def test_detectability_counts_directions_whose_torque_is_small(sensor: st.Sensor) -> None:
+    link, epsilon, friction = link_of(sensor, WRIST), 0.01, 0.6
+    found = sensor.calc_detectability(WRIST, friction=friction, epsilon=epsilon)
+    assert len(found.kinds) == 300 and found.full == sum(kind == st.Detectability.Full for kind in found.kinds)
+    eta = sensor.calc_undetectability(WRIST, link.p_L, link.n_L, friction=friction, epsilon=epsilon)
+    assert np.allclose(eta, found.eta, atol=1e-12) and 0 < np.mean((eta > 0) & (eta < 1)) < 1
+    # Against directions drawn in the cone: torque of the joint before the link, in its own axes.
+    kinematics, X_WL = sensor.model.calc_kinematics(POSTURE), sensor.model.body_poses(POSTURE)[WRIST]
+    axis, origin = X_WL.R.T @ kinematics.axis_W[:, 4], X_WL.R.T @ (kinematics.origin_W[:, 4] - X_WL.p)
+    random = np.random.default_rng(0)
+    for i in np.flatnonzero((eta > 0.1) & (eta < 0.9))[:5]:
+        f = random.normal(size=(200_000, 3))
+        f /= np.linalg.norm(f, axis=1)[:, None]
+        f = f[-f @ link.n_L[i] >= 1 / math.hypot(1, friction)]
+        share = np.mean(np.abs(f @ np.cross(axis, link.p_L[i] - origin)) <= epsilon)
+        assert abs(share - eta[i]) < 4 * math.sqrt(0.25 / len(f))  # four standard deviations
+
+
+# ---- series and scenarios
+
+
+def test_series_is_one_measurement_after_the_other(sensor: st.Sensor) -> None:
+    tau = np.vstack([np.zeros(6), push(sensor, WRIST, 3, 10)[2], push(sensor, WRIST, 3, 12)[2]])
+    q = np.tile(POSTURE, (3, 1))
+    results = sensor.sense_series(q, tau, friction=0.5)
+    assert [r.verdict for r in results] == [st.Verdict.BelowThreshold, st.Verdict.Explained, st.Verdict.Explained]
+    last = None
+    for k, result in enumerate(results):
+        last = sensor.sense(q[k], tau[k], last, friction=0.5)
+        assert [c.residual for c in last.candidates] == [c.residual for c in result.candidates]
+
+
+@pytest.mark.parametrize("method", [st.GaussNewton(), st.SteepestDescent(), st.RejectionSampling()], ids=repr)
+def test_every_method_finds_the_link(sensor: st.Sensor, method: object) -> None:
+    p_L, _, tau = push(sensor, WRIST, 3, 20)
+    result = sensor.sense(POSTURE, tau, friction=0.5, noise=0.01, method=method)
+    assert result.calc_distance(WRIST, p_L) < 2 * link_of(sensor, WRIST).spacing
+
+
+def test_scenario_says_what_the_program_says(program: Path) -> None:
+    done = subprocess.run([program, "sense", "panda_wrist", "--json"], capture_output=True, text=True, timeout=120)
+    (moment,) = json.loads(done.stdout)["moments"]
+    (result,) = st.sense("panda_wrist")
+    assert result.verdict.name == moment["verdict"]
+    assert [c.residual for c in result.candidates] == [c["residual"] for c in moment["candidates"]]
+    assert np.array_equal([c.p_W for c in result.candidates], [c["p_W"] for c in moment["candidates"]])
+    scenario = st.load_sensing_scenario(ROOT / "scenarios" / "panda_wrist.yaml")
+    assert scenario.q.shape == scenario.tau.shape == (1, scenario.sensor.model.n_a) and scenario.times[0] == 0
+    assert st.sense(scenario)[0].calc_distance(scenario.contact.link, scenario.contact.p_L) == pytest.approx(moment["distance"], abs=1e-12)
+
+
+def test_threads_share_a_sensor(sensor: st.Sensor) -> None:
+    tau = [push(sensor, WRIST, k, 15)[2] for k in range(8)]
+    expected = [[c.residual for c in sensor.sense(POSTURE, t).candidates] for t in tau]
+    got: dict[int, list[float]] = {}
+
+    def work(k: int) -> None:
+        got[k] = [c.residual for c in sensor.sense(POSTURE, tau[k]).candidates]
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [got[k] for k in range(8)] == expected
+
+
+# ---- mistakes
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"links": ["arm/nothing"]}, "^links: got 'arm/nothing', expected one of"),
+        ({"links": ["arm/base_link"]}, "^links: got 'arm/base_link', which no joint moves"),
+        ({"samples": 0}, "^samples: got 0"),
+        ({"surface": st.SurfaceOptions(segments=2)}, "segments: got 2"),
+    ],
+)
+def test_mistakes_of_a_sensor_are_named(sensor: st.Sensor, options: dict, message: str) -> None:
+    with pytest.raises(st.InvalidInput, match=message):
+        st.Sensor(sensor.model, **options)
+
+
+@pytest.mark.parametrize(
+    ("q", "tau", "options", "message"),
+    [
+        (POSTURE[:5], np.ones(6), {}, "^q: got 5 numbers, expected 6"),
+        (POSTURE * math.nan, np.ones(6), {}, r"^q\[0\]: got nan, expected a finite number"),
+        (POSTURE, np.ones(5), {}, "^tau: got 5 numbers, expected 6"),
+        (POSTURE, [1, 2, math.inf, 0, 0, 0], {}, r"^tau\[2\]: got inf"),
+        (POSTURE, np.ones(6), {"noise": 0}, "^noise: got 0, expected a finite number > 0"),
+        (POSTURE, np.ones(6), {"friction": -1}, "friction"),
+        (POSTURE, np.ones(6), {"rays": 2}, "rays"),
+    ],
+)
+def test_mistakes_of_a_measurement_are_named(sensor: st.Sensor, q: object, tau: object, options: dict, message: str) -> None:
+    with pytest.raises(st.InvalidInput, match=message):
+        sensor.sense(q, tau, **options)
+
+
+def test_other_mistakes_are_named(sensor: st.Sensor) -> None:
+    other = st.Sensor(sensor.model, links=[WRIST], samples=10)
+    with pytest.raises(st.InvalidInput, match="^last: got a result of another sensor"):
+        sensor.sense(POSTURE, np.ones(6), other.sense(POSTURE, np.ones(6)))
+    with pytest.raises(st.InvalidInput, match="^tau: got 2 moments, expected those of q, 3"):
+        sensor.sense_series(np.zeros((3, 6)), np.zeros((2, 6)))
+    with pytest.raises(st.InvalidInput, match=r"^q\[1\]"):
+        sensor.sense_series(np.vstack([POSTURE, POSTURE * math.nan]), np.ones((2, 6)))
+    with pytest.raises(st.InvalidInput, match="^link: got 'wrist', expected one of"):
+        sensor.calc_residuals(POSTURE, np.ones(6), "wrist", np.zeros((1, 3)), np.ones((1, 3)))
+    with pytest.raises(st.InvalidInput, match=r"^p_L: got shape \(1, 2\), expected \(points, 3\)"):
+        sensor.calc_residuals(POSTURE, np.ones(6), WRIST, np.zeros((1, 2)), np.ones((1, 3)))
+    with pytest.raises(st.InvalidInput, match=r"^n_L\[0\]: got 0"):
+        sensor.calc_residuals(POSTURE, np.ones(6), WRIST, np.zeros((1, 3)), np.zeros((1, 3)))
+    with pytest.raises(st.InvalidInput, match="^epsilon: got 0"):
+        sensor.calc_detectability(WRIST, epsilon=0)
+    with pytest.raises(st.InvalidInput, match="^scenario: got 'ur5', expected a file ending in .yaml or one of .*ur5_forearm"):
+        st.sense("ur5")
+    with pytest.raises(st.InvalidInput, match="no.yaml"):
+        st.sense(Path("no.yaml"))
+
+
+# ---- example
+
+
+def test_example_finds_the_contact_that_it_made() -> None:
+    example = ROOT / "python" / "examples" / "where_was_my_robot_touched.py"
+    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert "Explained" in done.stdout and float(re.search(r"contact is ([0-9.]+) cm", done.stdout)[1]) < 2
