@@ -239,3 +239,31 @@ def test_example_finds_the_contact_that_it_made() -> None:
     done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert "Explained" in done.stdout and float(re.search(r"contact is ([0-9.]+) cm", done.stdout)[1]) < 2
+
+
+# ---- tutorial
+
+TUTORIAL = ROOT / "docs" / "tutorials" / "where_was_my_robot_touched.md"
+
+
+def test_series_of_the_tutorial_is_that_of_the_contact_that_it_states(sensor: st.Sensor) -> None:
+    said = re.search(r"computed from (\d+) N on `(\S+)` at\s+\((\S+), (\S+), (\S+)\) m", TUTORIAL.read_text(encoding="utf-8"))
+    newton, link = float(said[1]), said[2]
+    p_L = np.array([float(said[k].replace("−", "-")) for k in (3, 4, 5)])
+    scenario = st.load_sensing_scenario(TUTORIAL.parent / "touch.yaml")
+    sensed = next(s for s in scenario.sensor.links if s.name == link)
+    n_L = sensed.n_L[np.argmin(np.linalg.norm(sensed.p_L - p_L, axis=1))]
+    for q, tau in zip(scenario.q[scenario.times >= 0.2], scenario.tau[scenario.times >= 0.2]):
+        error = tau - st.calc_contact_torque(scenario.sensor.model, q, link, p_L, -newton * n_L)
+        assert np.abs(error).max() < 5 * 0.05 < np.abs(tau).max()
+    results = st.sense(scenario)
+    assert [r.verdict.name for r in results[:3]] == ["BelowThreshold"] * 3
+    assert all(r.candidates[0].link == link and r.calc_distance(link, p_L) < 0.02 for r in results[4:])
+
+
+def test_python_of_the_tutorial_runs_in_the_repository() -> None:
+    (code,) = re.findall(r"^```python\n(.*?)^```", TUTORIAL.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    done = subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": str(MODULE)}, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert len(lines) == 10 and "BelowThreshold" in lines[0] and "arm/wrist_2_link" in lines[-1]
