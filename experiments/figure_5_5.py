@@ -40,8 +40,8 @@ def run(quick: bool) -> Result:
     for law in ("unconstrained", "contact_aware"):
         forces = np.array([r.columns["force"] for r in runs[law]])
         time = runs[law][0].columns["time"]
-        axes.fill_between(time[::8], forces.min(axis=0)[::8], forces.max(axis=0)[::8], color=COLOURS[law], alpha=0.25, lw=0)
-        axes.plot(time[::4], forces.mean(axis=0)[::4], color=COLOURS[law], lw=1, label=LAWS[law])
+        axes.fill_between(time[::16], forces.min(axis=0)[::16], forces.max(axis=0)[::16], color=COLOURS[law], alpha=0.25, lw=0)
+        axes.plot(time[::8], forces.mean(axis=0)[::8], color=COLOURS[law], lw=1, label=LAWS[law])
     add_bounds(axes)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("contact force [N]")

@@ -64,8 +64,8 @@ def run(quick: bool) -> Result:
         shown = (time >= 4) & (time <= WINDOW[1])
         for axis, column in zip(axes, ("force", "speed"), strict=True):
             data = np.array([r.columns[column] for r in runs[law]])[:, shown]
-            axis.fill_between(time[shown][::8], data.min(axis=0)[::8], data.max(axis=0)[::8], color=COLOURS[law], alpha=0.25, lw=0)
-            axis.plot(time[shown][::4], data.mean(axis=0)[::4], color=COLOURS[law], lw=1, label=LAWS[law])
+            axis.fill_between(time[shown][::16], data.min(axis=0)[::16], data.max(axis=0)[::16], color=COLOURS[law], alpha=0.25, lw=0)
+            axis.plot(time[shown][::8], data.mean(axis=0)[::8], color=COLOURS[law], lw=1, label=LAWS[law])
     add_bounds(axes[0])
     axes[0].set_ylabel("contact force [N]")
     axes[1].set_ylabel("‖q̇‖ [rad/s]")
