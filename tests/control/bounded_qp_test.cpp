@@ -180,5 +180,25 @@ TEST(BoundedQpProperty, OneRow_ClosedFormAgreesWithTheActiveSet) {
   }
 }
 
+TEST(BoundedQpProperty, TwoSidesOfARow_ClosedFormAgreesWithTheActiveSet) {
+  core::Random random(4, 0);
+  BoundedQpWorkspace work;
+  BoundedQpResult closed, general;
+  int upper = 0, lower = 0, contradict = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    BoundedQp qp = random_qp(random, 1 + random.index(8), 2, true);
+    qp.A.row(1) = -qp.A.row(0);
+    if (random.chance(0.8)) qp.b[1] = std::abs(qp.b[1]) - qp.b[0];  // else as they come: sides that contradict each other
+    ASSERT_EQ(solve_bounded_qp(qp, {}, work, closed), Status::Solved);
+    ASSERT_EQ(solve_bounded_qp(qp, {.closed_form = false}, work, general), Status::Solved);
+    ASSERT_LE((closed.x - general.x).cwiseAbs().maxCoeff(), 1e-9) << trial;
+    ASSERT_LE(kkt_residual(qp, closed), 1e-8) << trial;
+    upper += closed.y[0] > 0, lower += closed.y[1] > 0, contradict += qp.b[0] + qp.b[1] < 0;
+  }
+  EXPECT_GT(upper, 500);
+  EXPECT_GT(lower, 500);
+  EXPECT_GT(contradict, 100);
+}
+
 }  // namespace
 }  // namespace stiction::control::test

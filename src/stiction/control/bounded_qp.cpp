@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "stiction/control/closed_form.hpp"
+
 namespace stiction::control {
 
 using core::Status;
@@ -28,8 +30,6 @@ void BoundedQpWorkspace::reserve(Index n, Index rows) {
 }
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -62,52 +62,6 @@ bool calc_weights(const BoundedQp& qp, BoundedQpWorkspace& w) {
     w.omega_inverse[i] = (curvature > 0 ? curvature : 1.0) / qp.priority[i];
   }
   return true;
-}
-
-/// Root of  a x(y) − y/ω − b ,  x(y) = clamp(x̂ − y H⁻¹ a) , which falls from y = 0 on, linearly between the multipliers at which a coordinate
-/// enters or leaves its box; 0 where it is negative from the start.
-double find_multiplier(const BoundedQp& qp, BoundedQpWorkspace& w) {
-  const Index n = qp.center.size();
-  for (Index j = 0; j < n; ++j) {
-    const double speed = -qp.A(0, j) / qp.H(j, j);  // of x_j with y
-    const double from = speed > 0 ? qp.lower[j] : qp.upper[j], to = speed > 0 ? qp.upper[j] : qp.lower[j];
-    w.enters[j] = speed == 0 ? kInfinity : (from - qp.center[j]) / speed;
-    w.leaves[j] = speed == 0 ? kInfinity : (to - qp.center[j]) / speed;
-  }
-  const auto calc_value = [&](double y) {
-    double sum = -qp.b[0] - y * w.omega_inverse[0];
-    for (Index j = 0; j < n; ++j) sum += qp.A(0, j) * std::clamp(qp.center[j] - y * qp.A(0, j) / qp.H(j, j), qp.lower[j], qp.upper[j]);
-    return sum;
-  };
-  double y = 0, value = calc_value(0);
-  if (!(value > 0)) return 0;
-  for (;;) {
-    double steepness = w.omega_inverse[0], next = kInfinity;
-    for (Index j = 0; j < n; ++j) {
-      if (w.enters[j] <= y && y < w.leaves[j]) steepness += qp.A(0, j) * qp.A(0, j) / qp.H(j, j);
-      if (w.enters[j] > y) next = std::min(next, w.enters[j]);
-      if (w.leaves[j] > y) next = std::min(next, w.leaves[j]);
-    }
-    const double root = y + value / steepness;
-    if (root <= next) return root;
-    y = next, value = calc_value(next);
-    if (!(value > 0)) return y;  // by rounding
-  }
-}
-
-/// One row and a diagonal H, or no row at all.
-void solve_closed_form(const BoundedQp& qp, BoundedQpWorkspace& w, BoundedQpResult& out) {
-  const double y = qp.m == 1 ? find_multiplier(qp, w) : 0;
-  for (Index j = 0; j < qp.center.size(); ++j) {
-    const double unbounded = qp.m == 1 ? qp.center[j] - y * qp.A(0, j) / qp.H(j, j) : qp.center[j];
-    out.x[j] = std::clamp(unbounded, qp.lower[j], qp.upper[j]);
-    out.z[j] = qp.H(j, j) * (unbounded - out.x[j]);
-  }
-  if (qp.m == 1) {
-    out.y[0] = y;
-    out.slack[0] = y * w.omega_inverse[0];
-  }
-  out.iterations = 0;
 }
 
 /// Constraints are numbered: 0 … n−1 the box, n … n+m−1 the rows. Stationarity  H (x − x̂) + Aᵀ y + z = 0  holds at all times.
@@ -383,7 +337,7 @@ Status solve_bounded_qp(const BoundedQp& qp, const BoundedQpOptions& options, Bo
   if (out.x.size() != n) out.x.setZero(n), out.z.setZero(n);
   if (out.y.size() < qp.m) out.y.setZero(qp.m), out.slack.setZero(qp.m);
   if (!calc_weights(qp, work)) return out.status = Status::NumericalFailure;
-  if (qp.diagonal && qp.m <= 1 && options.closed_form) {
+  if (options.closed_form && has_closed_form(qp)) {
     solve_closed_form(qp, work, out);
     return out.status = Status::Solved;
   }

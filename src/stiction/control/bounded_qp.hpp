@@ -31,7 +31,7 @@ struct BoundedQp {
 struct BoundedQpOptions {
   double tolerance = 1e-12;  ///< of a bound or row, relative to the largest of the numbers whose sum it judges, in (0, 1e-6]
   int max_iterations = 0;    ///< changes of the active set; 0: 20 + 10 (n + m)
-  bool closed_form = true;   ///< one row, diagonal H: the root of a piecewise linear function of its multiplier
+  bool closed_form = true;   ///< one row or its two sides, diagonal H: the root of a piecewise linear function of its multiplier
 };
 
 struct BoundedQpResult {
@@ -62,7 +62,7 @@ class BoundedQpWorkspace {
 
 /// Solves (C.10) by the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983): from x̂ on, every iteration adds the most
 /// violated constraint or drops one that blocks. The gradients of all constraints of the program in (x, s) are linearly independent, so
-/// that every one of them can be added. One row and a diagonal H: the closed form.
+/// that every one of them can be added. One row or its two sides, and a diagonal H: the closed form.
 ///
 /// @returns Solved | MaxIterations (x is inside the box, slack says by how much rows are broken) | NumericalFailure: H is not positive definite
 /// No heap use where m is within what was reserved for this n. Worst case: `max_iterations` of O((n + m)³) each.
