@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "sensor.hpp"
-#include "stiction/sensing/sense.hpp"
+#include "stiction/sensing/discriminate.hpp"
 
 namespace stiction::python {
 namespace {
@@ -76,6 +76,32 @@ double calc_distance(const SenseResult& r, const std::string& link, const Vector
   return out;
 }
 
+sensing::Discrimination discriminate(const SenseResult& r, const Vector& q, bool all, double joint_step, std::optional<double> travel,
+                                     double least, double sideways) {
+  const Eigen::VectorXd full = configuration_of(r.sensor->model(), "q", q.value);
+  std::vector<sensing::Candidate> candidates;
+  for (const sensing::Candidate& c : r.result.candidates)
+    if (all || c.explains) candidates.push_back(c);
+  sensing::Discrimination out;
+  const nb::gil_scoped_release unlocked;
+  (void)sensing::discriminate(*r.sensor, full, candidates, {joint_step, travel, least, sideways}, out);
+  return out;
+}
+
+void bind_discrimination(nb::module_& m) {
+  using sensing::Discrimination;
+  nb::class_<Discrimination>(m, "Discrimination", "A small motion that tells candidates apart (4.13).")
+      .def_ro("status", &Discrimination::status, "Solved, or Infeasible: proved that no motion does")
+      .def_ro("dq", &Discrimination::dq, "of the joints (n_a) [rad or m]")
+      .def_ro("pull", &Discrimination::pull, "of each candidate: 1 it pulls away, 0 it pushes into")
+      .def_ro("objective", &Discrimination::objective,
+              "how far from half of the candidates it pulls away, of those that are possible the least")
+      .def_ro("nodes", &Discrimination::nodes, "linear programs that were solved")
+      .def("__repr__", [](const Discrimination& d) {
+        return fmt::format("<stiction.Discrimination: {}, {} candidates>", core::to_string(d.status), d.pull.size());
+      });
+}
+
 void bind_sensed_link(nb::module_& m) {
   using Link = SensedLink;
   nb::class_<Link>(m, "SensedLink", "A link on which contacts are looked for.")
@@ -113,6 +139,8 @@ void bind_sense_results(nb::module_& m) {
              "a single contact on the sensed links does not: several contacts, another link, or a wrong friction");
   bind_sensed_link(m);
   bind_candidate(m);
+  bind_discrimination(m);
+  const sensing::DiscriminationOptions discrimination;
   using Result = sensing::SenseResult;
   nb::class_<SenseResult>(m, "SenseResult")
       .def_prop_ro("verdict", of_result(&Result::verdict))
@@ -126,6 +154,17 @@ void bind_sense_results(nb::module_& m) {
            "Distance of a known contact, p_L in the frame of a link [m] (3), from the nearest point that explains the torques [m]; inf "
            "where "
            "none is on that link.")
+      .def("discriminate", &discriminate, "q"_a, nb::kw_only(), "all"_a = false, "joint_step"_a = discrimination.joint_step,
+           "travel"_a = nb::none(), "least"_a = discrimination.least, "sideways"_a = discrimination.sideways,
+           R"(The motion that pulls away from half of the candidates and pushes into the others, as nearly as can be (4.13): what becomes
+of the torques then refutes one half. Of those that explain, in their order; with `all` of all.
+
+  q: (n_q), or joint positions (n_a), of the measurement.
+  joint_step: largest change of a joint [rad or m], > 0.
+  travel: longest motion at a contact [m], > 0; None: a tenth of joint_step times the longest reach.
+  least: of pulling and pushing, sideways: of sliding, shares of travel; least in (0, 1).
+
+Raises InvalidInput: options, no candidate.)")
       .def("__repr__", [](const SenseResult& r) {
         return fmt::format("<stiction.SenseResult: {}, {} candidates>", sensing::to_string(r.result.verdict), r.result.candidates.size());
       });

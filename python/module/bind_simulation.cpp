@@ -52,6 +52,7 @@ void bind_results(nb::module_& m) {
       .def_ro("tangential", &PairForce::tangential, "[N]")
       .def_ro("force_W", &PairForce::force_W, "on A [N]")
       .def_ro("friction_W", &PairForce::friction_W, "[N]")
+      .def_ro("p_WC", &PairForce::p_WC, "mean of the points, weighted by their normal forces [m]")
       .def_ro("depth", &PairForce::depth, "deepest penetration [m]");
   using Result = simulation::SimulationResult;
   nb::class_<Result>(m, "SimulationResult")

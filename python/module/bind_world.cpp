@@ -9,14 +9,27 @@
 
 namespace stiction::python {
 
-int find_link(const world::Model& model, std::string_view field, const std::string& name) {
+namespace {
+
+template <class Counts>
+int find_among(const world::Model& model, std::string_view field, const std::string& name, Counts counts) {
   std::vector<std::string> known;
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
-    if (model.bodies()[b].kind != world::BodyKind::Robot) continue;
+    if (!counts(model.bodies()[b])) continue;
     if (model.bodies()[b].name == name) return static_cast<int>(b);
     known.push_back(model.bodies()[b].name);
   }
   core::throw_invalid(field, "'" + name + "'", "one of " + world::list_with_hint(name, known));
+}
+
+}  // namespace
+
+int find_body(const world::Model& model, std::string_view field, const std::string& name) {
+  return find_among(model, field, name, [](const world::Body&) { return true; });
+}
+
+int find_link(const world::Model& model, std::string_view field, const std::string& name) {
+  return find_among(model, field, name, [](const world::Body& body) { return body.kind == world::BodyKind::Robot; });
 }
 
 namespace {

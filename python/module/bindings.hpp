@@ -36,6 +36,7 @@ using ModelPtr = std::shared_ptr<const world::Model>;
 void bind_world(nb::module_& m);
 void bind_dynamics(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_driven_plant(nb::module_& m);
 void bind_tasks(nb::module_& m);
 void bind_planning(nb::module_& m);
 void bind_trajopt(nb::module_& m);
@@ -45,11 +46,12 @@ void bind_control(nb::module_& m);
 void bind_control_run(nb::module_& m);
 void bind_sensing(nb::module_& m);
 
-/// Keeps a workspace to one thread at a time: steps run without Python's lock, so a second thread could enter.
+/// Keeps a workspace or a plant to one thread at a time: steps run without Python's lock, so a second thread could enter.
 class Occupied {
  public:
-  explicit Occupied(std::atomic<bool>& flag) : flag_(flag) {
-    if (flag_.exchange(true)) core::throw_invalid("workspace", "one that another thread is using", "a workspace of this thread alone");
+  explicit Occupied(std::atomic<bool>& flag, const char* what = "workspace") : flag_(flag) {
+    if (flag_.exchange(true))
+      core::throw_invalid(what, "one that another thread is using", std::string("a ") + what + " of this thread alone");
   }
   ~Occupied() { flag_.store(false); }
   Occupied(const Occupied&) = delete;
@@ -84,7 +86,8 @@ inline std::string name_of_geometry(const world::Model& model, int index) {
   return model.geometries()[static_cast<std::size_t>(index)].name;
 }
 
-/// Index of a robot's link by its name. @throws core::InvalidInput with the names that there are
+/// Index of a body, or of a robot's link, by its name. @throws core::InvalidInput with the names that there are
+int find_body(const world::Model& model, std::string_view field, const std::string& name);
 int find_link(const world::Model& model, std::string_view field, const std::string& name);
 
 /// @throws core::InvalidInput: size, not finite

@@ -17,6 +17,7 @@ NB_MODULE(_core, m) {
   stiction::python::bind_world(m);
   stiction::python::bind_dynamics(m);
   stiction::python::bind_simulation(m);
+  stiction::python::bind_driven_plant(m);
   stiction::python::bind_tasks(m);
   stiction::python::bind_planning(m);
   stiction::python::bind_trajopt(m);

@@ -156,6 +156,29 @@ def test_time_that_is_used_up_is_a_status() -> None:
     assert st.control("box_in_the_way", timeout_s=1e-9).status == st.Status.MaxIterations
 
 
+def test_loop_over_a_simulated_arm_keeps_its_force_bounded() -> None:
+    """The loop of a user: contacts of the simulation to the controller, its command to the simulation, in the way of the reference a box."""
+    scenario = st.load_control_scenario("box_in_the_way")
+    model, start = scenario.model, np.array(scenario.start)
+    last: dict[st.Law, float] = {}
+    for law in (st.Law.ContactAware, st.Law.Unconstrained):
+        plant, controller = st.DrivenPlant(st.Plant(model, damping_ratio=0)), st.ContactController(model, law=law, lambda_max=15)
+        plant.reset(start)
+        controller.configure(start)
+        for tick in range(1000):
+            contacts = []
+            for force in plant.forces:
+                a, b = (model.bodies[model.geometries[g].body] for g in (model.pairs[force.pair].geometry_a, model.pairs[force.pair].geometry_b))
+                if st.BodyKind.Fixed in (a.kind, b.kind):
+                    sign, body = (1, a) if a.kind == st.BodyKind.Robot else (-1, b)
+                    contacts.append(st.ContactForce(body=body.name, p_WC=force.p_WC, force_W=sign * force.force_W, id=force.pair))
+            q_ref = start + [0.3 * min(1.0, tick * DT / 3), 0, 0, 0, 0, 0, 0]
+            command = controller.update(st.ControllerState(time=tick * DT, q=plant.q, q_ref=q_ref, contacts=contacts), DT)
+            assert plant.advance(command.q_cmd, DT) == st.Status.Solved
+        last[law] = max(np.linalg.norm(contact.force_W) for contact in contacts)
+    assert last[st.Law.ContactAware] == pytest.approx(15, rel=0.1) and last[st.Law.Unconstrained] > 3 * 15
+
+
 # ---- mistakes
 
 
@@ -205,6 +228,18 @@ def test_other_mistakes_are_named(cart: st.Model) -> None:
         st.ContactForce(body=BALL, p_WC=[0, 0, 0], force_W=[1, 0, 0], lambda_max=-1)
     with pytest.raises(st.InvalidInput, match="^q: got 2 numbers"):
         make(cart).configure([0, 0])
+    with pytest.raises(st.InvalidInput, match="^plant.damping_ratio: got 1"):
+        st.DrivenPlant(st.Plant(cart))
+    plant = st.DrivenPlant(st.Plant(cart, damping_ratio=0))
+    for call, message in (
+        (lambda: plant.reset([0, 0]), "^q: got 2"),
+        (lambda: plant.advance([0, 0], DT), "^command: got 2"),
+        (lambda: plant.advance([0], 0), "^duration: got 0"),
+        (lambda: plant.set_push("ball", [0, 0, 0], [1, 0, 0]), "^body: got 'ball', expected one of .*cart/ball"),
+        (lambda: plant.set_push(BALL, [0, 0, 0], [math.inf, 0, 0]), r"^force_W\[0\]: got inf"),
+    ):
+        with pytest.raises(st.InvalidInput, match=message):
+            call()
     for options, message in (({"lambda_max": -1}, "^lambda_max"), ({"settle": -1}, "^settle"), ({"timeout_s": 0}, "^timeout_s"), ({"friction_scale": -1}, "^friction_scale")):
         with pytest.raises(st.InvalidInput, match=message):
             st.control("box_in_the_way", **options)

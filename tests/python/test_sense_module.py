@@ -126,6 +126,28 @@ def test_detectability_counts_directions_whose_torque_is_small(sensor: st.Sensor
         assert abs(share - eta[i]) < 4 * math.sqrt(0.25 / len(f))  # four standard deviations
 
 
+@pytest.mark.parametrize(("name", "sample", "sideways"), [(WRIST, 200, 0.5), (WRIST, 100, 1.0), ("arm/forearm_link", 100, 0.5), ("arm/wrist_1_link", 3, 0.5)])
+def test_motion_pulls_from_some_candidates_and_pushes_into_others(sensor: st.Sensor, name: str, sample: int, sideways: float) -> None:
+    joint_step, travel = 0.04, 0.002  # [rad], [m]
+    result = sensor.sense(POSTURE, push(sensor, name, sample, 25)[2], friction=0.5, noise=0.05)
+    found = result.discriminate(POSTURE, joint_step=joint_step, travel=travel, sideways=sideways)
+    explaining = [c for c in result.candidates if c.explains]
+    assert found.status == st.Status.Solved and set(found.pull) == {0, 1} and len(found.pull) == len(explaining) >= 2
+    assert np.abs(found.dq).max() <= joint_step * (1 + 1e-6)
+    for candidate, pull in zip(explaining, found.pull):  # the point moves by J dq, and rows of J are torques of unit forces
+        R_WL = sensor.model.body_poses(POSTURE)[candidate.link].R
+        J = np.array([st.calc_contact_torque(sensor.model, POSTURE, candidate.link, candidate.p_L, R_WL.T @ axis) for axis in np.eye(3)])
+        moved = J @ found.dq
+        outward = candidate.n_W @ moved
+        assert 0.1 - 1e-6 <= (-outward if pull else outward) / travel <= 1 + 1e-6
+        assert np.abs(moved - outward * candidate.n_W).max() <= sideways * travel * (1 + 1e-6)
+
+
+def test_motion_that_is_not_there_is_infeasible(sensor: st.Sensor) -> None:
+    result = sensor.sense(POSTURE, push(sensor, WRIST, 100, 25)[2], friction=0.5, noise=0.05)
+    assert result.discriminate(POSTURE, travel=0.002, sideways=0.5).status == st.Status.Infeasible
+
+
 # ---- series and scenarios
 
 
@@ -173,6 +195,28 @@ def test_threads_share_a_sensor(sensor: st.Sensor) -> None:
     for thread in threads:
         thread.join()
     assert [got[k] for k in range(8)] == expected
+
+
+def test_push_on_a_simulated_arm_is_found_from_its_torques() -> None:
+    model = st.load_control_scenario("box_in_the_way").model
+    plant = st.DrivenPlant(st.Plant(model, damping_ratio=0))
+    start = np.array([0, 0.6, 0, -1.4, 0, 1.1, 0])
+    plant.reset(start)
+    sensor = st.Sensor(model, samples=200)
+    link = next(link for link in sensor.links if link.joints >= 6)
+    p_L, n_L = link.p_L[50], link.n_L[50]
+    X_WL = model.body_poses(start)[link.name]
+    plant.set_push(link.name, p_L, X_WL.R @ (-15 * n_L))
+    assert plant.advance(start, 3.0) == st.Status.Solved
+    assert plant.time == pytest.approx(3) and np.abs(plant.v).max() < 1e-3 and plant.forces == []
+    # At rest the springs bear it: K (q_cmd - q) + tau = 0.
+    assert np.allclose(model.stiffness * (start - plant.q) + plant.external, 0, atol=0.02)
+    assert np.abs(plant.external).max() > 1
+    result = sensor.sense(plant.q, plant.external, friction=0.5, noise=0.01)
+    assert result.verdict == st.Verdict.Explained and result.calc_distance(link.name, p_L) < link.spacing
+    plant.set_push(link.name, [0, 0, 0], [0, 0, 0])
+    assert plant.advance(start, 3.0) == st.Status.Solved
+    assert sensor.sense(plant.q, plant.external, noise=0.01).verdict == st.Verdict.BelowThreshold
 
 
 # ---- mistakes
@@ -223,6 +267,10 @@ def test_other_mistakes_are_named(sensor: st.Sensor) -> None:
         sensor.calc_residuals(POSTURE, np.ones(6), WRIST, np.zeros((1, 2)), np.ones((1, 3)))
     with pytest.raises(st.InvalidInput, match=r"^n_L\[0\]: got 0"):
         sensor.calc_residuals(POSTURE, np.ones(6), WRIST, np.zeros((1, 3)), np.zeros((1, 3)))
+    with pytest.raises(st.InvalidInput, match="^candidates: got none"):
+        sensor.sense(POSTURE, np.zeros(6)).discriminate(POSTURE)
+    with pytest.raises(st.InvalidInput, match="^least: got 2"):
+        sensor.sense(POSTURE, push(sensor, WRIST, 3, 20)[2]).discriminate(POSTURE, least=2)
     with pytest.raises(st.InvalidInput, match="^epsilon: got 0"):
         sensor.calc_detectability(WRIST, epsilon=0)
     with pytest.raises(st.InvalidInput, match="^scenario: got 'ur5', expected a file ending in .yaml or one of .*ur5_forearm"):

@@ -752,6 +752,10 @@ class PairForce:
         """[N]"""
 
     @property
+    def p_WC(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """mean of the points, weighted by their normal forces [m]"""
+
+    @property
     def depth(self) -> float:
         """deepest penetration [m]"""
 
@@ -834,6 +838,69 @@ def simulate(plant: Plant, q0: numpy.typing.ArrayLike, times: numpy.typing.Array
 
     status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
     """
+
+class DrivenPlant:
+    """
+    A plant that is driven tick by tick: joint commands go to an impedance controller, its torques to the joints (C.7). Belongs to
+    one thread at a time.
+
+      plant: Plant(model, damping_ratio=0): the damping is the controller's.
+      damping_ratio: with the inertia that a joint moves at the moment, >= 0.
+      velocity_cutoff, gain_cutoff: of the low-passes on joint velocities and on the damping [Hz], > 0.
+      period: between two torques, in whole timesteps of the plant [s], > 0.
+
+    Raises InvalidInput by the name of the argument.
+    """
+
+    def __init__(self, plant: Plant, *, damping_ratio: float = 1.0, velocity_cutoff: float = 400.0, gain_cutoff: float = 1.0, period: float = 0.0002) -> None: ...
+
+    def reset(self, q: numpy.typing.ArrayLike) -> None:
+        """At rest in q (n_q) at time 0, without a push."""
+
+    def set_push(self, body: str, p_BP: numpy.typing.ArrayLike, force_W: numpy.typing.ArrayLike) -> None:
+        """
+        A constant force [N] (3) on a point fixed in a body [m] (3), from now on; zero ends it.
+        """
+
+    def advance(self, command: numpy.typing.ArrayLike, duration: float) -> Status:
+        """
+        Holds the command (n_a) [rad or m] for a time [s], > 0, rounded to periods of the impedance controller, at least one.
+
+        Returns Solved, or NumericalFailure: `message` says what; only reset() goes on from there.
+        """
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_q)"""
+
+    @property
+    def v(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_v) [m/s, rad/s]"""
+
+    @property
+    def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the joints (n_a) [N m or N]"""
+
+    @property
+    def external(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        torques of contacts, joint stops and the push, what Sensor.sense takes (n_a) [N m or N]
+        """
+
+    @property
+    def damping(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the impedance controller (n_a) [N m s/rad or N s/m]"""
+
+    @property
+    def forces(self) -> list[PairForce]:
+        """by pair index; only pairs that touch"""
+
+    @property
+    def message(self) -> str: ...
 
 class PlannerOptions:
     """
@@ -2266,6 +2333,33 @@ class Candidate:
 
     def __repr__(self) -> str: ...
 
+class Discrimination:
+    """A small motion that tells candidates apart (4.13)."""
+
+    @property
+    def status(self) -> Status:
+        """Solved, or Infeasible: proved that no motion does"""
+
+    @property
+    def dq(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the joints (n_a) [rad or m]"""
+
+    @property
+    def pull(self) -> list[int]:
+        """of each candidate: 1 it pulls away, 0 it pushes into"""
+
+    @property
+    def objective(self) -> int:
+        """
+        how far from half of the candidates it pulls away, of those that are possible the least
+        """
+
+    @property
+    def nodes(self) -> int:
+        """linear programs that were solved"""
+
+    def __repr__(self) -> str: ...
+
 class SenseResult:
     @property
     def verdict(self) -> Verdict: ...
@@ -2295,6 +2389,19 @@ class SenseResult:
     def calc_distance(self, link: str, p_L: numpy.typing.ArrayLike) -> float:
         """
         Distance of a known contact, p_L in the frame of a link [m] (3), from the nearest point that explains the torques [m]; inf where none is on that link.
+        """
+
+    def discriminate(self, q: numpy.typing.ArrayLike, *, all: bool = False, joint_step: float = 0.05, travel: float | None = None, least: float = 0.1, sideways: float = 0.5) -> Discrimination:
+        """
+        The motion that pulls away from half of the candidates and pushes into the others, as nearly as can be (4.13): what becomes
+        of the torques then refutes one half. Of those that explain, in their order; with `all` of all.
+
+          q: (n_q), or joint positions (n_a), of the measurement.
+          joint_step: largest change of a joint [rad or m], > 0.
+          travel: longest motion at a contact [m], > 0; None: a tenth of joint_step times the longest reach.
+          least: of pulling and pushing, sideways: of sliding, shares of travel; least in (0, 1).
+
+        Raises InvalidInput: options, no candidate.
         """
 
     def __repr__(self) -> str: ...

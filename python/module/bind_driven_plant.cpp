@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+
+#include "bindings.hpp"
+#include "stiction/simulation/driven_plant.hpp"
+
+namespace stiction::python {
+namespace {
+
+using simulation::ImpedanceOptions;
+using simulation::PairForce;
+
+/// simulation::DrivenPlant that two threads cannot use at once.
+struct DrivenPlant {
+  explicit DrivenPlant(simulation::DrivenPlant&& made) : plant(std::move(made)) {}
+  simulation::DrivenPlant plant;
+  std::atomic<bool> busy{false};
+};
+
+std::shared_ptr<DrivenPlant> make_plant(const std::shared_ptr<const simulation::Plant>& plant, double damping_ratio, double velocity_cutoff,
+                                        double gain_cutoff, double period) {
+  const nb::gil_scoped_release unlocked;
+  const ImpedanceOptions options{damping_ratio, velocity_cutoff, gain_cutoff, period};
+  return std::make_shared<DrivenPlant>(simulation::DrivenPlant(plant, options));
+}
+
+/// What can be read between two advances.
+template <class R>
+auto reader(R (simulation::DrivenPlant::*get)() const) {
+  return [get](DrivenPlant& self) {
+    const Occupied occupied(self.busy, "plant");
+    return std::decay_t<R>((self.plant.*get)());
+  };
+}
+
+core::Status advance(DrivenPlant& self, const Vector& command, double duration) {
+  const nb::gil_scoped_release unlocked;
+  const Occupied occupied(self.busy, "plant");
+  return self.plant.advance(command.value, duration);
+}
+
+void set_push(DrivenPlant& self, const std::string& body, const Vector& p_BP, const Vector& force_W) {
+  const Occupied occupied(self.busy, "plant");
+  self.plant.set_push(
+      {find_body(self.plant.plant().model(), "body", body), require_vector3("p_BP", p_BP), require_vector3("force_W", force_W)});
+}
+
+}  // namespace
+
+void bind_driven_plant(nb::module_& m) {
+  using Driven = simulation::DrivenPlant;
+  const ImpedanceOptions standard;
+  nb::class_<DrivenPlant>(
+      m, "DrivenPlant",
+      R"(A plant that is driven tick by tick: joint commands go to an impedance controller, its torques to the joints (C.7). Belongs to
+one thread at a time.
+
+  plant: Plant(model, damping_ratio=0): the damping is the controller's.
+  damping_ratio: with the inertia that a joint moves at the moment, >= 0.
+  velocity_cutoff, gain_cutoff: of the low-passes on joint velocities and on the damping [Hz], > 0.
+  period: between two torques, in whole timesteps of the plant [s], > 0.
+
+Raises InvalidInput by the name of the argument.)")
+      .def(nb::new_(&make_plant), "plant"_a, nb::kw_only(), "damping_ratio"_a = standard.damping_ratio,
+           "velocity_cutoff"_a = standard.velocity_cutoff, "gain_cutoff"_a = standard.gain_cutoff, "period"_a = standard.period)
+      .def(
+          "reset",
+          [](DrivenPlant& self, const Vector& q) {
+            const Occupied occupied(self.busy, "plant");
+            self.plant.reset(q.value);
+          },
+          "q"_a, "At rest in q (n_q) at time 0, without a push.")
+      .def("set_push", &set_push, "body"_a, "p_BP"_a, "force_W"_a,
+           "A constant force [N] (3) on a point fixed in a body [m] (3), from now on; zero ends it.")
+      .def("advance", &advance, "command"_a, "duration"_a,
+           R"(Holds the command (n_a) [rad or m] for a time [s], > 0, rounded to periods of the impedance controller, at least one.
+
+Returns Solved, or NumericalFailure: `message` says what; only reset() goes on from there.)")
+      .def_prop_ro("time", reader(&Driven::time), "[s]")
+      .def_prop_ro("q", reader(&Driven::q), "(n_q)")
+      .def_prop_ro("v", reader(&Driven::v), "(n_v) [m/s, rad/s]")
+      .def_prop_ro("torque", reader(&Driven::torque), "of the joints (n_a) [N m or N]")
+      .def_prop_ro("external", reader(&Driven::external),
+                   "torques of contacts, joint stops and the push, what Sensor.sense takes (n_a) [N m or N]")
+      .def_prop_ro("damping", reader(&Driven::damping), "of the impedance controller (n_a) [N m s/rad or N s/m]")
+      .def_prop_ro("forces", reader(&Driven::forces), "by pair index; only pairs that touch")
+      .def_prop_ro("message", reader(&Driven::message));
+}
+
+}  // namespace stiction::python
