@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stiction/sensing/line_of_action.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/world/read.hpp"
 
@@ -57,18 +58,24 @@ struct Estimate {
   int places = 0;
 };
 
-/// sense() with one of its methods.
-class Sense {
+/// sense() with one of its methods, or a baseline.
+class Estimator {
  public:
-  Sense(std::shared_ptr<const sensing::Sensor> sensor, const Setting& setting) : sensor_(std::move(sensor)), work_(sensor_) {
+  Estimator(std::shared_ptr<const sensing::Sensor> sensor, const Setting& setting) : sensor_(std::move(sensor)), work_(sensor_) {
     options_.cone = sensing::FrictionCone(setting.friction_ratio * kFriction, kRays);
     options_.noise = std::max(std::hypot(setting.noise, setting.bias), kLeastNoise);
     const std::string_view name = setting.estimator;
     if (name == "rsgd") options_.method = sensing::SteepestDescent{};
     if (name == "rejection") options_.method = sensing::RejectionSampling{};
+    by_line_ = name == "line_of_action";
   }
 
   void run(const sensing::KnownCase& c, Estimate& out) {
+    if (by_line_) {
+      out.points = sensing::find_line_of_action(*sensor_, c.q, c.tau, 3 * options_.noise).points;
+      out.places = static_cast<int>(out.points.size());
+      return;
+    }
     sensing::sense(*sensor_, {c.q, c.tau}, options_, work_, result_);
     out.points.clear();
     out.places = 0;
@@ -85,6 +92,7 @@ class Sense {
  private:
   std::shared_ptr<const sensing::Sensor> sensor_;
   sensing::SenseOptions options_;
+  bool by_line_ = false;
   sensing::SenseWorkspace work_;
   sensing::SenseResult result_;
 };
@@ -99,7 +107,7 @@ Json measure(const Arm& arm, const std::shared_ptr<const sensing::Sensor>& senso
   std::vector<int> links;
   for (int i = 0; i < static_cast<int>(sensor->links().size()); ++i)
     if (sensor->links()[static_cast<std::size_t>(i)].joints >= 5) links.push_back(i);
-  Sense estimator(sensor, setting);
+  Estimator estimator(sensor, setting);
   Estimate estimate;
   core::Random random(34, 0);
   int near = 0, right = 0, several = 0, none = 0;
@@ -159,7 +167,8 @@ void print(const Json& row) {
       1e3 * row["p99_s"].get<double>());
 }
 
-const std::vector<Setting> kSettings = {{"gauss_newton"}, {"rsgd"}, {"rejection"}, {"gauss_newton", 0.1, 0, 0.7}};
+const std::vector<Setting> kSettings = {
+    {"gauss_newton"}, {"rsgd"}, {"rejection"}, {"line_of_action"}, {"gauss_newton", 0.1, 0, 0.7}, {"line_of_action", 0.1, 0, 0.7}};
 
 /// One quantity at a time, with some noise in all of them.
 std::vector<Setting> make_sweeps() {
