@@ -29,6 +29,13 @@ Scenario load(const ScenarioFile& scenario) {
   return with_sensor(sensing::load_scenario(file, tasks::default_package_dirs()));
 }
 
+Scenario parse(const nb::dict& scenario, const std::optional<std::filesystem::path>& base) {
+  const std::string text = yaml_text(scenario);
+  const auto folder = folder_of(base);
+  const nb::gil_scoped_release unlocked;
+  return with_sensor(sensing::parse_scenario(text, folder, tasks::default_package_dirs()));
+}
+
 std::optional<KnownContact> contact_of(const Scenario& s) {
   if (!s.values.contact) return std::nullopt;
   return KnownContact{s.values.sensor->link_name(s.values.contact->link), s.values.contact->p_L, s.values.contact->f_L};
@@ -72,6 +79,9 @@ void bind_sensing_scenario(nb::module_& m) {
       });
   m.def("load_sensing_scenario", &load, "scenario"_a,
         "A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\".");
+  m.def("load_sensing_scenario", &parse, "scenario"_a, nb::kw_only(), "base"_a = nb::none(),
+        "The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises "
+        "InvalidInput: \"field: got …\".");
   m.def("sense", &sense_scenario, "scenario"_a,
         "What every moment of a scenario says, with the scenario's options, each from the candidates of the one before.");
   m.def("sense", &sense_file, "scenario"_a, "The same of load_sensing_scenario(scenario).");

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -177,6 +178,22 @@ def test_loop_over_a_simulated_arm_keeps_its_force_bounded() -> None:
             assert plant.advance(command.q_cmd, DT) == st.Status.Solved
         last[law] = max(np.linalg.norm(contact.force_W) for contact in contacts)
     assert last[st.Law.ContactAware] == pytest.approx(15, rel=0.1) and last[st.Law.Unconstrained] > 3 * 15
+
+
+def test_signal_stops_a_run() -> None:
+    scenario = st.load_control_scenario("box_in_the_way")
+
+    def stop(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, stop)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            signal.setitimer(signal.ITIMER_REAL, 0.02)
+            st.control(scenario)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 # ---- mistakes

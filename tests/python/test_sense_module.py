@@ -23,6 +23,7 @@ import stiction as st  # noqa: E402
 
 UR5 = {"robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}]}
 POSTURE = np.array([0.3, -1.2, 1.6, -1.97, -1.57, 0.4])
+TUTORIAL = ROOT / "docs" / "tutorials" / "where_was_my_robot_touched.md"
 WRIST = "arm/wrist_2_link"  # five joints before it: point and force are unique
 
 
@@ -181,6 +182,20 @@ def test_scenario_says_what_the_program_says(program: Path) -> None:
     assert st.sense(scenario)[0].calc_distance(scenario.contact.link, scenario.contact.p_L) == pytest.approx(moment["distance"], abs=1e-12)
 
 
+def test_scenario_of_a_dict_is_that_of_its_file(tmp_path: Path) -> None:
+    link = {"link": "arm/forearm_link", "point": [0.06, 0.02, 0.2], "force": 20}
+    joints = {"shoulder_lift_joint": -1.2, "elbow_joint": 1.6, "wrist_1_joint": -1.97, "wrist_2_joint": -1.57}
+    scenario = st.load_sensing_scenario({"scene": UR5, "sensing": {"friction": 0.5, "noise": 0.1}, "joints": joints, "contact": link})
+    (mine,), (built_in,) = st.sense(scenario), st.sense("ur5_forearm")
+    assert [c.residual for c in mine.candidates] == [c.residual for c in built_in.candidates] and mine.candidates
+    (tmp_path / "touch.csv").write_text((TUTORIAL.parent / "touch.csv").read_text())
+    series = st.load_sensing_scenario({"scene": UR5, "series": "touch.csv"}, base=tmp_path)
+    assert series.q.shape == (10, 6) and np.array_equal(series.tau, st.load_sensing_scenario(TUTORIAL.parent / "touch.yaml").tau)
+    for mistake, message in (({"sensng": {}}, "^sensng: got an unknown key"), ({"sensing": {"links": ["arm/x"]}}, "^sensing.links: got 'arm/x'"), ({"joints": [0] * 6}, "neither 'torques' nor 'contact'")):
+        with pytest.raises(st.InvalidInput, match=message):
+            st.load_sensing_scenario({"scene": UR5, **mistake})
+
+
 def test_threads_share_a_sensor(sensor: st.Sensor) -> None:
     tau = [push(sensor, WRIST, k, 15)[2] for k in range(8)]
     expected = [[c.residual for c in sensor.sense(POSTURE, t).candidates] for t in tau]
@@ -290,8 +305,6 @@ def test_example_finds_the_contact_that_it_made() -> None:
 
 
 # ---- tutorial
-
-TUTORIAL = ROOT / "docs" / "tutorials" / "where_was_my_robot_touched.md"
 
 
 def test_series_of_the_tutorial_is_that_of_the_contact_that_it_states(sensor: st.Sensor) -> None:

@@ -2551,9 +2551,16 @@ class SensingScenario:
 
     def __repr__(self) -> str: ...
 
+@overload
 def load_sensing_scenario(scenario: str | str | os.PathLike) -> SensingScenario:
     """
     A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+    """
+
+@overload
+def load_sensing_scenario(scenario: dict, *, base: str | os.PathLike | None = None) -> SensingScenario:
+    """
+    The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …".
     """
 
 @overload

@@ -139,25 +139,36 @@ void read_measurement(const YamlNode& top, Scenario& out) {
   out.series = {{0.0}, joints, tau};
 }
 
-}  // namespace
-
-Scenario load_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
-  const YamlNode top = world::load_yaml_with_base(file);
+/// @param sensing  what stands before the field of an option in a message
+Scenario read_scenario(const YamlNode& top, const std::string& sensing, const std::string& name,
+                       std::span<const std::filesystem::path> package_dirs) {
   top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "series"});
   Scenario out;
-  out.name = top.string_or("name", file.stem().string());
+  out.name = top.string_or("name", name);
   out.description = top.string_or("description", "");
-  out.file = file;
+  out.file = top.file();
   SensorOptions sensor_options;
-  if (const auto sensing = top.find("sensing")) read_sensing(*sensing, sensor_options, out.options);
+  if (const auto options = top.find("sensing")) read_sensing(*options, sensor_options, out.options);
   const auto model = Model::make(world::read_scene(top.at("scene"), package_dirs));
   try {
     out.sensor = Sensor::make(model, sensor_options);
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}: sensing.{}", file.string(), e.what()));
+    throw core::InvalidInput(sensing + e.what());
   }
   read_measurement(top, out);
   return out;
+}
+
+}  // namespace
+
+Scenario load_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  Scenario out = read_scenario(world::load_yaml_with_base(file), file.string() + ": sensing.", file.stem().string(), package_dirs);
+  out.file = file;
+  return out;
+}
+
+Scenario parse_scenario(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs) {
+  return read_scenario(world::parse_yaml_with_base(text, folder), "sensing.", "scenario", package_dirs);
 }
 
 }  // namespace stiction::sensing

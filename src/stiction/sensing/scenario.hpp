@@ -48,6 +48,10 @@ KnownCase make_random_case(const Sensor& sensor, std::span<const int> links, con
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …"
 Scenario load_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs);
 
+/// A scenario in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
+/// @throws core::InvalidInput "field: got …, expected …"
+Scenario parse_scenario(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs);
+
 /// A CSV file of time, n_a joint angles and n_a torques a line, after a line of names.
 /// @throws core::InvalidInput "FILE:LINE: …": empty, a wrong number of values, not a number, a time that does not increase
 Series load_series(const std::filesystem::path& file, const world::Model& model);
