@@ -4,11 +4,13 @@ PRESET ?= release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 STICTION := build/release/stiction
 
-.PHONY: help setup build experiments demo test bench check-all format lock clean
+.PHONY: help setup build install wheel experiments demo test bench check-all format lock clean
 
 help:
 	@echo "make setup      system packages (when root), the Python environment .venv"
 	@echo "make build      Release build; the program is $(STICTION)    (PRESET=dev|asan-ubsan|tsan for the others)"
+	@echo "make install    the program, its data, the module and the library into PREFIX=…"
+	@echo "make wheel      dist/stiction-*.whl for pip, and the source archive"
 	@echo "make experiments  Drake into .venv: second-order curves of \`$(STICTION) reproduce\`, optional"
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
 	@echo "make test       every test: C++, Python, documentation"
@@ -16,13 +18,22 @@ help:
 	@echo "make check-all  formatting, debug build and sanitizers"
 	@echo "make format     clang-format over the C++ files"
 	@echo "make lock       requirements*.in -> requirements*.lock"
-	@echo "make clean      removes build and demo-out; .venv stays"
+	@echo "make clean      removes build, dist and demo-out; .venv stays"
 
 setup:
 	@scripts/setup.sh
 
 build: setup
 	@scripts/build.sh $(PRESET) $(JOBS)
+
+install: setup
+	@test -n "$(PREFIX)" || { echo "make install: got no PREFIX, expected PREFIX=/folder" >&2; exit 2; }
+	@scripts/build.sh release $(JOBS)
+	@cmake --install build/release --prefix "$(PREFIX)" >build/install.log
+	@echo "install: $(PREFIX)/bin/stiction"
+
+wheel: setup
+	@scripts/wheel.sh dist
 
 experiments: setup
 	@scripts/experiments.sh
@@ -49,4 +60,4 @@ lock:
 	@scripts/lock.sh
 
 clean:
-	rm -rf build demo-out
+	rm -rf build dist demo-out

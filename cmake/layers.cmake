@@ -9,20 +9,24 @@ target_compile_features(stiction_flags INTERFACE cxx_std_20)
 # Coal was built for 16-byte alignment: every target that is compiled with AVX must agree about the layout of Eigen members. Dynamic Eigen
 # objects must not cross that border all the same (docs/decisions/0001-dependencies.md).
 target_compile_definitions(stiction_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
-target_compile_options(stiction_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor)
+# Warnings are for this project, not for those that use the installed library.
+target_compile_options(stiction_flags INTERFACE $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wshadow> $<BUILD_INTERFACE:-Wnon-virtual-dtor>)
 if(STICTION_WERROR)
-  target_compile_options(stiction_flags INTERFACE -Werror)
+  target_compile_options(stiction_flags INTERFACE $<BUILD_INTERFACE:-Werror>)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # GCC 12 reports accesses that never happen: past the end in Eigen's vectorised copies of small vectors, overlaps in std::string (PR105329).
     target_compile_options(stiction_flags INTERFACE
-      -Wno-error=array-bounds -Wno-error=stringop-overflow -Wno-error=maybe-uninitialized -Wno-error=restrict)
+      $<BUILD_INTERFACE:-Wno-error=array-bounds> $<BUILD_INTERFACE:-Wno-error=stringop-overflow>
+      $<BUILD_INTERFACE:-Wno-error=maybe-uninitialized> $<BUILD_INTERFACE:-Wno-error=restrict>)
   endif()
 endif()
 if(STICTION_MARCH)
   target_compile_options(stiction_flags INTERFACE -march=${STICTION_MARCH})
 endif()
-target_include_directories(stiction_flags INTERFACE ${CMAKE_SOURCE_DIR}/src)
+target_include_directories(stiction_flags INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/src> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_link_libraries(stiction_flags INTERFACE Eigen3::Eigen Threads::Threads)
+set_target_properties(stiction_flags PROPERTIES EXPORT_NAME flags)
+install(TARGETS stiction_flags EXPORT stiction)
 
 # stiction_layer(NAME SOURCES … USES layer… PRIVATE_LINK target…)
 function(stiction_layer name)
@@ -55,6 +59,8 @@ function(stiction_layer name)
     add_library(stiction_${name} INTERFACE)
   endif()
   add_library(stiction::${name} ALIAS stiction_${name})
+  set_target_properties(stiction_${name} PROPERTIES EXPORT_NAME ${name})
+  install(TARGETS stiction_${name} EXPORT stiction ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   list(TRANSFORM A_USES PREPEND stiction:: OUTPUT_VARIABLE lower)
   target_link_libraries(stiction_${name} ${scope} stiction_flags ${lower})
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <system_error>
 
 #include "stiction/tasks/task.hpp"
@@ -31,6 +32,7 @@ fs::path program_dir() {
 /// The first of the folders that holds the package; empty where none does.
 fs::path first_with(const fs::path& package, std::initializer_list<fs::path> folders) {
   for (const fs::path& folder : folders) {
+    if (!folder.is_absolute()) continue;  // of nothing that is known
     std::error_code error;
     if (fs::is_regular_file(folder / package / "__init__.py", error)) return fs::canonical(folder);
   }
@@ -54,21 +56,27 @@ std::vector<fs::path> data_dirs() {
   return out;
 }
 
+// Each of a build in <clone>/build/<preset>, of an installation, of a wheel (whose program is in site-packages/stiction/bin), of the sources.
 fs::path python_dir() {
-  return first_with("stiction_view",
-                    {program_dir() / "../../python", program_dir() / "../share/stiction/python", fs::path(STICTION_SOURCE_DIR) / "python"});
+  const fs::path here = program_dir();
+  return first_with("stiction_view", {here / "../../python", here / "../share/stiction/python", fs::path(STICTION_SOURCE_DIR) / "python"});
 }
 
-fs::path module_dir() { return first_with("stiction", {program_dir() / "python", program_dir() / "../share/stiction/python"}); }
+fs::path module_dir() {
+  const fs::path here = program_dir();
+  return first_with("stiction", {here / "python", here / "../share/stiction/python", here / "../.."});
+}
 
 fs::path experiments_dir() {
-  return first_with("experiments", {program_dir() / "../..", program_dir() / "../share/stiction", STICTION_SOURCE_DIR});
+  const fs::path here = program_dir();
+  return first_with("experiments", {here / "../..", here / "../share/stiction", STICTION_SOURCE_DIR});
 }
 
 std::string python_interpreter() {
-  for (const fs::path& root : {program_dir() / "../..", fs::path(STICTION_SOURCE_DIR)}) {
+  if (const char* given = std::getenv("STICTION_PYTHON"); given != nullptr && *given != '\0') return given;
+  for (const fs::path& python : {program_dir() / "../../.venv/bin/python", fs::path(STICTION_BUILT_WITH_PYTHON)}) {
     std::error_code error;
-    if (const fs::path python = root / ".venv/bin/python"; fs::exists(python, error)) return python.lexically_normal().string();
+    if (!python.empty() && fs::exists(python, error)) return python.lexically_normal().string();
   }
   return "python3";
 }

@@ -7,6 +7,7 @@
 #include "app.hpp"
 #include "stiction/execution/control_run.hpp"
 #include "stiction/tasks/plan_file.hpp"
+#include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::app {
@@ -38,7 +39,7 @@ std::string_view law_name(control::Law law) {
 
 execution::ControlScenario load(const ControlArguments& arguments) {
   const auto package_dirs = tasks::default_package_dirs();
-  execution::ControlScenario scenario = execution::load_control_scenario(arguments.scenario, package_dirs);
+  execution::ControlScenario scenario = execution::load_control_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), package_dirs);
   for (const auto& [name, value] : kLaws)
     if (arguments.law == name) scenario.controller.law = value;
   if (arguments.lambda_max) {
@@ -143,7 +144,7 @@ int run_control_command(const ControlArguments& arguments) {
 Run declare_control(CLI::App& command) {
   const auto arguments = std::make_shared<ControlArguments>();
   ControlArguments& a = *arguments;
-  command.add_option("scenario", a.scenario, "Scenario file (.yaml), as in scenarios/")->required();
+  command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
   std::vector<std::string> laws;
   for (const auto& [name, value] : kLaws) laws.emplace_back(name);
   command.add_option("--law", a.law, "What computes the command (default: as the scenario says)")->check(CLI::IsMember(laws));

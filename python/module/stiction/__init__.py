@@ -7,7 +7,14 @@
 Names, units and meaning are those of the C++ headers; arrays are NumPy's, options are keyword-only, long calls release Python's lock.
 """
 
+from pathlib import Path as _Path
+
+from ._fits import what_does_not_fit as _what_does_not_fit
+
+if _fault := _what_does_not_fit(_Path(__file__).resolve().parent):
+    raise ImportError(_fault)
+
 from ._core import *  # noqa: F403
-from ._core import version
+from ._core import version  # noqa: E402
 
 __version__ = version()

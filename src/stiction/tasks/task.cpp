@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
-#include <sstream>
 #include <system_error>
 
 #include "stiction/core/invalid_input.hpp"
@@ -299,20 +297,6 @@ Task read_task(const YamlNode& root, std::string name) {
 }
 
 }  // namespace
-
-std::vector<fs::path> default_data_dirs() { return {fs::path(STICTION_DATA_DIR)}; }
-
-std::vector<fs::path> default_package_dirs() {
-  std::vector<fs::path> dirs;
-  if (const char* path = std::getenv("ROS_PACKAGE_PATH")) {
-    std::stringstream parts{std::string(path)};
-    for (std::string part; std::getline(parts, part, ':');) {
-      if (!part.empty()) dirs.emplace_back(part);
-    }
-  }
-  if (const std::string installed = STICTION_PACKAGE_DIR; !installed.empty()) dirs.emplace_back(installed);
-  return dirs;
-}
 
 std::vector<std::string> list_tasks(std::span<const fs::path> data_dirs) {
   std::vector<std::string> names;

@@ -29,11 +29,11 @@ struct Task {
   bool goal_from_command_line = false;    ///< set_goal replaced the goal of the file
 };
 
-/// The folders in which built-in tasks are looked up when none are given: the one that this library was built from or installed to.
+/// Where built-in tasks are looked up when no folders are given: share/stiction/tasks of the installation that runs, the source folder.
 std::vector<std::filesystem::path> default_data_dirs();
 
 /// Where package:// of a robot is looked up when its own `package_dirs` do not have it: the folders of ROS_PACKAGE_PATH, then the packages
-/// installed where this library's dependencies are (`pip install example-robot-data`).
+/// installed beside this code or where its dependencies were at build time (`pip install example-robot-data`).
 std::vector<std::filesystem::path> default_package_dirs();
 
 /// Names of the built-in tasks, in alphabetical order.

@@ -3,8 +3,10 @@
 #include <dlfcn.h>
 
 #include <atomic>
+#include <filesystem>
 #include <mutex>
 
+#include "stiction/core/find_upwards.hpp"
 #include "stiction/core/invalid_input.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -46,7 +48,8 @@ struct Library {
   std::string fault;
 
   Library() {
-    void* const handle = dlopen(STICTION_COACD_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    const std::filesystem::path beside = core::find_upwards("coacd/" STICTION_COACD_FILE, core::kInstalledLevels);
+    void* const handle = dlopen(beside.empty() ? STICTION_COACD_LIBRARY : beside.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) {
       fault = dlerror();
       return;
@@ -106,7 +109,8 @@ std::vector<Eigen::Matrix3Xd> call_coacd(const Eigen::Matrix3Xd& vertices, const
   const std::lock_guard lock(one_at_a_time);
   static const Library library;
   if (!library.fault.empty())
-    core::throw_invalid("convex_decomposition", "no usable CoACD library (" + library.fault + ")", "the one that `make setup` installs");
+    core::throw_invalid("convex_decomposition", "no usable CoACD library (" + library.fault + ")",
+                        "the one of the Python package coacd " STICTION_COACD_VERSION);
   ++calls;
   const OneThread one_thread(library);
   Eigen::Matrix3Xd points = vertices;  // the library asks for pointers to what it may change

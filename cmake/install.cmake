@@ -1,0 +1,22 @@
+# What `cmake --install` copies. Components: program (with its data), python, development (library, headers, CMake package).
+include(CMakePackageConfigHelpers)
+
+install(DIRECTORY tasks models scenarios DESTINATION ${STICTION_INSTALL_DATADIR} COMPONENT program)
+install(DIRECTORY experiments DESTINATION ${STICTION_INSTALL_DATADIR} COMPONENT program PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY python/stiction_view python/examples DESTINATION ${STICTION_INSTALL_DATADIR}/python COMPONENT program PATTERN __pycache__ EXCLUDE)
+if(STICTION_RELOCATABLE)
+  # fmt is the only shared library that no Python package carries: it travels along.
+  get_target_property(fmt_library fmt::fmt LOCATION)
+  get_filename_component(fmt_file ${fmt_library} REALPATH)
+  execute_process(COMMAND ${CMAKE_OBJDUMP} -p ${fmt_file} OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCH "SONAME +([^\n]+)" found "${headers}")
+  install(FILES ${fmt_file} RENAME ${CMAKE_MATCH_1} DESTINATION stiction/lib COMPONENT program)
+endif()
+
+install(DIRECTORY src/stiction DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN *.hpp)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/stiction)
+install(EXPORT stiction NAMESPACE stiction:: FILE stictionTargets.cmake DESTINATION ${package_dir} COMPONENT development)
+configure_package_config_file(cmake/stictionConfig.cmake.in ${CMAKE_BINARY_DIR}/stictionConfig.cmake
+  INSTALL_DESTINATION ${package_dir} PATH_VARS STICTION_INSTALL_DATADIR)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/stictionConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/stictionConfig.cmake ${CMAKE_BINARY_DIR}/stictionConfigVersion.cmake DESTINATION ${package_dir} COMPONENT development)
