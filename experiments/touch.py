@@ -19,14 +19,14 @@ CASE = (
 
 @cache
 def measure(name: str, *arguments: str) -> Any:
-    """The JSON object that a program of bench/ prints."""
+    """The JSON object that a program of bench/ prints, with NaN where it has null: nothing to take a median of."""
     program = Path(st.__file__).absolute().parents[2] / "bench" / name
     if not program.is_file():
         raise RuntimeError(f"no program {program}: `make build` makes it")
     done = subprocess.run([str(program), *arguments], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{program}: {done.stderr.strip()}")
-    return json.loads(done.stdout)
+    return json.loads(done.stdout, object_hook=lambda entry: {name: float("nan") if value is None else value for name, value in entry.items()})
 
 
 def maps(quick: bool) -> dict[str, Any]:
