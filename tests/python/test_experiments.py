@@ -19,7 +19,7 @@ SCENES = sorted((ROOT / "experiments" / "scenes").glob("*.yaml"))
 @pytest.fixture(scope="module")
 def report(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reproduction")
-    done = stiction("reproduce", "all", "--quick", "--json", "-o", folder, "--docs", folder / "chapter.md")
+    done = stiction("reproduce", "all", "--quick", "--json", "-o", folder, "--docs", folder / "chapter.md", timeout=600)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == json.loads((folder / "report.json").read_text())
     return folder
