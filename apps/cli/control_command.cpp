@@ -24,6 +24,9 @@ struct ControlArguments {
   std::string law;                   ///< empty: as the scenario says
   std::optional<double> lambda_max;  ///< [N]
   std::optional<double> friction_scale;
+  std::string contacts;  ///< empty: as the scenario says
+  std::optional<double> delay_s, period_s;
+  std::optional<std::uint64_t> seed;
   double tolerance = 0.2;
   double settle_s = execution::ControlRunOptions{}.settle;
   double timeout_s = 600;
@@ -47,6 +50,11 @@ execution::ControlScenario load(const ControlArguments& arguments) {
     scenario.controller.force_threshold = std::min(scenario.controller.force_threshold, *arguments.lambda_max / 3);
   }
   if (arguments.friction_scale) scenario.plant.contact.friction_scale = *arguments.friction_scale;
+  if (!arguments.contacts.empty())
+    scenario.contacts = arguments.contacts == "true" ? execution::ContactSource::True : execution::ContactSource::Estimated;
+  if (arguments.delay_s) scenario.delay = *arguments.delay_s;
+  if (arguments.period_s) scenario.period = *arguments.period_s;
+  if (arguments.seed) scenario.observer.seed = *arguments.seed;
   return scenario;
 }
 
@@ -86,6 +94,8 @@ void print_summary(std::FILE* to, const execution::ControlScenario& scenario, co
   const char* unit = scenario.tool >= 0 ? "mm" : "mrad";
   row("tracking error", fmt::format("{:.1f} {} rms in contact, {:.1f} free", 1e3 * r.rms_error_contact, unit, 1e3 * r.rms_error_free));
   row("gave way", fmt::format("{} of {} ticks, {} not solved", r.slack_ticks, r.samples.size(), r.unsolved_ticks));
+  if (scenario.contacts == execution::ContactSource::Estimated)
+    row("contacts", fmt::format("from torques: {:.2f} ms, 99 % below {:.2f} ms", 1e3 * r.sense_median_s, 1e3 * r.sense_p99_s));
   row("tick", fmt::format("{:.1f} us, 99 % below {:.1f} us", 1e6 * r.tick_median_s, 1e6 * r.tick_p99_s));
 }
 
@@ -109,6 +119,10 @@ json report(const execution::ControlScenario& scenario, const execution::Control
           {"peak_speed", r.peak_speed},
           {"slack_ticks", r.slack_ticks},
           {"unsolved_ticks", r.unsolved_ticks},
+          {"contacts", scenario.contacts == execution::ContactSource::Estimated ? "estimated" : "true"},
+          {"delay_s", scenario.delay},
+          {"sense_median_s", r.sense_median_s},
+          {"sense_p99_s", r.sense_p99_s},
           {"tick_median_s", r.tick_median_s},
           {"tick_p99_s", r.tick_p99_s}};
 }
@@ -152,6 +166,15 @@ Run declare_control(CLI::App& command) {
       ->check(CLI::PositiveNumber);
   command.add_option("--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation")
       ->check(CLI::NonNegativeNumber);
+  command
+      .add_option(
+          "--contacts", a.contacts,
+          "What the controller is told of contacts: those of the simulation, or what joint torques show (default: as the scenario says)")
+      ->check(CLI::IsMember({"true", "estimated"}));
+  command.add_option("--delay", a.delay_s, "Age of what the controller is told of contacts [s] (default: as the scenario says)")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--period", a.period_s, "Between two commands [s] (default: as the scenario says)")->check(CLI::PositiveNumber);
+  command.add_option("--seed", a.seed, "Of the noise of joint torques (default: as the scenario says)");
   command.add_option("--tolerance", a.tolerance, "Settled forces may exceed the bound by this share of it")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);

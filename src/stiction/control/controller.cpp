@@ -46,7 +46,7 @@ struct ContactController::Impl {
     bool seen;
   };
   std::vector<Known> known;
-  std::vector<char> alone;  // of the contacts taken: not seen at the moment
+  std::vector<char> alone;  // of the contacts taken: not seen at the moment, or one of several that exclude each other
 
   // Scratch
   world::KinematicsWorkspace kinematics_work;
@@ -144,7 +144,7 @@ struct ContactController::Impl {
       if (force < options.force_threshold || force == 0) continue;
       const auto row = static_cast<Index>(command.taken.size());
       command.taken.push_back(k.contact);
-      alone[command.taken.size() - 1] = !k.seen;
+      alone[command.taken.size() - 1] = !k.seen || k.contact.alternative;
       lambda[row] = force;
       lambda_max[row] = k.contact.lambda_max.value_or(options.lambda_max);
       const Vector3d u = k.contact.force_W / force;

@@ -45,6 +45,8 @@ struct ContactForce {
   Eigen::Vector3d p_WC = Eigen::Vector3d::Zero();     ///< [m]
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< on the robot [N]
   std::optional<double> lambda_max{};                 ///< own bound [N], > 0
+  /// One of several explanations of the same torques, of which one is true: bounded as if it were the only one.
+  bool alternative = false;
 };
 
 /// Where a point fixed in a link is to be.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <optional>
 
 #include "stiction/core/invalid_input.hpp"
@@ -25,6 +26,17 @@ double quantile(std::vector<double>& values, double p) {
   return values[static_cast<std::size_t>(p * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
+/// Estimated contacts come with damping of their own, the same per second at any period.
+control::ControllerOptions make_controller_options(const ControlScenario& scenario) {
+  control::ControllerOptions out = scenario.controller;
+  if (scenario.contacts == ContactSource::True) return out;
+  const double share = scenario.period / kDampingPeriod;
+  out.damping = scenario.estimated_damping;
+  out.damping.largest /= share;
+  out.damping.forget_rate = 1 - std::pow(1 - out.damping.forget_rate, share);
+  return out;
+}
+
 /// One run in progress.
 class Run {
  public:
@@ -33,14 +45,16 @@ class Run {
         model_(*scenario.model),
         options_(options),
         out_(out),
-        plant_(simulation::Plant::make(scenario.model, scenario.plant), scenario.impedance),
-        controller_(scenario.model, scenario.controller),
+        plant_(simulation::Plant::make(scenario.model, scenario.plant), scenario.impedance,
+               is_estimated() ? std::optional(scenario.observer) : std::nullopt),
+        controller_(scenario.model, make_controller_options(scenario)),
         kinematics_work_(model_) {
     Eigen::VectorXd q = model_.neutral();
     q.tail(model_.n_a()) = scenario.start;
     plant_.reset(q);
     controller_.configure(scenario.start);
     q_cmd_ = scenario.start;
+    if (is_estimated()) estimator_.emplace(scenario.model, scenario.estimator);
     if (scenario.tool >= 0) X_WT_start_ = calc_tool_pose();
     out = {};
   }
@@ -53,6 +67,7 @@ class Run {
       const double time = static_cast<double>(k) * scenario_.period;
       calc_reference(scenario_, time + scenario_.period, reference_);
       read_contacts();
+      measure();
       tick(time);
       if (plant_.advance(q_cmd_, scenario_.period) != Status::Solved) {
         out_.message = plant_.message();
@@ -96,9 +111,13 @@ class Run {
     if (free > 0) out_.rms_error_free = std::sqrt(error_free / free);
     out_.tick_median_s = quantile(tick_s_, 0.5);
     out_.tick_p99_s = quantile(tick_s_, 0.99);
+    out_.sense_median_s = quantile(sense_s_, 0.5);
+    out_.sense_p99_s = quantile(sense_s_, 0.99);
   }
 
  private:
+  bool is_estimated() const { return scenario_.contacts == ContactSource::Estimated; }
+
   bool is_settled(std::size_t k) const {
     const auto settle = static_cast<std::size_t>(options_.settle / scenario_.period);
     if (k < settle) return false;
@@ -112,7 +131,28 @@ class Run {
     return kinematics_.X_WB[at(scenario_.tool)] * scenario_.X_BT;
   }
 
-  /// Forces on robots by anything else, as if a skin measured them.
+  /// What is known of contacts after the delay: as a skin would measure them, or from torques.
+  void measure() {
+    const Eigen::VectorXd q = plant_.q().tail(model_.n_a());
+    measured_.push_back({q, plant_.observed(), contacts_});
+    const auto delay = static_cast<std::size_t>(std::lround(scenario_.delay / scenario_.period));
+    if (measured_.size() > delay + 1) measured_.pop_front();
+    if (measured_.size() <= delay) {
+      told_.clear();
+      return;
+    }
+    const Measured& m = measured_.front();
+    if (!is_estimated()) {
+      told_ = m.contacts;
+      return;
+    }
+    const auto started = std::chrono::steady_clock::now();
+    const auto contacts = estimator_->update(m.q, m.external, q, scenario_.period);
+    sense_s_.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count());
+    told_.assign(contacts.begin(), contacts.end());
+  }
+
+  /// Forces on robots by anything else.
   void read_contacts() {
     contacts_.clear(), forces_.clear();
     for (const simulation::PairForce& f : plant_.forces()) {
@@ -131,8 +171,7 @@ class Run {
   void tick(double time) {
     control::ToolReference tool;
     const Eigen::VectorXd q = plant_.q().tail(model_.n_a());
-    control::ControllerState state{
-        .time = time, .q = q, .q_ref = scenario_.tool >= 0 ? scenario_.start : reference_, .contacts = contacts_};
+    control::ControllerState state{.time = time, .q = q, .q_ref = scenario_.tool >= 0 ? scenario_.start : reference_, .contacts = told_};
     if (scenario_.tool >= 0) {
       tool = {.body = scenario_.tool, .X_BT = scenario_.X_BT, .X_WT = calc_tool_reference()};
       state.tool = &tool;
@@ -157,6 +196,7 @@ class Run {
     s.time = time;
     s.q = q, s.q_cmd = command.q_cmd, s.reference = reference_;
     s.forces = forces_;
+    s.told = told_;
     for (const auto& f : forces_) s.largest_force = std::max(s.largest_force, f.force_W.norm());
     s.speed = plant_.v().tail(model_.n_a()).norm();
     if (scenario_.tool >= 0) {
@@ -187,9 +227,15 @@ class Run {
   world::Kinematics kinematics_;
   world::Pose X_WT_start_;
   Eigen::VectorXd reference_, q_cmd_;
-  std::vector<control::ContactForce> contacts_;
+  struct Measured {
+    Eigen::VectorXd q, external;
+    std::vector<control::ContactForce> contacts;
+  };
+  std::optional<ContactEstimator> estimator_;
+  std::deque<Measured> measured_;  ///< the oldest is what the controller is told of
+  std::vector<control::ContactForce> contacts_, told_;
   std::vector<simulation::PairForce> forces_;
-  std::vector<double> tick_s_;
+  std::vector<double> tick_s_, sense_s_;
 };
 
 }  // namespace

@@ -27,6 +27,7 @@ struct ControlSample {
   double angle_error = 0;                     ///< of the tool [rad]
   bool bounded = false;                       ///< a force is predicted at its bound: the reference asks for more
   double slack = 0;                           ///< largest [N]
+  std::vector<control::ContactForce> told;    ///< contacts that the controller was told of in this tick
 };
 
 /// What the run comes to. Forces: of single contacts, measured.
@@ -47,7 +48,8 @@ struct ControlRunResult {
   double peak_force_rate = 0;                        ///< largest fall of a force between two ticks, settled contacts [N/s]
   int slack_ticks = 0;                               ///< in which a bound was given up by more than a thousandth of itself
   int unsolved_ticks = 0;
-  double tick_median_s = 0, tick_p99_s = 0;  ///< wall time of update()
+  double tick_median_s = 0, tick_p99_s = 0;    ///< wall time of update()
+  double sense_median_s = 0, sense_p99_s = 0;  ///< of the estimator, over the ticks in which it was told of torques
 };
 
 /// Runs the scenario in the second-order simulation: impedance control of the joints, the contact controller above it, contacts as simulated.

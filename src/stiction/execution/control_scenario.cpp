@@ -80,6 +80,14 @@ control::Law read_law(const YamlNode& node) {
                                    : control::Law::NullSpace;
 }
 
+void read_damping(const YamlNode& node, control::ForceDampingOptions& out) {
+  node.require_map({"largest", "force_scale", "forget_rate", "printed"});
+  out.largest = node.nonnegative_or("largest", out.largest);
+  out.force_scale = node.positive_or("force_scale", out.force_scale);
+  out.forget_rate = node.positive_or("forget_rate", out.forget_rate);
+  out.printed = node.boolean_or("printed", out.printed);
+}
+
 void read_controller(const YamlNode& node, ControlScenario& out) {
   node.require_map({"period", "law", "cost", "lambda_max", "force_threshold", "force_time_constant", "max_contacts", "revolute_speed",
                     "prismatic_speed", "torque", "tool_length", "unilateral", "contact_compliance", "posture_weight", "damping"});
@@ -99,13 +107,7 @@ void read_controller(const YamlNode& node, ControlScenario& out) {
   c.qp.unilateral = node.boolean_or("unilateral", c.qp.unilateral);
   c.qp.contact_compliance = node.positive_or("contact_compliance", c.qp.contact_compliance);
   c.qp.posture_weight = node.positive_or("posture_weight", c.qp.posture_weight);
-  if (const auto damping = node.find("damping")) {
-    damping->require_map({"largest", "force_scale", "forget_rate", "printed"});
-    c.damping.largest = damping->nonnegative_or("largest", c.damping.largest);
-    c.damping.force_scale = damping->positive_or("force_scale", c.damping.force_scale);
-    c.damping.forget_rate = damping->positive_or("forget_rate", c.damping.forget_rate);
-    c.damping.printed = damping->boolean_or("printed", c.damping.printed);
-  }
+  if (const auto damping = node.find("damping")) read_damping(*damping, c.damping);
 }
 
 void read_plant(const YamlNode& node, ControlScenario& out) {
@@ -122,11 +124,39 @@ void read_plant(const YamlNode& node, ControlScenario& out) {
   }
 }
 
+void read_estimator(const YamlNode& node, ControlScenario& out) {
+  node.require_map({"contacts", "delay", "time_constant", "noise", "bias", "inertia_error", "seed", "links", "samples", "friction",
+                    "threshold", "max_candidates", "plausible_force", "max_descents", "filter", "damping"});
+  if (const auto contacts = node.find("contacts"))
+    out.contacts = contacts->one_of({"true", "estimated"}) == "true" ? ContactSource::True : ContactSource::Estimated;
+  out.delay = node.nonnegative_or("delay", out.delay);
+  simulation::ObserverOptions& o = out.observer;
+  o.time_constant = node.positive_or("time_constant", o.time_constant);
+  o.noise = node.positive_or("noise", o.noise);
+  o.bias = node.nonnegative_or("bias", o.bias);
+  if (const auto error = node.find("inertia_error")) o.inertia_error = error->number();
+  const std::int64_t seed = node.integer_or("seed", 0);
+  if (seed < 0) node.at("seed").fail("an integer ≥ 0");
+  o.seed = static_cast<std::uint64_t>(seed);
+  ContactEstimatorOptions& e = out.estimator;
+  if (const auto links = node.find("links"))
+    for (const auto& link : links->items()) e.sensor.links.push_back(link.string());
+  if (const auto samples = node.find("samples")) e.sensor.samples = samples->positive_int();
+  constexpr int kRays = 4;
+  if (const auto friction = node.find("friction")) e.sense.cone = sensing::FrictionCone(friction->nonnegative(), kRays);
+  if (const auto threshold = node.find("threshold")) e.sense.threshold = threshold->positive();
+  if (const auto damping = node.find("damping")) read_damping(*damping, out.estimated_damping);
+  e.time_constant = node.nonnegative_or("filter", e.time_constant);
+  if (const auto most = node.find("max_descents")) e.sense.max_descents = most->positive_int();
+  e.plausible_force = node.positive_or("plausible_force", e.plausible_force);
+  if (const auto room = node.find("max_candidates")) e.max_candidates = room->positive_int();
+}
+
 }  // namespace
 
 ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
   const YamlNode top = world::load_yaml_with_base(file);
-  top.require_map({"name", "description", "scene", "start", "reference", "hold", "controller", "plant"});
+  top.require_map({"name", "description", "scene", "start", "reference", "hold", "controller", "plant", "estimator"});
   ControlScenario out;
   out.file = file;
   out.name = top.at("name").string();
@@ -141,7 +171,16 @@ ControlScenario load_control_scenario(const std::filesystem::path& file, std::sp
   out.plant.damping_ratio = 0;
   if (const auto plant = top.find("plant")) read_plant(*plant, out);
   if (const auto controller = top.find("controller")) read_controller(*controller, out);
+  out.estimator.plausible_force = 2 * out.controller.lambda_max;
+  if (const auto estimator = top.find("estimator")) read_estimator(*estimator, out);
+  // White noise after two first-order low-passes: of its variance T_O / (T_O + T) is left of what one leaves.
+  const double white =
+      out.observer.noise * std::sqrt(out.observer.time_constant / (out.observer.time_constant + out.estimator.time_constant));
+  out.estimator.sense.noise = std::hypot(white, out.observer.bias);
   try {
+    out.estimated_damping.validate();
+    out.observer.validate();
+    out.estimator.validate();
     out.controller.validate();
     out.impedance.validate();
     out.plant.validate();

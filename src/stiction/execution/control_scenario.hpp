@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "stiction/control/controller.hpp"
+#include "stiction/execution/contact_estimator.hpp"
 #include "stiction/simulation/impedance.hpp"
+#include "stiction/simulation/momentum_observer.hpp"
 #include "stiction/simulation/simulation.hpp"
 #include "stiction/world/model.hpp"
 
@@ -19,6 +21,15 @@ struct ReferenceKnot {
   double time = 0;  ///< [s]
   Eigen::VectorXd value;
 };
+
+/// What a controller is told of contacts.
+enum class ContactSource {
+  True,       ///< those of the simulation, as if a skin measured them
+  Estimated,  ///< what joint torques show: a momentum observer, then `ContactEstimator`
+};
+
+/// Tick for which ControlScenario::estimated_damping is stated [s].
+inline constexpr double kDampingPeriod = 0.005;
 
 /// A robot whose reference goes through things that it does not know, as a YAML file says (keys: scenarios/README.md).
 struct ControlScenario {
@@ -34,6 +45,12 @@ struct ControlScenario {
   control::ControllerOptions controller;
   simulation::PlantOptions plant;
   simulation::ImpedanceOptions impedance;
+  ContactSource contacts = ContactSource::True;
+  simulation::ObserverOptions observer;
+  ContactEstimatorOptions estimator;  ///< its `noise` is that of the observer with the bias
+  /// In place of the controller's where contacts are estimated, for ticks of kDampingPeriod: an observer smooths what tells friction that hops, so that it takes more.
+  control::ForceDampingOptions estimated_damping{.largest = 100, .force_scale = 1};
+  double delay = 0;  ///< of contacts or of torques and the joints at which they were measured, rounded to ticks [s], ≥ 0
 };
 
 /// @param package_dirs  where package:// of a robot is looked up after its own

@@ -56,6 +56,7 @@ void SenseOptions::validate() const {
   core::require_positive("tolerance", tolerance);
   core::require_positive("merge", merge);
   core::require_nonnegative("thin", thin);
+  if (max_descents && *max_descents < 1) core::throw_invalid("max_descents", fmt::format("{}", *max_descents), "an integer ≥ 1");
 }
 
 std::string_view to_string(Verdict verdict) noexcept {
@@ -206,7 +207,9 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
         if (input.last != nullptr)
           for (const ContactPoint& point : *input.last)
             search.keep(method, evaluate(search.problem(point.link), point.triangle, point.p_L));
+        const int given = out.descents;
         for (const auto& start : work.starts) {
+          if (options.max_descents && out.descents - given >= *options.max_descents) break;
           const ContactPoint point = search.at(start);
           if (!search.is_thinned(method, point)) search.keep(method, point);
         }

@@ -26,7 +26,9 @@ struct SenseOptions {
   double tolerance = 0.01;        ///< [-] of ‖τ‖ that an explanation may leave where there is no noise
   Method method = GaussNewton{};  ///< SteepestDescent: RSGD as published
   double merge = 3;               ///< points nearer than this many sample spacings are one candidate
-  double thin = 2;        ///< Gauss–Newton leaves out starts within so many sample spacings of an earlier start or of an end, ≥ 0
+  double thin = 2;  ///< Gauss–Newton leaves out starts within so many sample spacings of an earlier start or of an end, ≥ 0
+  /// Most descents from samples in a call, the best samples first, beside those from the last cycle; ≥ 1. nullopt: from all that are accepted.
+  std::optional<int> max_descents{};
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
@@ -24,10 +25,14 @@ struct DrivenPlant::Impl {
   long periods = 0;
   Push push;
   Eigen::VectorXd q, v, torque, external, q_a, v_a, inertia;
+  std::optional<MomentumObserver> observer;
+  std::vector<mjtNum> last_M;                 ///< mass matrix at the last update of the observer; empty before the first
+  Eigen::VectorXd last_n, momentum, n, zero;  ///< passive forces − bias then; arguments of the observer
+  std::vector<mjtNum> product;
   std::vector<PairForce> forces;
   std::string message;
 
-  Impl(std::shared_ptr<const Plant> given, const ImpedanceOptions& options)
+  Impl(std::shared_ptr<const Plant> given, const ImpedanceOptions& options, const std::optional<ObserverOptions>& observing)
       : plant(std::move(given)), data(mj_makeData(plant->impl().mujoco.get())), impedance(plant->model().stiffness(), options) {
     const world::Model& model = plant->model();
     if (plant->options().damping_ratio != 0)
@@ -38,7 +43,10 @@ struct DrivenPlant::Impl {
       core::throw_invalid("impedance.period", fmt::format("{} s", options.period),
                           fmt::format("whole timesteps of {} s", plant->options().timestep));
     q.setZero(model.n_q()), v.setZero(model.n_v());
-    for (Eigen::VectorXd* x : {&torque, &external, &q_a, &v_a, &inertia}) x->setZero(model.n_a());
+    for (Eigen::VectorXd* x : {&torque, &external, &q_a, &v_a, &inertia, &last_n, &momentum, &n, &zero}) x->setZero(model.n_a());
+    if (observing) observer.emplace(model.n_a(), options.period, *observing);
+    product.resize(at(plant->impl().mujoco->nv));
+    last_M.reserve(at(plant->impl().mujoco->nC));
   }
 
   int v_address(Eigen::Index joint) const { return plant->impl().v_address[at(plant->model().n_vu() + joint)]; }
@@ -55,6 +63,36 @@ struct DrivenPlant::Impl {
       external[j] = data->qfrc_constraint[address] + data->qfrc_applied[address];
       inertia[j] = data->M[p.mujoco->M_rowadr[address] + p.mujoco->M_rownnz[address] - 1];  // lower triangle by rows
     }
+  }
+
+  /// The robot's part of M v, of a mass matrix given by the rows of its lower triangle.
+  void multiply_mass(const mjtNum* M, Eigen::VectorXd& out) {
+    const mjModel* m = plant->impl().mujoco.get();
+    std::fill(product.begin(), product.end(), 0);
+    for (int i = 0; i < m->nv; ++i)
+      for (int k = m->M_rowadr[i]; k < m->M_rowadr[i] + m->M_rownnz[i]; ++k) {
+        const int j = m->M_colind[k];
+        product[at(i)] += M[k] * data->qvel[j];
+        if (i != j) product[at(j)] += M[k] * data->qvel[i];
+      }
+    for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = product[at(v_address(j))];
+  }
+
+  /// (C.11) over the period that ends now: Cᵀ v = Ṁ v − C v, and C v + g is MuJoCo's bias, which passive forces compensate.
+  void observe() {
+    const mjModel* m = plant->impl().mujoco.get();
+    const double known = 1 + observer->options().inertia_error, period = impedance.options().period;
+    multiply_mass(data->M, momentum);
+    momentum *= known;
+    if (last_M.empty()) {
+      observer->start(momentum);
+    } else {
+      multiply_mass(last_M.data(), n);
+      n = (momentum - known * n) / period + last_n;
+      observer->update(momentum, n, torque);
+    }
+    last_M.assign(data->M, data->M + m->nC);
+    for (Eigen::Index j = 0; j < n.size(); ++j) last_n[j] = data->qfrc_passive[v_address(j)] - known * data->qfrc_bias[v_address(j)];
   }
 
   void apply_push() {
@@ -88,6 +126,7 @@ struct DrivenPlant::Impl {
       apply_push();
       if (first) {
         read();
+        if (observer) observe();
         torque = impedance.update(q_a, v_a, command, inertia);
       }
       write_torque();
@@ -112,8 +151,8 @@ struct DrivenPlant::Impl {
   }
 };
 
-DrivenPlant::DrivenPlant(std::shared_ptr<const Plant> plant, const ImpedanceOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(plant), options)) {
+DrivenPlant::DrivenPlant(std::shared_ptr<const Plant> plant, const ImpedanceOptions& options, std::optional<ObserverOptions> observer)
+    : impl_(std::make_unique<Impl>(std::move(plant), options, observer)) {
   reset(impl_->plant->model().neutral());
 }
 DrivenPlant::~DrivenPlant() = default;
@@ -125,6 +164,8 @@ void DrivenPlant::reset(VectorRef q) {
   mj_resetData(p.mujoco.get(), impl_->data.get());
   copy_to_qpos(p, q, impl_->data->qpos);
   impl_->impedance.reset();
+  if (impl_->observer) impl_->observer->reset();
+  impl_->last_M.clear();
   impl_->periods = 0;
   impl_->push = {};
   impl_->message.clear();
@@ -160,6 +201,7 @@ const Eigen::VectorXd& DrivenPlant::v() const { return impl_->v; }
 const Eigen::VectorXd& DrivenPlant::damping() const { return impl_->impedance.damping(); }
 const Eigen::VectorXd& DrivenPlant::torque() const { return impl_->torque; }
 const Eigen::VectorXd& DrivenPlant::external() const { return impl_->external; }
+const Eigen::VectorXd& DrivenPlant::observed() const { return impl_->observer ? impl_->observer->external() : impl_->zero; }
 const std::vector<PairForce>& DrivenPlant::forces() const { return impl_->forces; }
 const std::string& DrivenPlant::message() const { return impl_->message; }
 

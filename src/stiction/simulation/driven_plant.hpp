@@ -1,10 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "stiction/simulation/impedance.hpp"
+#include "stiction/simulation/momentum_observer.hpp"
 #include "stiction/simulation/simulation.hpp"
 
 namespace stiction::simulation {
@@ -13,8 +15,9 @@ namespace stiction::simulation {
 class DrivenPlant {
  public:
   /// @param plant  made with damping_ratio 0: the damping is the controller's
+  /// @param observer  of external torques, once an impedance period; nullopt: none
   /// @throws core::InvalidInput: a plant with damped springs, options out of range, a period that is not whole timesteps
-  DrivenPlant(std::shared_ptr<const Plant> plant, const ImpedanceOptions& options = {});
+  DrivenPlant(std::shared_ptr<const Plant> plant, const ImpedanceOptions& options = {}, std::optional<ObserverOptions> observer = {});
   ~DrivenPlant();
   DrivenPlant(DrivenPlant&&) noexcept;
 
@@ -40,6 +43,7 @@ class DrivenPlant {
   const Eigen::VectorXd& damping() const;        ///< gains D of the impedance controller (n_a) [N m s/rad or N s/m]
   const Eigen::VectorXd& torque() const;         ///< of the joints (n_a) [N m or N]
   const Eigen::VectorXd& external() const;       ///< Σ J_cᵀ f_c of contacts, joint stops and the push (n_a) [N m or N]
+  const Eigen::VectorXd& observed() const;       ///< the same as the momentum observer has it (n_a); 0 without one
   const std::vector<PairForce>& forces() const;  ///< by pair index; only pairs that touch
   const std::string& message() const;
 

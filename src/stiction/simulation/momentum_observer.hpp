@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "stiction/core/random.hpp"
+#include "stiction/world/model.hpp"
+
+namespace stiction::simulation {
+
+using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
+
+/// What a momentum observer is given, and how well it knows the robot.
+struct ObserverOptions {
+  double time_constant = 0.01;  ///< 1/K_O: the estimate follows the external torque with a first-order lag of this [s], > 0
+  double noise = 0.05;          ///< standard deviation of each estimate, of white noise of the torque sensors [N m; N], ≥ 0
+  double bias = 0;              ///< standard deviation of a constant offset of each torque sensor, drawn once a run [N m; N], ≥ 0
+  double inertia_error = 0;     ///< share by which the masses that it knows are too large [-], > −1
+  std::uint64_t seed = 0;       ///< of noise and bias
+  void validate() const;        ///< @throws core::InvalidInput naming the field
+};
+
+/// External joint torques from momentum, without accelerations:
+///     r = K_O ( p − ∫ (τ + n + r) dt − p₀ ) ,   p = M v ,   n = Cᵀ v − g ,   so that   ṙ = K_O (τ_ext − r) ,                    (C.11)
+/// in implicit steps of h:  r ← r + a (Δp/h − τ − n − r),  a = h K_O / (1 + h K_O). White noise of standard deviation s on τ gives r one of s √(a/(2 − a)).
+/// Tests: tests/simulation/momentum_observer_test.cpp. Source: De Luca et al., IROS 2006
+class MomentumObserver {
+ public:
+  /// @param joints  n    @param period  h [s], > 0
+  MomentumObserver(Eigen::Index joints, double period, const ObserverOptions& options);
+
+  void reset();  ///< r = 0; the same noise and bias again
+  /// One period. @param p  momentum at its end (n)    @param n  mean of Cᵀ v − g over it (n)    @param tau  that the joints bore during it, without noise (n)
+  const Eigen::VectorXd& update(VectorRef p, VectorRef n, VectorRef tau);
+  /// The momentum from which the next period starts.
+  void start(VectorRef p) { p_ = p; }
+
+  const Eigen::VectorXd& external() const { return r_; }  ///< r (n) [N m; N]
+  const ObserverOptions& options() const { return options_; }
+
+ private:
+  ObserverOptions options_;
+  double period_, gain_, sensor_noise_;
+  core::Random random_;
+  Eigen::VectorXd p_, r_, bias_;
+};
+
+}  // namespace stiction::simulation

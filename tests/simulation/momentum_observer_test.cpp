@@ -1,0 +1,84 @@
+#include "stiction/simulation/momentum_observer.hpp"
+
+#include "simulation/scenes.hpp"
+#include "stiction/simulation/driven_plant.hpp"
+#include "support/message_of.hpp"
+
+namespace stiction::simulation::test {
+namespace {
+
+using core::Status;
+using Eigen::VectorXd;
+
+DrivenPlant arm(const ObserverOptions& observer) {
+  world::Scene scene = empty_scene({0, 0, -9.81});
+  world::RobotSpec robot;
+  robot.name = "arm";
+  robot.urdf = source_dir() / "models" / "iiwa7_balls.urdf";
+  for (int j = 0; j < 7; ++j) robot.stiffness.emplace_back("joint_" + std::to_string(j + 1), 400);
+  scene.robots.push_back(robot);
+  PlantOptions plant;
+  plant.damping_ratio = 0;
+  return DrivenPlant(Plant::make(world::Model::make(scene), plant), {}, observer);
+}
+
+VectorXd posture() { return (VectorXd(7) << 0.3, 0.4, -0.2, -1.70, 0.1, 1.0, 0).finished(); }
+
+/// r of a moving arm is the first-order low-pass of what acts on it; MuJoCo's own sum of forces is the oracle.
+TEST(MomentumObserver, PushedArmThatMoves_IsTheLowPassOfTheExternalTorque) {
+  const ObserverOptions options{.time_constant = 0.02, .noise = 0};
+  DrivenPlant plant = arm(options);
+  plant.reset(posture());
+  constexpr double h = 2e-4;
+  VectorXd want = VectorXd::Zero(7), command = posture();
+  const int last = static_cast<int>(plant.plant().model().bodies().size()) - 1;
+  plant.set_push({.body = last, .force_W = {10, -20, 15}});
+  double largest = 0, speed = 0;
+  for (int k = 0; k < 2500; ++k) {
+    command.array() += 2e-4;  // 1 rad/s: Coriolis and centrifugal torques matter
+    ASSERT_EQ(plant.advance(command, h), Status::Solved);
+    EXPECT_LT((plant.observed() - want).cwiseAbs().maxCoeff(), 0.02) << "tick " << k;
+    want += h / (h + options.time_constant) * (plant.external() - want);
+    largest = std::max(largest, want.cwiseAbs().maxCoeff()), speed = std::max(speed, plant.v().norm());
+  }
+  EXPECT_GT(largest, 5);
+  EXPECT_GT(speed, 1);
+}
+
+TEST(MomentumObserver, WhiteNoise_HasTheDeviationThatWasAskedFor) {
+  MomentumObserver observer(1, 2e-4, {.time_constant = 0.01, .noise = 0.1, .seed = 3});
+  const VectorXd zero = VectorXd::Zero(1);
+  double sum = 0, squares = 0;
+  constexpr int kSamples = 400000;
+  for (int k = 0; k < kSamples; ++k) {
+    const double r = observer.update(zero, zero, zero)[0];
+    sum += r, squares += r * r;
+  }
+  EXPECT_NEAR(std::sqrt(squares / kSamples), 0.1, 0.005) << "8000 time constants: 1 % of deviation";
+  EXPECT_NEAR(sum / kSamples, 0, 0.01);
+}
+
+TEST(MomentumObserver, NothingActs_ShowsWeightOfWrongMassesAndBias) {
+  const auto rest = [](const ObserverOptions& options) {
+    DrivenPlant plant = arm(options);
+    plant.reset(posture());
+    EXPECT_EQ(plant.advance(posture(), 0.2), Status::Solved);
+    return plant.observed();
+  };
+  EXPECT_LT(rest({.noise = 0}).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_GT(rest({.noise = 0, .inertia_error = 0.05}).cwiseAbs().maxCoeff(), 0.5);
+  const VectorXd bias = rest({.noise = 0, .bias = 0.3, .seed = 1});
+  EXPECT_GT(bias.cwiseAbs().minCoeff(), 0);
+  EXPECT_LT(bias.norm(), 0.3 * 5);
+}
+
+TEST(MomentumObserver, BadInput_IsNamed) {
+  const auto message = [](const ObserverOptions& o) { return stiction::test::message_of([&] { o.validate(); }); };
+  EXPECT_NE(message({.time_constant = 0}).find("observer.time_constant"), std::string::npos);
+  EXPECT_NE(message({.noise = -1}).find("observer.noise"), std::string::npos);
+  EXPECT_NE(message({.bias = -1}).find("observer.bias"), std::string::npos);
+  EXPECT_NE(message({.inertia_error = -1}).find("observer.inertia_error"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stiction::simulation::test
