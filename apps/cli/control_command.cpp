@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "control_page.hpp"
 #include "stiction/execution/control_run.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/scenarios.hpp"
@@ -31,6 +32,7 @@ struct ControlArguments {
   double settle_s = execution::ControlRunOptions{}.settle;
   double timeout_s = 600;
   std::string out_dir;
+  std::string html;
   bool json = false;
 };
 
@@ -42,7 +44,8 @@ std::string_view law_name(control::Law law) {
 
 execution::ControlScenario load(const ControlArguments& arguments) {
   const auto package_dirs = tasks::default_package_dirs();
-  execution::ControlScenario scenario = execution::load_control_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), package_dirs);
+  execution::ControlScenario scenario =
+      execution::load_control_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), package_dirs);
   for (const auto& [name, value] : kLaws)
     if (arguments.law == name) scenario.controller.law = value;
   if (arguments.lambda_max) {
@@ -147,9 +150,15 @@ int run_control_command(const ControlArguments& arguments) {
     print_row(to, "samples", file.string());
     out["samples"] = file.string();
   }
+  bool page_failed = false;
+  if (!arguments.html.empty() && !result.samples.empty()) {
+    page_failed = !write_page(control_document(scenario, result, law_name(scenario.controller.law)), arguments.html, to);
+    if (!page_failed) out["page"] = arguments.html;
+  }
   if (arguments.json) fmt::print("{}\n", out.dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations) return kNotSolved;
+  if (page_failed) return kInternalError;
   return passes ? kDone : kCheckFailed;
 }
 
@@ -183,6 +192,7 @@ Run declare_control(CLI::App& command) {
       ->check(CLI::NonNegativeNumber);
   add_timeout(command, a.timeout_s);
   add_out(command, a.out_dir, "Folder for control.csv, a line a tick (default: not written)");
+  command.add_option("--html", a.html, "Write a page to look at: the arm over time, contact forces, errors and torques");
   add_json(command, a.json);
   return [arguments] { return run_control_command(*arguments); };
 }

@@ -59,6 +59,43 @@ int run_page_maker(const fs::path& plan, const fs::path& html, const fs::path& s
 
 namespace {
 
+/// A folder for a file that only the page maker reads.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "stiction-view-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr)
+      throw InstallationFault(fmt::format("page: no folder can be made in {}", fs::temp_directory_path().string()));
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+}  // namespace
+
+bool write_page(const std::string& document, const fs::path& html, std::FILE* to) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "page.json";
+  tasks::write_text(document + "\n", file);
+  if (run_page_maker(file, html) != 0) {
+    fmt::print(stderr, "stiction: page: the page maker failed\n");
+    return false;
+  }
+  print_row(to, "page", html.string());
+  return true;
+}
+
+namespace {
+
 struct ViewArguments {
   std::string shown;  ///< plan or task
   std::string html;
@@ -82,27 +119,6 @@ bool is_task(const std::string& name) {
   return name.ends_with(".yaml") || name.ends_with(".yml") ||
          (!fs::exists(name) && std::find(names.begin(), names.end(), name) != names.end());
 }
-
-/// A folder for a file that only the page maker reads.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "stiction-view-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw InstallationFault(fmt::format("view: no folder can be made in {}", fs::temp_directory_path().string()));
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 int show(const fs::path& plan, const std::string& html) {
   const int code = run_page_maker(plan, html);

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
-#include "stiction/core/invalid_input.hpp"
+#include "sense_page.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
@@ -18,22 +18,22 @@ using Json = nlohmann::ordered_json;
 
 struct SenseArguments {
   std::string scenario;
+  std::string html;
+  double force = 0;  ///< of the contact whose detectability is drawn [N]; 0: as the scenario has it
   bool json = false;
 };
-
-Json numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 Json to_json(const sensing::Scenario& scenario, const sensing::Candidate& c) {
   Json out;
   out["link"] = scenario.sensor->link_name(c.best.link);
   out["explains"] = c.explains;
   out["residual"] = c.best.residual;
-  out["p_L"] = numbers(c.best.p_L);
-  out["n_L"] = numbers(c.best.n_L);
-  out["f_L"] = numbers(c.best.f_L);
-  out["p_W"] = numbers(c.p_W);
-  out["n_W"] = numbers(c.n_W);
-  out["f_W"] = numbers(c.f_W);
+  out["p_L"] = page_numbers(c.best.p_L);
+  out["n_L"] = page_numbers(c.best.n_L);
+  out["f_L"] = page_numbers(c.best.f_L);
+  out["p_W"] = page_numbers(c.p_W);
+  out["n_W"] = page_numbers(c.n_W);
+  out["f_W"] = page_numbers(c.f_W);
   out["rank"] = c.rank;
   out["extent"] = c.extent;
   out["force_spread"] = c.force_spread;
@@ -56,6 +56,8 @@ int run_sense(const SenseArguments& arguments) {
   sensing::SenseResult result;
   std::vector<sensing::ContactPoint> last;
   Json moments = Json::array();
+  std::optional<SensePage> page;
+  if (!arguments.html.empty()) page.emplace(scenario);
   int explained = 0;
   for (std::size_t i = 0; i < scenario.series.times.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
@@ -64,6 +66,7 @@ int run_sense(const SenseArguments& arguments) {
     sensing::sense(*scenario.sensor, {q, scenario.series.tau.col(column), &last}, scenario.options, work, result);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     last = result.best_points();
+    if (page) page->add(scenario.series.times[i], q, scenario.series.tau.col(column), result);
     explained += result.verdict == sensing::Verdict::Explained;
     fmt::print(to, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms\n", scenario.name, scenario.series.times[i],
                sensing::to_string(result.verdict), result.accepted, result.samples, result.descents, 1e3 * seconds);
@@ -84,11 +87,13 @@ int run_sense(const SenseArguments& arguments) {
     }
     moments.push_back(std::move(moment));
   }
+  const bool page_failed = page && !write_page(page->document(arguments.force), arguments.html, to);
   if (arguments.json) {
     Json out{{"status", explained > 0 ? "Explained" : "NotExplained"}, {"scenario", scenario.name}, {"moments", std::move(moments)}};
+    if (page && !page_failed) out["page"] = arguments.html;
     fmt::print("{}\n", out.dump());
   }
-  return kDone;
+  return page_failed ? kInternalError : kDone;
 }
 
 }  // namespace
@@ -97,6 +102,12 @@ Run declare_sense(CLI::App& command) {
   const auto arguments = std::make_shared<SenseArguments>();
   SenseArguments& a = *arguments;
   command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
+  command.add_option("--html", a.html, "Write a page to look at: residuals and detectability on the robot, candidates with their forces");
+  command
+      .add_option(
+          "--force", a.force,
+          "Detectability on the page is that of a force of this size [N] (default: that of the known contact, or of the first candidate)")
+      ->check(CLI::PositiveNumber);
   add_json(command, a.json);
   return [arguments] { return run_sense(*arguments); };
 }

@@ -1,4 +1,4 @@
-"""python -m stiction_view PLAN.json [--html FILE] [--simulation FILE] [--port N]"""
+"""python -m stiction_view FILE [--html FILE] [--simulation FILE] [--port N]"""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ import os
 import sys
 from pathlib import Path
 
+from . import documents
 from .plan import InvalidPlan, load_plan
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="stiction_view", description="Shows a plan of stiction in the browser.")
-    parser.add_argument("plan", type=Path, help="plan file written by `stiction plan`")
+    parser.add_argument("plan", type=Path, help="plan file written by `stiction plan`, or what `stiction sense --html` or `stiction control --html` hands over")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead of starting a server")
     parser.add_argument("--simulation", type=Path, metavar="FILE", help="draw this run of the plan, written by `stiction simulate`, over it")
     parser.add_argument("--port", type=int, default=8080, help="port of the live view on localhost (default: %(default)s)")
@@ -21,6 +22,11 @@ def main() -> int:
     if args.simulation is not None and args.html is None:
         parser.error("--simulation needs --html")
     try:
+        maker = documents.find(args.plan)
+        if maker is not None:
+            if args.html is None:
+                parser.error(f"{args.plan} needs --html")
+            return write(args.html, maker(args.plan))
         plan = load_plan(args.plan)
         if args.simulation is not None:
             from . import overlay
@@ -39,14 +45,17 @@ def main() -> int:
             pass
         return 0
 
+    return write(args.html, scene.make_page(plan) if args.simulation is None else overlay.make_page(simulation))
+
+
+def write(file: Path, page: str) -> int:
     # Under a temporary name first, so that an interrupted run never leaves half a page.
-    temporary = args.html.with_name(f".{args.html.name}.{os.getpid()}")
+    temporary = file.with_name(f".{file.name}.{os.getpid()}")
     try:
-        page = scene.make_page(plan) if args.simulation is None else overlay.make_page(simulation)
         temporary.write_text(page, encoding="utf-8")
-        temporary.replace(args.html)
+        temporary.replace(file)
     except OSError as error:
-        print(f"error: {args.html}: cannot be written ({error.strerror})", file=sys.stderr)
+        print(f"error: {file}: cannot be written ({error.strerror})", file=sys.stderr)
         return 2
     finally:
         temporary.unlink(missing_ok=True)

@@ -148,7 +148,8 @@ def load_plan(file: Path) -> Plan:
     return read_document(file, FORMAT, FORMAT_VERSION, _read)
 
 
-def _read(data: dict[str, Any]) -> Plan:
+def read_bodies(data: dict[str, Any]) -> tuple[list[Body], list[Geometry]]:
+    """The members `bodies` and `geometries` of a document."""
     bodies: list[Body] = []
     moving = 0
     for entry in data["bodies"]:
@@ -161,6 +162,12 @@ def _read(data: dict[str, Any]) -> Plan:
     for geometry in geometries:
         if not 0 <= geometry.body < len(bodies):
             raise ValueError(f"geometries: body {geometry.body} of {geometry.name!r} does not exist")
+    return bodies, geometries
+
+
+def _read(data: dict[str, Any]) -> Plan:
+    bodies, geometries = read_bodies(data)
+    moving = sum(body.moving is not None for body in bodies)
 
     goal = data["goal"]
     goal_body = next((i for i, body in enumerate(bodies) if body.kind == "object" and body.name == goal["object"]), None)

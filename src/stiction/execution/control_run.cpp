@@ -195,6 +195,7 @@ class Run {
     ControlSample s;
     s.time = time;
     s.q = q, s.q_cmd = command.q_cmd, s.reference = reference_;
+    s.torque = plant_.torque();
     s.forces = forces_;
     s.told = told_;
     for (const auto& f : forces_) s.largest_force = std::max(s.largest_force, f.force_W.norm());

@@ -20,6 +20,7 @@ struct ControlRunOptions {
 struct ControlSample {
   double time = 0;                            ///< [s]
   Eigen::VectorXd q, q_cmd, reference;        ///< (n_a), (n_a), joints (n_a) or tool (6)
+  Eigen::VectorXd torque;                     ///< of the motors, beside what carries the weight (n_a) [N·m or N]
   std::vector<simulation::PairForce> forces;  ///< on the robot, of pairs of a robot with something else
   double largest_force = 0;                   ///< of one contact [N]
   double speed = 0;                           ///< ‖q̇‖ [rad/s]

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "stiction/execution/control_run.hpp"
+
+namespace stiction::app {
+
+/// What the page of `stiction control` is made of: every tick with its forces, errors and torques, and the poses of evenly chosen ticks.
+std::string control_document(const execution::ControlScenario& scenario, const execution::ControlRunResult& result, std::string_view law);
+
+}  // namespace stiction::app

@@ -1,0 +1,101 @@
+#include "sense_page.hpp"
+
+#include "stiction/sensing/detectability.hpp"
+#include "stiction/sensing/residual_map.hpp"
+
+namespace stiction::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<int> sensed_bodies(const sensing::Sensor& sensor) {
+  std::vector<int> out;
+  for (const auto& link : sensor.links()) out.push_back(link.surface.body);
+  return out;
+}
+
+/// Rounded to what a picture shows [m].
+double millionth(double x) { return std::round(x * 1e6) / 1e6 + 0.0; }
+
+Json flat(const Eigen::Ref<const Eigen::MatrixXd>& columns) {
+  Json out = Json::array();
+  for (const double x : columns.reshaped()) out.push_back(millionth(x));
+  return out;
+}
+
+/// Triangles that can be touched, and samples with their outward normals, in the frame of the link.
+Json to_json(const sensing::SensedLink& link, const std::string& name, int body) {
+  Json points = Json::array(), normals = Json::array();
+  for (Eigen::Index i = 0; i < link.batch.size; ++i) {
+    const Eigen::Vector3d p_L = link.batch.p_L(i), n_L = -link.batch.R_LC(i).col(0);
+    for (const double x : p_L) points.push_back(millionth(x));
+    for (const double x : n_L) normals.push_back(millionth(x));
+  }
+  return {{"name", name},
+          {"body", body},
+          {"spacing", link.spacing},
+          {"corners", flat(link.surface.tree.corners())},
+          {"normals", flat(link.surface.normals)},
+          {"points", std::move(points)},
+          {"point_normals", std::move(normals)}};
+}
+
+}  // namespace
+
+SensePage::SensePage(const sensing::Scenario& scenario)
+    : scenario_(scenario), scene_(scenario.sensor->model(), sensed_bodies(*scenario.sensor)), moments_(Json::array()) {}
+
+void SensePage::add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result) {
+  Json moment{{"t", time}, {"bodies", scene_.poses(q)}, {"verdict", sensing::to_string(result.verdict)}, {"tau_norm", tau.norm()}};
+  moment["residuals"] = Json::array();
+  for (const Eigen::VectorXd& link : sensing::calc_residual_map(*scenario_.sensor, q, tau, scenario_.options.cone))
+    moment["residuals"].push_back(std::vector<double>(link.begin(), link.end()));
+  moment["candidates"] = Json::array();
+  for (const sensing::Candidate& c : result.candidates) {
+    if (c.explains && first_force_ == 0) first_force_ = c.f_W.norm();
+    moment["candidates"].push_back({{"link", scenario_.sensor->link_name(c.best.link)},
+                                    {"explains", c.explains},
+                                    {"residual", c.best.residual},
+                                    {"extent", c.extent},
+                                    {"point", page_numbers(c.p_W)},
+                                    {"force", page_numbers(c.f_W)}});
+  }
+  moments_.push_back(std::move(moment));
+}
+
+/// η (4.8) at every sample: ε is the torque of a unit force whose torque at the given size is just the threshold.
+Json SensePage::detectability(double force) const {
+  const auto& options = scenario_.options;
+  const double threshold = options.threshold.value_or(4 * options.noise), epsilon = threshold / force;
+  Json links = Json::array();
+  for (const auto& link : scenario_.sensor->links()) {
+    const auto map = sensing::calc_detectability(scenario_.sensor->model(), link, options.cone, epsilon);
+    links.push_back(std::vector<double>(map.eta.begin(), map.eta.end()));
+  }
+  return {{"force", force}, {"threshold", threshold}, {"eta", std::move(links)}};
+}
+
+std::string SensePage::document(double force) const {
+  const sensing::Sensor& sensor = *scenario_.sensor;
+  Json out{{"format", "stiction-sense"}, {"format_version", 1}, {"scenario", scenario_.name}, {"description", scenario_.description}};
+  out["friction"] = scenario_.options.cone.friction();
+  scene_.write(out);
+  out["links"] = Json::array();
+  for (std::size_t i = 0; i < sensor.links().size(); ++i) {
+    const auto& link = sensor.links()[i];
+    out["links"].push_back(to_json(link, sensor.link_name(static_cast<int>(i)), scene_.place(link.surface.body)));
+  }
+  if (const auto& truth = scenario_.contact) {
+    const auto& link = sensor.links()[static_cast<std::size_t>(truth->link)];
+    out["truth"] = {{"body", scene_.place(link.surface.body)},
+                    {"link", sensor.link_name(truth->link)},
+                    {"point", page_numbers(truth->p_L)},
+                    {"force", page_numbers(truth->f_L)}};
+  }
+  if (force <= 0) force = scenario_.contact ? scenario_.contact->f_L.norm() : first_force_;
+  if (force > 0) out["detectability"] = detectability(force);
+  out["moments"] = moments_;
+  return out.dump();
+}
+
+}  // namespace stiction::app

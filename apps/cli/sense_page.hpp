@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "page_scene.hpp"
+#include "stiction/sensing/scenario.hpp"
+
+namespace stiction::app {
+
+/// What the page of `stiction sense` is made of: surfaces with their samples, and of every moment residuals and candidates.
+class SensePage {
+ public:
+  explicit SensePage(const sensing::Scenario& scenario);
+
+  void add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result);
+
+  /// @param force  of the contact whose detectability is drawn [N]; not positive: that of the known contact, or of the first candidate
+  std::string document(double force) const;
+
+ private:
+  nlohmann::ordered_json detectability(double force) const;
+
+  const sensing::Scenario& scenario_;
+  PageScene scene_;
+  nlohmann::ordered_json moments_;
+  double first_force_ = 0;  ///< of a candidate that explains [N]
+};
+
+}  // namespace stiction::app

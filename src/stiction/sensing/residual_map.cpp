@@ -1,0 +1,26 @@
+#include "stiction/sensing/residual_map.hpp"
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::sensing {
+
+std::vector<Eigen::VectorXd> calc_residual_map(const Sensor& sensor, VectorRef q, VectorRef tau, const FrictionCone& cone) {
+  const world::Model& model = sensor.model();
+  world::require_configuration(model, "q", q);
+  core::require_size("tau", tau.size(), model.n_a());
+  core::require_finite("tau", {tau.data(), static_cast<std::size_t>(tau.size())});
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, work, kinematics);
+  Eigen::Matrix3Xd J_w, J_v;
+  std::vector<Eigen::VectorXd> out;
+  for (const SensedLink& link : sensor.links()) {
+    calc_link_jacobian(model, kinematics, link.surface.body, J_w, J_v);
+    Eigen::VectorXd& residuals = out.emplace_back(link.batch.rows.cols());
+    calc_residuals(LinkTorque(J_w, J_v, tau), link.batch, cone, residuals);
+    residuals.conservativeResize(link.batch.size);
+  }
+  return out;
+}
+
+}  // namespace stiction::sensing

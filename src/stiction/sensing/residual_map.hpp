@@ -1,0 +1,14 @@
+#pragma once
+
+#include "stiction/sensing/sensor.hpp"
+
+namespace stiction::sensing {
+
+/// The residual (4.5) at every sample of every link, for pictures: what sense() accepts samples by.
+/// @param q  (n_q)  @param tau  (n_a) [N·m; N]
+/// @returns one vector a link, in the order of Sensor::links() [(N·m)²]
+/// @throws core::InvalidInput: q or tau of the wrong size or not finite
+/// Tests: tests/sensing/sense_test.cpp
+std::vector<Eigen::VectorXd> calc_residual_map(const Sensor& sensor, VectorRef q, VectorRef tau, const FrictionCone& cone);
+
+}  // namespace stiction::sensing
