@@ -1,0 +1,234 @@
+"""Pages of `stiction sense` and `stiction control`: drawn by a real browser, their forces those of the program, small and self-contained."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import browser
+from stiction_view import InvalidPlan
+from stiction_view.canvas import blend, refine, shade
+from stiction_view.control import load_control
+from stiction_view.sense import load_sense
+
+ROOT = Path(__file__).resolve().parents[2]
+MAX_BYTES = 5_000_000
+needs_chromium = pytest.mark.skipif(browser.find() is None, reason="no Chromium: `make setup` installs it")
+
+
+def make(program: Path, command: str, scenario: str | Path, file: Path) -> tuple[dict, dict]:
+    """What the program prints with --json, and the data of its page."""
+    done = subprocess.run([program, command, str(scenario), "--html", file, "--json"], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    out = json.loads(done.stdout)
+    assert out["page"] == str(file)
+    text = file.read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    return out, json.loads(found.group(1))
+
+
+def numbers(text: str, kind: str) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(text), dtype=kind)
+
+
+@pytest.fixture(scope="module")
+def sensed(program: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict, dict]:
+    file = tmp_path_factory.mktemp("sense") / "panda.html"
+    return file, *make(program, "sense", "panda_wrist", file)
+
+
+@pytest.fixture(scope="module")
+def controlled(program: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict, dict]:
+    file = tmp_path_factory.mktemp("control") / "box.html"
+    return file, *make(program, "control", "box_in_the_way", file)
+
+
+# ---- what the pages hold ----
+
+
+def test_forces_and_points_of_the_page_are_those_of_the_program(sensed: tuple[Path, dict, dict]) -> None:
+    file, out, page = sensed
+    assert file.stat().st_size < MAX_BYTES
+    explaining = [c for c in out["moments"][0]["candidates"] if c["explains"]]
+    arrows = page["arrows"][0]
+    assert len(explaining) >= 1
+    for candidate, arrow in zip(explaining, arrows):
+        np.testing.assert_allclose(arrow["force"], candidate["f_W"], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(arrow["point"], candidate["p_W"], rtol=1e-12, atol=1e-12)
+    truth = arrows[-1]
+    assert truth["label"] == "the contact"
+    # The scenario says 15 N; the nearest candidate is where the contact is, as the program says.
+    assert np.linalg.norm(truth["force"]) == pytest.approx(15, rel=1e-6)
+    nearest = min(np.linalg.norm(np.subtract(truth["point"], c["p_W"])) for c in explaining)
+    assert nearest <= out["moments"][0]["distance"] + explaining[0]["extent"] + 1e-6
+
+
+def test_least_residual_of_the_page_lies_where_the_contact_is(sensed: tuple[Path, dict, dict]) -> None:
+    _, out, page = sensed
+    residual, eta = page["fields"]
+    samples = [numbers(link, "<u2") / 65535 for link in residual["values"][0]]
+    assert all(len(link) == len(numbers(s["points"], "<f4")) // 3 for link, s in zip(samples, page["samples"]))
+    least = {float(link.min()) for link in samples}
+    assert min(least) < 0.1 < max(least), "some links explain the torques, others do not"
+    assert len(eta["values"]) == 1 and "15 N" in eta["meaning"]
+    assert all((numbers(link, "<u2") >= 0).all() for link in eta["values"][0])
+
+
+def test_series_has_a_frame_a_moment(program: Path, tmp_path: Path) -> None:
+    scenario = yaml.safe_load((ROOT / "scenarios/ur5_forearm.yaml").read_text())
+    del scenario["joints"], scenario["contact"]
+    scenario["series"] = "series.csv"
+    still = "0,-1.2,1.6,-1.97,-1.57,0"
+    lines = ["t,q,tau", *(f"{0.01 * k},{still},{3 * k},{4 * k},{-2 * k},0,0,0" for k in range(3))]
+    (tmp_path / "series.csv").write_text("\n".join(lines))
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario))
+    out, page = make(program, "sense", tmp_path / "scenario.yaml", tmp_path / "series.html")
+    assert page["times"] == [m["t"] for m in out["moments"]] and len(page["times"]) == 3
+    # Twice the torques, twice the force at the same share left over; no torque, nothing explained.
+    first, second = (np.concatenate([numbers(link, "<u2") for link in page["fields"][0]["values"][k]]) for k in (1, 2))
+    np.testing.assert_allclose(first.astype(int), second.astype(int), atol=1)
+    assert (numbers(page["fields"][0]["values"][0][0], "<u2") == 65535).all()
+
+
+def test_control_page_has_every_tick_and_the_forces_of_the_run(controlled: tuple[Path, dict, dict]) -> None:
+    file, out, page = controlled
+    assert file.stat().st_size < MAX_BYTES
+    ticks = round(out["duration_s"] / 0.005)
+    assert len(numbers(page["plot_times"], "<f4")) == ticks
+    forces = next(p for p in page["plots"] if p["title"] == "contact forces")
+    bound = next(line for line in forces["lines"] if line["name"] == "λ_max")
+    assert (numbers(bound["values"], "<f4") == out["lambda_max"]).all()
+    largest = max(numbers(line["values"], "<f4").max() for line in forces["lines"] if line is not bound)
+    assert largest == pytest.approx(out["peak_force"], rel=1e-5)
+    # Arrows of a frame are the forces of its tick in the plot.
+    times = numbers(page["plot_times"], "<f4")
+    lines = np.array([numbers(line["values"], "<f4") for line in forces["lines"] if line is not bound])
+    touched = 0
+    for t, arrows in zip(page["times"], page["arrows"]):
+        tick = int(np.argmin(np.abs(times - t)))
+        drawn = sorted(float(np.linalg.norm(a["force"])) for a in arrows)
+        np.testing.assert_allclose(drawn, sorted(float(v) for v in lines[:, tick] if v > 0), rtol=1e-5)
+        touched += len(drawn) > 0
+    assert touched > 10
+    error = numbers(next(p for p in page["plots"] if p["title"] == "tracking error")["lines"][0]["values"], "<f4")
+    assert error.max() >= 1e3 * out["rms_error_contact"]
+    torques = next(p for p in page["plots"] if p["title"] == "motor torques")
+    assert len(torques["lines"]) == 7 and torques["unit"] == "% of their limits"
+
+
+# ---- in a browser ----
+
+
+def opened(window: browser.Browser, file: Path) -> None:
+    window.open(file)
+    window.wait_for(lambda: window.evaluate("document.body !== null && document.body.dataset.drawn === '1'"), 90, "the drawing")
+
+
+def yellow(picture: np.ndarray) -> float:
+    r, g, b = np.moveaxis(picture.astype(int), 2, 0)
+    return float(((r > 120) & (g > 120) & (b < 0.6 * g)).mean())
+
+
+def scene(window: browser.Browser) -> np.ndarray:
+    """The picture without the panels, whose scale has the colours of the surface."""
+    window.evaluate("document.querySelectorAll('#stiction, #scale, .label').forEach((e) => { e.style.visibility = 'hidden'; })")
+    return window.screenshot()
+
+
+@needs_chromium
+def test_sense_page_switches_between_residual_and_detectability(sensed: tuple[Path, dict, dict]) -> None:
+    with browser.Browser() as window:
+        opened(window, sensed[0])
+        assert window.evaluate("document.title") == "panda_wrist · stiction"
+        residual = scene(window)
+        assert (np.abs(residual.astype(int) - residual[-1, -1]).max(axis=2) > 20).mean() > 0.03, "more than the background"
+        window.evaluate("document.querySelectorAll('[name=field]')[1].click()")
+        assert "15 N" in window.evaluate("document.getElementById('meaning').textContent")
+        eta = scene(window)
+        assert yellow(eta) > yellow(residual) > 0, "most of the arm feels 15 N, few places explain these torques"
+        window.evaluate("document.getElementById('dots').click()")
+        assert np.abs(scene(window).astype(int) - eta).max() > 50, "samples are drawn"
+        assert window.errors == [] and [u for u in window.requests if not u.startswith(("file:", "data:"))] == []
+
+
+@needs_chromium
+def test_control_page_moves_with_its_slider_and_plots(controlled: tuple[Path, dict, dict]) -> None:
+    with browser.Browser() as window:
+        opened(window, controlled[0])
+        start = scene(window)
+        window.evaluate("s = document.getElementById('slider'); s.value = 290; s.dispatchEvent(new Event('input'))")
+        later = scene(window)
+        half = start.shape[0] // 2
+        moved = np.abs(start[:half].astype(int) - later[:half]).max(axis=2) > 40
+        assert moved.mean() > 0.002, "the arm is elsewhere and a force is drawn"
+        time = controlled[2]["times"][290]
+        assert window.evaluate("document.getElementById('clock').textContent") == f"{time:.2f} s"
+        assert window.evaluate("document.querySelectorAll('#plots canvas').length") == 4
+        window.evaluate("document.getElementById('play').click()")
+        window.wait_for(lambda: int(window.evaluate("document.getElementById('slider').value")) > 291, 30, "the playback")
+        assert window.errors == []
+
+
+# ---- surfaces ----
+
+CUBE = np.array([[[x, y, z] for x, y, z in t] for t in [
+    [(0, 0, 0), (0, 1, 0), (1, 1, 0)], [(0, 0, 0), (1, 1, 0), (1, 0, 0)], [(0, 0, 1), (1, 0, 1), (1, 1, 1)], [(0, 0, 1), (1, 1, 1), (0, 1, 1)],
+]], dtype=float)  # fmt: skip
+
+
+def area(corners: np.ndarray) -> float:
+    return float(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2)
+
+
+def test_refined_triangles_are_small_and_cover_the_same_surface() -> None:
+    fine = refine(CUBE, 0.3)
+    assert np.linalg.norm(fine - np.roll(fine, -1, axis=1), axis=2).max() <= 0.3
+    assert area(fine) == pytest.approx(area(CUBE), rel=1e-12)
+    normal = np.cross(fine[:, 1] - fine[:, 0], fine[:, 2] - fine[:, 0])[:, 2]
+    assert ((normal > 0) == (fine[:, 0, 2] > 0.5)).all(), "they wind as before"
+
+
+def test_shading_keeps_sharp_edges_and_colours_stay_on_their_side() -> None:
+    vertices, normals, triangles = shade(CUBE)
+    np.testing.assert_allclose(np.abs(normals[:, 2]), 1, atol=1e-12)
+    assert triangles.shape == (4, 3) and len(vertices) == 8
+    points = np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 0.02]])  # of a plate much thinner than the samples lie apart
+    near, weight = blend(points, np.array([[0, 0, -1.0], [0, 0, 1.0]]), points, np.array([[0, 0, -1.0], [0, 0, 1.0]]), 0.5)
+    assert near[np.arange(2), weight.argmax(axis=1)].tolist() == [0, 1]
+    assert weight.max(axis=1).min() > 0.99 and weight.sum(axis=1) == pytest.approx([1, 1])
+
+
+# ---- bad input ----
+
+
+@pytest.mark.parametrize(
+    ("load", "document", "message"),
+    [
+        (load_sense, {"format": "stiction-control"}, "format: got 'stiction-control', expected 'stiction-sense'"),
+        (load_sense, {"format": "stiction-sense", "format_version": 2}, "format_version: got 2, expected 1"),
+        (load_sense, {"format": "stiction-sense", "format_version": 1}, "field 'moments' is missing"),
+        (load_sense, {"format": "stiction-sense", "format_version": 1, "moments": []}, "moments: none"),
+        (load_control, {"format": "stiction-control", "format_version": 1, "ticks": [], "frames": []}, "frames: none"),
+    ],
+)
+def test_bad_document_is_refused_by_file_and_field(tmp_path: Path, load, document: dict, message: str) -> None:
+    file = tmp_path / "page.json"
+    file.write_text(json.dumps(document))
+    with pytest.raises(InvalidPlan) as caught:
+        load(file)
+    assert str(caught.value).startswith(f"{file}: ") and message in str(caught.value)
+
+
+def test_page_that_cannot_be_written_is_said(program: Path, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [program, "sense", "panda_wrist", "--html", tmp_path / "missing" / "page.html"], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 70 and "cannot be written" in done.stderr
