@@ -145,6 +145,10 @@ int run_program(const std::vector<std::string>& words, const std::string& python
 /// @returns its exit code  @throws InstallationFault: no page maker, no interpreter
 int run_page_maker(const std::filesystem::path& plan, const std::filesystem::path& html, const std::filesystem::path& simulation = {});
 
+/// Before the work, not after it: the page can be written, its folder is made. Empty: no page.
+/// @throws core::InvalidInput: it cannot
+void require_page(const std::filesystem::path& html);
+
 /// Writes the page of a document that only the page maker reads, and a row of the summary that names it.
 /// @returns whether it was written; if not, stderr says why  @throws InstallationFault as run_page_maker
 bool write_page(const std::string& document, const std::filesystem::path& html, std::FILE* to);

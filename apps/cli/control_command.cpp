@@ -133,6 +133,7 @@ json report(const execution::ControlScenario& scenario, const execution::Control
 int run_control_command(const ControlArguments& arguments) {
   const execution::ControlScenario scenario = load(arguments);
   if (!arguments.out_dir.empty()) tasks::require_writable(arguments.out_dir);
+  require_page(arguments.html);
   catch_signals();
   execution::ControlRunOptions options;
   options.settle = arguments.settle_s;

@@ -82,6 +82,12 @@ class TemporaryFolder {
 
 }  // namespace
 
+void require_page(const fs::path& html) {
+  if (html.empty()) return;
+  if (fs::is_directory(html)) core::throw_invalid("--html", "the folder '" + html.string() + "'", "a file to write");
+  tasks::require_writable(html.has_parent_path() ? html.parent_path() : fs::path("."));
+}
+
 bool write_page(const std::string& document, const fs::path& html, std::FILE* to) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "page.json";

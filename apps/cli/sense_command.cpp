@@ -48,6 +48,7 @@ void print_candidate(std::FILE* to, const sensing::Scenario& scenario, const sen
 }
 
 int run_sense(const SenseArguments& arguments) {
+  require_page(arguments.html);
   const sensing::Scenario scenario =
       sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   for (const std::string& note : scenario.sensor->notes()) fmt::print(stderr, "note: {}\n", note);

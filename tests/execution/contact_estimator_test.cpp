@@ -90,8 +90,11 @@ TEST_F(Estimator, NoTorque_IsNoContact) {
 
 TEST_F(Estimator, BadInput_IsNamed) {
   ContactEstimator estimator(scenario.model, exact());
-  EXPECT_NE(message_of([&] { (void)estimator.update(q.head(3), q, q, kTick); }).find("q"), std::string::npos);
-  EXPECT_NE(message_of([&] { (void)estimator.update(q, q.head(3), q, kTick); }).find("tau"), std::string::npos);
+  EXPECT_NE(message_of([&] { (void)estimator.update(q.head(3), q, q, kTick); }).find("q: got 3 numbers, expected 7"), std::string::npos);
+  EXPECT_NE(message_of([&] { (void)estimator.update(q, q.head(3), q, kTick); }).find("tau: got 3 numbers, expected 7"), std::string::npos);
+  EXPECT_NE(message_of([&] { (void)estimator.update(q, q, q.head(3), kTick); }).find("q_now: got 3 numbers, expected 7"),
+            std::string::npos);
+  EXPECT_NE(message_of([&] { (void)estimator.update(q, q, q, 0); }).find("dt: got 0"), std::string::npos);
   ContactEstimatorOptions options;
   options.max_candidates = 0;
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.max_candidates"), std::string::npos);

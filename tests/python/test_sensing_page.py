@@ -227,8 +227,9 @@ def test_bad_document_is_refused_by_file_and_field(tmp_path: Path, load, documen
     assert str(caught.value).startswith(f"{file}: ") and message in str(caught.value)
 
 
-def test_page_that_cannot_be_written_is_said(program: Path, tmp_path: Path) -> None:
-    done = subprocess.run(
-        [program, "sense", "panda_wrist", "--html", tmp_path / "missing" / "page.html"], capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 70 and "cannot be written" in done.stderr
+@pytest.mark.parametrize("scenario", [("sense", "panda_wrist"), ("control", "box_in_the_way")])
+def test_page_that_cannot_be_written_is_said_before_the_work(program: Path, tmp_path: Path, scenario: tuple[str, str]) -> None:
+    (tmp_path / "taken").write_text("a file, not a folder")
+    for page, message in ((tmp_path / "taken" / "page.html", "taken"), (tmp_path, "expected a file to write")):
+        done = subprocess.run([program, *scenario, "--html", page], capture_output=True, text=True, timeout=20)
+        assert done.returncode == 2 and message in done.stderr and not done.stdout

@@ -7,6 +7,7 @@
 
 #include "sensing/robots.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/sensing/residual_map.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "support/message_of.hpp"
 
@@ -122,6 +123,24 @@ std::shared_ptr<const Sensor> make_iiwa() {
   SensorOptions options;
   options.surface.rays = 0;
   return Sensor::make(make_arm(kIiwa), options);
+}
+
+TEST(ResidualMap, EverySample_HasTheResidualOfOnePoint) {
+  const auto sensor = make_iiwa();
+  const FrictionCone cone(0.5, 4);
+  const auto maps = calc_residual_map(*sensor, kQ1, kTau1, cone);
+  ASSERT_EQ(maps.size(), sensor->links().size());
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    const SensedLink& link = sensor->links()[i];
+    ASSERT_EQ(maps[i].size(), link.batch.size);
+    const LinkTorque torque = torque_of(sensor->model(), sensor->link_name(static_cast<int>(i)), kQ1, kTau1);
+    for (Eigen::Index k = 0; k < maps[i].size(); ++k)
+      ASSERT_NEAR(maps[i][k], calc_residual(torque, link.batch.p_L(k), link.batch.R_LC(k), cone).value, 1e-10 * kTau1.squaredNorm());
+  }
+  EXPECT_NE(stiction::test::message_of([&] {
+              (void)calc_residual_map(*sensor, kQ1, kTau1.head(6), cone);
+            }).find("tau: got 6 numbers, expected 7"),
+            std::string::npos);
 }
 
 TEST(Sense, SmallTorques_AreBelowTheThreshold) {

@@ -140,7 +140,12 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
   o.seed = static_cast<std::uint64_t>(seed);
   ContactEstimatorOptions& e = out.estimator;
   if (const auto links = node.find("links"))
-    for (const auto& link : links->items()) e.sensor.links.push_back(link.string());
+    for (const auto& link : links->items()) {
+      const std::string pattern = e.sensor.links.emplace_back(link.string());
+      const std::vector<std::string> names = link_names(*out.model);
+      if (std::none_of(names.begin(), names.end(), [&](const auto& name) { return world::matches_pattern(pattern, name); }))
+        link.fail_unknown("link", pattern, names);
+    }
   if (const auto samples = node.find("samples")) e.sensor.samples = samples->positive_int();
   constexpr int kRays = 4;
   if (const auto friction = node.find("friction")) e.sense.cone = sensing::FrictionCone(friction->nonnegative(), kRays);
