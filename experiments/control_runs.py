@@ -95,6 +95,12 @@ def series(runs: dict[str, Run], *names: str) -> dict[str, np.ndarray]:
     return {"time_s": first.columns["time"]} | {f"{name}:{law}": r.columns[name] for law, r in runs.items() for name in names}
 
 
+def draw_range(axes: Any, law: str, time: np.ndarray, data: np.ndarray) -> None:
+    """Mean and range of runs of a law, one a row of `data`."""
+    axes.fill_between(time[::16], data.min(axis=0)[::16], data.max(axis=0)[::16], color=COLOURS[law], alpha=0.25, lw=0)
+    axes.plot(time[::8], data.mean(axis=0)[::8], color=COLOURS[law], lw=1, label=LAWS[law])
+
+
 def add_bounds(axes: Any) -> None:
     axes.axhline(THRESHOLD, color="C3", lw=0.8, ls="--")
     axes.axhline(LAMBDA_MAX, color="C2", lw=0.8, ls="--")

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import control_runs
-from .control_runs import COLOURS, LAMBDA_MAX, LAWS, add_bounds, series
+from .control_runs import LAMBDA_MAX, LAWS, add_bounds, draw_range, series
 from .report import Result
 
 TITLE = "Figure 5-5: mug placement, contact force"
@@ -40,8 +40,7 @@ def run(quick: bool) -> Result:
     for law in ("unconstrained", "contact_aware"):
         forces = np.array([r.columns["force"] for r in runs[law]])
         time = runs[law][0].columns["time"]
-        axes.fill_between(time[::16], forces.min(axis=0)[::16], forces.max(axis=0)[::16], color=COLOURS[law], alpha=0.25, lw=0)
-        axes.plot(time[::8], forces.mean(axis=0)[::8], color=COLOURS[law], lw=1, label=LAWS[law])
+        draw_range(axes, law, time, forces)
     add_bounds(axes)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("contact force [N]")

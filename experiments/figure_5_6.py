@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import control_runs
-from .control_runs import COLOURS, LAWS, series
+from .control_runs import draw_range, series
 from .report import Result
 
 TITLE = "Figure 5-6: mug placement, tracking errors"
@@ -40,10 +40,7 @@ def run(quick: bool) -> Result:
     figure, axes = plt.subplots(1, 2, figsize=(6.4, 2.6))
     for law, each in runs.items():
         for axis, column in zip(axes, ("error", "angle_error"), strict=True):
-            data = 1e3 * np.array([r.columns[column] for r in each])
-            time = each[0].columns["time"]
-            axis.fill_between(time[::16], data.min(axis=0)[::16], data.max(axis=0)[::16], color=COLOURS[law], alpha=0.25, lw=0)
-            axis.plot(time[::8], data.mean(axis=0)[::8], color=COLOURS[law], lw=1, label=LAWS[law])
+            draw_range(axis, law, each[0].columns["time"], 1e3 * np.array([r.columns[column] for r in each]))
             axis.set_xlabel("time [s]")
     axes[0].set_ylabel("position error [mm]")
     axes[1].set_ylabel("orientation error [mrad]")

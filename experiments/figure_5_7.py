@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import control_runs
-from .control_runs import COLOURS, LAMBDA_MAX, LAWS, Run, add_bounds, series
+from .control_runs import LAMBDA_MAX, LAWS, Run, add_bounds, draw_range, series
 from .report import Result
 
 TITLE = "Figure 5-7: separation, against null-space projection"
@@ -63,9 +63,7 @@ def run(quick: bool) -> Result:
         time = runs[law][0].columns["time"]
         shown = (time >= 4) & (time <= WINDOW[1])
         for axis, column in zip(axes, ("force", "speed"), strict=True):
-            data = np.array([r.columns[column] for r in runs[law]])[:, shown]
-            axis.fill_between(time[shown][::16], data.min(axis=0)[::16], data.max(axis=0)[::16], color=COLOURS[law], alpha=0.25, lw=0)
-            axis.plot(time[shown][::8], data.mean(axis=0)[::8], color=COLOURS[law], lw=1, label=LAWS[law])
+            draw_range(axis, law, time[shown], np.array([r.columns[column] for r in runs[law]])[:, shown])
     add_bounds(axes[0])
     axes[0].set_ylabel("contact force [N]")
     axes[1].set_ylabel("‖q̇‖ [rad/s]")

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 from websockets.sync.client import connect
 
@@ -38,6 +39,9 @@ FLAGS = [
 
 def find() -> str | None:
     return next((path for name in NAMES if (path := shutil.which(name))), None)
+
+
+needed = pytest.mark.skipif(find() is None, reason="no Chromium: `make setup` installs it")  # of tests
 
 
 class Browser:

@@ -88,7 +88,7 @@ def open_page(window: browser.Browser, file: Path) -> None:
     window.wait_for(lambda: window.evaluate("document.querySelector('.mantine-Slider-track') !== null"), 90, "the time bar")
 
 
-@pytest.mark.skipif(browser.find() is None, reason="no Chromium: `make setup` installs it")
+@browser.needed
 def test_page_in_chromium_draws_object_forces_and_regrasp(page: Path) -> None:
     with browser.Browser() as window:
         open_page(window, page)
@@ -139,7 +139,7 @@ def test_page_is_small_and_self_contained(page: Path) -> None:
     assert list(page.parent.glob(".plan.html*")) == [], "no temporary file is left"
 
 
-@pytest.mark.skipif(browser.find() is None, reason="no Chromium: `make setup` installs it")
+@browser.needed
 def test_page_of_a_real_plan_is_drawn(root: Path, real_plan: Path, tmp_path: Path) -> None:
     file = tmp_path / "plan.html"
     done = view(root, real_plan, "--html", file)

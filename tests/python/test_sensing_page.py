@@ -20,7 +20,6 @@ from stiction_view.sense import load_sense
 
 ROOT = Path(__file__).resolve().parents[2]
 MAX_BYTES = 5_000_000
-needs_chromium = pytest.mark.skipif(browser.find() is None, reason="no Chromium: `make setup` installs it")
 
 
 def make(program: Path, command: str, scenario: str | Path, file: Path) -> tuple[dict, dict]:
@@ -143,7 +142,7 @@ def scene(window: browser.Browser) -> np.ndarray:
     return window.screenshot()
 
 
-@needs_chromium
+@browser.needed
 def test_sense_page_switches_between_residual_and_detectability(sensed: tuple[Path, dict, dict]) -> None:
     with browser.Browser() as window:
         opened(window, sensed[0])
@@ -159,7 +158,7 @@ def test_sense_page_switches_between_residual_and_detectability(sensed: tuple[Pa
         assert window.errors == [] and [u for u in window.requests if not u.startswith(("file:", "data:"))] == []
 
 
-@needs_chromium
+@browser.needed
 def test_control_page_moves_with_its_slider_and_plots(controlled: tuple[Path, dict, dict]) -> None:
     with browser.Browser() as window:
         opened(window, controlled[0])
