@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stiction/core/quantile.hpp"
 #include "stiction/sensing/line_of_action.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/world/read.hpp"
@@ -97,12 +98,6 @@ class Estimator {
   sensing::SenseResult result_;
 };
 
-double quantile(std::vector<double> values, double p) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(p * static_cast<double>(values.size() - 1) + 0.5)];
-}
-
 Json measure(const Arm& arm, const std::shared_ptr<const sensing::Sensor>& sensor, const Setting& setting, int cases) {
   std::vector<int> links;
   for (int i = 0; i < static_cast<int>(sensor->links().size()); ++i)
@@ -147,12 +142,12 @@ Json measure(const Arm& arm, const std::shared_ptr<const sensing::Sensor>& senso
           {"right_link", share(right)},
           {"several", share(several)},
           {"none", share(none)},
-          {"median_distance_m", quantile(distances, 0.5)},
-          {"p90_distance_m", quantile(distances, 0.9)},
-          {"median_force_error_N", quantile(force_errors, 0.5)},
-          {"p90_force_error_N", quantile(force_errors, 0.9)},
-          {"median_s", quantile(seconds, 0.5)},
-          {"p99_s", quantile(seconds, 0.99)}};
+          {"median_distance_m", core::quantile(distances, 0.5)},
+          {"p90_distance_m", core::quantile(distances, 0.9)},
+          {"median_force_error_N", core::quantile(force_errors, 0.5)},
+          {"p90_force_error_N", core::quantile(force_errors, 0.9)},
+          {"median_s", core::quantile(seconds, 0.5)},
+          {"p99_s", core::quantile(seconds, 0.99)}};
 }
 
 void print(const Json& row) {

@@ -6,6 +6,7 @@
 #include "bench_table.hpp"
 #include "cone_allocations.hpp"
 #include "contact_ticks.hpp"
+#include "stiction/core/quantile.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
 
@@ -68,7 +69,7 @@ void contact_qp(BenchTable& table, int contacts) {
   if (seconds.empty()) return;
   auto peer = bench::time_general_qp(robot, ticks, options, table.repeat());
   std::optional<double> peer_s;
-  if (peer) peer_s = quantile(peer->seconds, 0.5);
+  if (peer) peer_s = core::quantile(peer->seconds, 0.5);
   Row row = make_row(name, std::move(seconds), {{}, peer_s}, allocations, failures);
   row.contacts = contacts;
   table.add(std::move(row));

@@ -8,6 +8,7 @@
 #include "cone_allocations.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/parallel.hpp"
+#include "stiction/core/quantile.hpp"
 #include "stiction/dynamics/local_model.hpp"
 #include "stiction/dynamics/step.hpp"
 #include "stiction/planning/planner.hpp"
@@ -103,7 +104,7 @@ Row time_steps(const std::string& name, const Scenario& scenario, const dynamics
     }
   }
   Row row = make_row(name, std::move(seconds), reference, allocations, failures);
-  row.contacts = quantile(contacts, 0.5);
+  row.contacts = core::quantile(contacts, 0.5);
   return row;
 }
 

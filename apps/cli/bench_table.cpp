@@ -2,16 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/quantile.hpp"
 
 namespace stiction::app {
-
-double quantile(std::vector<double>& values, double p) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(p * static_cast<double>(values.size() - 1) + 0.5)];
-}
 
 Row make_row(std::string name, std::vector<double> seconds, const Reference& reference, std::optional<long> allocations, int failures) {
   Row row;
@@ -19,9 +13,9 @@ Row make_row(std::string name, std::vector<double> seconds, const Reference& ref
   row.reference = reference;
   row.allocations = allocations;
   row.failures = failures;
-  row.median_s = quantile(seconds, 0.5);
-  row.p95_s = quantile(seconds, 0.95);
-  row.p99_s = quantile(seconds, 0.99);
+  row.median_s = core::quantile(seconds, 0.5);
+  row.p95_s = core::quantile(seconds, 0.95);
+  row.p99_s = core::quantile(seconds, 0.99);
   return row;
 }
 

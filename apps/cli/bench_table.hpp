@@ -34,9 +34,6 @@ struct BenchArguments {
 using BenchClock = std::chrono::steady_clock;
 inline double seconds_since(BenchClock::time_point start) { return std::chrono::duration<double>(BenchClock::now() - start).count(); }
 
-/// @param values  not empty, in any order
-double quantile(std::vector<double>& values, double p);
-
 /// @param seconds  not empty
 Row make_row(std::string name, std::vector<double> seconds, const Reference& reference, std::optional<long> allocations, int failures);
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/quantile.hpp"
 #include "stiction/simulation/driven_plant.hpp"
 
 namespace stiction::execution {
@@ -20,11 +21,7 @@ namespace {
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-double quantile(std::vector<double>& values, double p) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(p * static_cast<double>(values.size() - 1) + 0.5)];
-}
+double quantile_or_0(const std::vector<double>& values, double p) { return values.empty() ? 0 : core::quantile(values, p); }
 
 /// Estimated contacts come with damping of their own, the same per second at any period.
 control::ControllerOptions make_controller_options(const ControlScenario& scenario) {
@@ -105,14 +102,14 @@ class Run {
     }
     out_.bounded_ticks = static_cast<int>(bounded.size());
     if (!bounded.empty()) out_.bound_error /= static_cast<double>(bounded.size());
-    out_.bound_p95 = quantile(bounded, 0.95);
+    out_.bound_p95 = quantile_or_0(bounded, 0.95);
     if (out_.settled_ticks > 0) out_.mean_force = force_sum / out_.settled_ticks;
     if (in_contact > 0) out_.rms_error_contact = std::sqrt(error_contact / in_contact);
     if (free > 0) out_.rms_error_free = std::sqrt(error_free / free);
-    out_.tick_median_s = quantile(tick_s_, 0.5);
-    out_.tick_p99_s = quantile(tick_s_, 0.99);
-    out_.sense_median_s = quantile(sense_s_, 0.5);
-    out_.sense_p99_s = quantile(sense_s_, 0.99);
+    out_.tick_median_s = quantile_or_0(tick_s_, 0.5);
+    out_.tick_p99_s = quantile_or_0(tick_s_, 0.99);
+    out_.sense_median_s = quantile_or_0(sense_s_, 0.5);
+    out_.sense_p99_s = quantile_or_0(sense_s_, 0.99);
   }
 
  private:

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace stiction::core {
+
+/// The value at the nearest rank p (n − 1) of n sorted ones.
+/// @param values  in any order
+/// @param p       in [0, 1]; 0.5: the median, of an even number the upper one
+/// @returns NaN of none
+/// Tests: tests/core/quantile_test.cpp
+inline double quantile(std::vector<double> values, double p) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(p * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace stiction::core
