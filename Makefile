@@ -4,7 +4,7 @@ PRESET ?= release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 STICTION := build/release/stiction
 
-.PHONY: help setup build install wheel experiments demo test bench check-all format lock clean
+.PHONY: help setup build install wheel experiments demo test bench docs check-all release-check format lock clean
 
 help:
 	@echo "make setup      system packages (when root), the Python environment .venv"
@@ -15,7 +15,9 @@ help:
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
 	@echo "make test       every test: C++, Python, documentation"
 	@echo "make bench      this machine's figures beside the published ones"
+	@echo "make docs       the documentation site in build/site, tutorials run on the way"
 	@echo "make check-all  formatting, debug build and sanitizers"
+	@echo "make release-check  wheel, source archive, site, README commands, tests, sanitizers"
 	@echo "make format     clang-format over the C++ files"
 	@echo "make lock       requirements*.in -> requirements*.lock"
 	@echo "make clean      removes build, dist and demo-out; .venv stays"
@@ -36,7 +38,7 @@ wheel: setup
 	@scripts/wheel.sh dist
 
 experiments: setup
-	@scripts/experiments.sh
+	@scripts/extras.sh experiments
 
 demo: setup
 	@scripts/build.sh release $(JOBS) stiction_cli
@@ -50,8 +52,16 @@ bench: setup
 	@scripts/build.sh release $(JOBS)
 	@$(STICTION) bench
 
+docs: setup
+	@scripts/extras.sh docs
+	@scripts/build.sh release $(JOBS) stiction_cli stiction_package stiction_stub
+	@scripts/docs.sh
+
 check-all: setup
 	@scripts/check_all.sh $(JOBS)
+
+release-check: setup
+	@scripts/release_check.sh $(JOBS)
 
 format:
 	@git ls-files -z '*.hpp' '*.cpp' | xargs -0 clang-format -i

@@ -154,7 +154,7 @@ def test_changelog_starts_with_unreleased_changes_and_knows_the_version() -> Non
     assert re.fullmatch(r"\d+\.\d+\.\d+", (ROOT / "VERSION").read_text().strip())
 
 
-@pytest.mark.parametrize("name", ["requirements", "requirements-experiments"])
+@pytest.mark.parametrize("name", ["requirements", "requirements-experiments", "requirements-docs"])
 def test_lock_holds_every_requirement_with_hashes_and_no_source(name: str) -> None:
     def normal(name: str) -> str:
         return re.sub(r"[-_.]+", "-", name).lower()

@@ -1,0 +1,180 @@
+"""What mkdocs does not do by itself for the site: pages for what docs/ links to outside of it, and the output of the tutorials' commands."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File, Files
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+LANGUAGES = {".hpp": "cpp", ".cpp": "cpp", ".py": "python", ".pyi": "python", ".yaml": "yaml", ".json": "json", ".urdf": "xml", ".xml": "xml"}
+# Sections of the site in order: title, and the pages (or the folder whose README says the order).
+SECTIONS = [
+    ("Start", ["index.md", "code/README.md", "notation.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
+    ("Tutorials", "tutorials"),
+    ("Theory", "theory"),
+    ("Reference", ["python.md", "options.md", "plan_file.md", "code/scenarios/README.md", "headers.md"]),
+    ("Figures of the thesis", "reproduction"),
+    ("How well it works", ["benchmarks.md"]),
+    ("Decisions", "decisions"),
+    ("Lab", "lab"),
+]
+
+
+def page_of(target: Path) -> str:
+    """The page of a file of the repository, or of a folder's README."""
+    if target.is_dir():
+        target = target / "README.md"
+    if target.is_relative_to(DOCS):
+        return target.relative_to(DOCS).as_posix()
+    name = target.relative_to(ROOT).as_posix()
+    return f"code/{name}" if name.endswith(".md") else f"code/{name}.md"
+
+
+def without_blocks(text: str) -> str:
+    return re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
+
+
+def linked_files(document: Path) -> set[Path]:
+    """What a page links to outside of docs/."""
+    found = set()
+    for target in LINK.findall(without_blocks(document.read_text(encoding="utf-8"))):
+        if re.match(r"[a-z]+:", target) or target.startswith("#"):
+            continue
+        file = (document.parent / target.split("#")[0]).resolve()
+        if file.is_dir():
+            file = file / "README.md"
+        if file.is_file() and file.is_relative_to(ROOT) and not file.is_relative_to(DOCS):
+            found.add(file)
+    return found
+
+
+def rewrite_links(text: str, document: Path, page: str) -> str:
+    """Links between files of the repository become links between pages."""
+
+    def replace(match: re.Match[str]) -> str:
+        target, _, anchor = match.group(1).partition("#")
+        if not target or re.match(r"[a-z]+:", target):
+            return match.group(0)
+        file = (document.parent / target).resolve()
+        if file.is_relative_to(DOCS) and file.suffix not in (".md", "") and document.is_relative_to(DOCS):
+            return match.group(0)  # a picture, a file beside the page
+        relative = os.path.relpath(page_of(file), os.path.dirname(page) or ".")
+        return f"]({relative}{'#' + anchor if anchor else ''})"
+
+    # Code between backticks and blocks keeps what it has.
+    parts = re.split(r"(^```.*?^```)", text, flags=re.DOTALL | re.MULTILINE)
+    return "".join(part if part.startswith("```") else LINK.sub(replace, part) for part in parts)
+
+
+def code_page(file: Path) -> str:
+    name = file.relative_to(ROOT).as_posix()
+    language = LANGUAGES.get(file.suffix, "text")
+    return f"---\nsearch: {{exclude: true}}\n---\n# {file.name}\n\n`{name}`\n\n~~~~{language}\n{file.read_text(encoding='utf-8')}\n~~~~\n"
+
+
+def headers_page() -> str:
+    """Every public header with the first sentence of its layer's README."""
+    lines = ["# C++ headers", "", "A layer uses only those above it in this list."]
+    layers = re.search(r"set\(STICTION_LAYERS ([^)]*)\)", (ROOT / "cmake/layers.cmake").read_text(encoding="utf-8"))
+    assert layers
+    for layer in layers.group(1).split():
+        folder = ROOT / "src/stiction" / layer
+        lines += ["", f"## {layer}", "", f"[README](code/src/stiction/{layer}/README.md)", ""]
+        lines += [f"* [{file.relative_to(folder).as_posix()}]({page_of(file)})" for file in sorted(folder.rglob("*.hpp"))]
+    return "\n".join(lines) + "\n"
+
+
+# ---- mkdocs calls these ----
+
+
+def on_files(files: Files, config: object) -> Files:
+    documents = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")]
+    wanted = set(documents) | set((ROOT / "src/stiction").rglob("*.hpp")) | set((ROOT / "src/stiction").glob("*/README.md"))
+    wanted.add(ROOT / "scenarios/README.md")
+    todo = [*wanted, *DOCS.rglob("*.md")]
+    while todo:
+        document = todo.pop()
+        if document.suffix == ".md":
+            new = linked_files(document) - wanted
+            wanted |= new
+            todo += new
+    for file in sorted(wanted):
+        page = page_of(file)
+        text = rewrite_links(file.read_text(encoding="utf-8"), file, page) if file.suffix == ".md" else code_page(file)
+        files.append(File.generated(config, page, content=text))
+    files.append(File.generated(config, "headers.md", content=headers_page()))
+    files.append(File.generated(config, "python.md", content="# Python\n\n::: stiction._core\n"))
+    # Pages of plans, made by scripts/docs.sh.
+    for plan in sorted((ROOT / "build/docs/plans").glob("*.*")):
+        files.append(File.generated(config, f"plans/{plan.name}", abs_src_path=str(plan)))
+    return files
+
+
+def on_config(config: dict) -> dict:
+    nav: list[dict] = []
+    for title, pages in SECTIONS:
+        if isinstance(pages, str):
+            folder = DOCS / pages
+            index = folder / "README.md"
+            order = [t for t in LINK.findall(index.read_text(encoding="utf-8")) if re.fullmatch(r"[\w.-]+\.md", t)] if index.exists() else []
+            names = [*dict.fromkeys(order), *sorted(f.name for f in folder.glob("*.md") if f.name not in order and f.name != "README.md")]
+            pages = ([f"{pages}/README.md"] if index.exists() else []) + [f"{pages}/{name}" for name in names]
+        nav.append({title: pages})
+    config["nav"] = nav
+    return config
+
+
+def on_page_markdown(markdown: str, page: object, config: object, files: Files) -> str:
+    uri = page.file.src_uri
+    document = DOCS / uri
+    if not document.exists():
+        return markdown
+    if uri.startswith("tutorials/"):
+        markdown = with_outputs(markdown, uri)
+    return rewrite_links(markdown, document, uri)
+
+
+# ---- tutorials ----
+
+
+def with_outputs(markdown: str, uri: str) -> str:
+    """Runs the commands and the Python of a tutorial in order, in a folder that looks like the repository, and puts what they print beneath."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for entry in ROOT.iterdir():
+            if entry.name not in ("out", "demo-out", ".git"):
+                (folder / entry.name).symlink_to(entry)
+
+        def run(match: re.Match[str]) -> str:
+            language, code = match.group(1), match.group(2)
+            if language == "sh":
+                lines = [line for line in code.splitlines() if line.startswith("build/release/stiction ")]
+                output = "".join(f"$ {line}\n{execute(shlex.split(line), folder, uri)}" for line in lines)
+            else:
+                output = execute([sys.executable, "-c", code], folder, uri)
+            return match.group(0) + (f"\n\n??? example \"What it prints\"\n\n    ```text\n{indent(output)}    ```\n" if output.strip() else "")
+
+        return re.sub(r"^```(sh|python)\n(.*?)^```", run, markdown, flags=re.DOTALL | re.MULTILINE)
+
+
+def execute(words: list[str], folder: Path, uri: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "build/release/python")}
+    done = subprocess.run(words, cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300)
+    if done.returncode:
+        raise PluginError(f"docs/{uri}: {shlex.join(words)} ended with {done.returncode}: {done.stderr}")
+    lines = [line if len(line) <= 200 else line[:200] + " …" for line in done.stdout.splitlines()]
+    return "\n".join(lines[:40] + (["…"] if len(lines) > 40 else [])) + "\n"
+
+
+def indent(text: str) -> str:
+    return "".join(f"    {line}\n" for line in text.splitlines())
