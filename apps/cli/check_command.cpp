@@ -39,6 +39,7 @@ int run_check(const CheckArguments& arguments) {
                            : "FAIL",
                item.name, item.value, limit, item.unit, item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
   }
+  if (plan.start_from_command_line) fmt::print(to, "  the start is a given one, not that of the task\n");
   if (plan.goal_from_command_line) fmt::print(to, "  the goal is one of the command line, not that of the task\n");
   fmt::print(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
 
@@ -51,6 +52,7 @@ int run_check(const CheckArguments& arguments) {
     out["wall_s"] = report.wall_s;
     out["steps"] = report.steps;
     out["knots"] = report.knots;
+    out["start_from"] = plan.start_from_command_line ? "command_line" : "task";
     out["goal_from"] = plan.goal_from_command_line ? "command_line" : "task";
     out["force_threshold"] = report.threshold_N;
     out["checks"] = nlohmann::ordered_json::array();

@@ -87,6 +87,7 @@ int run_refine(const RefineArguments& arguments) {
   planning::PlanResult refined = tasks::to_result(*task.model, file);  // the statistics stay those of the search
   refined.plan = result.plan;
   refined.wall_s += result.wall_s;
+  task.start_from_command_line = file.start_from_command_line;
   task.goal_from_command_line = file.goal_from_command_line;
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "bindings.hpp"
+#include "step_arguments.hpp"
 #include "stiction/dynamics/local_model.hpp"
 #include "stiction/dynamics/rollout.hpp"
 
@@ -41,51 +42,6 @@ struct Knot {
   Eigen::VectorXd u, q;
   std::vector<StepContact> contacts;
 };
-
-/// Defines `name` with the arguments of `function` followed by those of the step, which are the same everywhere.
-/// @param arguments  names of the arguments before them, nb::kw_only() among them
-template <class R, class... Head, class... Arguments>
-void def_with_step_options(nb::module_& m, const char* name, R (*function)(const StepOptions&, Head...), const char* doc,
-                           const Arguments&... arguments) {
-  const StepOptions standard;
-  const std::string text = std::string(doc) + R"(
-
-Arguments of the step:
-  h: time step [s], > 0.
-  smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
-  regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
-  friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
-  friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
-  friction_scale: factor of every coefficient of friction, >= 0.
-  contact_margin: added to the contact distance of the scene [m], >= 0.
-  joint_limits: limits of the joints are constraints.
-  effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
-  tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
-
-Raises InvalidInput by the name of the argument.)";
-  m.def(
-      name,
-      [function](Head... head, double h, const dynamics::Smoothing& smoothing, const dynamics::Regularisation& regularisation,
-                 const dynamics::FrictionCone& friction_cone, dynamics::FrictionLaw friction_law, double friction_scale,
-                 double contact_margin, bool joint_limits, bool effort_limits, double tol_complementarity) {
-        StepOptions options;
-        options.h = h;
-        options.smoothing = smoothing;
-        options.regularisation = regularisation;
-        options.friction_cone = friction_cone;
-        options.friction_law = friction_law;
-        options.friction_scale = friction_scale;
-        options.contact_margin = contact_margin;
-        options.joint_limits = joint_limits;
-        options.effort_limits = effort_limits;
-        options.tol_complementarity = tol_complementarity;
-        return function(options, head...);
-      },
-      arguments..., "h"_a = standard.h, "smoothing"_a = standard.smoothing, "regularisation"_a = standard.regularisation,
-      "friction_cone"_a = standard.friction_cone, "friction_law"_a = standard.friction_law, "friction_scale"_a = standard.friction_scale,
-      "contact_margin"_a = standard.contact_margin, "joint_limits"_a = standard.joint_limits, "effort_limits"_a = standard.effort_limits,
-      "tol_complementarity"_a = standard.tol_complementarity, text.c_str());
-}
 
 /// The arguments of a step. @throws core::InvalidInput by the name of the argument
 dynamics::StepInput step_input(const world::Model& model, const Vector& q, const Vector& u, const std::optional<Vector>& tau_ext,

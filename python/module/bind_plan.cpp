@@ -17,6 +17,7 @@ Plan::Plan(const tasks::Task& of, const planning::PlannerOptions& options, const
 
 Plan::Plan(tasks::PlanFile of, const std::filesystem::path& path)
     : task(tasks::load_task_of_plan(of, path, tasks::default_data_dirs())), file(std::move(of)) {
+  if (file.start_from_command_line) tasks::set_start(task, file.q_start);
   task.goal_from_command_line = file.goal_from_command_line;
 }
 

@@ -24,6 +24,16 @@ Task load_task(const std::variant<std::string, std::filesystem::path>& task) {
   return out;
 }
 
+/// The task with other values, as a task of its own.
+Task with(const Task& task, const std::optional<Vector>& start, const std::optional<Vector>& goal,
+          const std::optional<OptionsLike>& options) {
+  Task out = task;
+  if (start) tasks::set_start(out, start->value);
+  if (goal) tasks::set_goal(out, {goal->value.data(), static_cast<std::size_t>(goal->value.size())});
+  if (options) out.options = options_of({task.model, task.options}, *options);
+  return out;
+}
+
 }  // namespace
 
 void bind_tasks(nb::module_& m) {
@@ -58,6 +68,9 @@ void bind_tasks(nb::module_& m) {
           },
           "of its section `planner`")
       .def_ro("scene_sha256", &Task::scene_sha256)
+      .def("with_", &with, nb::kw_only(), "start"_a = nb::none(), "goal"_a = nb::none(), "options"_a = nb::none(),
+           "The task with another start (n_q), goal (as in set_goal) or options (PlannerOptions, or a dict of those that differ); this one "
+           "stays as it is. Raises InvalidInput.")
       .def(
           "set_goal",
           [](Task& task, const Vector& values) {

@@ -35,6 +35,7 @@ using ModelPtr = std::shared_ptr<const world::Model>;
 
 void bind_world(nb::module_& m);
 void bind_dynamics(nb::module_& m);
+void bind_batch(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_driven_plant(nb::module_& m);
 void bind_tasks(nb::module_& m);

@@ -16,6 +16,7 @@ NB_MODULE(_core, m) {
       .value("Cancelled", Status::Cancelled, "the caller asked to stop; the best result so far is returned");
   stiction::python::bind_world(m);
   stiction::python::bind_dynamics(m);
+  stiction::python::bind_batch(m);
   stiction::python::bind_simulation(m);
   stiction::python::bind_driven_plant(m);
   stiction::python::bind_tasks(m);

@@ -728,6 +728,69 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
     Raises InvalidInput by the name of the argument.
     """
 
+class StepBatch:
+    """Steps from N pairs of configuration and command, the pair first."""
+
+    @property
+    def status(self) -> list[Status]:
+        """(N)"""
+
+    @property
+    def solved(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
+        """(N); where it is False, q_next is q and A and B are 0"""
+
+    @property
+    def failed(self) -> int:
+        """steps that are not Solved"""
+
+    @property
+    def q_next(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(N, n_q)"""
+
+    @property
+    def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """of the springs (N, n_a) [N m, N]"""
+
+    @property
+    def A(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)] | None:
+        """D_qnext_q (N, n_v, n_v), None unless asked for; not to be written to"""
+
+    @property
+    def B(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)] | None:
+        """D_qnext_u (N, n_v, n_a), None unless asked for; not to be written to"""
+
+    @property
+    def wall_s(self) -> float:
+        """that the steps took in the library, without copies of arrays [s]"""
+
+    def __len__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, with_A: bool = False, with_B: bool = False, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> StepBatch:
+    """
+    step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
+
+      q: configurations (N, n_q).
+      u: commands (N, n_a) [m or rad].
+      with_A, with_B: the derivatives StepBatch.A and .B.
+      threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+
+    Arguments of the step:
+      h: time step [s], > 0.
+      smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
+      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
+      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_scale: factor of every coefficient of friction, >= 0.
+      contact_margin: added to the contact distance of the scene [m], >= 0.
+      joint_limits: limits of the joints are constraints.
+      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
+      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+
+    Raises InvalidInput by the name of the argument.
+    """
+
 class PairForce:
     """Force of one pair, its contact points together."""
 
@@ -994,6 +1057,11 @@ class Task:
 
     @property
     def scene_sha256(self) -> str: ...
+
+    def with_(self, *, start: numpy.typing.ArrayLike | None = None, goal: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None) -> Task:
+        """
+        The task with another start (n_q), goal (as in set_goal) or options (PlannerOptions, or a dict of those that differ); this one stays as it is. Raises InvalidInput.
+        """
 
     def set_goal(self, values: numpy.typing.ArrayLike) -> None:
         """

@@ -93,10 +93,10 @@ void FileCheck::see_outside(Worst& figure, int joint, double x) {
 }
 
 void FileCheck::check_start() {
-  const auto& q = task_.problem.q_start;
+  const auto& q = plan_.start_from_command_line ? plan_.q_start : task_.problem.q_start;
   start_.see((plan_.q_start - q).cwiseAbs().maxCoeff(), [] { return std::string("start of the plan against the task"); });
   start_.see((plan_.u_start - q.tail(model_.n_a())).cwiseAbs().maxCoeff(),
-             [] { return std::string("command at the start against the joints of the task"); });
+             [] { return std::string("command at the start against its joints"); });
   check_state(plan_.q_start);
 }
 

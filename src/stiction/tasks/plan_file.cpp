@@ -155,6 +155,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   out.tol_position = plan.goal.tol_position;
   out.tol_angle = plan.goal.tol_angle;
   out.region = plan.goal.region;
+  out.start_from_command_line = task.start_from_command_line;
   out.goal_from_command_line = task.goal_from_command_line;
   out.error = plan.error;
   for (const auto& segment : plan.segments) {

@@ -369,6 +369,9 @@ planning::GoalRegion read_region(const Value& region, const PlanFile& plan) {
   return out;
 }
 
+/// Start and goal: of the task, or given in its place.
+bool read_from_command_line(const Value& v) { return v.at("from").one_of(std::array<std::string_view, 2>{"task", "command_line"}) == 1; }
+
 void read_goal(const Value& top, PlanFile& out) {
   const Value goal = top.at("goal");
   goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "from"}, {"region"});
@@ -384,7 +387,7 @@ void read_goal(const Value& top, PlanFile& out) {
   tolerance.require_keys({"position", "angle"});
   out.tol_position = tolerance.at("position").positive();
   out.tol_angle = tolerance.at("angle").positive();
-  out.goal_from_command_line = goal.at("from").one_of(std::array<std::string_view, 2>{"task", "command_line"}) == 1;
+  out.goal_from_command_line = read_from_command_line(goal);
   const Value error = top.at("error");
   error.require_keys({"position", "angle"});
   out.error = {error.at("position").nonnegative(), error.at("angle").nonnegative()};
@@ -405,7 +408,8 @@ PlanFile read(const Value& top) {
   if (!top.at("options").node().is_object()) top.at("options").fail("an object");
   read_scene(top, out);
   const Value start = top.at("start");
-  start.require_keys({"u", "joints", "objects"});
+  start.require_keys({"u", "joints", "objects"}, {"from"});
+  out.start_from_command_line = start.has("from") && read_from_command_line(start);
   out.u_start = start.at("u").vector(out.joints.size());
   out.q_start = read_state(start, out);
   read_goal(top, out);

@@ -238,6 +238,7 @@ std::string content(const PlanFile& plan) {
   w.exact_list(plan.u_start);
   w.raw(",");
   write_state(w, plan, plan.q_start);
+  if (plan.start_from_command_line) w.raw(",\"from\":\"command_line\"");
   w.raw("}},\n\"goal\":{{\"object\":");
   w.text(plan.goal_object);
   w.raw(",");

@@ -339,6 +339,12 @@ void set_goal(Task& task, std::span<const double> values) {
   set_goal(task, std::vector<std::optional<double>>(values.begin(), values.end()));
 }
 
+void set_start(Task& task, Eigen::Ref<const Eigen::VectorXd> q) {
+  world::require_configuration(*task.model, "start", q);
+  task.problem.q_start = q;
+  task.start_from_command_line = true;
+}
+
 void set_goal(Task& task, const std::vector<std::optional<double>>& values) {
   const Model& model = *task.model;
   const int object = task.problem.goal.object;

@@ -26,6 +26,7 @@ struct Task {
   std::optional<OptimizeSetup> optimize;  ///< the section of that name, if there is one
   std::string scene_text;                 ///< see make_scene_text
   std::string scene_sha256;               ///< of scene_text
+  bool start_from_command_line = false;   ///< set_start replaced the start of the file
   bool goal_from_command_line = false;    ///< set_goal replaced the goal of the file
 };
 
@@ -47,6 +48,9 @@ Task load_task(const std::string& name_or_file);
 /// A task in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
 /// @throws core::InvalidInput "field: got …, expected …"
 Task parse_task(const std::string& text, const std::filesystem::path& folder);
+
+/// Replaces the start. @param q  configuration (n_q)   @throws core::InvalidInput: size, not finite, quaternions that are not of length 1
+void set_start(Task& task, Eigen::Ref<const Eigen::VectorXd> q);
 
 /// Replaces the goal pose: x y z [m] roll pitch yaw [rad] for a free object, its coordinates for any other. Tolerances stay.
 /// @throws core::InvalidInput: wrong number of values, not finite

@@ -1,0 +1,85 @@
+#include <fmt/format.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/unique_ptr.h>
+
+#include "step_arguments.hpp"
+#include "stiction/dynamics/step_batch.hpp"
+
+namespace stiction::python {
+namespace {
+
+using Cube = nb::ndarray<nb::numpy, const double, nb::ndim<3>>;
+
+struct StepBatch {
+  ModelPtr model;
+  dynamics::StepBatchResult result;
+  double wall_s = 0;
+};
+
+/// (N, rows, columns) without a copy: the array keeps the batch alive.
+std::optional<Cube> cube(const StepBatch& batch, const Eigen::MatrixXd& values, int rows, int columns) {
+  if (values.cols() == 0) return std::nullopt;
+  return Cube(values.data(), {static_cast<std::size_t>(values.cols()), static_cast<std::size_t>(rows), static_cast<std::size_t>(columns)},
+              nb::find(batch));
+}
+
+std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, bool with_A, bool with_B,
+                                      int threads) {
+  core::require_size("q.shape[1]", q.value.cols(), model->n_q());
+  core::require_size("u.shape[1]", u.value.cols(), model->n_a());
+  dynamics::StepOptions options = given;
+  options.with_A = with_A;
+  options.with_B = with_B;
+  auto out = std::make_unique<StepBatch>(StepBatch{model, {}, 0});
+  const nb::gil_scoped_release unlocked;
+  const Eigen::MatrixXd q_columns = q.value.transpose(), u_columns = u.value.transpose();
+  dynamics::StepBatchWorkspace work(model, threads);
+  const auto start = std::chrono::steady_clock::now();
+  (void)dynamics::step_batch(*model, {q_columns, u_columns}, options, work, out->result);  // the statuses are in the result
+  out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return out;
+}
+
+}  // namespace
+
+void bind_batch(nb::module_& m) {
+  nb::class_<StepBatch>(m, "StepBatch", "Steps from N pairs of configuration and command, the pair first.")
+      .def_prop_ro(
+          "status", [](const StepBatch& b) { return b.result.status; }, "(N)")
+      .def_prop_ro(
+          "solved",
+          [](const StepBatch& b) {
+            Eigen::Matrix<bool, Eigen::Dynamic, 1> out(static_cast<Eigen::Index>(b.result.status.size()));
+            for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = b.result.status[static_cast<std::size_t>(i)] == core::Status::Solved;
+            return out;
+          },
+          "(N); where it is False, q_next is q and A and B are 0")
+      .def_prop_ro(
+          "failed", [](const StepBatch& b) { return b.result.failed; }, "steps that are not Solved")
+      .def_prop_ro(
+          "q_next", [](const StepBatch& b) { return rows(b.result.q_next); }, "(N, n_q)")
+      .def_prop_ro(
+          "torque", [](const StepBatch& b) { return rows(b.result.torque); }, "of the springs (N, n_a) [N m, N]")
+      .def_prop_ro(
+          "A", [](const StepBatch& b) { return cube(b, b.result.A, b.model->n_v(), b.model->n_v()); },
+          "D_qnext_q (N, n_v, n_v), None unless asked for; not to be written to")
+      .def_prop_ro(
+          "B", [](const StepBatch& b) { return cube(b, b.result.B, b.model->n_v(), b.model->n_a()); },
+          "D_qnext_u (N, n_v, n_a), None unless asked for; not to be written to")
+      .def_ro("wall_s", &StepBatch::wall_s, "that the steps took in the library, without copies of arrays [s]")
+      .def("__len__", [](const StepBatch& b) { return b.result.status.size(); })
+      .def("__repr__", [](const StepBatch& b) {
+        return fmt::format("<stiction.StepBatch: {} steps, {} failed>", b.result.status.size(), b.result.failed);
+      });
+  def_with_step_options(
+      m, "step_batch", &step_batch,
+      R"(step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
+
+  q: configurations (N, n_q).
+  u: commands (N, n_a) [m or rad].
+  with_A, with_B: the derivatives StepBatch.A and .B.
+  threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.)",
+      "model"_a, "q"_a, "u"_a, nb::kw_only(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0);
+}
+
+}  // namespace stiction::python

@@ -1,0 +1,85 @@
+#include "stiction/dynamics/step_batch.hpp"
+
+#include <fmt/format.h>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/parallel.hpp"
+
+namespace stiction::dynamics {
+
+using core::Status;
+
+struct StepBatchWorkspace::Impl {
+  Impl(const std::shared_ptr<const world::Model>& model, int threads) : pool(threads), results(static_cast<std::size_t>(threads)) {
+    for (int i = 0; i < threads; ++i) steps.emplace_back(model);
+  }
+  core::ThreadPool pool;
+  std::vector<StepWorkspace> steps;  // per thread
+  std::vector<StepResult> results;
+};
+
+namespace {
+
+int count_threads(int threads) {
+  if (threads < 0) core::throw_invalid("threads", std::to_string(threads), "0 for all cores, or more");
+  return threads == 0 ? core::hardware_threads() : threads;
+}
+
+constexpr int kBlock = 16;  // steps that a thread takes at once: a step may cost less than to be handed out
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+void store_rows(const Eigen::MatrixXd& matrix, Eigen::Ref<Eigen::VectorXd> column) {
+  Eigen::Map<RowMajor>(column.data(), matrix.rows(), matrix.cols()) = matrix;
+}
+
+}  // namespace
+
+StepBatchWorkspace::StepBatchWorkspace(std::shared_ptr<const world::Model> model, int threads)
+    : impl_(std::make_unique<Impl>(model, count_threads(threads))) {}
+StepBatchWorkspace::~StepBatchWorkspace() = default;
+StepBatchWorkspace::StepBatchWorkspace(StepBatchWorkspace&&) noexcept = default;
+
+Status step_batch(const world::Model& model, const StepBatchInput& in, const StepOptions& given, StepBatchWorkspace& workspace,
+                  StepBatchResult& out) {
+  const Eigen::Index n = in.q.cols();
+  core::require_size("q", in.q.rows(), model.n_q());
+  core::require_size("u", in.u.rows(), model.n_a());
+  if (in.u.cols() != n) core::throw_invalid("u", fmt::format("{} commands", in.u.cols()), fmt::format("{}, one for each q", n));
+  StepOptions options = given;
+  options.warm_start = false;
+  options.with_force_derivatives = false;
+  options.validate();
+
+  StepBatchWorkspace::Impl& work = workspace.impl();
+  out.status.assign(static_cast<std::size_t>(n), Status::NumericalFailure);
+  out.q_next.resize(model.n_q(), n);
+  out.torque.resize(model.n_a(), n);
+  out.A.resize(options.with_A ? model.n_v() * model.n_v() : 0, options.with_A ? n : 0);
+  out.B.resize(options.with_B ? model.n_v() * model.n_a() : 0, options.with_B ? n : 0);
+  work.pool.run(static_cast<int>((n + kBlock - 1) / kBlock), [&](int block, int worker) {
+    StepWorkspace& steps = work.steps[static_cast<std::size_t>(worker)];
+    StepResult& result = work.results[static_cast<std::size_t>(worker)];
+    for (Eigen::Index i = Eigen::Index{block} * kBlock; i < std::min(n, Eigen::Index{block + 1} * kBlock); ++i) {
+      steps.forget();
+      try {
+        out.status[static_cast<std::size_t>(i)] = step(model, {in.q.col(i), in.u.col(i)}, options, steps, result);
+      } catch (const core::InvalidInput& error) {
+        throw core::InvalidInput(fmt::format("step {}: {}", i, error.what()));
+      }
+      out.q_next.col(i) = result.q_next;
+      out.torque.col(i) = result.torque;
+      if (options.with_A) store_rows(result.A, out.A.col(i));
+      if (options.with_B) store_rows(result.B, out.B.col(i));
+    }
+  });
+  out.failed = 0;
+  Status first = Status::Solved;
+  for (const Status status : out.status) {
+    if (status == Status::Solved) continue;
+    if (out.failed++ == 0) first = status;
+  }
+  return first;
+}
+
+}  // namespace stiction::dynamics

@@ -1,0 +1,97 @@
+"""Many steps in one call, and tasks that differ from others."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULE = ROOT / "build" / "release" / "python"
+if not (MODULE / "stiction").is_dir():
+    pytest.skip(f"{MODULE} does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(MODULE))
+
+import stiction as st  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def ball() -> st.Task:
+    return st.load_task("allegro_ball")
+
+
+def states(task: st.Task, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Configurations near the start, the fingers disturbed, and commands near them."""
+    random = np.random.default_rng(3)
+    q = np.tile(task.q_start, (n, 1))
+    q[:, -task.model.n_a :] += 0.05 * random.standard_normal((n, task.model.n_a))
+    return q, q[:, -task.model.n_a :] + 0.05 * random.standard_normal((n, task.model.n_a))
+
+
+def test_batch_has_the_bits_of_single_cold_steps(ball: st.Task) -> None:
+    q, u = states(ball, 40)
+    options = {"h": 0.1, "smoothing": st.Analytic(kappa=1000)}
+    batch = st.step_batch(ball.model, q, u, with_A=True, with_B=True, threads=2, **options)
+    assert len(batch) == 40 and batch.failed == 0 and batch.solved.all()
+    assert batch.A.shape == (40, ball.model.n_v, ball.model.n_v) and batch.B.shape == (40, ball.model.n_v, ball.model.n_a)
+    for i in range(40):
+        single = st.step(ball.model, q[i], u[i], with_A=True, with_B=True, **options)
+        np.testing.assert_array_equal(batch.q_next[i], single.q_next)
+        np.testing.assert_array_equal(batch.torque[i], single.torque)
+        np.testing.assert_array_equal(batch.A[i], single.A)
+        np.testing.assert_array_equal(batch.B[i], single.B)
+
+
+def test_arrays_of_a_batch_outlive_it(ball: st.Task) -> None:
+    q, u = states(ball, 8)
+    B = st.step_batch(ball.model, q, u, with_B=True).B
+    again = st.step_batch(ball.model, q, u, with_B=True).B
+    np.testing.assert_array_equal(B, again)
+    assert not B.flags.writeable
+
+
+def test_batch_names_what_is_wrong(ball: st.Task) -> None:
+    q, u = states(ball, 8)
+    model = ball.model
+    with pytest.raises(st.InvalidInput, match=rf"^q.shape\[1\]: got 3 numbers, expected {model.n_q}$"):
+        st.step_batch(model, q[:, :3], u)
+    with pytest.raises(st.InvalidInput, match="^u: got 7 commands, expected 8, one for each q$"):
+        st.step_batch(model, q, u[:7])
+    with pytest.raises(st.InvalidInput, match="^threads: got -2"):
+        st.step_batch(model, q, u, threads=-2)
+    u[5, 2] = np.inf
+    with pytest.raises(st.InvalidInput, match="^step 5: u"):
+        st.step_batch(model, q, u)
+
+
+def test_task_with_other_values_leaves_the_first_as_it_is() -> None:
+    task = st.load_task("planar_pushing")
+    before = task.q_start.copy()
+    start = before + [0.01, 0, 0, 0, 0]
+    other = task.with_(start=start, goal=[0.05, 0.0, 0.0], options={"seed": 5})
+    np.testing.assert_array_equal(other.q_start, start)
+    np.testing.assert_array_equal(task.q_start, before)
+    assert other.options.seed == 5 and task.options.seed == 0
+    assert not np.allclose(other.goal.X_WG.p, task.goal.X_WG.p)
+    with pytest.raises(st.InvalidInput, match="^start: got 2 numbers, expected 5"):
+        task.with_(start=[0, 0])
+    with pytest.raises(st.InvalidInput, match="^goal: got 2 numbers"):
+        task.with_(goal=[0, 0])
+
+
+def test_plan_from_another_start_is_accepted_from_its_file(tmp_path: Path) -> None:
+    task = st.load_task("planar_pushing")
+    other = task.with_(start=task.q_start + [0.02, 0.01, 0, 0, 0])
+    plan = st.plan(other, seed=0).plan
+    assert plan.status == st.Status.Solved
+    np.testing.assert_array_equal(plan.q[0], other.q_start)
+    plan.write(tmp_path / "plan.json")
+    again = st.read_plan(tmp_path / "plan.json")
+    np.testing.assert_array_equal(again.task.q_start, other.q_start)
+    report = st.check_plan(again)
+    assert report.pass_, [item for item in report.items if not item.pass_]
+    done = subprocess.run([ROOT / "build/release/stiction", "check", tmp_path / "plan.json"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "the start is a given one" in done.stdout
