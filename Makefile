@@ -4,7 +4,7 @@ PRESET ?= release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 STICTION := build/release/stiction
 
-.PHONY: help setup build install wheel experiments demo test bench docs check-all release-check format lock clean
+.PHONY: help setup build install wheel experiments demo demo-touch test bench docs check-all release-check format lock clean
 
 help:
 	@echo "make setup      system packages (when root), the Python environment .venv"
@@ -13,6 +13,7 @@ help:
 	@echo "make wheel      dist/stiction-*.whl for pip, and the source archive"
 	@echo "make experiments  Drake into .venv: second-order curves of \`$(STICTION) reproduce\`, optional"
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
+	@echo "make demo-touch  an arm feels its way past what it does not know, in demo-out/"
 	@echo "make test       every test: C++, Python, documentation"
 	@echo "make bench      this machine's figures beside the published ones"
 	@echo "make docs       the documentation site in build/site, tutorials run on the way"
@@ -43,6 +44,10 @@ experiments: setup
 demo: setup
 	@scripts/build.sh release $(JOBS) stiction_cli
 	@scripts/demo.sh
+
+demo-touch: setup
+	@scripts/build.sh release $(JOBS) stiction_cli
+	@scripts/demo_touch.sh
 
 test: setup
 	@scripts/build.sh release $(JOBS)

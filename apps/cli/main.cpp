@@ -7,6 +7,7 @@
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/version.hpp"
+#include "touch_command.hpp"
 
 namespace {
 
@@ -30,12 +31,15 @@ constexpr Command kCommands[] = {
     {"sense", "Says where a robot is touched, from joint angles and external torques", app::declare_sense},
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
     {"control", "Runs an arm with bounded contact forces against what its reference does not know", app::declare_control},
+    {"touch", "Sends an arm to a goal among things that it has to feel: bounded forces, contacts from torques, plans around them",
+     app::declare_touch},
     {"bench", "Figures of this machine beside the published ones", app::declare_bench},
     {"reproduce", "Computes figures and tables of the thesis, beside the published numbers", app::declare_reproduce},
 };
 
 constexpr const char* kExitCodes =
-    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, control, reproduce); 2 a mistake in what "
+    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, control, touch, reproduce); 2 a "
+    "mistake in what "
     "was "
     "given; 3 not done within the budget (the best result is kept); 70 a fault of the program or its installation; 130 interrupted (the "
     "best result is kept).";

@@ -13,7 +13,7 @@ from .plan import InvalidPlan, load_plan
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="stiction_view", description="Shows a plan of stiction in the browser.")
-    parser.add_argument("plan", type=Path, help="plan file written by `stiction plan`, or what `stiction sense --html` or `stiction control --html` hands over")
+    parser.add_argument("plan", type=Path, help="plan file written by `stiction plan`, or what `stiction sense|control|touch --html` hands over")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead of starting a server")
     parser.add_argument("--simulation", type=Path, metavar="FILE", help="draw this run of the plan, written by `stiction simulate`, over it")
     parser.add_argument("--port", type=int, default=8080, help="port of the live view on localhost (default: %(default)s)")

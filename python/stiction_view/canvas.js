@@ -183,11 +183,12 @@ function draw() {
   gl.uniformMatrix4fv(uniform.view, false, view); gl.uniformMatrix4fv(uniform.projection, false, projection);
   gl.uniform1f(uniform.size, 5 * ratio);
   const where = (body) => pose(poses, 7 * (frame * bodies + body));
-  for (const m of meshes) if (m.alpha === 1) paint(m, where(m.body), m.color, 1, m.link !== undefined);
+  const shown = meshes.filter((m) => !m.frames || (m.frames[0] <= frame && frame < m.frames[1]));
+  for (const m of shown) if (m.alpha === 1) paint(m, where(m.body), m.color, 1, m.link !== undefined);
   if (showDots) for (const d of dots) paint(d, where(d.body), [0, 0, 0], 1, true, gl.POINTS);
   for (const a of arrows) paintArrow(a, 1);
   gl.enable(gl.BLEND); gl.depthMask(false);
-  for (const m of meshes) if (m.alpha < 1) paint(m, where(m.body), m.color, m.alpha);
+  for (const m of shown) if (m.alpha < 1) paint(m, where(m.body), m.color, m.alpha);
   gl.disable(gl.DEPTH_TEST);
   for (const a of arrows) paintArrow(a, a.front ? 1 : 0.25);  // what is behind the robot shows through
   gl.enable(gl.DEPTH_TEST); gl.depthMask(true); gl.disable(gl.BLEND);

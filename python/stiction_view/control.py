@@ -20,22 +20,23 @@ LAWS = {"contact_aware": "forces bounded", "unconstrained": "tracking alone", "n
 
 def load_control(file: Path) -> dict[str, Any]:
     """Data of the page. Raises InvalidPlan."""
-    return read_document(file, FORMAT, FORMAT_VERSION, _read)
+    return read_document(file, FORMAT, FORMAT_VERSION, read)
 
 
-def _line(name: str, color: scene.Color, values: np.ndarray, dash: bool = False) -> dict[str, Any]:
+def line(name: str, color: scene.Color, values: np.ndarray, dash: bool = False) -> dict[str, Any]:
     return {"name": name, "color": color, "values": canvas.pack(values, "<f4"), "dash": dash}
 
 
-def _plot(title: str, unit: str, lines: list[tuple[str, np.ndarray]], limit: float | None = None, limit_name: str = "", least: float = 0.0) -> dict[str, Any]:
+def plot(title: str, unit: str, lines: list[tuple[str, np.ndarray]], limit: float | None = None, limit_name: str = "", least: float = 0.0) -> dict[str, Any]:
     top = max([float(v.max()) for _, v in lines] + [limit or 0.0, least])
-    entries = [_line(name, LINES[k % len(LINES)], values) for k, (name, values) in enumerate(lines)]
+    entries = [line(name, LINES[k % len(LINES)], values) for k, (name, values) in enumerate(lines)]
     if limit is not None and lines:
-        entries.append(_line(limit_name, BOUND, np.full(len(lines[0][1]), limit), dash=True))
+        entries.append(line(limit_name, BOUND, np.full(len(lines[0][1]), limit), dash=True))
     return {"title": title, "unit": unit, "lines": entries, "low": min([float(v.min()) for _, v in lines] + [0.0]), "high": top if top > 0 else 1.0}
 
 
-def _read(data: dict[str, Any]) -> dict[str, Any]:
+def read(data: dict[str, Any]) -> dict[str, Any]:
+    """What the page is made of, from the document."""
     ticks, frames = data["ticks"], data["frames"]
     if not frames:
         raise ValueError("frames: none, nothing to draw")
@@ -107,15 +108,15 @@ def _plots(data: dict[str, Any], ticks: list[dict[str, Any]], limit: float) -> l
     unit = "mm" if data["error_of"] == "tool" else "mrad"
     force_lines = [(short[name], values) for name, values in forces.items()] or [("no contact", np.zeros(len(ticks)))]
     plots = [
-        _plot("contact forces", "N", force_lines, limit, "λ_max"),
-        _plot("tracking error", unit, [("", 1e3 * np.array([t["error"] for t in ticks]))]),
-        _plot("bound given up", "N", [("slack", np.array([t["slack"] for t in ticks]))], least=1e-3 * limit),  # below a thousandth of it, it counts as kept
+        plot("contact forces", "N", force_lines, limit, "λ_max"),
+        plot("tracking error", unit, [("", 1e3 * np.array([t["error"] for t in ticks]))]),
+        plot("bound given up", "N", [("slack", np.array([t["slack"] for t in ticks]))], least=1e-3 * limit),  # below a thousandth of it, it counts as kept
     ]
     if all(most is not None for most in effort):
         share = 100 * torque / np.array(effort, dtype=float)
-        plots.append(_plot("motor torques", "% of their limits", [(name, share[:, j]) for j, name in enumerate(joints)]))
+        plots.append(plot("motor torques", "% of their limits", [(name, share[:, j]) for j, name in enumerate(joints)]))
     else:
-        plots.append(_plot("motor torques", "N·m", [(name, torque[:, j]) for j, name in enumerate(joints)]))
+        plots.append(plot("motor torques", "N·m", [(name, torque[:, j]) for j, name in enumerate(joints)]))
     return plots
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def find(file: Path) -> Callable[[Path], str] | None:
-    """What makes the page of a file of `sense` or `control`; None: it is a plan, or nothing that can be read."""
+    """What makes the page of a file of `sense`, `control` or `touch`; None: it is a plan, or nothing that can be read."""
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -22,4 +22,8 @@ def find(file: Path) -> Callable[[Path], str] | None:
         from . import control
 
         return lambda f: control.make_page(control.load_control(f))
+    if name == "stiction-touch":
+        from . import touch
+
+        return lambda f: touch.make_page(touch.load_touch(f))
     return None

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-SCENARIOS = [path for path in sorted((ROOT / "scenarios").glob("*.yaml")) if "\ncontroller:" in path.read_text()]
+SCENARIOS = [path for path in sorted((ROOT / "scenarios").glob("*.yaml")) if "\nreference:" in path.read_text()]
 
 
 def run(program: Path, *words: str) -> subprocess.CompletedProcess[str]:

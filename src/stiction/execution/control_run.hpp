@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/core/status.hpp"
-#include "stiction/execution/control_scenario.hpp"
+#include "stiction/execution/control_loop.hpp"
 
 namespace stiction::execution {
 
@@ -14,21 +13,6 @@ struct ControlRunOptions {
   double settle = 0.3;
   core::RunControl control;
   void validate() const;
-};
-
-/// One tick.
-struct ControlSample {
-  double time = 0;                            ///< [s]
-  Eigen::VectorXd q, q_cmd, reference;        ///< (n_a), (n_a), joints (n_a) or tool (6)
-  Eigen::VectorXd torque;                     ///< of the motors, beside what carries the weight (n_a) [N·m or N]
-  std::vector<simulation::PairForce> forces;  ///< on the robot, of pairs of a robot with something else
-  double largest_force = 0;                   ///< of one contact [N]
-  double speed = 0;                           ///< ‖q̇‖ [rad/s]
-  double error = 0;                           ///< ‖q − q_ref‖ [rad], or distance of the tool [m]
-  double angle_error = 0;                     ///< of the tool [rad]
-  bool bounded = false;                       ///< a force is predicted at its bound: the reference asks for more
-  double slack = 0;                           ///< largest [N]
-  std::vector<control::ContactForce> told;    ///< contacts that the controller was told of in this tick
 };
 
 /// What the run comes to. Forces: of single contacts, measured.
@@ -52,6 +36,9 @@ struct ControlRunResult {
   double tick_median_s = 0, tick_p99_s = 0;    ///< wall time of update()
   double sense_median_s = 0, sense_p99_s = 0;  ///< of the estimator, over the ticks in which it was told of torques
 };
+
+/// The figures of `out` from its samples and what the loop counted. @param settle  as in ControlRunOptions [s]
+void summarise(const ControlScenario& scenario, const ControlLoop& loop, double settle, ControlRunResult& out);
 
 /// Runs the scenario in the second-order simulation: impedance control of the joints, the contact controller above it, contacts as simulated.
 /// @returns Solved | NumericalFailure: the simulation stopped, `message` says why | Cancelled | MaxIterations (deadline)

@@ -28,15 +28,6 @@ int find_link(const world::Model& model, const YamlNode& node) {
   node.fail_unknown("link", name, link_names(model));
 }
 
-void require_within_limits(const world::Model& model, const YamlNode& node, const Eigen::VectorXd& q) {
-  for (Eigen::Index j = 0; j < q.size(); ++j) {
-    if (q[j] >= model.lower()[j] && q[j] <= model.upper()[j]) continue;
-    const auto& name = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name;
-    node.fail(fmt::format("{} for '{}'", q[j], name),
-              fmt::format("a position within its limits [{}, {}]", model.lower()[j], model.upper()[j]));
-  }
-}
-
 void read_knots(const YamlNode& node, const char* value_key, ControlScenario& out) {
   for (const YamlNode& item : node.items()) {
     ReferenceKnot knot;
@@ -47,8 +38,7 @@ void read_knots(const YamlNode& node, const char* value_key, ControlScenario& ou
       if (const auto turn = item.find("turn")) knot.value.tail<3>() = turn->vector3();
     } else {
       item.require_map({"time", "position"});
-      knot.value = item.at(value_key).vector(out.model->n_a());
-      require_within_limits(*out.model, item.at(value_key), knot.value);
+      knot.value = read_posture(item.at(value_key), *out.model);
     }
     knot.time = item.at("time").nonnegative();
     if (out.knots.empty() && knot.time != 0) item.at("time").fail("0: the first knot is the start");
@@ -159,20 +149,24 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
 
 }  // namespace
 
-ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
-  const YamlNode top = world::load_yaml_with_base(file);
-  top.require_map({"name", "description", "scene", "start", "reference", "hold", "controller", "plant", "estimator"});
-  ControlScenario out;
-  out.file = file;
+Eigen::VectorXd read_posture(const YamlNode& node, const world::Model& model) {
+  const Eigen::VectorXd q = node.vector(model.n_a());
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    if (q[j] >= model.lower()[j] && q[j] <= model.upper()[j]) continue;
+    const auto& name = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name;
+    node.fail(fmt::format("{} for '{}'", q[j], name),
+              fmt::format("a position within its limits [{}, {}]", model.lower()[j], model.upper()[j]));
+  }
+  return q;
+}
+
+void read_arm(const YamlNode& top, std::span<const std::filesystem::path> package_dirs, ControlScenario& out) {
+  out.file = top.file();
   out.name = top.at("name").string();
   out.description = top.string_or("description", "");
   out.model = world::Model::make(world::read_scene(top.at("scene"), package_dirs));
   if (out.model->n_a() == 0) top.at("scene").fail("a scene without a robot", "one with a robot");
-  out.start = top.at("start").vector(out.model->n_a());
-  require_within_limits(*out.model, top.at("start"), out.start);
-  read_reference(top.at("reference"), out);
-  out.duration = out.knots.back().time + top.nonnegative_or("hold", 0);
-  if (!(out.duration > 0)) top.at("reference").fail("knots that last longer than 0 s");
+  out.start = read_posture(top.at("start"), *out.model);
   out.plant.damping_ratio = 0;
   if (const auto plant = top.find("plant")) read_plant(*plant, out);
   if (const auto controller = top.find("controller")) read_controller(*controller, out);
@@ -190,8 +184,19 @@ ControlScenario load_control_scenario(const std::filesystem::path& file, std::sp
     out.impedance.validate();
     out.plant.validate();
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}: {}", file.string(), e.what()));
+    throw core::InvalidInput(fmt::format("{}: {}", out.file.string(), e.what()));
   }
+}
+
+ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  const YamlNode top = world::load_yaml_with_base(file);
+  top.require_map({"name", "description", "scene", "start", "reference", "hold", "controller", "plant", "estimator"});
+  ControlScenario out;
+  read_arm(top, package_dirs, out);
+  out.file = file;
+  read_reference(top.at("reference"), out);
+  out.duration = out.knots.back().time + top.nonnegative_or("hold", 0);
+  if (!(out.duration > 0)) top.at("reference").fail("knots that last longer than 0 s");
   return out;
 }
 

@@ -13,6 +13,10 @@
 #include "stiction/simulation/simulation.hpp"
 #include "stiction/world/model.hpp"
 
+namespace stiction::world {
+class YamlNode;
+}
+
 namespace stiction::execution {
 
 /// Where the reference is at a time: joint positions (n_a), or the displacement of the tool from its pose at the start in W [m] and its rotation
@@ -56,6 +60,12 @@ struct ControlScenario {
 /// @param package_dirs  where package:// of a robot is looked up after its own
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …": unknown keys, times that do not increase, λ_max ≤ 0, a reference outside joint limits, …
 ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs = {});
+
+/// What scenarios of an arm have in common: the keys name, description, scene, start, controller, plant, estimator of a map.
+void read_arm(const world::YamlNode& top, std::span<const std::filesystem::path> package_dirs, ControlScenario& out);
+
+/// Joints within their limits (n_a).
+Eigen::VectorXd read_posture(const world::YamlNode& node, const world::Model& model);
 
 /// The reference at a time: value of the knots there, held after the last one.
 void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out);

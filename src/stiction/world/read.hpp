@@ -13,6 +13,9 @@ namespace stiction::world {
 /// Keys position [m], and quaternion_wxyz (unit to 1e-3, then normalised) or rpy (fixed axes [rad]); each may be left out.
 Pose read_pose(const YamlNode& node);
 
+/// An entry of a scene's `fixed`.
+FixedSpec read_fixed(const YamlNode& node);
+
 /// A map with the keys of a scene. Paths in it are relative to the file they are written in.
 /// @param package_dirs  searched after the `package_dirs` of each robot
 Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> package_dirs = {});

@@ -198,15 +198,6 @@ ObjectSpec read_object(const YamlNode& node) {
   return object;
 }
 
-FixedSpec read_fixed(const YamlNode& node) {
-  node.require_map({"name", "pose", "friction", "shapes"});
-  FixedSpec fixed;
-  fixed.name = read_name(node);
-  if (const auto pose = node.find("pose")) fixed.X_WB = read_pose(*pose);
-  fixed.geometries = read_geometries(node, node.nonnegative_or("friction", 1.0), true);
-  return fixed;
-}
-
 /// A map from names to numbers; `all_positive`: they are > 0, and one number stands for every name.
 std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, std::string_view what, std::span<const std::string> known,
                                                           bool all_positive) {
@@ -359,6 +350,15 @@ Pose read_pose(const YamlNode& node) {
   if (const auto position = node.find("position")) pose.p = position->vector3();
   pose.R = read_rotation(node);
   return pose;
+}
+
+FixedSpec read_fixed(const YamlNode& node) {
+  node.require_map({"name", "pose", "friction", "shapes"});
+  FixedSpec fixed;
+  fixed.name = read_name(node);
+  if (const auto pose = node.find("pose")) fixed.X_WB = read_pose(*pose);
+  fixed.geometries = read_geometries(node, node.nonnegative_or("friction", 1.0), true);
+  return fixed;
 }
 
 Scene read_scene(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {

@@ -1,0 +1,157 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app.hpp"
+#include "page_scene.hpp"
+#include "stiction/execution/touch_run.hpp"
+#include "stiction/tasks/scenarios.hpp"
+#include "stiction/tasks/task.hpp"
+#include "touch_command.hpp"
+#include "touch_page.hpp"
+
+namespace stiction::app {
+namespace {
+
+using core::Status;
+using execution::TouchOutcome;
+using execution::TouchRunResult;
+using execution::TouchScenario;
+using json = nlohmann::ordered_json;
+
+struct TouchArguments {
+  std::string scenario;
+  std::optional<std::uint64_t> seed;
+  double tolerance = 0.2;
+  double timeout_s = 600;
+  std::string html;
+  bool json = false;
+};
+
+std::string link_of(const TouchScenario& scenario, const execution::Touch& touch) {
+  return scenario.arm.model->bodies()[static_cast<std::size_t>(touch.body)].name;
+}
+
+void print_touch(std::FILE* to, const TouchScenario& scenario, const execution::Touch& touch) {
+  const Eigen::Vector3d& p = touch.place.p_W;
+  const std::string off = std::isfinite(touch.error) ? fmt::format(", {:.1f} cm off", 100 * touch.error) : "";
+  fmt::print(to, "  {:6.2f} s  {:14} ({:6.3f} {:6.3f} {:6.3f}) m{}  {:4.1f} N  ball of {:.1f} cm\n", touch.time, link_of(scenario, touch),
+             p.x(), p.y(), p.z(), off, touch.force, 100 * touch.radius);
+}
+
+/// What became of the run, in words.
+std::string verdict(const TouchRunResult& r, bool bounded) {
+  if (r.status != Status::Solved) return std::string(core::to_string(r.status));
+  if (r.outcome != TouchOutcome::Reached) return "gave up, " + r.reason;
+  return bounded ? "reached its goal, forces bounded" : "reached its goal, forces above their bound";
+}
+
+void print_summary(std::FILE* to, const TouchScenario& scenario, const TouchRunResult& r, bool bounded) {
+  const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
+  fmt::print(to, "{}: {}\n", scenario.arm.name, verdict(r, bounded));
+  if (r.status == Status::NumericalFailure) row("simulation", r.reason);
+  row("touched", fmt::format("{} times", r.touches.size()));
+  for (const auto& touch : r.touches) print_touch(to, scenario, touch);
+  double planning = 0;
+  for (const auto& planned : r.routes) planning = std::max(planning, planned.wall_s);
+  row("planned", fmt::format("{} times, {:.2f} s at most", r.routes.size(), planning));
+  row("bound", fmt::format("{:.1f} N", scenario.arm.controller.lambda_max));
+  row("impact", fmt::format("{:.1f} N at most", r.run.peak_force));
+  row("settled force", fmt::format("{:.1f} N at most, {:.1f} N in the mean", r.run.settled_peak, r.run.mean_force));
+  row("error at the goal", fmt::format("{:.2g} rad of {:.2g}", r.goal_error, scenario.tolerance));
+  row("took", fmt::format("{:.1f} s", static_cast<double>(r.run.samples.size()) * scenario.arm.period));
+}
+
+json to_json(const TouchScenario& scenario, const execution::Touch& touch) {
+  return {{"time_s", touch.time},
+          {"link", link_of(scenario, touch)},
+          {"p_W", page_numbers(touch.place.p_W)},
+          {"n_W", page_numbers(touch.place.n_W)},
+          {"spread", touch.place.spread},
+          {"force", touch.force},
+          {"radius", touch.radius},
+          {"doubted", touch.doubted},
+          {"error", std::isfinite(touch.error) ? json(touch.error) : json()}};
+}
+
+json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_t seed, bool passes, double wall_s) {
+  json out{{"status", r.status != Status::Solved           ? std::string(core::to_string(r.status))
+                      : r.outcome != TouchOutcome::Reached ? std::string(execution::to_string(r.outcome))
+                      : passes                             ? "Passed"
+                                                           : "Failed"},
+           {"scenario", scenario.arm.name},
+           {"seed", seed},
+           {"wall_s", wall_s},
+           {"message", r.reason},
+           {"duration_s", static_cast<double>(r.run.samples.size()) * scenario.arm.period},
+           {"goal_error", r.goal_error},
+           {"lambda_max", scenario.arm.controller.lambda_max},
+           {"peak_force", r.run.peak_force},
+           {"settled_peak", r.run.settled_peak},
+           {"mean_force", r.run.mean_force},
+           {"contacts_made", r.run.makes},
+           {"unsolved_ticks", r.run.unsolved_ticks},
+           {"sense_median_s", r.run.sense_median_s}};
+  out["touches"] = out["routes"] = json::array();
+  for (const auto& touch : r.touches) out["touches"].push_back(to_json(scenario, touch));
+  for (const auto& planned : r.routes)
+    out["routes"].push_back({{"time_s", planned.time},
+                             {"found", planned.route.outcome == planning::PathOutcome::Found},
+                             {"share", planned.route.share},
+                             {"postures", planned.route.postures.size()},
+                             {"travel", planned.route.travel},
+                             {"wall_s", planned.wall_s}});
+  return out;
+}
+
+int run_touch_command(const TouchArguments& arguments) {
+  const TouchScenario scenario =
+      execution::load_touch_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
+  require_page(arguments.html);
+  catch_signals();
+  execution::TouchRunOptions options;
+  options.seed = arguments.seed.value_or(scenario.arm.observer.seed);
+  options.control = make_run_control(arguments.timeout_s);
+  const auto started = core::RunControl::Clock::now();
+  TouchRunResult result;
+  const Status status = execution::run_touch(scenario, options, result);
+  const double wall_s = core::seconds_since(started);
+  const bool bounded =
+      result.run.unsolved_ticks == 0 && result.run.settled_peak <= (1 + arguments.tolerance) * scenario.arm.controller.lambda_max;
+  std::FILE* const to = people(arguments.json);
+  print_summary(to, scenario, result, bounded);
+  json out = report(scenario, result, options.seed, bounded, wall_s);
+  bool page_failed = false;
+  if (!arguments.html.empty() && !result.run.samples.empty()) {
+    page_failed = !write_page(touch_document(scenario, result), arguments.html, to);
+    if (!page_failed) out["page"] = arguments.html;
+  }
+  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (status == Status::Cancelled) return kInterrupted;
+  if (status == Status::MaxIterations) return kNotSolved;
+  if (page_failed) return kInternalError;
+  if (status != Status::Solved || !bounded) return kCheckFailed;
+  return result.outcome == TouchOutcome::Reached ? kDone : kNotSolved;
+}
+
+}  // namespace
+
+Run declare_touch(CLI::App& command) {
+  const auto arguments = std::make_shared<TouchArguments>();
+  TouchArguments& a = *arguments;
+  command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
+  add_seed(command, a.seed,
+           "Of the noise of joint torques, of where the unknown bodies are and of the paths (default: as the scenario says)");
+  command.add_option("--tolerance", a.tolerance, "Settled forces may exceed the bound by this share of it")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  add_timeout(command, a.timeout_s);
+  command.add_option("--html", a.html, "Write a page to look at: the arm, what it felt and planned, and the forces");
+  add_json(command, a.json);
+  return [arguments] { return run_touch_command(*arguments); };
+}
+
+}  // namespace stiction::app

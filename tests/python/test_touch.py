@@ -1,0 +1,129 @@
+"""`stiction touch`: an arm that feels its way, its report, its page, and what it refuses."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import browser
+from stiction_view import InvalidPlan
+from stiction_view.touch import load_touch, tube
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENARIO = "reach_past_pillar"
+
+
+def run(program: Path, *words: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([program, "touch", *map(str, words)], capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def reached(program: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict, dict]:
+    """The page, what the program prints with --json, and the data of the page."""
+    file = tmp_path_factory.mktemp("touch") / "page.html"
+    done = run(program, SCENARIO, "--seed", 0, "--html", file, "--json")
+    assert done.returncode == 0, done.stderr
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', file.read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    return file, json.loads(done.stdout), json.loads(found.group(1))
+
+
+def floats(text: str) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(text), dtype="<f4")
+
+
+def test_arm_is_touched_plans_anew_and_reaches_its_goal(reached: tuple[Path, dict, dict]) -> None:
+    _, out, _ = reached
+    assert out["status"] == "Passed" and out["goal_error"] <= 0.01
+    assert len(out["touches"]) >= 1 and len(out["routes"]) == len(out["touches"]) + 1
+    assert all(route["found"] for route in out["routes"])
+    assert out["routes"][0]["postures"] == 2, "it knows of nothing in its way"
+    assert out["routes"][-1]["travel"] > 0
+    assert out["settled_peak"] <= 1.2 * out["lambda_max"] <= out["peak_force"] * 10
+
+
+def test_page_shows_balls_and_routes_from_when_they_were_known(reached: tuple[Path, dict, dict]) -> None:
+    file, out, page = reached
+    assert file.stat().st_size < 8_000_000
+    times, frames = np.array(page["times"]), len(page["times"])
+    timed = [mesh for mesh in page["meshes"] if "frames" in mesh]
+    balls = [mesh for mesh in timed if mesh["alpha"] < 1]
+    assert len(balls) == len(out["touches"])
+    for ball, touch in zip(balls, out["touches"]):
+        first, last = ball["frames"]
+        assert last == frames and times[first] >= touch["time_s"] > times[first - 1]
+        points = floats(ball["points"]).reshape(-1, 3)
+        centre = np.array(touch["p_W"]) - touch["radius"] * np.array(touch["n_W"])
+        np.testing.assert_allclose(np.linalg.norm(points - centre, axis=1), touch["radius"] + touch["spread"], rtol=1e-3)
+    routes = [mesh["frames"] for mesh in timed if mesh["alpha"] == 1]
+    assert [r[0] for r in routes] == [int(np.searchsorted(times, r["time_s"])) for r in out["routes"]]
+    assert [r[1] for r in routes] == [r[0] for r in routes[1:]] + [frames], "one route at a time"
+
+
+def test_plots_of_the_page_are_the_figures_of_the_program(reached: tuple[Path, dict, dict]) -> None:
+    _, out, page = reached
+    forces, left = page["plots"][:2]
+    lines = {line["name"]: floats(line["values"]) for line in forces["lines"]}
+    measured = [values for name, values in lines.items() if name not in ("felt", "λ_max")]
+    assert max(values.max() for values in measured) == pytest.approx(out["peak_force"], rel=1e-5)
+    assert lines["felt"].max() > 5, "the arm feels its contact"
+    assert floats(left["lines"][0]["values"])[-1] == pytest.approx(out["goal_error"], abs=1e-3)
+
+
+@browser.needed
+def test_page_is_drawn_and_balls_appear(reached: tuple[Path, dict, dict]) -> None:
+    file, _, page = reached
+    first = max(mesh["frames"][0] for mesh in page["meshes"] if "frames" in mesh)
+    with browser.Browser() as window:
+        window.open(file)
+        window.wait_for(lambda: window.evaluate("document.body !== null && document.body.dataset.drawn === '1'"), 90, "the drawing")
+        assert "nothing in its way" in window.evaluate("document.querySelector('#stiction table').textContent")
+        for frame in (0, first):
+            window.evaluate(f"s = document.getElementById('slider'); s.value = {frame}; s.dispatchEvent(new Event('input'))")
+        assert "touched" in window.evaluate("document.querySelector('#stiction table').textContent")
+        picture = window.screenshot().astype(int)
+        assert ((picture[..., 2] > 120) & (picture[..., 0] < picture[..., 2] - 30)).mean() > 1e-3, "a ball is drawn"
+        assert window.errors == [] and [u for u in window.requests if not u.startswith(("file:", "data:"))] == []
+
+
+def test_tube_surrounds_its_line() -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 2, 0]], dtype=float)
+    corners = tube(points, 0.1)
+    assert corners.shape == (2 * 2 * 6, 3, 3)
+    first = corners[:12].reshape(-1, 3)
+    np.testing.assert_allclose(np.hypot(first[:, 1], first[:, 2]), 0.1, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        ({"format": "stiction-control"}, "format: got 'stiction-control', expected 'stiction-touch'"),
+        ({"format": "stiction-touch", "format_version": 1}, "field 'bodies' is missing"),
+    ],
+)
+def test_bad_document_is_refused_by_file_and_field(tmp_path: Path, document: dict, message: str) -> None:
+    file = tmp_path / "page.json"
+    file.write_text(json.dumps(document))
+    with pytest.raises(InvalidPlan) as caught:
+        load_touch(file)
+    assert str(caught.value).startswith(f"{file}: ") and message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["nowhere.yaml"], "nowhere.yaml"), (["box_in_the_way"], "reference"), ([SCENARIO, "--tolerance", "-1"], "--tolerance"), ([], "scenario")],
+)
+def test_bad_input_is_named_and_exits_with_2(program: Path, words: list[str], said: str) -> None:
+    done = run(program, *words)
+    assert done.returncode == 2 and said in done.stderr
+
+
+def test_budget_exits_with_3(program: Path) -> None:
+    done = run(program, SCENARIO, "--timeout", "1e-6", "--json")
+    assert done.returncode == 3 and json.loads(done.stdout)["status"] == "MaxIterations"
