@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/version.hpp"
 #include "touch_command.hpp"
@@ -28,6 +29,7 @@ constexpr Command kCommands[] = {
     {"simulate", "Runs a plan open loop in MuJoCo and compares it with what the plan says", app::declare_simulate},
     {"refine", "Shortens a plan and gives its regrasps room; writes a new plan and timed commands", app::declare_refine},
     {"solve", "Plans, refines and simulates, seed after seed, until a plan reaches its goal in MuJoCo", app::declare_solve},
+    {"run", "Brings an object to its goal in MuJoCo at real speed: carries plans out, and plans anew where they fail", app::declare_run},
     {"sense", "Says where a robot is touched, from joint angles and external torques", app::declare_sense},
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
     {"control", "Runs an arm with bounded contact forces against what its reference does not know", app::declare_control},

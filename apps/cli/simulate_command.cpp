@@ -1,16 +1,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "frames.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/core/version.hpp"
 #include "stiction/execution/transfer.hpp"
 #include "stiction/tasks/plan_file.hpp"
-#include "stiction/tasks/pose_numbers.hpp"
 
 namespace stiction::app {
 namespace {
@@ -35,9 +33,6 @@ struct SimulateArguments {
   bool html = false;
   bool json = false;
 };
-
-constexpr std::size_t kMaxFrames = 700;  // of the page
-constexpr std::string_view kKinds[] = {"settle", "contact", "regrasp"};
 
 json optional_number(const std::optional<double>& value) { return value ? json(*value) : json(); }
 
@@ -88,57 +83,12 @@ json report(const tasks::PlanFile& plan, const world::Model& model, const execut
   return out;
 }
 
-/// Poses of the bodies that the plan file shows, rounded as there.
-class Poses {
- public:
-  Poses(const world::Model& model, const tasks::PlanFile& plan) : model_(model), work_(model) {
-    std::size_t shown = 0;
-    for (std::size_t b = 0; b < model.bodies().size() && shown < plan.bodies.size(); ++b) {
-      if (model.bodies()[b].name != plan.bodies[shown].name) continue;
-      if (!plan.bodies[shown++].fixed_pose) moving_.push_back(b);
-    }
-  }
-
-  json at(const Eigen::VectorXd& q) {
-    world::calc_kinematics(model_, q, work_, kinematics_);
-    json out = json::array();
-    for (const std::size_t b : moving_) {
-      json pose = json::array();
-      for (const double x : tasks::to_numbers(kinematics_.X_WB[b])) pose.push_back(std::round(x * 1e6) / 1e6 + 0.0);
-      out.push_back(std::move(pose));
-    }
-    return out;
-  }
-
- private:
-  const world::Model& model_;
-  world::KinematicsWorkspace work_;
-  world::Kinematics kinematics_;
-  std::vector<std::size_t> moving_;
-};
-
-json numbers(const Eigen::Vector3d& v) {
-  json out = json::array();
-  for (const double x : v) out.push_back(std::round(x * 1e6) / 1e6 + 0.0);
-  return out;
-}
-
 json frames(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r) {
   json out = json::array();
   Poses poses(model, plan);
-  const std::size_t n = r.times.size(), shown = std::min(n, kMaxFrames);
-  for (std::size_t i = 0; i < shown; ++i) {
-    const std::size_t k = shown == 1 ? 0 : i * (n - 1) / (shown - 1);
-    json forces = json::array();
-    for (const auto& f : r.forces[k]) {
-      const auto& pair = model.pairs()[static_cast<std::size_t>(f.pair)];
-      forces.push_back({{"a", pair.geometry_a}, {"b", pair.geometry_b}, {"point", numbers(f.p_WC)}, {"force", numbers(f.force_W)}});
-    }
-    out.push_back({{"t", r.times[k]},
-                   {"piece", r.piece[k]},
-                   {"bodies", poses.at(r.q.col(static_cast<Eigen::Index>(k)))},
-                   {"planned", poses.at(r.q_plan.col(static_cast<Eigen::Index>(k)))},
-                   {"forces", std::move(forces)}});
+  for (const std::size_t k : choose_frames(r.times.size())) {
+    const auto column = static_cast<Eigen::Index>(k);
+    out.push_back(make_frame(poses, {r.times[k], r.piece[k], r.q.col(column), r.q_plan.col(column), r.forces[k]}));
   }
   return out;
 }
@@ -223,15 +173,8 @@ int run_simulate(const SimulateArguments& arguments) {
   json out = report(file, *task.model, result, arguments);
   bool page_failed = false;
   if (writes) {
-    json document;
-    document["format"] = "stiction-simulation";
-    document["format_version"] = 1;
-    document["code_version"] = core::version();
-    document["scene_sha256"] = file.scene_sha256;
-    document["report"] = out;
-    document["frames"] = frames(file, *task.model, result);
     const fs::path target = dir / "simulation.json";
-    tasks::write_text(document.dump() + "\n", target);
+    write_simulation(file, out, frames(file, *task.model, result), target);
     print_row(to, "simulation", target.string());
     out["simulation"] = target.string();
     if (arguments.html && status == Status::Solved) {

@@ -1,4 +1,4 @@
-#include "bindings.hpp"
+#include "bind_run.hpp"
 #include "stiction/core/status.hpp"
 #include "stiction/core/version.hpp"
 
@@ -24,6 +24,7 @@ NB_MODULE(_core, m) {
   stiction::python::bind_trajopt(m);
   stiction::python::bind_solve(m);
   stiction::python::bind_execution(m);
+  stiction::python::bind_run(m);
   stiction::python::bind_control(m);
   stiction::python::bind_control_run(m);
   stiction::python::bind_sensing(m);

@@ -116,13 +116,13 @@ class OverlayDrawing(scene.Drawing):
     def summary(self) -> list[tuple[str, str]]:
         report = self.simulation.report
         pushes = [p for p in report["pieces"] if p["kind"] == "contact"]
-        reached = [p["in_plan"] for p in pushes if p["in_plan"]]
+        reached = [p["in_plan"] for p in pushes if p.get("in_plan")]
         rows = [
-            ("open loop", {"Reached": "goal reached", "Missed": "goal missed"}.get(report["status"], report["status"])),
+            (report.get("mode", "open loop"), {"Reached": "goal reached", "Missed": "goal missed"}.get(report["status"], report["status"])),
             ("seed", str(self.plan.seed)),
             ("at the end", f"{1e3 * self.plan.error_position:.1f} mm, {self.plan.error_angle:.3f} rad off"),
             ("pieces", f"{len(report['pieces'])}, of which {len(pushes)} push"),
-            ("mean error", f"{1e3 * np.mean([e['mean_position'] for e in reached]):.1f} mm, {np.mean([e['mean_angle'] for e in reached]):.3f} rad" if reached else "–"),
+            self.deviation(report, reached),
             ("penetration", f"{1e3 * report['max_penetration']:.2f} mm"),
         ]
         if report["dropped"]:
@@ -130,6 +130,15 @@ class OverlayDrawing(scene.Drawing):
         if self.rate > 1:
             rows.append(("shown", f"{self.rate:.1f} times as fast"))
         return rows
+
+    @staticmethod
+    def deviation(report: dict[str, Any], reached: list[dict[str, float]]) -> tuple[str, str]:
+        """Of a run in closed loop what it was planned anew for, else the mean error of the pushes."""
+        if "replans" in report:
+            return "planned anew", f"{report['replans']} times, {sum(p['given_up'] for p in report['pieces'])} pieces given up"
+        if not reached:
+            return "mean error", "–"
+        return "mean error", f"{1e3 * np.mean([e['mean_position'] for e in reached]):.1f} mm, {np.mean([e['mean_angle'] for e in reached]):.3f} rad"
 
     def keys(self) -> list[tuple[scene.Color, str]]:
         return [(scene.OBJECT[0], "simulated"), (PLANNED, "planned"), *super().keys()[-2:]]

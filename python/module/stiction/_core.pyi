@@ -1767,6 +1767,187 @@ def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: f
     status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
     """
 
+class RunEnd(enum.Enum):
+    """Why a run ended."""
+
+    Reached = 0
+    """the goal held"""
+
+    Dropped = 1
+    """an object fell"""
+
+    NoPlan = 2
+    """the planner found none, or refused the start"""
+
+    Replans = 3
+    """used up"""
+
+    TimeUp = 4
+    """`duration` is over"""
+
+    Deadline = 5
+    """`timeout_s` is over"""
+
+    Cancelled = 6
+
+    Silent = 7
+    """the plant does not answer"""
+
+class RunPlan:
+    """One call of the planner."""
+
+    @property
+    def time(self) -> float:
+        """of the run, when it was asked [s]"""
+
+    @property
+    def wall_s(self) -> float:
+        """that it took"""
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def cause(self) -> str:
+        """why it was asked"""
+
+    @property
+    def reason(self) -> str:
+        """what the planner said, where it found nothing"""
+
+class RunPiece:
+    """What was carried out of a piece of a plan."""
+
+    @property
+    def kind(self) -> SegmentKind:
+        """Contact or Regrasp"""
+
+    @property
+    def plan(self) -> int:
+        """index into RunResult.plans; -1: the given one"""
+
+    @property
+    def begin_s(self) -> float: ...
+
+    @property
+    def end_s(self) -> float: ...
+
+    @property
+    def off(self) -> float:
+        """
+        how far the object was off its path at the end, in tolerances of the goal
+        """
+
+    @property
+    def given_up(self) -> bool:
+        """it was too far off"""
+
+class RunResult:
+    """What came of bringing an object to its goal in closed loop."""
+
+    @property
+    def status(self) -> Status:
+        """Solved: reached"""
+
+    @property
+    def end(self) -> RunEnd:
+        """why the run ended"""
+
+    @property
+    def message(self) -> str:
+        """the same in words, where the goal was not reached"""
+
+    @property
+    def reached(self) -> bool: ...
+
+    @property
+    def error(self) -> GoalError:
+        """of the object at the end, as measured"""
+
+    @property
+    def true_error(self) -> GoalError:
+        """... and as it is"""
+
+    @property
+    def duration_s(self) -> float:
+        """simulated, without planning [s]"""
+
+    @property
+    def planning_s(self) -> float:
+        """wall time of all plans"""
+
+    @property
+    def wall_s(self) -> float: ...
+
+    @property
+    def plans(self) -> list[RunPlan]: ...
+
+    @property
+    def pieces(self) -> list[RunPiece]: ...
+
+    @property
+    def replans(self) -> int:
+        """plans that something on the way called for"""
+
+    @property
+    def pushes(self) -> int: ...
+
+    @property
+    def regrasps(self) -> int: ...
+
+    @property
+    def dropped(self) -> int | None:
+        """index of the object that fell, or None"""
+
+    @property
+    def max_depth(self) -> float:
+        """deepest penetration [m]"""
+
+    @property
+    def largest_effort(self) -> float:
+        """share of a motor's effort, at most 1"""
+
+    @property
+    def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """[s] (looks)"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """measured (looks, n_q)"""
+
+    @property
+    def q_plan(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """planned (looks, n_q)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """commands (looks, n_a) [rad or m]"""
+
+    @property
+    def piece(self) -> list[int]:
+        """index into pieces (looks); -1 before the first"""
+
+    def __repr__(self) -> str: ...
+
+def run(target: Task | Plan, *, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 180.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, on_progress: Callable[[Progress], None] | None = None) -> RunResult:
+    """
+    Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
+
+      target: a Task, or a Plan to begin with.
+      options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
+      seed: of the plans and of the noise; None: that of the options.
+      speed: times the joint speeds that follow from object and motors, > 0.
+      replans: after the first plan, at most, >= 0. duration: simulated time, at most [s], > 0.
+      friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
+      pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
+      pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
+      threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
+      on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
+        run, and the robot holds.
+
+    status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.
+    """
+
 class Law(enum.Enum):
     """What computes the command of a tick."""
 

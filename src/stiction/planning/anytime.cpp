@@ -15,7 +15,7 @@ constexpr long kLeastPatience = 1000;  ///< … or so many
 
 }  // namespace
 
-void improve(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
+void improve(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
              core::RunControl::Clock::time_point start, PlanResult& best) {
   const long patience = std::max(kLeastPatience, kPatience * best.iterations);
   core::RunControl following = control;
@@ -35,7 +35,7 @@ void improve(const PlanningProblem& problem, const PlannerOptions& options, cons
     next.record_tree = false;
     next.max_iterations = static_cast<int>(std::min(patience, options.max_iterations - best.iterations));
     PlanResult found;
-    TreeSearch search(problem, next, following, best.cost, crew, found);
+    TreeSearch search(problem, u_start, next, following, best.cost, crew, found);
     search.grow_to(next.max_iterations);
     run_lanes(crew.pool, 1, [&search](int, TreeTask* ended, long) { return ended == nullptr ? &search : nullptr; });
     add(search.counts(), best);

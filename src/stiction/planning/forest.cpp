@@ -15,9 +15,10 @@ constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 
 /// A tree that may go on to grow.
 struct GrowingTree {
-  GrowingTree(const PlanningProblem& problem, const PlannerOptions& given, std::uint64_t number, const core::RunControl& control,
-              Crew& crew)
-      : options(with_seed(given, number)), search(problem, options, control, std::numeric_limits<double>::infinity(), crew, found) {}
+  GrowingTree(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& given, std::uint64_t number,
+              const core::RunControl& control, Crew& crew)
+      : options(with_seed(given, number)),
+        search(problem, u_start, options, control, std::numeric_limits<double>::infinity(), crew, found) {}
   GrowingTree(const GrowingTree&) = delete;
   GrowingTree& operator=(const GrowingTree&) = delete;
 
@@ -35,9 +36,14 @@ struct GrowingTree {
 /// The trees of a run, until a path is found or the budget is used up: `trees` of them side by side, each until it stalls.
 class Forest {
  public:
-  Forest(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
+  Forest(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
          core::RunControl::Clock::time_point start)
-      : problem_(problem), options_(options), control_(control), following_(control), crew_(problem.model, options.threads, control) {
+      : problem_(problem),
+        u_start_(u_start),
+        options_(options),
+        control_(control),
+        following_(control),
+        crew_(problem.model, options.threads, control) {
     if (!control.on_progress) return;
     following_.on_progress = [this, start](core::Progress progress) {
       progress.best = nearest_ = std::min(nearest_, progress.best);
@@ -84,7 +90,7 @@ class Forest {
     if (crew_.over) return nullptr;  // a tree that would have ended later
     if (ended) take_end(lane, clock);
     if (crew_.over || lane.left <= 0 || (control_.stop() && !trees_.empty())) return nullptr;
-    trees_.push_back(std::make_unique<GrowingTree>(problem_, options_, trees_.size(), following_, crew_));
+    trees_.push_back(std::make_unique<GrowingTree>(problem_, u_start_, options_, trees_.size(), following_, crew_));
     lane.tree = trees_.back().get();
     lane.start = clock;
     lane.tree->search.grow_to(lane.left);
@@ -121,6 +127,7 @@ class Forest {
   }
 
   const PlanningProblem& problem_;
+  const Eigen::VectorXd& u_start_;
   const PlannerOptions& options_;
   const core::RunControl& control_;
   core::RunControl following_;
@@ -159,9 +166,9 @@ void add(const Counts& counts, PlanResult& out) {
   out.regrasps += counts.totals.regrasps;
 }
 
-void grow_forest(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control,
-                 core::RunControl::Clock::time_point start, PlanResult& out) {
-  Forest(problem, options, control, start).run(out);
+void grow_forest(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                 const core::RunControl& control, core::RunControl::Clock::time_point start, PlanResult& out) {
+  Forest(problem, u_start, options, control, start).run(out);
 }
 
 }  // namespace stiction::planning

@@ -1,24 +1,37 @@
 #include "stiction/planning/planner.hpp"
 
+#include <span>
+
+#include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/anytime.hpp"
 #include "stiction/planning/default_options.hpp"
 #include "stiction/planning/forest.hpp"
+#include "stiction/planning/plan_from.hpp"
 #include "stiction/planning/problem.hpp"
 
 namespace stiction::planning {
 
 core::Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result) {
+  return plan_from(problem, {}, options, control, result);
+}
+
+core::Status plan_from(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                       const core::RunControl& control, PlanResult& result) {
   const auto start = core::RunControl::Clock::now();
   validate(problem);
+  if (u_start.size() > 0) {
+    core::require_size("u_start", u_start.size(), problem.model->n_a());
+    core::require_finite("u_start", std::span(u_start.data(), static_cast<std::size_t>(u_start.size())));
+  }
   options.validate(*problem.model);
   PlannerOptions whole = options;
   if (whole.sample_boxes.empty()) whole.sample_boxes = default_sample_boxes(problem);
 
   result = PlanResult{};
-  grow_forest(problem, whole, control, start, result);
+  grow_forest(problem, u_start, whole, control, start, result);
   if (result.status == core::Status::Solved) {
     result.improvements.push_back({result.cost, result.iterations, core::seconds_since(start)});
-    if (options.anytime) improve(problem, whole, control, start, result);
+    if (options.anytime) improve(problem, u_start, whole, control, start, result);
   }
   result.wall_s = core::seconds_since(start);
   return result.status;

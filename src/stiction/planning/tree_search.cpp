@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/settle_start.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -15,11 +16,6 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// The settling of the start stops when no object moves farther than this in a step [L of the robots], [rad].
-constexpr double kSettledMove = 1e-5, kSettledTurn = 1e-6;
-constexpr int kMaxSettleSteps = 100;
-/// An object that is still moving after so many steps and has gone this far is not supported [L of the robots], [rad].
-constexpr double kFallenMove = 0.5, kFallenTurn = 0.05;
 /// Contact samples that all have to fail before the robot is said to be unable to touch an object.
 constexpr long kHopelessSamples = 100;
 /// Extensions in a row towards one subgoal.
@@ -48,11 +44,12 @@ Eigen::VectorXd global_weights(const Model& model, const Metric& metric) {
 
 }  // namespace
 
-TreeSearch::TreeSearch(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, double bound,
-                       Crew& crew, PlanResult& result)
+TreeSearch::TreeSearch(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                       const core::RunControl& control, double bound, Crew& crew, PlanResult& result)
     : bound_(bound),
       model_(*problem.model),
       problem_(problem),
+      u_start_(u_start),
       options_(options),
       control_(control),
       result_(result),
@@ -107,51 +104,23 @@ bool TreeSearch::stalled() const {
 }
 
 bool TreeSearch::plant_root(ThreadScratch& scratch) {
-  Eigen::VectorXd q = problem_.q_start;
-  const Eigen::VectorXd u_start = q.tail(model_.n_a()).cwiseMax(model_.lower()).cwiseMin(model_.upper());
-  const double length = model_.scales().robots().length;
-  std::vector<dynamics::Knot> settle;
-  scratch.steps.forget();
-  bool rests = false;
-  for (int k = 0; k < kMaxSettleSteps; ++k) {
-    const Status status = dynamics::step(model_, {q, u_start}, simulator_.exact(), scratch.steps, scratch.step_result);
-    ++totals_.steps;
-    if (status != Status::Solved) {
-      ++totals_.failed_steps;
-      return false;
-    }
-    const auto& r = scratch.step_result;
-    if (k == 0) {
-      for (const auto& c : r.contacts) result_.start_penetration = std::max(result_.start_penetration, -c.contact.phi);
-    }
-    rests = largest_share(model_, r.delta, kSettledMove * length, kSettledTurn) < 1;
-    if (rests) break;
-    if (k == 0 && largest_share(model_, r.delta, world::share::kContact * length, world::share::kContact) > 1)
-      result_.start_projected = true;
-    dynamics::Knot& knot = settle.emplace_back();
-    knot.u = u_start;
-    knot.q = r.q_next;
-    q = r.q_next;
-  }
-  Eigen::VectorXd e(model_.n_vu());
-  goal_.space().error(problem_.q_start.data(), q.data(), e.data());
-  result_.start_moved = largest_share(model_, e, 1, 1);
-  if (!rests && largest_share(model_, e, kFallenMove * length, kFallenTurn) > 1) {
-    result_.reason = fmt::format(
-        "the objects do not come to rest at the start: after {} steps one has moved by {:.3g} (m or rad); "
-        "is it supported?",
-        kMaxSettleSteps, result_.start_moved);
-    return false;
-  }
+  const auto settled = settle_start(problem_, u_start_, simulator_, goal_.space(), scratch, totals_, result_);
+  if (!settled) return false;
   Node root;
   root.edge = SegmentKind::Settle;
-  root.q = q;
-  root.u = u_start;
-  set_edge(settle, model_, root);
-  if (!models_.linearise(root, 0, scratch, totals_)) return false;
+  root.q = settled->q;
+  root.u = settled->u;
+  set_edge(settled->knots, model_, root);
+  if (!models_.linearise(root, 0, scratch, totals_)) {
+    result_.reason = "the start has no local model: its smoothed step is not solved";
+    return false;
+  }
   if (!options_.thesis_edges()) {
-    const Eigen::MatrixXd fine = simulator_.follow_in_half_steps(problem_.q_start, u_start, root.commands, false, scratch, totals_);
-    if (fine.cols() < root.commands.cols()) return false;
+    const Eigen::MatrixXd fine = simulator_.follow_in_half_steps(problem_.q_start, root.u, root.commands, false, scratch, totals_);
+    if (fine.cols() < root.commands.cols()) {
+      if (!control_.stop()) result_.reason = "the start cannot be settled: a step of half the length is not solved";
+      return false;
+    }
     root.replay.q_fine = problem_.q_start;
     if (fine.cols() > 0) root.replay.q_fine = fine.rightCols(1);
     root.replay.disturbed = root.q.replicate(1, verifier_.disturbs() ? kDisturbances : 0);

@@ -41,9 +41,10 @@ struct Crew {
 /// Algorithm 2: one tree, grown in rounds so that it does not depend on the number of threads (TreeTask).
 class TreeSearch final : public TreeTask {
  public:
-  /// @param bound  nodes that cost as much to come to are left out [s]
-  TreeSearch(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, double bound, Crew& crew,
-             PlanResult& result);
+  /// @param u_start  commands at the start (n_a); empty: joints are commanded where they are
+  /// @param bound    nodes that cost as much to come to are left out [s]
+  TreeSearch(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
+             double bound, Crew& crew, PlanResult& result);
 
   /// Turns grow the tree, from where it was, to so many extensions in all.
   void grow_to(long iterations) { limit_ = iterations; }
@@ -99,6 +100,7 @@ class TreeSearch final : public TreeTask {
   double bound_;
   const world::Model& model_;
   const PlanningProblem& problem_;
+  const Eigen::VectorXd& u_start_;
   const PlannerOptions& options_;
   const core::RunControl& control_;
   PlanResult& result_;

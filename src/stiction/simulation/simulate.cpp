@@ -6,7 +6,6 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/simulation/plant_impl.hpp"
-#include "stiction/world/call_mujoco.hpp"
 
 namespace stiction::simulation {
 
@@ -65,11 +64,6 @@ class Commands {
   Eigen::Index knot_ = 0;
 };
 
-Eigen::VectorXd calc_lead(const Plant::Impl& plant) {
-  if (!plant.options.velocity_reference) return Eigen::VectorXd::Zero(plant.model->n_a());
-  return plant.damping.cwiseQuotient(plant.model->stiffness());
-}
-
 /// One simulation in progress.
 class Run {
  public:
@@ -99,32 +93,9 @@ class Run {
 
  private:
   void start() {
-    copy_to_qpos(plant_, in_.q0, d_->qpos);
-    tilt_upright_cylinders();
+    start_at(plant_, in_.q0, d_);
     if (in_.v0 == nullptr) return;
     for (int i = 0; i < plant_.model->n_v(); ++i) d_->qvel[plant_.v_address[at(i)]] = (*in_.v0)[i];
-  }
-
-  /// MuJoCo looks for the lowest points of a cylinder on a plane along the difference of axis and normal. Off by 1e-15 rad, as quasi-static steps leave
-  /// things that stand, that is rounding alone, the points come out too high by up to the radius, and the cylinder falls through the plane.
-  void tilt_upright_cylinders() {
-    constexpr double kRounding = 1e-10, kTilt = 1e-8;  // [rad]
-    const mjModel* m = plant_.mujoco.get();
-    mj_kinematics(m, d_);
-    const auto axis = [&](int geom) {
-      return Eigen::Vector3d(d_->geom_xmat[9 * geom + 2], d_->geom_xmat[9 * geom + 5], d_->geom_xmat[9 * geom + 8]);
-    };
-    for (int p = 0; p < m->npair; ++p) {
-      int plane = m->pair_geom1[p], cylinder = m->pair_geom2[p];
-      if (m->geom_type[plane] != mjGEOM_PLANE) std::swap(plane, cylinder);
-      if (m->geom_type[plane] != mjGEOM_PLANE || m->geom_type[cylinder] != mjGEOM_CYLINDER) continue;
-      const int joint = m->body_jntadr[m->geom_bodyid[cylinder]];
-      if (joint < 0 || m->jnt_type[joint] != mjJNT_FREE) continue;
-      const double tilt = axis(cylinder).cross(axis(plane)).norm();
-      if (tilt == 0 || tilt > kRounding) continue;
-      const mjtNum turn[] = {kTilt, 0.7 * kTilt, 0.4 * kTilt};
-      mju_quatIntegrate(d_->qpos + m->jnt_qposadr[joint] + 3, turn, 1.0);
-    }
   }
 
   Status loop() {
@@ -149,27 +120,9 @@ class Run {
     }
   }
 
-  /// MuJoCo counts its warnings in the data, whether or not it also says them.
   bool is_good(const world::MujocoReport& report) {
-    if (report.failed) {
-      out_.message = report.error;
-      return false;
-    }
-    mjtNum largest = 0;
-    for (int i = 0; i < plant_.mujoco->nq; ++i) largest = std::max(largest, std::isfinite(d_->qpos[i]) ? std::abs(d_->qpos[i]) : mjMAXVAL);
-    for (int i = 0; i < plant_.mujoco->nv; ++i) largest = std::max(largest, std::isfinite(d_->qvel[i]) ? std::abs(d_->qvel[i]) : mjMAXVAL);
-    if (largest >= mjMAXVAL) {
-      out_.message =
-          fmt::format("positions or velocities out of range after {:.6g} s", static_cast<double>(out_.steps) * plant_.options.timestep);
-      return false;
-    }
-    for (int w = 0; w < mjNWARNING; ++w) {
-      if (d_->warning[w].number == 0) continue;
-      out_.message = mju_warningText(w, static_cast<size_t>(d_->warning[w].lastinfo));
-      return false;
-    }
-    if (!report.warnings.empty()) out_.message = report.warnings.front();
-    return report.warnings.empty();
+    out_.message = find_fault(plant_, d_, report, static_cast<double>(out_.steps) * plant_.options.timestep);
+    return out_.message.empty();
   }
 
   void record(double t) {

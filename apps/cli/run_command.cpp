@@ -1,0 +1,280 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "frames.hpp"
+#include "run_command.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/run.hpp"
+#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/planning/trajectory.hpp"
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Status;
+using execution::RunEnd;
+using json = nlohmann::ordered_json;
+
+struct RunArguments {
+  std::string target;  ///< task or plan
+  std::string goal;
+  std::optional<std::uint64_t> seed;
+  double timeout_s = 300;
+  double speed = 1;
+  std::vector<double> noise;          ///< of poses: [m], [rad]
+  std::vector<std::string> pushes{};  ///< from outside
+  execution::RunOptions how;
+  execution::WorldOptions world;
+  std::optional<int> threads;
+  std::string out_dir;
+  bool html = false;
+  bool json = false;
+};
+
+/// What is run: a task, and the plan to begin with where one was given.
+struct Given {
+  tasks::Task task;
+  std::optional<tasks::PlanFile> file;
+  planning::Plan plan;
+  planning::PlannerOptions options;
+};
+
+bool is_plan(const std::string& target) { return target.ends_with(".json") || fs::is_directory(target); }
+
+Given load(const RunArguments& arguments) {
+  Given out;
+  if (is_plan(arguments.target)) {
+    const fs::path path = arguments.target;
+    out.file = tasks::read_plan(path);
+    out.task = tasks::load_task_of_plan(*out.file, path, data_dirs());
+    out.plan = tasks::to_plan(*out.task.model, *out.file);
+    out.options = tasks::options_of_plan(*out.task.model, *out.file, path);
+    out.task.problem.goal = out.plan.goal;
+  } else {
+    out.task = tasks::load_task(arguments.target, data_dirs());
+    out.options = out.task.options;
+  }
+  if (!arguments.goal.empty()) {
+    if (out.file) core::throw_invalid("--goal", "a goal with a plan", "none: a plan has its own");
+    tasks::set_goal(out.task, parse_numbers("--goal", arguments.goal));
+  }
+  out.options.seed = arguments.seed.value_or(out.options.seed);
+  out.options.threads = arguments.threads.value_or(0);
+  return out;
+}
+
+/// "BEGIN DURATION FX FY FZ", on the object of the goal.
+execution::OutsidePush parse_push(const std::string& text, int object) {
+  const auto numbers = parse_numbers("--push", text);
+  if (numbers.size() != 5 || !std::ranges::all_of(numbers, [](const auto& x) { return x.has_value(); }))
+    core::throw_invalid("--push", fmt::format("'{}'", text), "five numbers: begin [s], duration [s] and force x y z [N]");
+  return {object, *numbers[0], *numbers[1], Eigen::Vector3d(*numbers[2], *numbers[3], *numbers[4])};
+}
+
+Eigen::VectorXd start_of(const Given& given) {
+  if (!given.file) return given.task.problem.q_start;
+  return planning::make_trajectory(*given.task.model, given.plan, {}).q.col(0);
+}
+
+/// The plant, and what the page needs of every look.
+class Recorder {
+ public:
+  Recorder(const Given& given, const RunArguments& arguments)
+      : plant(given.task.model, start_of(given), arguments.world),
+        model_(*given.task.model),
+        keeps_(arguments.html || !arguments.out_dir.empty()) {}
+
+  void take(const execution::RunSample& sample) {
+    if (keeps_) forces_.push_back(plant.world().forces());
+    line.show(fmt::format("{:6.2f} s  {:7}  {} plans, {} pieces   {:.3g} tolerances from the goal", sample.time,
+                          execution::to_string(sample.state), sample.plans, sample.piece + 1, sample.goal_share));
+  }
+  json frames(const tasks::PlanFile& plan, const execution::RunResult& r) const {
+    json out = json::array();
+    Poses poses(model_, plan);
+    for (const std::size_t k : choose_frames(r.times.size())) {
+      const auto column = static_cast<Eigen::Index>(k);
+      out.push_back(make_frame(poses, {r.times[k], std::max(0, r.piece[k]), r.q.col(column), r.q_plan.col(column), forces_[k]}));
+    }
+    return out;
+  }
+
+  execution::SimulatedPlant plant;
+  ProgressLine line;
+
+ private:
+  const world::Model& model_;
+  bool keeps_;
+  std::vector<std::vector<simulation::PairForce>> forces_;
+};
+
+json to_json(const planning::GoalError& error) { return {{"position", error.position}, {"angle", error.angle}}; }
+
+json report(const Given& given, const RunArguments& arguments, const execution::RunResult& r, const Recorder& recorder) {
+  const planning::Goal& goal = given.task.problem.goal;
+  json out;
+  out["status"] = execution::to_string(r.end);
+  out["task"] = given.task.name;
+  out["seed"] = given.options.seed;
+  out["mode"] = "closed loop";
+  out["wall_s"] = r.wall_s;
+  out["planning_s"] = r.planning_s;
+  out["duration_s"] = r.duration_s;
+  out["message"] = r.message;
+  out["reached"] = r.reached();
+  out["error"] = to_json(r.error);
+  out["true_error"] = to_json(planning::goal_error(*given.task.model, recorder.plant.world().q(), goal));
+  out["tolerance"] = {{"position", goal.tol_position}, {"angle", goal.tol_angle}};
+  out["pushes"] = r.count(planning::SegmentKind::Contact);
+  out["regrasps"] = r.count(planning::SegmentKind::Regrasp);
+  out["replans"] = r.replans;
+  out["dropped"] = r.dropped ? json(given.task.model->objects()[static_cast<std::size_t>(*r.dropped)].name) : json();
+  out["dropped_s"] = r.dropped ? json(r.duration_s) : json();
+  out["max_penetration"] = recorder.plant.world().max_depth();
+  out["largest_effort"] = recorder.plant.world().largest_effort();
+  out["world"] = {{"friction", arguments.world.friction},     {"mass", arguments.world.mass},
+                  {"pose_noise", arguments.world.pose_noise}, {"angle_noise", arguments.world.angle_noise},
+                  {"pose_delay", arguments.world.pose_delay}, {"pushes", arguments.world.pushes.size()}};
+  out["plans"] = json::array();
+  for (const auto& plan : r.plans) {
+    out["plans"].push_back({{"time_s", plan.time},
+                            {"wall_s", plan.wall_s},
+                            {"status", core::to_string(plan.status)},
+                            {"cause", plan.cause},
+                            {"reason", plan.reason.empty() ? json() : json(plan.reason)}});
+  }
+  out["pieces"] = json::array();
+  for (const auto& piece : r.pieces) {
+    out["pieces"].push_back({{"kind", kKinds[static_cast<std::size_t>(piece.kind)]},
+                             {"plan", piece.plan},
+                             {"begin_s", piece.begin_s},
+                             {"end_s", piece.end_s},
+                             {"off", piece.off},
+                             {"given_up", piece.given_up}});
+  }
+  return out;
+}
+
+void print_summary(std::FILE* to, const Given& given, const execution::RunResult& r, const json& out) {
+  const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
+  const planning::Goal& goal = given.task.problem.goal;
+  fmt::print(to, "{}, seed {}: run in closed loop: {}\n", given.task.name, given.options.seed, r.reached() ? "goal reached" : r.message);
+  row("time", fmt::format("{:.2f} s simulated, {:.2f} s of planning", r.duration_s, r.planning_s));
+  row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * goal.tol_position,
+                                       r.error.angle, goal.tol_angle));
+  row("carried out", fmt::format("{} pushes, {} regrasps", out["pushes"].get<long>(), out["regrasps"].get<long>()));
+  row("plans", fmt::format("{}, {} of them on the way", r.plans.size(), r.replans));
+  for (std::size_t i = 1; i < r.plans.size(); ++i)
+    row("", fmt::format("{:6.2f} s: {}{}", r.plans[i].time, r.plans[i].cause, r.plans[i].reason.empty() ? "" : "; " + r.plans[i].reason));
+  row("largest effort", fmt::format("{:.0f} % of a motor's", 1e2 * out["largest_effort"].get<double>()));
+}
+
+/// Plan, run and page. @returns whether all that was asked for could be written
+bool write(const Given& given, const execution::RunResult& r, const Recorder& recorder, const RunArguments& arguments, const fs::path& dir,
+           std::FILE* to, json& out) {
+  std::optional<tasks::PlanFile> file = given.file;
+  fs::path plan = file ? fs::path(arguments.target) : dir / "plan.json";
+  if (!file && r.first_plan) {
+    planning::PlannerOptions options = given.options;
+    file = tasks::make_plan_file(given.task, options, *r.first_plan, plan);
+    tasks::write_plan(*file, plan);
+  }
+  if (!file) {
+    fmt::print(stderr, "stiction: nothing was planned, so that there is nothing to write\n");
+    return !arguments.html;
+  }
+  const fs::path target = dir / "run.json";
+  write_simulation(*file, out, recorder.frames(*file, r), target);
+  print_row(to, "run", target.string());
+  out["plan"] = plan.string();
+  out["run"] = target.string();
+  if (!arguments.html || r.end == RunEnd::Cancelled) return true;
+  const fs::path html = dir / "run.html";
+  if (run_page_maker(fs::is_directory(plan) ? plan / "plan.json" : plan, html, target) != 0) {
+    fmt::print(stderr, "stiction: page: the page maker failed; the run itself is in {}\n", target.string());
+    return false;
+  }
+  print_row(to, "page", html.string());
+  out["page"] = html.string();
+  return true;
+}
+
+int run_run(RunArguments arguments) {
+  const Given given = load(arguments);
+  print_notes(*given.task.model);
+  if (!arguments.noise.empty()) {
+    arguments.world.pose_noise = arguments.noise[0];
+    arguments.world.angle_noise = arguments.noise[1];
+  }
+  arguments.world.seed = given.options.seed;
+  for (const std::string& text : arguments.pushes) arguments.world.pushes.push_back(parse_push(text, given.task.problem.goal.object));
+  arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
+  const fs::path dir =
+      given.file ? plan_dir(arguments.out_dir, arguments.target) : task_dir(arguments.out_dir, given.task.name, given.options.seed);
+  const bool writes = arguments.html || !arguments.out_dir.empty();
+  if (writes) tasks::require_writable(dir);
+
+  catch_signals();
+  Recorder recorder(given, arguments);
+  arguments.how.on_sample = [&recorder](const execution::RunSample& sample) { recorder.take(sample); };
+  core::RunControl control = make_run_control(arguments.timeout_s);
+  control.on_progress = [&recorder](const core::Progress& progress) { recorder.line.show(progress); };
+  execution::RunResult result;
+  const Status status =
+      execution::run(recorder.plant, given.task.problem, given.options, arguments.how, control, result, given.file ? &given.plan : nullptr);
+  recorder.line.clear();
+
+  std::FILE* const to = people(arguments.json);
+  json out = report(given, arguments, result, recorder);
+  print_summary(to, given, result, out);
+  const bool written = !writes || write(given, result, recorder, arguments, dir, to, out);
+  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (status == Status::Cancelled) return kInterrupted;
+  if (!written || result.end == RunEnd::Silent) return kInternalError;
+  return result.reached() ? kDone : kNotSolved;
+}
+
+}  // namespace
+
+Run declare_run(CLI::App& command) {
+  const auto arguments = std::make_shared<RunArguments>();
+  RunArguments& a = *arguments;
+  command.add_option("target", a.target, "Name of a built-in task, a task file (.yaml), a plan file (.json) or its folder")->required();
+  add_goal(command, a.goal);
+  add_seed(command, a.seed, "Seed of the plans and of the noise");
+  add_timeout(command, a.timeout_s, "Wall-clock budget of the run [s]");
+  add_threads(command, a.threads);
+  command.add_option("--replans", a.how.replans, "Plans after the first one, at most")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000000));
+  command.add_option("--duration", a.how.duration, "Simulated time, at most [s]")->capture_default_str()->check(CLI::PositiveNumber);
+  command.add_option("--speed", a.speed, "Joint speeds, times those that follow from object and motors")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command.add_option("--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--mass", a.world.mass, "Multiplies the mass of every object in the simulation")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command.add_option("--pose-noise", a.noise, "Standard deviation of measured object poses: \"M,RAD\" [m], [rad]")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--pose-delay", a.world.pose_delay, "Object poses are seen so late [s]")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--push", a.pushes, "A force on the object from outside: \"BEGIN DURATION FX FY FZ\" [s], [N]; may be repeated")
+      ->allow_extra_args(false);
+  add_out(command, a.out_dir, "Folder for plan.json, run.json and the page (with --html: ./TASK-seedN, or that of the plan)");
+  command.add_flag("--html", a.html, "Also write a page to look at, run.html");
+  add_json(command, a.json);
+  return [arguments] { return run_run(*arguments); };
+}
+
+}  // namespace stiction::app

@@ -1,0 +1,177 @@
+#include <fmt/format.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
+
+#include "bind_run.hpp"
+#include "plan.hpp"
+#include "planner_options.hpp"
+#include "stiction/execution/run.hpp"
+#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/planning/trajectory.hpp"
+#include "watcher.hpp"
+
+namespace stiction::python {
+namespace {
+
+using execution::OutsidePush;
+using execution::RunEnd;
+using execution::RunOptions;
+using execution::RunPiece;
+using execution::RunPlan;
+using execution::RunResult;
+using execution::WorldOptions;
+
+using Target = std::variant<std::shared_ptr<tasks::Task>, std::shared_ptr<Plan>>;
+/// (begin [s], duration [s], force [N])
+using PushLike = std::tuple<double, double, Vector>;
+
+/// A run and what the simulated world knows of it.
+struct RunOutcome {
+  RunResult result;
+  planning::GoalError true_error;
+  double max_depth = 0, largest_effort = 0;
+};
+
+WorldOptions world_of(int object, double friction, double mass, std::pair<double, double> noise, double delay,
+                      const std::vector<PushLike>& pushes, std::uint64_t seed) {
+  WorldOptions out{friction, mass, noise.first, noise.second, delay, seed, {}};
+  for (const auto& [begin, duration, force] : pushes) out.pushes.push_back({object, begin, duration, require_vector3("force", force)});
+  return out;
+}
+
+std::unique_ptr<RunOutcome> run(const Target& target, const std::optional<OptionsLike>& options, std::optional<std::uint64_t> seed,
+                                double speed, int replans, double duration, double friction_scale, double mass_scale,
+                                std::pair<double, double> pose_noise, double pose_delay, const std::vector<PushLike>& pushes, int threads,
+                                double timeout_s, const Callback& on_progress) {
+  const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
+  tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
+  const world::Model& model = *task.model;
+  planning::PlannerOptions planner = given ? tasks::options_of_plan(model, (*given)->file, "plan") : task.options;
+  if (options) planner = options_of({task.model, planner}, *options);
+  planner.seed = seed.value_or(planner.seed);
+  planner.threads = threads;
+  planning::Plan plan;
+  Eigen::VectorXd q_start = task.problem.q_start;
+  if (given) {
+    plan = tasks::to_plan(model, (*given)->file);
+    task.problem.goal = plan.goal;
+    q_start = planning::make_trajectory(model, plan, {}).q.col(0);
+  }
+  const int object = task.problem.goal.object;
+  RunOptions how;
+  how.replans = replans;
+  how.duration = duration;
+  how.speed = execution::calc_run_speeds(model, object, speed);
+  execution::SimulatedPlant plant(task.model, q_start,
+                                  world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
+  Watcher watcher(on_progress);
+  const core::RunControl control = watcher.control(timeout_s);
+  const auto start = core::RunControl::Clock::now();
+  how.on_sample = [&](const execution::RunSample& sample) {
+    control.on_progress({.iteration = sample.plans,
+                         .fraction = sample.time / duration,
+                         .best = sample.goal_share,
+                         .size = sample.piece + 1,
+                         .cost = std::nullopt,
+                         .elapsed_s = core::seconds_since(start)});
+  };
+  auto out = std::make_unique<RunOutcome>();
+  {
+    const nb::gil_scoped_release unlocked;
+    (void)execution::run(plant, task.problem, planner, how, control, out->result, given ? &plan : nullptr);  // the status is in the result
+  }
+  watcher.rethrow();
+  out->true_error = planning::goal_error(model, plant.world().q(), task.problem.goal);
+  out->max_depth = plant.world().max_depth();
+  out->largest_effort = plant.world().largest_effort();
+  return out;
+}
+
+void bind_parts(nb::module_& m) {
+  nb::enum_<RunEnd>(m, "RunEnd", "Why a run ended.")
+      .value("Reached", RunEnd::Reached, "the goal held")
+      .value("Dropped", RunEnd::Dropped, "an object fell")
+      .value("NoPlan", RunEnd::NoPlan, "the planner found none, or refused the start")
+      .value("Replans", RunEnd::Replans, "used up")
+      .value("TimeUp", RunEnd::TimeUp, "`duration` is over")
+      .value("Deadline", RunEnd::Deadline, "`timeout_s` is over")
+      .value("Cancelled", RunEnd::Cancelled)
+      .value("Silent", RunEnd::Silent, "the plant does not answer");
+  nb::class_<RunPlan>(m, "RunPlan", "One call of the planner.")
+      .def_ro("time", &RunPlan::time, "of the run, when it was asked [s]")
+      .def_ro("wall_s", &RunPlan::wall_s, "that it took")
+      .def_ro("status", &RunPlan::status)
+      .def_ro("cause", &RunPlan::cause, "why it was asked")
+      .def_ro("reason", &RunPlan::reason, "what the planner said, where it found nothing");
+  nb::class_<RunPiece>(m, "RunPiece", "What was carried out of a piece of a plan.")
+      .def_ro("kind", &RunPiece::kind, "Contact or Regrasp")
+      .def_ro("plan", &RunPiece::plan, "index into RunResult.plans; -1: the given one")
+      .def_ro("begin_s", &RunPiece::begin_s)
+      .def_ro("end_s", &RunPiece::end_s)
+      .def_ro("off", &RunPiece::off, "how far the object was off its path at the end, in tolerances of the goal")
+      .def_ro("given_up", &RunPiece::given_up, "it was too far off");
+}
+
+}  // namespace
+
+void bind_run(nb::module_& m) {
+  bind_parts(m);
+  const auto of = [](auto member) { return [member](const RunOutcome& r) { return r.result.*member; }; };
+  nb::class_<RunOutcome>(m, "RunResult", "What came of bringing an object to its goal in closed loop.")
+      .def_prop_ro("status", of(&RunResult::status), "Solved: reached")
+      .def_prop_ro("end", of(&RunResult::end), "why the run ended")
+      .def_prop_ro("message", of(&RunResult::message), "the same in words, where the goal was not reached")
+      .def_prop_ro("reached", [](const RunOutcome& r) { return r.result.reached(); })
+      .def_prop_ro("error", of(&RunResult::error), "of the object at the end, as measured")
+      .def_ro("true_error", &RunOutcome::true_error, "... and as it is")
+      .def_prop_ro("duration_s", of(&RunResult::duration_s), "simulated, without planning [s]")
+      .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
+      .def_prop_ro("wall_s", of(&RunResult::wall_s))
+      .def_prop_ro("plans", of(&RunResult::plans))
+      .def_prop_ro("pieces", of(&RunResult::pieces))
+      .def_prop_ro("replans", of(&RunResult::replans), "plans that something on the way called for")
+      .def_prop_ro("pushes", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Contact); })
+      .def_prop_ro("regrasps", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Regrasp); })
+      .def_prop_ro("dropped", of(&RunResult::dropped), "index of the object that fell, or None")
+      .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration [m]")
+      .def_ro("largest_effort", &RunOutcome::largest_effort, "share of a motor's effort, at most 1")
+      .def_prop_ro(
+          "times",
+          [](const RunOutcome& r) -> Eigen::VectorXd {
+            return Eigen::Map<const Eigen::VectorXd>(r.result.times.data(), static_cast<Eigen::Index>(r.result.times.size()));
+          },
+          "[s] (looks)")
+      .def_prop_ro(
+          "q", [](const RunOutcome& r) { return rows(r.result.q); }, "measured (looks, n_q)")
+      .def_prop_ro(
+          "q_plan", [](const RunOutcome& r) { return rows(r.result.q_plan); }, "planned (looks, n_q)")
+      .def_prop_ro(
+          "u", [](const RunOutcome& r) { return rows(r.result.u); }, "commands (looks, n_a) [rad or m]")
+      .def_prop_ro("piece", of(&RunResult::piece), "index into pieces (looks); -1 before the first")
+      .def("__repr__", [](const RunOutcome& r) {
+        return fmt::format("<stiction.RunResult: {}, {:.2f} s, {} plans>", execution::to_string(r.result.end), r.result.duration_s,
+                           r.result.plans.size());
+      });
+  const RunOptions standard;
+  m.def("run", &run, "target"_a, nb::kw_only(), "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0,
+        "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
+        "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
+        "on_progress"_a = nb::none(),
+        R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
+
+  target: a Task, or a Plan to begin with.
+  options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
+  seed: of the plans and of the noise; None: that of the options.
+  speed: times the joint speeds that follow from object and motors, > 0.
+  replans: after the first plan, at most, >= 0. duration: simulated time, at most [s], > 0.
+  friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
+  pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
+  pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
+  threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
+  on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
+    run, and the robot holds.
+
+status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.)");
+}
+
+}  // namespace stiction::python

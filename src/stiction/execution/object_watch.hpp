@@ -1,0 +1,44 @@
+#pragma once
+
+#include <deque>
+
+#include "stiction/planning/trajectory.hpp"
+
+namespace stiction::execution {
+
+/// How far an object is between two configurations, in tolerances of the goal.
+double share_between(const world::Model& model, int object, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
+                     const planning::Goal& goal);
+
+/// The objects over the last looks: whether they rest, and where.
+class ObjectWatch {
+ public:
+  /// @param window  that has to show no motion [s]
+  ObjectWatch(const world::Model& model, const planning::Goal& goal, double window) : model_(model), goal_(goal), window_(window) {}
+
+  void add(double time, const Eigen::VectorXd& q);
+  void forget() { seen_.clear(); }
+  /// The window is full, and no object is elsewhere in its second half than in its first.
+  bool rests() const;
+  /// Objects as they are in the mean of the window, joints as last seen (n_q).
+  Eigen::VectorXd mean() const { return mean(0, seen_.size()); }
+
+ private:
+  struct Seen {
+    double time;
+    Eigen::VectorXd q;
+  };
+  Eigen::VectorXd mean(std::size_t begin, std::size_t end) const;
+
+  const world::Model& model_;
+  const planning::Goal& goal_;
+  double window_;
+  std::deque<Seen> seen_;
+};
+
+/// How far the object of the goal is from where a trajectory had it at any time in [begin, end], in tolerances of the goal.
+/// @param interval  between the times that are looked at [s], > 0
+double share_off_path(const world::Model& model, const planning::Trajectory& trajectory, double begin, double end, double interval,
+                      const Eigen::VectorXd& q, const planning::Goal& goal);
+
+}  // namespace stiction::execution

@@ -1,0 +1,455 @@
+#include "stiction/execution/run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/execution/object_watch.hpp"
+#include "stiction/planning/plan_from.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::execution {
+namespace {
+
+using core::Status;
+using planning::SegmentKind;
+using world::Model;
+
+/// Keeps the seeds of later plans apart from the draws of the search.
+constexpr std::uint64_t kPlanSeed = 0x9e7a1a11;
+/// A piece that ends this near to its plan goes on at once [tolerances of the goal].
+constexpr double kThere = 0.3;
+/// What has not come to rest after so many windows is taken as it is.
+constexpr int kMostWindows = 10;
+/// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
+constexpr double kGain = 0.8;
+/// An object has fallen that is this far below where it was and will be [L].
+constexpr double kFall = 1;
+
+/// Of objects that rest on what stops them, those trail their plan for some follow times.
+constexpr double kFollowTimes = 2;
+
+class Executor {
+ public:
+  Executor(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
+           const core::RunControl& control, RunResult& out)
+      : plant_(plant),
+        model_(*problem.model),
+        problem_(problem),
+        planner_(planner),
+        how_(how),
+        control_(control),
+        out_(out),
+        speed_(how.speed ? *how.speed : calc_run_speeds(model_, problem.goal.object)),
+        follow_time_(calc_follow_time(model_, problem.goal.object)),
+        window_(how.settle_time + follow_time_),
+        watch_(model_, problem.goal, window_),
+        strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
+    planner_.tolerance_fraction = std::min(planner_.tolerance_fraction, how.plan_fraction);
+    planner_.friction *= how.friction;
+    planner_.stop_at_goal = true;
+  }
+
+  void go(const planning::Plan* first) {
+    carry(first);
+    finish();
+  }
+
+ private:
+  // ---- the plant
+
+  bool end(RunEnd what, std::string message = {}) {
+    out_.end = what;
+    out_.message = std::move(message);
+    over_ = true;
+    return false;
+  }
+
+  double now() const { return measured_.time - start_; }
+
+  bool read() {
+    const double before = measured_.time;
+    if (!plant_.read(measured_))
+      return end(RunEnd::Silent, "the plant does not answer" + (plant_.message().empty() ? "" : ": " + plant_.message()));
+    const bool fits = measured_.q.size() == model_.n_q() && measured_.u.size() == model_.n_a();
+    if (!fits || !measured_.q.allFinite() || !measured_.u.allFinite() || !std::isfinite(measured_.time))
+      return end(RunEnd::Silent,
+                 fmt::format("the plant gave no measurement of {} positions and {} commands, all finite", model_.n_q(), model_.n_a()));
+    still_ = measured_.time > before ? 0 : still_ + how_.tick;
+    if (still_ > how_.silence) return end(RunEnd::Silent, fmt::format("the clock of the plant stands still at {:.3f} s", measured_.time));
+    if (measured_.time - measured_.object_time > how_.silence)
+      return end(RunEnd::Silent, fmt::format("the objects were last seen {:.3f} s ago", measured_.time - measured_.object_time));
+    return true;
+  }
+
+  /// u, as far ahead of the joints as their motors can pull.                                                               (E.15)
+  Eigen::VectorXd within_motors(const Eigen::VectorXd& u) const {
+    const Eigen::VectorXd q_a = measured_.q.tail(model_.n_a());
+    return u.cwiseMax(q_a - strain_).cwiseMin(q_a + strain_);
+  }
+
+  /// One command, and a look at the objects where it is time for one. False: the run is over.
+  bool tick(const Eigen::VectorXd& wanted) {
+    if (control_.cancelled()) return end(RunEnd::Cancelled, "interrupted; the robot holds");
+    if (control_.expired()) return end(RunEnd::Deadline, "the time for the run is used up");
+    if (now() >= how_.duration) return end(RunEnd::TimeUp, fmt::format("the goal was not reached within {:g} s", how_.duration));
+    u_ = within_motors(wanted);
+    if (!plant_.command(u_, how_.tick))
+      return end(RunEnd::Silent, "the plant takes no commands" + (plant_.message().empty() ? "" : ": " + plant_.message()));
+    if (!read()) return false;
+    if (now() >= next_look_ - 0.5 * how_.tick) look();
+    return !over_;
+  }
+
+  void look() {
+    next_look_ = now() + how_.watch_interval;
+    watch_.add(now(), measured_.q);
+    looked_ = true;
+    record();
+    check_fall();
+  }
+
+  void record() {
+    if (state_ == RunState::Hold || state_ == RunState::Replan) q_plan_ = measured_.q;
+    out_.times.push_back(now());
+    q_.push_back(measured_.q), planned_.push_back(q_plan_), commands_.push_back(u_);
+    out_.piece.push_back(static_cast<int>(out_.pieces.size()) - 1);
+    if (!how_.on_sample) return;
+    how_.on_sample(
+        {now(), state_, measured_.q, q_plan_, u_, out_.piece.back(), static_cast<int>(out_.plans.size()), goal_share(measured_.q)});
+  }
+
+  double depth(const Eigen::VectorXd& q, int object) const {
+    return world::object_pose(model_, q, object).p.dot(model_.scene().gravity.normalized());
+  }
+
+  /// Objects may be as deep as they are, and as the plan has them.
+  void set_floor(const planning::Trajectory& trajectory) {
+    floor_.assign(model_.objects().size(), std::numeric_limits<double>::infinity());
+    for (int i = 0; i < static_cast<int>(floor_.size()); ++i) {
+      const bool free = model_.scene().objects[static_cast<std::size_t>(i)].joint == world::ObjectJoint::Free;
+      if (!free || model_.scene().gravity.norm() == 0) continue;
+      double lowest = depth(measured_.q, i);
+      for (Eigen::Index k = 0; k < trajectory.q.cols(); ++k) lowest = std::max(lowest, depth(trajectory.q.col(k), i));
+      floor_[static_cast<std::size_t>(i)] = lowest + kFall * model_.scales().object(i).length;
+    }
+  }
+
+  void check_fall() {
+    for (int i = 0; i < static_cast<int>(floor_.size()) && !over_; ++i) {
+      if (!(floor_[static_cast<std::size_t>(i)] < std::numeric_limits<double>::infinity())) continue;
+      if (depth(measured_.q, i) < floor_[static_cast<std::size_t>(i)]) continue;
+      out_.dropped = i;
+      end(RunEnd::Dropped, fmt::format("'{}' fell", model_.objects()[static_cast<std::size_t>(i)].name));
+    }
+  }
+
+  // ---- states
+
+  double goal_share(const Eigen::VectorXd& q) const { return planning::goal_error(model_, q, problem_.goal).share(problem_.goal); }
+
+  /// Commands rest until the objects do, or until `there` says at a look that it is near enough.
+  template <class There>
+  bool settle(const There& there) {
+    watch_.forget();
+    watch_.add(now(), measured_.q);
+    const double begin = now();
+    while (now() - begin < kMostWindows * window_) {
+      looked_ = false;
+      if (!tick(u_)) return false;
+      if (looked_ && (watch_.rests() || there())) return true;
+    }
+    return true;
+  }
+  bool settle() {
+    state_ = RunState::Hold;
+    return settle([] { return false; });
+  }
+
+  /// The goal has to hold.
+  bool hold_goal() {
+    state_ = RunState::Hold;
+    const double begin = now();
+    while (now() - begin < how_.hold) {
+      if (!tick(u_) || goal_share(watch_.mean()) > 1) return false;
+    }
+    return true;
+  }
+
+  /// Commands go straight to u at the speed of pushes.
+  bool move_to(const Eigen::VectorXd& u) {
+    const Eigen::VectorXd from = u_;
+    const double begin = now(), duration = planning::calc_duration(from, u, speed_.push);
+    while (now() - begin < duration) {
+      if (!tick(from + std::min(1.0, (now() - begin + how_.tick) / duration) * (u - from))) return false;
+    }
+    return true;
+  }
+
+  /// The springs of the robot are let go.
+  bool let_go() { return move_to(measured_.q.tail(model_.n_a())) && settle(); }
+
+  /// From when on a plan counts as given: objects within kThere of it, joints as near as a push moves in a look.
+  bool starts_here(const planning::Trajectory& trajectory) const {
+    const Eigen::VectorXd difference = trajectory.q.col(0).tail(model_.n_a()) - measured_.q.tail(model_.n_a());
+    const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
+    return joints && share_between(model_, problem_.goal.object, trajectory.q.col(0), watch_.mean(), problem_.goal) <= kThere;
+  }
+
+  void carry(const planning::Plan* first) {
+    measured_.time = -std::numeric_limits<double>::infinity();
+    if (!read()) return;
+    start_ = measured_.time;
+    u_ = measured_.u;
+    q_plan_ = measured_.q;
+    look();
+    if (!settle()) return;
+    std::string cause = "start";
+    std::optional<planning::Trajectory> trajectory;
+    if (first != nullptr) {
+      trajectory = make_trajectory(model_, *first, speed_);
+      if (!starts_here(*trajectory)) trajectory.reset(), cause = "the given plan starts elsewhere";
+    }
+    for (;;) {
+      if (goal_share(watch_.mean()) <= 1) {
+        if (hold_goal()) {
+          end(RunEnd::Reached);
+          return;
+        }
+        if (over_) return;
+        cause = "the object left the goal";
+        trajectory.reset();
+        if (!settle()) return;
+      }
+      if (!trajectory && !(trajectory = make_plan(cause))) return;
+      cause = carry_out(*trajectory);
+      trajectory.reset();
+      if (over_ || !settle()) return;
+      if (goal_share(watch_.mean()) <= 1) continue;
+      if (out_.replans == how_.replans) {
+        end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", out_.replans));
+        return;
+      }
+      ++out_.replans;
+    }
+  }
+
+  // ---- plans
+
+  /// From what is measured; where there is none the springs are let go, and it is asked again. Nothing: the run is over.
+  std::optional<planning::Trajectory> make_plan(const std::string& cause) {
+    for (int refused = 0; refused < how_.refusals; ++refused) {
+      if (refused > 0 && !let_go()) return std::nullopt;
+      planning::PlanResult result;
+      ask_planner(refused == 0 ? cause : "no plan from where springs were strained", result);
+      if (result.status == Status::Cancelled || control_.stop()) {
+        end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
+        return std::nullopt;
+      }
+      const bool gains = result.plan.error.share(problem_.goal) <= kGain * goal_share(watch_.mean());
+      const bool moves = std::any_of(result.plan.segments.begin(), result.plan.segments.end(),
+                                     [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
+      if (!out_.first_plan) out_.first_plan = result;
+      if (moves && (result.status == Status::Solved || gains)) return make_trajectory(model_, result.plan, speed_);
+    }
+    const std::string& reason = out_.plans.back().reason;
+    end(RunEnd::NoPlan, fmt::format("{} plans in a row failed{}", how_.refusals, reason.empty() ? "" : ": " + reason));
+    return std::nullopt;
+  }
+
+  void ask_planner(const std::string& cause, planning::PlanResult& result) {
+    state_ = RunState::Replan;
+    planning::PlanningProblem problem = problem_;
+    problem.q_start = watch_.mean();
+    planning::PlannerOptions options = planner_;
+    if (const std::size_t n = out_.plans.size(); n > 0) options.seed = core::Random(planner_.seed ^ kPlanSeed, n).bits();
+    core::RunControl control = control_;
+    const auto budget = core::RunControl::Clock::now() +
+                        std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
+    control.deadline = control_.deadline ? std::min(*control_.deadline, budget) : budget;
+    result.status = planning::plan_from(problem, u_, options, control, result);
+    out_.plans.push_back({now(), result.wall_s, result.status, cause, result.reason});
+    out_.planning_s += result.wall_s;
+  }
+
+  // ---- pieces
+
+  /// @returns why it ended, for the next plan
+  std::string carry_out(const planning::Trajectory& trajectory) {
+    set_floor(trajectory);
+    state_ = RunState::Push;
+    if (!move_to(trajectory.u.col(0))) return {};
+    double zero = now();  // of the trajectory
+    for (const planning::Piece& piece : trajectory.pieces) {
+      RunPiece& report = out_.pieces.emplace_back();
+      report.kind = piece.kind;
+      report.plan = static_cast<int>(out_.plans.size()) - 1;
+      report.begin_s = now();
+      state_ = piece.kind == SegmentKind::Regrasp ? RunState::Regrasp : RunState::Push;
+      const bool held = follow(trajectory, piece, zero) && arrive(trajectory, piece, zero);
+      report.end_s = now();
+      report.off = off_;
+      report.given_up = !held;
+      if (over_) return {};
+      if (!held)
+        return fmt::format("{} was {:.1f} tolerances off its plan", piece.kind == SegmentKind::Regrasp ? "a regrasp" : "a push", off_);
+      if (goal_share(measured_.q) <= planner_.tolerance_fraction) return "the goal did not hold";
+    }
+    return "the plan ended beside the goal";
+  }
+
+  /// A piece in time, watched. @param zero  time of the run at which the trajectory began
+  bool follow(const planning::Trajectory& trajectory, const planning::Piece& piece, double zero) {
+    const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
+    const double trail = how_.settle_time + kFollowTimes * follow_time_;
+    Eigen::VectorXd u(model_.n_a());
+    while (now() - zero < end - 0.5 * how_.tick) {
+      const double t = std::min(now() - zero + how_.tick, end);
+      planning::interpolate_command(trajectory, t, u);
+      planning::interpolate(model_, trajectory, t, q_plan_);
+      looked_ = false;
+      if (!tick(u)) return false;
+      if (!looked_) continue;
+      off_ = share_off_path(model_, trajectory, std::max(begin, t - trail), std::min(end, t + how_.watch_interval), how_.watch_interval,
+                            measured_.q, problem_.goal);
+      if (off_ > how_.off_on_the_way) return false;
+    }
+    return true;
+  }
+
+  /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
+  bool arrive(const planning::Trajectory& trajectory, const planning::Piece& piece, double& zero) {
+    const Eigen::VectorXd q_end = trajectory.q.col(piece.last_knot);
+    const auto off = [&](const Eigen::VectorXd& q) { return off_ = share_between(model_, problem_.goal.object, q_end, q, problem_.goal); };
+    if (off(measured_.q) <= kThere) return true;
+    const double begin = now();
+    if (!settle([&] { return off(measured_.q) <= kThere; })) return false;
+    zero += now() - begin;
+    return off(watch_.mean()) <= how_.off_at_the_end;
+  }
+
+  // ---- the end
+
+  void finish() {
+    const auto n = static_cast<Eigen::Index>(q_.size());
+    out_.q.resize(model_.n_q(), n), out_.q_plan.resize(model_.n_q(), n), out_.u.resize(model_.n_a(), n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      out_.q.col(k) = q_[static_cast<std::size_t>(k)];
+      out_.q_plan.col(k) = planned_[static_cast<std::size_t>(k)];
+      out_.u.col(k) = commands_[static_cast<std::size_t>(k)];
+    }
+    if (n > 0) {
+      out_.error = planning::goal_error(model_, watch_.mean(), problem_.goal);
+      out_.duration_s = out_.times.back();
+    }
+  }
+
+  Plant& plant_;
+  const Model& model_;
+  const planning::PlanningProblem& problem_;
+  planning::PlannerOptions planner_;
+  const RunOptions& how_;
+  const core::RunControl& control_;
+  RunResult& out_;
+  RunSpeeds speed_;
+  double follow_time_, window_;
+  ObjectWatch watch_;
+  Eigen::VectorXd strain_;  ///< that a motor bears at most (n_a)
+
+  Measurement measured_;
+  double start_ = 0;  ///< of the run, by the clock of the plant
+  double still_ = 0;  ///< how long that clock has stood still
+  double next_look_ = 0;
+  bool looked_ = false;  ///< in the last tick
+  bool over_ = false;
+  RunState state_ = RunState::Hold;
+  double off_ = 0;  ///< of the last look, in tolerances
+  Eigen::VectorXd u_, q_plan_;
+  std::vector<double> floor_;  ///< per object: how deep it may be
+  std::vector<Eigen::VectorXd> q_, planned_, commands_;
+};
+
+}  // namespace
+
+std::string_view to_string(RunState state) {
+  switch (state) {
+    case RunState::Hold:
+      return "hold";
+    case RunState::Push:
+      return "push";
+    case RunState::Regrasp:
+      return "regrasp";
+    case RunState::Replan:
+      return "replan";
+  }
+  return "";
+}
+
+std::string_view to_string(RunEnd end) {
+  switch (end) {
+    case RunEnd::Reached:
+      return "Reached";
+    case RunEnd::Dropped:
+      return "Dropped";
+    case RunEnd::NoPlan:
+      return "NoPlan";
+    case RunEnd::Replans:
+      return "Replans";
+    case RunEnd::TimeUp:
+      return "TimeUp";
+    case RunEnd::Deadline:
+      return "Deadline";
+    case RunEnd::Cancelled:
+      return "Cancelled";
+    case RunEnd::Silent:
+      return "Silent";
+  }
+  return "";
+}
+
+void RunOptions::validate() const {
+  core::require_positive("tick", tick);
+  if (!(watch_interval >= tick))
+    core::throw_invalid("watch_interval", fmt::format("{:g} s", watch_interval), fmt::format("at least a tick of {:g} s", tick));
+  core::require_positive("off_on_the_way", off_on_the_way);
+  core::require_positive("off_at_the_end", off_at_the_end);
+  core::require_positive("settle_time", settle_time);
+  core::require_nonnegative("hold", hold);
+  for (const auto& [name, value] : {std::pair("plan_fraction", plan_fraction), {"friction", friction}}) {
+    if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{:g}", value), "a number in (0, 1]");
+  }
+  core::require_positive("plan_timeout", plan_timeout);
+  if (refusals < 1) core::throw_invalid("refusals", std::to_string(refusals), "at least 1");
+  if (replans < 0) core::throw_invalid("replans", std::to_string(replans), "0 or more");
+  core::require_positive("duration", duration);
+  core::require_positive("silence", silence);
+}
+
+long RunResult::count(SegmentKind kind) const {
+  return std::count_if(pieces.begin(), pieces.end(), [kind](const RunPiece& p) { return p.kind == kind; });
+}
+
+Status run(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
+           const core::RunControl& control, RunResult& out, const planning::Plan* first) {
+  const auto start = core::RunControl::Clock::now();
+  how.validate();
+  if (!problem.model) core::throw_invalid("problem.model", "nothing", "a model");
+  if (problem.goal.object < 0 || problem.goal.object >= static_cast<int>(problem.model->objects().size()))
+    core::throw_invalid("goal.object", std::to_string(problem.goal.object), "the index of an object");
+  if (problem.model->n_a() == 0) core::throw_invalid("problem.model", "no robot", "one that can push");
+  options.validate(*problem.model);
+  out = RunResult{};
+  Executor(plant, problem, options, how, control, out).go(first);
+  out.wall_s = core::seconds_since(start);
+  out.status = out.end == RunEnd::Reached     ? Status::Solved
+               : out.end == RunEnd::Cancelled ? Status::Cancelled
+               : out.end == RunEnd::Silent    ? Status::NumericalFailure
+                                              : Status::MaxIterations;
+  return out.status;
+}
+
+}  // namespace stiction::execution

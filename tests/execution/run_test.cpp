@@ -1,0 +1,269 @@
+#include "stiction/execution/run.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "planning/push_plan.hpp"
+#include "stiction/execution/object_watch.hpp"
+#include "stiction/execution/run_speed.hpp"
+#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/planning/default_options.hpp"
+#include "stiction/world/joint_speeds.hpp"
+#include "stiction/world/scales.hpp"
+#include "support/message_of.hpp"
+
+namespace stiction::execution::test {
+namespace {
+
+using core::Status;
+using Eigen::VectorXd;
+using planning::SegmentKind;
+using planning::test::load_model;
+using stiction::test::message_of;
+
+/// A ball pushes a box of 1 m by so much along y.
+struct Rig {
+  std::shared_ptr<const world::Model> model = load_model("planar_pushing");
+  planning::PlanningProblem problem;
+  planning::PlannerOptions planner;
+  WorldOptions world;
+  RunOptions how;
+  core::RunControl control;
+  RunResult out;
+
+  explicit Rig(double way = 0.1) {
+    problem.model = model;
+    problem.q_start = (VectorXd(5) << 0, 0.6, 0, 0, -0.02).finished();
+    problem.goal.X_WG = world::object_pose(*model, problem.q_start, 0);
+    problem.goal.X_WG.p.z() += way;
+    problem.goal.tol_position = 0.02;
+    planner = planning::default_options(*model, 0);
+    planner.threads = 2;
+    planner.seed = 1;
+  }
+  Status run(Plant& plant, const planning::Plan* first = nullptr) {
+    return execution::run(plant, problem, planner, how, control, out, first);
+  }
+  Status run() {
+    SimulatedPlant plant(model, problem.q_start, world);
+    return run(plant);
+  }
+};
+
+double error_of(const Rig& rig, const Eigen::VectorXd& q) {
+  return planning::goal_error(*rig.model, q, rig.problem.goal).share(rig.problem.goal);
+}
+
+TEST(Run, PushedBox_ReachesItsGoalAndStaysForTheHold) {
+  Rig rig;
+  SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
+  ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
+  EXPECT_EQ(rig.out.end, RunEnd::Reached);
+  EXPECT_LE(error_of(rig, plant.world().q()), 1);
+  EXPECT_GE(rig.out.count(SegmentKind::Contact), 1);
+  EXPECT_EQ(rig.out.pieces.empty() ? 0 : rig.out.plans.size(), static_cast<std::size_t>(1 + rig.out.replans));
+  EXPECT_LE(plant.world().largest_effort(), 1 + 1e-9);
+  for (Eigen::Index k = rig.out.q.cols() - 1; rig.out.times[static_cast<std::size_t>(k)] > rig.out.duration_s - rig.how.hold; --k)
+    EXPECT_LE(error_of(rig, rig.out.q.col(k)), 1) << k;
+  EXPECT_GT(error_of(rig, rig.out.q.col(0)), 4) << "it started elsewhere";
+}
+
+TEST(Run, SameSeed_SameRun) {
+  Rig a, b;
+  a.world.pose_noise = b.world.pose_noise = 1e-3;
+  a.planner.threads = 1;
+  ASSERT_EQ(a.run(), b.run());
+  EXPECT_EQ(a.out.times, b.out.times);
+  EXPECT_EQ(a.out.q, b.out.q);
+  EXPECT_EQ(a.out.u, b.out.u);
+}
+
+TEST(Run, ObjectAtItsGoal_IsHeldWithoutAPlan) {
+  Rig rig(0);
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  EXPECT_TRUE(rig.out.plans.empty());
+  EXPECT_TRUE(rig.out.pieces.empty());
+  EXPECT_GE(rig.out.duration_s, rig.how.hold);
+}
+
+/// Pushed aside by far more than the tolerance on its way: the piece is given up, and the way planned anew leads to the goal all the same.
+TEST(Run, BoxPushedAside_IsPlannedAnewFromWhereItIs) {
+  Rig rig;
+  rig.world.pushes = {{.object = 0, .begin = 0.8, .duration = 0.5, .force_W = {0, 60, 0}}};
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  EXPECT_GE(rig.out.replans, 1);
+  EXPECT_TRUE(std::any_of(rig.out.pieces.begin(), rig.out.pieces.end(), [](const RunPiece& p) { return p.given_up && p.off > 1; }));
+  const Eigen::Index last = rig.out.q.cols() - 1;
+  EXPECT_GT((rig.out.q.row(0).array() - rig.out.q(0, 0)).abs().maxCoeff(), 4 * rig.problem.goal.tol_position) << "it was not pushed aside";
+  EXPECT_LE(error_of(rig, rig.out.q.col(last)), 1);
+}
+
+TEST(Run, GivenPlan_IsCarriedOutBeforeAnythingIsPlanned) {
+  Rig rig;
+  const planning::Plan plan = planning::test::push_up(rig.model);
+  rig.problem.goal = plan.goal;
+  SimulatedPlant plant(rig.model, plan.q_start, {});
+  ASSERT_EQ(rig.run(plant, &plan), Status::Solved) << rig.out.message;
+  EXPECT_TRUE(rig.out.plans.empty());
+  EXPECT_EQ(rig.out.count(SegmentKind::Contact), 1);
+
+  Rig elsewhere;
+  elsewhere.problem.goal = plan.goal;
+  elsewhere.problem.q_start[1] = 0.7;
+  SimulatedPlant other(elsewhere.model, elsewhere.problem.q_start, {});
+  ASSERT_EQ(elsewhere.run(other, &plan), Status::Solved) << elsewhere.out.message;
+  EXPECT_EQ(elsewhere.out.plans.front().cause, "the given plan starts elsewhere");
+}
+
+/// Stops answering, or seeing the objects, after so many seconds, and keeps what it was told last.
+class FailingPlant final : public Plant {
+ public:
+  enum class What {
+    Read,
+    Command,
+    Objects,
+    Clock
+  };
+  FailingPlant(const Rig& rig, What what, double after) : inner(rig.model, rig.problem.q_start, {}), what_(what), after_(after) {}
+  bool read(Measurement& out) override {
+    if (!inner.read(out)) return false;
+    const bool failed = out.time > after_;
+    if (failed && what_ == What::Objects) out.object_time = after_;
+    if (failed && what_ == What::Clock) out.time = after_;
+    return !(failed && what_ == What::Read);
+  }
+  bool command(VectorRef u, double period) override {
+    if (what_ == What::Command && inner.world().time() > after_) return false;
+    return inner.command(u, period);
+  }
+  std::string message() const override { return "cable unplugged"; }
+  SimulatedPlant inner;
+
+ private:
+  What what_;
+  double after_;
+};
+
+TEST(Run, PlantThatStopsAnswering_EndsTheRunWithItsReason) {
+  const std::pair<FailingPlant::What, std::string> cases[] = {{FailingPlant::What::Read, "does not answer: cable unplugged"},
+                                                              {FailingPlant::What::Command, "takes no commands: cable unplugged"},
+                                                              {FailingPlant::What::Objects, "objects were last seen"},
+                                                              {FailingPlant::What::Clock, "clock of the plant stands still"}};
+  for (const auto& [what, words] : cases) {
+    Rig rig;
+    FailingPlant plant(rig, what, 0.7);
+    EXPECT_EQ(rig.run(plant), Status::NumericalFailure);
+    EXPECT_EQ(rig.out.end, RunEnd::Silent);
+    EXPECT_NE(rig.out.message.find(words), std::string::npos) << rig.out.message;
+    EXPECT_FALSE(rig.out.times.empty()) << "what was seen until then is kept";
+    EXPECT_LT(plant.inner.world().time(), 0.7 + rig.how.silence + 0.01) << "no command after it";
+  }
+}
+
+TEST(Run, InterruptedRun_HoldsTheLastCommand) {
+  Rig rig;
+  std::atomic<bool> cancel{false};
+  rig.control.cancel = &cancel;
+  VectorXd last;
+  rig.how.on_sample = [&](const RunSample& sample) {
+    last = sample.u;
+    if (sample.state == RunState::Push && sample.time > 0.8) cancel = true;
+  };
+  SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
+  EXPECT_EQ(rig.run(plant), Status::Cancelled);
+  EXPECT_EQ(rig.out.end, RunEnd::Cancelled);
+  EXPECT_LT((plant.world().u() - last).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_EQ(rig.out.q.cols(), static_cast<Eigen::Index>(rig.out.times.size()));
+}
+
+TEST(Run, BudgetsThatAreUsedUp_AreTold) {
+  Rig rig;
+  rig.how.duration = 0.5;
+  EXPECT_EQ(rig.run(), Status::MaxIterations);
+  EXPECT_EQ(rig.out.end, RunEnd::TimeUp);
+  Rig late;
+  late.control.deadline = core::RunControl::Clock::now();
+  EXPECT_EQ(late.run(), Status::MaxIterations);
+  EXPECT_EQ(late.out.end, RunEnd::Deadline);
+}
+
+/// A ball in the air over a hand falls, and nobody plans for what falls.
+TEST(Run, FallingObject_EndsTheRun) {
+  Rig rig;
+  rig.model = load_model("allegro_ball");
+  rig.problem.model = rig.model;
+  rig.problem.q_start = planning::test::allegro_start();
+  rig.problem.q_start[0] = 0.4;  // beside it
+  rig.problem.goal.X_WG = world::object_pose(*rig.model, rig.problem.q_start, 0);
+  rig.problem.goal.X_WG.p.x() = -0.08;
+  rig.planner = planning::default_options(*rig.model, 0);
+  EXPECT_EQ(rig.run(), Status::MaxIterations);
+  EXPECT_TRUE(rig.out.end == RunEnd::Dropped || rig.out.end == RunEnd::NoPlan) << to_string(rig.out.end);
+  EXPECT_FALSE(rig.out.reached());
+}
+
+TEST(Run, Mistakes_AreNamed) {
+  Rig rig;
+  SimulatedPlant plant(rig.model, rig.problem.q_start, {});
+  const auto complaint = [&](auto change) {
+    Rig wrong;
+    change(wrong);
+    return message_of([&] { (void)wrong.run(plant); });
+  };
+  EXPECT_EQ(complaint([](Rig& r) { r.how.tick = 0; }), "tick: got 0, expected a finite number > 0");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.watch_interval = 1e-4; }), "watch_interval: got 0.0001 s, expected at least a tick of 0.001 s");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.plan_fraction = 1.5; }), "plan_fraction: got 1.5, expected a number in (0, 1]");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.friction = 0; }), "friction: got 0, expected a number in (0, 1]");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.replans = -1; }), "replans: got -1, expected 0 or more");
+  EXPECT_EQ(complaint([](Rig& r) { r.problem.goal.object = 3; }), "goal.object: got 3, expected the index of an object");
+  const auto world = [&](const WorldOptions& options) { return message_of([&] { (void)make_world(rig.model, options); }); };
+  EXPECT_EQ(world({.mass = 0}), "world.mass: got 0, expected a finite number > 0");
+  EXPECT_EQ(world({.pushes = {{.object = 2, .duration = 1}}}), "world.push.object: got 2, expected the index of an object");
+  EXPECT_EQ(world({.pushes = {{.object = 0, .duration = 0}}}), "world.push.duration: got 0, expected a finite number > 0");
+}
+
+// ---- parts
+
+/// v² = 2 μ g s L, and no joint faster than its motor (E.13).
+TEST(RunSpeed, FollowsFromFrictionAndSizeAndTheFileOfTheRobot) {
+  const auto cube = load_model("allegro_cube");
+  const RunSpeeds speed = calc_run_speeds(*cube, 0);
+  const double L = cube->scales().object(0).length;
+  EXPECT_NEAR(speed.push[0] * cube->reach()[0], std::sqrt(2 * 1.0 * 9.81 * 0.05 * L), 1e-12);
+  EXPECT_EQ(speed.most, VectorXd::Constant(16, 10.0)) << "velocity in models/allegro_hand.urdf";
+  EXPECT_EQ(calc_follow_time(*cube, 0), 0);
+
+  const auto box = load_model("planar_pushing");  // 5 kg, damped by m/τ, at the end of a spring of 100 N/m
+  EXPECT_NEAR(calc_follow_time(*box, 0), 5 / (0.05 * 100), 1e-12);
+  EXPECT_NEAR(calc_run_speeds(*box, 0).push[0], 0.05 * box->scales().object(0).length / (0.05 + 1), 1e-12);
+  EXPECT_EQ(world::read_joint_speeds(*load_model("iiwa_bimanual"))[0], 1.71);
+}
+
+TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
+  Rig rig;
+  ObjectWatch still(*rig.model, rig.problem.goal, 0.1), moving(*rig.model, rig.problem.goal, 0.1);
+  VectorXd q = rig.problem.q_start;
+  for (int k = 0; k <= 10; ++k) {
+    still.add(0.01 * k, rig.problem.q_start);
+    q[0] = 0.01 * k;
+    moving.add(0.01 * k, q);
+    EXPECT_EQ(still.rests(), k == 10) << "only once the window is full";
+  }
+  EXPECT_FALSE(moving.rests());
+  EXPECT_NEAR(moving.mean()[0], 0.05, 1e-12);
+}
+
+TEST(ShareOffPath, LaggingObject_IsOnThePathAndOneAsideIsNot) {
+  Rig rig;
+  const planning::Trajectory path = planning::make_trajectory(*rig.model, planning::test::push_up(rig.model), {});
+  const double end = path.duration();
+  VectorXd q(5);
+  planning::interpolate(*rig.model, path, 0.7 * end, q);
+  EXPECT_LT(share_off_path(*rig.model, path, 0.5 * end, end, 0.01, q, rig.problem.goal), 0.1) << "late, but on its way";
+  q[0] += 3 * rig.problem.goal.tol_position;
+  EXPECT_NEAR(share_off_path(*rig.model, path, 0.5 * end, end, 0.01, q, rig.problem.goal), 3, 0.05);
+}
+
+}  // namespace
+}  // namespace stiction::execution::test

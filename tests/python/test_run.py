@@ -1,0 +1,112 @@
+"""`stiction run`: a task or a plan in closed loop, its files and page, exit codes, interruptions, messages; the same from Python."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULE = ROOT / "build" / "release" / "python"
+if not (MODULE / "stiction").is_dir():
+    pytest.skip(f"{MODULE} does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(MODULE))
+
+import stiction as st  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def ran(stiction, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
+    """A push aside on its way calls for a new plan."""
+    folder = tmp_path_factory.mktemp("run")
+    done = stiction("run", "planar_hand", "--goal", "0 0.35 0.8", "--seed", 1, "--push", "0.6 0.3 0 8 0", "--html", "--json", "-o", folder, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 1
+    return json.loads(done.stdout), folder
+
+
+def test_json_tells_of_plans_and_pieces(ran: tuple[dict, Path]) -> None:
+    out, folder = ran
+    assert out["status"] == "Reached" and out["reached"]
+    assert out["error"]["position"] <= out["tolerance"]["position"] and out["true_error"]["angle"] <= out["tolerance"]["angle"]
+    assert out["replans"] >= 1 and len(out["plans"]) >= 2 and out["plans"][1]["cause"]
+    assert out["pushes"] == sum(p["kind"] == "contact" for p in out["pieces"]) > 0
+    assert any(p["given_up"] for p in out["pieces"])
+    assert 0 < out["largest_effort"] <= 1 + 1e-9
+    for piece in out["pieces"]:
+        assert piece["begin_s"] <= piece["end_s"] <= out["duration_s"]
+    document = json.loads((folder / "run.json").read_text())
+    assert document["format"] == "stiction-simulation" and document["report"]["pieces"] == out["pieces"]
+    assert {"plan.json", "run.json", "run.html"} <= {path.name for path in folder.iterdir()}
+    page = (folder / "run.html").read_text()
+    assert "closed loop" in page and "planned anew" in page
+
+
+def test_same_seed_gives_the_same_run_from_python(ran: tuple[dict, Path]) -> None:
+    task = st.load_task("planar_hand")
+    task.set_goal([0, 0.35, 0.8])
+    run = st.run(task, seed=1, pushes=[(0.6, 0.3, [0, 8, 0])])
+    out, _ = ran
+    assert run.end == st.RunEnd.Reached and run.status == st.Status.Solved
+    assert run.duration_s == out["duration_s"] and run.replans == out["replans"] and len(run.pieces) == len(out["pieces"])
+    assert run.q.shape == (len(run.times), task.model.n_q) and run.u.shape == (len(run.times), task.model.n_a)
+    assert np.all(np.diff(run.times) > 0)
+    assert run.true_error.position == pytest.approx(out["true_error"]["position"], abs=1e-12)
+
+
+def test_plan_is_the_beginning_of_a_run(stiction, real_plan: Path, tmp_path: Path) -> None:
+    done = stiction("run", real_plan, "--duration", 4, "--json", "-o", tmp_path)
+    assert done.returncode in (0, 3), done.stderr
+    out = json.loads(done.stdout)
+    assert out["status"] in ("Reached", "TimeUp")
+    assert out["pieces"][0]["plan"] == -1, "of the given plan"
+    assert out["plan"] == str(real_plan) and (tmp_path / "run.json").exists() and not (tmp_path / "plan.json").exists()
+
+
+def test_noise_changes_what_is_measured_and_not_what_is_meant(stiction) -> None:
+    runs = [stiction("run", "planar_hand", "--goal", "0 0.35 0.3", *noise, "--json") for noise in ((), ("--pose-noise", "0.001,0.01", "--pose-delay", 0.02))]
+    assert all(run.returncode == 0 for run in runs), runs[1].stderr
+    plain, noisy = (json.loads(run.stdout) for run in runs)
+    assert plain["error"]["position"] == pytest.approx(plain["true_error"]["position"], abs=1e-3)
+    assert noisy["error"] != noisy["true_error"]
+    assert noisy["true_error"]["position"] <= 2 * noisy["tolerance"]["position"]
+
+
+def test_interrupted_run_keeps_its_files_whole(interrupted, tmp_path: Path) -> None:
+    done = interrupted("run", "planar_pushing", "--speed", 0.02, "--duration", 10000, "--json", "-o", tmp_path, after=4)
+    assert done.returncode == 130, done.stderr
+    assert json.loads(done.stdout)["status"] == "Cancelled"
+    if (tmp_path / "run.json").exists():
+        assert json.loads((tmp_path / "run.json").read_text())["report"]["status"] == "Cancelled"
+
+
+@pytest.mark.parametrize(
+    "arguments, parts",
+    [
+        (("no_task",), ("no_task",)),
+        (("nowhere.json",), ("nowhere.json",)),
+        (("planar_pushing", "--mass", "0"), ("--mass",)),
+        (("planar_pushing", "--friction", "-1"), ("--friction",)),
+        (("planar_pushing", "--pose-noise", "0.01"), ("--pose-noise",)),
+        (("planar_pushing", "--pose-delay", "x"), ("--pose-delay",)),
+        (("planar_pushing", "--push", "1 2 3"), ("--push: got '1 2 3'", "five numbers")),
+        (("planar_pushing", "--push", "1 0 0 0 1"), ("world.push.duration", "0")),
+        (("PLAN", "--goal", "0 0 0"), ("--goal", "a plan has its own")),
+    ],
+)
+def test_mistakes_have_one_clear_message(stiction, real_plan: Path, tmp_path: Path, arguments: tuple, parts: tuple) -> None:
+    words = [real_plan if word == "PLAN" else word for word in arguments]
+    done = stiction("run", *words, "-o", tmp_path / "out")
+    assert done.returncode == 2 and done.stdout == "", done.stderr
+    assert all(part in done.stderr for part in parts), done.stderr
+    assert not (tmp_path / "out/run.json").exists()
+
+
+def test_mistakes_in_python_are_named() -> None:
+    task = st.load_task("planar_pushing")
+    for options, words in (({"replans": -1}, "replans: got -1"), ({"mass_scale": 0}, "world.mass: got 0"), ({"speed": 0}, "speed: got 0")):
+        with pytest.raises(st.InvalidInput, match=words):
+            st.run(task, **options)
