@@ -58,7 +58,7 @@ struct RunOptions {
   double plan_timeout = 20;      ///< for one plan [s], > 0
   int refusals = 5;              ///< plans in a row that may fail before the run ends, ≥ 1
   int replans = 60;              ///< after the first plan, ≥ 0
-  double duration = 180;         ///< of the run, without planning [s], > 0
+  double duration = 600;         ///< of the run, without planning [s], > 0
   double silence = 0.5;          ///< objects that were not seen for so long are not seen any more [s], > 0
   std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds
   std::function<void(const RunSample& sample)> on_sample;  ///< at every look, from the thread of the run
