@@ -1,20 +1,21 @@
 #!/usr/bin/env python3
 """Plans every task with many seeds, refines and checks every plan and says how often, how fast and with how much memory.
 
-    bench/end_to_end.py [--seeds 20] [--first-seed 0] [--timeout 20] [--program build/release/stiction] [--beside OTHER] [TASK …] > end_to_end.json
+    .venv/bin/python bench/end_to_end.py [--seeds 20] [--first-seed 0] [--timeout 20] [--program build/release/stiction] [--beside OTHER] [--rows FILE] [TASK …] > end_to_end.json
 
 One JSON object on stdout; a line for each run on stderr. Times are those of `stiction plan` and `stiction refine` together, as the programs
 run; a plan is accepted when `stiction check` accepts it as planned and as refined. Exit code 1 when one was not solved or not accepted.
 """
 
-import argparse
+import dataclasses
 import json
 import pathlib
 import statistics
 import subprocess
-import sys
 import tempfile
+import typing
 
+from by_task import make_parser, measure
 from runs import ROOT, exit_with, measure_run
 
 TASKS = [
@@ -43,65 +44,66 @@ def refused(program, plan):
     return [item["name"] for item in checks if not item["pass"]] or (["no report"] if done.code else [])
 
 
-def plan_and_refine(program, task, seed, timeout, out):
-    """What one seed comes to, and the names of what is not accepted of it."""
-    planned = measure_run([program, "plan", task, "--seed", seed, "--timeout", timeout, "-o", out, "--json"])
-    if planned.code not in (0, 3):
-        raise RuntimeError(f"{task} seed {seed}: {program} ends with exit code {planned.code}")
-    plan = json.loads(planned.text)
-    peak, processor, wall = planned.peak_mb, planned.processor_s, planned.wall_s
-    failed = [f"plan {name}" for name in refused(program, out)]
-    if planned.code == 0:
-        refined = measure_run([program, "refine", out, "--json"])
-        peak, processor, wall = max(peak, refined.peak_mb), processor + refined.processor_s, wall + refined.wall_s
-        failed += [f"refined {name}" for name in refused(program, out / "refined")]
-    print(
-        f"{task} seed {seed}: {plan['status']} in {plan['wall_s']:.2f} s, refined in {wall:.2f} s ({processor:.2f} s of processors), "
-        f"{plan['knots']} knots, {plan['regrasps']['in_plan']} regrasps, {peak:.0f} MB, "
-        f"check {'failed: ' + ', '.join(failed) if failed else 'passed'}",
-        file=sys.stderr,
-    )
-    return {"wall": wall, "processor": processor, "peak": peak, "accepted": planned.code == 0 and not failed}
+@dataclasses.dataclass(frozen=True)
+class EndToEnd:
+    """What one seed comes to with each of the programs, in turn."""
+
+    programs: tuple
+    timeout: float
+
+    OF_EACH: typing.ClassVar = ("status", "wall_s", "processor_s", "peak_mb", "refused")
+    columns: typing.ClassVar = (*OF_EACH[1:], *(f"beside_{name}" for name in OF_EACH))
+
+    def __call__(self, case):
+        first, *beside = [self.plan_and_refine(program, case) for program in self.programs]
+        return [first | {f"beside_{name}": value for row in beside for name, value in row.items()}]
+
+    def plan_and_refine(self, program, case):
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder)
+            planned = measure_run([program, "plan", case.task, "--seed", case.seed, "--timeout", self.timeout, "-o", out, "--json"])
+            if planned.code not in (0, 3):
+                raise RuntimeError(f"{program} ends with exit code {planned.code}")
+            runs, failed = [planned], [f"plan {name}" for name in refused(program, out)]
+            if planned.code == 0:
+                runs.append(measure_run([program, "refine", out, "--json"]))
+                failed += [f"refined {name}" for name in refused(program, out / "refined")]
+        times = (sum(run.wall_s for run in runs), sum(run.processor_s for run in runs), max(run.peak_mb for run in runs))
+        return dict(zip(self.OF_EACH, (json.loads(planned.text)["status"], *times, failed)))
+
+
+def accepted(row):
+    return row["status"] == "Solved" and not row["refused"]
+
+
+def describe(row):
+    check = f"failed: {', '.join(row['refused'])}" if row["refused"] else "passed"
+    return f"{row['status']}, refined in {row['wall_s']:.2f} s ({row['processor_s']:.2f} s of processors), {row['peak_mb']:.0f} MB, check {check}"
+
+
+def summarise(task, rows):
+    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True).stdout.strip() or None
+    times, processor_times, beside = ([row[name] for row in rows] for name in ("wall_s", "processor_s", "beside_wall_s"))
+    out = {"task": task, "runs": len(rows), "commit": commit, "accepted": sum(map(accepted, rows)), "peak_mb": max(row["peak_mb"] for row in rows)}
+    out |= {"median_s": statistics.median(times), "worst_s": max(times)}
+    out |= {"median_processor_s": statistics.median(processor_times), "worst_processor_s": max(processor_times)}
+    if None not in beside:
+        out |= {"mean_s": statistics.mean(times), "beside_median_s": statistics.median(beside), "beside_mean_s": statistics.mean(beside)}
+    return out
+
+
+def table(results):
+    return "\n".join(f"{r['task']}: {r['accepted']} of {r['runs']} accepted, {r['median_s']:.2f} s (median), {r['worst_s']:.2f} s at most" for r in results)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="*", metavar="TASK", help="names or files")
-    parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--first-seed", type=int, default=0)
+    parser = make_parser(__doc__.splitlines()[0], TASKS)
     parser.add_argument("--timeout", type=float, default=20)
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/stiction")
     parser.add_argument("--beside", type=pathlib.Path, help="another version of the program, run in turn with it: machines are not equally fast for long; its own built-in tasks")
     arguments = parser.parse_args()
-
-    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short=12", "HEAD"], capture_output=True, text=True).stdout.strip() or None
-    programs = [arguments.program] + ([arguments.beside] if arguments.beside else [])
-    results = []
-    with tempfile.TemporaryDirectory() as folder:
-        for task in arguments.tasks or TASKS:
-            runs = [[] for _ in programs]
-            for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
-                for i, program in enumerate(programs):
-                    out = pathlib.Path(folder) / f"{pathlib.Path(task).stem}-{seed}-{i}"
-                    runs[i].append(plan_and_refine(program, task, seed, arguments.timeout, out))
-            times = [run["wall"] for run in runs[0]]
-            processor_times = [run["processor"] for run in runs[0]]
-            row = {
-                "task": task,
-                "runs": arguments.seeds,
-                "commit": commit,
-                "accepted": sum(run["accepted"] for run in runs[0]),
-                "median_s": statistics.median(times),
-                "worst_s": max(times),
-                "median_processor_s": statistics.median(processor_times),
-                "worst_processor_s": max(processor_times),
-                "peak_mb": max(run["peak"] for run in runs[0]),
-            }
-            if arguments.beside:
-                beside = [run["wall"] for run in runs[1]]
-                row |= {"mean_s": statistics.mean(times), "beside_median_s": statistics.median(beside), "beside_mean_s": statistics.mean(beside)}
-            results.append(row)
-    print(json.dumps({"seeds": arguments.seeds, "results": results}))
+    programs = tuple(str(program) for program in (arguments.program, arguments.beside) if program)
+    results = measure(arguments, describe, summarise, table, run=EndToEnd(programs, arguments.timeout), processes=1)
     return 0 if all(row["accepted"] == row["runs"] for row in results) else 1
 
 

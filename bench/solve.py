@@ -1,27 +1,35 @@
 #!/usr/bin/env python3
 """How long `stiction solve` takes to a plan that reaches its goal in MuJoCo, and how many seeds it tries.
 
-    bench/solve.py [--runs 20] [--timeout 120] [--program build/release/stiction] TASK … > solve.json       [-- OPTION …] the rest is handed to `stiction solve`
+    .venv/bin/python bench/solve.py [--seeds 20] [--timeout 120] [--rows FILE] TASK … > solve.json
 
-Run i starts with seed 1000 i. One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a program failed, else 0: this
+Run i starts with seed 1000 i, on all cores. One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a program failed, else 0: this
 measures, it does not judge.
 """
 
-import pathlib
+import dataclasses
 import statistics
+import typing
 
-from runs import exit_with, make_parser, measure, parse, run
-
-
-def solve(arguments, task, run_number, folder):
-    out = folder / f"{pathlib.Path(task).stem}-{run_number}"
-    words = [arguments.program, "solve", task, "--seed", 1000 * run_number, "--timeout", arguments.timeout, "-o", out, "--json", *arguments.rest]
-    code, report, _ = run(words, (0, 3))
-    return {"run": run_number, "held": code == 0, "wall_s": report["wall_s"], "seed": report["seed"], "tries": report["tries"]}
+from by_task import make_parser, measure
+from by_task import stiction as st
+from runs import exit_with
 
 
-def describe(task, row):
-    return f"{task} run {row['run']}: {'held' if row['held'] else 'not held'} after {len(row['tries'])} tries, {row['wall_s']:.1f} s"
+@dataclasses.dataclass(frozen=True)
+class Solve:
+    timeout_s: float
+
+    columns: typing.ClassVar = ("held", "wall_s", "tries")
+
+    def __call__(self, case):
+        out = st.solve(st.load_task(case.task), seed=1000 * case.seed, timeout_s=self.timeout_s)
+        tries = [{"planned": t.status == st.Status.Solved, "accepted": t.accepted, "error_position": t.runs[0].error.position if t.runs else None} for t in out.tries]
+        return [{"status": out.status.name, "held": out.status == st.Status.Solved, "wall_s": out.wall_s, "tries": tries}]
+
+
+def describe(row):
+    return f"{'held' if row['held'] else 'not held'} after {len(row['tries'])} tries, {row['wall_s']:.1f} s"
 
 
 def summarise(task, rows):
@@ -36,7 +44,7 @@ def summarise(task, rows):
         "tries": len(tries),
         "planned": sum(t["planned"] for t in tries),
         "accepted": sum(t["accepted"] for t in tries),
-        "median_error_position": statistics.median(row["tries"][-1]["runs"][0]["error"]["position"] for row in held) if held else None,
+        "median_error_position": statistics.median(row["tries"][-1]["error_position"] for row in held) if held else None,
     }
 
 
@@ -52,11 +60,9 @@ def table(results):
 
 def main():
     parser = make_parser(__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--timeout", type=float, default=120, help="of one run, all its tries [s]")
-    arguments = parse(parser)
-    rows_of = lambda task, folder: (solve(arguments, task, number, folder) for number in range(arguments.runs))
-    return measure(arguments, rows_of, describe, summarise, table, timeout=arguments.timeout, solve=arguments.rest)
+    arguments = parser.parse_args()
+    measure(arguments, describe, summarise, table, run=Solve(arguments.timeout), processes=1)
 
 
 if __name__ == "__main__":

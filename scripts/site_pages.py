@@ -22,7 +22,7 @@ SECTIONS = [
     ("Start", ["index.md", "code/README.md", "notation.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
     ("Tutorials", "tutorials"),
     ("Theory", "theory"),
-    ("Reference", ["python.md", "options.md", "plan_file.md", "code/scenarios/README.md", "headers.md"]),
+    ("Reference", ["python.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "code/scenarios/README.md", "headers.md"]),
     ("Figures of the thesis", "reproduction"),
     ("How well it works", ["benchmarks.md"]),
     ("Decisions", "decisions"),

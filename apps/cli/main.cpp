@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "python_command.hpp"
 #include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/version.hpp"
@@ -32,6 +33,8 @@ constexpr Command kCommands[] = {
     {"run", "Brings an object to its goal in MuJoCo at real speed: carries plans out, and plans anew where they fail", app::declare_run},
     {"sense", "Says where a robot is touched, from joint angles and external torques", app::declare_sense},
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
+    {"export", "Writes a plan over time for other programs: CSV, NumPy, JSON, MCAP of ROS 2 messages", app::declare_python},
+    {"sweep", "Plans, checks and simulates many times, on all cores or a cluster: a table with a row per run", app::declare_python},
     {"control", "Runs an arm with bounded contact forces against what its reference does not know", app::declare_control},
     {"touch", "Sends an arm to a goal among things that it has to feel: bounded forces, contacts from torques, plans around them",
      app::declare_touch},
@@ -40,11 +43,9 @@ constexpr Command kCommands[] = {
 };
 
 constexpr const char* kExitCodes =
-    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, control, touch, reproduce); 2 a "
-    "mistake in what "
-    "was "
-    "given; 3 not done within the budget (the best result is kept); 70 a fault of the program or its installation; 130 interrupted (the "
-    "best result is kept).";
+    "Exit codes, the same in every command: 0 done; 1 judged, and does not pass (lint, check, simulate, control, touch, reproduce); "
+    "2 a mistake in what was given; 3 not done within the budget (the best result is kept); "
+    "70 a fault of the program or its installation; 130 interrupted (the best result is kept).";
 
 /// One clear message on stderr and, with --json, one object on stdout.
 int fail(bool json, app::ExitCode code, std::string_view status, std::string_view message) {

@@ -64,6 +64,25 @@ Rows knots_of(const tasks::StoredSegment& segment, Get get) {
 const auto kQ = [](const tasks::StoredKnot& knot) -> const Eigen::VectorXd& { return knot.q; };
 const auto kU = [](const tasks::StoredKnot& knot) -> const Eigen::VectorXd& { return knot.u; };
 
+/// A contact of a knot, with the names of what touches.
+struct PlanContact {
+  std::string a, b;
+  tasks::StoredContact contact;
+};
+
+/// Of all knots, the start first, of which no contacts are known.
+std::vector<std::vector<PlanContact>> contacts_of(const Plan& plan) {
+  const auto name = [&plan](int geometry) { return plan.file.geometries[static_cast<std::size_t>(geometry)].name; };
+  std::vector<std::vector<PlanContact>> out(1);
+  for (const auto& segment : plan.file.segments) {
+    for (const auto& knot : segment.knots) {
+      auto& contacts = out.emplace_back();
+      for (const auto& c : knot.contacts) contacts.push_back({name(c.a), name(c.b), c});
+    }
+  }
+  return out;
+}
+
 struct Refined {
   RefineResult result;
   std::shared_ptr<Plan> plan;
@@ -182,6 +201,7 @@ void bind_trajectory(nb::module_& m) {
       .def_prop_ro(
           "q", [](const Trajectory& t) { return rows(t.q); }, "(knots, n_q)")
       .def_ro("segments", &Trajectory::segments, "of the plan, that led to the knot (knots)")
+      .def_ro("knots", &Trajectory::knots, "rows of Plan.q: the knot of the plan whose sub-step ends here or is under way (knots)")
       .def_prop_ro("duration", &Trajectory::duration, "[s]");
   m.def("make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = limits.pause,
         "load_time"_a = limits.load_time, "regrasp_factor"_a = limits.regrasp_factor,
@@ -191,9 +211,36 @@ void bind_trajectory(nb::module_& m) {
         "Raises InvalidInput.");
 }
 
+void bind_contact(nb::module_& m) {
+  const auto number = [](double tasks::StoredContact::*member) { return [member](const PlanContact& c) { return c.contact.*member; }; };
+  const auto vector = [](Eigen::Vector3d tasks::StoredContact::*member) {
+    return [member](const PlanContact& c) { return c.contact.*member; };
+  };
+  using tasks::StoredContact;
+  nb::class_<PlanContact>(m, "PlanContact", "An active contact of a knot of a plan; rounded to 1e-6 where the plan was read from a file.")
+      .def_ro("a", &PlanContact::a, "name of the geometry, as body/geometry")
+      .def_ro("b", &PlanContact::b)
+      .def_prop_ro("point", vector(&StoredContact::point_W), "in W, on the surface of b before the sub-step [m] (3)")
+      .def_prop_ro("normal", vector(&StoredContact::normal_W), "unit, from b to a (3)")
+      .def_prop_ro("force", vector(&StoredContact::force_W), "in W, on a; its opposite acts on b [N] (3)")
+      .def_prop_ro("friction", number(&StoredContact::friction), "coefficient of the pair")
+      .def_prop_ro("gap", number(&StoredContact::gap), "signed distance before the sub-step [m]")
+      .def("__repr__", [](const PlanContact& c) {
+        return fmt::format("<stiction.PlanContact: {} on {}, {:.4g} N>", c.b, c.a, c.contact.force_W.norm());
+      });
+}
+
+/// Files for others are written by the module stiction.exports.
+nb::object export_plan(nb::handle plan, const std::filesystem::path& file, const std::optional<std::string>& format,
+                       const std::optional<planning::Trajectory>& trajectory) {
+  return nb::module_::import_("stiction.exports").attr("write")(plan, file, "format"_a = format, "trajectory"_a = trajectory);
+}
+
 }  // namespace
 
 void bind_plan(nb::module_& m) {
+  bind_contact(m);
+  bind_trajectory(m);
   using tasks::StoredSegment;
   nb::class_<StoredSegment>(m, "Segment", "A piece of a plan: knots one sub-step apart.")
       .def_ro("kind", &StoredSegment::kind)
@@ -224,6 +271,14 @@ void bind_plan(nb::module_& m) {
       .def(
           "write", [](const Plan& p, const std::filesystem::path& file) { tasks::write_plan(p.at(file), file); }, "file"_a,
           nb::call_guard<nb::gil_scoped_release>(), "Writes the plan file that the program reads (docs/plan_file.md). Raises InvalidInput.")
+      .def_prop_ro("contacts", &contacts_of, "active in the sub-step that led to each row of q; none at the start (knots + 1)")
+      .def("export", &export_plan, "file"_a, nb::kw_only(), "format"_a = nb::none(), "trajectory"_a = nb::none(),
+           nb::sig("def export(self, file: str | os.PathLike, *, format: str | None = None, trajectory: Trajectory | None = None) -> "
+                   "list[pathlib.Path]"),
+           "Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, "
+           "contacts.\n\n"
+           "format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its "
+           "default speeds. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.")
       .def("to_text", &to_text, "folder"_a = nb::none(), "The text of the file as it would stand in the folder; None: the working folder.")
       .def("__getstate__",
            [](const Plan& p) {
@@ -248,7 +303,6 @@ void bind_plan(nb::module_& m) {
         "A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput.");
   bind_refine(m);
   bind_check(m);
-  bind_trajectory(m);
 }
 
 }  // namespace stiction::python

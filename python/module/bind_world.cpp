@@ -3,6 +3,7 @@
 #include <span>
 
 #include "bindings.hpp"
+#include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
 #include "yaml_text.hpp"
@@ -87,6 +88,11 @@ Pose make_pose(const Matrix& R, const Vector& p) {
   return {rotation, p.value};
 }
 
+Eigen::Vector4d quaternion_of(const Pose& X) {
+  const tasks::PoseNumbers numbers = tasks::to_numbers(X);
+  return Eigen::Map<const Eigen::Vector4d>(numbers.data() + 3);
+}
+
 world::Scene scene_of_file(const std::filesystem::path& file) { return world::load_scene(file, tasks::default_package_dirs()); }
 
 world::Scene scene_of_dict(const nb::dict& scene, const std::optional<std::filesystem::path>& base) {
@@ -117,6 +123,7 @@ void bind_records(nb::module_& m) {
           "R: a rotation (3, 3); p [m] (3)")
       .def_ro("R", &Pose::R, "rotation (3, 3)")
       .def_ro("p", &Pose::p, "position [m] (3)")
+      .def_prop_ro("quaternion_wxyz", &quaternion_of, "of R, in the order w, x, y, z with w not negative (4)")
       .def("__matmul__", [](const Pose& a, const Pose& b) { return a * b; })
       .def("inverse", &Pose::inverse)
       .def("__repr__", [](const Pose& X) { return fmt::format("Pose(p=[{:.6g}, {:.6g}, {:.6g}])", X.p[0], X.p[1], X.p[2]); });

@@ -82,7 +82,8 @@ def test_shared_libraries_are_those_of_the_packages_beside_it(packages: Path, fi
 
 def test_versions_are_those_of_the_lock_and_pip_finds_nothing_missing(packages: Path, scripts: Path) -> None:
     locked = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "requirements.lock").read_text(encoding="utf-8"), flags=re.MULTILINE))
-    asked = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], *PROJECT["project"]["optional-dependencies"]["reproduce"]]
+    extras = PROJECT["project"]["optional-dependencies"]
+    asked = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], *extras["reproduce"], *extras["mcap"]]
     for requirement in asked:
         name, _, version = requirement.partition("==")
         assert name in locked and version in ("", locked[name]), f"{requirement}, locked {locked.get(name)}"

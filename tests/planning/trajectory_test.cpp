@@ -132,6 +132,34 @@ TEST(Trajectory, Settling_IsLeftOut) {
   EXPECT_EQ(t.q(4, 0), -0.05) << "starts where the settling ended";
 }
 
+/// Every state is that of the knot of the plan that it names; within a regrasp, of the one that comes next.
+TEST(Trajectory, KnotsNameThoseOfThePlan) {
+  const auto model = load_model("planar_pushing");
+  const auto plan = commands_only({{SegmentKind::Settle, {{0.0, -0.1}}},
+                                   {SegmentKind::Contact, {{0.1, 0.0}, {0.1, 0.0}, {0.12, 0.3}}},
+                                   {SegmentKind::Regrasp, {{1.0, 0.3}, {1.0, -0.4}}}});
+  std::vector<VectorXd> states = {plan.q_start};
+  for (const auto& segment : plan.segments) {
+    for (const auto& knot : segment.knots) states.push_back(knot.q);
+  }
+  const Trajectory t = make_trajectory(*model, plan, {});
+  ASSERT_EQ(t.knots.size(), t.times.size());
+  EXPECT_EQ(t.knots[0], 1) << "the end of settling";
+  EXPECT_EQ(t.knots[t.knots.size() - 1], 6);
+  const Eigen::Index regrasp = t.pieces.back().first_knot;
+  for (Eigen::Index k = 0; k <= regrasp; ++k) {
+    EXPECT_EQ(t.q.col(k), states[static_cast<std::size_t>(t.knots[k])]) << k;
+    EXPECT_NE(t.knots[k], 2) << "the knot after it has the same command";
+  }
+  for (Eigen::Index k = regrasp + 1; k < t.knots.size(); ++k) {
+    EXPECT_GE(t.knots[k], t.knots[k - 1]);
+    const double reached = states[static_cast<std::size_t>(t.knots[k])][4];
+    EXPECT_TRUE(t.q(4, k) == reached || t.q(4, k) > reached) << "on the way to " << reached;
+    const bool ends = k + 1 == t.knots.size() || t.knots[k + 1] > t.knots[k];
+    EXPECT_TRUE(!ends || t.q.col(k) == states[static_cast<std::size_t>(t.knots[k])]) << k;
+  }
+}
+
 TEST(Trajectory, Interpolation_IsSphericalForOrientationsAndHeldOutside) {
   const auto model = load_model("allegro_ball");
   Trajectory t;

@@ -16,5 +16,7 @@ if _fault := _what_does_not_fit(_Path(__file__).resolve().parent):
 
 from ._core import *  # noqa: F403
 from ._core import version  # noqa: E402
+from ._extras import MissingExtra as MissingExtra  # noqa: E402
+from .sweeps import sweep as sweep  # noqa: E402
 
 __version__ = version()

@@ -53,6 +53,10 @@ class Pose:
     def p(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
         """position [m] (3)"""
 
+    @property
+    def quaternion_wxyz(self) -> Annotated[NDArray[numpy.float64], dict(shape=(4), order='C')]:
+        """of R, in the order w, x, y, z with w not negative (4)"""
+
     def __matmul__(self, arg: Pose, /) -> Pose: ...
 
     def inverse(self) -> Pose: ...
@@ -1129,6 +1133,76 @@ class TreeNode:
     def B_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
         """their rows of B"""
 
+class PlanContact:
+    """
+    An active contact of a knot of a plan; rounded to 1e-6 where the plan was read from a file.
+    """
+
+    @property
+    def a(self) -> str:
+        """name of the geometry, as body/geometry"""
+
+    @property
+    def b(self) -> str: ...
+
+    @property
+    def point(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """in W, on the surface of b before the sub-step [m] (3)"""
+
+    @property
+    def normal(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """unit, from b to a (3)"""
+
+    @property
+    def force(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """in W, on a; its opposite acts on b [N] (3)"""
+
+    @property
+    def friction(self) -> float:
+        """coefficient of the pair"""
+
+    @property
+    def gap(self) -> float:
+        """signed distance before the sub-step [m]"""
+
+    def __repr__(self) -> str: ...
+
+class Trajectory:
+    """
+    Commands over time, linear between knots, and the configurations that the plan predicts.
+    """
+
+    @property
+    def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the knots, the first one 0 [s] (knots)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(knots, n_a) [m or rad]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(knots, n_q)"""
+
+    @property
+    def segments(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')]:
+        """of the plan, that led to the knot (knots)"""
+
+    @property
+    def knots(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')]:
+        """
+        rows of Plan.q: the knot of the plan whose sub-step ends here or is under way (knots)
+        """
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+
+def make_trajectory(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0) -> Trajectory:
+    """
+    Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; commands rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. Raises InvalidInput.
+    """
+
 class Segment:
     """A piece of a plan: knots one sub-step apart."""
 
@@ -1184,6 +1258,19 @@ class Plan:
     def write(self, file: str | os.PathLike) -> None:
         """
         Writes the plan file that the program reads (docs/plan_file.md). Raises InvalidInput.
+        """
+
+    @property
+    def contacts(self) -> list[list[PlanContact]]:
+        """
+        active in the sub-step that led to each row of q; none at the start (knots + 1)
+        """
+
+    def export(self, file: str | os.PathLike, *, format: str | None = None, trajectory: Trajectory | None = None) -> list[pathlib.Path]:
+        """
+        Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, contacts.
+
+        format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speeds. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
         """
 
     def to_text(self, folder: str | os.PathLike | None = None) -> str:
@@ -1310,36 +1397,6 @@ class CheckReport:
 def check_plan(plan: Plan) -> CheckReport:
     """
     Simulates a plan anew with the exact dynamics at half the sub-step, and compares every number in it with what comes out and with its task. The check shares nothing with the planner.
-    """
-
-class Trajectory:
-    """
-    Commands over time, linear between knots, and the configurations that the plan predicts.
-    """
-
-    @property
-    def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """of the knots, the first one 0 [s] (knots)"""
-
-    @property
-    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(knots, n_a) [m or rad]"""
-
-    @property
-    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
-        """(knots, n_q)"""
-
-    @property
-    def segments(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C')]:
-        """of the plan, that led to the knot (knots)"""
-
-    @property
-    def duration(self) -> float:
-        """[s]"""
-
-def make_trajectory(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0) -> Trajectory:
-    """
-    Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; commands rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. Raises InvalidInput.
     """
 
 class PlanResult:

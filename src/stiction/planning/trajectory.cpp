@@ -58,7 +58,11 @@ class Builder {
   Builder(const world::Model& model, const SpeedLimits& limits)
       : model_(model), limits_(limits), speed_(limits.of_joints(model)), spring_speed_(limits.of_springs(model)) {}
 
-  void start(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { add(0, u, q); }
+  /// @param knot  of the plan, see Trajectory::knots
+  void start(const Eigen::VectorXd& u, const Eigen::VectorXd& q, int knot) {
+    knot_ = knot;
+    add(0, u, q);
+  }
 
   void begin_piece(SegmentKind kind, int segment) {
     if (!out_.pieces.empty() && limits_.pause > 0) {
@@ -68,7 +72,10 @@ class Builder {
     out_.pieces.push_back({kind, segment, segment, last(), last()});
   }
 
-  void push(const Eigen::VectorXd& u, const Eigen::VectorXd& q) { move(u, q, calc_duration(u_.back(), u, speed_)); }
+  void push(const Eigen::VectorXd& u, const Eigen::VectorXd& q) {
+    ++knot_;
+    move(u, q, calc_duration(u_.back(), u, speed_));
+  }
 
   /// A regrasp, slow at its ends (E.8).
   void regrasp(const std::vector<dynamics::Knot>& knots) {
@@ -77,6 +84,7 @@ class Builder {
     for (std::size_t k = 0; k < knots.size(); ++k) whole += calc_duration(k == 0 ? u_.back() : knots[k - 1].u, knots[k].u, speed_);
     double begin = 0;
     for (const auto& knot : knots) {
+      ++knot_;
       const Eigen::VectorXd u = u_.back(), q = q_.back();
       const double duration = calc_duration(u, knot.u, speed_);
       const bool constant = fast <= slow || std::min(begin, whole - begin - duration) >= fast * limits_.ramp;
@@ -99,6 +107,7 @@ class Builder {
     const auto n = static_cast<Eigen::Index>(times_.size());
     out_.times = Eigen::Map<const Eigen::VectorXd>(times_.data(), n);
     out_.segments = Eigen::Map<const Eigen::VectorXi>(segments_.data(), n);
+    out_.knots = Eigen::Map<const Eigen::VectorXi>(knots_.data(), n);
     out_.u.resize(u_.front().size(), n);
     out_.q.resize(q_.front().size(), n);
     for (Eigen::Index k = 0; k < n; ++k) {
@@ -118,6 +127,7 @@ class Builder {
       add(times_.back() + dt, u, q);
     } else if (last() > piece.first_knot) {
       q_.back() = q;  // the state moved on while the command did not
+      knots_.back() = knot_;
     } else {
       add(times_.back() + kLeastInterval, u, q);
     }
@@ -130,6 +140,7 @@ class Builder {
     u_.push_back(u);
     q_.push_back(q);
     segments_.push_back(out_.pieces.empty() ? 0 : out_.pieces.back().last_segment);
+    knots_.push_back(knot_);
   }
 
   const world::Model& model_;
@@ -137,7 +148,8 @@ class Builder {
   Eigen::VectorXd speed_, spring_speed_;
   Trajectory out_;
   std::vector<double> times_;
-  std::vector<int> segments_;
+  std::vector<int> segments_, knots_;
+  int knot_ = 0;  ///< of the plan
   std::vector<Eigen::VectorXd> u_, q_;
 };
 
@@ -148,13 +160,15 @@ Trajectory make_trajectory(const world::Model& model, const Plan& plan, const Sp
   require_plan(model, plan);
   Builder builder(model, limits);
   std::size_t s = 0;
+  int settled = 0;  // knots
   Eigen::VectorXd u = plan.u_start, q = plan.q_start;
   for (; s < plan.segments.size() && plan.segments[s].kind == SegmentKind::Settle; ++s) {
     if (plan.segments[s].knots.empty()) continue;
     u = plan.segments[s].knots.back().u;
     q = plan.segments[s].knots.back().q;
+    settled += static_cast<int>(plan.segments[s].knots.size());
   }
-  builder.start(u, q);
+  builder.start(u, q, settled);
   for (; s < plan.segments.size(); ++s) {
     const auto& segment = plan.segments[s];
     if (segment.knots.empty()) continue;
@@ -226,7 +240,8 @@ Status predict(const world::Model& model, const Plan& plan, int substeps, Plan& 
 
 Trajectory retime(Trajectory trajectory, const Trajectory& timing) {
   if (trajectory.pieces.size() != timing.pieces.size())
-    core::throw_invalid("timing.pieces", std::to_string(timing.pieces.size()), fmt::format("{} pieces, as in trajectory", trajectory.pieces.size()));
+    core::throw_invalid("timing.pieces", std::to_string(timing.pieces.size()),
+                        fmt::format("{} pieces, as in trajectory", trajectory.pieces.size()));
   const auto end_of = [](const Trajectory& t, const Piece& piece, Eigen::Index k, int segment) {  // from a knot k before it
     while (k < piece.last_knot && t.segments[k + 1] <= segment) ++k;
     return k;

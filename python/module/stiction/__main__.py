@@ -1,0 +1,21 @@
+"""python -m stiction COMMAND …: the commands of the program `stiction` that run in Python."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+from . import _command
+
+MODULES = {"export": "exports", "sweep": "_sweep_command"}
+
+
+def main(words: list[str]) -> int:
+    if not words or words[0] not in MODULES:
+        return _command.fail(words, _command.BAD_INPUT, "InvalidInput", f"command: got '{' '.join(words[:1])}', expected one of {', '.join(MODULES)}")
+    module = import_module(f".{MODULES[words[0]]}", __package__)
+    return _command.run(module.main, words[1:])
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

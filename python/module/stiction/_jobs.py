@@ -1,0 +1,170 @@
+"""Jobs on many processes, or on the workers of a Ray cluster: one that dies is tried again, and no other one notices."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import socket
+import sys
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, Protocol
+
+from ._core import InvalidInput
+from ._extras import require
+
+ATTEMPTS = 2
+ANSWER_S = 5.0  # in which a cluster answers
+
+
+@dataclass(frozen=True)
+class Died:
+    """The process of a job ended without a result."""
+
+    message: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The job raised an exception."""
+
+    message: str
+
+
+class Backend(Protocol):
+    capacity: int  # jobs at a time
+
+    def start(self, function: Callable[[Any], Any], job: Any) -> Any: ...
+    def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]: ...
+    def close(self, handles: Iterable[Any]) -> None: ...
+
+
+def carry_out(function: Callable[[Any], Any], job: Any) -> Any:
+    try:
+        return function(job)
+    except Exception as error:  # of whatever kind: it is recorded, and the other jobs go on
+        return Failed(f"{type(error).__name__}: {' '.join(str(error).split())}")
+
+
+def run_all(backend: Backend, function: Callable[[Any], Any], jobs: Iterable[Any]) -> Iterator[tuple[Any, int, Any]]:
+    """(job, attempts, result) as jobs end; a result may be Failed, or Died where it died at every attempt."""
+    waiting = deque((job, 1) for job in jobs)
+    running: dict[Any, tuple[Any, int]] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < backend.capacity:
+                job, attempt = waiting.popleft()
+                running[backend.start(function, job)] = (job, attempt)
+            for handle, result in backend.wait(list(running)):
+                job, attempt = running.pop(handle)
+                if isinstance(result, Died) and attempt < ATTEMPTS:
+                    waiting.appendleft((job, attempt + 1))
+                else:
+                    yield job, attempt, result
+    finally:
+        backend.close(running)
+
+
+@contextlib.contextmanager
+def _without_main(function: Callable[[Any], Any]) -> Iterator[None]:
+    """A new process does not run the caller's script again, unless what it is to do stands there."""
+    main = sys.modules["__main__"]
+    if getattr(function, "__module__", None) != "__main__":
+        sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+def _work(connection: Any, function: Callable[[Any], Any], job: Any) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    connection.send(carry_out(function, job))
+
+
+class Local:
+    """A process for every job, forked from one that has loaded the package and does nothing else."""
+
+    def __init__(self, processes: int | None = None) -> None:
+        self.capacity = len(os.sched_getaffinity(0)) if processes is None else processes
+        if self.capacity < 1:
+            raise InvalidInput(f"processes: got {processes}, expected at least 1")
+        self._context = multiprocessing.get_context("forkserver")
+        self._context.set_forkserver_preload(["stiction.sweeps"])
+
+    def start(self, function: Callable[[Any], Any], job: Any) -> Any:
+        ours, theirs = self._context.Pipe(duplex=False)
+        process = self._context.Process(target=_work, args=(theirs, function, job), daemon=True)
+        with _without_main(function):
+            process.start()
+        theirs.close()
+        return process, ours
+
+    def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
+        by_connection = {connection: (process, connection) for process, connection in handles}
+        out = []
+        for connection in multiprocessing.connection.wait(list(by_connection)):
+            process, _ = handle = by_connection[connection]
+            try:
+                result = connection.recv()
+            except (EOFError, OSError):
+                result = None
+            process.join()
+            connection.close()
+            out.append((handle, Died(f"its process ended with exit code {process.exitcode}") if result is None else result))
+        return out
+
+    def close(self, handles: Iterable[Any]) -> None:
+        for process, connection in handles:
+            process.kill()
+            process.join()
+            connection.close()
+
+
+class Ray:
+    """Tasks of one processor each on the cluster at an address; `local` starts one on this machine."""
+
+    def __init__(self, address: str, processes: int | None = None) -> None:
+        self._ray = ray = require("ray", "ray", "ray")
+        _require_answer(address)
+        place = {"num_cpus": processes} if address == "local" else {}
+        try:
+            ray.init(address=address, log_to_driver=False, include_dashboard=False if place else None, **place)
+        except (ConnectionError, TimeoutError) as error:
+            raise InvalidInput(f"ray: got '{address}', where no cluster answers ({' '.join(str(error).split())})") from None
+        self.capacity = processes or int(ray.cluster_resources().get("CPU", 1))
+        self._remote = ray.remote(num_cpus=1, max_retries=0)(carry_out)
+
+    def start(self, function: Callable[[Any], Any], job: Any) -> Any:
+        return self._remote.remote(function, job)
+
+    def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
+        ready, _ = self._ray.wait(handles)
+        out = []
+        for handle in ready:
+            try:
+                out.append((handle, self._ray.get(handle)))
+            except self._ray.exceptions.RayError as error:
+                out.append((handle, Died(" ".join(str(error).split())[:200])))
+        return out
+
+    def close(self, handles: Iterable[Any]) -> None:
+        for handle in handles:
+            self._ray.cancel(handle, force=True)
+        self._ray.shutdown()
+
+
+def _require_answer(address: str) -> None:
+    """Raises InvalidInput: nothing listens at HOST:PORT; Ray itself would try for minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if not host:
+        return  # local, auto
+    try:
+        socket.create_connection((host, int(port)), timeout=ANSWER_S).close()
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"ray: got '{address}', where nothing answers ({error}), expected HOST:PORT of a cluster, auto or local") from None

@@ -1,0 +1,194 @@
+"""`stiction sweep`"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import statistics
+import sys
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from . import _command
+from ._core import InvalidInput
+from ._table import to_cell
+from .sweeps import PlanRun, Progress, sweep
+
+RUN = {"refine": bool, "timeout_s": (int, float), "speed": (int, float), "alone": bool}  # fields of PlanRun
+SPEC = {"tasks": list, "seeds": (int, list), "friction": list, "options": dict} | RUN
+
+
+def read_seeds(text: str) -> int | list[int]:
+    """N, A:B without B, or A,B,C"""
+    try:
+        if ":" in text:
+            first, end = map(int, text.split(":"))
+            return list(range(first, end))
+        return [int(word) for word in text.split(",")] if "," in text else int(text)
+    except ValueError:
+        raise InvalidInput(f"--seeds: got '{text}', expected N, A:B or A,B,C") from None
+
+
+def read_friction(text: str) -> list[float]:
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise InvalidInput(f"--friction: got '{text}', expected factors, as in 0.8,1") from None
+
+
+def read_option(text: str) -> tuple[str, list[Any]]:
+    """NAME=VALUE,VALUE: JSON, and words where they are none."""
+    name, sign, values = text.partition("=")
+    if not name or not sign or not values:
+        raise InvalidInput(f"--option: got '{text}', expected NAME=VALUE,VALUE")
+    try:
+        return name, json.loads(f"[{values}]")
+    except ValueError:
+        return name, [_value(word) for word in values.split(",")]
+
+
+def _value(word: str) -> Any:
+    try:
+        return json.loads(word)
+    except ValueError:
+        return word
+
+
+def read_spec(file: Path) -> dict[str, Any]:
+    """The arguments in a TOML file. Raises InvalidInput naming file and field."""
+    try:
+        spec = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput(f"{file}: cannot be read ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"{file}: got no TOML ({error})") from None
+    for name, value in spec.items():
+        if name not in SPEC:
+            raise InvalidInput(f"{file}: got the field '{name}', expected some of {', '.join(SPEC)}")
+        if not isinstance(value, SPEC[name]):
+            raise InvalidInput(f"{file}: {name}: got {value!r}, expected {_type_name(SPEC[name])}")
+    if "tasks" not in spec:
+        raise InvalidInput(f"{file}: tasks: got none, expected a list of names or files")
+    return spec
+
+
+def _type_name(types: Any) -> str:
+    return " or ".join(t.__name__ for t in (types if isinstance(types, tuple) else (types,)))
+
+
+class Line:
+    """Progress on stderr: one line that is rewritten, or a line per run where it is no terminal."""
+
+    def __init__(self) -> None:
+        self._terminal = sys.stderr.isatty()
+
+    def __call__(self, progress: Progress) -> None:
+        left = "" if progress.left_s is None else f", {duration(progress.left_s)} left"
+        head = f"{progress.done} of {progress.total}{left}"
+        last = progress.rows[-1] if progress.rows else None
+        text = head if last is None else f"{head}: {last['task']} seed {last['seed']}{_options(last['options'])} {last['status']}"
+        print(f"\r\x1b[K{text}" if self._terminal else text, end="" if self._terminal else "\n", file=sys.stderr, flush=True)
+
+    def end(self) -> None:
+        if self._terminal:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{math.ceil(seconds)} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
+
+
+def _options(options: dict[str, Any]) -> str:
+    return "".join(f" {name}={to_cell(value)}" for name, value in options.items())
+
+
+def summarise(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A line for each task, choice of options and friction."""
+    groups: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(to_cell(row[name]) for name in ("task", "options", "friction")), []).append(row)
+    out = []
+    for group in groups.values():
+        first = group[0]
+        times = [row["plan_s"] for row in group if row["plan_s"] is not None]
+        out.append(
+            {name: first[name] for name in ("task", "options", "friction")}
+            | {"runs": len(group), "solved": sum(row["status"] == "Solved" for row in group)}
+            | {name: sum(row[name] is True for row in group) for name in ("accepted", "reached")}
+            | {"died": sum(row["status"] in ("Died", "Failed") for row in group)}
+            | {"median_plan_s": statistics.median(times) if times else None, "worst_plan_s": max(times, default=None)}
+        )
+    return out
+
+
+def describe(line: dict[str, Any]) -> str:
+    parts = [f"{line['solved']} of {line['runs']} solved", f"{line['accepted']} accepted"]
+    if line["friction"] is not None:
+        parts.append(f"{line['reached']} reach the goal at friction × {line['friction']:g}")
+    if line["died"]:
+        parts.append(f"{line['died']} died")
+    if line["median_plan_s"] is not None:
+        parts.append(f"planned in {line['median_plan_s']:.2f} s (median), {line['worst_plan_s']:.2f} s at most")
+    return ", ".join(parts)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    parser = _command.make_parser(
+        "sweep",
+        "Plans, refines, checks and simulates many times, a row of a table for each run. The same command goes on where it was interrupted.",
+        "A file SPEC.toml holds the same as fields: " + ", ".join(SPEC) + ".",
+    )
+    parser.add_argument("tasks", nargs="+", metavar="TASK|SPEC.toml", help="names or files of tasks, or one file that says what is run")
+    parser.add_argument("--seeds", metavar="N|A:B|A,B", help="0 to N - 1, A to B - 1, or these (default: 1)")
+    parser.add_argument("--friction", metavar="F,F", help="simulate too, with these factors of every coefficient of friction")
+    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE,VALUE", help="of the planner, with dots into maps; every choice is run")
+    parser.add_argument("--no-refine", action="store_true", help="plans as the planner made them")
+    parser.add_argument("--speed", type=float, metavar="V", help="of joints in the simulation, times 0.1 rad/s and 0.0125 m/s (default: 1)")
+    parser.add_argument("--alone", action="store_true", help="simulate every push by itself as well, which tells causes apart")
+    parser.add_argument("--timeout", type=float, metavar="S", help="of the planner, and of refinement [s] (default: 20)")
+    parser.add_argument("-j", "--processes", type=int, metavar="N", help="at a time, of one thread each (default: one per core)")
+    parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local")
+    parser.add_argument("-o", "--out", type=Path, default=Path("sweep.csv"), metavar="FILE", help="table, .csv or .parquet (default: %(default)s)")
+    return parser
+
+
+def arguments_of(parsed: argparse.Namespace) -> dict[str, Any]:
+    """What sweep() is called with; the command line goes before the file."""
+    spec: dict[str, Any] = {"tasks": parsed.tasks}
+    if any(name.endswith(".toml") for name in parsed.tasks):
+        if len(parsed.tasks) > 1:
+            raise InvalidInput(f"tasks: got {', '.join(parsed.tasks)}, expected tasks, or one file .toml")
+        spec = read_spec(Path(parsed.tasks[0]))
+    if parsed.seeds is not None:
+        spec["seeds"] = read_seeds(parsed.seeds)
+    if parsed.friction is not None:
+        spec["friction"] = read_friction(parsed.friction)
+    if parsed.option:
+        spec["options"] = spec.get("options", {}) | dict(map(read_option, parsed.option))
+    given = {"timeout_s": parsed.timeout, "speed": parsed.speed, "refine": False if parsed.no_refine else None, "alone": parsed.alone or None}
+    fields = {name: spec.pop(name) for name in RUN if name in spec} | {name: value for name, value in given.items() if value is not None}
+    spec["run"] = PlanRun(**{name: float(value) if name in ("timeout_s", "speed") else value for name, value in fields.items()})
+    return spec
+
+
+def main(words: Sequence[str]) -> int:
+    parsed = make_parser().parse_args(words)
+    line = Line()
+    try:
+        rows = sweep(**arguments_of(parsed), out=parsed.out, processes=parsed.processes, ray=parsed.ray, on_progress=line)
+    except KeyboardInterrupt:
+        line.end()
+        print(f"stiction: interrupted; the rows so far are in {parsed.out}, the same command goes on", file=sys.stderr)
+        return _command.INTERRUPTED
+    line.end()
+    results = summarise(rows)
+    died = sum(result["died"] for result in results)
+    table = {f"{result['task']}{_options(result['options'])}": describe(result) for result in results} | {"table": str(parsed.out)}
+    result = {"status": "Done" if not died else "Died", "runs": len(rows), "died": died, "table": str(parsed.out), "results": results}
+    _command.report(parsed, f"{len(rows)} runs", table, result)
+    return _command.INTERNAL_ERROR if died else _command.DONE

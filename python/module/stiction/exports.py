@@ -1,0 +1,201 @@
+"""Plans over time for other programs: CSV, NumPy, JSON and MCAP (docs/exports.md)."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _command
+from ._core import InvalidInput, Plan, PlanContact, Trajectory, make_trajectory, read_plan, version
+from ._files import write_whole
+
+FORMAT = "stiction-motion"
+FORMAT_VERSION = 1
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+CONTACT = ("point", "normal", "force")  # with a component per axis
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A plan as series over time; the time comes first."""
+
+    plan: Plan
+    time: np.ndarray  # (knots) [s]
+    kinds: list[str]  # (knots) of the segment that led there: settle, contact, regrasp
+    joints: list[str]
+    q: np.ndarray  # (knots, joints) predicted [m or rad]
+    q_cmd: np.ndarray  # commands [m or rad]
+    velocity: np.ndarray  # of q on the way to the knot [m/s or rad/s]
+    torque: np.ndarray  # K (q_cmd - q) [N or N m]
+    objects: list[str]
+    poses: np.ndarray  # (knots, objects, 7): x y z [m] qx qy qz qw of X_WB
+    contacts: list[list[PlanContact]]  # (knots) of the sub-step that led there
+
+    def about(self) -> dict[str, Any]:
+        """Where it comes from."""
+        plan = self.plan
+        return {
+            "code_version": version(),
+            "task": plan.task.name,
+            "scene_sha256": plan.task.scene_sha256,
+            "status": plan.status.name,
+            "seed": plan.seed,
+        }
+
+
+def make_motion(plan: Plan, trajectory: Trajectory | None = None) -> Motion:
+    """The plan at the knots of the trajectory; None: at the default speeds. Raises InvalidInput: a trajectory of another plan."""
+    trajectory = make_trajectory(plan) if trajectory is None else trajectory
+    model, t, q_all = plan.task.model, np.asarray(trajectory.times), np.asarray(trajectory.q)
+    knots = np.asarray(trajectory.knots)
+    if q_all.shape[1] != model.n_q or knots.max() >= len(plan.q):
+        raise InvalidInput(f"trajectory: got {q_all.shape[1]} coordinates and knot {knots.max()}, expected {model.n_q} and at most {len(plan.q) - 1}")
+    q, q_cmd = q_all[:, -model.n_a :], np.asarray(trajectory.u)
+    velocity = np.vstack([np.zeros(model.n_a), np.diff(q, axis=0) / np.diff(t)[:, None]])
+    contacts = plan.contacts
+    return Motion(
+        plan=plan,
+        time=t,
+        kinds=[plan.segments[segment].kind.name.lower() for segment in trajectory.segments],
+        joints=model.joint_names,
+        q=q,
+        q_cmd=q_cmd,
+        velocity=velocity,
+        torque=np.asarray(model.stiffness) * (q_cmd - q),
+        objects=model.object_names,
+        poses=poses_of_objects(model, q_all),
+        contacts=[contacts[knot] for knot in knots],
+    )
+
+
+def poses_of_objects(model: Any, q: np.ndarray) -> np.ndarray:
+    """(knots, objects, 7), with quaternions that do not jump from one knot to the next."""
+    out = np.empty((len(q), len(model.object_names), len(POSE)))
+    for k, state in enumerate(q):
+        for i, name in enumerate(model.object_names):
+            pose = model.object_pose(state, name)
+            out[k, i, :3] = pose.p
+            out[k, i, 3:] = np.roll(pose.quaternion_wxyz, -1)
+    for k in range(1, len(out)):
+        flipped = np.sum(out[k, :, 3:] * out[k - 1, :, 3:], axis=1) < 0
+        out[k, flipped, 3:] *= -1
+    return out
+
+
+def write_csv(motion: Motion, file: Path) -> list[Path]:
+    """A row per knot in `file`, a row per contact of a knot in the file with `.contacts` before its suffix."""
+    series = {"q": motion.q, "q_cmd": motion.q_cmd, "velocity": motion.velocity, "torque": motion.torque}
+    head = ["time_s", "segment", *(f"{name}_{joint}" for name in series for joint in motion.joints), *(f"{name}_{axis}" for name in motion.objects for axis in POSE)]
+    table = np.hstack([*series.values(), motion.poses.reshape(len(motion.time), -1)])
+    rows = ([t, kind, *row] for t, kind, row in zip(motion.time.tolist(), motion.kinds, table.tolist()))
+    contact_head = ["time_s", "a", "b", *(f"{name}_{axis}" for name in CONTACT for axis in "xyz"), "friction", "gap"]
+    contact_rows = (
+        [t, c.a, c.b, *(x for name in CONTACT for x in getattr(c, name).tolist()), c.friction, c.gap]
+        for t, contacts in zip(motion.time.tolist(), motion.contacts)
+        for c in contacts
+    )
+    beside = file.with_name(f"{file.stem}.contacts{file.suffix}")
+    return [write_table(file, head, rows), write_table(beside, contact_head, contact_rows)]
+
+
+def write_table(file: Path, head: Sequence[str], rows: Any) -> Path:
+    def write(to: Path) -> None:
+        with to.open("w", encoding="utf-8", newline="") as out:
+            writer = csv.writer(out, lineterminator="\n")
+            writer.writerow(head)
+            writer.writerows(rows)
+
+    return write_whole(file, write)
+
+
+def write_npz(motion: Motion, file: Path) -> list[Path]:
+    """Arrays without pickles: np.load(file)["q"]."""
+    flat = [(k, c) for k, contacts in enumerate(motion.contacts) for c in contacts]
+    arrays = {name: getattr(motion, name) for name in ("time", "q", "q_cmd", "velocity", "torque", "poses")}
+    arrays |= {name: np.array(getattr(motion, name), dtype=str) for name in ("kinds", "joints", "objects")}
+    arrays |= {f"contact_{name}": np.array([getattr(c, name) for _, c in flat], dtype=str) for name in "ab"}
+    arrays |= {f"contact_{name}": np.array([getattr(c, name) for _, c in flat]).reshape(-1, 3) for name in CONTACT}
+    arrays |= {f"contact_{name}": np.array([getattr(c, name) for _, c in flat], dtype=float) for name in ("friction", "gap")}
+    arrays |= {"contact_knot": np.array([k for k, _ in flat], dtype=int)}
+    arrays |= {name: np.array(value) for name, value in motion.about().items()}
+
+    def save(to: Path) -> None:
+        with to.open("wb") as out:  # given a name it would add to it
+            np.savez_compressed(out, **arrays)
+
+    return [write_whole(file, save)]
+
+
+def write_json(motion: Motion, file: Path) -> list[Path]:
+    """One object; its fields are those of docs/exports.md."""
+    knots = [
+        {
+            "time": t,
+            "segment": kind,
+            **{name: getattr(motion, name)[k].tolist() for name in ("q", "q_cmd", "velocity", "torque")},
+            "objects": [{"position": pose[:3], "quaternion_xyzw": pose[3:]} for pose in motion.poses[k].tolist()],
+            "contacts": [
+                {"a": c.a, "b": c.b, **{name: getattr(c, name).tolist() for name in CONTACT}, "friction": c.friction, "gap": c.gap} for c in motion.contacts[k]
+            ],
+        }
+        for k, (t, kind) in enumerate(zip(motion.time.tolist(), motion.kinds))
+    ]
+    head = {"format": FORMAT, "format_version": FORMAT_VERSION, **motion.about(), "joints": motion.joints, "objects": motion.objects}
+    text = json.dumps(head, ensure_ascii=False)[:-1] + ',"knots":[\n' + ",\n".join(json.dumps(knot, allow_nan=False) for knot in knots) + "\n]}\n"
+    return [write_whole(file, lambda to: to.write_text(text, encoding="utf-8"))]
+
+
+def write_mcap(motion: Motion, file: Path) -> list[Path]:
+    from . import _mcap
+
+    return [write_whole(file, lambda to: _mcap.write(motion, to))]
+
+
+WRITERS: dict[str, Callable[[Motion, Path], list[Path]]] = {"csv": write_csv, "npz": write_npz, "json": write_json, "mcap": write_mcap}
+
+
+def format_of(file: Path, given: str | None) -> str:
+    """Raises InvalidInput: none that there is."""
+    found = file.suffix[1:] if given is None else given
+    if found not in WRITERS:
+        field = "format" if given is not None else f"{file}: format"
+        raise InvalidInput(f"{field}: got '{found}', expected one of {', '.join(sorted(WRITERS))}")
+    return found
+
+
+def write(plan: Plan, file: str | os.PathLike[str], *, format: str | None = None, trajectory: Trajectory | None = None) -> list[Path]:
+    """What Plan.export() does."""
+    path = Path(file)
+    writer = WRITERS[format_of(path, format)]
+    return writer(make_motion(plan, trajectory), path)
+
+
+def main(words: Sequence[str]) -> int:
+    """`stiction export`"""
+    parser = _command.make_parser("export", "Writes a plan over time for other programs: joints, commands, velocities, torques, poses of objects, contacts.")
+    parser.add_argument("plan", type=Path, metavar="PLAN", help="plan file, or its folder")
+    parser.add_argument("--format", metavar="FORMAT", help=f"one of {', '.join(sorted(WRITERS))} (default: what FILE ends in)")
+    parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="(default: motion.FORMAT in the folder of the plan)")
+    parser.add_argument("--speed", type=float, default=1.0, help="joint speeds, times 0.1 rad/s and 0.0125 m/s (default: %(default)s)")
+    parser.add_argument("--pause", type=float, default=4.0, help="commands rest this long between pieces [s] (default: %(default)s)")
+    arguments = parser.parse_args(words)
+    if arguments.format is None and arguments.out is None:
+        parser.error("format: got none, expected --format, or -o with a file whose name ends in it")
+    folder = arguments.plan if arguments.plan.is_dir() else arguments.plan.parent
+    file = arguments.out or folder / f"motion.{arguments.format}"
+    format = format_of(file, arguments.format)
+    plan = read_plan(arguments.plan)
+    trajectory = make_trajectory(plan, speed=arguments.speed, pause=arguments.pause)
+    files = write(plan, file, format=format, trajectory=trajectory)
+    knots, duration = len(trajectory.times), trajectory.duration
+    rows = {"motion": f"{knots} knots, {duration:.1f} s"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
+    result = {"status": "Done", "task": plan.task.name, "seed": plan.seed, "format": format, "knots": knots, "duration_s": duration, "files": [str(path) for path in files]}
+    _command.report(arguments, f"{plan.task.name}, seed {plan.seed}: exported", rows, result)
+    return _command.DONE

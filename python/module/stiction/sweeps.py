@@ -1,0 +1,291 @@
+"""Many runs: tasks × options × seeds × friction, one row of a table for each (docs/sweeps.md)."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import itertools
+import json
+import math
+import os
+import resource
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Protocol
+
+from ._causes import find_cause, follow
+from ._core import InvalidInput, Plan, PlannerOptions, SegmentKind, Status, Task, check_plan, load_task, plan, refine, transfer, version
+from ._jobs import Died, Failed, Local, Ray, run_all
+from ._table import Table, read_rows, to_cell
+
+KEYS = ("task", "options", "seed", "friction")
+OUTCOME = ("status", "attempts", "message")
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """What one process works on: a plan, and the simulations of it."""
+
+    task: str
+    options: dict[str, Any]  # by name, with dots into maps
+    seed: int
+    friction: tuple[float | None, ...] = (None,)  # factors of the simulation, one row each; None: not simulated
+
+    def keys(self, friction: float | None) -> dict[str, Any]:
+        return {"task": self.task, "options": self.options, "seed": self.seed, "friction": friction}
+
+
+class Run(Protocol):
+    """What is done with a case: a dataclass, whose fields belong to what makes a sweep another one."""
+
+    columns: ClassVar[tuple[str, ...]]
+
+    def __call__(self, case: Case) -> list[dict[str, Any]]:
+        """A row of `columns` and of `status` for each friction of the case."""
+
+
+@dataclasses.dataclass(frozen=True)
+class PlanRun:
+    """Plans, refines, checks and simulates on one thread."""
+
+    timeout_s: float = 20.0  # of the planner, and of refinement [s]
+    refine: bool = True
+    speed: float = 1.0  # of joints in the simulation, times 0.1 rad/s and 0.0125 m/s
+    alone: bool = False  # simulate pushes by themselves as well, which tells causes apart
+
+    def __post_init__(self) -> None:
+        for name in ("timeout_s", "speed"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise InvalidInput(f"{name}: got {getattr(self, name)}, expected a number > 0")
+
+    columns: ClassVar[tuple[str, ...]] = (
+        "accepted", "refused", "reached", "cause", "piece", "dropped", "error_position", "error_angle", "goal_error_position", "goal_error_angle",
+        "normalised_position", "normalised_angle", "regrasp_growth_position", "regrasp_growth_angle", "iterations", "nodes", "knots", "pushes", "regrasps",
+        "plan_s", "refine_s", "check_s", "simulate_s", "processor_s", "peak_mb",
+    )  # fmt: skip
+
+    def __call__(self, case: Case) -> list[dict[str, Any]]:
+        watch = Stopwatch()
+        task = load_task(case.task)
+        found = plan(task, options=options_of(task, case.options), seed=case.seed, threads=1, timeout_s=self.timeout_s)
+        row = {"status": found.status.name, "plan_s": watch.lap(), "iterations": found.iterations, "nodes": found.nodes}
+        if found.status != Status.Solved:
+            return [row | {"message": found.reason} | watch.spent()] * len(case.friction)
+        best = found.plan
+        if self.refine:
+            best = refine(best, threads=1, timeout_s=self.timeout_s).plan
+            row["refine_s"] = watch.lap()
+        row |= judge(best) | {"check_s": watch.lap()}
+        return [row | self._simulate(best, friction, watch) | watch.spent() for friction in case.friction]
+
+    def _simulate(self, best: Plan, friction: float | None, watch: Stopwatch) -> dict[str, Any]:
+        if friction is None:
+            return {}
+        ran = transfer(best, friction_scale=friction, speed=self.speed, alone=self.alone, threads=1)
+        cause, piece = (None, None) if ran.reached else find_cause(ran, best.task.goal)
+        return follow(ran, best.task.goal) | {
+            "cause": cause,
+            "piece": piece,
+            "reached": ran.reached,
+            "dropped": None if ran.dropped is None else best.task.model.object_names[ran.dropped],
+            "goal_error_position": _finite(ran.error.position),
+            "goal_error_angle": _finite(ran.error.angle),
+            "simulate_s": watch.lap(),
+        }
+
+
+class Stopwatch:
+    """Wall time of laps; processor time and memory of the process so far."""
+
+    def __init__(self) -> None:
+        self._last, self._processor = time.monotonic(), time.process_time()
+
+    def lap(self) -> float:
+        before, self._last = self._last, time.monotonic()
+        return round(self._last - before, 4)
+
+    def spent(self) -> dict[str, float]:
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        return {"processor_s": round(time.process_time() - self._processor, 4), "peak_mb": round(peak, 1)}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def judge(best: Plan) -> dict[str, Any]:
+    """What the checker says of a plan, and how long it is."""
+    report = check_plan(best)
+    kinds = [segment.kind for segment in best.segments]
+    return {
+        "accepted": report.pass_,
+        "refused": " ".join(item.name for item in report.items if not item.pass_) or None,
+        "error_position": best.error.position,
+        "error_angle": best.error.angle,
+        "knots": len(best.q) - 1,
+        "pushes": kinds.count(SegmentKind.Contact),
+        "regrasps": kinds.count(SegmentKind.Regrasp),
+    }
+
+
+def options_of(task: Task, changes: Mapping[str, Any]) -> PlannerOptions:
+    """Those of the task with others in their place; a name with dots leads into a map. Raises InvalidInput."""
+    out = task.options
+    for name, value in changes.items():
+        first, *rest = name.split(".")
+        if rest:
+            whole = json.loads(json.dumps(out.to_dict().get(first)))
+            inner = whole
+            for key in rest[:-1]:
+                inner = inner[key] if isinstance(inner, dict) and key in inner else None
+            if not isinstance(inner, dict) or rest[-1] not in inner:
+                raise InvalidInput(f"options: got '{name}', expected the name of an option, with dots into maps")
+            inner[rest[-1]] = value
+            value = whole
+        out = out.replace(**{first: value})
+    return out
+
+
+def digest(name: str) -> str:
+    """Of all that a task says, so that rows of another one are not taken for its own."""
+    task = load_task(name)
+    goal = task.goal
+    said = [
+        task.scene_sha256,
+        task.q_start.tolist(),
+        [goal.object, goal.X_WG.p.tolist(), goal.X_WG.R.tolist(), goal.tol_position, goal.tol_angle],
+        task.options.to_dict(),
+    ]
+    return hashlib.sha256(json.dumps(said, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+def combinations(options: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
+    """Every choice of one value for each option."""
+    for name, values in options.items():
+        if isinstance(values, str) or not isinstance(values, Sequence) or not values:
+            raise InvalidInput(f"options: {name}: got {values!r}, expected a list of values")
+    return [dict(zip(options, values)) for values in itertools.product(*options.values())]
+
+
+def _unique(field: str, values: Iterable[Any]) -> list[Any]:
+    out = list(values)
+    if not out or len({to_cell(value) for value in out}) < len(out):
+        raise InvalidInput(f"{field}: got {out}, expected at least one, each once")
+    return out
+
+
+def read_seeds(seeds: int | Iterable[int]) -> list[int]:
+    """n: 0 to n - 1."""
+    out = _unique("seeds", range(seeds) if isinstance(seeds, int) else seeds)
+    if not all(isinstance(seed, int) and seed >= 0 for seed in out):
+        raise InvalidInput(f"seeds: got {out}, expected integers ≥ 0")
+    return out
+
+
+def read_friction(friction: Iterable[float] | None) -> list[float | None]:
+    out = [None] if friction is None else _unique("friction", map(float, friction))
+    if not all(factor is None or 0 <= factor < math.inf for factor in out):
+        raise InvalidInput(f"friction: got {out}, expected factors ≥ 0")
+    return out
+
+
+@dataclasses.dataclass(frozen=True)
+class Progress:
+    """Of a sweep; runs are rows."""
+
+    done: int  # with those that were there
+    total: int
+    elapsed_s: float
+    left_s: float | None  # by the runs so far; None before the first one
+    rows: list[dict[str, Any]]  # that came last
+
+
+def sweep(
+    tasks: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    *,
+    seeds: int | Iterable[int] = 1,
+    friction: Iterable[float] | None = None,
+    options: Mapping[str, Sequence[Any]] | None = None,
+    out: str | os.PathLike[str] = "sweep.csv",
+    run: Run | None = None,
+    processes: int | None = None,
+    ray: str | None = None,
+    on_progress: Callable[[Progress], object] | None = None,
+) -> list[dict[str, Any]]:
+    """Runs every task with every choice of options and every seed, and returns the rows of the table (docs/sweeps.md).
+
+    tasks: names or files. seeds: a number n for 0 to n - 1, or the seeds. friction: factors of the coefficients in the simulation; None: plans are not
+    simulated. options: values of planner options by name, with dots into maps: {"goal_bias": [0.3, 0.5]}. out: the table, .csv, or .parquet where pyarrow
+    is installed; a row is appended as its run ends, and a call with the same arguments goes on where the last one ended. run: what is done, PlanRun() if
+    None. processes: at a time, one per core if None, of one thread each. ray: address of a cluster to run on instead, `local` for one of its own.
+
+    A run whose process dies is tried again, then recorded with the status Died. Raises InvalidInput; MissingExtra: `pip install stiction[ray]`.
+    A script whose own class is `run` calls this under `if __name__ == "__main__":`, as for any other use of processes.
+    """
+    names = _unique("tasks", map(str, [tasks] if isinstance(tasks, (str, os.PathLike)) else tasks))
+    choices = combinations(options or {})
+    run = PlanRun() if run is None else run
+    frictions, numbers = read_friction(friction), read_seeds(seeds)
+    for name, choice in itertools.product(names, choices):
+        options_of(load_task(name), choice)  # one clear message before anything is started
+    spec = {
+        "format": "stiction-sweep",
+        "format_version": 1,
+        "code_version": version(),
+        "tasks": {name: digest(name) for name in names},
+        "options": dict(options or {}),
+        "seeds": numbers,
+        "friction": frictions,
+        "run": {"name": type(run).__name__, **{k: v if isinstance(v, (bool, int, float)) else str(v) for k, v in dataclasses.asdict(run).items()}},
+    }
+    table = Table(Path(out), [*KEYS, *OUTCOME, *run.columns], spec)
+    try:
+        there = {key_of(row) for row in table.rows}
+        cases = [case for case in make_cases(names, choices, numbers, frictions, there) if case.friction]
+        total = len(names) * len(choices) * len(numbers) * len(frictions)
+        backend = (Ray(ray, processes) if ray is not None else Local(processes)) if cases else None
+        _run(table, backend, run, cases, total, on_progress)
+    finally:
+        table.close()
+    return table.rows
+
+
+def read_table(file: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """The rows of a table of sweep(), .csv; values are numbers, words, lists and dicts again."""
+    return read_rows(Path(file))
+
+
+def key_of(row: Mapping[str, Any]) -> tuple[str, ...]:
+    return tuple(to_cell(row[name]) for name in KEYS)
+
+
+def make_cases(names: list[str], choices: list[dict[str, Any]], seeds: list[int], frictions: list[float | None], there: set[tuple[str, ...]]) -> list[Case]:
+    """Without the rows that are there; seeds come last, so that a part of a sweep has all its tasks."""
+    out = []
+    for seed, name, choice in itertools.product(seeds, names, choices):
+        case = Case(name, choice, seed)
+        missing = tuple(factor for factor in frictions if key_of(case.keys(factor)) not in there)
+        out.append(dataclasses.replace(case, friction=missing))
+    return out
+
+
+def _run(table: Table, backend: Any, run: Run, cases: list[Case], total: int, on_progress: Callable[[Progress], object] | None) -> None:
+    start, cases_done = time.monotonic(), 0
+    tell = on_progress or (lambda progress: None)
+    tell(Progress(len(table.rows), total, 0.0, None if cases else 0.0, []))
+    if not cases:
+        return
+    for case, attempts, result in run_all(backend, run, cases):
+        rows = rows_of(case, attempts, result)
+        table.add(rows)
+        cases_done += 1
+        elapsed = time.monotonic() - start
+        tell(Progress(len(table.rows), total, elapsed, elapsed / cases_done * (len(cases) - cases_done), rows))
+
+
+def rows_of(case: Case, attempts: int, result: Any) -> list[dict[str, Any]]:
+    """Those of a case, with what they are rows of."""
+    if isinstance(result, (Died, Failed)):
+        result = [{"status": type(result).__name__, "message": result.message}] * len(case.friction)
+    return [case.keys(friction) | {"attempts": attempts} | row for friction, row in zip(case.friction, result, strict=True)]

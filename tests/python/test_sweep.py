@@ -1,0 +1,232 @@
+"""Many runs on many processes: whatever ends one of them, the table has a row for each."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "build" / "release" / "python"))
+st = pytest.importorskip("stiction")
+
+
+@dataclasses.dataclass(frozen=True)
+class Writes:
+    """Leaves a file for every start of a run; the seeds of `deadly` kill their own process by its id, at their first starts."""
+
+    folder: str
+    deadly: int = -1
+    deaths: int = 0
+    scale: float = 1.0
+
+    columns: ClassVar[tuple[str, ...]] = ("value", "text", "items")
+
+    def __call__(self, case):
+        starts = len(list(Path(self.folder).glob(f"{case.seed}-*")))
+        (Path(self.folder) / f"{case.seed}-{starts}").touch()
+        if case.seed == self.deadly and starts < self.deaths:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if case.task == "planar_hand":
+            raise ValueError("this one\ncannot")
+        row = {"status": "Solved", "value": self.scale * case.seed, "text": 'a "quoted", word', "items": [1, None]}
+        return [row for _ in case.friction]
+
+
+@pytest.fixture
+def starts(tmp_path: Path):
+    folder = tmp_path / "starts"
+    folder.mkdir()
+    return folder
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_row_for_each_run(starts: Path, tmp_path: Path) -> None:
+    seen = []
+    rows = st.sweep(
+        ["planar_pushing", "planar_hand"], seeds=2, friction=[0.5, 1], options={"goal_bias": [0.3, 0.5]}, out=tmp_path / "sweep.csv",
+        run=Writes(str(starts)), processes=2, on_progress=seen.append,
+    )  # fmt: skip
+    assert len(rows) == 16 and len({(r["task"], r["options"]["goal_bias"], r["seed"], r["friction"]) for r in rows}) == 16
+    with (tmp_path / "sweep.csv").open(newline="") as file:
+        assert len(list(csv.DictReader(file))) == 16
+    for row in rows:
+        if row["task"] == "planar_hand":
+            assert (row["status"], row["message"], row["attempts"], row["value"]) == ("Failed", "ValueError: this one cannot", 1, None)
+        else:
+            assert (row["status"], row["value"], row["text"], row["items"]) == ("Solved", row["seed"], 'a "quoted", word', [1, None])
+    assert [p.done for p in seen] == sorted(p.done for p in seen) and seen[-1].done == seen[-1].total == 16
+    assert seen[0].left_s is None and seen[-1].left_s == 0 and all(p.left_s >= 0 for p in seen[1:])
+
+
+def test_a_process_that_is_killed_loses_nothing(starts: Path, tmp_path: Path) -> None:
+    rows = st.sweep("planar_pushing", seeds=4, out=tmp_path / "once.csv", run=Writes(str(starts), deadly=1, deaths=1), processes=2)
+    assert {r["seed"]: (r["status"], r["attempts"]) for r in rows} == {0: ("Solved", 1), 1: ("Solved", 2), 2: ("Solved", 1), 3: ("Solved", 1)}
+    assert names(starts) == ["0-0", "1-0", "1-1", "2-0", "3-0"]
+
+
+def test_a_run_that_always_dies_is_recorded(starts: Path, tmp_path: Path) -> None:
+    rows = st.sweep("planar_pushing", seeds=3, out=tmp_path / "twice.csv", run=Writes(str(starts), deadly=0, deaths=9), processes=1)
+    (died,) = [r for r in rows if r["status"] == "Died"]
+    assert (died["seed"], died["attempts"], died["message"]) == (0, 2, f"its process ended with exit code {-signal.SIGKILL}")
+    assert names(starts) == ["0-0", "0-1", "1-0", "2-0"]
+
+
+def test_rows_that_are_there_are_not_run_again(starts: Path, tmp_path: Path) -> None:
+    file, run = tmp_path / "sweep.csv", Writes(str(starts))
+    whole = st.sweep("planar_pushing", seeds=4, out=file, run=run, processes=2)
+    text = file.read_bytes()
+    lines = text.splitlines(keepends=True)
+    kept = next(i for i, row in enumerate(whole) if row["seed"] == 2)
+    file.write_bytes(lines[0] + lines[1 + kept] + lines[1 + (kept + 1) % 4][:9])  # one row, and one that was cut off
+    for path in starts.iterdir():
+        path.unlink()
+    again = st.sweep("planar_pushing", seeds=4, out=file, run=run, processes=2)
+    assert names(starts) == ["0-0", "1-0", "3-0"]
+    assert sorted(again, key=lambda r: r["seed"]) == sorted(whole, key=lambda r: r["seed"])
+    assert sorted(file.read_bytes().splitlines()) == sorted(text.splitlines())
+    assert st.sweep("planar_pushing", seeds=4, out=file, run=run) == again and len(names(starts)) == 3
+
+
+def test_another_sweep_is_refused_with_what_differs(starts: Path, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.csv"
+    st.sweep("planar_pushing", seeds=2, out=file, run=Writes(str(starts)), processes=1)
+    before = file.read_bytes()
+    with pytest.raises(st.InvalidInput, match=r"sweep.csv: holds the rows of another sweep: seeds: got \[0, 1, 2\], expected \[0, 1\]; run.scale: got 2.0, expected 1.0"):
+        st.sweep("planar_pushing", seeds=3, out=file, run=Writes(str(starts), scale=2.0))
+    with pytest.raises(st.InvalidInput, match=r"tasks.planar_hand: got \".*\", expected null"):
+        st.sweep(["planar_pushing", "planar_hand"], seeds=2, out=file, run=Writes(str(starts)))
+    (tmp_path / "sweep.csv.json").unlink()
+    with pytest.raises(st.InvalidInput, match="got rows without a readable sweep.csv.json"):
+        st.sweep("planar_pushing", seeds=2, out=file, run=Writes(str(starts)))
+    assert file.read_bytes() == before
+
+
+def test_a_task_that_changed_is_another_one(starts: Path, tmp_path: Path) -> None:
+    task = tmp_path / "mine.yaml"
+    task.write_text(f"base: {ROOT}/tasks/planar_pushing.yaml\nname: mine\n", encoding="utf-8")
+    st.sweep(task, out=tmp_path / "sweep.csv", run=Writes(str(starts)))
+    task.write_text(f"base: {ROOT}/tasks/planar_pushing.yaml\nname: mine\ntolerance: {{position: 0.03, angle: 0.1}}\n", encoding="utf-8")
+    with pytest.raises(st.InvalidInput, match="tasks.*mine.yaml: got"):
+        st.sweep(task, out=tmp_path / "sweep.csv", run=Writes(str(starts)))
+
+
+def test_bad_input_is_named_before_anything_runs(starts: Path, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.csv"
+    for arguments, message in (
+        ({"tasks": "no_such_task"}, "no_such_task"),
+        ({"tasks": []}, "tasks: got \\[\\], expected at least one"),
+        ({"seeds": [1, 1]}, "seeds: got \\[1, 1\\], expected at least one, each once"),
+        ({"seeds": [-1]}, "seeds: got \\[-1\\], expected integers"),
+        ({"friction": [-1]}, "friction: got \\[-1.0\\], expected factors"),
+        ({"options": {"goal_bias": 0.3}}, "options: goal_bias: got 0.3, expected a list"),
+        ({"options": {"goal_bias": [2.0]}}, "goal_bias"),
+        ({"options": {"goal_bais": [0.3]}}, "goal_bais"),
+        ({"options": {"sampler.no_such": [0.3]}}, "sampler.no_such"),
+        ({"processes": 0}, "processes: got 0, expected at least 1"),
+        ({"ray": "127.0.0.1:9"}, "ray: got '127.0.0.1:9', where nothing answers") if importlib.util.find_spec("ray") else ({"seeds": 0}, "seeds"),
+    ):
+        with pytest.raises(st.InvalidInput, match=message):
+            st.sweep(**({"tasks": "planar_pushing", "out": file, "run": Writes(str(starts))} | arguments))
+    (tmp_path / "file").touch()
+    with pytest.raises(st.InvalidInput, match="file: cannot be made .*, expected a folder"):
+        st.sweep("planar_pushing", out=tmp_path / "file/sweep.csv", run=Writes(str(starts)))
+    assert names(starts) == []
+
+
+def test_optional_packages_are_named(starts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in ("ray", "pyarrow", "pyarrow.parquet"):
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(st.MissingExtra, match=r"ray: no Python module 'ray'; `pip install 'stiction\[ray\]'` brings it"):
+        st.sweep("planar_pushing", out=tmp_path / "a.csv", run=Writes(str(starts)), ray="local")
+    with pytest.raises(st.MissingExtra, match=r"Parquet: no Python module 'pyarrow.parquet'; `pip install 'stiction\[parquet\]'` brings it"):
+        st.sweep("planar_pushing", out=tmp_path / "a.parquet", run=Writes(str(starts)))
+
+
+def test_parquet_holds_the_rows(starts: Path, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    rows = st.sweep("planar_pushing", seeds=2, out=tmp_path / "sweep.parquet", run=Writes(str(starts)))
+    table = parquet.read_table(tmp_path / "sweep.parquet").to_pylist()
+    assert [(r["seed"], r["value"]) for r in table] == [(r["seed"], r["value"]) for r in rows]
+
+
+def test_the_program_sweeps_as_the_library_does(stiction, tmp_path: Path) -> None:
+    """Plans are those of one call of plan(), whatever the number of processes; friction is that of the simulation."""
+    words = ["sweep", "planar_pushing", "--seeds", "1:3", "--friction", "1", "--speed", "20", "--timeout", "300", "--option", "margins=true", "-o", tmp_path / "sweep.csv", "--json"]
+    done = stiction(*words)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert (result["runs"], result["died"], len(result["results"])) == (2, 0, 1)
+    assert all(group["solved"] == group["accepted"] == 2 for group in result["results"])
+    assert "0 of 2" in done.stderr and "2 of 2, 0 s left: planar_pushing seed" in done.stderr
+    from stiction.sweeps import read_table
+
+    rows = read_table(tmp_path / "sweep.csv")
+    assert all(r["processor_s"] > 0 and r["peak_mb"] > 10 and r["plan_s"] > 0 and r["reached"] is not None for r in rows)
+    row = next(r for r in rows if (r["options"], r["seed"], r["friction"]) == ({"margins": True}, 1, 1.0))
+    task = st.load_task("planar_pushing")
+    best = st.refine(st.plan(task, options={"margins": True}, seed=1, threads=1).plan).plan
+    run = st.transfer(best, speed=20, alone=False)
+    assert (row["knots"], row["error_position"], row["goal_error_position"], row["reached"]) == (len(best.q) - 1, best.error.position, run.error.position, run.reached)
+    again = stiction(*words)
+    assert json.loads(again.stdout) == result and "2 of 2" in again.stderr and "seed" not in again.stderr.splitlines()[0]
+
+
+def test_a_file_says_the_same(stiction, tmp_path: Path) -> None:
+    spec = tmp_path / "spec.toml"
+    spec.write_text('tasks = ["planar_pushing"]\nseeds = 2\nrefine = false\n[options]\n"sampler.near_std" = [0.3]\n', encoding="utf-8")
+    done = stiction("sweep", spec, "-o", tmp_path / "sweep.csv", "--json")
+    assert done.returncode == 0, done.stderr
+    (group,) = json.loads(done.stdout)["results"]
+    assert group["options"] == {"sampler.near_std": 0.3} and group["solved"] == 2
+    for text, message in (
+        ("seeds = 2\n", "tasks: got none"),
+        ('tasks = "planar_pushing"\n', "tasks: got 'planar_pushing', expected list"),
+        ('tasks = ["planar_pushing"]\ncolour = 1\n', "got the field 'colour', expected some of"),
+        ("tasks = [\n", "got no TOML"),
+    ):
+        spec.write_text(text, encoding="utf-8")
+        done = stiction("sweep", spec, "-o", tmp_path / "other.csv", "--json")
+        assert done.returncode == 2 and message in done.stderr and f"{spec}" in done.stderr, done.stderr
+        assert json.loads(done.stdout)["status"] == "InvalidInput"
+    for words, message in ((["--seeds", "a"], "--seeds: got 'a'"), (["--friction", "x"], "--friction: got 'x'"), (["--option", "x"], "--option: got 'x'"), (["--speed", "0"], "speed: got 0.0"), (["--nothing"], "--nothing")):
+        done = stiction("sweep", "planar_pushing", *words, "-o", tmp_path / "other.csv")
+        assert done.returncode == 2 and message in done.stderr, done.stderr
+
+
+def test_ctrl_c_keeps_what_is_there(program: Path, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.csv"
+    words = [program, "sweep", "planar_pushing", "--seeds", "1000", "-j", "2", "--no-refine", "-o", file]
+    process = subprocess.Popen([str(word) for word in words], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    for line in process.stderr:
+        if line.startswith("3 of 1000"):
+            os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+            break
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130 and "the same command goes on" in err, err
+    assert "Traceback" not in err
+    rows = file.read_text(encoding="utf-8").splitlines()
+    assert 4 <= len(rows) < 1000 and all(row.count(",") >= rows[0].count(",") for row in rows)
+
+
+def _ray_is_there() -> bool:
+    return importlib.util.find_spec("ray") is not None
+
+
+@pytest.mark.skipif(not _ray_is_there(), reason="ray is not installed")
+def test_a_worker_of_ray_that_is_killed_loses_nothing(starts: Path, tmp_path: Path) -> None:
+    rows = st.sweep("planar_pushing", seeds=4, out=tmp_path / "ray.csv", run=Writes(str(starts), deadly=1, deaths=1), processes=2, ray="local")
+    assert {r["seed"]: (r["status"], r["attempts"]) for r in rows} == {0: ("Solved", 1), 1: ("Solved", 2), 2: ("Solved", 1), 3: ("Solved", 1)}
+    assert names(starts) == ["0-0", "1-0", "1-1", "2-0", "3-0"]
