@@ -18,12 +18,12 @@ struct CheckArguments {
 };
 
 int run_check(const CheckArguments& arguments) {
+  const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   const std::filesystem::path path = arguments.plan;
   const tasks::PlanFile plan = tasks::read_plan(path);
   const tasks::Task task = tasks::load_task_of_plan(plan, path, data_dirs());
 
   catch_signals();
-  const core::RunControl control = make_run_control(arguments.timeout_s);
   tasks::CheckReport report;
   const core::Status status = tasks::check_plan(task, plan, {}, control, report);
   const std::string_view verdict = status != core::Status::Solved ? core::to_string(status) : report.pass ? "Passed" : "Failed";

@@ -130,6 +130,7 @@ std::vector<std::optional<double>> parse_numbers(std::string_view option, const 
 namespace {
 
 int run_plan(const PlanArguments& arguments) {
+  core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
   print_notes(*task.model);
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
@@ -143,12 +144,11 @@ int run_plan(const PlanArguments& arguments) {
   const fs::path file = dir / "plan.json";
   tasks::require_writable(dir);  // before the work, not after it
 
-  const auto findings = tasks::lint(task);
+  const auto findings = tasks::lint(task, control);
   print_warnings(findings);
 
   catch_signals();
   ProgressLine line;
-  core::RunControl control = make_run_control(arguments.timeout_s);
   control.on_progress = [&line](const core::Progress& progress) { line.show(progress); };
 
   planning::PlanResult result;

@@ -67,6 +67,7 @@ void write_trajectory(const fs::path& file, const world::Model& model, const pla
 namespace {
 
 int run_refine(const RefineArguments& arguments) {
+  const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   const fs::path path = arguments.plan;
   const tasks::PlanFile file = tasks::read_plan(path);
   tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
@@ -78,7 +79,6 @@ int run_refine(const RefineArguments& arguments) {
   tasks::require_writable(dir);
 
   catch_signals();
-  const core::RunControl control = make_run_control(arguments.timeout_s);
   planning::RefineOptions refine_options;
   refine_options.seed = arguments.seed.value_or(refine_options.seed);
   RefineResult result;

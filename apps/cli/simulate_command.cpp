@@ -132,6 +132,7 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const world::Mode
 }
 
 int run_simulate(const SimulateArguments& arguments) {
+  const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   const fs::path path = arguments.plan;
   const tasks::PlanFile file = tasks::read_plan(path);
   const tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
@@ -163,7 +164,6 @@ int run_simulate(const SimulateArguments& arguments) {
   catch_signals();
   ProgressLine line;
   line.show(fmt::format("simulating {} segments", plan.segments.size()));
-  const core::RunControl control = make_run_control(arguments.timeout_s);
   execution::TransferResult result;
   const Status status = execution::transfer(plant, plan, options, control, result, arguments.substeps > 0 ? &predicted : nullptr);
   line.clear();

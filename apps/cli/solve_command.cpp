@@ -92,6 +92,7 @@ void show(ProgressLine& line, std::uint64_t seed, tasks::SolveStage stage, const
 }
 
 int run_solve(const SolveArguments& arguments) {
+  const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
   print_notes(*task.model);
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
@@ -115,12 +116,12 @@ int run_solve(const SolveArguments& arguments) {
   };
   options.validate();
   tasks::require_writable(target.parent_path());
-  print_warnings(tasks::lint(task));
+  print_warnings(tasks::lint(task, control));
 
   catch_signals();
   fmt::print(to, "{}: a plan that reaches its goal in the second-order simulation\n", task.name);
   tasks::SolveResult result;
-  const Status status = tasks::solve(task, options, make_run_control(arguments.timeout_s), result);
+  const Status status = tasks::solve(task, options, control, result);
   line.clear();
   const std::string_view verdict = status == Status::Solved ? "Held" : status == Status::Cancelled ? "Cancelled" : "NotHeld";
   fmt::print(to, "  {} in {:.2f} s, {} of {} tries\n", verdict, result.wall_s, result.tries.size(), arguments.tries);

@@ -61,7 +61,7 @@ void bind_lint(nb::module_& m) {
       .def_ro("kind", &tasks::Finding::kind)
       .def_ro("message", &tasks::Finding::message, "field or body, what was found, what was likely meant")
       .def("__repr__", [](const tasks::Finding& f) { return fmt::format("<stiction.Finding: {}: {}>", f.kind, f.message); });
-  m.def("lint", &tasks::lint, "task"_a, nb::call_guard<nb::gil_scoped_release>(),
+  m.def("lint", [](const tasks::Task& task) { return tasks::lint(task); }, "task"_a, nb::call_guard<nb::gil_scoped_release>(),
         "Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong.");
 }
 

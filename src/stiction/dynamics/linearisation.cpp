@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "stiction/dynamics/rim.hpp"
 #include "stiction/dynamics/so3.hpp"
 #include "stiction/world/object_derivatives.hpp"
 
@@ -196,9 +197,23 @@ void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, Linear
   subtract_objective(step, out, work, work.by_q.fixed);
 }
 
+/// Calls visit(i, g) with g = ∂ ln σ/∂q of every contact whose σ changes with q (S.17): λ is proportional to σ where w stays, ∂λ = λ gᵀ.
+template <class Visit>
+void for_each_slope(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, Visit&& visit) {
+  if (std::holds_alternative<Exact>(step.options.smoothing)) return;
+  for (std::size_t i = 0; i < out.contacts.size(); ++i) {
+    if (step.included[i] && calc_share_slope(step.model, step.kinematics, out.contacts[i].contact, work.slope)) visit(i, work.slope);
+  }
+}
+
 /// A = T + J_r D_δq_q, T the transport of the tangent space: exp(δθ)ᵀ for free rotations, else 1 (S.10).
 void calc_A(const SolvedStep& step, contact::Workspace& contact_work, LinearisationWorkspace& work, StepResult& out) {
   calc_fixed(step, contact_work, work, out);
+  for_each_slope(step, out, work, [&](std::size_t i, const Eigen::VectorXd& slope) {
+    const Rows rows(step, out, i);
+    for (std::size_t c = 0; c < rows.support.size(); ++c)
+      work.by_q.fixed.row(rows.support[c]) += rows.J.col(static_cast<Eigen::Index>(c)).dot(out.contacts[i].lambda) * slope.transpose();
+  });
   out.A = work.by_q.fixed;
   add_first_impulses(step, out, work, out.A);
   for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
@@ -212,6 +227,8 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
   } else if (step.options.with_force_derivatives) {
     work.by_q.X = out.A;
     calc_impulses(step, out, true, work, out.D_lambda_q);
+    for_each_slope(step, out, work,
+                   [&](std::size_t i, const Eigen::VectorXd& slope) { out.D_lambda_q[i] += out.contacts[i].lambda * slope.transpose(); });
   }
   transport(step.model, out.delta, out.A);
   out.A.diagonal().array() += 1.0;

@@ -55,6 +55,7 @@ struct LinearisationWorkspace {
   contact::ContactDerivatives derivatives;
   LinearSystem by_q, by_u;
   ImpulseDerivatives D_lambda_q, D_lambda_u;
+  Eigen::VectorXd slope;                  // of the share of a rim's point
   RowMatrix motion;                       // 3 × n: D_w_q + J_c X of one contact
   Eigen::MatrixXd D_momentum, D_gravity;  // of one object
   std::vector<int> actuated;              // velocity indices of the commands

@@ -15,6 +15,27 @@
 
 namespace stiction::dynamics {
 
+namespace detail {
+
+/// Scratch of add_met() (sweep.hpp): made when a step first moves that far.
+struct Sweep {
+  explicit Sweep(const world::Model& model);
+  double travel_of(const world::Model& model, int pair) const;            // of its two sides together [m]
+  double seen(const world::Model& model, int pair, double margin) const;  // distance within which its contacts are known [m]
+
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  contact::Workspace contact_work;
+  Eigen::VectorXd q, part;
+  std::vector<double> travel;        // per geometry, farthest motion of a point of it [m]
+  std::vector<double> joint_travel;  // per coordinate of the robots, of what it moves [m]
+  std::vector<int> pairs;            // that travel farther than what is seen
+  std::vector<int> met;              // of this step, ascending
+  std::vector<contact::Contact> contacts;
+};
+
+}  // namespace detail
+
 struct StepWorkspace::Impl {
   explicit Impl(std::shared_ptr<const world::Model> m);
 
@@ -26,6 +47,8 @@ struct StepWorkspace::Impl {
   world::Kinematics kinematics;
   contact::Workspace contact_work;
   std::vector<contact::Contact> contacts;
+  std::size_t near_contacts = 0;  // the first of them, found by their distance at q; the others by what δq meets
+  std::optional<detail::Sweep> sweep;
   Eigen::VectorXd q_seen;   // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
   double margin_seen = -1;  // of contacts and J [m]; < 0: there are none at q_seen
   std::optional<cone::Problem> problem;

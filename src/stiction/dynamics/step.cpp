@@ -6,7 +6,9 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
+#include "stiction/dynamics/rim.hpp"
 #include "stiction/dynamics/sample_step.hpp"
+#include "stiction/dynamics/sweep.hpp"
 #include "stiction/dynamics/working_set.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -58,6 +60,7 @@ const Model& StepWorkspace::model() const { return *impl_->model; }
 namespace {
 
 constexpr int kMaxRounds = 12;  // the last one has all rows
+constexpr int kMaxLooks = 16;   // at what is farther than contact_distance
 /// Complementarity to which an exact step with A or B is centred [-]: sharper, the factor of H loses the digits that B needs, since its
 /// entries grow with λ²/σ.
 constexpr double kSensitivityComplementarity = 1e-8;
@@ -163,6 +166,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   if (work.margin_seen != margin) {
     find_contacts(model, margin, work);
     work.margin_seen = margin;
+    work.near_contacts = work.contacts.size();
   }
   if (in.friction) {
     for (auto& contact : work.contacts) contact.friction *= (*in.friction)[contact.pair];
@@ -175,26 +179,26 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double sigma_limit = exact ? 0.0 : sigma / analytic->limit_sharpness;
   work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
-  work.included.resize(work.contacts.size());
-  work.moved.resize(work.contacts.size());
 
   cone::Options solver_options;
   solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
   solver_options.tol_complementarity =
       exact && derivatives ? std::max(options.tol_complementarity, kSensitivityComplementarity) : options.tol_complementarity;
   const bool coulomb = is_coulomb(options);
-  solver_options.shift_by_tangent = coulomb;
   solver_options.warm_start = options.warm_start && !coulomb;  // where the shifts end depends on where they start
   solver_options.sensitivities = derivatives;
   out.iterations = 0;
   const int growths = work.problem->growths();
   const auto solve_rounds = [&] {
+    work.included.resize(work.contacts.size());
+    work.moved.resize(work.contacts.size());
     if (!exact)
       include_smoothed(model, in, options, analytic->self_sharpness, work);
     else if (guess == nullptr)
       include_within_reach(model, in, options, solver_options.shift_by_tangent, fall, work);
     else
       include_near(model, in, options, *guess, work);
+    include_met(work);
     std::ranges::fill(work.motor, static_cast<signed char>(0));
     for (int round = 0;; ++round) {
       cone::Problem& problem = *work.problem;
@@ -206,7 +210,8 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
         if (!work.included[i]) continue;
         const contact::Contact& contact = work.contacts[i];
         const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
-        add_contact(model, i, options.h, contact.friction * options.friction_scale, self ? sigma_self : sigma, work);
+        const double share = exact ? 1.0 : std::max(barrier_share(model, work.kinematics, contact), kLeastShare);
+        add_contact(model, i, options.h, contact.friction * options.friction_scale, share * (self ? sigma_self : sigma), work);
       }
       for_each_limit(model, in, [&](int variable, double sign, double offset) {
         const std::uint64_t id = limit_id(variable, sign);
@@ -228,10 +233,19 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
       }
     }
   };
-  solve_rounds();
-  if (coulomb && (out.status != Status::Solved || misses_contact(model, options, work))) {
+  const auto solve_program = [&] {
+    solver_options.shift_by_tangent = coulomb;
+    solve_rounds();
+    if (!coulomb || (out.status == Status::Solved && !misses_contact(model, options, work))) return;
     solver_options.shift_by_tangent = false;
     solve_rounds();  // from the rows it would start with by itself: Anitescu's step to the last digit
+  };
+  solve_program();
+  for (int look = 0; out.status == Status::Solved && add_met(model, in, margin, work); ++look) {
+    if (look < kMaxLooks)
+      solve_program();
+    else
+      out.status = Status::MaxIterations;
   }
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;

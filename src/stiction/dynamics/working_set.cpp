@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "stiction/dynamics/rim.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics::detail {
@@ -39,7 +40,26 @@ double commanded_motion(const Model& model, const StepInput& in) {
   return motion;
 }
 
-/// No point of any body travels farther than this under δq, first order [m].
+}  // namespace
+
+double object_travel(const Model& model, const StepWorkspace::Impl& work, std::size_t o, const Eigen::VectorXd& delta) {
+  const auto objects = model.objects();
+  double translation = 0, rotation = 0;
+  for (int i = objects[o].v_begin; i < objects[o].v_begin + objects[o].n_v; ++i) {
+    const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+    (revolute ? rotation : translation) += std::abs(delta[i]);
+  }
+  double sum = translation + rotation * work.object_radius[o];
+  for (int p = objects[o].parent; p >= 0; p = objects[at(p)].parent) {  // what it hangs on carries it along
+    const double arm = (work.kinematics.X_WB[at(objects[o].body)].p - work.kinematics.X_WB[at(objects[at(p)].body)].p).norm();
+    for (int i = objects[at(p)].v_begin; i < objects[at(p)].v_begin + objects[at(p)].n_v; ++i) {
+      const bool revolute = model.dofs()[at(i)].kind == world::DofKind::Revolute;
+      sum += std::abs(delta[i]) * (revolute ? arm + work.object_radius[o] : 1.0);
+    }
+  }
+  return sum;
+}
+
 double motion_bound(const Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta) {
   double bound = 0;
   for (const auto& robot : model.robots()) {
@@ -49,27 +69,9 @@ double motion_bound(const Model& model, const StepWorkspace::Impl& work, const E
     }
     bound = std::max(bound, sum);
   }
-  const auto objects = model.objects();
-  for (std::size_t o = 0; o < objects.size(); ++o) {
-    double translation = 0, rotation = 0;
-    for (int i = objects[o].v_begin; i < objects[o].v_begin + objects[o].n_v; ++i) {
-      const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-      (revolute ? rotation : translation) += std::abs(delta[i]);
-    }
-    double sum = translation + rotation * work.object_radius[o];
-    for (int p = objects[o].parent; p >= 0; p = objects[at(p)].parent) {  // what it hangs on carries it along
-      const double arm = (work.kinematics.X_WB[at(objects[o].body)].p - work.kinematics.X_WB[at(objects[at(p)].body)].p).norm();
-      for (int i = objects[at(p)].v_begin; i < objects[at(p)].v_begin + objects[at(p)].n_v; ++i) {
-        const bool revolute = model.dofs()[at(i)].kind == world::DofKind::Revolute;
-        sum += std::abs(delta[i]) * (revolute ? arm + work.object_radius[o] : 1.0);
-      }
-    }
-    bound = std::max(bound, sum);
-  }
+  for (std::size_t o = 0; o < model.objects().size(); ++o) bound = std::max(bound, object_travel(model, work, o, delta));
   return bound;
 }
-
-}  // namespace
 
 Eigen::Vector3d displacement(const Model& model, std::size_t i, const Eigen::VectorXd& delta, const StepWorkspace::Impl& work) {
   const auto pair = static_cast<std::size_t>(work.contacts[i].pair);
@@ -107,7 +109,8 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
   const double near_self = (model.scene().contact_distance + options.contact_margin) / self_sharpness;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
-    work.included[i] = !self || least_commanded_gap(model, options, i, work) < near_self;
+    work.included[i] = (!self || least_commanded_gap(model, options, i, work) < near_self) &&
+                       barrier_share(model, work.kinematics, work.contacts[i]) > kLeastShare;
   }
   for_each_limit(model, in,
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
@@ -142,6 +145,10 @@ void include_near(const Model& model, const StepInput& in, const StepOptions& op
     const double near = kGuessLimit * work.variable_unit[at(variable)].length;
     work.limit_included[limit_id(variable, sign)] = options.joint_limits && sign * guess[variable] + offset < near;
   });
+}
+
+void include_met(StepWorkspace::Impl& work) {
+  std::fill(work.included.begin() + static_cast<std::ptrdiff_t>(work.near_contacts), work.included.end(), char{1});
 }
 
 void include_all(const StepOptions& options, StepWorkspace::Impl& work) {

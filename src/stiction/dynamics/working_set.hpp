@@ -6,6 +6,10 @@
 
 namespace stiction::dynamics::detail {
 
+/// No point of an object, or of any body, travels farther than this under δq, first order [m].
+double object_travel(const world::Model& model, const StepWorkspace::Impl& work, std::size_t object, const Eigen::VectorXd& delta);
+double motion_bound(const world::Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta);
+
 /// J_c δq [m].
 Eigen::Vector3d displacement(const world::Model& model, std::size_t i, const Eigen::VectorXd& delta, const StepWorkspace::Impl& work);
 
@@ -15,6 +19,9 @@ double slack(const StepWorkspace::Impl& work, double phi, double mu, const Eigen
 /// Rows of a smoothed step: self-contacts enter where they push as hard as a contact with an object does where it enters, σ/φ is the same.
 void include_smoothed(const world::Model& model, const StepInput& in, const StepOptions& options, double self_sharpness,
                       StepWorkspace::Impl& work);
+
+/// Contacts that the last solution met on its way have their rows in the program.
+void include_met(StepWorkspace::Impl& work);
 
 /// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with contacts of objects that a fall
 /// may reach it is one by which more plans hold (docs/decisions/0017-shifts-that-look-ahead.md).

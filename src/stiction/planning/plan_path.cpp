@@ -1,10 +1,10 @@
 #include "stiction/planning/plan_path.hpp"
 
 namespace stiction::planning {
-Plan PathWriter::to_plan(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
+Plan PathWriter::to_plan(const Tree& tree, const std::vector<int>& path, bool forces, ThreadScratch& scratch, Totals& totals) const {
   Plan plan = empty_plan(tree);
   for (const int i : path) {
-    if (tree[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree, tree[i], scratch, totals));
+    if (tree[i].commands.cols() > 0) plan.segments.push_back(describe_edge(tree, tree[i], forces, scratch, totals));
   }
   cut_motionless_tail(plan);
   const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
@@ -22,7 +22,7 @@ Plan PathWriter::empty_plan(const Tree& tree) const {
   return plan;
 }
 
-Segment PathWriter::describe_edge(const Tree& tree, const Node& node, ThreadScratch& scratch, Totals& totals) const {
+Segment PathWriter::describe_edge(const Tree& tree, const Node& node, bool forces, ThreadScratch& scratch, Totals& totals) const {
   Segment segment{node.edge, {}};
   Eigen::VectorXd q = node.parent < 0 ? problem_.q_start : tree[node.parent].q;
   scratch.steps.forget();
@@ -30,7 +30,7 @@ Segment PathWriter::describe_edge(const Tree& tree, const Node& node, ThreadScra
     dynamics::Knot knot;
     knot.u = node.commands.col(k);
     knot.q = node.states.col(k);
-    if (node.edge != SegmentKind::Regrasp || options_.real_regrasps) {
+    if (forces && (node.edge != SegmentKind::Regrasp || options_.real_regrasps)) {
       ++totals.steps;
       if (dynamics::step(model_, {q, knot.u}, simulator_.exact(), scratch.steps, scratch.step_result) != core::Status::Solved) {
         ++totals.failed_steps;

@@ -10,13 +10,14 @@ class PathWriter {
   PathWriter(const PlanningProblem& problem, const PlannerOptions& options, const GoalMeasure& goal, const EdgeSimulator& simulator)
       : model_(*problem.model), problem_(problem), options_(options), goal_(goal), simulator_(simulator) {}
 
-  /// With the forces of every sub-step, without what follows the last motion of an object.
-  Plan to_plan(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const;
+  /// Without what follows the last motion of an object.
+  /// @param forces  with those of every sub-step, which take a step each
+  Plan to_plan(const Tree& tree, const std::vector<int>& path, bool forces, ThreadScratch& scratch, Totals& totals) const;
 
  private:
   Plan empty_plan(const Tree& tree) const;
   /// States along an edge, and the forces of every sub-step: the tree keeps no forces. A jump (regrasps of the thesis) has none.
-  Segment describe_edge(const Tree& tree, const Node& node, ThreadScratch& scratch, Totals& totals) const;
+  Segment describe_edge(const Tree& tree, const Node& node, bool forces, ThreadScratch& scratch, Totals& totals) const;
   /// 3.4.5 (ii): what follows the last motion of the object is dropped.
   void cut_motionless_tail(Plan& plan) const;
 

@@ -91,7 +91,7 @@ void TreeSearch::finish() {
   for (int i = 0; i < tree_.size(); ++i) {
     result_.tree.push_back({tree_[i].parent, tree_[i].edge, world::object_pose(model_, tree_[i].q, problem_.goal.object)});
   }
-  if (best_ >= 0 && result_.status != Status::Solved) keep(tree_.path_to(best_), crew_.scratch[0]);
+  if (best_ >= 0 && result_.status != Status::Solved) keep(tree_.path_to(best_), !control_.stop(), crew_.scratch[0]);
 }
 
 Counts TreeSearch::counts_at(long cost) const {
@@ -304,7 +304,7 @@ bool TreeSearch::reaches_goal(int node, ThreadScratch& scratch) {
   if (!options_.thesis_edges() && !verify_at_goal(node, scratch)) return false;
   const std::vector<int> path = tree_.path_to(node);
   if (!options_.thesis_edges() && !survives_noise(path, scratch)) return false;
-  keep(path, scratch);
+  keep(path, true, scratch);
   return true;
 }
 
@@ -335,8 +335,8 @@ bool TreeSearch::survives_noise(const std::vector<int>& path, ThreadScratch& scr
   return end == kOnPath;
 }
 
-void TreeSearch::keep(const std::vector<int>& path, ThreadScratch& scratch) {
-  result_.plan = writer_.to_plan(tree_, path, scratch, totals_);
+void TreeSearch::keep(const std::vector<int>& path, bool forces, ThreadScratch& scratch) {
+  result_.plan = writer_.to_plan(tree_, path, forces, scratch, totals_);
   result_.cost = path_cost(model_, result_.plan, options_.cost);
 }
 

@@ -95,7 +95,7 @@ class TreeSearch final : public TreeTask {
   /// A plan that rests on the sixth digit of a command is none: at half the sub-step, with commands that are off by kNoise, it still reaches the goal.
   /// Else everything behind the edge that went elsewhere is taken out of the search.
   bool survives_noise(const std::vector<int>& path, ThreadScratch& scratch);
-  void keep(const std::vector<int>& path, ThreadScratch& scratch);
+  void keep(const std::vector<int>& path, bool forces, ThreadScratch& scratch);
 
   double bound_;
   const world::Model& model_;

@@ -11,6 +11,7 @@
 #include "stiction/contact/contact.hpp"
 #include "stiction/dynamics/step.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/tasks/lint_motors.hpp"
 #include "stiction/tasks/lint_numbers.hpp"
 #include "stiction/tasks/reach.hpp"
 #include "stiction/world/scales.hpp"
@@ -31,7 +32,7 @@ class Linter {
     q_goal_.head(model_.n_qu()) = task.problem.q_goal;
   }
 
-  std::vector<Finding> run() {
+  std::vector<Finding> run(const core::RunControl& control) {
     overlaps("start", task_.problem.q_start, [](int) { return true; });
     if (!goal().region)
       overlaps("goal", q_goal_, [this](int i) { return is_of(pair(i).geometry_a, goal().object) && stays(pair(i).geometry_b); });
@@ -41,6 +42,7 @@ class Linter {
     reach_at("start", task_.problem.q_start);
     reach_at("goal", q_goal_);
     weight();
+    lint_motors(task_, control, out_);
     gravity();
     for (int i = 0; i < n_objects(); ++i) size(i);
     lint_numbers(task_, out_);
@@ -257,6 +259,6 @@ class Linter {
 
 }  // namespace
 
-std::vector<Finding> lint(const Task& task) { return Linter(task).run(); }
+std::vector<Finding> lint(const Task& task, const core::RunControl& control) { return Linter(task).run(control); }
 
 }  // namespace stiction::tasks

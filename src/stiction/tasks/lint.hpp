@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "stiction/core/run_control.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::tasks {
@@ -10,7 +11,7 @@ namespace stiction::tasks {
 /// Something in a task that can be read, and is hardly what was meant.
 struct Finding {
   std::string
-      kind;  ///< "overlap", "stuck", "unsupported", "hold", "reach", "weight", "gravity", "size", "units", "quaternion", "sample_box", "goal"
+      kind;  ///< "overlap", "stuck", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "units", "quaternion", "sample_box", "goal"
   std::string message;  ///< field or body, what was found, what was likely meant
 };
 
@@ -22,6 +23,7 @@ struct Finding {
 /// hold         at the goal it touches nothing that is not a robot, and the robots have neither two bodies nor a flat one to hold it with
 /// reach        at the start or at the goal every shape of every robot is farther from the object than its joints allow (lower bound)
 /// weight       under F of the object even the stiffest joint gives way by more than L
+/// motors       to carry the goal's object, or to push it along what it stands on, takes more force than the motors give (lint_motors.hpp)
 /// gravity      it points upwards
 /// size         an object is more than ten times as large as the robots reach, or a thousandth of it
 /// units        angles beyond 2π and limits beyond 4π: degrees; tolerances that every pose is within
@@ -29,8 +31,9 @@ struct Finding {
 /// sample_box   the box leaves out the goal
 /// goal         the start is within its tolerances
 ///
+/// @param control  once it is to stop, what takes long is not looked at
 /// @returns what was found, in the order above; empty where there is nothing to say
 /// Tests: tests/tasks/lint_test.cpp
-std::vector<Finding> lint(const Task& task);
+std::vector<Finding> lint(const Task& task, const core::RunControl& control = {});
 
 }  // namespace stiction::tasks

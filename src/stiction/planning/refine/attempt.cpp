@@ -177,7 +177,7 @@ class Builder {
     at_.q = std::move(follower.q);
     at_.u = std::move(follower.u);
     return followed && go_on_in_half_steps(problem_.model, std::span(built_.segments).subspan(first), sizes_.exact, problem_.allowed,
-                                           scratch_, at_.fine, work_);
+                                           problem_.control, scratch_, at_.fine, work_);
   }
 
   void take(Run& run) {

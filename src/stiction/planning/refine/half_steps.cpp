@@ -7,10 +7,11 @@
 namespace stiction::planning::refinement {
 
 bool go_on_in_half_steps(const world::Model& model, std::span<const Segment> segments, const dynamics::StepOptions& options,
-                         const Worst& allowed, Scratch& scratch, HalfSteps& at, Work& work) {
+                         const Worst& allowed, const core::RunControl& control, Scratch& scratch, HalfSteps& at, Work& work) {
   scratch.half_steps.forget();
   for (const Segment& segment : segments) {
     for (const auto& knot : segment.knots) {
+      if (control.stop()) return false;
       for (const Eigen::VectorXd& u : {Eigen::VectorXd(0.5 * (at.u + knot.u)), knot.u}) {
         ++work.steps;
         if (dynamics::step(model, {at.q, u}, options, scratch.half_steps, scratch.half_result) != core::Status::Solved) {

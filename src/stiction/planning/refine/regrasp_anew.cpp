@@ -83,7 +83,7 @@ class WatchedRegrasp {
     follower_.scratch().steps.forget();
     bool held = true;
     for (; held && k < knots.size(); ++k) {
-      held = follower_.step(knots[k].u, slippery);
+      held = !follower_.stop() && follower_.step(knots[k].u, slippery);
       if (held) follower_.q = follower_.scratch().result.q_next;
       held = held && objects_agree(problem_.model, problem_.space, knots[k].q, follower_.q, regrasp_.position, regrasp_.angle);
     }
@@ -126,8 +126,8 @@ class WatchedRegrasp {
   bool roll_to(const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, const Allowance& allowance, Segment& segment) {
     if ((u - follower_.u).cwiseAbs().maxCoeff() == 0) return true;
     dynamics::RolloutResult& rollout = follower_.scratch().rollout;
-    const core::Status status =
-        dynamics::rollout(problem_.model, follower_.q, follower_.u, u, sizes_.exact, limits, follower_.scratch().steps, rollout);
+    const core::Status status = dynamics::rollout(problem_.model, follower_.q, follower_.u, u, sizes_.exact, limits,
+                                                  follower_.scratch().steps, rollout, dynamics::Overrun::Accept, &problem_.control);
     follower_.work.steps += rollout.steps;
     if (status != core::Status::Solved) {
       ++follower_.work.failed_steps;

@@ -76,6 +76,7 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   core::RunControl quiet = control;  // there is no measure of how far a refinement has come
   quiet.on_progress = nullptr;
   Crew crew(model, options.threads > 0 ? options.threads : core::hardware_threads());
+  for (Scratch& scratch : crew.scratch) scratch.geometry.control = &quiet;
   Problem problem(model, plan, options, refine_options, quiet);
   Work work;
   const GivenPlan given = look_at_given_plan(problem, crew.of(0), work);
