@@ -6,16 +6,16 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <vector>
 
+#include "known_arms.hpp"
 #include "stiction/core/quantile.hpp"
 #include "stiction/sensing/line_of_action.hpp"
-#include "stiction/sensing/scenario.hpp"
-#include "stiction/world/read.hpp"
+#include "stiction/sensing/metropolis.hpp"
+#include "stiction/sensing/particle_filter.hpp"
 
 namespace {
 
@@ -28,14 +28,8 @@ constexpr double kNear = 0.01;  // what counts as found [m]
 constexpr int kRays = 4;
 constexpr double kFriction = 1;
 constexpr double kLeastNoise = 1e-4;  // assumed where there is none [N m]
-
-struct Arm {
-  const char* name;
-  const char* urdf;
-};
-constexpr Arm kArms[] = {{"ur5", "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"},
-                         {"panda", "package://example-robot-data/robots/panda_description/urdf/panda.urdf"},
-                         {"iiwa of capsules", "models/iiwa_primitives.urdf"}};
+constexpr int kParticles = 500;       // of the filter: 50 of the research code are on two links
+constexpr int kMeasurements = 30;     // of the same torques that it is given
 
 struct Setting {
   const char* estimator = "gauss_newton";
@@ -45,41 +39,73 @@ struct Setting {
   int samples = 500;          ///< on each link
 };
 
-std::shared_ptr<const sensing::Sensor> make_sensor(const Arm& arm, int samples) {
-  const std::vector<std::filesystem::path> packages{STICTION_PACKAGE_DIR};
-  const auto scene = world::parse_scene(fmt::format("robots: [{{name: arm, urdf: '{}'}}]", arm.urdf), STICTION_SOURCE_DIR, packages);
-  sensing::SensorOptions options;
-  options.samples = samples;
-  return sensing::Sensor::make(world::Model::make(scene), options);
-}
-
 /// What an estimator says of one measurement: points that it holds for possible, and how many places they are.
 struct Estimate {
   std::vector<sensing::ContactPoint> points;
   int places = 0;
 };
 
-/// sense() with one of its methods, or a baseline.
+/// sense() with one of its methods, or a baseline. These search with at least the noise of the research code, as their likelihood is as narrow as it.
 class Estimator {
  public:
-  Estimator(std::shared_ptr<const sensing::Sensor> sensor, const Setting& setting) : sensor_(std::move(sensor)), work_(sensor_) {
+  Estimator(std::shared_ptr<const sensing::Sensor> sensor, const Setting& setting)
+      : sensor_(std::move(sensor)), name_(setting.estimator), work_(sensor_) {
     options_.cone = sensing::FrictionCone(setting.friction_ratio * kFriction, kRays);
     options_.noise = std::max(std::hypot(setting.noise, setting.bias), kLeastNoise);
-    const std::string_view name = setting.estimator;
-    if (name == "rsgd") options_.method = sensing::SteepestDescent{};
-    if (name == "rejection") options_.method = sensing::RejectionSampling{};
-    by_line_ = name == "line_of_action";
+    if (name_ == "rsgd") options_.method = sensing::SteepestDescent{};
+    if (name_ == "rejection") options_.method = sensing::RejectionSampling{};
   }
 
   void run(const sensing::KnownCase& c, Estimate& out) {
-    if (by_line_) {
-      out.points = sensing::find_line_of_action(*sensor_, c.q, c.tau, 3 * options_.noise).points;
-      out.places = static_cast<int>(out.points.size());
-      return;
-    }
-    sensing::sense(*sensor_, {c.q, c.tau}, options_, work_, result_);
     out.points.clear();
     out.places = 0;
+    if (name_ == "line_of_action") {
+      run_line(c, out);
+    } else if (name_ == "particle_filter") {
+      run_filter(c, out);
+    } else if (name_ == "metropolis") {
+      run_chains(c, out);
+    } else {
+      run_sense(c, out);
+    }
+  }
+
+ private:
+  void run_line(const sensing::KnownCase& c, Estimate& out) const {
+    out.points = sensing::find_line_of_action(*sensor_, c.q, c.tau, 3 * options_.noise).points;
+    out.places = static_cast<int>(out.points.size());
+  }
+
+  void run_filter(const sensing::KnownCase& c, Estimate& out) const {
+    sensing::ParticleFilterOptions options;
+    options.cone = options_.cone;
+    options.noise = std::max(options_.noise, options.noise);
+    options.particles = kParticles;
+    sensing::ParticleFilter filter(sensor_, options);
+    for (int i = 1; i < kMeasurements; ++i) (void)filter.update(c.q, c.tau);
+    const sensing::ParticleEstimate& estimate = filter.update(c.q, c.tau);
+    if (!estimate.agrees) return;
+    out.points.push_back(estimate.point);
+    out.places = 1;
+  }
+
+  /// Ends of chains that explain the torques; near each other they are one place.
+  void run_chains(const sensing::KnownCase& c, Estimate& out) const {
+    sensing::MetropolisOptions options;
+    options.cone = options_.cone;
+    options.noise = std::max(options_.noise, options.noise);
+    for (const sensing::ContactPoint& point : sensing::walk_metropolis(*sensor_, c.q, c.tau, options)) {
+      if (point.residual > sensing::calc_noise_bound(options.noise, c.tau.size())) break;
+      const double apart = options_.merge * sensor_->links()[static_cast<std::size_t>(point.link)].spacing;
+      out.places += std::none_of(out.points.begin(), out.points.end(), [&](const sensing::ContactPoint& other) {
+        return other.link == point.link && (other.p_L - point.p_L).norm() <= apart;
+      });
+      out.points.push_back(point);
+    }
+  }
+
+  void run_sense(const sensing::KnownCase& c, Estimate& out) {
+    sensing::sense(*sensor_, {c.q, c.tau}, options_, work_, result_);
     for (const sensing::Candidate& candidate : result_.candidates) {
       if (!candidate.explains) continue;
       ++out.places;
@@ -90,18 +116,15 @@ class Estimator {
     }
   }
 
- private:
   std::shared_ptr<const sensing::Sensor> sensor_;
+  std::string_view name_;
   sensing::SenseOptions options_;
-  bool by_line_ = false;
   sensing::SenseWorkspace work_;
   sensing::SenseResult result_;
 };
 
-Json measure(const Arm& arm, const std::shared_ptr<const sensing::Sensor>& sensor, const Setting& setting, int cases) {
-  std::vector<int> links;
-  for (int i = 0; i < static_cast<int>(sensor->links().size()); ++i)
-    if (sensor->links()[static_cast<std::size_t>(i)].joints >= 5) links.push_back(i);
+Json measure(const bench::Arm& arm, const std::shared_ptr<const sensing::Sensor>& sensor, const Setting& setting, int cases) {
+  const std::vector<int> links = bench::links_behind(*sensor, 5);
   Estimator estimator(sensor, setting);
   Estimate estimate;
   core::Random random(34, 0);
@@ -162,8 +185,16 @@ void print(const Json& row) {
       1e3 * row["p99_s"].get<double>());
 }
 
-const std::vector<Setting> kSettings = {
-    {"gauss_newton"}, {"rsgd"}, {"rejection"}, {"line_of_action"}, {"gauss_newton", 0.1, 0, 0.7}, {"line_of_action", 0.1, 0, 0.7}};
+const std::vector<Setting> kSettings = {{"gauss_newton"},
+                                        {"rsgd"},
+                                        {"rejection"},
+                                        {"particle_filter"},
+                                        {"metropolis"},
+                                        {"line_of_action"},
+                                        {"gauss_newton", 0.1, 0, 0.7},
+                                        {"particle_filter", 0.1, 0, 0.7},
+                                        {"metropolis", 0.1, 0, 0.7},
+                                        {"line_of_action", 0.1, 0, 0.7}};
 
 /// One quantity at a time, with some noise in all of them.
 std::vector<Setting> make_sweeps() {
@@ -188,15 +219,15 @@ int main(int argc, char** argv) {
   }
   const int cases = counts.empty() ? 1000 : counts[0], sweep_cases = counts.size() > 1 ? counts[1] : std::max(1, cases / 5);
   Json rows = Json::array();
-  const auto add = [&](const Arm& arm, const std::shared_ptr<const sensing::Sensor>& sensor, const Setting& setting, int n) {
+  const auto add = [&](const bench::Arm& arm, const std::shared_ptr<const sensing::Sensor>& sensor, const Setting& setting, int n) {
     rows.push_back(measure(arm, sensor, setting, n));
     if (!json) print(rows.back());
   };
-  for (const Arm& arm : kArms) {
-    const auto sensor = make_sensor(arm, Setting{}.samples);
+  for (const bench::Arm& arm : bench::kArms) {
+    const auto sensor = bench::make_sensor(arm, Setting{}.samples);
     for (const Setting& setting : kSettings) add(arm, sensor, setting, cases);
   }
-  const Arm& swept = kArms[2];
-  for (const Setting& setting : make_sweeps()) add(swept, make_sensor(swept, setting.samples), setting, sweep_cases);
+  const bench::Arm& swept = bench::kArms[2];
+  for (const Setting& setting : make_sweeps()) add(swept, bench::make_sensor(swept, setting.samples), setting, sweep_cases);
   if (json) fmt::print("{}\n", rows.dump());
 }

@@ -5,6 +5,8 @@
 
 #include "bench_table.hpp"
 #include "cone_allocations.hpp"
+#include "published_cycle.hpp"
+#include "stiction/core/quantile.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/sensing/discriminate.hpp"
 #include "stiction/sensing/sense.hpp"
@@ -15,7 +17,7 @@ namespace stiction::app {
 namespace {
 
 /// Published [s]: T. Pang, PhD thesis, MIT 2023, section 4.7, one thread of an i7-8700B with OSQP, FCL and GUROBI. A cycle: 1000 residuals of 6 µs and 184
-/// descents of 472 µs, which the text calls roughly 10 Hz.
+/// descents of 472 µs, which the text calls roughly 10 Hz. Peer: the same algorithm with ProxQP for every residual, on this machine in this run.
 constexpr Reference kResidual = {6e-6, {}};
 constexpr Reference kDescent = {472e-6, {}};
 constexpr Reference kCycle = {1000 * 6e-6 + 184 * 472e-6, {}};
@@ -25,6 +27,7 @@ constexpr int kCandidates = 10;  // to tell apart
 constexpr int kPrograms = 8;     // random sets of them
 constexpr double kAccept = 0.2;  // δ = 0.1 of ½ ‖·‖² in the thesis's figures [(N m)²]
 constexpr double kNoise = 1e-3;  // [N m]
+constexpr int kPeerCycles = 3;   // of the published algorithm, of which each takes tens of milliseconds, per repetition
 constexpr int kSteps = 20;       // solves of a program, of which each takes a fraction of a millisecond
 
 /// The case of Figs 4-6, 4-7 and 4-10: 500 samples on each of links 5 and 6.
@@ -71,10 +74,25 @@ Row time_loops(const std::string& name, const Reference& reference, int loops, d
 
 using Make = std::function<const Measurement&()>;
 
-void residuals(BenchTable& table, const Make& measurement) {
+/// The published algorithm with ProxQP in this run, if any row that is wanted has it beside it: a residual and a cycle.
+struct Peer {
+  std::optional<double> residual, cycle;
+
+  Peer(const BenchTable& table, const Make& measurement) {
+    if (!table.wanted("residual/rays_4") && !table.wanted("sense_cycle/steepest_descent") && !table.wanted("sense_cycle/gauss_newton"))
+      return;
+    const Measurement& m = measurement();
+    auto times = bench::time_published_cycle(*m.sensor, m.q, m.tau, sensing::FrictionCone(1, 4), kAccept, kPeerCycles * table.repeat());
+    if (!times || times->unsolved > 0) return;
+    residual = core::quantile(times->residuals, 0.5);
+    cycle = core::quantile(times->cycles, 0.5);
+  }
+};
+
+void residuals(BenchTable& table, const Make& measurement, const Peer& peer) {
   for (const int rays : {4, 8, 0}) {
     const std::string name = rays > 0 ? fmt::format("residual/rays_{}", rays) : "residual/exact_cone";
-    const Reference reference = rays == 4 ? kResidual : Reference{};
+    const Reference reference = rays == 4 ? Reference{kResidual.published, peer.residual} : Reference{};
     const bool one_by_one = table.wanted(name), batched = rays > 0 && table.wanted(name + "/batched");
     if (!one_by_one && !batched) continue;
     const sensing::SampleBatch& batch = measurement().link().batch;
@@ -116,7 +134,7 @@ void descents(BenchTable& table, const Make& measurement, const std::string& nam
   table.add(time_loops(name, reference, kLoops * table.repeat(), static_cast<double>(starts.size()), all));
 }
 
-void cycle(BenchTable& table, const Make& measurement, const std::string& name, const sensing::Method& method) {
+void cycle(BenchTable& table, const Make& measurement, const std::string& name, const sensing::Method& method, const Peer& peer) {
   if (!table.wanted(name)) return;
   const Measurement& m = measurement();
   sensing::SenseOptions options;
@@ -125,7 +143,9 @@ void cycle(BenchTable& table, const Make& measurement, const std::string& name, 
   options.method = method;
   sensing::SenseWorkspace work(m.sensor);
   sensing::SenseResult result;
-  table.add(time_loops(name, kCycle, kLoops * table.repeat(), 1, [&] { sensing::sense(*m.sensor, {m.q, m.tau}, options, work, result); }));
+  table.add(time_loops(name, {kCycle.published, peer.cycle}, kLoops * table.repeat(), 1, [&] {
+    sensing::sense(*m.sensor, {m.q, m.tau}, options, work, result);
+  }));
 }
 
 /// Random points on the last three links of a UR5 at random postures.
@@ -166,11 +186,12 @@ void discrimination(BenchTable& table) {
 void add_sensing_rows(BenchTable& table) {
   std::optional<Measurement> made;
   const Make measurement = [&]() -> const Measurement& { return made ? *made : made.emplace(table.models_dir()); };
-  residuals(table, measurement);
+  const Peer peer(table, measurement);
+  residuals(table, measurement, peer);
   descents(table, measurement, "descent/steepest", sensing::SteepestDescent{}, kDescent);
   descents(table, measurement, "descent/gauss_newton", sensing::GaussNewton{}, {});
-  cycle(table, measurement, "sense_cycle/steepest_descent", sensing::SteepestDescent{});  // Algorithm 4
-  cycle(table, measurement, "sense_cycle/gauss_newton", sensing::GaussNewton{});
+  cycle(table, measurement, "sense_cycle/steepest_descent", sensing::SteepestDescent{}, peer);  // Algorithm 4
+  cycle(table, measurement, "sense_cycle/gauss_newton", sensing::GaussNewton{}, peer);
   discrimination(table);
 }
 

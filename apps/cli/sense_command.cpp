@@ -47,50 +47,126 @@ void print_candidate(std::FILE* to, const sensing::Scenario& scenario, const sen
              std::sqrt(c.best.residual), 100 * c.extent);
 }
 
+Json to_json(const sensing::Scenario& scenario, const sensing::ContactSetResult& result) {
+  Json out{{"verdict", sensing::to_string(result.verdict)}, {"contacts", result.contacts}, {"ambiguous", result.ambiguous}};
+  out["groups"] = Json::array();
+  for (const sensing::ContactGroup& group : result.groups) {
+    const sensing::ContactSet& best = result.sets[static_cast<std::size_t>(group.first)];
+    Json entry{{"sets", group.count}, {"residual", best.residual}, {"freedom", best.freedom}, {"contacts", Json::array()}};
+    for (std::size_t i = 0; i < static_cast<std::size_t>(best.count); ++i) {
+      const sensing::ContactPoint& point = best.contacts[i];
+      entry["contacts"].push_back({{"link", scenario.sensor->link_name(point.link)},
+                                   {"p_L", page_numbers(point.p_L)},
+                                   {"n_L", page_numbers(point.n_L)},
+                                   {"f_L", page_numbers(point.f_L)},
+                                   {"deviation", best.deviation[i]},
+                                   {"point_is_unique", best.point_is_unique[i]},
+                                   {"extent", group.extent[i]}});
+    }
+    out["groups"].push_back(std::move(entry));
+  }
+  return out;
+}
+
+void print_sets(std::FILE* to, const sensing::Scenario& scenario, const sensing::ContactSetResult& result) {
+  fmt::print(to, "  {} contact{} at the same time: {}{}\n", result.contacts, result.contacts == 1 ? "" : "s",
+             sensing::to_string(result.verdict), result.ambiguous ? ", ambiguous" : "");
+  for (const sensing::ContactGroup& group : result.groups) {
+    const sensing::ContactSet& best = result.sets[static_cast<std::size_t>(group.first)];
+    for (std::size_t i = 0; i < static_cast<std::size_t>(best.count); ++i) {
+      const sensing::ContactPoint& point = best.contacts[i];
+      fmt::print(to, "  {} {:24} {:5.1f} N  point {} {:.1f} cm\n", i == 0 ? "set" : "  &", scenario.sensor->link_name(point.link),
+                 point.f_L.norm(), best.point_is_unique[i] ? "±" : "is not unique, ±", 100 * best.deviation[i]);
+    }
+  }
+}
+
+/// Distance of the known contacts from the nearest answer: a candidate where there is one contact, a set where there are several; infinite: none.
+double calc_distance(const sensing::Scenario& scenario, const sensing::SenseResult& single, const sensing::ContactSetResult& sets) {
+  double out = std::numeric_limits<double>::infinity();
+  if (scenario.contacts.size() == 1)
+    for (const sensing::Candidate& candidate : single.candidates)
+      if (candidate.explains) out = std::min(out, sensing::calc_distance(single, candidate, scenario.contacts[0]));
+  if (sets.verdict == sensing::Verdict::Explained)
+    for (const sensing::ContactSet& set : sets.sets) out = std::min(out, sensing::calc_distance(set, scenario.contacts));
+  return out;
+}
+
+void report_distance(std::FILE* to, const sensing::Scenario& scenario, double distance, Json& moment) {
+  if (scenario.contacts.empty()) return;
+  const bool found = std::isfinite(distance);
+  std::string links;
+  for (const sensing::KnownContact& contact : scenario.contacts)
+    links += (links.empty() ? "" : " and ") + scenario.sensor->link_name(contact.link);
+  fmt::print(to, "  the contact on {} is {}\n", links,
+             found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among them");
+  moment["distance"] = found ? Json(distance) : Json();
+}
+
+/// One scenario, moment by moment.
+class SenseRun {
+ public:
+  SenseRun(const sensing::Scenario& scenario, std::FILE* to, SensePage* page)
+      : scenario_(scenario), to_(to), page_(page), work_(scenario.sensor), set_work_(scenario.sensor) {}
+
+  Json run(std::size_t i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const double time = scenario_.series.times[i];
+    const Eigen::VectorXd q = sensing::place_robots(scenario_.sensor->model(), scenario_.series.q.col(column)),
+                          tau = scenario_.series.tau.col(column);
+    const auto begin = std::chrono::steady_clock::now();
+    sensing::sense(*scenario_.sensor, {q, tau, &last_}, scenario_.options, work_, result_);
+    if (scenario_.asks_for_sets())
+      sensing::sense_contacts(*scenario_.sensor, {q, tau, scenario_.base ? &*scenario_.base : nullptr}, scenario_.set_options(), set_work_,
+                              sets_);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    last_ = result_.best_points();
+    if (page_ != nullptr) page_->add(time, q, tau, result_, sets_);
+    explained_ += result_.verdict == sensing::Verdict::Explained || sets_.verdict == sensing::Verdict::Explained;
+    fmt::print(to_, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms\n", scenario_.name, time,
+               sensing::to_string(result_.verdict), result_.accepted, result_.samples, result_.descents, 1e3 * seconds);
+    Json moment{{"t", time}, {"verdict", sensing::to_string(result_.verdict)}, {"seconds", seconds}};
+    moment["candidates"] = Json::array();
+    for (const auto& candidate : result_.candidates) {
+      print_candidate(to_, scenario_, candidate);
+      moment["candidates"].push_back(to_json(scenario_, candidate));
+    }
+    if (scenario_.asks_for_sets()) {
+      print_sets(to_, scenario_, sets_);
+      moment["contact_sets"] = to_json(scenario_, sets_);
+    }
+    report_distance(to_, scenario_, calc_distance(scenario_, result_, sets_), moment);
+    return moment;
+  }
+
+  bool explained() const { return explained_; }
+
+ private:
+  const sensing::Scenario& scenario_;
+  std::FILE* to_;
+  SensePage* page_;
+  sensing::SenseWorkspace work_;
+  sensing::ContactSetWorkspace set_work_;
+  sensing::SenseResult result_;
+  sensing::ContactSetResult sets_;
+  std::vector<sensing::ContactPoint> last_;
+  bool explained_ = false;
+};
+
 int run_sense(const SenseArguments& arguments) {
   require_page(arguments.html);
   const sensing::Scenario scenario =
       sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   for (const std::string& note : scenario.sensor->notes()) fmt::print(stderr, "note: {}\n", note);
   std::FILE* const to = people(arguments.json);
-  sensing::SenseWorkspace work(scenario.sensor);
-  sensing::SenseResult result;
-  std::vector<sensing::ContactPoint> last;
-  Json moments = Json::array();
   std::optional<SensePage> page;
   if (!arguments.html.empty()) page.emplace(scenario);
-  int explained = 0;
-  for (std::size_t i = 0; i < scenario.series.times.size(); ++i) {
-    const auto column = static_cast<Eigen::Index>(i);
-    const Eigen::VectorXd q = sensing::place_robots(scenario.sensor->model(), scenario.series.q.col(column));
-    const auto begin = std::chrono::steady_clock::now();
-    sensing::sense(*scenario.sensor, {q, scenario.series.tau.col(column), &last}, scenario.options, work, result);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    last = result.best_points();
-    if (page) page->add(scenario.series.times[i], q, scenario.series.tau.col(column), result);
-    explained += result.verdict == sensing::Verdict::Explained;
-    fmt::print(to, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms\n", scenario.name, scenario.series.times[i],
-               sensing::to_string(result.verdict), result.accepted, result.samples, result.descents, 1e3 * seconds);
-    Json moment{{"t", scenario.series.times[i]}, {"verdict", sensing::to_string(result.verdict)}, {"seconds", seconds}};
-    moment["candidates"] = Json::array();
-    double distance = std::numeric_limits<double>::infinity();
-    for (const auto& candidate : result.candidates) {
-      print_candidate(to, scenario, candidate);
-      moment["candidates"].push_back(to_json(scenario, candidate));
-      if (scenario.contact && candidate.explains)
-        distance = std::min(distance, sensing::calc_distance(result, candidate, *scenario.contact));
-    }
-    if (scenario.contact) {
-      const bool found = std::isfinite(distance);
-      fmt::print(to, "  the contact on {} is {}\n", scenario.sensor->link_name(scenario.contact->link),
-                 found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among them");
-      moment["distance"] = found ? Json(distance) : Json();
-    }
-    moments.push_back(std::move(moment));
-  }
+  SenseRun run(scenario, to, page ? &*page : nullptr);
+  Json moments = Json::array();
+  for (std::size_t i = 0; i < scenario.series.times.size(); ++i) moments.push_back(run.run(i));
   const bool page_failed = page && !write_page(page->document(arguments.force), arguments.html, to);
   if (arguments.json) {
-    Json out{{"status", explained > 0 ? "Explained" : "NotExplained"}, {"scenario", scenario.name}, {"moments", std::move(moments)}};
+    Json out{{"status", run.explained() ? "Explained" : "NotExplained"}, {"scenario", scenario.name}, {"moments", std::move(moments)}};
     if (page && !page_failed) out["page"] = arguments.html;
     fmt::print("{}\n", out.dump());
   }

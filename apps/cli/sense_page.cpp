@@ -45,7 +45,8 @@ Json to_json(const sensing::SensedLink& link, const std::string& name, int body)
 SensePage::SensePage(const sensing::Scenario& scenario)
     : scenario_(scenario), scene_(scenario.sensor->model(), sensed_bodies(*scenario.sensor)), moments_(Json::array()) {}
 
-void SensePage::add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result) {
+void SensePage::add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result,
+                    const sensing::ContactSetResult& sets) {
   Json moment{{"t", time}, {"bodies", scene_.poses(q)}, {"verdict", sensing::to_string(result.verdict)}, {"tau_norm", tau.norm()}};
   moment["residuals"] = Json::array();
   for (const Eigen::VectorXd& link : sensing::calc_residual_map(*scenario_.sensor, q, tau, scenario_.options.cone))
@@ -60,7 +61,36 @@ void SensePage::add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd
                                     {"point", page_numbers(c.p_W)},
                                     {"force", page_numbers(c.f_W)}});
   }
+  if (scenario_.asks_for_sets()) moment["contact_sets"] = contact_sets(q, sets);
   moments_.push_back(std::move(moment));
+}
+
+/// The best set of every combination of links.
+Json SensePage::contact_sets(const Eigen::VectorXd& q, const sensing::ContactSetResult& result) const {
+  const world::Model& model = scenario_.sensor->model();
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, work, kinematics);
+  Json groups = Json::array();
+  for (const sensing::ContactGroup& group : result.groups) {
+    const sensing::ContactSet& best = result.sets[static_cast<std::size_t>(group.first)];
+    Json contacts = Json::array();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(best.count); ++i) {
+      const sensing::ContactPoint& point = best.contacts[i];
+      const auto& X_WL =
+          kinematics.X_WB[static_cast<std::size_t>(scenario_.sensor->links()[static_cast<std::size_t>(point.link)].surface.body)];
+      contacts.push_back({{"link", scenario_.sensor->link_name(point.link)},
+                          {"point", page_numbers(X_WL * point.p_L)},
+                          {"force", page_numbers(X_WL.R * point.f_L)},
+                          {"deviation", best.deviation[i]},
+                          {"unique", best.point_is_unique[i]}});
+    }
+    groups.push_back({{"contacts", std::move(contacts)}, {"residual", best.residual}});
+  }
+  return {{"explained", result.verdict == sensing::Verdict::Explained},
+          {"ambiguous", result.ambiguous},
+          {"count", result.contacts},
+          {"groups", std::move(groups)}};
 }
 
 /// η (4.8) at every sample: ε is the torque of a unit force whose torque at the given size is just the threshold.
@@ -85,14 +115,15 @@ std::string SensePage::document(double force) const {
     const auto& link = sensor.links()[i];
     out["links"].push_back(to_json(link, sensor.link_name(static_cast<int>(i)), scene_.place(link.surface.body)));
   }
-  if (const auto& truth = scenario_.contact) {
-    const auto& link = sensor.links()[static_cast<std::size_t>(truth->link)];
-    out["truth"] = {{"body", scene_.place(link.surface.body)},
-                    {"link", sensor.link_name(truth->link)},
-                    {"point", page_numbers(truth->p_L)},
-                    {"force", page_numbers(truth->f_L)}};
+  out["truths"] = Json::array();
+  for (const sensing::KnownContact& truth : scenario_.contacts) {
+    const auto& link = sensor.links()[static_cast<std::size_t>(truth.link)];
+    out["truths"].push_back({{"body", scene_.place(link.surface.body)},
+                             {"link", sensor.link_name(truth.link)},
+                             {"point", page_numbers(truth.p_L)},
+                             {"force", page_numbers(truth.f_L)}});
   }
-  if (force <= 0) force = scenario_.contact ? scenario_.contact->f_L.norm() : first_force_;
+  if (force <= 0) force = scenario_.contacts.empty() ? first_force_ : scenario_.contacts[0].f_L.norm();
   if (force > 0) out["detectability"] = detectability(force);
   out["moments"] = moments_;
   return out.dump();

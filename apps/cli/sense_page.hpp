@@ -7,18 +7,20 @@
 
 namespace stiction::app {
 
-/// What the page of `stiction sense` is made of: surfaces with their samples, and of every moment residuals and candidates.
+/// What the page of `stiction sense` is made of: surfaces with their samples, and of every moment residuals, candidates and sets of contacts.
 class SensePage {
  public:
   explicit SensePage(const sensing::Scenario& scenario);
 
-  void add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result);
+  void add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result,
+           const sensing::ContactSetResult& sets);
 
   /// @param force  of the contact whose detectability is drawn [N]; not positive: that of the known contact, or of the first candidate
   std::string document(double force) const;
 
  private:
   nlohmann::ordered_json detectability(double force) const;
+  nlohmann::ordered_json contact_sets(const Eigen::VectorXd& q, const sensing::ContactSetResult& result) const;
 
   const sensing::Scenario& scenario_;
   PageScene scene_;

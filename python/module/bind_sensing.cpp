@@ -305,6 +305,7 @@ Raises InvalidInput: a pattern that matches no link; a link that no joint moves 
 
   q: (time, n_q) or (time, n_a). tau: (time, n_a) [N m; N].)",
                          "q"_a, "tau"_a, nb::kw_only());
+  bind_contact_sets(m, sensor);
   m.def("calc_contact_torque", &calc_contact_torque, "model"_a, "q"_a, "link"_a, "p_L"_a, "f_L"_a,
         R"(Torques (n_a) of a force on a link [N m; N] (Y.1).
 

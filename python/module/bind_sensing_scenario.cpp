@@ -36,9 +36,15 @@ Scenario parse(const nb::dict& scenario, const std::optional<std::filesystem::pa
   return with_sensor(sensing::parse_scenario(text, folder, tasks::default_package_dirs()));
 }
 
+std::vector<KnownContact> contacts_of(const Scenario& s) {
+  std::vector<KnownContact> out;
+  for (const sensing::KnownContact& c : s.values.contacts) out.push_back({s.values.sensor->link_name(c.link), c.p_L, c.f_L});
+  return out;
+}
+
 std::optional<KnownContact> contact_of(const Scenario& s) {
-  if (!s.values.contact) return std::nullopt;
-  return KnownContact{s.values.sensor->link_name(s.values.contact->link), s.values.contact->p_L, s.values.contact->f_L};
+  const auto all = contacts_of(s);
+  return all.size() == 1 ? std::optional(all[0]) : std::nullopt;
 }
 
 std::vector<SenseResult> sense_scenario(Scenario& scenario) {
@@ -73,7 +79,12 @@ void bind_sensing_scenario(nb::module_& m) {
           "q", [](const Scenario& s) { return rows(s.values.series.q); }, "joint positions [rad or m] (time, n_a)")
       .def_prop_ro(
           "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "external torques [N m; N] (time, n_a)")
-      .def_prop_ro("contact", &contact_of, "where the file gives it instead of torques, or None")
+      .def_prop_ro("contact", &contact_of, "where the file gives a single one instead of torques, or None")
+      .def_prop_ro("contacts", &contacts_of, "all that the file gives instead of torques")
+      .def_prop_ro(
+          "max_contacts", [](const Scenario& s) { return s.values.max_contacts; }, "at the same time")
+      .def_prop_ro(
+          "base_wrench", [](const Scenario& s) { return s.values.base; }, "under the base, or None")
       .def("__repr__", [](const Scenario& s) {
         return fmt::format("<stiction.SensingScenario '{}': {} moments>", s.values.name, s.values.series.times.size());
       });

@@ -68,6 +68,7 @@ SenseResult sense(Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorX
 std::vector<SenseResult> sense_series(Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau,
                                       const sensing::SenseOptions& options);
 
+void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor);
 void bind_sense_results(nb::module_& m);
 void bind_sensing_scenario(nb::module_& m);
 

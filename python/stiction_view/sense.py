@@ -14,6 +14,7 @@ FORMAT = "stiction-sense"
 FORMAT_VERSION = 1
 MAX_MOMENTS = 150  # on the page; longer series are thinned evenly
 MAX_OTHERS = 4  # candidates that do not explain the torques, the best of them
+MAX_SETS = 3  # sets of contacts at the same time, the best of them
 EXPLAINS: scene.Color = scene.FORCE
 OTHER: scene.Color = (122, 128, 140)
 TRUTH: scene.Color = (20, 140, 78)
@@ -86,7 +87,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
         "fields": _fields(data, moments),
         "rows": [["friction", f"{data['friction']:g}"], *([["shown", f"{len(moments)} of {total} moments"]] if len(moments) < total else [])],
         "frame_rows": [_rows(m) for m in moments],
-        "keys": [[EXPLAINS, "explains the torques"], [OTHER, "does not"], *([[TRUTH, "the contact"]] if "truth" in data else [])],
+        "keys": [[EXPLAINS, "explains the torques"], [OTHER, "does not"], *([[TRUTH, "the contact"]] if data["truths"] else [])],
     }
 
 
@@ -107,8 +108,10 @@ def _arrows(data: dict[str, Any], moment: dict[str, Any], poses: np.ndarray) -> 
                 "label": str(number),
             }
         )
-    if "truth" in data:
-        truth = data["truth"]
+    for number, group in enumerate(_sets(moment), 1):
+        for letter, contact in zip("abc", group["contacts"], strict=False):
+            out.append({"point": contact["point"], "force": contact["force"], "color": EXPLAINS, "wide": 1.0, "ball": True, "label": f"{number}{letter}"})
+    for number, truth in enumerate(data["truths"], 1):
         pose = poses[truth["body"]]
         R_WL = rotation_matrices(pose[None, 3:])[0]
         force = R_WL @ truth["force"]
@@ -120,10 +123,21 @@ def _arrows(data: dict[str, Any], moment: dict[str, Any], poses: np.ndarray) -> 
                 "wide": 0.45,
                 "ball": False,
                 "front": True,
-                "label": "the contact",
+                "label": "the contact" if len(data["truths"]) == 1 else f"contact {number}",
             }
         )
     return out
+
+
+def _sets(moment: dict[str, Any]) -> list[dict[str, Any]]:
+    """Sets of several contacts that explain the torques."""
+    sets = moment.get("contact_sets")
+    return sets["groups"][:MAX_SETS] if sets and sets["explained"] and sets["count"] > 1 else []
+
+
+def _place_of(contact: dict[str, Any]) -> str:
+    force = np.linalg.norm(contact["force"])
+    return f"{contact['link'].split('/')[-1]} {force:.1f} N ± {100 * contact['deviation']:.1f} cm" + ("" if contact["unique"] else ", not unique")
 
 
 def _rows(moment: dict[str, Any]) -> list[list[str]]:
@@ -133,6 +147,11 @@ def _rows(moment: dict[str, Any]) -> list[list[str]]:
             force, left = np.linalg.norm(candidate["force"]), np.sqrt(max(candidate["residual"], 0.0))
             where = f", within {100 * candidate['extent']:.1f} cm" if candidate["extent"] > 0 else ""
             rows.append([f"{number}  {candidate['link'].split('/')[-1]}", f"{force:.1f} N, leaves {left:.2f} N·m{where}"])
+    sets = _sets(moment)
+    if sets:
+        rows.append([f"{moment['contact_sets']['count']} contacts", "ambiguous" if moment["contact_sets"]["ambiguous"] else "isolated"])
+    for number, group in enumerate(sets, 1):
+        rows += [[f"{number}{letter}", _place_of(contact)] for letter, contact in zip("abc", group["contacts"], strict=False)]
     return rows
 
 

@@ -70,3 +70,43 @@ def test_force_that_pulls_is_refused(program: Path, tmp_path: Path) -> None:
     (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario))
     code, out = sense(program, tmp_path / "scenario.yaml")
     assert code == 2 and "outside the friction cone" in out["message"]
+
+
+def test_two_contacts_are_named_together(program: Path) -> None:
+    code, out = sense(program, "ur5_two_contacts")
+    assert code == 0
+    sets = out["moments"][0]["contact_sets"]
+    assert sets["verdict"] == "Explained" and sets["contacts"] == 2
+    links = [[contact["link"] for contact in group["contacts"]] for group in sets["groups"]]
+    assert ["arm/upper_arm_link", "arm/wrist_3_link"] in links
+    best = sets["groups"][links.index(["arm/upper_arm_link", "arm/wrist_3_link"])]
+    assert best["freedom"] == 0 and all(contact["point_is_unique"] for contact in best["contacts"])
+
+
+def test_torques_alone_of_two_contacts_are_ambiguous(program: Path, tmp_path: Path) -> None:
+    scenario = yaml.safe_load((ROOT / "scenarios/ur5_two_contacts.yaml").read_text())
+    del scenario["base_wrench"]
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario))
+    code, out = sense(program, tmp_path / "scenario.yaml")
+    sets = out["moments"][0]["contact_sets"]
+    assert code == 0 and sets["ambiguous"] and sets["contacts"] == 2
+    assert all(group["freedom"] >= 4 for group in sets["groups"]), "six torques, ten numbers"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"sensing": {"max_contacts": 4}}, "max_contacts: got 4, expected an integer from 1 to 3"),
+        ({"sensing": {"max_contacts": 2, "rays": 0}}, "rays: got 0 (the exact cone)"),
+        ({"contact": {"link": "arm/forearm_link", "point": [0, 0, 0], "force": 1}}, "expected one of the two"),
+        ({"contacts": []}, "contacts: got a list of 0, expected at least one contact"),
+        ({"base_wrench": {"force": [0, 0, 1]}}, "force"),
+        ({"base_wrench": {"moment_noise": 0}}, "moment_noise: got 0"),
+    ],
+    ids=["four", "exact cone", "both", "none", "given and computed", "no noise"],
+)
+def test_mistakes_about_several_contacts_are_named(program: Path, tmp_path: Path, change: dict, message: str) -> None:
+    scenario = yaml.safe_load((ROOT / "scenarios/ur5_two_contacts.yaml").read_text())
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario | change))
+    code, out = sense(program, tmp_path / "scenario.yaml")
+    assert code == 2 and message in out["message"]

@@ -328,3 +328,29 @@ def test_python_of_the_tutorial_runs_in_the_repository() -> None:
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert len(lines) == 10 and "BelowThreshold" in lines[0] and "arm/wrist_2_link" in lines[-1]
+
+
+# ---- several contacts
+
+
+def test_two_contacts_and_a_wrench_at_the_base_are_found(sensor: st.Sensor) -> None:
+    places = [("arm/upper_arm_link", 40), ("arm/wrist_3_link", 90)]  # four joints between them, and six numbers of the wrench
+    pushes = [push(sensor, name, sample, 15) for name, sample in places]
+    poses = sensor.model.body_poses(POSTURE)
+    wrenches = [st.calc_base_wrench(poses[name].R @ p + poses[name].p, poses[name].R @ f) for (name, _), (p, f, _) in zip(places, pushes)]
+    base = st.BaseWrench(sum(w.force_W for w in wrenches), sum(w.moment_W for w in wrenches), force_noise=0.01, moment_noise=0.001)
+    out = sensor.sense_contacts(POSTURE, sum(tau for _, _, tau in pushes), base, max_contacts=3, friction=0.5, noise=0.001, tolerance=0.001)
+    assert out.verdict == st.Verdict.Explained and out.count == 2
+    found = [s for s in out.sets if [c.link for c in s.contacts] == [name for name, _ in places]]
+    assert found and found[0].freedom == 0
+    for contact, (p, f, _) in zip(found[0].contacts, pushes):
+        assert np.linalg.norm(contact.p_L - p) < 0.01 and contact.is_unique
+        assert np.linalg.norm(contact.f_L - f) < 1
+
+
+def test_mistakes_about_several_contacts_name_the_argument(sensor: st.Sensor) -> None:
+    for arguments, message in (({"max_contacts": 0}, "max_contacts: got 0"), ({"rays": 0}, "rays: got 0"), ({"starts": 0}, "starts: got 0")):
+        with pytest.raises(st.InvalidInput, match=re.escape(message)):
+            sensor.sense_contacts(POSTURE, np.ones(6), **arguments)
+    with pytest.raises(st.InvalidInput, match=r"base_wrench\.force_noise: got -1"):
+        st.BaseWrench(np.zeros(3), np.zeros(3), force_noise=-1)

@@ -70,6 +70,17 @@ def test_forces_and_points_of_the_page_are_those_of_the_program(sensed: tuple[Pa
     assert nearest <= out["moments"][0]["distance"] + explaining[0]["extent"] + 1e-6
 
 
+def test_contacts_at_the_same_time_are_drawn_together(program: Path, tmp_path: Path) -> None:
+    out, page = make(program, "sense", "ur5_two_contacts", tmp_path / "two.html")
+    arrows = {arrow["label"]: arrow for arrow in page["arrows"][0]}
+    group = out["moments"][0]["contact_sets"]["groups"][0]
+    for label, truth, contact in zip(("1a", "1b"), ("contact 1", "contact 2"), group["contacts"], strict=True):
+        assert np.linalg.norm(arrows[label]["force"]) == pytest.approx(np.linalg.norm(contact["f_L"]), rel=1e-9)
+        assert np.linalg.norm(np.subtract(arrows[label]["point"], arrows[truth]["point"])) < 0.01
+        assert np.linalg.norm(np.subtract(arrows[label]["force"], arrows[truth]["force"])) < 0.1
+    assert ["2 contacts", "isolated"] in page["frame_rows"][0]
+
+
 def test_least_residual_of_the_page_lies_where_the_contact_is(sensed: tuple[Path, dict, dict]) -> None:
     _, out, page = sensed
     residual, eta = page["fields"]

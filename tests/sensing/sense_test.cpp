@@ -143,6 +143,28 @@ TEST(ResidualMap, EverySample_HasTheResidualOfOnePoint) {
             std::string::npos);
 }
 
+TEST(PublishedCase, PlanarTorques_AreMadeByEveryCandidate) {
+  // Of the thesis's research code: an arm in a vertical plane, torques about the two joints that bend it there.
+  const VectorXd q = vector({0, 0, 0, -1.75, 0, 1, 0}), tau = vector({0, -4.88641225, 0, 3.36167658, 0, 0, 0});
+  const auto sensor = make_iiwa();
+  SenseWorkspace work(sensor);
+  SenseResult result;
+  sense(*sensor, {q, tau}, noiseless(), work, result);
+  ASSERT_EQ(result.verdict, Verdict::Explained);
+  bool on_link_five_or_six = false;
+  for (const Candidate& candidate : result.candidates) {
+    if (!candidate.explains) continue;
+    const int body = sensor->links()[static_cast<std::size_t>(candidate.best.link)].surface.body;
+    const VectorXd made = calc_contact_torque(sensor->model(), q, body, candidate.best.p_L, candidate.best.f_L);
+    EXPECT_LE((made - tau).norm(), std::sqrt(result.explained) + 1e-9);
+    // Joints 2 and 4 have parallel axes, 0.4 m apart and opposite axes: the sum of their torques is the force across the upper arm times that.
+    EXPECT_GE(candidate.f_W.norm(), std::abs(tau[1] + tau[3]) / 0.4 * 0.9);
+    const std::string& name = sensor->link_name(candidate.best.link);
+    on_link_five_or_six |= name == "arm/link_5" || name == "arm/link_6";
+  }
+  EXPECT_TRUE(on_link_five_or_six);
+}
+
 TEST(Sense, SmallTorques_AreBelowTheThreshold) {
   const auto sensor = make_iiwa();
   SenseWorkspace work(sensor);

@@ -2798,6 +2798,129 @@ class Sensor:
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
+    def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, *, max_contacts: int = 2, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, tolerance: float = 0.01, starts: int = 24, descents: int = 6) -> ContactSets:
+        """
+        One to three contacts at the same time that make the torques, the fewest that do.
+
+          q: configuration (n_q), or joint positions alone (n_a) [rad or m]. tau: external torques (n_a) [N m; N].
+          base: BaseWrench, or None. n_a torques cannot fix the 5 numbers of each contact if they are fewer: sets say their freedom.
+          max_contacts: in [1, 3]. starts: first contacts that are tried on each link, >= 1. descents: for each combination of links, >= 1.
+          friction, rays, noise, threshold, tolerance: as of sense(); rays in [3, 64].
+
+        Raises InvalidInput by the name of the argument.
+        """
+
+class BaseWrench:
+    """
+    What a force and moment sensor under the base of a robot measures of contacts.
+
+      force_W: sum of the contact forces [N] (3). moment_W: sum of their moments about the origin of the world [N m] (3).
+      force_noise, moment_noise: standard deviation of each component [N], [N m], > 0.
+    """
+
+    def __init__(self, force_W: numpy.typing.ArrayLike, moment_W: numpy.typing.ArrayLike, *, force_noise: float = 1.0, moment_noise: float = 0.1) -> None: ...
+
+    @property
+    def force_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """[N] (3)"""
+
+    @property
+    def moment_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """about the origin of the world [N m] (3)"""
+
+    @property
+    def force_noise(self) -> float:
+        """[N]"""
+
+    @property
+    def moment_noise(self) -> float:
+        """[N m]"""
+
+def calc_base_wrench(p_W: numpy.typing.ArrayLike, f_W: numpy.typing.ArrayLike) -> BaseWrench:
+    """That of a force at a point: f_W [N] (3) at p_W [m] (3)."""
+
+class SetContact:
+    """A contact of a set."""
+
+    @property
+    def link(self) -> str:
+        """as robot/link"""
+
+    @property
+    def p_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """in the link's frame [m] (3)"""
+
+    @property
+    def n_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """outward unit normal (3)"""
+
+    @property
+    def f_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """on the robot [N] (3)"""
+
+    @property
+    def deviation(self) -> float:
+        """
+        standard deviation of the point; where torques say nothing of it the size of its link [m]
+        """
+
+    @property
+    def is_unique(self) -> bool:
+        """
+        no motion of the points and forces that leaves all torques moves this point
+        """
+
+class ContactSet:
+    """Contacts that make the torques together."""
+
+    @property
+    def contacts(self) -> list[SetContact]:
+        """by link"""
+
+    @property
+    def residual(self) -> float:
+        """what they leave of the torques, squared (Y.9) [(N m)^2]"""
+
+    @property
+    def freedom(self) -> int:
+        """
+        dimension of the points and forces near these with the same torques; 0: isolated
+        """
+
+    def __repr__(self) -> str: ...
+
+class ContactSets:
+    """What one measurement says of contacts at the same time."""
+
+    @property
+    def verdict(self) -> Verdict: ...
+
+    @property
+    def count(self) -> int:
+        """contacts of each set: the fewest that explain the torques"""
+
+    @property
+    def ambiguous(self) -> bool:
+        """
+        several combinations of links explain the torques, or points and forces can change together without a trace in them
+        """
+
+    @property
+    def sets(self) -> list[ContactSet]:
+        """
+        that explain the torques, by combination of links; where none do the best one
+        """
+
+    @property
+    def best(self) -> list[ContactSet]:
+        """the best set of each combination of links, the best combination first"""
+
+    @property
+    def explained(self) -> float:
+        """what counts as explained [(N m)^2]"""
+
+    def __repr__(self) -> str: ...
+
 def calc_contact_torque(model: Model, q: numpy.typing.ArrayLike, link: str, p_L: numpy.typing.ArrayLike, f_L: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
     """
     Torques (n_a) of a force on a link [N m; N] (Y.1).
@@ -2853,7 +2976,19 @@ class SensingScenario:
 
     @property
     def contact(self) -> KnownContact | None:
-        """where the file gives it instead of torques, or None"""
+        """where the file gives a single one instead of torques, or None"""
+
+    @property
+    def contacts(self) -> list[KnownContact]:
+        """all that the file gives instead of torques"""
+
+    @property
+    def max_contacts(self) -> int:
+        """at the same time"""
+
+    @property
+    def base_wrench(self) -> BaseWrench | None:
+        """under the base, or None"""
 
     def __repr__(self) -> str: ...
 

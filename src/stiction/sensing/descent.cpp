@@ -90,6 +90,11 @@ int fill_columns(const ContactPoint& point, const Residual& r, const Matrix3d& R
   return n;
 }
 
+/// Products of the force coordinates' directions, of which ρ is a weight: fill_columns has them as the lower halves of its columns.
+void add_prior(double prior, const Eigen::Matrix<double, 6, 5>& W, int forces, Eigen::Matrix<double, 5, 5>& N) {
+  N.topLeftCorner(forces, forces) += prior * W.block(3, 0, 3, forces).transpose() * W.block(3, 0, 3, forces);
+}
+
 /// Tangential step of the damped normal equations (Y.4).
 Vector3d calc_step(const DescentProblem& problem, const ContactPoint& point, double damping) {
   const Matrix3d R_LC = make_contact_frame(point.n_L);
@@ -105,8 +110,11 @@ Vector3d calc_step(const DescentProblem& problem, const ContactPoint& point, dou
   force << point.p_L.cross(point.f_L), point.f_L;
   const Eigen::Matrix<double, LinkTorque::kSize, 1> residual = R * force - link.R_tau;
   Eigen::Matrix<double, 5, 5> N = D.transpose() * D;
+  add_prior(link.prior, W, n - 2, N);
   for (int k = 0; k < 5; ++k) N(k, k) = k < n ? N(k, k) * (1 + damping) + 1e-300 : 1;
-  const Eigen::Matrix<double, 5, 1> x = N.ldlt().solve(-(D.transpose() * residual));
+  Eigen::Matrix<double, 5, 1> gradient = D.transpose() * residual;
+  gradient.head(n - 2) += link.prior * W.block(3, 0, 3, n - 2).transpose() * point.f_L;
+  const Eigen::Matrix<double, 5, 1> x = N.ldlt().solve(-gradient);
   return x[n - 2] * R_LC.col(1) + x[n - 1] * R_LC.col(2);
 }
 

@@ -20,6 +20,7 @@ struct LinkTorque {
   Eigen::Matrix3d ww, wv, vv;                ///< J_w J_wᵀ [-], J_w J_vᵀ [m], J_v J_vᵀ [m²]
   Eigen::Vector3d w_tau, v_tau;              ///< J_w τ [N·m], J_v τ [N·m²]
   double tau_tau = 0;                        ///< τᵀτ [(N·m)²]
+  double prior = 0;                          ///< ρ ‖f‖² is added to every residual (Y.2) [m²]; assign() leaves it
 
   LinkTorque() = default;
   LinkTorque(const Eigen::Matrix3Xd& J_w, const Eigen::Matrix3Xd& J_v, VectorRef tau) {

@@ -24,10 +24,12 @@ Residual minimize_polyhedral(const Matrix3d& A, const Vector3d& a, const Frictio
 
 Residual calc_residual(const LinkTorque& link, const Vector3d& p_L, const Matrix3d& R_LC, const FrictionCone& cone) {
   const Eigen::Matrix<double, LinkTorque::kSize, 3> M = link.torque_map(p_L) * R_LC;  // J_Cᵀ in the contact frame
-  const Matrix3d A = M.transpose() * M;
+  Matrix3d A = M.transpose() * M;
+  A.diagonal().array() += link.prior;
   const Vector3d a = M.transpose() * link.R_tau;
   Residual out = cone.is_lorentz() ? minimize_lorentz(A, a, cone.friction()) : minimize_polyhedral(A, a, cone);
-  out.value = (M * out.force_C - link.R_tau).squaredNorm();  // no cancellation, however large the force
+  out.value =
+      (M * out.force_C - link.R_tau).squaredNorm() + link.prior * out.force_C.squaredNorm();  // no cancellation, however large the force
   return out;
 }
 
@@ -82,6 +84,9 @@ void project(const LinkTorque& link, const Matrix3d& vw, const Vector3V& p, cons
   }
   A = {dot(m[0], wr[0]) + dot(e[0], vr[0]), dot(m[0], wr[1]) + dot(e[0], vr[1]), dot(m[0], wr[2]) + dot(e[0], vr[2]),
        dot(m[1], wr[1]) + dot(e[1], vr[1]), dot(m[1], wr[2]) + dot(e[1], vr[2]), dot(m[2], wr[2]) + dot(e[2], vr[2])};
+  A.xx += link.prior;
+  A.yy += link.prior;
+  A.zz += link.prior;
 }
 
 }  // namespace

@@ -23,13 +23,13 @@ struct Residual {
 };
 
 /// The residual (4.5) of a contact point
-///     l(p) = min_{f ∈ K} ‖J_Cᵀ f − τ‖² = τᵀτ + min_{f ∈ K} (fᵀ A f − 2 aᵀ f) ,   A = J_C J_Cᵀ ,  a = J_C τ        (Y.2)
+///     l(p) = min_{f ∈ K} ‖J_Cᵀ f − τ‖² + ρ ‖f‖² = τᵀτ + min_{f ∈ K} (fᵀ A f − 2 aᵀ f) ,   A = J_C J_Cᵀ + ρ 1 ,  a = J_C τ        (Y.2)
 /// in closed form. Of a polyhedral cone: the least over the apex, the edges, the facets and the interior of the value at the minimiser
 /// on the span of each, where that lies in it. Where A is singular on the span of a face the same value is attained on its boundary,
 /// because a cone with an apex holds no line, so that the face is left out. Of the Lorentz cone: see minimize_lorentz.
 ///
 /// @param link  of the active link at q and τ   @param p_L  contact point   @param R_LC  make_contact_frame of its normal
-/// Not unique where rank J_C < 3: then a force of least value.
+/// Not unique where rank J_C < 3 and ρ = 0: then a force of least value.
 /// Tests: tests/sensing/residual_test.cpp (ProxQP; KKT). Source: docs/theory/sensing.md
 Residual calc_residual(const LinkTorque& link, const Eigen::Vector3d& p_L, const Eigen::Matrix3d& R_LC, const FrictionCone& cone);
 

@@ -4,7 +4,7 @@
 
 namespace stiction::sensing {
 
-std::vector<Eigen::VectorXd> calc_residual_map(const Sensor& sensor, VectorRef q, VectorRef tau, const FrictionCone& cone) {
+std::vector<LinkTorque> make_link_torques(const Sensor& sensor, VectorRef q, VectorRef tau) {
   const world::Model& model = sensor.model();
   world::require_configuration(model, "q", q);
   core::require_size("tau", tau.size(), model.n_a());
@@ -13,12 +13,22 @@ std::vector<Eigen::VectorXd> calc_residual_map(const Sensor& sensor, VectorRef q
   world::Kinematics kinematics;
   world::calc_kinematics(model, q, work, kinematics);
   Eigen::Matrix3Xd J_w, J_v;
-  std::vector<Eigen::VectorXd> out;
+  std::vector<LinkTorque> out;
   for (const SensedLink& link : sensor.links()) {
     calc_link_jacobian(model, kinematics, link.surface.body, J_w, J_v);
-    Eigen::VectorXd& residuals = out.emplace_back(link.batch.rows.cols());
-    calc_residuals(LinkTorque(J_w, J_v, tau), link.batch, cone, residuals);
-    residuals.conservativeResize(link.batch.size);
+    out.emplace_back(J_w, J_v, tau);
+  }
+  return out;
+}
+
+std::vector<Eigen::VectorXd> calc_residual_map(const Sensor& sensor, VectorRef q, VectorRef tau, const FrictionCone& cone) {
+  const std::vector<LinkTorque> torques = make_link_torques(sensor, q, tau);
+  std::vector<Eigen::VectorXd> out;
+  for (std::size_t i = 0; i < torques.size(); ++i) {
+    const SampleBatch& batch = sensor.links()[i].batch;
+    Eigen::VectorXd& residuals = out.emplace_back(batch.rows.cols());
+    calc_residuals(torques[i], batch, cone, residuals);
+    residuals.conservativeResize(batch.size);
   }
   return out;
 }

@@ -4,6 +4,10 @@
 
 namespace stiction::sensing {
 
+/// What torques say of a force on each link, in the order of Sensor::links(): for what is evaluated once, not at a rate.
+/// @throws core::InvalidInput: q or tau of the wrong size or not finite
+std::vector<LinkTorque> make_link_torques(const Sensor& sensor, VectorRef q, VectorRef tau);
+
 /// The residual (4.5) at every sample of every link, for pictures: what sense() accepts samples by.
 /// @param q  (n_q)  @param tau  (n_a) [N·m; N]
 /// @returns one vector a link, in the order of Sensor::links() [(N·m)²]

@@ -50,9 +50,9 @@ Method read_method(const YamlNode& node) {
   return GaussNewton{};
 }
 
-void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& options) {
+void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& options, int& max_contacts) {
   node.require_map({"links", "samples", "sampling", "normals", "seed", "friction", "rays", "noise", "threshold", "accept", "accept_share",
-                    "tolerance", "method", "merge"});
+                    "tolerance", "method", "merge", "max_contacts"});
   if (const auto links = node.find("links"))
     for (const auto& link : links->items()) sensor.links.push_back(link.string());
   read_into(node, "samples", sensor.samples);
@@ -76,6 +76,10 @@ void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& opt
   read_into(node, "tolerance", options.tolerance);
   read_into(node, "merge", options.merge);
   if (const auto value = node.find("method")) options.method = read_method(*value);
+  if (const auto value = node.find("max_contacts")) {
+    max_contacts = value->positive_int();
+    if (max_contacts > kMostContacts) value->fail(fmt::format("an integer from 1 to {}", kMostContacts));
+  }
 }
 
 /// A contact by its link, a point in its frame, moved to the nearest of its surface, and a force on the robot: a vector in W, or how hard the
@@ -113,28 +117,59 @@ KnownContact read_contact(const YamlNode& node, const Sensor& sensor, const Fric
   return out;
 }
 
-void read_measurement(const YamlNode& top, Scenario& out) {
-  const Model& model = out.sensor->model();
-  if (const auto series = top.find("series")) {
-    for (const char* key : {"joints", "torques", "contact"})
-      if (top.has(key)) top.at(key).fail(fmt::format("'{}' beside 'series'", key), "one of the two");
-    out.series = load_series(top.file().parent_path() / series->string(), model);
-    return;
+/// A wrench at the base: its noise, and where the torques are measured its force and moment.
+BaseWrench read_base(const YamlNode& node, bool is_measured) {
+  if (is_measured)
+    node.require_map({"force", "moment", "force_noise", "moment_noise"});
+  else
+    node.require_map({"force_noise", "moment_noise"});
+  BaseWrench out;
+  if (is_measured) {
+    out.force_W = node.at("force").vector3();
+    out.moment_W = node.at("moment").vector3();
   }
+  read_into(node, "force_noise", out.force_noise);
+  read_into(node, "moment_noise", out.moment_noise);
+  return out;
+}
+
+std::vector<KnownContact> read_contacts(const YamlNode& top, const Sensor& sensor, const FrictionCone& cone, const Eigen::VectorXd& q) {
+  std::vector<KnownContact> out;
+  if (const auto contact = top.find("contact")) {
+    out.push_back(read_contact(*contact, sensor, cone, q));
+    return out;
+  }
+  const YamlNode contacts = top.at("contacts");
+  for (const auto& contact : contacts.items()) out.push_back(read_contact(contact, sensor, cone, q));
+  if (out.empty()) contacts.fail("at least one contact");
+  return out;
+}
+
+void read_series(const YamlNode& top, const YamlNode& series, Scenario& out) {
+  for (const char* key : {"joints", "torques", "contact", "contacts", "base_wrench"})
+    if (top.has(key)) top.at(key).fail(fmt::format("'{}' beside 'series'", key), "one of the two");
+  out.series = load_series(top.file().parent_path() / series.string(), out.sensor->model());
+}
+
+void read_measurement(const YamlNode& top, Scenario& out) {
+  if (const auto series = top.find("series")) return read_series(top, *series, out);
+  const Model& model = out.sensor->model();
   const Eigen::VectorXd rest = model.neutral().tail(model.n_a()), zero = Eigen::VectorXd::Zero(model.n_a());
   const Eigen::VectorXd joints = read_joints(top.at("joints"), model, rest);
-  const auto torques = top.find("torques");
-  const auto contact = top.find("contact");
-  if (torques.has_value() == contact.has_value())
-    top.fail(torques ? "both 'torques' and 'contact'" : "neither 'torques' nor 'contact'", "one of the two");
+  const auto torques = top.find("torques"), base = top.find("base_wrench");
+  if (top.has("contact") && top.has("contacts")) top.at("contacts").fail("'contacts' beside 'contact'", "one of the two");
+  const bool is_known = top.has("contact") || top.has("contacts");
+  if (torques.has_value() == is_known)
+    top.fail(is_known ? "both 'torques' and 'contact'" : "neither 'torques' nor 'contact'", "one of the two");
+  if (base) out.base = read_base(*base, torques.has_value());
   Eigen::VectorXd tau;
   if (torques) {
     tau = read_joints(*torques, model, zero);
   } else {
     const Eigen::VectorXd q = place_robots(model, joints);
-    out.contact = read_contact(*contact, *out.sensor, out.options.cone, q);
-    const int body = out.sensor->links()[static_cast<std::size_t>(out.contact->link)].surface.body;
-    tau = calc_contact_torque(model, q, body, out.contact->p_L, out.contact->f_L);
+    out.contacts = read_contacts(top, *out.sensor, out.options.cone, q);
+    BaseWrench computed;
+    calc_known_rows(*out.sensor, q, out.contacts, tau, out.base ? *out.base : computed);
   }
   out.series = {{0.0}, joints, tau};
 }
@@ -142,13 +177,13 @@ void read_measurement(const YamlNode& top, Scenario& out) {
 /// @param sensing  what stands before the field of an option in a message
 Scenario read_scenario(const YamlNode& top, const std::string& sensing, const std::string& name,
                        std::span<const std::filesystem::path> package_dirs) {
-  top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "series"});
+  top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "contacts", "base_wrench", "series"});
   Scenario out;
   out.name = top.string_or("name", name);
   out.description = top.string_or("description", "");
   out.file = top.file();
   SensorOptions sensor_options;
-  if (const auto options = top.find("sensing")) read_sensing(*options, sensor_options, out.options);
+  if (const auto options = top.find("sensing")) read_sensing(*options, sensor_options, out.options, out.max_contacts);
   const auto model = Model::make(world::read_scene(top.at("scene"), package_dirs));
   try {
     out.sensor = Sensor::make(model, sensor_options);
@@ -160,6 +195,13 @@ Scenario read_scenario(const YamlNode& top, const std::string& sensing, const st
 }
 
 }  // namespace
+
+ContactSetOptions Scenario::set_options() const {
+  ContactSetOptions out;
+  out.sense = options;
+  out.max_contacts = max_contacts;
+  return out;
+}
 
 Scenario load_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
   Scenario out = read_scenario(world::load_yaml_with_base(file), file.string() + ": sensing.", file.stem().string(), package_dirs);

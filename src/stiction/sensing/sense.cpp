@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
@@ -71,6 +72,24 @@ std::string_view to_string(Verdict verdict) noexcept {
   return "";
 }
 
+double calc_noise_bound(double noise, Eigen::Index n) {
+  const auto count = static_cast<double>(n);
+  return noise * noise * (count + 3 * std::sqrt(2 * count));
+}
+
+std::optional<double> calc_plausible_force(const world::Model& model) {
+  const double force = (model.effort().array() / model.reach().array()).minCoeff();
+  return std::isfinite(force) && force > 0 ? std::optional(force) : std::nullopt;
+}
+
+double calc_prior(const Sensor& sensor, double noise, double tau) {
+  double size = std::numeric_limits<double>::infinity();
+  for (const SensedLink& link : sensor.links()) size = std::min(size, link.surface.size);
+  constexpr double kShare = 0.01;
+  const double force = calc_plausible_force(sensor.model()).value_or(tau / (kShare * size));
+  return noise * noise / (force * force);
+}
+
 std::vector<ContactPoint> SenseResult::best_points() const {
   std::vector<ContactPoint> out;
   for (const Candidate& candidate : candidates) out.push_back(candidate.best);
@@ -78,12 +97,6 @@ std::vector<ContactPoint> SenseResult::best_points() const {
 }
 
 namespace {
-
-/// What three standard deviations of ‖ε‖² leave, ε with n independent normal components: a χ² distribution of mean n and variance 2n.
-double calc_noise_bound(double noise, Eigen::Index n) {
-  const auto count = static_cast<double>(n);
-  return noise * noise * (count + 3 * std::sqrt(2 * count));
-}
 
 void accept_samples(const Sensor& sensor, const SenseOptions& options, double accept, SenseWorkspace::Impl& work) {
   work.starts.clear();

@@ -32,6 +32,16 @@ struct SenseOptions {
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
+/// What three standard deviations of ‖ε‖² leave, ε with n independent normal components: a χ² distribution of mean n and variance 2n [noise²].
+double calc_noise_bound(double noise, Eigen::Index n);
+
+/// F, the deviation of forces before torques are seen: what the weakest joint holds at its full reach, min τ_max/reach [N]; nullopt where no effort is stated.
+std::optional<double> calc_plausible_force(const world::Model& model);
+
+/// ρ = σ²/F² of (Y.2) [m²]. Where no effort is stated, F is the force that makes the torques at a hundredth of the size of the smallest link.
+/// @param noise  σ [N·m]  @param tau  length of the torques [N·m]
+double calc_prior(const Sensor& sensor, double noise, double tau);
+
 enum class Verdict {
   BelowThreshold,  ///< no contact, or one that these torques do not show
   Explained,       ///< at least one candidate makes the torques, as far as noise and tolerance tell

@@ -3,8 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <limits>
-#include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/scenario.hpp"
@@ -62,46 +60,6 @@ Series load_series(const std::filesystem::path& file, const world::Model& model)
     out.tau.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(rows[i].data() + 1 + n, n);
   }
   return out;
-}
-
-Eigen::VectorXd place_robots(const world::Model& model, VectorRef joints) {
-  Eigen::VectorXd q = model.neutral();
-  q.tail(model.n_a()) = joints;
-  return q;
-}
-
-KnownCase make_random_case(const Sensor& sensor, std::span<const int> links, const FrictionCone& cone, double force, core::Random& random) {
-  const world::Model& model = sensor.model();
-  KnownCase out;
-  Eigen::VectorXd joints(model.n_a());
-  for (Eigen::Index j = 0; j < model.n_a(); ++j) {
-    const double lower = std::max(model.lower()[j], -std::numbers::pi), upper = std::min(model.upper()[j], std::numbers::pi);
-    constexpr double kShare = 0.9;
-    joints[j] = 0.5 * ((lower + upper) + kShare * (upper - lower) * random.uniform(-1, 1));
-  }
-  out.q = place_robots(model, joints);
-  out.contact.link = links[static_cast<std::size_t>(random.index(static_cast<int>(links.size())))];
-  const SensedLink& link = sensor.links()[static_cast<std::size_t>(out.contact.link)];
-  const SurfacePoint point = sample_surface(link.surface, 1, Sampling::Uniform, random.bits())[0];
-  Eigen::Vector3d f_C;
-  do {
-    f_C = Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
-  } while (!cone.contains(f_C));
-  out.contact.p_L = point.p_L;
-  out.contact.f_L = force * (make_contact_frame(link.surface.normal(point.triangle, point.p_L, sensor.options().normals)) * f_C);
-  out.tau = calc_contact_torque(model, out.q, link.surface.body, out.contact.p_L, out.contact.f_L);
-  return out;
-}
-
-double calc_distance(const SenseResult& result, const Candidate& candidate, const KnownContact& contact) {
-  double squared = std::numeric_limits<double>::infinity();
-  if (candidate.best.link != contact.link) return squared;
-  for (int i = candidate.first; i < candidate.first + candidate.count; ++i) {
-    const ContactPoint& point = result.points[static_cast<std::size_t>(i)];
-    if (point.residual <= std::max(result.explained, candidate.best.residual))
-      squared = std::min(squared, (point.p_L - contact.p_L).squaredNorm());
-  }
-  return std::sqrt(squared);
 }
 
 }  // namespace stiction::sensing

@@ -1,0 +1,126 @@
+#include "published_cycle.hpp"
+
+#if __has_include(<proxsuite/proxqp/dense/dense.hpp>)
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <proxsuite/proxqp/dense/dense.hpp>
+
+#include "stiction/sensing/residual_map.hpp"
+
+namespace stiction::bench {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+/// (4.5) as a program of β ≥ 0.
+class QpResidual {
+ public:
+  explicit QpResidual(int rays) : solver_(rays, 0, rays), identity_(Eigen::MatrixXd::Identity(rays, rays)) {
+    lower_.setZero(rays);
+    upper_.setConstant(rays, 1e20);
+    solver_.settings.eps_abs = 1e-5;  // a hundredth of OSQP's
+    solver_.settings.eps_rel = 0;
+    solver_.settings.compute_timings = false;
+    solver_.settings.initial_guess = proxsuite::proxqp::InitialGuessStatus::WARM_START_WITH_PREVIOUS_RESULT;
+  }
+
+  sensing::ContactPoint evaluate(const sensing::LinkTorque& torque, const sensing::FrictionCone& cone, const sensing::ContactPoint& point) {
+    const Eigen::Matrix3d R_LC = sensing::make_contact_frame(point.n_L);
+    const Eigen::MatrixXd J = (torque.torque_map(point.p_L) * R_LC * cone.ray_matrix()).transpose();
+    H_ = 2 * J * J.transpose();
+    g_ = -2 * J * torque.R_tau;
+    if (first_)
+      solver_.init(H_, g_, proxsuite::nullopt, proxsuite::nullopt, identity_, lower_, upper_);
+    else
+      solver_.update(H_, g_, proxsuite::nullopt, proxsuite::nullopt, identity_, lower_, upper_);
+    first_ = false;
+    solver_.solve();
+    unsolved_ += solver_.results.info.status != proxsuite::proxqp::QPSolverOutput::PROXQP_SOLVED;
+    sensing::ContactPoint out = point;
+    out.f_L = R_LC * cone.ray_matrix() * solver_.results.x;
+    out.residual = (J.transpose() * solver_.results.x - torque.R_tau).squaredNorm();
+    return out;
+  }
+
+  int unsolved() const { return unsolved_; }
+
+ private:
+  proxsuite::proxqp::dense::QP<double> solver_;
+  Eigen::MatrixXd identity_, H_;
+  Eigen::VectorXd g_, lower_, upper_;
+  bool first_ = true;
+  int unsolved_ = 0;
+};
+
+/// Algorithm 4, as sensing::descend has it.
+void descend(QpResidual& qp, const sensing::SensedLink& link, const sensing::LinkTorque& torque, const sensing::FrictionCone& cone,
+             sensing::ContactPoint point) {
+  const sensing::SteepestDescent options;
+  const double size = link.surface.size, enough = std::pow(sensing::SenseOptions{}.tolerance, 2) * torque.tau_tau;
+  for (int step = 0; step < options.max_steps && point.residual > enough; ++step) {
+    const Vector3d gradient = 0.5 * sensing::calc_gradient(torque, point.p_L, point.f_L);
+    const Vector3d t = gradient - point.n_L.dot(gradient) * point.n_L;
+    const double length = t.norm();
+    if (length <= options.tol_gradient * torque.tau_tau / size) return;
+    double a = std::min(options.max_step * size / length, 1.0);
+    sensing::ContactPoint trial = point;
+    for (int tries = 0;; a *= options.backtrack) {
+      trial.p_L = point.p_L - a * t;
+      if (0.5 * qp.evaluate(torque, cone, trial).residual < 0.5 * point.residual - options.armijo * a * length * length) break;
+      if (++tries > options.max_backtracks) return;
+    }
+    const auto closest = link.surface.tree.closest(trial.p_L, point.triangle);
+    if ((closest.point - trial.p_L).norm() > options.max_step * size) return;
+    point.triangle = closest.triangle;
+    point.p_L = closest.point;
+    point.n_L = link.surface.normals.col(closest.triangle);
+    point = qp.evaluate(torque, cone, point);
+  }
+}
+
+}  // namespace
+
+std::optional<PublishedCycle> time_published_cycle(const sensing::Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau,
+                                                   const sensing::FrictionCone& cone, double accept, int repeat) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds = [](Clock::time_point since) { return std::chrono::duration<double>(Clock::now() - since).count(); };
+  PublishedCycle out;
+  QpResidual qp(cone.rays());
+  for (int r = 0; r < repeat; ++r) {
+    const auto begin = Clock::now();
+    const std::vector<sensing::LinkTorque> torques = sensing::make_link_torques(sensor, q, tau);
+    std::vector<sensing::ContactPoint> starts;
+    Index samples = 0;
+    for (std::size_t i = 0; i < torques.size(); ++i) {
+      const sensing::SensedLink& link = sensor.links()[i];
+      for (const sensing::SurfacePoint& sample : link.samples) {
+        const sensing::ContactPoint point{
+            .link = static_cast<int>(i), .triangle = sample.triangle, .p_L = sample.p_L, .n_L = link.surface.normals.col(sample.triangle)};
+        ++samples;
+        starts.push_back(qp.evaluate(torques[i], cone, point));
+        if (starts.back().residual > accept) starts.pop_back();
+      }
+    }
+    out.residuals.push_back(seconds(begin) / static_cast<double>(samples));
+    for (const sensing::ContactPoint& start : starts) {
+      const auto link = static_cast<std::size_t>(start.link);
+      descend(qp, sensor.links()[link], torques[link], cone, start);
+    }
+    out.cycles.push_back(seconds(begin));
+    out.accepted = static_cast<int>(starts.size());
+  }
+  out.unsolved = qp.unsolved();
+  return out;
+}
+
+}  // namespace stiction::bench
+#else
+namespace stiction::bench {
+std::optional<PublishedCycle> time_published_cycle(const sensing::Sensor&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                                   const sensing::FrictionCone&, double, int) {
+  return std::nullopt;
+}
+}  // namespace stiction::bench
+#endif

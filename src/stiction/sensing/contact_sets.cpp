@@ -1,0 +1,301 @@
+#include "stiction/sensing/contact_sets.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::sensing {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+using Eigen::VectorXd;
+
+namespace {
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+}  // namespace
+
+struct ContactSetWorkspace::Impl {
+  std::shared_ptr<const Sensor> sensor;
+  std::vector<int> bodies;
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  ContactRowsWorkspace rows_work;
+  ContactRows rows;
+  JointWorkspace joint;
+  // One greedy step: what is left of the rows when forces of a set may have any value.
+  Eigen::MatrixXd span;  ///< orthonormal columns
+  Eigen::MatrixX3d map;
+  Matrix3Xd J_w, J_v;
+  VectorXd tau, residuals;
+  Eigen::MatrixXd scratch;
+  LinkTorque torque;
+  std::vector<int> order;
+  std::vector<ContactSet> parents, grown, found;
+
+  explicit Impl(std::shared_ptr<const Sensor> s) : sensor(std::move(s)), kinematics_work(sensor->model()) {
+    Index most = 0;
+    for (const auto& link : sensor->links()) {
+      bodies.push_back(link.surface.body);
+      most = std::max(most, link.batch.rows.cols());
+    }
+    residuals.resize(most);
+  }
+};
+
+ContactSetWorkspace::ContactSetWorkspace(std::shared_ptr<const Sensor> sensor) : impl_(std::make_unique<Impl>(std::move(sensor))) {}
+ContactSetWorkspace::~ContactSetWorkspace() = default;
+ContactSetWorkspace::ContactSetWorkspace(ContactSetWorkspace&&) noexcept = default;
+
+void ContactSetOptions::validate() const {
+  sense.validate();
+  const auto require = [](const char* field, int value, int least, const char* expected) {
+    if (value < least) core::throw_invalid(field, fmt::format("{}", value), expected);
+  };
+  if (max_contacts < 1 || max_contacts > kMostContacts)
+    core::throw_invalid("max_contacts", fmt::format("{}", max_contacts), "an integer from 1 to 3");
+  require("starts", starts, 1, "an integer ≥ 1");
+  require("descents", descents, 1, "an integer ≥ 1");
+  if (sense.cone.is_lorentz())
+    core::throw_invalid("rays", "0 (the exact cone)", "a polyhedral cone, of 3 to 64 rays, for several contacts");
+}
+
+namespace {
+
+std::array<int, kMostContacts> links_of(const ContactSet& set) {
+  std::array<int, kMostContacts> out{-1, -1, -1};
+  for (int i = 0; i < set.count; ++i) out[at(i)] = set.contacts[at(i)].link;
+  return out;
+}
+
+/// A strict order that no tie leaves to chance.
+auto rank_of(const ContactSet& set) {
+  return std::tuple(set.objective, links_of(set), set.contacts[0].triangle, set.contacts[1].triangle, set.contacts[2].triangle);
+}
+
+class Search {
+ public:
+  Search(const Sensor& sensor, const ContactSetOptions& options, ContactSetWorkspace::Impl& work, ContactSetResult& out, double prior)
+      : sensor_(sensor),
+        options_(options),
+        work_(work),
+        out_(out),
+        problem_{sensor, work.rows, options.sense.cone, prior, options.sense.noise} {}
+
+  /// Sets of `count` contacts from work.parents, of one contact less, to work.found.
+  void grow(int count) {
+    work_.grown.clear();
+    if (count > 1)
+      for (const ContactSet& parent : work_.parents) extend(parent, 1);
+    if (count == 2) extend_samples();
+    if (count == 1) extend(ContactSet{}, options_.starts);
+    refine(count);
+  }
+
+  const JointProblem& problem() const { return problem_; }
+
+ private:
+  ContactPoint sample_point(int link, int sample) const {
+    const SurfacePoint& point = sensor_.links()[at(link)].samples[at(sample)];
+    return {.link = link,
+            .triangle = point.triangle,
+            .p_L = point.p_L,
+            .n_L = sensor_.links()[at(link)].surface.normal(point.triangle, point.p_L, sensor_.options().normals)};
+  }
+
+  /// Single points spread over every link, whatever they leave by themselves.
+  void extend_samples() {
+    for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link) {
+      const auto samples = static_cast<int>(sensor_.links()[at(link)].samples.size()), n = std::min(samples, options_.starts);
+      for (int i = 0; i < n; ++i) {
+        ContactSet one;
+        one.count = 1;
+        one.contacts[0] = sample_point(link, static_cast<int>((2L * i + 1) * samples / (2L * n)));
+        extend(one, 1);
+      }
+    }
+  }
+
+  /// Orthonormal columns that span the torques of any forces at the points of a set.
+  void fill_span(const ContactSet& set) {
+    const Index rows = work_.rows.tau.size();
+    work_.span.resize(rows, 3 * kMostContacts);
+    rank_ = 0;
+    for (int i = 0; i < set.count; ++i) {
+      const ContactPoint& point = set.contacts[at(i)];
+      work_.map.resize(rows, 3);
+      work_.map = work_.rows.J_v[at(point.link)].transpose();
+      work_.map.noalias() += work_.rows.J_w[at(point.link)].transpose().lazyProduct(LinkTorque::skew(point.p_L));
+      for (Index k = 0; k < 3; ++k) {
+        auto column = work_.map.col(k);
+        const double length = column.norm();
+        for (int pass = 0; pass < 2; ++pass)
+          for (Index j = 0; j < rank_; ++j) column -= work_.span.col(j).dot(column) * work_.span.col(j);
+        constexpr double kRounding = 1e-9;
+        const double left = column.norm();
+        if (left > kRounding * length) work_.span.col(rank_++) = column / left;
+      }
+    }
+  }
+
+  /// M (I − Q Qᵀ).
+  void project(const Matrix3Xd& M, Matrix3Xd& out) const {
+    out = M;
+    for (Index j = 0; j < rank_; ++j) out.noalias() -= (M * work_.span.col(j)).lazyProduct(work_.span.col(j).transpose());
+  }
+
+  /// Adds to a set, on every link, the `most` samples that leave least when its own forces may have any value.
+  void extend(const ContactSet& set, int most) {
+    fill_span(set);
+    work_.tau = work_.rows.tau;
+    for (Index j = 0; j < rank_; ++j) work_.tau -= work_.span.col(j).dot(work_.tau) * work_.span.col(j);
+    for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link) {
+      const SampleBatch& batch = sensor_.links()[at(link)].batch;
+      project(work_.rows.J_w[at(link)], work_.J_w);
+      project(work_.rows.J_v[at(link)], work_.J_v);
+      work_.torque.assign(work_.J_w, work_.J_v, work_.tau, work_.scratch);
+      work_.torque.prior = problem_.prior;
+      calc_residuals(work_.torque, batch, options_.sense.cone, work_.residuals);
+      work_.order.clear();
+      for (int i = 0; i < static_cast<int>(batch.size); ++i) work_.order.push_back(i);
+      const auto n = std::min(work_.order.size(), static_cast<std::size_t>(most));
+      std::partial_sort(work_.order.begin(), work_.order.begin() + static_cast<std::ptrdiff_t>(n), work_.order.end(),
+                        [&](int a, int b) { return std::pair(work_.residuals[a], a) < std::pair(work_.residuals[b], b); });
+      for (std::size_t i = 0; i < n; ++i) {
+        ContactSet larger = set;
+        larger.contacts[at(larger.count++)] = sample_point(link, work_.order[i]);
+        arrange(larger);
+        work_.joint.active_set.forget();
+        evaluate(problem_, work_.joint, larger);
+        work_.grown.push_back(larger);
+      }
+    }
+  }
+
+  /// By link, then by place, so that a set has one name.
+  static void arrange(ContactSet& set) {
+    const auto key = [](const ContactPoint& p) { return std::tuple(p.link, p.p_L.z(), p.p_L.y(), p.p_L.x()); };
+    std::sort(set.contacts.begin(), set.contacts.begin() + set.count,
+              [&](const ContactPoint& a, const ContactPoint& b) { return key(a) < key(b); });
+  }
+
+  /// Whether every contact of a set lies within `radius` spacings of that of the other one.
+  bool is_near(const ContactSet& a, const ContactSet& b, double radius) const {
+    for (int i = 0; i < a.count; ++i) {
+      const ContactPoint &p = a.contacts[at(i)], &q = b.contacts[at(i)];
+      if (p.link != q.link || (p.p_L - q.p_L).norm() > radius * sensor_.links()[at(p.link)].spacing) return false;
+    }
+    return true;
+  }
+
+  /// Descends from the best sets of every combination of links, none of them near another one.
+  void refine(int count) {
+    work_.found.clear();
+    std::sort(work_.grown.begin(), work_.grown.end(), [](const ContactSet& a, const ContactSet& b) {
+      return std::pair(links_of(a), rank_of(a)) < std::pair(links_of(b), rank_of(b));
+    });
+    std::size_t begin = 0, tried = 0;
+    for (std::size_t i = 0; i < work_.grown.size(); ++i) {
+      if (i > 0 && links_of(work_.grown[i]) != links_of(work_.grown[i - 1])) begin = i, tried = 0;
+      if (tried == at(options_.descents)) continue;
+      const auto repeats = [&](const ContactSet& other) { return is_near(work_.grown[i], other, options_.sense.thin); };
+      if (std::any_of(work_.grown.begin() + static_cast<std::ptrdiff_t>(begin),
+                      work_.grown.begin() + static_cast<std::ptrdiff_t>(begin + tried), repeats))
+        continue;
+      std::swap(work_.grown[begin + tried++], work_.grown[i]);
+      descend_from(work_.grown[begin + tried - 1], count);
+    }
+  }
+
+  void descend_from(const ContactSet& start, int count) {
+    ++out_.descents;
+    ContactSet set = start;
+    work_.joint.active_set.forget();
+    descend(problem_, options_.descent, out_.explained, work_.joint, set);
+    for (int i = 0; i < count; ++i)
+      if (set.contacts[at(i)].f_L.isZero(0)) return;  // fewer contacts do as well
+    arrange(set);
+    work_.found.push_back(set);
+  }
+
+  const Sensor& sensor_;
+  const ContactSetOptions& options_;
+  ContactSetWorkspace::Impl& work_;
+  ContactSetResult& out_;
+  JointProblem problem_;
+  Index rank_ = 0;
+};
+
+/// The set `best` and all after it on the same links become a group.
+void add_group(const JointProblem& problem, JointWorkspace& joint, const std::vector<ContactSet>& found, std::size_t best,
+               ContactSetResult& out) {
+  ContactGroup group{.first = static_cast<int>(out.sets.size())};
+  for (std::size_t k = best; k < found.size(); ++k) {
+    if (links_of(found[k]) != links_of(found[best])) continue;
+    ContactSet& set = out.sets.emplace_back(found[k]);
+    calc_identifiability(problem, joint, set);
+    ++group.count;
+    for (int c = 0; c < set.count; ++c)
+      group.extent[at(c)] = std::max(group.extent[at(c)], (set.contacts[at(c)].p_L - found[best].contacts[at(c)].p_L).norm());
+  }
+  out.groups.push_back(group);
+}
+
+/// The sets that explain, by combination of links, the best combination first; the best set where none does.
+void collect(const JointProblem& problem, JointWorkspace& joint, std::vector<ContactSet>& found, ContactSetResult& out) {
+  std::sort(found.begin(), found.end(), [](const ContactSet& a, const ContactSet& b) { return rank_of(a) < rank_of(b); });
+  const bool any = !found.empty() && found.front().objective <= out.explained;
+  out.verdict = any ? Verdict::Explained : Verdict::Unexplained;
+  if (any)
+    std::erase_if(found, [&](const ContactSet& s) { return s.objective > out.explained; });
+  else if (!found.empty())
+    found.erase(found.begin() + 1, found.end());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const auto same = [&](const ContactSet& s) { return links_of(s) == links_of(found[i]); };
+    if (std::none_of(out.sets.begin(), out.sets.end(), same)) add_group(problem, joint, found, i, out);
+  }
+  out.ambiguous = any && (out.groups.size() > 1 || out.sets.front().freedom > 0);
+}
+
+void require_input(const world::Model& model, const ContactSetInput& input) {
+  world::require_configuration(model, "q", input.q);
+  core::require_size("tau", input.tau.size(), model.n_a());
+  core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
+  if (input.base != nullptr) input.base->validate();
+}
+
+}  // namespace
+
+void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const ContactSetOptions& options, ContactSetWorkspace& workspace,
+                    ContactSetResult& out) {
+  const world::Model& model = sensor.model();
+  options.validate();
+  require_input(model, input);
+  ContactSetWorkspace::Impl& work = workspace.impl();
+  const double noise = options.sense.noise;
+  out.verdict = Verdict::BelowThreshold;
+  out.ambiguous = false;
+  out.contacts = out.descents = 0;
+  out.sets.clear();
+  out.groups.clear();
+
+  world::calc_kinematics(model, input.q, work.kinematics_work, work.kinematics);
+  calc_contact_rows(model, work.kinematics, work.bodies, input.tau, input.base, noise, work.rows_work, work.rows);
+  const double tau_tau = work.rows.tau.squaredNorm();
+  out.explained = std::max(options.sense.tolerance * options.sense.tolerance * tau_tau, calc_noise_bound(noise, work.rows.tau.size()));
+  if (work.rows.tau.cwiseAbs().maxCoeff() < options.sense.threshold.value_or(4 * noise)) return;
+
+  Search search(sensor, options, work, out, calc_prior(sensor, noise, work.rows.tau.norm()));
+  const auto explains = [&](const ContactSet& set) { return set.objective <= out.explained; };
+  for (int count = 1; count <= options.max_contacts; ++count) {
+    search.grow(count);
+    out.contacts = count;
+    if (std::any_of(work.found.begin(), work.found.end(), explains)) break;
+    if (count < options.max_contacts) work.parents.swap(work.found);
+  }
+  collect(search.problem(), work.joint, work.found, out);
+}
+
+}  // namespace stiction::sensing
