@@ -60,6 +60,7 @@ Run declare_refine(CLI::App& command);
 Run declare_solve(CLI::App& command);
 Run declare_sense(CLI::App& command);
 Run declare_view(CLI::App& command);
+Run declare_studio(CLI::App& command);
 Run declare_control(CLI::App& command);
 Run declare_bench(CLI::App& command);
 Run declare_reproduce(CLI::App& command);

@@ -109,7 +109,7 @@ void bind_planning(nb::module_& m) {
         "those "
         "of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error "
         "in it "
-        "stop the search.\n\n"
+        "stop the search, so does False, which keeps the best path so far (Cancelled).\n\n"
         "status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest "
         "at "
         "the start). Raises InvalidInput.");

@@ -60,6 +60,10 @@ void bind_lint(nb::module_& m) {
   nb::class_<tasks::Finding>(m, "Finding", "Something in a task that is hardly what was meant.")
       .def_ro("kind", &tasks::Finding::kind)
       .def_ro("message", &tasks::Finding::message, "field or body, what was found, what was likely meant")
+      .def_ro("where", &tasks::Finding::where, "start or goal, where it is a matter of one of them; else empty")
+      .def_ro("names", &tasks::Finding::names, "geometries (body/geometry) or the object that it is about")
+      .def_ro("p_W", &tasks::Finding::p_W, "of an overlap or a gap, halfway between the nearest points [m] (3)")
+      .def_ro("amount", &tasks::Finding::amount, "depth of an overlap, width of a gap, or what is missing to reach [m]")
       .def("__repr__", [](const tasks::Finding& f) { return fmt::format("<stiction.Finding: {}: {}>", f.kind, f.message); });
   m.def("lint", [](const tasks::Task& task) { return tasks::lint(task); }, "task"_a, nb::call_guard<nb::gil_scoped_release>(),
         "Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong.");

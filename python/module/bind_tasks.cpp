@@ -60,6 +60,9 @@ void bind_tasks(nb::module_& m) {
       .def_ro("model", &Task::model)
       .def_prop_ro(
           "q_start", [](const Task& task) { return task.problem.q_start; }, "(n_q)")
+      .def_prop_ro(
+          "q_goal", [](const Task& task) { return task.problem.q_goal; },
+          "of the objects at the goal; of a goal region what is nearest to the start (n_qu)")
       .def_prop_ro("goal", [](const Task& task) { return task.problem.goal; })
       .def_prop_ro(
           "options",

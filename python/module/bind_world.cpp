@@ -99,6 +99,29 @@ world::Scene scene_of_dict(const nb::dict& scene, const std::optional<std::files
   return world::parse_scene(yaml_text(scene), folder_of(base), tasks::default_package_dirs());
 }
 
+struct ShapeDict {
+  nb::dict operator()(const world::Sphere& s) const { return of("sphere", "radius", s.radius); }
+  nb::dict operator()(const world::Capsule& s) const { return with(of("capsule", "radius", s.radius), "half_length", s.half_length); }
+  nb::dict operator()(const world::Box& s) const { return of("box", "half_extents", Eigen::VectorXd(s.half_extents)); }
+  nb::dict operator()(const world::Cylinder& s) const { return with(of("cylinder", "radius", s.radius), "half_length", s.half_length); }
+  nb::dict operator()(const world::HalfSpace&) const { return with(nb::dict(), "type", "half_space"); }
+  nb::dict operator()(const world::Mesh& s) const {
+    return with(of("mesh", "vertices", Rows(s.mesh->vertices.transpose())), "triangles", Triangles(s.mesh->triangles.transpose()));
+  }
+
+ private:
+  using Triangles = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  template <class Value>
+  static nb::dict with(nb::dict out, const char* key, const Value& value) {
+    out[key] = value;
+    return out;
+  }
+  template <class Value>
+  static nb::dict of(const char* type, const char* key, const Value& value) {
+    return with(with(nb::dict(), "type", type), key, value);
+  }
+};
+
 template <class T>
 std::vector<T> list_of(std::span<const T> items) {
   return {items.begin(), items.end()};
@@ -140,6 +163,10 @@ void bind_records(nb::module_& m) {
       .def_ro("name", &world::Geometry::name)
       .def_ro("body", &world::Geometry::body)
       .def_ro("X_BG", &world::Geometry::X_BG)
+      .def_prop_ro(
+          "shape", [](const world::Geometry& g) { return std::visit(ShapeDict{}, g.shape); },
+          nb::sig("def shape(self) -> dict[str, object]"),
+          "its `type` and the numbers of that type, as in a plan file (docs/plan_file.md) [m]; arrays for those of a mesh")
       .def_ro("friction", &world::Geometry::friction);
   nb::class_<world::Pair>(m, "Pair")
       .def_ro("geometry_a", &world::Pair::geometry_a)
@@ -160,6 +187,7 @@ void bind_records(nb::module_& m) {
       .def_ro("n_v", &world::ObjectInfo::n_v)
       .def_ro("q_begin", &world::ObjectInfo::q_begin)
       .def_ro("n_q", &world::ObjectInfo::n_q)
+      .def_ro("parent", &world::ObjectInfo::parent, "index of the object that it hangs on, or -1")
       .def_ro("mass", &world::ObjectInfo::mass, "[kg]");
   nb::class_<world::Kinematics>(m, "Kinematics", "Poses of all bodies and axes of all coordinates at one configuration.")
       .def_ro("X_WB", &world::Kinematics::X_WB)

@@ -7,9 +7,10 @@
 
 namespace stiction::python {
 
-using Callback = std::optional<nb::typed<nb::callable, void(core::Progress)>>;
+using Callback = std::optional<nb::typed<nb::callable, std::optional<bool>(core::Progress)>>;
 
-/// Lets Ctrl-C and the caller's function stop a run that goes on without Python's lock.
+/// Lets Ctrl-C and the caller's function stop a run that goes on without Python's lock. False of the function keeps what was found so far,
+/// an error in it is that of the call.
 class Watcher {
  public:
   explicit Watcher(const Callback& callback) : callback_(callback) {}
@@ -32,7 +33,7 @@ class Watcher {
     const nb::gil_scoped_acquire locked;
     try {
       if (PyErr_CheckSignals() != 0) throw nb::python_error();
-      if (callback_) (*callback_)(progress);
+      if (callback_ && (*callback_)(progress).is(nb::bool_(false))) cancel_.store(true);
     } catch (...) {
       error_ = std::current_exception();
       cancel_.store(true);

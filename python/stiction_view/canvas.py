@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from . import links
+from .bodies import Color, body_meshes
 from .plan import Body, Geometry
-from .scene import Color, body_meshes
 
 CREASE = 0.8  # [rad] edges sharper than this look sharp
 NEIGHBOURS = 4  # samples that colour a vertex

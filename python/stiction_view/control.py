@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from . import canvas, scene
+from . import bodies as drawn
+from . import canvas
 from .plan import read_bodies, read_document, rotation_matrices
 
 FORMAT = "stiction-control"
 FORMAT_VERSION = 1
-FREE: scene.Color = (70, 122, 214)
-BOUND: scene.Color = (20, 22, 28)
-LINES: list[scene.Color] = [(206, 24, 74), (70, 122, 214), (38, 160, 92), (238, 126, 36), (128, 112, 196), (20, 150, 160), (150, 110, 60)]
+FREE: drawn.Color = (70, 122, 214)
+BOUND: drawn.Color = (20, 22, 28)
+LINES: list[drawn.Color] = [(206, 24, 74), (70, 122, 214), (38, 160, 92), (238, 126, 36), (128, 112, 196), (20, 150, 160), (150, 110, 60)]
 LAWS = {"contact_aware": "forces bounded", "unconstrained": "tracking alone", "null_space": "null space"}
 
 
@@ -23,7 +24,7 @@ def load_control(file: Path) -> dict[str, Any]:
     return read_document(file, FORMAT, FORMAT_VERSION, read)
 
 
-def line(name: str, color: scene.Color, values: np.ndarray, dash: bool = False) -> dict[str, Any]:
+def line(name: str, color: drawn.Color, values: np.ndarray, dash: bool = False) -> dict[str, Any]:
     return {"name": name, "color": color, "values": canvas.pack(values, "<f4"), "dash": dash}
 
 
@@ -47,7 +48,7 @@ def read(data: dict[str, Any]) -> dict[str, Any]:
     entries, seen = [], []
     for body, corners in world.parts():
         robot = bodies[body].kind == "robot"
-        color = scene.FIXED if bodies[body].kind == "fixed" else scene.ROBOT if bodies[body].moving is not None else scene.ROBOT_BASE
+        color = drawn.FIXED if bodies[body].kind == "fixed" else drawn.ROBOT if bodies[body].moving is not None else drawn.ROBOT_BASE
         entries.append(canvas.mesh_entry(body, corners, color, 1.0 if robot else 0.55))
         seen.append((body, corners.reshape(-1, 3)))
     some = everywhere[:: max(1, len(everywhere) // 10)]
@@ -63,7 +64,7 @@ def read(data: dict[str, Any]) -> dict[str, Any]:
     shown = [ticks[f["tick"]] for f in frames]
     arrows = [
         [
-            {"point": f["point"], "force": f["force"], "color": scene.FORCE, "label": f"{np.linalg.norm(f['force']):.1f} N"}
+            {"point": f["point"], "force": f["force"], "color": drawn.FORCE, "label": f"{np.linalg.norm(f['force']):.1f} N"}
             for f in tick["forces"]
         ]
         for tick in shown
@@ -84,7 +85,7 @@ def read(data: dict[str, Any]) -> dict[str, Any]:
         "arrow": canvas.arrow_scale([float(np.linalg.norm(f)) for f in pushes], view["radius"]),
         "rows": [["law", LAWS.get(data["law"], data["law"])], ["bound", f"{limit:g} N"], ["impact", f"{max([float(np.linalg.norm(f)) for f in pushes], default=0.0):.1f} N at most"]],
         "frame_rows": [_rows(data, tick) for tick in shown],
-        "keys": [[scene.FORCE, "contact force on the arm"]],
+        "keys": [[drawn.FORCE, "contact force on the arm"]],
         "plot_times": canvas.pack(np.array([t["t"] for t in ticks]), "<f4"),
         "plots": _plots(data, ticks, limit),
     }

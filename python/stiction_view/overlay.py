@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import html
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,12 +10,15 @@ from typing import Any
 import numpy as np
 import viser
 
-from . import meshes, scene
+from . import scene
+from .bodies import OBJECT, OBJECT_AXES, Color, body_meshes, slug
+from .drawing import Drawing
+from .frames import HOLD_END, HOLD_START
 from .plan import Contact, Plan, load_plan, read_document
 
 FORMAT = "stiction-simulation"
 FORMAT_VERSION = 1
-PLANNED: scene.Color = (70, 122, 214)
+PLANNED: Color = (70, 122, 214)
 MAX_SECONDS = 45.0  # of the show; longer runs are played faster
 
 
@@ -70,7 +72,7 @@ def _read(plan: Plan, data: dict[str, Any]) -> Simulation:
     return Simulation(simulated, planned, np.array([frame["t"] for frame in frames], dtype=float), report)
 
 
-class OverlayDrawing(scene.Drawing):
+class OverlayDrawing(Drawing):
     """The drawing of the simulated motion, and a ghost of every object where the plan has it."""
 
     def __init__(self, server: viser.ViserServer, simulation: Simulation):
@@ -79,16 +81,16 @@ class OverlayDrawing(scene.Drawing):
         super().__init__(server, simulation.plan)
         seconds = simulation.times[self.frames]
         rate = max(1.0, (seconds[-1] - seconds[0]) / MAX_SECONDS)
-        self.times = scene.HOLD_START + (seconds - seconds[0]) / rate
+        self.times = HOLD_START + (seconds - seconds[0]) / rate
         self.times[0] = 0.0
-        self.times = np.append(self.times, self.times[-1] + scene.HOLD_END)
+        self.times = np.append(self.times, self.times[-1] + HOLD_END)
         self.rate = rate
-        for part in scene.body_meshes(self.plan, {}):
+        for part in body_meshes(self.plan, {}):
             body = self.plan.bodies[part.body]
             if body.kind != "object" or body.moving is None:
                 continue
             row = simulation.planned[0, body.moving]
-            node = f"/planned/{scene._slug(body.name)}"
+            node = f"/planned/{slug(body.name)}"
             frame = server.scene.add_frame(node, show_axes=False, wxyz=row[3:], position=row[:3])
             # Only the far side of a slightly larger copy, as for the goal: where both coincide it is a rim.
             middle = part.mesh[0].mean(axis=0)
@@ -103,7 +105,7 @@ class OverlayDrawing(scene.Drawing):
                 receive_shadow=False,
             )
             extent = float(np.abs(part.mesh[0]).max())
-            server.scene.add_frame(f"{node}/axes", axes_length=scene.OBJECT_AXES * extent, axes_radius=0.018 * extent, origin_radius=0.0)
+            server.scene.add_frame(f"{node}/axes", axes_length=OBJECT_AXES * extent, axes_radius=0.018 * extent, origin_radius=0.0)
             self.ghosts.append((body.moving, frame))
 
     def show(self, knot: int) -> None:
@@ -140,8 +142,8 @@ class OverlayDrawing(scene.Drawing):
             return "mean error", "–"
         return "mean error", f"{1e3 * np.mean([e['mean_position'] for e in reached]):.1f} mm, {np.mean([e['mean_angle'] for e in reached]):.3f} rad"
 
-    def keys(self) -> list[tuple[scene.Color, str]]:
-        return [(scene.OBJECT[0], "simulated"), (PLANNED, "planned"), *super().keys()[-2:]]
+    def keys(self) -> list[tuple[Color, str]]:
+        return [(OBJECT[0], "simulated"), (PLANNED, "planned"), *super().keys()[-2:]]
 
 
 def make_page(simulation: Simulation) -> str:

@@ -145,7 +145,7 @@ def read_document(file: Path, format_name: str, version: int, read: Callable[[di
 
 def load_plan(file: Path) -> Plan:
     """Reads `file`. Raises InvalidPlan."""
-    return read_document(file, FORMAT, FORMAT_VERSION, _read)
+    return read_document(file, FORMAT, FORMAT_VERSION, read_plan_object)
 
 
 def read_bodies(data: dict[str, Any]) -> tuple[list[Body], list[Geometry]]:
@@ -165,7 +165,8 @@ def read_bodies(data: dict[str, Any]) -> tuple[list[Body], list[Geometry]]:
     return bodies, geometries
 
 
-def _read(data: dict[str, Any]) -> Plan:
+def read_plan_object(data: dict[str, Any]) -> Plan:
+    """The plan of the object in its file. Raises KeyError, TypeError, ValueError or IndexError; load_plan() names the file."""
     bodies, geometries = read_bodies(data)
     moving = sum(body.moving is not None for body in bodies)
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from . import canvas, scene
+from . import bodies as drawn
+from . import canvas
 from .plan import read_bodies, read_document, rotation_matrices
 
 FORMAT = "stiction-sense"
@@ -15,9 +16,9 @@ FORMAT_VERSION = 1
 MAX_MOMENTS = 150  # on the page; longer series are thinned evenly
 MAX_OTHERS = 4  # candidates that do not explain the torques, the best of them
 MAX_SETS = 3  # sets of contacts at the same time, the best of them
-EXPLAINS: scene.Color = scene.FORCE
-OTHER: scene.Color = (122, 128, 140)
-TRUTH: scene.Color = (20, 140, 78)
+EXPLAINS: drawn.Color = drawn.FORCE
+OTHER: drawn.Color = (122, 128, 140)
+TRUTH: drawn.Color = (20, 140, 78)
 VERDICTS = {"Explained": "explained", "Unexplained": "no single contact explains them", "BelowThreshold": "below the threshold"}
 
 
@@ -40,7 +41,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
     for body, corners in world.parts():
         kind = bodies[body].kind
         fixed = kind != "robot"
-        entries.append(canvas.mesh_entry(body, corners, scene.FIXED if fixed else scene.ROBOT_BASE, 0.5 if fixed else 1.0))
+        entries.append(canvas.mesh_entry(body, corners, drawn.FIXED if fixed else drawn.ROBOT_BASE, 0.5 if fixed else 1.0))
         if not fixed:
             seen.append((body, corners.reshape(-1, 3)))
     for index, link in enumerate(data["links"]):
@@ -52,7 +53,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
         entries.append(
             {
                 "body": link["body"],
-                "color": scene.ROBOT,
+                "color": drawn.ROBOT,
                 "alpha": 1.0,
                 "link": index,
                 "points": canvas.pack(vertices, "<f4"),

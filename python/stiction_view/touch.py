@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from . import canvas, control, links, meshes, scene
+from . import bodies as drawn
+from . import canvas, control, links, meshes
 from .plan import read_document
 
 FORMAT = "stiction-touch"
 FORMAT_VERSION = 1
-UNKNOWN: scene.Color = (238, 126, 36)
-BALL: scene.Color = (70, 122, 214)
-ROUTE: scene.Color = (38, 160, 92)
-ESTIMATE: scene.Color = BALL
+UNKNOWN: drawn.Color = (238, 126, 36)
+BALL: drawn.Color = (70, 122, 214)
+ROUTE: drawn.Color = (38, 160, 92)
+ESTIMATE: drawn.Color = BALL
 SIDES = 6  # of a route
 
 
@@ -76,7 +77,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
         ["bound", f"{data['lambda_max']:g} N"],
         ["located", _located(data)],
     ]
-    page["keys"] = [[scene.FORCE, "contact force"], [ESTIMATE, "as felt by the joints; what the map has of it"], [UNKNOWN, "there, but not known"], [ROUTE, "planned way of the hand"]]
+    page["keys"] = [[drawn.FORCE, "contact force"], [ESTIMATE, "as felt by the joints; what the map has of it"], [UNKNOWN, "there, but not known"], [ROUTE, "planned way of the hand"]]
     page["plots"] = _plots(data, page["plots"])
     return page
 

@@ -123,7 +123,17 @@ class Browser:
         return self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
 
     def open(self, file: Path) -> None:
-        self.call("Page.navigate", url=file.resolve().as_uri())
+        self.visit(file.resolve().as_uri())
+
+    def visit(self, address: str) -> None:
+        self.call("Page.navigate", url=address)
+
+    def choose_file(self, file: Path) -> None:
+        """Gives a file to the page's field for files."""
+        root = self.call("DOM.getDocument")["root"]["nodeId"]
+        field = self.call("DOM.querySelector", nodeId=root, selector="input[type=file]")["nodeId"]
+        assert field, "the page has no field for files"
+        self.call("DOM.setFileInputFiles", nodeId=field, files=[str(file)])
 
     def scrub(self, fraction: float) -> None:
         """Clicks on the time bar, which also stops the playback."""

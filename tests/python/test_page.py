@@ -16,7 +16,10 @@ import pytest
 import browser
 import synthetic
 from stiction_view import InvalidPlan, load_plan
-from stiction_view.scene import MAX_FRAMES, body_meshes, choose_frames, choose_view, frame_times, make_page, sample_surfaces, visible
+from stiction_view.bodies import body_meshes
+from stiction_view.camera import choose_view, sample_surfaces, visible
+from stiction_view.frames import MAX_FRAMES, choose_frames, frame_times
+from stiction_view.scene import make_page
 
 MAX_BYTES = 10_000_000
 

@@ -104,6 +104,34 @@ TEST_F(Lint, Mistakes_AreNamedWithWhatAndHowMuch) {
   }
 }
 
+TEST_F(Lint, Places_AreWhereTheMistakesAre) {
+  const auto find = [](const std::vector<Finding>& findings, const std::string& kind) {
+    const auto found = std::find_if(findings.begin(), findings.end(), [&](const Finding& f) { return f.kind == kind; });
+    EXPECT_NE(found, findings.end()) << kind;
+    return found == findings.end() ? Finding{} : *found;
+  };
+  const Finding overlap = find(lint(task("position: [0, 0, 0.04]", "position: [0, 0, 0.02]")), "overlap");
+  EXPECT_EQ(overlap.where, "start");
+  EXPECT_EQ(overlap.names, (std::vector<std::string>{"block/box_0", "ground/half_space_0"}));
+  ASSERT_TRUE(overlap.p_W && overlap.amount);
+  EXPECT_NEAR(*overlap.amount, 0.02, 1e-9);
+  EXPECT_NEAR(overlap.p_W->z(), -0.01, 1e-9);  // halfway between the ground and the lowest face
+
+  const Finding air = find(lint(task("position: [0, 0, 0.04]", "position: [0, 0, 0.34]")), "unsupported");
+  ASSERT_TRUE(air.p_W && air.amount);
+  EXPECT_GT(*air.amount, 0.01);
+
+  const Finding reach = find(lint(task("position: [0.12, 0.04, 0.04]", "position: [1.2, 0.04, 0.04]")), "reach");
+  EXPECT_EQ(reach.where, "goal");
+  EXPECT_EQ(reach.names, std::vector<std::string>{"block"});
+  EXPECT_FALSE(reach.p_W);
+  ASSERT_TRUE(reach.amount);
+  EXPECT_GT(*reach.amount, 0.1);
+
+  const Finding gravity = find(lint(task("scene:", "scene:\n  gravity: [0, 0, 9.81]")), "gravity");
+  EXPECT_TRUE(gravity.where.empty() && gravity.names.empty());
+}
+
 /// A drawer along a rail that it lies in by a tenth of a millimetre, across its slide: no joint undoes that.
 TEST_F(Lint, OverlapThatNoJointUndoes_IsNamedWhereTheStepFails) {
   const Task wedged = parse_task(R"(

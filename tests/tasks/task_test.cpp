@@ -51,6 +51,19 @@ class TaskFile : public testing::Test {
   fs::path dir_;
 };
 
+/// The base says the start as a quaternion and the goal as angles.
+TEST_F(TaskFile, RotationOfTheBase_IsSpelledAnewTheOtherWay) {
+  const Task task = load_task(write("allegro_cube", R"(
+start: {objects: {cube: {rpy: [0, 0, 0.2]}}}
+goal: {objects: {cube: {quaternion_wxyz: [0.955336489125606, 0, 0, 0.29552020666133955]}}}
+)")
+                                  .string());
+  const double yaw = 2 * std::atan2(task.problem.q_start[5], task.problem.q_start[6]);
+  EXPECT_NEAR(yaw, 0.2, 1e-12);
+  EXPECT_NEAR(std::atan2(task.problem.goal.X_WG.R(1, 0), task.problem.goal.X_WG.R(0, 0)), 0.6, 1e-12);
+  EXPECT_NEAR(task.problem.q_start[0], -0.065, 1e-15) << "the position of the base stays";
+}
+
 /// What a planar object is turned to is a rotation; the reference takes the nearest turn.
 TEST(Tasks, ReferenceOfOptimize_IsTheSameAfterAFullTurnOfAPlanarObject) {
   Task task = load_task("impc_planar_pushing");

@@ -97,6 +97,12 @@ class Geometry:
     def X_BG(self) -> Pose: ...
 
     @property
+    def shape(self) -> dict[str, object]:
+        """
+        its `type` and the numbers of that type, as in a plan file (docs/plan_file.md) [m]; arrays for those of a mesh
+        """
+
+    @property
     def friction(self) -> float: ...
 
 class Pair:
@@ -156,6 +162,10 @@ class ObjectInfo:
 
     @property
     def n_q(self) -> int: ...
+
+    @property
+    def parent(self) -> int:
+        """index of the object that it hangs on, or -1"""
 
     @property
     def mass(self) -> float:
@@ -1053,6 +1063,12 @@ class Task:
         """(n_q)"""
 
     @property
+    def q_goal(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        of the objects at the goal; of a goal region what is nearest to the start (n_qu)
+        """
+
+    @property
     def goal(self) -> Goal: ...
 
     @property
@@ -1329,7 +1345,7 @@ class RefineResult:
 
     def __repr__(self) -> str: ...
 
-def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], None] | None = None) -> RefineResult:
+def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None) -> RefineResult:
     """
     Makes a plan shorter and its regrasps wider (docs/theory/refinement.md).
 
@@ -1462,11 +1478,11 @@ class PlanResult:
 
     def __repr__(self) -> str: ...
 
-def plan(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], None] | None = None) -> PlanResult:
+def plan(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None) -> PlanResult:
     """
     Plans a path of the object to the goal (Algorithms 2 and 3).
 
-    options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search.
+    options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search, so does False, which keeps the best path so far (Cancelled).
 
     status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest at the start). Raises InvalidInput.
     """
@@ -1551,7 +1567,7 @@ class OptimizeResult:
 
     def __repr__(self) -> str: ...
 
-def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], None] | None = None) -> OptimizeResult:
+def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], bool | None] | None = None) -> OptimizeResult:
     """
     Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
 
@@ -1574,6 +1590,22 @@ class Finding:
     @property
     def message(self) -> str:
         """field or body, what was found, what was likely meant"""
+
+    @property
+    def where(self) -> str:
+        """start or goal, where it is a matter of one of them; else empty"""
+
+    @property
+    def names(self) -> list[str]:
+        """geometries (body/geometry) or the object that it is about"""
+
+    @property
+    def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')] | None:
+        """of an overlap or a gap, halfway between the nearest points [m] (3)"""
+
+    @property
+    def amount(self) -> float | None:
+        """depth of an overlap, width of a gap, or what is missing to reach [m]"""
 
     def __repr__(self) -> str: ...
 
@@ -1667,7 +1699,7 @@ class SolveResult:
 
     def __repr__(self) -> str: ...
 
-def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, tries: int = 20, friction: Sequence[float] = [1.0], speed: float = 1.0, threads: int = 0, timeout_s: float = 120.0, on_progress: Callable[[Progress], None] | None = None) -> SolveResult:
+def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, tries: int = 20, friction: Sequence[float] = [1.0], speed: float = 1.0, threads: int = 0, timeout_s: float = 120.0, on_progress: Callable[[Progress], bool | None] | None = None) -> SolveResult:
     """
     Plans, refines, checks and simulates seeds until one reaches its goal in the second-order simulation.
 

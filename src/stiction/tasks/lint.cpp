@@ -68,6 +68,21 @@ class Linter {
   void place(const Eigen::VectorXd& q) { world::calc_kinematics(model_, q, kinematics_work_, kinematics_); }
   double distance(int i) { return contact::pair_distance(model_, kinematics_, i, contact_work_).phi; }
 
+  /// Where what was said last is, as the kinematics are now. @param p  pair of an overlap or a gap
+  void place_finding(const char* where, int p) {
+    const contact::Distance d = contact::pair_distance(model_, kinematics_, p, contact_work_);
+    Finding& said = out_.back();
+    said.where = where;
+    said.names = {geometry(pair(p).geometry_a).name, geometry(pair(p).geometry_b).name};
+    said.p_W = 0.5 * (d.p_WA + d.p_WB);
+    said.amount = std::abs(d.phi);
+  }
+  void place_finding(const char* where, const std::string& name, std::optional<double> amount = {}) {
+    out_.back().where = where;
+    out_.back().names = {name};
+    out_.back().amount = amount;
+  }
+
   /// The nearest of what an object may touch. @param pair −1: there is nothing
   struct Nearest {
     int pair = -1;
@@ -101,9 +116,11 @@ class Linter {
       auto& worst = deepest.try_emplace({geometry(pair(i).geometry_a).body, geometry(pair(i).geometry_b).body}, 0.0, i).first->second;
       if (phi < worst.first) worst = {phi, i};
     }
-    for (const auto& [bodies, worst] : deepest)
+    for (const auto& [bodies, worst] : deepest) {
       say("overlap", "{}: '{}' and '{}' overlap by {}", where, geometry(pair(worst.second).geometry_a).name,
           geometry(pair(worst.second).geometry_b).name, length(-worst.first));
+      place_finding(where, worst.second);
+    }
   }
 
   /// The first step of the plan, from the start with the joints commanded where they are.
@@ -122,6 +139,7 @@ class Linter {
     if (worst < 0) return say("stuck", "start: no step can be made from here ({})", core::to_string(status));
     say("stuck", "start: no step can be made from here ({}): nothing can undo that '{}' and '{}' overlap by {}", core::to_string(status),
         geometry(pair(worst).geometry_a).name, geometry(pair(worst).geometry_b).name, length(depth));
+    place_finding("start", worst);
   }
 
   /// Gravity moves the object, which is not on a hinge, along a coordinate.
@@ -140,8 +158,10 @@ class Linter {
     const Nearest n = nearest(o, true);
     if (n.pair < 0) {
       say("unsupported", "start: nothing can touch '{}': it falls without end", object(o).name);
+      place_finding("start", object(o).name);
     } else if (n.phi > near(n.pair)) {
       say("unsupported", "start: '{}' touches nothing, '{}' is {} away: it falls first", object(o).name, other(n.pair, o), length(n.phi));
+      place_finding("start", n.pair);
     }
   }
 
@@ -163,6 +183,7 @@ class Linter {
     if (hands.size() > 1 || flat) return;
     say("hold", "goal: '{}' is in the air, {} from the nearest support, and nothing can hold it there: the robots touch it with {}",
         object(o).name, n.pair < 0 ? "far" : length(n.phi), hands.empty() ? "nothing" : "one round body");
+    place_finding("goal", object(o).name);
   }
 
   /// What hangs on the object, and what the object hangs on, moves it as well.
@@ -188,8 +209,9 @@ class Linter {
       const Eigen::Vector3d centre = kinematics_.X_WB[static_cast<std::size_t>(geometry(g).body)] * geometry(g).p_BCenter;
       least = std::min(least, reach_.distance(centre, geometry(g).bounding_radius));
     }
-    if (least > 0 && std::isfinite(least))
-      say("reach", "{}: no robot reaches '{}': it is at least {} too far away", where, object(o).name, length(least));
+    if (!(least > 0 && std::isfinite(least))) return;
+    say("reach", "{}: no robot reaches '{}': it is at least {} too far away", where, object(o).name, length(least));
+    place_finding(where, object(o).name, least);
   }
 
   void weight() {
@@ -243,8 +265,10 @@ class Linter {
   }
 
   void goal_at_start() {
-    if (planning::goal_error(model_, task_.problem.q_start, goal()).within(goal()))
+    if (planning::goal_error(model_, task_.problem.q_start, goal()).within(goal())) {
       say("goal", "goal: '{}' is there at the start already", object(goal().object).name);
+      place_finding("goal", object(goal().object).name);
+    }
   }
 
   const Task& task_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +14,11 @@ namespace stiction::tasks {
 struct Finding {
   std::string
       kind;  ///< "overlap", "stuck", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "units", "quaternion", "sample_box", "goal"
-  std::string message;  ///< field or body, what was found, what was likely meant
+  std::string message;                   ///< field or body, what was found, what was likely meant
+  std::string where{};                   ///< "start" or "goal", where it is a matter of one of them
+  std::vector<std::string> names{};      ///< geometries ("body/geometry") or the object that it is about
+  std::optional<Eigen::Vector3d> p_W{};  ///< of an overlap or a gap, halfway between the nearest points [m]
+  std::optional<double> amount{};        ///< depth of an overlap, width of a gap, or what is missing to reach [m]
 };
 
 /// Looks at a task without planning it. Lengths L and forces F are those of world::Scales.

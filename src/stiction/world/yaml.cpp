@@ -359,6 +359,10 @@ YamlNode merge(const YamlNode& base, const YamlNode& over) {
   if (!base.is_map() || !over.is_map()) return over;
   auto data = std::make_shared<YamlNode::Data>(*over.data_);
   data->entries = base.data_->entries;
+  for (const auto& [mine, other] : {std::pair("rpy", "quaternion_wxyz"), std::pair("quaternion_wxyz", "rpy")}) {
+    if (over.has(mine))
+      std::erase_if(data->entries, [&](const auto& entry) { return entry.first == other; });  // two spellings of a rotation
+  }
   for (const auto& [key, value] : over.data_->entries) {
     const auto found = std::find_if(data->entries.begin(), data->entries.end(), [&](const auto& entry) { return entry.first == key; });
     if (found == data->entries.end()) {

@@ -1,0 +1,72 @@
+"""What can be opened: built-in tasks and scenarios, files, the files of a folder."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import stiction as st
+
+from .form import tasks_folder
+
+TASK, SENSE, CONTROL = "task", "sense", "control"
+SUFFIXES = (".yaml", ".yml")
+
+
+@dataclass(frozen=True)
+class Entry:
+    kind: str
+    label: str
+    source: str | Path
+
+
+def kind_of(file: Path) -> str:
+    """Of a YAML file, by the keys that only one kind has."""
+    try:
+        text = file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return TASK  # its reader says what is wrong
+    keys = set(re.findall(r"^([a-z_]+):", text, flags=re.MULTILINE))
+    if "reference" in keys:
+        return CONTROL
+    return SENSE if keys & {"contact", "torques", "series"} and "goal" not in keys else TASK
+
+
+def entry_of(file: Path, builtin: bool = False) -> Entry:
+    kind = kind_of(file)
+    label = file.stem if kind == TASK else f"{file.stem} ({kind})"
+    return Entry(kind, label, file.stem if builtin else file)
+
+
+def builtin() -> list[Entry]:
+    """Tasks that have a start and a goal for the planner, then scenarios."""
+    tasks = [Entry(TASK, name, name) for name in st.list_tasks()]
+    scenarios = sorted((tasks_folder().parent / "scenarios").glob("*.yaml"))
+    return tasks + sorted((entry_of(file, builtin=True) for file in scenarios), key=lambda e: e.label)
+
+
+def in_folder(folder: Path) -> list[Entry]:
+    return [entry_of(file) for file in sorted(folder.iterdir()) if file.suffix in SUFFIXES and file.is_file()]
+
+
+def find(shown: str | None) -> tuple[list[Entry], Entry | None]:
+    """Everything that can be picked, and what is shown first. Raises ValueError: there is no such thing."""
+    entries = builtin()
+    if shown is None:
+        return entries, next((e for e in entries if e.label == "allegro_cube"), entries[0])
+    path = Path(shown)
+    if path.is_dir():
+        own = in_folder(path)
+        if not own:
+            raise ValueError(f"shown: got the folder '{shown}' without .yaml files, expected tasks or scenarios in it")
+        return own + entries, own[0]
+    if path.suffix in SUFFIXES or "/" in shown:
+        if not path.is_file():
+            raise ValueError(f"shown: got '{shown}', which does not exist, expected a task, a scenario or a folder of them")
+        chosen = entry_of(path.resolve())
+        return [chosen, *entries], chosen
+    chosen = next((e for e in entries if e.source == shown), None)
+    if chosen is None:
+        raise ValueError(f"shown: got '{shown}', expected a file, a folder, or one of {', '.join(str(e.source) for e in entries)}")
+    return entries, chosen

@@ -1,0 +1,67 @@
+"""Long work beside the page: one job at a time, in a thread of its own, that can be watched and cancelled."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass
+class Job:
+    """`work(job)` runs until it returns, or soon after `cancelled` is set; then `done(job)` is called, in the same thread."""
+
+    label: str
+    work: Callable[[Job], Any]
+    done: Callable[[Job], None]
+    cancelled: threading.Event = field(default_factory=threading.Event)
+    result: Any = None
+    error: BaseException | None = None
+    fraction: float = 0.0  # of the budget, in [0, 1]
+    text: str = ""
+    begun: float = field(default_factory=time.monotonic)
+
+    def seconds(self) -> float:
+        return time.monotonic() - self.begun
+
+    def watch(self, progress: Any) -> bool:
+        """For `on_progress` of the library: notes how far it is; False stops it."""
+        self.fraction = float(progress.fraction)
+        self.text = f"{progress.elapsed_s:.1f} s, {progress.size} nodes, best {progress.best:.3g} tolerances from the goal"
+        return not self.cancelled.is_set()
+
+
+class Worker:
+    """Runs one job; a new one is refused while it runs."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._job: Job | None = None
+
+    @property
+    def job(self) -> Job | None:
+        """That runs now."""
+        return self._job
+
+    def start(self, job: Job) -> bool:
+        with self._lock:
+            if self._job is not None:
+                return False
+            self._job = job
+        threading.Thread(target=self._run, args=(job,), name=job.label, daemon=True).start()
+        return True
+
+    def cancel(self) -> None:
+        if (job := self._job) is not None:
+            job.cancelled.set()
+
+    def _run(self, job: Job) -> None:
+        try:
+            job.result = job.work(job)
+        except BaseException as error:  # shown on the page
+            job.error = error
+        with self._lock:
+            self._job = None
+        job.done(job)

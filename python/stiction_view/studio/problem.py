@@ -1,0 +1,229 @@
+"""A task and what was changed of it: start, goal, options, seed. Nothing here draws."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import stiction as st
+
+from .picture import quaternions
+
+
+def rpy(R: np.ndarray) -> np.ndarray:
+    """Roll, pitch, yaw of R = Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+    pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+    if np.cos(pitch) < 1e-9:  # roll and yaw turn about the same axis
+        return np.array([0.0, pitch, np.arctan2(-R[0, 1], R[1, 1])])
+    return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
+
+
+def rotation(angles: Sequence[float]) -> np.ndarray:
+    """Rz(yaw) Ry(pitch) Rx(roll) of roll, pitch, yaw [rad]."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rotation_vector(R: np.ndarray) -> np.ndarray:
+    """Axis times angle of a rotation [rad]."""
+    sine = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    angle = np.arctan2(np.linalg.norm(sine), (np.trace(R) - 1) / 2)
+    if np.linalg.norm(sine) > 1e-9:
+        return angle * sine / np.linalg.norm(sine)
+    _, axes = np.linalg.eigh(R + R.T)  # nothing, or half a turn about the axis that stays
+    return angle * axes[:, -1]
+
+
+def place(model: st.Model, q: np.ndarray, index: int, X_WB: st.Pose) -> np.ndarray:
+    """q with an object as near to X_WB as its joint lets it, inside its limits."""
+    info = model.objects[index]
+    if info.n_q == 7:
+        w, x, y, z = quaternions(X_WB.R[None])[0]
+        out = q.copy()
+        out[info.q_begin : info.q_begin + 7] = [*X_WB.p, x, y, z, w]
+        return out
+    kinematics = model.calc_kinematics(q)
+    X = kinematics.X_WB[info.body]
+    turn = rotation_vector(X_WB.R @ X.R.T)
+    delta = np.zeros(model.n_v)
+    for k in range(info.v_begin, info.v_begin + info.n_v):
+        dof = model.dofs[k]
+        along = X_WB.p - X.p if dof.kind == st.DofKind.Prismatic else turn
+        delta[k] = kinematics.axis_W[:, k] @ along
+    out = model.retract(q, delta)
+    if info.n_v == 1:
+        dof = model.dofs[info.v_begin]
+        out[info.q_begin] = np.clip(out[info.q_begin], dof.lower, dof.upper)
+    return out
+
+
+def chain(model: st.Model, index: int) -> list[int]:
+    """The object and those that it hangs on, from the world outwards."""
+    out: list[int] = []
+    while index >= 0:
+        out.insert(0, index)
+        index = model.objects[index].parent
+    return out
+
+
+def numbers(values: Any) -> list[float]:
+    """As short as reads back to the same place: a nanometre, a nanoradian."""
+    return [float(f"{x:.9g}") + 0.0 for x in np.asarray(values, dtype=float)]
+
+
+def names_of(model: st.Model, index: int) -> list[str]:
+    """What numbers_of() are, with units."""
+    if model.objects[index].n_q == 7:
+        return ["x [m]", "y [m]", "z [m]", "roll [rad]", "pitch [rad]", "yaw [rad]"]
+    dofs = [model.dofs[k] for i in chain(model, index) for k in range(model.objects[i].v_begin, model.objects[i].v_begin + model.objects[i].n_v)]
+    return [f"{dof.name} [{'m' if dof.kind == st.DofKind.Prismatic else 'rad'}]" for dof in dofs]
+
+
+def numbers_of(model: st.Model, q: np.ndarray, index: int) -> list[float]:
+    """x y z roll pitch yaw of a free object, the coordinates of any other and of what it hangs on."""
+    if model.objects[index].n_q == 7:
+        X = model.object_pose(q, model.object_names[index])
+        return numbers([*X.p, *rpy(X.R)])
+    parts = [model.objects[i] for i in chain(model, index)]
+    return numbers(np.concatenate([q[i.q_begin : i.q_begin + i.n_q] for i in parts]))
+
+
+def with_numbers(model: st.Model, q: np.ndarray, index: int, values: Sequence[float]) -> np.ndarray:
+    """q with numbers_of() an object, hinges and sliders inside their limits."""
+    if model.objects[index].n_q == 7:
+        return place(model, q, index, st.Pose(rotation(values[3:]), values[:3]))
+    out, given = q.copy(), iter(values)
+    for i in chain(model, index):
+        info = model.objects[i]
+        for k in range(info.n_q):
+            dof = model.dofs[info.v_begin + k]
+            out[info.q_begin + k] = np.clip(next(given), dof.lower, dof.upper) if info.n_v == 1 else next(given)
+    return out
+
+
+class Problem:
+    """What is planned. `spec` is a task as in a file, `folder` that of its paths; of a built-in task `name` stands for it in commands."""
+
+    def __init__(self, task: st.Task, spec: dict[str, Any], folder: Path, name: str):
+        self.given, self.spec, self.folder, self.name = task, spec, folder, name
+        self.model: st.Model = task.model
+        self.seed = int(task.options.seed)
+        self.reset()
+
+    @staticmethod
+    def open(source: str | Path) -> Problem:
+        """A built-in task by its name, or a file. Raises stiction.InvalidInput."""
+        task = st.load_task(source)
+        name = source if isinstance(source, str) else str(source)
+        return Problem(task, {"base": str(task.file), "name": task.name}, Path(task.file).parent, name)
+
+    @staticmethod
+    def of_dict(spec: dict[str, Any], folder: Path) -> Problem:
+        """A task that is in no file. Raises stiction.InvalidInput."""
+        return Problem(st.Task(spec, base=folder), spec, folder, "")
+
+    def reset(self) -> None:
+        """Start, goal and options of the task."""
+        self.start = np.array(self.given.q_start)
+        self.goal = np.concatenate([self.given.q_goal, self.start[self.model.n_qu :]])
+        self.start_moved = self.goal_moved = False
+        self.options: dict[str, Any] = {}
+
+    # ---- changes ----
+
+    @property
+    def goal_object(self) -> int:
+        return self.given.goal.object
+
+    def joint_range(self, joint: int) -> tuple[float, float]:
+        """Limits of a joint; half a turn, or the reach, each way where there are none."""
+        low, high = float(self.model.lower[joint]), float(self.model.upper[joint])
+        dof = self.model.dofs[self.model.n_vu + joint]
+        wide = np.pi if dof.kind == st.DofKind.Revolute else float(np.max(self.model.reach, initial=1.0))
+        return (low if np.isfinite(low) else -wide), (high if np.isfinite(high) else wide)
+
+    def set_joint(self, joint: int, value: float) -> None:
+        low, high = self.joint_range(joint)
+        self.start[self.model.n_qu + joint] = np.clip(value, low, high)
+        self.start_moved = True
+
+    def set_start(self, index: int, X_WB: st.Pose) -> None:
+        self.start = place(self.model, self.start, index, X_WB)
+        self.start_moved = True
+
+    def set_goal(self, X_WB: st.Pose) -> None:
+        self.goal = place(self.model, self.goal, self.goal_object, X_WB)
+        self.goal_moved = True
+
+    def goal_numbers(self) -> list[float]:
+        """See numbers_of()."""
+        return numbers_of(self.model, self.goal, self.goal_object)
+
+    def set_goal_numbers(self, values: Sequence[float]) -> None:
+        self.goal = with_numbers(self.model, self.goal, self.goal_object, values)
+        self.goal_moved = True
+
+    def set_start_numbers(self, index: int, values: Sequence[float]) -> None:
+        self.start = with_numbers(self.model, self.start, index, values)
+        self.start_moved = True
+
+    # ---- the task as it is now ----
+
+    def _start(self) -> dict[str, Any]:
+        model, objects = self.model, {}
+        for info in model.objects:
+            q = self.start[info.q_begin : info.q_begin + info.n_q]
+            if info.n_q == 7:
+                objects[info.name] = {"position": numbers(q[:3]), "quaternion_wxyz": numbers([q[6], *q[3:6]])}
+            else:
+                objects[info.name] = {"coordinates": numbers(q)}
+        return {"objects": objects, "joints": numbers(self.start[model.n_qu :])}
+
+    def document(self, options: bool = False) -> dict[str, Any]:
+        """The task as a task file says it: the given one, the start where it was changed, with `options` those that were."""
+        out = dict(self.spec)
+        if self.start_moved:
+            out["start"] = self._start()
+        if options and self.options:
+            simple = set(st.planner_schema()["properties"]) - {"advanced"}  # type: ignore[arg-type]
+            out["planner"] = {k: v for k, v in self.options.items() if k in simple}
+            if advanced := {k: v for k, v in self.options.items() if k not in simple}:
+                out["planner"]["advanced"] = advanced
+        return out
+
+    def in_file(self) -> bool:
+        """The task of the file, but for its goal, seed and options."""
+        return "base" in self.spec and not self.start_moved
+
+    def task(self) -> st.Task:
+        """Raises stiction.InvalidInput."""
+        if self.in_file():
+            task = st.load_task(self.name if self.name in st.list_tasks() else Path(self.name))
+        else:
+            task = st.Task(self.document(), base=self.folder)
+        if self.goal_moved:
+            task.set_goal(self.goal_numbers())
+        return task
+
+    def task_file(self) -> str | None:
+        """Text of the task file that command() names; None where a name or a file says it already."""
+        if self.in_file() and not self.options:
+            return None
+        return json.dumps(self.document(options=True), indent=1, ensure_ascii=False) + "\n"  # JSON is YAML
+
+    def command(self, timeout_s: float) -> str:
+        """The line that plans this again."""
+        words = ["stiction", "plan", self.name if self.task_file() is None else "task.yaml", "--seed", str(self.seed)]
+        if self.goal_moved:
+            words += ["--goal", " ".join(f"{x:.9g}" for x in self.goal_numbers())]
+        return shlex.join([*words, "--timeout", f"{timeout_s:g}", "-o", "out"])

@@ -1,0 +1,128 @@
+"""What came out: plans and runs, with all that is drawn and written of them."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from dataclasses import dataclass, field
+
+import numpy as np
+import stiction as st
+
+from ..plan import Plan, read_plan_object
+from .picture import Pictures
+from .series import Series, make_series
+
+MAX_SAMPLES = 600  # of a run that are drawn
+
+
+@dataclass
+class Run:
+    """A plan carried out open loop in MuJoCo: as planned and as simulated, sample by sample."""
+
+    times: np.ndarray  # [s]
+    planned: Plan
+    simulated: Plan
+    words: str
+
+
+@dataclass
+class Result:
+    """A plan with its figures."""
+
+    number: int
+    plan: st.Plan
+    drawn: Plan
+    series: Series
+    command: str
+    task_file: str | None
+    reason: str
+    seconds: float
+    pictures: Pictures
+    run: Run | None = None
+    verdict: str = ""
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def label(self) -> str:
+        """As it stands in a list."""
+        error = self.plan.error
+        return f"{self.number}: {self.plan.task.name}, seed {self.plan.seed}, {1e3 * error.position:.1f} mm"
+
+    def words(self) -> str:
+        """Its figures, in markdown."""
+        plan, error, goal = self.plan, self.plan.error, self.plan.task.goal
+        kinds = self.drawn.segment_kinds
+        status = {st.Status.Solved: "solved", st.Status.Cancelled: "cancelled, best path so far", st.Status.MaxIterations: "not solved in time, best path so far"}
+        rows = [
+            f"**{status.get(plan.status, plan.status.name)}** in {self.seconds:.1f} s" + (f": {self.reason}" if self.reason else ""),
+            f"off the goal by {1e3 * error.position:.1f} mm of {1e3 * goal.tol_position:.3g}, {error.angle:.3f} rad of {goal.tol_angle:.3g}",
+            f"{kinds.count('contact')} pushes, {kinds.count('regrasp')} regrasps, {len(self.drawn.poses)} knots",
+        ]
+        share = self.series.effort_share()
+        if np.isfinite(share).any():
+            rows.append(f"motors give up to {100 * np.nanmax(share):.2g} % of their efforts")
+        if np.isfinite(self.series.force).any():
+            rows.append(f"contacts up to {np.nanmax(self.series.force):.2f} N")
+        return "  \n".join([*rows, *([self.verdict] if self.verdict else []), *([self.run.words] if self.run else [])])
+
+
+def make_result(number: int, plan: st.Plan, pictures: Pictures, command: str, task_file: str | None, reason: str, seconds: float) -> Result:
+    """Raises ValueError where there is nothing to draw."""
+    data = json.loads(plan.to_text())
+    return Result(number, plan, read_plan_object(data), make_series(plan.task.model, data), command, task_file, reason, seconds, pictures)
+
+
+def make_run(result: Result, timeout_s: float) -> Run:
+    """Runs the plan in MuJoCo. Raises ValueError: no sample came out."""
+    plan = result.plan
+    out = st.transfer(plan, alone=False, timeout_s=timeout_s)
+    if len(out.times) == 0:
+        raise ValueError(f"the simulation gave nothing ({out.message or out.status.name})")
+    chosen = np.unique(np.linspace(0, len(out.times) - 1, min(len(out.times), MAX_SAMPLES)).round().astype(int))
+    goal, pictures = plan.task.goal, result.pictures
+    planned, simulated = (pictures.plan(q[chosen], goal.X_WG, goal.object, plan.task.name) for q in (out.q_plan, out.q))
+    end = "reaches the goal" if out.reached else "drops the object" if out.dropped is not None else "misses the goal"
+    words = f"**in MuJoCo**, open loop, it {end}: {1e3 * out.error.position:.1f} mm, {out.error.angle:.3f} rad off after {out.duration_s:.1f} s"
+    if out.status != st.Status.Solved:
+        words += f" ({out.message or 'time used up'})"
+    return Run(out.times[chosen], planned, simulated, words)
+
+
+def check(result: Result) -> str:
+    """The verdict of the checker, which shares nothing with the planner."""
+    report = st.check_plan(result.plan)
+    if report.pass_:
+        return "**check** passed"
+    worst = [f"{i.name} {i.value:.3g} of {i.limit:.3g} {i.unit}" for i in report.items if not i.pass_ and i.limit is not None]
+    return "**check** failed: " + ", ".join(worst or [report.status.name])
+
+
+def trajectory_csv(plan: st.Plan) -> str:
+    """Times [s], commands and torques K (u − q) of the joint springs, as `stiction refine` writes them."""
+    trajectory, model = st.make_trajectory(plan), plan.task.model
+    torque = model.stiffness * (trajectory.u - trajectory.q[:, model.n_qu :])
+    head = ["time_s", *model.joint_names, *(f"torque_{name}" for name in model.joint_names)]
+    rows = np.column_stack([trajectory.times, trajectory.u, torque])
+    return "\n".join([",".join(head), *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
+
+
+def export(result: Result, page: str | None = None) -> bytes:
+    """A zip of plan.json, the commands over time, what plans it again, and its page if there is one."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("plan.json", result.plan.to_text())
+        archive.writestr("trajectory.csv", trajectory_csv(result.plan))
+        archive.writestr("reproduce.txt", reproduce(result))
+        if result.task_file is not None:
+            archive.writestr("task.yaml", result.task_file)
+        if page is not None:
+            archive.writestr("plan.html", page)
+    return buffer.getvalue()
+
+
+def reproduce(result: Result) -> str:
+    """What plans it again, as text."""
+    out = f"# stiction {st.version()}, task '{result.plan.task.name}', scene {result.plan.task.scene_sha256[:12]}, seed {result.plan.seed}\n{result.command}\n"
+    return out + (f"# task.yaml:\n{result.task_file}" if result.task_file is not None else "")

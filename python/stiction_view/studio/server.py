@@ -1,0 +1,47 @@
+"""One port of this machine for the studio."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import socket
+from collections.abc import Iterator
+
+import viser
+
+LOOPBACK = "127.0.0.1"
+
+
+class PortTaken(OSError):
+    """The message says which, and what to do."""
+
+
+def check_port(host: str, port: int) -> None:
+    """Raises PortTaken: nobody can listen there."""
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+    except socket.gaierror:
+        raise PortTaken(f"--host: got '{host}', expected an address of this machine") from None
+    except OSError as error:
+        what = "which is in use" if error.errno == 98 else f"which cannot be listened on ({error.strerror})"
+        raise PortTaken(f"--port: got {port} of {host}, {what}; expected a free one, or 0 for any") from None
+
+
+@contextlib.contextmanager
+def serving(host: str, port: int) -> Iterator[viser.ViserServer]:
+    """A server that neither prints nor logs. Raises PortTaken."""
+    check_port(host, port)
+    logging.getLogger("websockets").setLevel(logging.ERROR)
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=host, port=port, label="stiction", verbose=False)
+    try:
+        if port not in (0, server.get_port()):  # somebody was faster, and the server went on to the next one
+            raise PortTaken(f"--port: got {port} of {host}, which is in use; expected a free one, or 0 for any")
+        yield server
+    finally:
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()

@@ -1,0 +1,183 @@
+"""The scene of the studio: a task that is posed, or motions side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import stiction as st
+import viser
+
+from ..bodies import GOAL, Color, body_meshes
+from ..camera import View, choose_view
+from ..drawing import Drawing, light, look
+from ..frames import choose_frames
+from ..plan import Plan
+from .faults import Fault
+from .picture import Pictures, pose_of, seven
+from .problem import Problem
+
+FAULT: Color = (214, 40, 40)
+POSE_ROOT, SHOW_ROOTS = "/pose", ("/first", "/second")
+APART = 1.15  # distance of two motions, of what is seen of one
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A motion, and what stands above it where there are two."""
+
+    plan: Plan
+    pictures: Pictures
+    title: str
+    with_goal: bool = True
+
+
+class Stage:
+    """Only one thread at a time may call it."""
+
+    def __init__(self, server: viser.ViserServer):
+        self.server = server
+        self.posed: Drawing | None = None
+        self.shown: list[Drawing] = []
+        self._marks: list[viser.SceneNodeHandle] = []
+        self._titles: list[viser.SceneNodeHandle] = []
+        self._gizmo: viser.TransformControlsHandle | None = None
+        self._gizmo_of: int | None = None
+        self.view: View | None = None
+        light(server.scene)
+
+    # ---- nodes ----
+
+    def clear(self) -> None:
+        for drawing in [*([self.posed] if self.posed else []), *self.shown]:
+            assert drawing.root_node is not None
+            drawing.root_node.remove()  # and all below it
+        self.posed, self.shown, self._gizmo, self._marks, self._titles = None, [], None, [], []
+
+    def aim(self, view: View, clients: Iterable[viser.ClientHandle] | None = None) -> None:
+        """Cameras of those who come, and of `clients`; None: of all who are there."""
+        self.view = view
+        look(self.server.initial_camera, view)
+        for client in self.server.get_clients().values() if clients is None else clients:
+            look(client.camera, view)
+
+    # ---- a task that is posed ----
+
+    def pose(self, problem: Problem, pictures: Pictures, aim: bool) -> None:
+        """Draws the start and the goal of a task."""
+        self.clear()
+        model = problem.model
+        X = model.object_pose(problem.goal, model.object_names[problem.goal_object])
+        plan = pictures.plan(problem.start, X, problem.goal_object, problem.given.name)
+        self.posed = Drawing(self.server, plan, root=POSE_ROOT, rods=pictures.rods(), with_goal=True)
+        self.posed.place(plan.poses[0])
+        self.posed.label.visible = False
+        if aim:
+            self.aim(self.posed.view)
+
+    def move_start(self, problem: Problem, pictures: Pictures) -> None:
+        if self.posed is not None:
+            self.posed.place(pictures.poses(problem.start)[0])
+
+    def move_goal(self, problem: Problem) -> None:
+        if self.posed is None:
+            return
+        row = seven([problem.model.object_pose(problem.goal, problem.model.object_names[problem.goal_object])])[0]
+        node = self.posed.goal_node
+        node.position, node.wxyz = row[:3], row[3:]
+
+    # ---- the handle that drags ----
+
+    def hold(self, problem: Problem, index: int | None, at_goal: bool, moved: Callable[[st.Pose, bool], None]) -> None:
+        """A gizmo on the goal, or on the start of an object; None: no gizmo. `moved(pose, ended)` comes from another thread."""
+        if self._gizmo is not None:
+            self._gizmo.remove()
+            self._gizmo = None
+        if index is None or self.posed is None or problem.model.objects[index].n_v == 1:
+            return
+        axes = (True, True, True)
+        if problem.model.objects[index].n_v == 3:
+            plane = self.posed.plan.object_joints[problem.model.object_names[index]]
+            axes = {"planar_xy": (True, True, False), "planar_yz": (False, True, True), "planar_xz": (True, False, True)}[plane]
+        q = problem.goal if at_goal else problem.start
+        row = seven([problem.model.object_pose(q, problem.model.object_names[index])])[0]
+        size = self._size(problem.model.object_names[index])
+        gizmo = self.server.scene.add_transform_controls(
+            f"{POSE_ROOT}/handle", scale=2.2 * size, line_width=3.0, active_axes=axes, depth_test=False, opacity=0.85, position=row[:3], wxyz=row[3:]
+        )
+        self._gizmo, self._gizmo_of = gizmo, index
+
+        @gizmo.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            pose = pose_of(np.concatenate([event.target.position, event.target.wxyz]))
+            moved(st.Pose(pose.rotation(), pose.position), event.phase == "end")
+
+    def put_handle(self, problem: Problem, at_goal: bool) -> None:
+        """The gizmo where the object is, which may be less than where it was dragged to."""
+        if self._gizmo is None or self._gizmo_of is None:
+            return
+        q = problem.goal if at_goal else problem.start
+        row = seven([problem.model.object_pose(q, problem.model.object_names[self._gizmo_of])])[0]
+        self._gizmo.position, self._gizmo.wxyz = row[:3], row[3:]
+
+    def _size(self, name: str) -> float:
+        """Half the extent of an object [m]."""
+        assert self.posed is not None
+        for part in body_meshes(self.posed.plan, {}):
+            if self.posed.plan.bodies[part.body].name == name:
+                return float(np.abs(part.mesh[0]).max())
+        return 0.2 * self.posed.view.radius
+
+    # ---- faults ----
+
+    def mark(self, faults: list[Fault]) -> None:
+        """Paints what is at fault and says at its place what it is."""
+        for handle in self._marks:
+            handle.remove()
+        self._marks = []
+        if self.posed is None:
+            return
+        self.posed.paint({name for f in faults if not f.at_goal and f.kind in ("overlap", "stuck", "unsupported") for name in f.bodies}, FAULT)
+        wrong_goal = any(f.at_goal and f.kind != "goal" for f in faults)
+        if self.posed.goal_ghost is not None:
+            self.posed.goal_ghost.color = FAULT if wrong_goal else GOAL
+        size = 0.02 * self.posed.view.radius
+        scene = self.server.scene
+        for number, fault in enumerate(f for f in faults if f.point is not None):
+            assert fault.point is not None
+            where = tuple(fault.point)
+            self._marks.append(scene.add_icosphere(f"{POSE_ROOT}/fault{number}", radius=size, color=FAULT, position=where, cast_shadow=False))
+            text = ("goal, " if fault.at_goal else "") + fault.label
+            scene.add_label(f"{POSE_ROOT}/fault{number}/text", text, position=(0.0, 0.0, 2.5 * size), anchor="bottom-center", font_screen_scale=1.1)  # goes with its mark
+
+    # ---- motions ----
+
+    def show(self, motions: list[Shown], aim: bool = True) -> None:
+        """Draws one motion, or two side by side."""
+        self.clear()
+        plan = motions[0].plan
+        view = choose_view(plan, body_meshes(plan, {}), choose_frames(plan)) if len(motions) > 1 else None
+        step = np.zeros(3)
+        if view is not None:
+            away = view.position - view.look_at
+            right = np.cross(view.up, away)
+            right /= np.linalg.norm(right)
+            step = APART * 2 * view.radius * right
+        for k, motion in enumerate(motions):
+            drawing = Drawing(self.server, motion.plan, root=SHOW_ROOTS[k], origin=k * step, rods=motion.pictures.rods(), with_goal=motion.with_goal)
+            self.shown.append(drawing)
+            if len(motions) > 1:
+                at = drawing.view.label + 0.12 * drawing.view.radius * np.array(drawing.view.up)
+                self._titles.append(self.server.scene.add_label(f"{SHOW_ROOTS[k]}/title", motion.title, position=tuple(at), anchor="bottom-center", font_screen_scale=1.2))
+        if view is not None:
+            wide = View(view.position + step / 2 + 0.75 * (view.position - view.look_at), view.look_at + step / 2, view.up, view.fov, 2 * view.radius, view.label)
+        else:
+            wide = self.shown[0].view
+        if aim:
+            self.aim(wide)
+
+    def show_frame(self, knot: int) -> None:
+        """Every motion at a knot; one that is over rests at its end."""
+        for drawing in self.shown:
+            drawing.show(min(knot, len(drawing.plan.poses) - 1))

@@ -1,0 +1,190 @@
+"""The studio without a browser: a server, the controls set as the page sets them, and the loop run by hand."""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PYTHON = Path(__file__).resolve().parents[2] / "build" / "release" / "python"
+if not (PYTHON / "stiction").is_dir():
+    pytest.skip("build/release/python/stiction does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(PYTHON))
+
+import stiction as st  # noqa: E402
+
+from stiction_view.studio import catalog  # noqa: E402
+from stiction_view.studio.app import Studio  # noqa: E402
+from stiction_view.studio.panel import NOTHING  # noqa: E402
+from stiction_view.studio.results import MAX_SAMPLES  # noqa: E402
+from stiction_view.studio.server import serving  # noqa: E402
+from stiction_view.studio.showing import IN_MUJOCO  # noqa: E402
+
+
+class Driven:
+    """A studio and what it says."""
+
+    def __init__(self, studio: Studio):
+        self.studio, self.panel = studio, studio.panel
+        self.said: list[str] = []
+        say = studio.panel.say
+
+        def hear(text: str, fault: bool = False) -> None:
+            if text:
+                self.said.append(text)
+            say(text, fault)
+
+        studio.panel.say = hear  # type: ignore[method-assign]
+
+    def until(self, condition: Callable[[], object], seconds: float = 200) -> None:
+        end = time.monotonic() + seconds
+        while not condition():
+            self.studio.step(0.01)
+            assert time.monotonic() < end, f"it said {self.said[-3:]}"
+
+    def press(self, name: str) -> None:
+        self.studio.guarded(getattr(self.studio, f"on_{name}"))
+
+    def plan(self) -> None:
+        before = self.studio.counted
+        self.press("plan")
+        self.until(lambda: self.studio.worker.job is None and self.studio.result is not None and self.studio.result.number > before)
+
+
+@pytest.fixture
+def driven(tmp_path: Path) -> Iterator[Driven]:
+    entries, first = catalog.find("planar_pushing")
+    with serving("127.0.0.1", 0) as server:
+        made = Driven(Studio(server, entries, first, tmp_path))
+        made.panel.budget.value = 200.0  # on a busy machine a second is little
+        yield made
+
+
+def test_plan_check_simulate_and_compare(driven: Driven) -> None:
+    studio, panel = driven.studio, driven.panel
+    driven.until(lambda: "no fault" in panel.faults.content)
+    assert not panel.playback.visible and studio.stage.posed is not None
+    driven.plan()
+    assert "**solved**" in panel.figures.content and "stiction plan planar_pushing --seed 0" in panel.command.content
+    assert studio.view == "result" and len(studio.stage.shown) == 1 and len(panel._charts) >= 3
+    driven.until(lambda: studio.knot_shown >= 3)
+    assert "motors" in panel.line.content, "it plays, and says what the motors give"
+
+    driven.press("check")
+    driven.until(lambda: "**check** passed" in panel.figures.content)
+    panel.budget.value = 5.0  # of seven minutes of simulated time some are enough
+    driven.press("simulate")
+    panel.budget.value = 200.0
+    driven.until(lambda: panel.beside.value == IN_MUJOCO and len(studio.stage.shown) == 2)
+    first, second = (d.root_node.position for d in studio.stage.shown if d.root_node is not None)
+    assert np.linalg.norm(np.subtract(first, second)) > studio.stage.shown[0].view.radius, "beside each other"
+
+    run = studio.result.run
+    assert run.planned.poses.shape == run.simulated.poses.shape and len(run.times) == len(run.planned.poses) <= MAX_SAMPLES
+    assert 0 < np.abs(run.planned.poses - run.simulated.poses).max() < 1 and "**in MuJoCo**" in panel.figures.content
+    studio.problem.set_goal_numbers([0.1, 0.4, 0.3])
+    studio.moved()
+    assert studio.view == "pose" and panel.goal[1].value == pytest.approx(0.4)
+    driven.plan()
+    assert "--goal '0.1 0.4 0.3'" in panel.command.content
+    np.testing.assert_allclose(studio.result.plan.task.goal.X_WG.p[1:], [0.1, 0.4], atol=1e-9)  # y and z
+    panel.beside.value = studio.results[0].label
+    driven.until(lambda: len(studio.stage.shown) == 2)
+    panel.which.value = studio.results[0].label
+    driven.until(lambda: studio.result is studio.results[0])
+    assert driven.said == []
+
+
+def test_goal_in_reach_of_nothing_is_marked_and_reset_brings_it_back(driven: Driven) -> None:
+    studio, panel = driven.studio, driven.panel
+    panel.pick.value = "planar_hand"
+    driven.until(lambda: studio.opened == "planar_hand" and "no fault" in panel.faults.content)
+    given = [handle.value for handle in panel.goal]
+    panel.goal[0].value = 50.0
+    driven.until(lambda: "no robot reaches" in panel.faults.content)
+    assert len(studio.stage._marks) == 1, "where the goal is"
+    panel.seed.value = 3
+    driven.until(lambda: studio.problem.seed == 3)
+    driven.press("reset")
+    driven.until(lambda: "no fault" in panel.faults.content)
+    assert [handle.value for handle in panel.goal] == pytest.approx(given)
+
+
+def test_goal_that_moves_is_planned_anew_when_wanted(driven: Driven) -> None:
+    studio, panel = driven.studio, driven.panel
+    panel.again.value = True
+    driven.until(lambda: "no fault" in panel.faults.content)
+    assert studio.worker.job is None, "nothing moved yet"
+    studio.dragged = (st.Pose(np.eye(3), [0.0, 0.5, 0.0]), True)
+    studio.events.put(studio.on_dragged)
+    driven.until(lambda: studio.result is not None)
+    np.testing.assert_allclose(studio.result.plan.task.goal.X_WG.p[1], 0.5, atol=1e-9)
+
+
+def test_options_are_named_refused_and_used(driven: Driven) -> None:
+    studio, panel = driven.studio, driven.panel
+    field, handle = panel.options["goal_bias"]
+    assert field.meaning.startswith("Probability")
+    handle.value = 0.4
+    driven.until(lambda: "goal_bias" in panel.options_fault.content)
+    panel.options["cost"][1].value = "{not json"
+    driven.until(lambda: "⚠" in panel.options_fault.content)
+    driven.press("options_reset")
+    assert studio.problem.options == {} and panel.options["goal_bias"][1].value != 0.4
+    panel.options["goal_bias"][1].value = 0.4
+    driven.until(lambda: studio.problem.options == {"goal_bias": 0.4})
+    driven.plan()
+    assert studio.result.plan.options.goal_bias == 0.4
+    assert '"goal_bias": 0.4' in panel.command.content and "task.yaml" in panel.command.content
+
+
+@pytest.mark.parametrize(("name", "words"), [("panda_wrist", "N, leaves"), ("box_in_the_way", "** of 15")])
+def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
+    panel, studio = driven.panel, driven.studio
+    panel.pick.value = next(e.label for e in studio.entries if e.source == name)
+    driven.until(lambda: studio.played is not None and words in panel.line.content)
+    assert any(len(c) > 0 for c in studio.played.drawn.contacts), "forces are drawn"
+    driven.press("plan")
+    assert driven.said[-1] == "plan: a scenario is shown; open a task"
+    panel.pick.value = "planar_hand"
+    driven.until(lambda: studio.problem is not None and "Lint" in panel.faults.content)
+
+
+def test_a_hundred_things_pressed_at_random_are_no_fault_of_the_studio(driven: Driven) -> None:
+    studio, panel, rng = driven.studio, driven.panel, random.Random(0)
+    panel.budget.value = 1.0
+    tasks = ["planar_pushing", "planar_hand", "allegro_door"]
+    names = [n for n in studio.handlers if n not in ("upload", "pick", "view")]
+    for _ in range(100):
+        what = rng.randrange(8)
+        if what == 0:
+            panel.pick.value = rng.choice(tasks)
+        elif what == 1 and panel.goal:
+            rng.choice(panel.goal).value = rng.uniform(-1, 1)
+        elif what == 2 and panel.joints:
+            slider = rng.choice(panel.joints)
+            slider.value = rng.uniform(slider.min, slider.max)
+        elif what == 3:
+            panel.beside.value = rng.choice(panel.beside.options)
+        elif what == 4:
+            panel.handle.value = rng.choice(panel.handle.options)
+        elif what == 5:
+            view = rng.choice(["pose", "result"])
+            studio.guarded(lambda: studio.on_view(view))
+        elif what == 6:
+            content = bytes(rng.randrange(256) for _ in range(30))
+            name = rng.choice(["a.urdf", "b.stl", "c.zip", "../d.xml", "e.obj"])
+            studio.guarded(lambda: studio.on_upload(name, content))
+        else:
+            driven.press(rng.choice(names))
+        studio.step(0.0)
+    driven.press("cancel")
+    driven.until(lambda: studio.worker.job is None)
+    studio.step(0.01)
+    assert not [text for text in driven.said if text.startswith("a fault of the studio")]
+    assert panel.which.value != NOTHING or not studio.results
