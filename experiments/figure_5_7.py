@@ -38,7 +38,7 @@ def run(quick: bool) -> Result:
         "The reference of `box_in_the_way` goes back from 6 s on, and the tool leaves the box. The baseline holds the force as an equality and drops it where the "
         f"reference leaves, (5.30) with its sign corrected. Mean and range of {seeds} runs with other joints at the start (2 mrad) and other friction (0.2 to 0.4).\n\n"
         "The joints of the thesis's baseline speed up at separation. They do not here: where a straight reference leaves, it is at the surface, so that nothing is left of "
-        "the error that the force held back; with friction the contact-aware law hops, and its joints are the faster ones. Where the tool is led over the edge of a table 47 mm below its top (`experiments/scenes/mug_moving.yaml`, as in the "
+        "the error that the force held back; with friction the contact-aware law hops, and its joints are the faster ones. Where the tool is led over the edge of a table 47 mm below its top (`scenarios/mug_moving.yaml`, as in the "
         "thesis's task), contact is lost with that error, and the arm hops: there the contact-aware law is the faster one.",
         settings={"scenario": "box_in_the_way", "seeds": seeds, "window_s": WINDOW},
     )

@@ -51,7 +51,7 @@ TEST(MomentumObserver, WhiteNoise_HasTheDeviationThatWasAskedFor) {
   double sum = 0, squares = 0;
   constexpr int kSamples = 400000;
   for (int k = 0; k < kSamples; ++k) {
-    const double r = observer.update(zero, zero, zero)[0];
+    const double r = observer.update(zero, zero, zero, zero)[0];
     sum += r, squares += r * r;
   }
   EXPECT_NEAR(std::sqrt(squares / kSamples), 0.1, 0.005) << "8000 time constants: 1 % of deviation";
@@ -72,11 +72,33 @@ TEST(MomentumObserver, NothingActs_ShowsWeightOfWrongMassesAndBias) {
   EXPECT_LT(bias.norm(), 0.3 * 5);
 }
 
+/// Offsets of many sensors: as large on the average in every posture, alike where postures are, independent far away.
+TEST(MomentumObserver, OffsetsThatDependOnPosture_ChangeOverTheirReach) {
+  constexpr double kBias = 1.5, kReach = 0.5;
+  double at_0 = 0, at_far = 0, near = 0, far = 0;
+  constexpr int kSeeds = 4000;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const auto offset = [&](double q) {
+      MomentumObserver observer(1, 1, {.time_constant = 1e-9, .noise = 0, .bias = kBias, .bias_reach = kReach, .seed = seed});
+      const VectorXd zero = VectorXd::Zero(1);
+      return observer.update(zero, zero, zero, VectorXd::Constant(1, q))[0];
+    };
+    const double a = offset(0), b = offset(0.1 * kReach), c = offset(10 * kReach);
+    at_0 += a * a / kSeeds, at_far += c * c / kSeeds, near += (a - b) * (a - b) / kSeeds, far += a * c / kSeeds;
+  }
+  // Deviation of a mean of squares of normal numbers: √(2/4000) = 2.2 % of it, of a correlation √(1/4000) = 1.6 %; four of them.
+  EXPECT_NEAR(at_0 / (kBias * kBias), 1, 0.09);
+  EXPECT_NEAR(at_far / (kBias * kBias), 1, 0.09);
+  EXPECT_NEAR(near / (0.01 * kBias * kBias), 1, 0.15) << "E[(b(q) − b(q + d))²] = 2 b² (1 − exp(−d²/2 reach²)), fourth moments of w";
+  EXPECT_NEAR(far / (kBias * kBias), 0, 0.07);
+}
+
 TEST(MomentumObserver, BadInput_IsNamed) {
   const auto message = [](const ObserverOptions& o) { return stiction::test::message_of([&] { o.validate(); }); };
   EXPECT_NE(message({.time_constant = 0}).find("observer.time_constant"), std::string::npos);
   EXPECT_NE(message({.noise = -1}).find("observer.noise"), std::string::npos);
   EXPECT_NE(message({.bias = -1}).find("observer.bias"), std::string::npos);
+  EXPECT_NE(message({.bias_reach = -1}).find("observer.bias_reach"), std::string::npos);
   EXPECT_NE(message({.inertia_error = -1}).find("observer.inertia_error"), std::string::npos);
 }
 

@@ -89,7 +89,7 @@ struct DrivenPlant::Impl {
     } else {
       multiply_mass(last_M.data(), n);
       n = (momentum - known * n) / period + last_n;
-      observer->update(momentum, n, torque);
+      observer->update(momentum, n, torque, q_a);
     }
     last_M.assign(data->M, data->M + m->nC);
     for (Eigen::Index j = 0; j < n.size(); ++j) last_n[j] = data->qfrc_passive[v_address(j)] - known * data->qfrc_bias[v_address(j)];
