@@ -9,6 +9,7 @@ import os
 import signal
 import socket
 import sys
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from ._extras import require
 
 ATTEMPTS = 2
 ANSWER_S = 5.0  # in which a cluster answers
+LOOK_S = 0.2  # between looks for Ctrl-C
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Backend(Protocol):
     capacity: int  # jobs at a time
 
     def start(self, function: Callable[[Any], Any], job: Any) -> Any: ...
-    def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]: ...
+    def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]: ...  # what has ended, after LOOK_S at the latest
     def close(self, handles: Iterable[Any]) -> None: ...
 
 
@@ -51,23 +53,40 @@ def carry_out(function: Callable[[Any], Any], job: Any) -> Any:
         return Failed(f"{type(error).__name__}: {' '.join(str(error).split())}")
 
 
+@contextlib.contextmanager
+def _interrupt_noted() -> Iterator[threading.Event]:
+    """Ctrl-C is noted and taken between jobs: while one starts, Python may lose it, or its process."""
+    noted = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield noted
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: noted.set())
+    try:
+        yield noted
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def run_all(backend: Backend, function: Callable[[Any], Any], jobs: Iterable[Any]) -> Iterator[tuple[Any, int, Any]]:
     """(job, attempts, result) as jobs end; a result may be Failed, or Died where it died at every attempt."""
     waiting = deque((job, 1) for job in jobs)
     running: dict[Any, tuple[Any, int]] = {}
-    try:
-        while waiting or running:
-            while waiting and len(running) < backend.capacity:
-                job, attempt = waiting.popleft()
-                running[backend.start(function, job)] = (job, attempt)
-            for handle, result in backend.wait(list(running)):
-                job, attempt = running.pop(handle)
-                if isinstance(result, Died) and attempt < ATTEMPTS:
-                    waiting.appendleft((job, attempt + 1))
-                else:
-                    yield job, attempt, result
-    finally:
-        backend.close(running)
+    with _interrupt_noted() as interrupted:
+        try:
+            while waiting or running:
+                if interrupted.is_set():
+                    raise KeyboardInterrupt
+                while waiting and len(running) < backend.capacity:
+                    job, attempt = waiting.popleft()
+                    running[backend.start(function, job)] = (job, attempt)
+                for handle, result in backend.wait(list(running)):
+                    job, attempt = running.pop(handle)
+                    if isinstance(result, Died) and attempt < ATTEMPTS:
+                        waiting.appendleft((job, attempt + 1))
+                    else:
+                        yield job, attempt, result
+        finally:
+            backend.close(running)
 
 
 @contextlib.contextmanager
@@ -108,7 +127,7 @@ class Local:
     def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
         by_connection = {connection: (process, connection) for process, connection in handles}
         out = []
-        for connection in multiprocessing.connection.wait(list(by_connection)):
+        for connection in multiprocessing.connection.wait(list(by_connection), timeout=LOOK_S):
             process, _ = handle = by_connection[connection]
             try:
                 result = connection.recv()
@@ -144,7 +163,7 @@ class Ray:
         return self._remote.remote(function, job)
 
     def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
-        ready, _ = self._ray.wait(handles)
+        ready, _ = self._ray.wait(handles, timeout=LOOK_S)
         out = []
         for handle in ready:
             try:

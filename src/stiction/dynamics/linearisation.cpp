@@ -200,7 +200,7 @@ void calc_fixed(const SolvedStep& step, contact::Workspace& contact_work, Linear
 /// Calls visit(i, g) with g = ∂ ln σ/∂q of every contact whose σ changes with q (S.17): λ is proportional to σ where w stays, ∂λ = λ gᵀ.
 template <class Visit>
 void for_each_slope(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, Visit&& visit) {
-  if (std::holds_alternative<Exact>(step.options.smoothing)) return;
+  if (std::holds_alternative<Exact>(step.options.smoothing) || !step.shares) return;
   for (std::size_t i = 0; i < out.contacts.size(); ++i) {
     if (step.included[i] && calc_share_slope(step.model, step.kinematics, out.contacts[i].contact, work.slope)) visit(i, work.slope);
   }

@@ -71,6 +71,7 @@ struct StepWorkspace::Impl {
   std::vector<char> included;          // per contact: its rows are in the problem
   std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
   std::vector<char> limit_included;    // per limit_id
+  double least_share = 0;              // of σ that a rim has (S.17); 1: it is a point as any other
   std::vector<int> bound_variables;    // of the limits in the problem, in order of adding, and of the motors after them
   std::vector<signed char> motor;      // per robot joint: the side, ±1, on which its spring saturates (S.15); 0: on none
   std::vector<int> motor_bound;        // per robot joint: index of its bound in the problem, −1 where there is none

@@ -210,7 +210,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
         if (!work.included[i]) continue;
         const contact::Contact& contact = work.contacts[i];
         const bool self = work.self_contact[static_cast<std::size_t>(contact.pair)] != 0;
-        const double share = exact ? 1.0 : std::max(barrier_share(model, work.kinematics, contact), kLeastShare);
+        const double share = exact ? 1.0 : std::max(barrier_share(model, work.kinematics, contact), work.least_share);
         add_contact(model, i, options.h, contact.friction * options.friction_scale, share * (self ? sigma_self : sigma), work);
       }
       for_each_limit(model, in, [&](int variable, double sign, double offset) {
@@ -240,7 +240,12 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     solver_options.shift_by_tangent = false;
     solve_rounds();  // from the rows it would start with by itself: Anitescu's step to the last digit
   };
+  work.least_share = kLeastShare;
   solve_program();
+  if (!exact && out.status == Status::MaxIterations) {  // one in some thousand heaps of cylinders: σ of its rows are too far apart
+    work.least_share = 1;
+    solve_program();
+  }
   for (int look = 0; out.status == Status::Solved && add_met(model, in, margin, work); ++look) {
     if (look < kMaxLooks)
       solve_program();
@@ -267,8 +272,17 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   read_motors(model, in, options, work, out);
   if (guess == nullptr || options.with_A) read_contacts(model, options, work, out.contacts);
   if (derivatives) {
-    const detail::SolvedStep solved{
-        model, options, work.kinematics, work.J, work.included, work.rays, work.bound_variables, work.motor_bound, work.Q, *work.solver};
+    const detail::SolvedStep solved{model,
+                                    options,
+                                    work.kinematics,
+                                    work.J,
+                                    work.included,
+                                    work.least_share < 1,
+                                    work.rays,
+                                    work.bound_variables,
+                                    work.motor_bound,
+                                    work.Q,
+                                    *work.solver};
     detail::linearise(solved, work.contact_work, work.linearisation, out);
   }
   return out.status;

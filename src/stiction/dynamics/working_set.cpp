@@ -110,7 +110,7 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
     work.included[i] = (!self || least_commanded_gap(model, options, i, work) < near_self) &&
-                       barrier_share(model, work.kinematics, work.contacts[i]) > kLeastShare;
+                       std::max(barrier_share(model, work.kinematics, work.contacts[i]), work.least_share) > kLeastShare;
   }
   for_each_limit(model, in,
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
