@@ -236,16 +236,16 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   const auto solve_program = [&] {
     solver_options.shift_by_tangent = coulomb;
     solve_rounds();
+    if (!exact && out.status == Status::MaxIterations && work.least_share < 1) {  // σ of rows too far apart: rare heaps of cylinders
+      work.least_share = 1;
+      solve_rounds();
+    }
     if (!coulomb || (out.status == Status::Solved && !misses_contact(model, options, work))) return;
     solver_options.shift_by_tangent = false;
     solve_rounds();  // from the rows it would start with by itself: Anitescu's step to the last digit
   };
   work.least_share = kLeastShare;
   solve_program();
-  if (!exact && out.status == Status::MaxIterations) {  // one in some thousand heaps of cylinders: σ of its rows are too far apart
-    work.least_share = 1;
-    solve_program();
-  }
   for (int look = 0; out.status == Status::Solved && add_met(model, in, margin, work); ++look) {
     if (look < kMaxLooks)
       solve_program();
