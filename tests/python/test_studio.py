@@ -72,14 +72,14 @@ def test_files_that_are_not_taken(tmp_path: Path, name: str, content: bytes, mes
 @pytest.mark.parametrize(
     "path", ["../mesh.stl", "/etc/mesh.stl", "package://../mesh.stl", "package://robots/../../mesh.stl", "file:///etc/mesh.stl", "~/mesh.stl", "http://host/mesh.stl", "a\\mesh.stl"]
 )
-def test_robot_that_reads_outside_is_refused(tmp_path: Path, path: str) -> None:
+def test_robot_that_reads_outside_is_refused_and_leaves_nothing(tmp_path: Path, path: str) -> None:
     kept = uploads.Uploads(tmp_path)
-    kept.add("robot.urdf", ROBOT % b'<mesh filename="%s"/>' % path.encode())
     kept.add("mesh.stl", b"solid")
-    for call in (kept.write_robot, kept.missing):
-        with pytest.raises(uploads.Refused, match="expected a path below the file"):
-            call("robot.urdf")
-    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(uploads.Refused, match="expected a path below the file"):
+        kept.add("robot.urdf", ROBOT % b'<mesh filename="%s"/>' % path.encode())
+    assert kept.robots() == [] and list(tmp_path.iterdir()) == []
+    kept.add("good.urdf", ROBOT % BALL)
+    assert kept.write_robot("good.urdf").is_file(), "what was refused is not in the way of the next one"
 
 
 def test_mjcf_that_reads_outside_or_includes_is_refused(tmp_path: Path) -> None:
@@ -89,9 +89,8 @@ def test_mjcf_that_reads_outside_or_includes_is_refused(tmp_path: Path) -> None:
         ('<include file="other.xml"/>', "expected one file that holds the whole robot"),
         ('<compiler meshdir="/root"/><asset><mesh file="a.stl"/></asset>', "expected a path below"),
     ):
-        kept.add("robot.xml", f"<mujoco>{text}</mujoco>".encode())
         with pytest.raises(uploads.Refused, match=re.escape(message)):
-            kept.write_robot("robot.xml")
+            kept.add("robot.xml", f"<mujoco>{text}</mujoco>".encode())
     assert list(tmp_path.iterdir()) == []
 
 

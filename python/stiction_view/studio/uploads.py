@@ -92,6 +92,17 @@ def inside(name: str, element: str, uri: str) -> PurePosixPath:
     return path
 
 
+def wanted(robot: str, content: bytes) -> list[PurePosixPath]:
+    """Meshes that a robot names, below its folder. Raises Refused: one lies outside, or a part of the robot is in another file."""
+    kinds = {"mesh", "texture", "include", "hfield", "model", "skin", "flexcomp"}
+    found = [(element, inside(robot, element, uri)) for element, uri in references(parse(robot, content))]
+    paths = [path for element, path in found if element in kinds and path.suffix]
+    for path in paths:
+        if path.suffix.lower() in ROBOTS:
+            raise Refused(f"{robot}: got the file '{path}' inside it, expected one file that holds the whole robot")
+    return [path for path in paths if path.suffix.lower() in MESHES]
+
+
 def alone(name: str, content: bytes) -> bytes:
     """The content without what a reader would look for elsewhere: packages become folders beside it, materials of an OBJ are left out."""
     suffix = PurePosixPath(name).suffix.lower()
@@ -113,6 +124,8 @@ class Uploads:
         check_name(name)
         check_content(name, content)
         check_total(len(content) + sum(len(c) for n, c in self.contents.items() if n != name))
+        if PurePosixPath(name).suffix.lower() in ROBOTS:
+            wanted(name, content)
         self.contents[name] = content
         return name
 
@@ -123,24 +136,14 @@ class Uploads:
         return [n for n in self.contents if PurePosixPath(n).suffix.lower() in MESHES]
 
     def missing(self, robot: str) -> list[str]:
-        """Files that a robot names and that were not dropped. Raises Refused: one that lies outside."""
-        return sorted({path.name for path in self._paths(robot) if path.name not in self.contents})
-
-    def _paths(self, robot: str) -> list[PurePosixPath]:
-        root = parse(robot, self.contents[robot])
-        kinds = {"mesh", "texture", "include", "hfield", "model", "skin", "flexcomp"}
-        found = [(element, inside(robot, element, uri)) for element, uri in references(root)]
-        wanted = [path for element, path in found if element in kinds and path.suffix]
-        for path in wanted:
-            if path.suffix.lower() in ROBOTS:
-                raise Refused(f"{robot}: got the file '{path}' inside it, expected one file that holds the whole robot")
-        return [path for path in wanted if path.suffix.lower() in MESHES]
+        """Files that a robot names and that were not dropped."""
+        return sorted({path.name for path in wanted(robot, self.contents[robot]) if path.name not in self.contents})
 
     def write_robot(self, robot: str) -> Path:
         """Writes a robot with its meshes where it looks for them, and nothing else. Raises Refused: files are missing."""
         if missing := self.missing(robot):
             raise Refused(f"{robot}: names {', '.join(missing)}, which {'was' if len(missing) == 1 else 'were'} not dropped; drop {'it' if len(missing) == 1 else 'them'} as well")
-        for path in self._paths(robot):
+        for path in wanted(robot, self.contents[robot]):
             self._write(self.folder / path, alone(path.name, self.contents[path.name]))
         return self._write(self.folder / robot, alone(robot, self.contents[robot]))
 
