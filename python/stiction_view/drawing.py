@@ -39,6 +39,13 @@ def look(camera: viser.InitialCameraConfig | viser.CameraHandle, view: View) -> 
     camera.position = tuple(view.position)
 
 
+def add_ghost(scene: viser.SceneApi, name: str, part: BodyMesh, *, grown: float, color: Color, opacity: float) -> viser.MeshHandle:
+    """The far side of a slightly larger copy: it neither tints nor hides what is in front of it, and where both coincide it is a rim around the body."""
+    middle = part.mesh[0].mean(axis=0)
+    larger = middle + grown * (part.mesh[0] - middle)
+    return scene.add_mesh_simple(name, larger, part.mesh[1], color=color, opacity=opacity, side="back", cast_shadow=False, receive_shadow=False)
+
+
 class Drawing:
     """A plan under the node `root` of a scene, `origin` away from where it is; show(knot) moves it."""
 
@@ -165,19 +172,7 @@ class Drawing:
             origin_radius=0.0,
         )
         if part is not None:
-            # Only the far side of a slightly larger copy: it neither tints nor hides what is in front of it, and where object and goal
-            # coincide it is a rim around the object.
-            middle = part.mesh[0].mean(axis=0)
-            self.goal_ghost = scene.add_mesh_simple(
-                f"{self.root}/goal/ghost",
-                middle + 1.05 * (part.mesh[0] - middle),
-                part.mesh[1],
-                color=GOAL,
-                opacity=0.42,
-                side="back",
-                cast_shadow=False,
-                receive_shadow=False,
-            )
+            self.goal_ghost = add_ghost(scene, f"{self.root}/goal/ghost", part, grown=1.05, color=GOAL, opacity=0.42)
         scene.add_frame(
             f"{self.root}/object/{name}/axes",
             axes_length=float(OBJECT_AXES * extent),

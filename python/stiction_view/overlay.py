@@ -12,7 +12,7 @@ import viser
 
 from . import scene
 from .bodies import OBJECT, OBJECT_AXES, Color, body_meshes, slug
-from .drawing import Drawing
+from .drawing import Drawing, add_ghost
 from .frames import HOLD_END, HOLD_START
 from .plan import Contact, Plan, load_plan, read_document
 
@@ -92,18 +92,7 @@ class OverlayDrawing(Drawing):
             row = simulation.planned[0, body.moving]
             node = f"/planned/{slug(body.name)}"
             frame = server.scene.add_frame(node, show_axes=False, wxyz=row[3:], position=row[:3])
-            # Only the far side of a slightly larger copy, as for the goal: where both coincide it is a rim.
-            middle = part.mesh[0].mean(axis=0)
-            server.scene.add_mesh_simple(
-                f"{node}/shape",
-                middle + 1.03 * (part.mesh[0] - middle),
-                part.mesh[1],
-                color=PLANNED,
-                opacity=0.4,
-                side="back",
-                cast_shadow=False,
-                receive_shadow=False,
-            )
+            add_ghost(server.scene, f"{node}/shape", part, grown=1.03, color=PLANNED, opacity=0.4)
             extent = float(np.abs(part.mesh[0]).max())
             server.scene.add_frame(f"{node}/axes", axes_length=OBJECT_AXES * extent, axes_radius=0.018 * extent, origin_radius=0.0)
             self.ghosts.append((body.moving, frame))
