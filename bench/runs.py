@@ -3,6 +3,8 @@
 import dataclasses
 import os
 import pathlib
+import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -20,11 +22,17 @@ class Run:
     wall_s: float
 
 
-def measure_run(words):
-    """A run of a program, whatever comes of it."""
+    @property
+    def out_of_processor_time(self):
+        return self.code == -signal.SIGXCPU
+
+
+def measure_run(words, processor_seconds=None):
+    """A run of a program, whatever comes of it; it is ended once it has used processor_seconds, on whatever cores, which other work beside it does not shorten."""
+    limit = processor_seconds and (lambda: resource.setrlimit(resource.RLIMIT_CPU, (processor_seconds, processor_seconds + 5)))
     with tempfile.TemporaryFile("w+") as out:
         start = time.monotonic()
-        process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=subprocess.DEVNULL, preexec_fn=limit)
         _, status, usage = os.wait4(process.pid, 0)
         wall = time.monotonic() - start
         process.returncode = os.waitstatus_to_exitcode(status)
