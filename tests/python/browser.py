@@ -67,6 +67,7 @@ class Browser:
         self._next_id = 0
         self.errors: list[str] = []
         self.requests: list[str] = []
+        self.received = 0  # bytes of the page and of its socket, as they came over the wire
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
         return self
@@ -108,6 +109,11 @@ class Browser:
             self.errors.append(params["entry"]["text"])
         elif method == "Network.requestWillBeSent":
             self.requests.append(params["request"]["url"])
+        elif method == "Network.loadingFinished":
+            self.received += int(params["encodedDataLength"])
+        elif method == "Network.webSocketFrameReceived":
+            text = params["response"]["payloadData"]  # of binary ones in base64
+            self.received += len(text) if params["response"]["opcode"] == 1 else len(text) * 3 // 4
 
     def call(self, method: str, **params) -> dict:
         self._next_id += 1
@@ -136,7 +142,7 @@ class Browser:
         self.call("DOM.setFileInputFiles", nodeId=field, files=[str(file)])
 
     def scrub(self, fraction: float) -> None:
-        """Clicks on the time bar, which also stops the playback."""
+        """Clicks on the time bar, which also stops the playback; in a panel on the first slider."""
         box = self.evaluate(
             "(() => { const r = document.querySelector('.mantine-Slider-track').getBoundingClientRect();"
             " return [r.left, r.top + r.height / 2, r.width]; })()"

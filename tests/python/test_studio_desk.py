@@ -27,7 +27,7 @@ from stiction_view.studio.showing import IN_MUJOCO  # noqa: E402
 
 
 class Driven:
-    """A studio and what it says."""
+    """A studio and what it refuses."""
 
     def __init__(self, studio: Studio):
         self.studio, self.panel = studio, studio.panel
@@ -35,7 +35,7 @@ class Driven:
         say = studio.panel.say
 
         def hear(text: str, fault: bool = False) -> None:
-            if text:
+            if fault:
                 self.said.append(text)
             say(text, fault)
 

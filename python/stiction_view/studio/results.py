@@ -16,6 +16,8 @@ from .series import Series, make_series
 
 MAX_SAMPLES = 600  # of a run that are drawn
 
+ENDED = {st.Status.Solved: "solved", st.Status.Cancelled: "cancelled, best path so far", st.Status.MaxIterations: "not solved in time, best path so far"}
+
 
 @dataclass
 class Run:
@@ -50,14 +52,17 @@ class Result:
         error = self.plan.error
         return f"{self.number}: {self.plan.task.name}, seed {self.plan.seed}, {1e3 * error.position:.1f} mm"
 
+    def headline(self) -> str:
+        """How it ended, in markdown."""
+        plan, error, goal = self.plan, self.plan.error, self.plan.task.goal
+        off = f"{1e3 * error.position:.1f} mm of {1e3 * goal.tol_position:.3g} off the goal, {error.angle:.3f} rad of {goal.tol_angle:.3g}"
+        return f"**{ENDED.get(plan.status, plan.status.name)}** in {self.seconds:.1f} s, {off}" + (f"  \n{self.reason}" if self.reason else "")
+
     def words(self) -> str:
         """Its figures, in markdown."""
-        plan, error, goal = self.plan, self.plan.error, self.plan.task.goal
         kinds = self.drawn.segment_kinds
-        status = {st.Status.Solved: "solved", st.Status.Cancelled: "cancelled, best path so far", st.Status.MaxIterations: "not solved in time, best path so far"}
         rows = [
-            f"**{status.get(plan.status, plan.status.name)}** in {self.seconds:.1f} s" + (f": {self.reason}" if self.reason else ""),
-            f"off the goal by {1e3 * error.position:.1f} mm of {1e3 * goal.tol_position:.3g}, {error.angle:.3f} rad of {goal.tol_angle:.3g}",
+            self.headline(),
             f"{kinds.count('contact')} pushes, {kinds.count('regrasp')} regrasps, {len(self.drawn.poses)} knots",
         ]
         share = self.series.effort_share()

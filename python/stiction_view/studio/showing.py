@@ -64,6 +64,7 @@ class Showing(Posing):
         self.list_results()
         self.panel.set_choices(self.panel.which, self.panel.which.options, self.result.label)
         self.to_result()
+        self.panel.say(self.result.headline())
 
     def on_simulate(self) -> None:
         result = self.result

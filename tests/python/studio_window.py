@@ -1,0 +1,186 @@
+"""`stiction studio` in a headless browser: pressed, filled, dragged and looked at as a person does."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+import browser
+
+PATIENCE = 120  # [s] until something shows, on a machine that has much else to do
+FIND_FIELD = """(label) => {
+  const word = [...document.querySelectorAll('label')].find((e) => e.textContent.trim() === label);
+  return word ? document.getElementById(word.htmlFor) : null;
+}"""
+
+
+class Program:
+    """The program on a free port, as a context."""
+
+    def __init__(self, program: Path, *words: object, root: Path):
+        self._words = [str(program), "studio", *map(str, words), "--port", "0"]
+        self._root = root
+
+    def __enter__(self) -> Program:
+        self.process = subprocess.Popen(self._words, cwd=self._root, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        found = re.search(r"http://localhost:\d+", line)
+        if found is None:
+            self.process.kill()
+            raise AssertionError(f"no address: {line!r} {self.process.communicate()[1]}")
+        self.address = found.group(0)
+        return self
+
+    def end(self) -> str:
+        """Ends it as Ctrl-C does; what it said on stderr."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        return self.process.communicate(timeout=PATIENCE)[1]
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            try:
+                self.process.communicate(timeout=PATIENCE)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.communicate()
+
+
+class Window:
+    """The page in a browser."""
+
+    def __init__(self, chromium: browser.Browser, size: tuple[int, int] = (1000, 640)):
+        self.browser = chromium
+        chromium.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
+
+    # ---- words ----
+
+    def visit(self, address: str) -> None:
+        """Until the controls and the object are there."""
+        self.browser.visit(address)
+        self.wait_text(r"Open[\s\S]*Export")
+        self.browser.wait_for(lambda: orange(self.scene()) > 0.002, PATIENCE, "the object")
+
+    def text(self) -> str:
+        return self.browser.evaluate("document.body ? document.body.innerText : ''") or ""
+
+    def wait_text(self, pattern: str) -> re.Match[str]:
+        return self.browser.wait_for(lambda: re.search(pattern, self.text()), PATIENCE, Said(pattern, self))
+
+    # ---- controls ----
+
+    def click(self, find: str, what: str) -> None:
+        """With the mouse, in the middle of the element that a script finds (null: not yet)."""
+        script = f"""(() => {{
+          const e = ({find});
+          if (!e) return null;
+          e.scrollIntoView({{block: 'nearest'}});
+          const r = e.getBoundingClientRect();
+          return [r.left + r.width / 2, r.top + r.height / 2];
+        }})()"""
+        at = self.browser.wait_for(lambda: self.browser.evaluate(script), PATIENCE, what)
+        self.mouse("mouseMoved", at, pressed=False)
+        self.mouse("mousePressed", at)
+        self.mouse("mouseReleased", at)
+
+    def press(self, label: str, tag: str = "button, [role=tab], label") -> None:
+        """The button, tab or choice of that name, once it is there and may be pressed."""
+        found = f"[...document.querySelectorAll({json.dumps(tag)})].filter((e) => e.textContent.trim() === {json.dumps(label)} && !e.disabled && e.offsetParent !== null).pop()"
+        self.click(found, f"the button {label!r}")
+
+    def fill(self, label: str, value: object) -> None:
+        """A number or a text into its field."""
+        script = f"""(() => {{
+          const field = ({FIND_FIELD})({json.dumps(label)});
+          if (!field) return false;
+          const set = Object.getOwnPropertyDescriptor(field.tagName === 'TEXTAREA' ? HTMLTextAreaElement.prototype : HTMLInputElement.prototype, 'value').set;
+          field.focus();
+          set.call(field, {json.dumps(str(value))});
+          field.dispatchEvent(new Event('input', {{bubbles: true}}));
+          field.dispatchEvent(new Event('change', {{bubbles: true}}));
+          field.blur();
+          return true;
+        }})()"""
+        self.browser.wait_for(lambda: self.browser.evaluate(script), PATIENCE, f"the field {label!r}")
+
+    def value(self, label: str) -> str:
+        return self.browser.evaluate(f"(({FIND_FIELD})({json.dumps(label)}) || {{value: ''}}).value") or ""
+
+    def choose(self, label: str, choice: str) -> None:
+        """One of a list: opens it, presses the choice."""
+        self.click(f"({FIND_FIELD})({json.dumps(label)})", f"the list {label!r}")
+        option = f"[...document.querySelectorAll('[role=option]')].filter((e) => e.textContent.trim() === {json.dumps(choice)} && e.offsetParent !== null)[0]"
+        self.click(option, f"the choice {choice!r} of {label!r}")
+
+    # ---- the scene ----
+
+    def mouse(self, kind: str, at: tuple[float, float], pressed: bool = True) -> None:
+        self.browser.call("Input.dispatchMouseEvent", type=kind, x=at[0], y=at[1], button="left" if pressed else "none", buttons=int(pressed), clickCount=int(pressed))
+
+    def drag(self, at: tuple[float, float], by: tuple[float, float], steps: int = 8) -> None:
+        """Takes what is there along with the mouse [px]."""
+        self.mouse("mouseMoved", at, pressed=False)
+        self.mouse("mousePressed", at)
+        for k in range(1, steps + 1):
+            self.frames(2)
+            self.mouse("mouseMoved", (at[0] + by[0] * k / steps, at[1] + by[1] * k / steps))
+        self.frames(2)
+        self.mouse("mouseReleased", (at[0] + by[0], at[1] + by[1]))
+
+    def frames(self, count: int) -> None:
+        """Until the page was drawn that often."""
+        script = f"new Promise((done) => {{ let n = {count}; const next = () => n-- > 0 ? requestAnimationFrame(next) : done(true); next(); }})"
+        self.browser.call("Runtime.evaluate", expression=script, awaitPromise=True)
+
+    def picture(self) -> np.ndarray:
+        return self.browser.screenshot()
+
+    def scene(self) -> np.ndarray:
+        """The part of the picture beside the panel."""
+        picture = self.picture()
+        return picture[:, : int(0.6 * picture.shape[1])]
+
+
+class Said:
+    """What a page lacks and what it says instead, looked up when it is asked for."""
+
+    def __init__(self, pattern: str, window: Window):
+        self.pattern, self.window = pattern, window
+
+    def __str__(self) -> str:
+        return f"{self.pattern!r}; the page says {self.window.text()!r}"
+
+
+def orange(picture: np.ndarray) -> float:
+    """Part of the pixels in the colours of an object."""
+    r, g, b = np.moveaxis(picture.astype(int), 2, 0)
+    return float(((r > 120) & (g > 0.3 * r) & (g < 0.85 * r) & (b < 0.6 * g)).mean())
+
+
+def drawn(picture: np.ndarray) -> float:
+    """Part of the pixels that are not background."""
+    return float((np.abs(picture.astype(int) - 255).max(axis=2) > 20).mean())
+
+
+def colours(picture: np.ndarray) -> int:
+    """How many different ones, to an eighth of their range."""
+    return len(np.unique(picture.reshape(-1, 3) // 32, axis=0))
+
+
+def square(picture: np.ndarray, colour: tuple[int, int, int], size: int = 15) -> tuple[float, float] | None:
+    """Middle (x, y) of the pixels around which a square of that side has one colour, to 60 of 255; None: there is none."""
+    like = (np.abs(picture.astype(int) - colour).max(axis=2) <= 60).astype(int)
+    sums = np.pad(like.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    full = sums[size:, size:] - sums[:-size, size:] - sums[size:, :-size] + sums[:-size, :-size] == size * size
+    if not full.any():
+        return None
+    y, x = np.nonzero(full)
+    return float(x.mean() + size // 2), float(y.mean() + size // 2)
