@@ -40,6 +40,14 @@ def main() -> int:
         return 2
 
     import stiction
+    from stiction._extras import MissingExtra, require
+
+    try:
+        for module in ("matplotlib", "yaml", "pinocchio"):
+            require("reproduce", "reproduce", module)
+    except MissingExtra as error:
+        print(f"stiction: {error}", file=sys.stderr)
+        return 70
 
     from . import report
 

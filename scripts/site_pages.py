@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import hashlib
+import json
 import os
 import re
 import shlex
@@ -147,24 +150,64 @@ def on_page_markdown(markdown: str, page: object, config: object, files: Files) 
 # ---- tutorials ----
 
 
+BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", flags=re.DOTALL | re.MULTILINE)
+
+
 def with_outputs(markdown: str, uri: str) -> str:
-    """Runs the commands and the Python of a tutorial in order, in a folder that looks like the repository, and puts what they print beneath."""
+    """Puts beneath the commands and the Python of a tutorial what they print."""
+    outputs = iter(outputs_of(markdown, uri))
+
+    def add(match: re.Match[str]) -> str:
+        output = next(outputs)
+        return match.group(0) + (f"\n\n??? example \"What it prints\"\n\n    ```text\n{indent(output)}    ```\n" if output.strip() else "")
+
+    return BLOCK.sub(add, markdown)
+
+
+def outputs_of(markdown: str, uri: str) -> list[str]:
+    """Of every block. Those of the last build are taken where neither the page nor anything that its commands read has changed."""
+    file = ROOT / "build/docs/outputs" / f"{uri}.json"
+    key = fingerprint(markdown)
+    if file.exists():
+        kept = json.loads(file.read_text(encoding="utf-8"))
+        if kept["key"] == key:
+            return list(kept["outputs"])
+    outputs = run_blocks(markdown, uri)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps({"key": key, "outputs": outputs}), encoding="utf-8")
+    return outputs
+
+
+@functools.cache
+def digest_of_inputs() -> str:
+    """The program, the module, and the data that tutorials name."""
+    built = [ROOT / "build/release/stiction", *(ROOT / "build/release/python/stiction").glob("*.*")]
+    data = [f for folder in ("docs/tutorials", "tasks", "models", "scenarios") for f in (ROOT / folder).rglob("*")]
+    digest = hashlib.sha256()
+    for path in sorted(f for f in built + data if f.is_file()):
+        digest.update(str(path.relative_to(ROOT)).encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
+def fingerprint(markdown: str) -> str:
+    return hashlib.sha256((digest_of_inputs() + markdown).encode()).hexdigest()
+
+
+def run_blocks(markdown: str, uri: str) -> list[str]:
+    """Runs a page's blocks in order, in a folder that looks like the repository."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for entry in ROOT.iterdir():
             if entry.name not in ("out", "demo-out", ".git"):
                 (folder / entry.name).symlink_to(entry)
 
-        def run(match: re.Match[str]) -> str:
-            language, code = match.group(1), match.group(2)
+        def run(language: str, code: str) -> str:
             if language == "sh":
                 lines = [line for line in code.splitlines() if line.startswith("build/release/stiction ")]
-                output = "".join(f"$ {line}\n{execute(shlex.split(line), folder, uri)}" for line in lines)
-            else:
-                output = execute([sys.executable, "-c", code], folder, uri)
-            return match.group(0) + (f"\n\n??? example \"What it prints\"\n\n    ```text\n{indent(output)}    ```\n" if output.strip() else "")
+                return "".join(f"$ {line}\n{execute(shlex.split(line), folder, uri)}" for line in lines)
+            return execute([sys.executable, "-c", code], folder, uri)
 
-        return re.sub(r"^```(sh|python)\n(.*?)^```", run, markdown, flags=re.DOTALL | re.MULTILINE)
+        return [run(match.group(1), match.group(2)) for match in BLOCK.finditer(markdown)]
 
 
 def execute(words: list[str], folder: Path, uri: str) -> str:

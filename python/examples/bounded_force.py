@@ -41,7 +41,8 @@ def press(law: st.Law) -> list[float]:
     """Turns the base by 0.4 rad in 3 s, through the wall, and waits 2 s: the largest force of every tick [N]."""
     controller = st.ContactController(model, law=law, lambda_max=LAMBDA_MAX)
     controller.configure(START)
-    work, q, contacts, forces = st.StepWorkspace(model), START, [], []
+    work, q, forces = st.StepWorkspace(model), START, []
+    contacts: list[st.ContactForce] = []
     for tick in range(round(5.0 / DT)):
         q_ref = START + [0.4 * min(1.0, tick * DT / 3.0), 0, 0, 0, 0, 0, 0]
         command = controller.update(st.ControllerState(time=tick * DT, q=q, q_ref=q_ref, contacts=contacts), DT)

@@ -240,7 +240,7 @@ class Drawing:
         self.place(plan.poses[knot])
         tails, heads = [], []
         for contact in plan.contacts[knot]:
-            force = np.linalg.norm(contact.force)
+            force = float(np.linalg.norm(contact.force))
             length = min(force * self.force_scale, self.force_longest)
             if length > 0.02 * self.force_longest:
                 # The arrow ends where the force acts and comes from the side that pushes.

@@ -7,7 +7,7 @@ import html
 import io
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import viser
 
@@ -17,7 +17,7 @@ from .plan import Plan
 
 
 @contextlib.contextmanager
-def _server(port: int):
+def _server(port: int) -> Iterator[viser.ViserServer]:
     """A viser server on localhost that neither prints nor logs."""
     logging.getLogger("websockets").setLevel(logging.ERROR)
     with contextlib.redirect_stdout(io.StringIO()):

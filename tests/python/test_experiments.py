@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -97,3 +98,13 @@ def test_arm_is_what_its_script_writes() -> None:
     from experiments.make_iiwa import FILE, make
 
     assert FILE.read_text(encoding="utf-8") == make(), "run `python -m experiments.make_iiwa`"
+
+
+def test_packages_of_the_extra_that_are_missing_are_named(program: Path, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.modules['matplotlib'] = None\n", encoding="ascii")
+    python = tmp_path / "python"
+    python.write_text(f'#!/bin/sh\nPYTHONPATH="{tmp_path}:$PYTHONPATH" exec "{sys.executable}" "$@"\n', encoding="ascii")
+    python.chmod(0o755)
+    words = [program, "reproduce", "figure-2.1", "--quick", "-o", tmp_path / "out"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, env={"STICTION_PYTHON": str(python), "PATH": "/usr/bin:/bin"})
+    assert done.returncode == 70 and done.stderr == "stiction: reproduce: no Python module 'matplotlib'; `pip install 'stiction[reproduce]'` brings it\n"

@@ -236,6 +236,8 @@ def test_bad_input_is_named(stiction, plan_file: Path, st, tmp_path: Path, monke
     (tmp_path / "file").write_text("")
     with pytest.raises(st.InvalidInput, match="file/folder: cannot be made .*, expected a folder to write to"):
         plan.export(tmp_path / "file/folder/motion.csv")
+    with pytest.raises(st.InvalidInput, match="^/proc/motion.csv: cannot be written .*, expected a folder to write to"):
+        plan.export("/proc/motion.csv")  # no one may write there, root neither
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(st.InvalidInput, match="folder.csv: got a folder, expected a file"):
         plan.export(tmp_path / "folder.csv")

@@ -12,13 +12,16 @@ A run that misses is lost in one piece: the one after whose start the object was
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ._core import Goal, PieceError, SegmentKind, TransferResult
 
 
-def share(error: PieceError, moment: str, goal: Goal) -> float:
-    """Error at the start or the end of a piece, of the tolerances."""
+def share(error: PieceError | None, moment: str, goal: Goal) -> float:
+    """Error at the start or the end of a piece, of the tolerances; of a piece that did not come, infinite."""
+    if error is None:
+        return math.inf
     return max(getattr(error, f"{moment}_position") / goal.tol_position, getattr(error, f"{moment}_angle") / goal.tol_angle)
 
 

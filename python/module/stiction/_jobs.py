@@ -127,8 +127,8 @@ class Local:
     def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
         by_connection = {connection: (process, connection) for process, connection in handles}
         out = []
-        for connection in multiprocessing.connection.wait(list(by_connection), timeout=LOOK_S):
-            process, _ = handle = by_connection[connection]
+        for ready in multiprocessing.connection.wait(list(by_connection), timeout=LOOK_S):
+            process, connection = handle = by_connection[ready]
             try:
                 result = connection.recv()
             except (EOFError, OSError):
@@ -145,6 +145,20 @@ class Local:
             connection.close()
 
 
+@contextlib.contextmanager
+def _path_inherited() -> Iterator[None]:
+    """Processes that are started meanwhile find what this one imports, this package among it."""
+    before = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["PYTHONPATH"]
+        else:
+            os.environ["PYTHONPATH"] = before
+
+
 class Ray:
     """Tasks of one processor each on the cluster at an address; `local` starts one on this machine."""
 
@@ -153,7 +167,8 @@ class Ray:
         _require_answer(address)
         place = {"num_cpus": processes} if address == "local" else {}
         try:
-            ray.init(address=address, log_to_driver=False, include_dashboard=False if place else None, **place)
+            with _path_inherited() if place else contextlib.nullcontext():
+                ray.init(address=address, log_to_driver=False, include_dashboard=False if place else None, **place)
         except (ConnectionError, TimeoutError) as error:
             raise InvalidInput(f"ray: got '{address}', where no cluster answers ({' '.join(str(error).split())})") from None
         self.capacity = processes or int(ray.cluster_resources().get("CPU", 1))

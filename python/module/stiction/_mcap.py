@@ -148,7 +148,8 @@ def name_contacts(contacts: list[Any], tokens: Tokens) -> dict[str, Any]:
 
 def add_world(to: Recorder, motion: Motion) -> None:
     """Objects, and contacts with a frame each at its point: a wrench acts at the origin of its frame."""
-    tokens, open_before = Tokens(), set()
+    tokens = Tokens()
+    open_before: set[str] = set()
     for k, t in enumerate(motion.time):
         contacts = name_contacts(motion.contacts[k], tokens)
         frames = [transform(t, name, pose[:3], pose[3:]) for name, pose in zip(motion.objects, motion.poses[k])]

@@ -18,7 +18,7 @@ from ._table import to_cell
 from .sweeps import PlanRun, Progress, sweep
 
 RUN = {"refine": bool, "timeout_s": (int, float), "speed": (int, float), "alone": bool}  # fields of PlanRun
-SPEC = {"tasks": list, "seeds": (int, list), "friction": list, "options": dict} | RUN
+SPEC: dict[str, Any] = {"tasks": list, "seeds": (int, list), "friction": list, "options": dict} | RUN
 
 
 def read_seeds(text: str) -> int | list[int]:
@@ -172,7 +172,8 @@ def arguments_of(parsed: argparse.Namespace) -> dict[str, Any]:
         spec["options"] = spec.get("options", {}) | dict(map(read_option, parsed.option))
     given = {"timeout_s": parsed.timeout, "speed": parsed.speed, "refine": False if parsed.no_refine else None, "alone": parsed.alone or None}
     fields = {name: spec.pop(name) for name in RUN if name in spec} | {name: value for name, value in given.items() if value is not None}
-    spec["run"] = PlanRun(**{name: float(value) if name in ("timeout_s", "speed") else value for name, value in fields.items()})
+    values: dict[str, Any] = {name: float(value) if name in ("timeout_s", "speed") else value for name, value in fields.items()}
+    spec["run"] = PlanRun(**values)
     return spec
 
 

@@ -113,11 +113,11 @@ class Table:
 
     def close(self) -> None:
         self._out.close()
-        if self._pyarrow:
+        if parquet := self._pyarrow:
             import pyarrow
 
             columns = {name: [_flat(row[name]) for row in self.rows] for name in self._columns}
-            write_whole(self._file, lambda to: self._pyarrow.write_table(pyarrow.table(columns), to))
+            write_whole(self._file, lambda to: parquet.write_table(pyarrow.table(columns), to))
 
 
 def _flat(value: Any) -> Any:
