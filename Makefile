@@ -11,7 +11,7 @@ help:
 	@echo "make build      Release build; the program is $(STICTION)    (PRESET=dev|asan-ubsan|tsan for the others)"
 	@echo "make install    the program, its data, the module and the library into PREFIX=…"
 	@echo "make wheel      dist/stiction-*.whl for pip, and the source archive"
-	@echo "make experiments  Drake into .venv: second-order curves of \`$(STICTION) reproduce\`, optional"
+	@echo "make experiments  Drake and meshes of an iiwa into .venv: what \`$(STICTION) reproduce\` compares with, optional"
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
 	@echo "make demo-touch  an arm feels its way past what it does not know, in demo-out/"
 	@echo "make test       every test: C++, Python, documentation"
@@ -40,6 +40,7 @@ wheel: setup
 
 experiments: setup
 	@scripts/extras.sh experiments
+	@scripts/meshes.sh
 
 demo: setup
 	@scripts/build.sh release $(JOBS) stiction_cli

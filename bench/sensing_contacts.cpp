@@ -131,8 +131,8 @@ int main(int argc, char** argv) {
       cases = std::max(1, std::atoi(argv[i]));
   }
   Json rows = Json::array();
-  for (const bench::Arm& arm : bench::kArms) {
-    const auto sensor = bench::make_sensor(arm, kSamples);
+  for (const bench::Arm& arm : bench::list_arms()) {
+    const auto sensor = bench::make_sensor(arm, {.samples = kSamples});
     for (const Setting& setting : kSettings) {
       rows.push_back(measure(arm, sensor, setting, cases));
       if (!json) print(rows.back());

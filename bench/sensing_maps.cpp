@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "known_arms.hpp"
 #include "stiction/sensing/detectability.hpp"
 #include "stiction/sensing/discriminate.hpp"
-#include "stiction/sensing/scenario.hpp"
-#include "stiction/world/read.hpp"
 
 namespace {
 
@@ -18,31 +16,28 @@ using namespace stiction;
 using Json = nlohmann::ordered_json;
 using Eigen::Vector3d;
 
-constexpr const char* kUr5 = "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf";
-constexpr const char* kPanda = "package://example-robot-data/robots/panda_description/urdf/panda.urdf";
-constexpr const char* kIiwa = "models/iiwa_primitives.urdf";
 constexpr double kEpsilons[] = {0.0025, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05};  // [N m/N]
 constexpr double kEpsilon = 0.02;
-constexpr int kShown = 1500;  // points of a picture
+constexpr int kShown = 1500;         // points of a picture
+constexpr std::uint64_t kSeeds = 8;  // of 1000 samples each, to see how much counts scatter
 // Residuals of the thesis's figures have a factor ½.
 constexpr double kDelta = 2 * 0.1, kEps = 2 * 0.005;  // [(N m)²]
 
-std::shared_ptr<const sensing::Sensor> make_sensor(const char* urdf, std::vector<std::string> links, int samples, bool hidden_faces) {
-  const std::vector<std::filesystem::path> packages{STICTION_PACKAGE_DIR};
-  const auto scene = world::parse_scene(fmt::format("robots: [{{name: arm, urdf: '{}'}}]", urdf), STICTION_SOURCE_DIR, packages);
+std::shared_ptr<const sensing::Sensor> make_sensor(const bench::Arm& arm, std::vector<std::string> links, int samples, bool hidden_faces) {
   sensing::SensorOptions options;
   options.links = std::move(links);
   options.samples = samples;
   options.sampling = sensing::Sampling::Uniform;
   if (hidden_faces) options.surface.rays = 0;
-  return sensing::Sensor::make(world::Model::make(scene), options);
+  return bench::make_sensor(arm, options);
 }
 
 Json numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// Figs 4-4 and 4-5 of one link. @param axis  instead of that of the joint, through the same point; nullptr: the joint's
-Json detectability(const char* name, const char* urdf, const char* link_name, int samples, bool hidden_faces, const Vector3d* axis) {
-  const auto sensor = make_sensor(urdf, {link_name}, samples, hidden_faces);
+Json detectability(const std::string& name, const bench::Arm& arm, const char* link_name, int samples, bool hidden_faces,
+                   const Vector3d* axis) {
+  const auto sensor = make_sensor(arm, {link_name}, samples, hidden_faces);
   const sensing::SensedLink& link = sensor->links()[0];
   sensing::JointLine line = sensing::find_joint_line(sensor->model(), link.surface.body);
   if (axis != nullptr) line.axis_L = *axis;
@@ -106,8 +101,8 @@ At place(const sensing::Sensor& sensor, const Case& c) {
 }
 
 /// Figs 4-3 and 4-6: x, y, z in W, residual, link.
-Json residual_map(const Case& c, int samples, int shown) {
-  const auto sensor = make_sensor(kIiwa, {"arm/link_5", "arm/link_6"}, samples / 2, false);
+Json residual_map(const Case& c, int samples, int shown, bool hidden_faces) {
+  const auto sensor = make_sensor(bench::best_iiwa(), {"arm/link_5", "arm/link_6"}, samples / 2, hidden_faces);
   const At at = place(*sensor, c);
   const sensing::FrictionCone cone(1, 4);
   Json out{{"samples", 2 * (samples / 2)}, {"points", Json::array()}};
@@ -131,9 +126,9 @@ Json residual_map(const Case& c, int samples, int shown) {
   return out;
 }
 
-/// Figs 4-7 and 4-8: from every accepted sample to where Algorithm 4 ends.
-Json descents(const Case& c, int samples) {
-  const auto sensor = make_sensor(kIiwa, {"arm/link_5", "arm/link_6"}, samples / 2, false);
+/// Figs 4-7 and 4-8: from every accepted sample to where Algorithm 4 ends. @param seed  of the samples
+Json descents(const Case& c, int samples, std::uint64_t seed) {
+  const auto sensor = make_sensor(bench::best_iiwa(), {"arm/link_5", "arm/link_6"}, 1, false);
   const At at = place(*sensor, c);
   const sensing::FrictionCone cone(1, 4);
   Json runs = Json::array();
@@ -142,7 +137,7 @@ Json descents(const Case& c, int samples) {
     const world::Pose& X_WL = at.kinematics.X_WB[static_cast<std::size_t>(link.surface.body)];
     const sensing::DescentProblem problem{link, static_cast<int>(k),       at.torques[k],
                                           cone, sensor->options().normals, sensing::SenseOptions{}.tolerance};
-    for (const sensing::SurfacePoint& sample : link.samples) {
+    for (const sensing::SurfacePoint& sample : sensing::sample_surface(link.surface, samples / 2, sensing::Sampling::Uniform, seed)) {
       const sensing::ContactPoint start = sensing::evaluate(problem, sample.triangle, sample.p_L);
       if (start.residual > kDelta) continue;
       sensing::ContactPoint end = start;
@@ -161,7 +156,7 @@ Json descents(const Case& c, int samples) {
 
 /// Fig. 4-9: the best point of each link, and the motion that tells them apart.
 Json discrimination(const Case& c) {
-  const auto sensor = make_sensor(kIiwa, {"arm/link_5", "arm/link_6"}, 500, false);
+  const auto sensor = make_sensor(bench::best_iiwa(), {"arm/link_5", "arm/link_6"}, 500, false);
   sensing::SenseOptions options;
   options.noise = 1e-3;
   options.accept = kDelta;
@@ -197,14 +192,18 @@ int main(int argc, char** argv) {
   const Vector3d x = Vector3d::UnitX();
   const Case c;
   Json out;
-  out["detectability"] = {detectability("iiwa of capsules, link 6", kIiwa, "arm/link_6", samples, false, nullptr),
-                          detectability("UR5 forearm", kUr5, "arm/forearm_link", samples, true, nullptr),
-                          detectability("UR5 forearm, axis x", kUr5, "arm/forearm_link", samples, true, &x),
-                          detectability("UR5 forearm, what can be touched", kUr5, "arm/forearm_link", samples, false, nullptr),
-                          detectability("Panda link 6", kPanda, "arm/panda_link6", samples, false, nullptr)};
-  out["dense"] = residual_map(c, samples, 3000);
-  out["sparse"] = residual_map(c, 1000, 1000);
-  out["descents"] = descents(c, 1000);
+  out["iiwa"] = bench::best_iiwa().name;
+  out["detectability"] = {
+      detectability(bench::best_iiwa().name + ", link 6", bench::best_iiwa(), "arm/link_6", samples, false, nullptr),
+      detectability(bench::best_iiwa().name + ", link 6, all faces", bench::best_iiwa(), "arm/link_6", samples, true, nullptr),
+      detectability("UR5 forearm", bench::kUr5, "arm/forearm_link", samples, true, nullptr),
+      detectability("UR5 forearm, axis x", bench::kUr5, "arm/forearm_link", samples, true, &x),
+      detectability("UR5 forearm, what can be touched", bench::kUr5, "arm/forearm_link", samples, false, nullptr),
+      detectability("Panda link 6", bench::kPanda, "arm/panda_link6", samples, false, nullptr)};
+  out["dense"] = residual_map(c, samples, 3000, false);
+  out["sparse"] = residual_map(c, 1000, 1000, false);
+  out["all_faces"] = residual_map(c, samples, 0, true);
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) out["descents"].push_back(descents(c, 1000, seed));
   out["discrimination"] = discrimination(c);
   fmt::print("{}\n", out.dump());
 }

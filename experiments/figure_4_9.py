@@ -12,7 +12,7 @@ TITLE = "Figure 4-9: a motion that tells two possible contacts apart"
 
 def run(quick: bool) -> Result:
     motion = touch.maps(quick)["discrimination"]
-    result = Result(touch.CASE + " The best point of each link is a candidate; (4.13) is solved by our own branch and bound, with lengths of our choice.", settings={})
+    result = Result(touch.case(quick) + " The best point of each link is a candidate; (4.13) is solved by our own branch and bound, with lengths of our choice.", settings={})
     for c in motion["candidates"]:
         point = ", ".join(f"{x:.3f}" for x in c["p_W"])
         result.add(f"candidate on {c['link']}", "shown only", f"({point}) m, {np.linalg.norm(c['f_W']):.2f} N", None, "pull away" if c["pull"] == 1 else "push into")

@@ -1,4 +1,5 @@
-"""Writes models/iiwa_primitives.urdf: an iiwa 7 of capsules, with inertias computed from shape and mass.
+"""Writes models/iiwa_primitives.urdf, an iiwa 7 of capsules with inertias computed from shape and mass, and models/iiwa_meshes.urdf, the same with the
+meshes that `make experiments` unpacks.
 
 python -m experiments.make_iiwa
 """
@@ -10,7 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-FILE = Path(__file__).resolve().parents[1] / "models" / "iiwa_primitives.urdf"
+MODELS = Path(__file__).resolve().parents[1] / "models"
+MESH = "package://iiwa_description/iiwa7/link_{}.obj"
+MESH_SHIFT = {6: -0.0607}  # along z, from the frame of the file to that of the link [m]
 HALF, PI = 1.5707963267948966, 3.141592653589793
 
 
@@ -56,7 +59,15 @@ def triple(values: np.ndarray | tuple[float, ...]) -> str:
     return " ".join(f"{value:.10g}" for value in values)
 
 
-def write_link(index: int, link: Link) -> str:
+def write_mesh(index: int) -> str:
+    return f"""    <collision name="body">
+      <origin xyz="0 0 {MESH_SHIFT.get(index, 0):g}"/>
+      <geometry><mesh filename="{MESH.format(index)}"/></geometry>
+    </collision>
+"""
+
+
+def write_link(index: int, link: Link, meshes: bool) -> str:
     start, end = np.array(link.start), np.array(link.end)
     length = float(np.linalg.norm(end - start))
     axis = (end - start) / length if length > 0 else np.array([0.0, 0.0, 1.0])
@@ -67,17 +78,18 @@ def write_link(index: int, link: Link) -> str:
     shape = f'<sphere radius="{link.radius:g}"/>' if length == 0 else f'<capsule radius="{link.radius:g}" length="{length:.10g}"/>'
     names = [("ixx", 0, 0), ("iyy", 1, 1), ("izz", 2, 2), ("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2)]
     moments = " ".join(f'{name}="{inertia[i, j]:.8g}"' for name, i, j in names)
+    capsule = f"""    <collision name="body">
+      <origin xyz="{triple((start + end) / 2)}" rpy="{roll:.10g} 0 0"/>
+      <geometry>{shape}</geometry>
+    </collision>
+"""
     return f"""  <link name="link_{index}">
     <inertial>
       <origin xyz="{triple((start + end) / 2)}"/>
       <mass value="{link.mass:g}"/>
       <inertia {moments}/>
     </inertial>
-    <collision name="body">
-      <origin xyz="{triple((start + end) / 2)}" rpy="{roll:.10g} 0 0"/>
-      <geometry>{shape}</geometry>
-    </collision>
-  </link>
+{write_mesh(index) if meshes else capsule}  </link>
 """
 
 
@@ -92,12 +104,15 @@ def write_joint(index: int, link: Link) -> str:
 """
 
 
-def make() -> str:
-    links = "".join(write_link(i, link) for i, link in enumerate(LINKS))
+def make(meshes: bool) -> str:
+    links = "".join(write_link(i, link, meshes) for i, link in enumerate(LINKS))
     joints = "".join(write_joint(i, link) for i, link in enumerate(LINKS) if i > 0)
-    comment = "<!-- A KUKA iiwa 7 of capsules. Made by experiments/make_iiwa.py: inertias follow from shape and mass. SI units. -->"
-    return f'<?xml version="1.0"?>\n{comment}\n<robot name="iiwa_primitives">\n{links}{joints}</robot>\n'
+    name = "iiwa_meshes" if meshes else "iiwa_primitives"
+    what = "A KUKA iiwa 7 with meshes of package iiwa_description" if meshes else "A KUKA iiwa 7 of capsules"
+    inertias = "inertias are those of capsules" if meshes else "inertias follow from shape and mass"
+    return f'<?xml version="1.0"?>\n<!-- {what}. Made by experiments/make_iiwa.py: {inertias}. SI units. -->\n<robot name="{name}">\n{links}{joints}</robot>\n'
 
 
 if __name__ == "__main__":
-    FILE.write_text(make(), encoding="utf-8")
+    for meshes in (False, True):
+        (MODELS / f"iiwa_{'meshes' if meshes else 'primitives'}.urdf").write_text(make(meshes), encoding="utf-8")

@@ -12,8 +12,14 @@ import numpy as np
 import stiction as st
 
 CASE = (
-    "Posture and torques of the thesis's figures 4-6 to 4-10, on an iiwa 7 of capsules (`models/iiwa_primitives.urdf`), as the meshes of the thesis are in no package "
-    "that is at hand: numbers of samples differ with the surface. μ = 1, n_d = 4; residuals of the thesis's figures are ½ ‖·‖², and so are those here."
+    "Posture and torques of the thesis's figures 4-6 to 4-10. {} μ = 1, n_d = 4; residuals of the thesis's figures are ½ ‖·‖², and so are those here."
+)
+MESHES = (
+    "The arm is an iiwa 7 with the meshes that `make experiments` unpacks (`models/iiwa_meshes.urdf`), without the faces that nothing can touch; those of the thesis are cut from "
+    "the same files by hand."
+)
+CAPSULES = (
+    "The arm is an iiwa 7 of capsules (`models/iiwa_primitives.urdf`), as `make experiments` did not unpack the meshes: numbers of samples differ with the surface."
 )
 
 
@@ -31,6 +37,11 @@ def measure(name: str, *arguments: str) -> Any:
 
 def maps(quick: bool) -> dict[str, Any]:
     return measure("sensing_maps", "2000" if quick else "20000")
+
+
+def case(quick: bool) -> str:
+    """What the figures of one posture have in common."""
+    return CASE.format(MESHES if maps(quick)["iiwa"] == "iiwa" else CAPSULES)
 
 
 def percent(share: float) -> str:

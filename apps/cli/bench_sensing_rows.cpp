@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
+#include <initializer_list>
 
 #include "bench_table.hpp"
 #include "cone_allocations.hpp"
@@ -11,6 +13,7 @@
 #include "stiction/sensing/discriminate.hpp"
 #include "stiction/sensing/sense.hpp"
 #include "stiction/tasks/task.hpp"
+#include "stiction/world/decomposition.hpp"
 #include "stiction/world/read.hpp"
 
 namespace stiction::app {
@@ -36,9 +39,11 @@ struct Measurement {
   Eigen::VectorXd q{{-1.75956086, 0.74755266, 2.72834054, 2.05278647, 2.3270361, -1.27883698, 0.61326711}};
   Eigen::VectorXd tau{{0.966613398, -2.82202806, -0.00160744425, 0.662280818, 0.0319086728, 0.0817417009, 0}};
 
-  explicit Measurement(const std::filesystem::path& models_dir) {
-    const auto scene = world::parse_scene("robots: [{name: arm, urdf: iiwa_primitives.urdf}]", models_dir, tasks::default_package_dirs());
+  Measurement(const std::filesystem::path& models_dir, const std::string& urdf) {
+    const auto scene =
+        world::parse_scene(fmt::format("robots: [{{name: arm, urdf: {}}}]", urdf), models_dir, tasks::default_package_dirs());
     sensing::SensorOptions options;
+    options.surface.cache_dir = world::default_cache_dir();
     options.links = {"arm/link_5", "arm/link_6"};
     sensor = sensing::Sensor::make(world::Model::make(scene), options);
   }
@@ -78,9 +83,8 @@ using Make = std::function<const Measurement&()>;
 struct Peer {
   std::optional<double> residual, cycle;
 
-  Peer(const BenchTable& table, const Make& measurement) {
-    if (!table.wanted("residual/rays_4") && !table.wanted("sense_cycle/steepest_descent") && !table.wanted("sense_cycle/gauss_newton"))
-      return;
+  Peer(const BenchTable& table, const Make& measurement, std::initializer_list<std::string> rows) {
+    if (std::none_of(rows.begin(), rows.end(), [&](const std::string& row) { return table.wanted(row); })) return;
     const Measurement& m = measurement();
     auto times = bench::time_published_cycle(*m.sensor, m.q, m.tau, sensing::FrictionCone(1, 4), kAccept, kPeerCycles * table.repeat());
     if (!times || times->unsolved > 0) return;
@@ -181,17 +185,36 @@ void discrimination(BenchTable& table) {
   table.add(make_row(name, std::move(seconds), kDiscrimination, {}, undecided));
 }
 
+/// Whether `make experiments` unpacked the meshes of the iiwa.
+bool has_meshes() {
+  const auto dirs = tasks::default_package_dirs();
+  return std::any_of(dirs.begin(), dirs.end(),
+                     [](const auto& dir) { return std::filesystem::exists(dir / "iiwa_description" / "iiwa7" / "link_6.obj"); });
+}
+
+/// The same cycle on the meshes of the thesis's arm.
+void mesh_cycles(BenchTable& table) {
+  const std::string steepest = "sense_cycle/steepest_descent/meshes", newton = "sense_cycle/gauss_newton/meshes";
+  if ((!table.wanted(steepest) && !table.wanted(newton)) || !has_meshes()) return;
+  const Measurement made(table.models_dir(), "iiwa_meshes.urdf");
+  const Make measurement = [&]() -> const Measurement& { return made; };
+  const Peer peer(table, measurement, {steepest, newton});
+  cycle(table, measurement, steepest, sensing::SteepestDescent{}, peer);
+  cycle(table, measurement, newton, sensing::GaussNewton{}, peer);
+}
+
 }  // namespace
 
 void add_sensing_rows(BenchTable& table) {
   std::optional<Measurement> made;
-  const Make measurement = [&]() -> const Measurement& { return made ? *made : made.emplace(table.models_dir()); };
-  const Peer peer(table, measurement);
+  const Make measurement = [&]() -> const Measurement& { return made ? *made : made.emplace(table.models_dir(), "iiwa_primitives.urdf"); };
+  const Peer peer(table, measurement, {"residual/rays_4", "sense_cycle/steepest_descent", "sense_cycle/gauss_newton"});
   residuals(table, measurement, peer);
   descents(table, measurement, "descent/steepest", sensing::SteepestDescent{}, kDescent);
   descents(table, measurement, "descent/gauss_newton", sensing::GaussNewton{}, {});
   cycle(table, measurement, "sense_cycle/steepest_descent", sensing::SteepestDescent{}, peer);  // Algorithm 4
   cycle(table, measurement, "sense_cycle/gauss_newton", sensing::GaussNewton{}, peer);
+  mesh_cycles(table);
   discrimination(table);
 }
 

@@ -1,12 +1,15 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "python_page.hpp"
 #include "sense_page.hpp"
+#include "stiction/execution/poke.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
@@ -21,6 +24,9 @@ struct SenseArguments {
   std::string html;
   double force = 0;  ///< of the contact whose detectability is drawn [N]; 0: as the scenario has it
   bool json = false;
+  bool live = false;
+  std::string host = "127.0.0.1";
+  int port = 8080;
 };
 
 Json to_json(const sensing::Scenario& scenario, const sensing::Candidate& c) {
@@ -28,6 +34,7 @@ Json to_json(const sensing::Scenario& scenario, const sensing::Candidate& c) {
   out["link"] = scenario.sensor->link_name(c.best.link);
   out["explains"] = c.explains;
   out["residual"] = c.best.residual;
+  out["objective"] = c.objective;
   out["p_L"] = page_numbers(c.best.p_L);
   out["n_L"] = page_numbers(c.best.n_L);
   out["f_L"] = page_numbers(c.best.f_L);
@@ -81,23 +88,24 @@ void print_sets(std::FILE* to, const sensing::Scenario& scenario, const sensing:
   }
 }
 
-/// Distance of the known contacts from the nearest answer: a candidate where there is one contact, a set where there are several; infinite: none.
-double calc_distance(const sensing::Scenario& scenario, const sensing::SenseResult& single, const sensing::ContactSetResult& sets) {
+using KnownContacts = std::span<const sensing::KnownContact>;
+
+/// Distance of known contacts from the nearest answer: a candidate where there is one contact, a set where there are several; infinite: none.
+double calc_distance(KnownContacts contacts, const sensing::SenseResult& single, const sensing::ContactSetResult& sets) {
   double out = std::numeric_limits<double>::infinity();
-  if (scenario.contacts.size() == 1)
+  if (contacts.size() == 1)
     for (const sensing::Candidate& candidate : single.candidates)
-      if (candidate.explains) out = std::min(out, sensing::calc_distance(single, candidate, scenario.contacts[0]));
+      if (candidate.explains) out = std::min(out, sensing::calc_distance(single, candidate, contacts[0]));
   if (sets.verdict == sensing::Verdict::Explained)
-    for (const sensing::ContactSet& set : sets.sets) out = std::min(out, sensing::calc_distance(set, scenario.contacts));
+    for (const sensing::ContactSet& set : sets.sets) out = std::min(out, sensing::calc_distance(set, contacts));
   return out;
 }
 
-void report_distance(std::FILE* to, const sensing::Scenario& scenario, double distance, Json& moment) {
-  if (scenario.contacts.empty()) return;
+void report_distance(std::FILE* to, const sensing::Scenario& scenario, KnownContacts contacts, double distance, Json& moment) {
+  if (contacts.empty()) return;
   const bool found = std::isfinite(distance);
   std::string links;
-  for (const sensing::KnownContact& contact : scenario.contacts)
-    links += (links.empty() ? "" : " and ") + scenario.sensor->link_name(contact.link);
+  for (const sensing::KnownContact& contact : contacts) links += (links.empty() ? "" : " and ") + scenario.sensor->link_name(contact.link);
   fmt::print(to, "  the contact on {} is {}\n", links,
              found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among them");
   moment["distance"] = found ? Json(distance) : Json();
@@ -114,6 +122,8 @@ class SenseRun {
     const double time = scenario_.series.times[i];
     const Eigen::VectorXd q = sensing::place_robots(scenario_.sensor->model(), scenario_.series.q.col(column)),
                           tau = scenario_.series.tau.col(column);
+    const bool is_after_gap = std::binary_search(scenario_.series.gaps.begin(), scenario_.series.gaps.end(), static_cast<int>(i));
+    if (is_after_gap) last_.clear();
     const auto begin = std::chrono::steady_clock::now();
     sensing::sense(*scenario_.sensor, {q, tau, &last_}, scenario_.options, work_, result_);
     if (scenario_.asks_for_sets())
@@ -121,11 +131,11 @@ class SenseRun {
                               sets_);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     last_ = result_.best_points();
-    if (page_ != nullptr) page_->add(time, q, tau, result_, sets_);
+    if (page_ != nullptr) page_->add(i, q, tau, result_, sets_);
     explained_ += result_.verdict == sensing::Verdict::Explained || sets_.verdict == sensing::Verdict::Explained;
-    fmt::print(to_, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms\n", scenario_.name, time,
-               sensing::to_string(result_.verdict), result_.accepted, result_.samples, result_.descents, 1e3 * seconds);
-    Json moment{{"t", time}, {"verdict", sensing::to_string(result_.verdict)}, {"seconds", seconds}};
+    fmt::print(to_, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms{}\n", scenario_.name, time,
+               sensing::to_string(result_.verdict), result_.accepted, result_.samples, result_.descents, 1e3 * seconds, say_friction());
+    Json moment{{"t", time}, {"verdict", sensing::to_string(result_.verdict)}, {"friction", result_.friction}, {"seconds", seconds}};
     moment["candidates"] = Json::array();
     for (const auto& candidate : result_.candidates) {
       print_candidate(to_, scenario_, candidate);
@@ -135,13 +145,18 @@ class SenseRun {
       print_sets(to_, scenario_, sets_);
       moment["contact_sets"] = to_json(scenario_, sets_);
     }
-    report_distance(to_, scenario_, calc_distance(scenario_, result_, sets_), moment);
+    const KnownContacts contacts = scenario_.contacts_at(i);
+    report_distance(to_, scenario_, contacts, calc_distance(contacts, result_, sets_), moment);
     return moment;
   }
 
   bool explained() const { return explained_; }
 
  private:
+  std::string say_friction() const {
+    return result_.friction > scenario_.options.cone.friction() ? fmt::format(", with μ = {:.2f}", result_.friction) : "";
+  }
+
   const sensing::Scenario& scenario_;
   std::FILE* to_;
   SensePage* page_;
@@ -154,10 +169,20 @@ class SenseRun {
 };
 
 int run_sense(const SenseArguments& arguments) {
+  if (arguments.live)
+    become_page("sense", "stiction_view.studio.sense_live",
+                {"--host", arguments.host, "--port", std::to_string(arguments.port), "--", arguments.scenario});
   require_page(arguments.html);
-  const sensing::Scenario scenario =
-      sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
+  sensing::Scenario scenario = sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   for (const std::string& note : scenario.sensor->notes()) fmt::print(stderr, "note: {}\n", note);
+  for (const int gap : scenario.series.gaps)
+    fmt::print(stderr, "note: no line for {:.3g} s before t = {:.3f} s, whose candidates do not start from earlier ones\n",
+               scenario.series.times[static_cast<std::size_t>(gap)] - scenario.series.times[static_cast<std::size_t>(gap) - 1],
+               scenario.series.times[static_cast<std::size_t>(gap)]);
+  if (std::string message; execution::simulate_poke(scenario, message) != core::Status::Solved) {
+    fmt::print(stderr, "stiction: {}: poke: the simulation broke down: {}\n", scenario.name, message);
+    return kInternalError;
+  }
   std::FILE* const to = people(arguments.json);
   std::optional<SensePage> page;
   if (!arguments.html.empty()) page.emplace(scenario);
@@ -186,6 +211,14 @@ Run declare_sense(CLI::App& command) {
           "Detectability on the page is that of a force of this size [N] (default: that of the known contact, or of the first candidate)")
       ->check(CLI::PositiveNumber);
   add_json(command, a.json);
+  const auto live =
+      command.add_flag("--live", a.live, "Serve a page on which the moments pass as they were measured, and a click pushes the robot")
+          ->excludes("--json")
+          ->excludes("--html");
+  command.add_option("--host", a.host, "Address that the page listens on; 0.0.0.0 lets every machine of the network in")
+      ->capture_default_str()
+      ->needs(live);
+  command.add_option("--port", a.port, "Its port; 0 for any that is free")->capture_default_str()->check(CLI::Range(0, 65535))->needs(live);
   return [arguments] { return run_sense(*arguments); };
 }
 

@@ -45,11 +45,15 @@ Json to_json(const sensing::SensedLink& link, const std::string& name, int body)
 SensePage::SensePage(const sensing::Scenario& scenario)
     : scenario_(scenario), scene_(scenario.sensor->model(), sensed_bodies(*scenario.sensor)), moments_(Json::array()) {}
 
-void SensePage::add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result,
+void SensePage::add(std::size_t i, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result,
                     const sensing::ContactSetResult& sets) {
-  Json moment{{"t", time}, {"bodies", scene_.poses(q)}, {"verdict", sensing::to_string(result.verdict)}, {"tau_norm", tau.norm()}};
+  const sensing::FrictionCone cone(result.friction, scenario_.options.cone.is_lorentz() ? 0 : std::max(3, scenario_.options.cone.rays()));
+  Json moment{{"t", scenario_.series.times[i]},
+              {"bodies", scene_.poses(q)},
+              {"verdict", sensing::to_string(result.verdict)},
+              {"tau_norm", tau.norm()}};
   moment["residuals"] = Json::array();
-  for (const Eigen::VectorXd& link : sensing::calc_residual_map(*scenario_.sensor, q, tau, scenario_.options.cone))
+  for (const Eigen::VectorXd& link : sensing::calc_residual_map(*scenario_.sensor, q, tau, cone))
     moment["residuals"].push_back(std::vector<double>(link.begin(), link.end()));
   moment["candidates"] = Json::array();
   for (const sensing::Candidate& c : result.candidates) {
@@ -61,8 +65,26 @@ void SensePage::add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd
                                     {"point", page_numbers(c.p_W)},
                                     {"force", page_numbers(c.f_W)}});
   }
+  moment["truths"] = truths(i, q);
   if (scenario_.asks_for_sets()) moment["contact_sets"] = contact_sets(q, sets);
   moments_.push_back(std::move(moment));
+}
+
+/// Points and forces in W of the known contacts that act. A push has its force in the world, another contact in its link.
+Json SensePage::truths(std::size_t i, const Eigen::VectorXd& q) const {
+  const world::Model& model = scenario_.sensor->model();
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, work, kinematics);
+  Json out = Json::array();
+  for (const sensing::KnownContact& contact : scenario_.contacts_at(i)) {
+    const auto& X_WL =
+        kinematics.X_WB[static_cast<std::size_t>(scenario_.sensor->links()[static_cast<std::size_t>(contact.link)].surface.body)];
+    Eigen::Vector3d f_W = X_WL.R * contact.f_L;
+    if (scenario_.poke) f_W = scenario_.poke->pushes[static_cast<std::size_t>(scenario_.series.pushed[i])].force_W;
+    out.push_back({{"point", page_numbers(X_WL * contact.p_L)}, {"force", page_numbers(f_W)}});
+  }
+  return out;
 }
 
 /// The best set of every combination of links.

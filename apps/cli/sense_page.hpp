@@ -12,7 +12,8 @@ class SensePage {
  public:
   explicit SensePage(const sensing::Scenario& scenario);
 
-  void add(double time, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result,
+  /// @param i  index of the moment
+  void add(std::size_t i, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result,
            const sensing::ContactSetResult& sets);
 
   /// @param force  of the contact whose detectability is drawn [N]; not positive: that of the known contact, or of the first candidate
@@ -20,6 +21,7 @@ class SensePage {
 
  private:
   nlohmann::ordered_json detectability(double force) const;
+  nlohmann::ordered_json truths(std::size_t i, const Eigen::VectorXd& q) const;
   nlohmann::ordered_json contact_sets(const Eigen::VectorXd& q, const sensing::ContactSetResult& result) const;
 
   const sensing::Scenario& scenario_;

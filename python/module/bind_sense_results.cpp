@@ -50,6 +50,8 @@ void bind_candidate(nb::module_& m) {
       .def_prop_ro("f_W", of_values(&sensing::Candidate::f_W), "[N] (3)")
       .def_prop_ro("residual", of_best(&ContactPoint::residual), "l (4.5) [(N m)^2]")
       .def_prop_ro("explains", of_values(&sensing::Candidate::explains), "the torques, as far as noise and tolerance tell")
+      .def_prop_ro("objective", of_values(&sensing::Candidate::objective),
+                   "min l + (noise/F)^2 |f|^2 at the best point [(N m)^2]; over noise^2 it is -2 ln of a posterior, up to a constant")
       .def_prop_ro("rank", of_values(&sensing::Candidate::rank), "of J_C: below 3 the force is not unique")
       .def_prop_ro("extent", of_values(&sensing::Candidate::extent),
                    "largest distance of its points, of those as good, from the best one [m]")
@@ -144,8 +146,10 @@ void bind_sense_results(nb::module_& m) {
   using Result = sensing::SenseResult;
   nb::class_<SenseResult>(m, "SenseResult")
       .def_prop_ro("verdict", of_result(&Result::verdict))
-      .def_prop_ro("candidates", &candidates_of, "those that explain first, then by residual")
+      .def_prop_ro("candidates", &candidates_of, "those that explain, by objective, then the others, by residual")
       .def_prop_ro("explained", of_result(&Result::explained), "l up to which torques count as explained [(N m)^2]")
+      .def_prop_ro("friction", of_result(&Result::friction),
+                   "with which they were looked for: more than was given where that explained nothing")
       .def_prop_ro("samples", of_result(&Result::samples))
       .def_prop_ro("accepted", of_result(&Result::accepted), "samples with a residual small enough")
       .def_prop_ro("descents", of_result(&Result::descents))

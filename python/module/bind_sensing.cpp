@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "sensor.hpp"
 #include "stiction/sensing/detectability.hpp"
+#include "stiction/world/decomposition.hpp"
 
 namespace stiction::python {
 
@@ -39,12 +42,14 @@ SenseResult sense(Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorX
 }
 
 std::vector<SenseResult> sense_series(Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau,
-                                      const sensing::SenseOptions& options) {
+                                      const sensing::SenseOptions& options, const std::vector<int>& gaps) {
   std::vector<SenseResult> out;
   out.reserve(static_cast<std::size_t>(q.cols()));
-  for (Eigen::Index i = 0; i < q.cols(); ++i)
+  for (Eigen::Index i = 0; i < q.cols(); ++i) {
+    const bool fresh = i == 0 || std::find(gaps.begin(), gaps.end(), static_cast<int>(i)) != gaps.end();
     out.push_back(sense(sensor, configuration_of(sensor.model(), fmt::format("q[{}]", i), q.col(i)), tau.col(i),
-                        out.empty() ? nullptr : &out.back(), options));
+                        fresh ? nullptr : &out.back(), options));
+  }
   return out;
 }
 
@@ -55,8 +60,9 @@ using sensing::SensorOptions;
 using sensing::SurfaceOptions;
 
 std::shared_ptr<Sensor> make_sensor(const ModelPtr& model, const std::vector<std::string>& links, int samples, sensing::Sampling sampling,
-                                    sensing::Normals normals, std::uint64_t seed, const SurfaceOptions& surface) {
+                                    sensing::Normals normals, std::uint64_t seed, SurfaceOptions surface) {
   const nb::gil_scoped_release unlocked;
+  surface.cache_dir = world::default_cache_dir();
   return std::make_shared<Sensor>(sensing::Sensor::make(model, {links, samples, sampling, normals, seed, surface}));
 }
 
@@ -76,20 +82,33 @@ Options:
   method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
   merge: points nearer than this many sample spacings are one candidate.
   thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
+  plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
+  friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
 
 Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.)";
   type.def(
       name,
       [function](Sensor& self, Head... head, double friction, int rays, double noise, std::optional<double> threshold,
                  std::optional<double> accept, double accept_share, double tolerance, const sensing::Method& method, double merge,
-                 double thin) {
-        const SenseOptions options{
-            sensing::FrictionCone(friction, rays), noise, threshold, accept, accept_share, tolerance, method, merge, thin};
+                 double thin, std::optional<double> plausible_force, double friction_error) {
+        const SenseOptions options{sensing::FrictionCone(friction, rays),
+                                   noise,
+                                   threshold,
+                                   accept,
+                                   accept_share,
+                                   tolerance,
+                                   method,
+                                   merge,
+                                   thin,
+                                   {},
+                                   plausible_force,
+                                   friction_error};
         return function(options, self, head...);
       },
       arguments..., "friction"_a = standard.cone.friction(), "rays"_a = standard.cone.rays(), "noise"_a = standard.noise,
       "threshold"_a = nb::none(), "accept"_a = nb::none(), "accept_share"_a = standard.accept_share, "tolerance"_a = standard.tolerance,
-      "method"_a = standard.method, "merge"_a = standard.merge, "thin"_a = standard.thin, text.c_str());
+      "method"_a = standard.method, "merge"_a = standard.merge, "thin"_a = standard.thin, "plausible_force"_a = nb::none(),
+      "friction_error"_a = standard.friction_error, text.c_str());
 }
 
 SenseResult sense_once(const SenseOptions& options, Sensor& sensor, Vector q, Vector tau, const SenseResult* last) {
@@ -187,7 +206,8 @@ void bind_options(nb::module_& m) {
   const SurfaceOptions surface;
   nb::enum_<sensing::Sampling>(m, "Sampling", "How samples lie on a link.")
       .value("Uniform", sensing::Sampling::Uniform, "independent, uniform by area")
-      .value("Stratified", sensing::Sampling::Stratified, "one in each of equal areas");
+      .value("Stratified", sensing::Sampling::Stratified, "one in each of equal areas")
+      .value("BlueNoise", sensing::Sampling::BlueNoise, "of five times as many those that lie farthest apart");
   nb::enum_<sensing::Normals>(m, "Normals", "Normals of a surface.")
       .value("Flat", sensing::Normals::Flat, "of the triangle")
       .value("Smooth", sensing::Normals::Smooth, "of the corners, over edges that are not sharp");

@@ -2,6 +2,7 @@
 
 #include "scenario_file.hpp"
 #include "sensor.hpp"
+#include "stiction/execution/poke.hpp"
 #include "yaml_text.hpp"
 
 namespace stiction::python {
@@ -19,6 +20,8 @@ struct KnownContact {
 };
 
 Scenario with_sensor(sensing::Scenario&& scenario) {
+  if (std::string message; execution::simulate_poke(scenario, message) != core::Status::Solved)
+    core::throw_invalid("poke", "a simulation that broke down: " + message, "one that runs");
   auto sensor = std::make_shared<Sensor>(scenario.sensor);
   return {std::move(scenario), std::move(sensor)};
 }
@@ -49,7 +52,14 @@ std::optional<KnownContact> contact_of(const Scenario& s) {
 
 std::vector<SenseResult> sense_scenario(Scenario& scenario) {
   const nb::gil_scoped_release unlocked;
-  return sense_series(*scenario.sensor, scenario.values.series.q, scenario.values.series.tau, scenario.values.options);
+  const sensing::Series& series = scenario.values.series;
+  return sense_series(*scenario.sensor, series.q, series.tau, scenario.values.options, series.gaps);
+}
+
+SenseResult sense_moment(Scenario& scenario, const Vector& q, const Vector& tau, const SenseResult* last) {
+  const Eigen::VectorXd full = configuration_of(scenario.sensor->model(), "q", q.value);
+  const nb::gil_scoped_release unlocked;
+  return sense(*scenario.sensor, full, tau.value, last, scenario.values.options);
 }
 
 std::vector<SenseResult> sense_file(const ScenarioFile& file) {
@@ -79,8 +89,19 @@ void bind_sensing_scenario(nb::module_& m) {
           "q", [](const Scenario& s) { return rows(s.values.series.q); }, "joint positions [rad or m] (time, n_a)")
       .def_prop_ro(
           "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "external torques [N m; N] (time, n_a)")
+      .def_prop_ro(
+          "pushed", [](const Scenario& s) { return s.values.series.pushed; },
+          "of a simulated robot: index into contacts of the push that acts, -1: none (time); of others empty")
       .def_prop_ro("contact", &contact_of, "where the file gives a single one instead of torques, or None")
       .def_prop_ro("contacts", &contacts_of, "all that the file gives instead of torques")
+      .def_prop_ro(
+          "noise", [](const Scenario& s) { return s.values.options.noise; }, "standard deviation of each torque [N m]")
+      .def("sense", &sense_moment, "q"_a, "tau"_a, "last"_a.none() = nb::none(),
+           R"(One measurement with the options of the scenario.
+
+  q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. last: of the measurement before, or None.
+
+Raises InvalidInput: sizes, numbers that are not finite.)")
       .def_prop_ro(
           "max_contacts", [](const Scenario& s) { return s.values.max_contacts; }, "at the same time")
       .def_prop_ro(

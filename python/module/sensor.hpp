@@ -64,9 +64,9 @@ Eigen::VectorXd configuration_of(const world::Model& model, const std::string& n
 SenseResult sense(Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const SenseResult* last,
                   const sensing::SenseOptions& options);
 
-/// One after the other, each from the candidates of the one before. @param q, tau  one column a moment
+/// One after the other, each from the candidates of the one before. @param q, tau  one column a moment  @param gaps  moments that start afresh
 std::vector<SenseResult> sense_series(Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau,
-                                      const sensing::SenseOptions& options);
+                                      const sensing::SenseOptions& options, const std::vector<int>& gaps = {});
 
 void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor);
 void bind_sense_results(nb::module_& m);

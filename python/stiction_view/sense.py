@@ -67,7 +67,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
         samples.append({"body": link["body"], "link": index, "points": canvas.pack(lifted, "<f4"), "normals": canvas.pack(normals, "<f4")})
         seen.append((link["body"], vertices))
 
-    arrows = [_arrows(data, moment, everywhere[k]) for k, moment in enumerate(moments)]
+    arrows = [_arrows(moment) for moment in moments]
     cloud = np.concatenate([p @ rotation_matrices(pose[None, body, 3:])[0].T + pose[body, :3] for pose in everywhere[:: max(1, len(everywhere) // 5)] for body, p in seen])
     reach = 0.2 * float(np.linalg.norm(np.ptp(cloud, axis=0)))
     tails = [np.array(a["point"]) - reach * np.array(a["force"]) / np.linalg.norm(a["force"]) for some in arrows for a in some]
@@ -92,7 +92,7 @@ def _read(data: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _arrows(data: dict[str, Any], moment: dict[str, Any], poses: np.ndarray) -> list[dict[str, Any]]:
+def _arrows(moment: dict[str, Any]) -> list[dict[str, Any]]:
     out: list[dict[str, Any]] = []
     others = 0
     for number, candidate in enumerate(moment["candidates"], 1):
@@ -112,19 +112,16 @@ def _arrows(data: dict[str, Any], moment: dict[str, Any], poses: np.ndarray) -> 
     for number, group in enumerate(_sets(moment), 1):
         for letter, contact in zip("abc", group["contacts"], strict=False):
             out.append({"point": contact["point"], "force": contact["force"], "color": EXPLAINS, "wide": 1.0, "ball": True, "label": f"{number}{letter}"})
-    for number, truth in enumerate(data["truths"], 1):
-        pose = poses[truth["body"]]
-        R_WL = rotation_matrices(pose[None, 3:])[0]
-        force = R_WL @ truth["force"]
+    for number, truth in enumerate(moment["truths"], 1):
         out.append(
             {
-                "point": (R_WL @ truth["point"] + pose[:3]).tolist(),
-                "force": force.tolist(),
+                "point": truth["point"],
+                "force": truth["force"],
                 "color": TRUTH,
                 "wide": 0.45,
                 "ball": False,
                 "front": True,
-                "label": "the contact" if len(data["truths"]) == 1 else f"contact {number}",
+                "label": "the contact" if len(moment["truths"]) == 1 else f"contact {number}",
             }
         )
     return out

@@ -93,11 +93,12 @@ def test_every_scene_is_valid(path: Path) -> None:
     jsonschema.Draft202012Validator(schema).validate(yaml.safe_load(path.read_text())["scene"])
 
 
-def test_arm_is_what_its_script_writes() -> None:
+@pytest.mark.parametrize(("name", "meshes"), [("iiwa_primitives", False), ("iiwa_meshes", True)])
+def test_arm_is_what_its_script_writes(name: str, meshes: bool) -> None:
     sys.path.insert(0, str(ROOT))
-    from experiments.make_iiwa import FILE, make
+    from experiments.make_iiwa import MODELS, make
 
-    assert FILE.read_text(encoding="utf-8") == make(), "run `python -m experiments.make_iiwa`"
+    assert (MODELS / f"{name}.urdf").read_text(encoding="utf-8") == make(meshes), "run `python -m experiments.make_iiwa`"
 
 
 def test_packages_of_the_extra_that_are_missing_are_named(program: Path, tmp_path: Path) -> None:

@@ -8,12 +8,15 @@ import subprocess
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json.loads((ROOT / "tasks/schema/sensing.schema.json").read_text())
-SCENARIOS = [path for path in sorted((ROOT / "scenarios").glob("*.yaml")) if "sensing" in yaml.safe_load(path.read_text())]
+FILES = {path: yaml.safe_load(path.read_text()) for path in sorted((ROOT / "scenarios").glob("*.yaml"))}
+SCENARIOS = [path for path, content in FILES.items() if "sensing" in content and "poke" not in content]
+POKED = [path for path, content in FILES.items() if "poke" in content]
 
 
 def sense(program: Path, scenario: str | Path) -> tuple[int, dict]:
@@ -28,6 +31,60 @@ def test_built_in_scenarios_follow_the_schema_and_find_their_contact(program: Pa
     assert code == 0 and out["status"] == "Explained"
     # Behind three joints points of contact fill a patch, of which every sample is one: they lie 2 cm apart.
     assert out["moments"][0]["distance"] < (0.03 if path.stem == "ur5_forearm" else 0.01)
+
+
+@pytest.mark.parametrize("path", POKED, ids=lambda path: path.stem)
+def test_pushes_of_a_simulated_robot_are_found_on_their_links(program: Path, path: Path) -> None:
+    scenario = FILES[path]
+    jsonschema.Draft202012Validator(SCHEMA).validate(scenario)
+    code, out = sense(program, path.stem)
+    assert code == 0 and len(out["moments"]) == round(scenario["poke"]["duration"] / scenario["poke"]["period"])
+    for push in scenario["poke"]["pushes"]:
+        settled = [m for m in out["moments"] if push["begin"] + 0.1 < m["t"] <= push["begin"] + push["duration"]]
+        links = [[c["link"] for c in m["candidates"] if c["explains"]] for m in settled]
+        assert len(settled) >= 5 and sum(push["link"] in some for some in links) >= 0.9 * len(settled), links
+    before = [m for m in out["moments"] if m["t"] < min(push["begin"] for push in scenario["poke"]["pushes"])]
+    assert all("distance" not in m for m in before) and sum(m["verdict"] == "BelowThreshold" for m in before) >= 0.9 * len(before)
+
+
+def test_series_of_numpy_is_that_of_a_csv_file(program: Path, tmp_path: Path) -> None:
+    tutorial = ROOT / "docs" / "tutorials"
+    scenario = yaml.safe_load((tutorial / "touch.yaml").read_text())
+    table = np.loadtxt(tutorial / "touch.csv", delimiter=",", skiprows=1)
+    arrays = {"t": table[:, 0], "q": table[:, 1:7], "tau": table[:, 7:]}
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario | {"series": "series.npz"}))
+    np.savez(tmp_path / "series.npz", **arrays)
+    answers = [sense(program, file)[1]["moments"] for file in (tutorial / "touch.yaml", tmp_path / "scenario.yaml")]
+    assert [[c["p_W"] for c in m["candidates"]] for m in answers[0]] == [[c["p_W"] for c in m["candidates"]] for m in answers[1]]
+    np.savez(tmp_path / "series.npz", **arrays | {"q": np.asfortranarray(arrays["q"]), "tau": arrays["tau"].astype(np.float32)})
+    assert [m["verdict"] for m in sense(program, tmp_path / "scenario.yaml")[1]["moments"]] == [m["verdict"] for m in answers[0]]
+
+    def refusal(**change: object) -> str:
+        np.savez(tmp_path / "series.npz", **{name: array for name, array in (arrays | change).items() if array is not None})
+        return subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60).stderr
+
+    assert "series.npz: series: got no array 'tau', expected t, q and tau" in refusal(tau=None)
+    assert "series.npz: series: got q of shape (10, 5), expected (10, 6)" in refusal(q=arrays["q"][:, :5])
+    assert "series.npz: series: got t[3] = 0 after 0.1, expected times that increase" in refusal(t=arrays["t"] * (np.arange(10) != 3))
+    assert "a number of tau that is not finite" in refusal(tau=arrays["tau"] * np.nan)
+    assert "'q' of another type" in refusal(q=arrays["q"].astype(int))
+    np.savez_compressed(tmp_path / "series.npz", **arrays)
+    assert "which is compressed" in subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60).stderr
+    for content in (b"", b"PK", (tmp_path / "series.npz").read_bytes()[:500]):
+        (tmp_path / "series.npz").write_bytes(content)
+        done = subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 2 and "expected a file of numpy.savez" in done.stderr
+
+
+def test_lines_that_are_missing_are_said_and_candidates_start_afresh(program: Path, tmp_path: Path) -> None:
+    still = "0,-1.2,1.6,-1.97,-1.57,0"
+    times = [0, 0.01, 0.02, 0.03, 0.5, 0.51]
+    file = series(tmp_path, ["t,q,tau", *(f"{t},{still},3,4,-2,0,0,0" for t in times)])
+    done = subprocess.run([program, "sense", file, "--json"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "no line for 0.47 s before t = 0.500 s" in done.stderr
+    moments = json.loads(done.stdout)["moments"]
+    points = [[c["p_W"] for c in m["candidates"]] for m in moments]
+    assert points[4] == points[0] and points[0]
 
 
 def series(tmp_path: Path, lines: list[str]) -> Path:

@@ -149,6 +149,57 @@ def test_motion_that_is_not_there_is_infeasible(sensor: st.Sensor) -> None:
     assert result.discriminate(POSTURE, travel=0.002, sideways=0.5).status == st.Status.Infeasible
 
 
+def solve_with_highs(sensor: st.Sensor, candidates: list, joint_step: float, travel: float, sideways: float, least: float = 0.1) -> float | None:
+    """The objective (4.13a) by the branch and bound of HiGHS, in units of joint_step and travel; None: infeasible."""
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    count, joints = len(candidates), sensor.model.n_a
+    rows, lower, upper = [], [], []
+
+    def add(of_x: np.ndarray, of_b: np.ndarray, of_s: float, low: float, high: float) -> None:
+        rows.append(np.concatenate([of_x, of_b, [of_s]]))
+        lower.append(low)
+        upper.append(high)
+
+    for i, c in enumerate(candidates):
+        R_WL = sensor.model.body_poses(POSTURE)[c.link].R
+        J = joint_step / travel * np.array([st.calc_contact_torque(sensor.model, POSTURE, c.link, c.p_L, R_WL.T @ axis) for axis in np.eye(3)])
+        pull = np.eye(count)[i]
+        add(c.n_W @ J, (1 + least) * pull, 0, least, 1)  # least - (1 + least) b <= d <= 1 - (1 + least) b
+        for row in J - np.outer(c.n_W, c.n_W @ J):
+            add(row, 0 * pull, 0, -sideways, sideways)
+    none, ones = np.zeros(joints), np.ones(count)
+    add(none, ones, 0, 1, count - 1)
+    add(none, -ones, 1, -(count // 2), np.inf)
+    add(none, ones, 1, count // 2, np.inf)
+    out = milp(
+        np.r_[none, 0 * ones, 1],
+        integrality=np.r_[none, ones, 0],
+        bounds=Bounds(np.r_[none - 1, 0 * ones, 0], np.r_[none + 1, ones, count]),
+        constraints=LinearConstraint(np.array(rows), lower, upper),
+    )
+    assert out.status in (0, 2), out.message
+    return None if out.status == 2 else out.fun
+
+
+def test_discrimination_is_as_good_as_that_of_highs(sensor: st.Sensor) -> None:
+    joint_step, found = 0.04, []
+    for sample in range(0, 300, 12):
+        name = ("arm/wrist_1_link", WRIST, "arm/wrist_3_link")[sample % 3]
+        result = sensor.sense(POSTURE, push(sensor, name, sample, 25)[2], friction=0.5, noise=0.05)
+        candidates = result.candidates[:10]
+        if len(candidates) < len(result.candidates) or len(candidates) < 2:
+            continue
+        for travel, sideways in ((0.002, 0.5), (0.004, 1.0), (0.004, 0.2)):
+            ours = result.discriminate(POSTURE, all=True, joint_step=joint_step, travel=travel, sideways=sideways)
+            theirs = solve_with_highs(sensor, candidates, joint_step, travel, sideways)
+            assert ours.status == (st.Status.Infeasible if theirs is None else st.Status.Solved)
+            if theirs is not None:
+                assert ours.objective == round(theirs)
+            found.append(theirs)
+    assert sum(f is None for f in found) >= 3 and sum(f is not None for f in found) >= 10, found
+
+
 # ---- series and scenarios
 
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <thread>
 
+#include "cone_allocations.hpp"
 #include "sensing/robots.hpp"
 #include "stiction/sensing/known_contacts.hpp"
 #include "support/message_of.hpp"
@@ -196,6 +197,20 @@ TEST(ContactSets, ThreadsThatShareASensor_GiveTheSameBits) {
     ASSERT_EQ(result.sets.size(), results[0].sets.size());
     for (std::size_t i = 0; i < result.sets.size(); ++i) EXPECT_TRUE(result.sets[i] == results[0].sets[i]) << i;
   }
+}
+
+TEST(ContactSets, RepeatedCycle_UsesNoHeap) {
+  if (bench::allocations() == 0) GTEST_SKIP() << "mallocs are not counted under sanitizers";
+  core::Random random(7, 0);
+  const KnownCases c = make_random_cases(*ur5(), std::array{2, 4}, FrictionCone(1, 4), 10, 2, random);
+  ContactSetWorkspace work(ur5());
+  ContactSetResult out;
+  const ContactSetOptions options = noiseless(3);
+  for (int i = 0; i < 2; ++i) sense_contacts(*ur5(), {c.q, c.tau, &c.base}, options, work, out);
+  ASSERT_FALSE(out.sets.empty());
+  const long before = bench::allocations();
+  sense_contacts(*ur5(), {c.q, c.tau, &c.base}, options, work, out);
+  EXPECT_EQ(bench::allocations() - before, 0);
 }
 
 TEST(ContactSets, SmallTorques_AreBelowTheThreshold) {

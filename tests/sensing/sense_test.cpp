@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -191,6 +192,67 @@ TEST(Sense, TorquesOfTwoForces_AreUnexplainedOrSaidToBe) {
   for (const Candidate& candidate : result.candidates) EXPECT_FALSE(candidate.explains);
 }
 
+TEST(Sense, FrictionThatIsTooSmall_IsOpenedOnlyWhereNothingExplains) {
+  const auto sensor = Sensor::make(make_arm(kPanda));
+  std::vector<int> links;
+  for (int i = 0; i < static_cast<int>(sensor->links().size()); ++i)
+    if (sensor->links()[static_cast<std::size_t>(i)].joints >= 5) links.push_back(i);
+  SenseOptions stated = noiseless();
+  stated.noise = 0.02;
+  stated.cone = FrictionCone(0.6, 4);
+  SenseOptions opened = stated;
+  opened.friction_error = 0.4;
+  SenseWorkspace work(sensor);
+  SenseResult strict, wide;
+  core::Random random(11, 0);
+  int unexplained = 0, right = 0;
+  for (int i = 0; i < 60; ++i) {
+    const KnownCase c = make_random_case(*sensor, links, FrictionCone(1, 4), 10, random);
+    sense(*sensor, {c.q, c.tau}, stated, work, strict);
+    sense(*sensor, {c.q, c.tau}, opened, work, wide);
+    if (strict.verdict == Verdict::Explained) {
+      EXPECT_EQ(wide.friction, 0.6);
+      ASSERT_EQ(wide.candidates.size(), strict.candidates.size());
+      EXPECT_EQ(wide.candidates[0].best.p_L, strict.candidates[0].best.p_L);
+    } else if (strict.verdict == Verdict::Unexplained) {
+      ++unexplained;
+      EXPECT_NEAR(wide.friction, 1, 1e-12);
+      right += std::any_of(wide.candidates.begin(), wide.candidates.end(),
+                           [&](const Candidate& k) { return k.explains && k.best.link == c.contact.link; });
+    }
+  }
+  EXPECT_GE(unexplained, 5);
+  EXPECT_GE(right, unexplained - 1);
+}
+
+TEST(Sense, CandidatesThatExplain_AreOrderedByResidualAndPriorOfForces) {
+  const auto sensor = Sensor::make(make_arm(kUr5));
+  SenseWorkspace work(sensor);
+  SenseResult result;
+  SenseOptions options;
+  options.plausible_force = 3;  // far less than the forces, so that the prior orders
+  core::Random random(5, 0);
+  int several = 0;
+  for (int i = 0; i < 20; ++i) {
+    const KnownCase c = make_random_case(*sensor, std::array{4, 5}, FrictionCone(1, 4), 10, random);
+    sense(*sensor, {c.q, c.tau}, options, work, result);
+    const double rho = std::pow(options.noise / *options.plausible_force, 2);
+    double before = 0;
+    int explaining = 0;
+    for (const Candidate& candidate : result.candidates) {
+      EXPECT_GE(candidate.objective, candidate.best.residual - 1e-12) << "the prior only adds";
+      EXPECT_LE(candidate.objective, candidate.best.residual + rho * candidate.best.f_L.squaredNorm() + 1e-12)
+          << "the best force of (4.5) is one of many";
+      if (!candidate.explains) continue;
+      EXPECT_GE(candidate.objective, before);
+      before = candidate.objective;
+      ++explaining;
+    }
+    several += explaining > 1;
+  }
+  EXPECT_GE(several, 5);
+}
+
 TEST(Sense, SameInput_GivesTheSameBits) {
   const auto sensor = Sensor::make(make_arm(kUr5));
   core::Random random(3, 0);
@@ -246,6 +308,12 @@ TEST(Sense, BadInput_IsNamed) {
   SenseOptions zero;
   zero.threshold = 0;
   EXPECT_EQ(with(kQ1, kTau1, zero), "threshold: got 0, expected a finite number > 0");
+  SenseOptions wrong;
+  wrong.friction_error = 1;
+  EXPECT_EQ(with(kQ1, kTau1, wrong), "friction_error: got 1, expected a number in [0, 1)");
+  wrong.friction_error = 0;
+  wrong.plausible_force = 0;
+  EXPECT_EQ(with(kQ1, kTau1, wrong), "plausible_force: got 0, expected a finite number > 0");
   SensorOptions unknown;
   unknown.links = {"arm/link_9"};
   EXPECT_NE(message_of([&] { Sensor::make(sensor->model_ptr(), unknown); }).find("links: got 'arm/link_9', expected one of"),

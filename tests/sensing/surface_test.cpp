@@ -1,9 +1,11 @@
 #include "stiction/sensing/surface.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <numbers>
 
@@ -166,7 +168,7 @@ TEST(Surface, Samples_AreUniformByAreaAndTheSameForASeed) {
   const auto model = make_robot(kTwoBoxes);
   const std::array<int, 1> arm{body_index(*model, "robot/arm")};
   const Surface box = make_surfaces(*model, arm, {}).links[0];
-  for (const Sampling sampling : {Sampling::Uniform, Sampling::Stratified}) {
+  for (const Sampling sampling : {Sampling::Uniform, Sampling::Stratified, Sampling::BlueNoise}) {
     const auto samples = sample_surface(box, 10000, sampling, 7), again = sample_surface(box, 10000, sampling, 7);
     int top = 0;
     Vector3d mean = Vector3d::Zero();
@@ -180,6 +182,23 @@ TEST(Surface, Samples_AreUniformByAreaAndTheSameForASeed) {
   }
 }
 
+TEST(Surface, BlueNoise_LiesFartherApart) {
+  const auto model = make_robot(kTwoBoxes);
+  const std::array<int, 1> arm{body_index(*model, "robot/arm")};
+  const Surface box = make_surfaces(*model, arm, {}).links[0];
+  const auto least = [&](Sampling sampling) {
+    const auto samples = sample_surface(box, 300, sampling, 3);
+    EXPECT_EQ(samples.size(), 300u);
+    double out = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) out = std::min(out, (samples[i].p_L - samples[j].p_L).norm());
+    return out;
+  };
+  const double densest = 2 * std::sqrt(box.area / (2 * std::sqrt(3.0) * 300));  // distance in a hexagonal packing of discs
+  EXPECT_GT(least(Sampling::BlueNoise), 0.6 * densest);
+  EXPECT_LT(least(Sampling::Stratified), 0.3 * densest);
+}
+
 TEST(Surface, MeshesOfArms_AreThoseOfTheirFilesWithoutHiddenFaces) {
   const auto model = make_arm(kUr5);
   const std::array<int, 1> forearm{body_index(*model, "arm/forearm_link")};
@@ -189,6 +208,43 @@ TEST(Surface, MeshesOfArms_AreThoseOfTheirFilesWithoutHiddenFaces) {
   const Surface trimmed = make_surfaces(*model, forearm, {}).links[0];
   EXPECT_LT(trimmed.tree.size(), 1050);
   EXPECT_GT(trimmed.tree.size(), 500);
+}
+
+TEST(Surface, CachedFaces_AreThoseThatAreSeen) {
+  const auto model = make_robot(kTwoBoxes);
+  const std::array<int, 1> arm{body_index(*model, "robot/arm")};
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("faces_" + std::to_string(getpid()));
+  std::filesystem::remove_all(folder);
+  SurfaceOptions kept;
+  kept.cache_dir = folder;
+  const auto is_fresh = [&] {
+    return make_surfaces(*model, arm, kept).links[0].tree.corners() == make_surfaces(*model, arm, {}).links[0].tree.corners();
+  };
+  EXPECT_TRUE(is_fresh()) << "written";
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_TRUE(is_fresh()) << "read";
+  std::ofstream(files[0]) << "damaged";
+  EXPECT_TRUE(is_fresh()) << "found anew";
+  EXPECT_GT(std::filesystem::file_size(files[0]), 24u) << "and written again";
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Surface, OpenMesh_IsNamedAndUsed) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / ("open_" + std::to_string(getpid()) + ".obj");
+  std::ofstream(file)
+      << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 0 0.5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 2 5\n";  // a tetrahedron without a face, and no triangle
+  const auto model =
+      make_robot(R"(<robot name="r"><link name="base"/><link name="arm"><collision><geometry><mesh filename=")" + file.string() +
+                 R"("/></geometry></collision></link>
+<joint name="j" type="continuous"><parent link="base"/><child link="arm"/></joint></robot>)");
+  const std::array<int, 1> arm{body_index(*model, "robot/arm")};
+  const Surfaces surfaces = make_surfaces(*model, arm, {});
+  EXPECT_EQ(surfaces.links[0].tree.size(), 3);
+  ASSERT_FALSE(surfaces.notes.empty());
+  EXPECT_EQ(surfaces.notes.back(), "robot/arm: 3 edges do not border two triangles: its surface is open or folded, and is used as it is");
+  std::filesystem::remove(file);
 }
 
 TEST(Surface, LinkWithoutGeometry_IsRefused) {

@@ -2466,6 +2466,9 @@ class Sampling(enum.Enum):
     Stratified = 1
     """one in each of equal areas"""
 
+    BlueNoise = 2
+    """of five times as many those that lie farthest apart"""
+
 class Normals(enum.Enum):
     """Normals of a surface."""
 
@@ -2648,6 +2651,12 @@ class Candidate:
         """the torques, as far as noise and tolerance tell"""
 
     @property
+    def objective(self) -> float:
+        """
+        min l + (noise/F)^2 |f|^2 at the best point [(N m)^2]; over noise^2 it is -2 ln of a posterior, up to a constant
+        """
+
+    @property
     def rank(self) -> int:
         """of J_C: below 3 the force is not unique"""
 
@@ -2704,11 +2713,17 @@ class SenseResult:
 
     @property
     def candidates(self) -> list[Candidate]:
-        """those that explain first, then by residual"""
+        """those that explain, by objective, then the others, by residual"""
 
     @property
     def explained(self) -> float:
         """l up to which torques count as explained [(N m)^2]"""
+
+    @property
+    def friction(self) -> float:
+        """
+        with which they were looked for: more than was given where that explained nothing
+        """
 
     @property
     def samples(self) -> int: ...
@@ -2790,7 +2805,7 @@ class Sensor:
         What the torque of the last joint shows at every sample of a link (4.7), (4.8).
         """
 
-    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0) -> SenseResult:
+    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0) -> SenseResult:
         """
         Every single contact on the sensed links that makes the torques.
 
@@ -2807,11 +2822,13 @@ class Sensor:
           method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
           merge: points nearer than this many sample spacings are one candidate.
           thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
+          plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
+          friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
 
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
-    def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0) -> list[SenseResult]:
+    def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0) -> list[SenseResult]:
         """
         The same for a series, each moment from the candidates of the one before.
 
@@ -2826,6 +2843,8 @@ class Sensor:
           method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
           merge: points nearer than this many sample spacings are one candidate.
           thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
+          plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
+          friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
 
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
@@ -3007,12 +3026,31 @@ class SensingScenario:
         """external torques [N m; N] (time, n_a)"""
 
     @property
+    def pushed(self) -> list[int]:
+        """
+        of a simulated robot: index into contacts of the push that acts, -1: none (time); of others empty
+        """
+
+    @property
     def contact(self) -> KnownContact | None:
         """where the file gives a single one instead of torques, or None"""
 
     @property
     def contacts(self) -> list[KnownContact]:
         """all that the file gives instead of torques"""
+
+    @property
+    def noise(self) -> float:
+        """standard deviation of each torque [N m]"""
+
+    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None) -> SenseResult:
+        """
+        One measurement with the options of the scenario.
+
+          q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. last: of the measurement before, or None.
+
+        Raises InvalidInput: sizes, numbers that are not finite.
+        """
 
     @property
     def max_contacts(self) -> int:

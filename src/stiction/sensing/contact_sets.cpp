@@ -287,7 +287,7 @@ void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const Co
   out.explained = std::max(options.sense.tolerance * options.sense.tolerance * tau_tau, calc_noise_bound(noise, work.rows.tau.size()));
   if (work.rows.tau.cwiseAbs().maxCoeff() < options.sense.threshold.value_or(4 * noise)) return;
 
-  Search search(sensor, options, work, out, calc_prior(sensor, noise, work.rows.tau.norm()));
+  Search search(sensor, options, work, out, calc_prior(sensor, noise, work.rows.tau.norm(), options.sense.plausible_force));
   const auto explains = [&](const ContactSet& set) { return set.objective <= out.explained; };
   for (int count = 1; count <= options.max_contacts; ++count) {
     search.grow(count);

@@ -53,7 +53,7 @@ class ContactSetWorkspace {
 /// One to three contacts at the same time that make the torques, with as few as will do. Greedily: to every set of the last round, and to many single points,
 /// the points are added that leave least when the forces before may have any value; the best for each combination of links are then refined together (Y.10).
 /// n_a torques, and six numbers more with a wrench at the base, cannot fix the 5 k unknowns of k contacts if they are fewer: each set says its `freedom`.
-/// Scratch of the forces is resized where the number of contacts changes; nothing else uses the heap once workspace and result have met as many sets.
+/// No heap use once workspace and result have met as many sets.
 /// @throws core::InvalidInput: q, tau or base of the wrong size or not finite, options, a cone without rays
 /// Tests: tests/sensing/contact_sets_test.cpp
 void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const ContactSetOptions& options, ContactSetWorkspace& work,

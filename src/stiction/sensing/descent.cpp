@@ -118,10 +118,18 @@ Vector3d calc_step(const DescentProblem& problem, const ContactPoint& point, dou
   return x[n - 2] * R_LC.col(1) + x[n - 1] * R_LC.col(2);
 }
 
+/// Whether an earlier descent ended nearby, at least as low.
+bool is_known(const DescentProblem& problem, const ContactPoint& point) {
+  return std::any_of(problem.ends.begin(), problem.ends.end(), [&](const ContactPoint& end) {
+    return end.link == point.link && end.residual <= point.residual && (end.p_L - point.p_L).squaredNorm() < problem.near * problem.near;
+  });
+}
+
 }  // namespace
 
 bool descend(const DescentProblem& problem, const GaussNewton& options, ContactPoint& point) {
   const double size = problem.link.surface.size;
+  const double settled = std::max(1e-12 * problem.torque.tau_tau, problem.settle);
   double damping = options.damping;
   for (int step = 0; step < options.max_steps; ++step) {
     if (point.f_L.isZero(0)) return false;  // no force helps: the residual is flat
@@ -132,10 +140,11 @@ bool descend(const DescentProblem& problem, const GaussNewton& options, ContactP
     if (length > options.max_step * size) move *= options.max_step * size / length;
     const ContactPoint next = retract(problem, point.p_L + move, point.triangle);
     if (next.residual < point.residual) {
-      const bool settled = point.residual - next.residual <= 1e-12 * problem.torque.tau_tau;
+      const bool is_settled = point.residual - next.residual <= settled;
       point = next;
       damping = std::max(options.damping, 0.1 * damping);
-      if (settled) return true;
+      if (is_settled) return true;
+      if (is_known(problem, point)) return false;
     } else {
       if (next.residual <= point.residual + 1e-14 * problem.torque.tau_tau) return true;
       damping = std::max(10 * damping, 1e-3);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 #include "stiction/sensing/sensor.hpp"
 
@@ -41,7 +42,10 @@ struct DescentProblem {
   const LinkTorque& torque;
   const FrictionCone& cone;
   Normals normals;
-  double tolerance;  ///< [-] a point with √l ≤ tolerance ‖τ‖ has converged
+  double tolerance;                      ///< [-] a point with √l ≤ tolerance ‖τ‖ has converged
+  double settle = 0;                     ///< Gauss–Newton ends where a step lowers l by no more than this [(N·m)²]
+  std::span<const ContactPoint> ends{};  ///< Gauss–Newton gives up where it comes within `near` of one of these that leaves no more
+  double near = 0;                       ///< [m]
 };
 
 /// Residual at a point of a triangle.

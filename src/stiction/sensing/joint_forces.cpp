@@ -12,17 +12,23 @@ namespace {
 
 constexpr double kRounding = 1e-11;  // of a pivot or a slope against what it is the difference of
 
+/// Rays of this call: the leading columns and entries of the workspace, which has room for the most contacts.
+Index count_rays(const ForceWorkspace& work) { return static_cast<Index>(work.blocked.size()); }
+
 void fill(const ForceProblem& problem, const FrictionCone& cone, ForceWorkspace& work) {
-  const Index n = cone.ray_matrix().cols();
-  work.rays.resize(problem.tau.size(), n * problem.contacts);
+  const Index n = cone.ray_matrix().cols(), room = n * kMostContacts;
+  const Index size = n * problem.contacts;
+  work.blocked.assign(static_cast<std::size_t>(size), 0);
+  work.rays.resize(problem.tau.size(), room);
   for (int i = 0; i < problem.contacts; ++i)
     work.rays.middleCols(n * i, n).noalias() = problem.maps[static_cast<std::size_t>(i)] * cone.ray_matrix();
-  work.gram.resize(work.rays.cols(), work.rays.cols());
-  work.gram.noalias() = work.rays.transpose().lazyProduct(work.rays);
+  const auto rays = work.rays.leftCols(size);
+  work.gram.resize(room, room);
+  work.gram.topLeftCorner(size, size).noalias() = rays.transpose().lazyProduct(rays);
   for (int i = 0; i < problem.contacts; ++i)
     work.gram.block(n * i, n * i, n, n) += problem.prior * cone.ray_matrix().transpose().lazyProduct(cone.ray_matrix());
-  work.linear.resize(work.rays.cols());
-  work.linear.noalias() = work.rays.transpose() * problem.tau;
+  work.linear.setZero(room);
+  work.linear.head(size).noalias() = rays.transpose() * problem.tau;
 }
 
 /// Appends a row to the Cholesky factor of the carrying rays. @returns whether the ray does not depend on them
@@ -95,7 +101,7 @@ bool settle(ForceWorkspace& work, int newest) {
 
 /// Starts from the rays of the last call, if they are all positive together.
 void start(ForceWorkspace& work) {
-  std::erase_if(work.carrying, [&](int ray) { return ray >= work.gram.cols(); });
+  std::erase_if(work.carrying, [&](int ray) { return ray >= count_rays(work); });
   factorize(work);
   solve_carrying(work);
   bool positive = true;
@@ -107,10 +113,11 @@ void start(ForceWorkspace& work) {
 /// The ray along which the objective falls most steeply, −1: none.
 int find_steepest(ForceWorkspace& work) {
   work.slope = work.linear;
-  for (const int ray : work.carrying) work.slope -= work.beta[ray] * work.gram.col(ray);
+  const Index size = count_rays(work);
+  for (const int ray : work.carrying) work.slope.head(size) -= work.beta[ray] * work.gram.col(ray).head(size);
   int best = -1;
   double largest = kRounding * work.linear.cwiseAbs().maxCoeff();
-  for (Index j = 0; j < work.slope.size(); ++j) {
+  for (Index j = 0; j < size; ++j) {
     const auto ray = static_cast<int>(j);
     if (!(work.slope[j] > largest) || work.blocked[static_cast<std::size_t>(j)] != 0) continue;
     if (std::find(work.carrying.begin(), work.carrying.end(), ray) != work.carrying.end()) continue;
@@ -124,11 +131,10 @@ int find_steepest(ForceWorkspace& work) {
 
 void solve_forces(const ForceProblem& problem, const FrictionCone& cone, ForceWorkspace& work, ForceSolution& out) {
   fill(problem, cone, work);
-  const Index n = work.rays.cols(), most = 3 * kMostContacts + 1;  // each block of the Gram matrix has rank 3
-  work.beta.setZero(n);
+  const Index n = count_rays(work), room = work.linear.size(), most = 3 * kMostContacts + 1;  // each block of the Gram matrix has rank 3
+  work.beta.setZero(room);
   work.factor.resize(most, most);
-  work.solution.resize(std::max(n, most));
-  work.blocked.assign(static_cast<std::size_t>(n), 0);
+  work.solution.resize(std::max(room, most));
   start(work);
   const int most_steps = 10 * static_cast<int>(n);
   for (int step = 0; step < most_steps; ++step) {

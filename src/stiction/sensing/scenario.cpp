@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/decomposition.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -43,6 +44,12 @@ Eigen::VectorXd read_joints(const YamlNode& node, const Model& model, const Eige
   return out;
 }
 
+Sampling read_sampling(const YamlNode& node) {
+  const std::string name = node.one_of({"stratified", "uniform", "blue_noise"});
+  if (name == "uniform") return Sampling::Uniform;
+  return name == "blue_noise" ? Sampling::BlueNoise : Sampling::Stratified;
+}
+
 Method read_method(const YamlNode& node) {
   const std::string name = node.one_of({"gauss_newton", "rsgd", "rejection"});
   if (name == "rejection") return RejectionSampling{};
@@ -52,12 +59,11 @@ Method read_method(const YamlNode& node) {
 
 void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& options, int& max_contacts) {
   node.require_map({"links", "samples", "sampling", "normals", "seed", "friction", "rays", "noise", "threshold", "accept", "accept_share",
-                    "tolerance", "method", "merge", "max_contacts"});
+                    "tolerance", "method", "merge", "max_contacts", "plausible_force", "friction_error"});
   if (const auto links = node.find("links"))
     for (const auto& link : links->items()) sensor.links.push_back(link.string());
   read_into(node, "samples", sensor.samples);
-  if (const auto kind = node.find("sampling"))
-    sensor.sampling = kind->one_of({"stratified", "uniform"}) == "uniform" ? Sampling::Uniform : Sampling::Stratified;
+  if (const auto kind = node.find("sampling")) sensor.sampling = read_sampling(*kind);
   if (const auto kind = node.find("normals"))
     sensor.normals = kind->one_of({"flat", "smooth"}) == "smooth" ? Normals::Smooth : Normals::Flat;
   const std::int64_t seed = node.integer_or("seed", 0);
@@ -75,6 +81,11 @@ void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& opt
   read_into(node, "accept_share", options.accept_share);
   read_into(node, "tolerance", options.tolerance);
   read_into(node, "merge", options.merge);
+  if (const auto value = node.find("plausible_force")) options.plausible_force = value->positive();
+  if (const auto value = node.find("friction_error")) {
+    options.friction_error = value->nonnegative();
+    if (options.friction_error >= 1) value->fail(value->describe(), "a number in [0, 1)");
+  }
   if (const auto value = node.find("method")) options.method = read_method(*value);
   if (const auto value = node.find("max_contacts")) {
     max_contacts = value->positive_int();
@@ -85,7 +96,6 @@ void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& opt
 /// A contact by its link, a point in its frame, moved to the nearest of its surface, and a force on the robot: a vector in W, or how hard the
 /// surface is pushed along its normal.
 KnownContact read_contact(const YamlNode& node, const Sensor& sensor, const FrictionCone& cone, const Eigen::VectorXd& q) {
-  node.require_map({"link", "point", "force"});
   KnownContact out;
   const YamlNode link = node.at("link");
   try {
@@ -135,14 +145,63 @@ BaseWrench read_base(const YamlNode& node, bool is_measured) {
 
 std::vector<KnownContact> read_contacts(const YamlNode& top, const Sensor& sensor, const FrictionCone& cone, const Eigen::VectorXd& q) {
   std::vector<KnownContact> out;
+  const auto read = [&](const YamlNode& node) {
+    node.require_map({"link", "point", "force"});
+    out.push_back(read_contact(node, sensor, cone, q));
+  };
   if (const auto contact = top.find("contact")) {
-    out.push_back(read_contact(*contact, sensor, cone, q));
+    read(*contact);
     return out;
   }
   const YamlNode contacts = top.at("contacts");
-  for (const auto& contact : contacts.items()) out.push_back(read_contact(contact, sensor, cone, q));
+  for (const auto& contact : contacts.items()) read(contact);
   if (out.empty()) contacts.fail("at least one contact");
   return out;
+}
+
+void read_pushes(const YamlNode& poke, Scenario& out) {
+  const Model& model = out.sensor->model();
+  const Eigen::VectorXd q = place_robots(model, out.poke->start);
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, work, kinematics);
+  double free = 0;  // since the push before
+  for (const auto& push : poke.at("pushes").items()) {
+    push.require_map({"link", "point", "force", "begin", "duration"});
+    out.contacts.push_back(read_contact(push, *out.sensor, out.options.cone, q));
+    const double begin = push.at("begin").nonnegative(), duration = push.at("duration").positive();
+    if (begin < free) push.at("begin").fail(fmt::format("{} s, when the push before it acts", begin), fmt::format("at least {} s", free));
+    free = begin + duration;
+    const int body = out.sensor->links()[static_cast<std::size_t>(out.contacts.back().link)].surface.body;
+    const Eigen::Vector3d force_W = kinematics.X_WB[static_cast<std::size_t>(body)].R * out.contacts.back().f_L;
+    out.poke->pushes.push_back({static_cast<int>(out.contacts.size()) - 1, begin, duration, force_W});
+  }
+}
+
+/// A simulated robot that is pushed.
+void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
+  for (const char* key : {"torques", "contact", "contacts", "base_wrench", "series"})
+    if (top.has(key)) top.at(key).fail(fmt::format("'{}' beside 'poke'", key), "one of the two");
+  node.require_map({"end", "duration", "period", "pushes", "observer"});
+  const Model& model = out.sensor->model();
+  const Eigen::VectorXd rest = model.neutral().tail(model.n_a());
+  Poke& poke = out.poke.emplace();
+  poke.start = poke.end = read_joints(top.at("joints"), model, rest);
+  if (const auto end = node.find("end")) poke.end = read_joints(*end, model, poke.start);
+  poke.duration = node.at("duration").positive();
+  read_into(node, "period", poke.period);
+  read_pushes(node, out);
+  const auto observer = node.find("observer");
+  if (!observer) return;
+  observer->require_map({"time_constant", "noise", "bias", "bias_reach", "inertia_error", "seed"});
+  read_into(*observer, "time_constant", poke.time_constant);
+  poke.noise = observer->nonnegative_or("noise", poke.noise);
+  poke.bias = observer->nonnegative_or("bias", poke.bias);
+  poke.bias_reach = observer->nonnegative_or("bias_reach", poke.bias_reach);
+  if (const auto error = observer->find("inertia_error")) poke.inertia_error = error->number();
+  const std::int64_t seed = observer->integer_or("seed", 0);
+  if (seed < 0) observer->at("seed").fail("an integer ≥ 0");
+  poke.seed = static_cast<std::uint64_t>(seed);
 }
 
 void read_series(const YamlNode& top, const YamlNode& series, Scenario& out) {
@@ -152,6 +211,7 @@ void read_series(const YamlNode& top, const YamlNode& series, Scenario& out) {
 }
 
 void read_measurement(const YamlNode& top, Scenario& out) {
+  if (const auto poke = top.find("poke")) return read_poke(top, *poke, out);
   if (const auto series = top.find("series")) return read_series(top, *series, out);
   const Model& model = out.sensor->model();
   const Eigen::VectorXd rest = model.neutral().tail(model.n_a()), zero = Eigen::VectorXd::Zero(model.n_a());
@@ -177,12 +237,13 @@ void read_measurement(const YamlNode& top, Scenario& out) {
 /// @param sensing  what stands before the field of an option in a message
 Scenario read_scenario(const YamlNode& top, const std::string& sensing, const std::string& name,
                        std::span<const std::filesystem::path> package_dirs) {
-  top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "contacts", "base_wrench", "series"});
+  top.require_map({"name", "description", "scene", "sensing", "joints", "torques", "contact", "contacts", "base_wrench", "series", "poke"});
   Scenario out;
   out.name = top.string_or("name", name);
   out.description = top.string_or("description", "");
   out.file = top.file();
   SensorOptions sensor_options;
+  sensor_options.surface.cache_dir = world::default_cache_dir();
   if (const auto options = top.find("sensing")) read_sensing(*options, sensor_options, out.options, out.max_contacts);
   const auto model = Model::make(world::read_scene(top.at("scene"), package_dirs));
   try {
@@ -195,6 +256,13 @@ Scenario read_scenario(const YamlNode& top, const std::string& sensing, const st
 }
 
 }  // namespace
+
+std::span<const KnownContact> Scenario::contacts_at(std::size_t moment) const {
+  const std::span<const KnownContact> all(contacts);
+  if (series.pushed.empty()) return all;
+  const int push = series.pushed[moment];
+  return push < 0 ? all.first(0) : all.subspan(static_cast<std::size_t>(poke->pushes[static_cast<std::size_t>(push)].contact), 1);
+}
 
 ContactSetOptions Scenario::set_options() const {
   ContactSetOptions out;

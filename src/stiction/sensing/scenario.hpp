@@ -16,6 +16,28 @@ struct Series {
   std::vector<double> times;  ///< increasing [s]
   Eigen::MatrixXd q;          ///< (n_a × moments) of the robots [rad or m]
   Eigen::MatrixXd tau;        ///< (n_a × moments) [N·m; N]
+  std::vector<int> pushed{};  ///< of a simulated robot: index of the push that acts, −1: none
+  std::vector<int> gaps{};    ///< moments before which lines are missing, by the usual step
+};
+
+/// A simulated robot that is pushed, in place of a measurement: what execution::simulate_poke() is given.
+struct Poke {
+  /// One push at a time: `contact` of Scenario::contacts with its force at the start, which stays as it is in the world.
+  struct Push {
+    int contact = 0;
+    double begin = 0, duration = 0;                     ///< [s]
+    Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< [N]
+  };
+  std::vector<Push> pushes;     ///< one after the other
+  Eigen::VectorXd start, end;   ///< joint positions (n_a) that joint springs go from and to, at rest there
+  double duration = 0;          ///< [s]
+  double period = 0.02;         ///< of measurements [s]
+  double time_constant = 0.01;  ///< of the momentum observer [s]
+  double noise = 0.05;          ///< standard deviation of its estimates [N·m; N]
+  double bias = 0;              ///< standard deviation of the offset of each torque sensor [N·m; N]
+  double bias_reach = 0;        ///< distance in joint positions over which offsets change [rad; m]; 0: constant
+  double inertia_error = 0;     ///< share by which the masses that it knows are too large [-]
+  std::uint64_t seed = 0;       ///< of noise and offsets
 };
 
 /// A robot, what is known of its torques, and what was measured, as one YAML file says (schema: tasks/schema/sensing.schema.json).
@@ -27,10 +49,13 @@ struct Scenario {
   int max_contacts = 1;                ///< at the same time; above 1, or with a wrench at the base, sense_contacts() is asked as well
   Series series;                       ///< a single measurement is one moment at t = 0
   std::vector<KnownContact> contacts;  ///< from which the torques were computed, where the file gives them instead of torques
+  std::optional<Poke> poke;            ///< then `series` is empty until it is simulated
   std::optional<BaseWrench> base;      ///< measured under the base, or computed from the contacts; not with a series
 
   bool asks_for_sets() const { return max_contacts > 1 || base; }
   ContactSetOptions set_options() const;
+  /// The known contacts that act at a moment.
+  std::span<const KnownContact> contacts_at(std::size_t moment) const;
 };
 
 /// @param package_dirs  searched after those of each robot
@@ -41,7 +66,8 @@ Scenario load_scenario(const std::filesystem::path& file, std::span<const std::f
 /// @throws core::InvalidInput "field: got …, expected …"
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs);
 
-/// A CSV file of time, n_a joint angles and n_a torques a line, after a line of names.
+/// A CSV file of time, n_a joint angles and n_a torques a line, after a line of names, or an NPZ file of t (moments), q and tau (moments × n_a).
+/// A step of more than five usual ones (their median) is a gap.
 /// @throws core::InvalidInput "FILE:LINE: …": empty, a wrong number of values, not a number, a time that does not increase
 Series load_series(const std::filesystem::path& file, const world::Model& model);
 

@@ -32,6 +32,7 @@ struct SenseWorkspace::Impl {
   std::vector<ContactPoint> tried;  ///< starts of descents that were run
   std::vector<int> ends;
   ClusterWorkspace clusters;
+  std::optional<FrictionCone> opened;  ///< the cone with the largest friction that there may be
 
   explicit Impl(std::shared_ptr<const Sensor> s) : sensor(std::move(s)), kinematics_work(sensor->model()) {
     torques.resize(sensor->links().size());
@@ -57,6 +58,9 @@ void SenseOptions::validate() const {
   core::require_positive("tolerance", tolerance);
   core::require_positive("merge", merge);
   core::require_nonnegative("thin", thin);
+  if (plausible_force) core::require_positive("plausible_force", *plausible_force);
+  if (!(friction_error >= 0 && friction_error < 1))
+    core::throw_invalid("friction_error", fmt::format("{}", friction_error), "a number in [0, 1)");
   if (max_descents && *max_descents < 1) core::throw_invalid("max_descents", fmt::format("{}", *max_descents), "an integer ≥ 1");
 }
 
@@ -82,12 +86,12 @@ std::optional<double> calc_plausible_force(const world::Model& model) {
   return std::isfinite(force) && force > 0 ? std::optional(force) : std::nullopt;
 }
 
-double calc_prior(const Sensor& sensor, double noise, double tau) {
+double calc_prior(const Sensor& sensor, double noise, double tau, std::optional<double> force) {
   double size = std::numeric_limits<double>::infinity();
   for (const SensedLink& link : sensor.links()) size = std::min(size, link.surface.size);
   constexpr double kShare = 0.01;
-  const double force = calc_plausible_force(sensor.model()).value_or(tau / (kShare * size));
-  return noise * noise / (force * force);
+  if (!force) force = calc_plausible_force(sensor.model()).value_or(tau / (kShare * size));
+  return noise * noise / (*force * *force);
 }
 
 std::vector<ContactPoint> SenseResult::best_points() const {
@@ -98,33 +102,45 @@ std::vector<ContactPoint> SenseResult::best_points() const {
 
 namespace {
 
-void accept_samples(const Sensor& sensor, const SenseOptions& options, double accept, SenseWorkspace::Impl& work) {
+void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accept, SenseWorkspace::Impl& work) {
   work.starts.clear();
   for (int i = 0; i < static_cast<int>(sensor.links().size()); ++i) {
     const SensedLink& link = sensor.links()[static_cast<std::size_t>(i)];
-    calc_residuals(work.torques[static_cast<std::size_t>(i)], link.batch, options.cone, work.residuals);
+    calc_residuals(work.torques[static_cast<std::size_t>(i)], link.batch, cone, work.residuals);
     for (int s = 0; s < link.batch.size; ++s)
       if (work.residuals[s] <= accept) work.starts.push_back({work.residuals[s], i, s});
   }
+  std::sort(work.starts.begin(), work.starts.end(), [](const auto& a, const auto& b) {
+    return std::tuple(a.residual, a.link, a.sample) < std::tuple(b.residual, b.link, b.sample);
+  });
 }
+
+constexpr double kSettle = 1e-3;  // of what counts as explained: less is no progress
+constexpr double kNear = 1;       // sample spacings within which a descent goes where an earlier one ended
 
 class Search {
  public:
-  Search(const Sensor& sensor, const SenseOptions& options, SenseWorkspace::Impl& work, SenseResult& out)
-      : sensor_(sensor), options_(options), work_(work), out_(out) {}
+  Search(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, SenseWorkspace::Impl& work, SenseResult& out)
+      : sensor_(sensor), options_(options), cone_(cone), work_(work), out_(out) {}
 
   DescentProblem problem(int link) const {
     return {sensor_.links()[static_cast<std::size_t>(link)],
             link,
             work_.torques[static_cast<std::size_t>(link)],
-            options_.cone,
+            cone_,
             sensor_.options().normals,
-            options_.tolerance};
+            options_.tolerance,
+            kSettle * out_.explained,
+            out_.points,
+            kNear * sensor_.links()[static_cast<std::size_t>(link)].spacing};
+  }
+
+  const SurfacePoint& sample_of(const SenseWorkspace::Impl::Start& start) const {
+    return sensor_.links()[static_cast<std::size_t>(start.link)].samples[static_cast<std::size_t>(start.sample)];
   }
 
   ContactPoint at(const SenseWorkspace::Impl::Start& start) const {
-    const SurfacePoint& sample = sensor_.links()[static_cast<std::size_t>(start.link)].samples[static_cast<std::size_t>(start.sample)];
-    return evaluate(problem(start.link), sample.triangle, sample.p_L);
+    return evaluate(problem(start.link), sample_of(start).triangle, sample_of(start).p_L);
   }
 
   void keep(const RejectionSampling&, const ContactPoint& start) { add(start); }
@@ -137,18 +153,20 @@ class Search {
   void keep(const GaussNewton& descent, ContactPoint point) {
     work_.tried.push_back(point);
     ++out_.descents;
-    if (descend(problem(point.link), descent, point)) add(point);
+    // Where noise is, a descent may be stuck at a crease of the surface: what explains the torques there is an answer all the same.
+    if (descend(problem(point.link), descent, point) || point.residual <= out_.explained) add(point);
   }
 
   /// Whether a sample need not start a descent, because an earlier one started or ended nearby.
-  bool is_thinned(const GaussNewton&, const ContactPoint& point) const {
-    const double radius = options_.thin * sensor_.links()[static_cast<std::size_t>(point.link)].spacing;
+  bool is_thinned(const GaussNewton&, const SenseWorkspace::Impl::Start& start) const {
+    const double radius = options_.thin * sensor_.links()[static_cast<std::size_t>(start.link)].spacing;
+    const Eigen::Vector3d& p_L = sample_of(start).p_L;
     const auto is_near = [&](const ContactPoint& other) {
-      return other.link == point.link && (other.p_L - point.p_L).squaredNorm() < radius * radius;
+      return other.link == start.link && (other.p_L - p_L).squaredNorm() < radius * radius;
     };
     return std::any_of(out_.points.begin(), out_.points.end(), is_near) || std::any_of(work_.tried.begin(), work_.tried.end(), is_near);
   }
-  bool is_thinned(const auto&, const ContactPoint&) const { return false; }
+  bool is_thinned(const auto&, const SenseWorkspace::Impl::Start&) const { return false; }
 
  private:
   void add(const ContactPoint& point) {
@@ -158,18 +176,55 @@ class Search {
 
   const Sensor& sensor_;
   const SenseOptions& options_;
+  const FrictionCone& cone_;
   SenseWorkspace::Impl& work_;
   SenseResult& out_;
 };
 
-Candidate make_candidate(const LinkTorque& torque, const world::Pose& X_WL, const std::vector<ContactPoint>& points, int first, int end,
-                         double explained) {
+/// Samples that are accepted, and descents from them: fills out.points.
+void find_points(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, const FrictionCone& cone, double accept,
+                 SenseWorkspace::Impl& work, SenseResult& out) {
+  work.tried.clear();
+  out.points.clear();
+  out.descents = out.converged = 0;
+  out.friction = cone.friction();
+  accept_samples(sensor, cone, accept, work);
+  out.accepted = static_cast<int>(work.starts.size());
+  Search search(sensor, options, cone, work, out);
+  std::visit(
+      [&](const auto& method) {
+        if (input.last != nullptr)
+          for (const ContactPoint& point : *input.last)
+            search.keep(method, evaluate(search.problem(point.link), point.triangle, point.p_L));
+        const int given = out.descents;
+        for (const auto& start : work.starts) {
+          if (options.max_descents && out.descents - given >= *options.max_descents) break;
+          if (!search.is_thinned(method, start)) search.keep(method, search.at(start));
+        }
+      },
+      options.method);
+}
+
+/// The cone of the largest friction that there may be, kept as it uses the heap.
+const FrictionCone& open_cone(const SenseOptions& options, SenseWorkspace::Impl& work) {
+  const double friction = options.cone.friction() / (1 - options.friction_error);
+  const int rays = options.cone.is_lorentz() ? 0 : std::max(3, options.cone.rays());
+  if (!work.opened || work.opened->friction() != friction || work.opened->is_lorentz() != options.cone.is_lorentz() ||
+      work.opened->rays() != options.cone.rays())
+    work.opened.emplace(friction, rays);
+  return *work.opened;
+}
+
+Candidate make_candidate(LinkTorque torque, const FrictionCone& cone, double prior, const world::Pose& X_WL,
+                         const std::vector<ContactPoint>& points, int first, int end, double explained) {
   Candidate out;
   out.best = points[static_cast<std::size_t>(first)];
   out.p_W = X_WL * out.best.p_L;
   out.n_W = X_WL.R * out.best.n_L;
   out.f_W = X_WL.R * out.best.f_L;
   out.explains = out.best.residual <= explained;
+  torque.prior = prior;
+  out.objective = calc_residual(torque, out.best.p_L, make_contact_frame(out.best.n_L), cone).value;
   const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, LinkTorque::kSize, 3>> qr(torque.torque_map(out.best.p_L));
   out.rank = static_cast<int>(qr.rank());
   out.first = first;
@@ -183,6 +238,22 @@ Candidate make_candidate(const LinkTorque& torque, const world::Pose& X_WL, cons
   return out;
 }
 
+/// Clusters of the points, those that explain by (Y.14) first.
+void make_candidates(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, double prior, SenseWorkspace::Impl& work,
+                     SenseResult& out) {
+  cluster_points(sensor, options.merge, out.points, work.clusters, work.ends);
+  int first = 0;
+  for (const int end : work.ends) {
+    const auto link = static_cast<std::size_t>(out.points[static_cast<std::size_t>(first)].link);
+    const auto body = static_cast<std::size_t>(sensor.links()[link].surface.body);
+    out.candidates.push_back(
+        make_candidate(work.torques[link], cone, prior, work.kinematics.X_WB[body], out.points, first, end, out.explained));
+    first = end;
+  }
+  const auto rank_of = [](const Candidate& c) { return std::tuple(!c.explains, c.explains ? c.objective : c.best.residual, c.first); };
+  std::sort(out.candidates.begin(), out.candidates.end(), [&](const Candidate& a, const Candidate& b) { return rank_of(a) < rank_of(b); });
+}
+
 }  // namespace
 
 void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, SenseWorkspace& workspace, SenseResult& out) {
@@ -193,10 +264,10 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
   SenseWorkspace::Impl& work = workspace.impl();
 
-  work.tried.clear();
   out.candidates.clear();
   out.points.clear();
   out.samples = out.accepted = out.descents = out.converged = 0;
+  out.friction = options.cone.friction();
   const double tau_tau = input.tau.squaredNorm(), noise_bound = calc_noise_bound(options.noise, input.tau.size());
   out.explained = std::max(options.tolerance * options.tolerance * tau_tau, noise_bound);
   out.verdict = Verdict::BelowThreshold;
@@ -208,35 +279,15 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
     work.torques[i].assign(work.J_w, work.J_v, input.tau, work.scratch);
     out.samples += static_cast<int>(sensor.links()[i].batch.size);
   }
-  accept_samples(sensor, options, options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound)), work);
-  out.accepted = static_cast<int>(work.starts.size());
-  std::sort(work.starts.begin(), work.starts.end(), [](const auto& a, const auto& b) {
-    return std::tuple(a.residual, a.link, a.sample) < std::tuple(b.residual, b.link, b.sample);
-  });
-
-  Search search(sensor, options, work, out);
-  std::visit(
-      [&](const auto& method) {
-        if (input.last != nullptr)
-          for (const ContactPoint& point : *input.last)
-            search.keep(method, evaluate(search.problem(point.link), point.triangle, point.p_L));
-        const int given = out.descents;
-        for (const auto& start : work.starts) {
-          if (options.max_descents && out.descents - given >= *options.max_descents) break;
-          const ContactPoint point = search.at(start);
-          if (!search.is_thinned(method, point)) search.keep(method, point);
-        }
-      },
-      options.method);
-
-  cluster_points(sensor, options.merge, out.points, work.clusters, work.ends);
-  int first = 0;
-  for (const int end : work.ends) {
-    const auto link = static_cast<std::size_t>(out.points[static_cast<std::size_t>(first)].link);
-    const auto body = static_cast<std::size_t>(sensor.links()[link].surface.body);
-    out.candidates.push_back(make_candidate(work.torques[link], work.kinematics.X_WB[body], out.points, first, end, out.explained));
-    first = end;
+  const double accept = options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound));
+  const auto explains = [&](const ContactPoint& point) { return point.residual <= out.explained; };
+  const FrictionCone* cone = &options.cone;
+  find_points(sensor, input, options, *cone, accept, work, out);
+  if (options.friction_error > 0 && std::none_of(out.points.begin(), out.points.end(), explains)) {
+    cone = &open_cone(options, work);
+    find_points(sensor, input, options, *cone, accept, work, out);
   }
+  make_candidates(sensor, options, *cone, calc_prior(sensor, options.noise, std::sqrt(tau_tau), options.plausible_force), work, out);
   const bool explained = !out.candidates.empty() && out.candidates.front().explains;
   out.verdict = explained ? Verdict::Explained : Verdict::Unexplained;
 }

@@ -29,6 +29,10 @@ struct SenseOptions {
   double thin = 2;  ///< Gauss–Newton leaves out starts within so many sample spacings of an earlier start or of an end, ≥ 0
   /// Most descents from samples in a call, the best samples first, beside those from the last cycle; ≥ 1. nullopt: from all that are accepted.
   std::optional<int> max_descents{};
+  /// F of the ranking [N], > 0: candidates that explain are ordered by l + (noise/F)² ‖f‖² (Y.14); nullopt: calc_plausible_force() of the arm.
+  std::optional<double> plausible_force{};
+  /// Share by which the true μ may exceed that of the cone, in [0, 1): where nothing explains, contacts are looked for with μ/(1 − friction_error).
+  double friction_error = 0;
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
@@ -38,9 +42,9 @@ double calc_noise_bound(double noise, Eigen::Index n);
 /// F, the deviation of forces before torques are seen: what the weakest joint holds at its full reach, min τ_max/reach [N]; nullopt where no effort is stated.
 std::optional<double> calc_plausible_force(const world::Model& model);
 
-/// ρ = σ²/F² of (Y.2) [m²]. Where no effort is stated, F is the force that makes the torques at a hundredth of the size of the smallest link.
-/// @param noise  σ [N·m]  @param tau  length of the torques [N·m]
-double calc_prior(const Sensor& sensor, double noise, double tau);
+/// ρ = σ²/F² of (Y.2) [m²]. @param force  F [N]; nullopt: calc_plausible_force(), and where no effort is stated the force that makes the torques at a
+/// hundredth of the size of the smallest link  @param noise  σ [N·m]  @param tau  length of the torques [N·m]
+double calc_prior(const Sensor& sensor, double noise, double tau, std::optional<double> force = {});
 
 enum class Verdict {
   BelowThreshold,  ///< no contact, or one that these torques do not show
@@ -54,8 +58,9 @@ struct Candidate {
   ContactPoint best;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero(), n_W = Eigen::Vector3d::Zero(), f_W = Eigen::Vector3d::Zero();
   bool explains = false;
-  int rank = 0;              ///< of J_C: below 3 the force is not unique
-  double extent = 0;         ///< largest distance of its points from the best one, of those as good as noise and tolerance tell [m]
+  double objective = 0;  ///< min l + ρ ‖f‖² (Y.14) at the best point [(N·m)²]: (l + ρ ‖f‖²)/noise² is −2 ln of a posterior
+  int rank = 0;          ///< of J_C: below 3 the force is not unique
+  double extent = 0;     ///< largest distance of its points from the best one, of those as good as noise and tolerance tell [m]
   double force_spread = 0;   ///< largest distance of their forces from f, in W [N]
   int first = 0, count = 0;  ///< its points in SenseResult::points, by residual
 };
@@ -68,9 +73,10 @@ struct SenseInput {
 
 struct SenseResult {
   Verdict verdict = Verdict::BelowThreshold;
-  std::vector<Candidate> candidates;  ///< those that explain first, then by residual
+  std::vector<Candidate> candidates;  ///< those that explain, by objective; then the others, by residual
   std::vector<ContactPoint> points;   ///< where descents ended, by candidate
   double explained = 0;               ///< l up to which torques count as explained [(N·m)²]
+  double friction = 0;                ///< μ with which they were looked for: that of the cone, or more where that explained nothing
   int samples = 0, accepted = 0, descents = 0, converged = 0;
 
   std::vector<ContactPoint> best_points() const;  ///< of the candidates, for SenseInput::last

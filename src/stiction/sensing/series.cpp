@@ -5,6 +5,8 @@
 #include <fstream>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/quantile.hpp"
+#include "stiction/sensing/npz.hpp"
 #include "stiction/sensing/scenario.hpp"
 
 namespace stiction::sensing {
@@ -28,12 +30,21 @@ std::optional<std::vector<double>> read_numbers(const std::string& line) {
   return out;
 }
 
-}  // namespace
+void mark_gaps(Series& series) {
+  constexpr double kUsualSteps = 5;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < series.times.size(); ++i) steps.push_back(series.times[i] - series.times[i - 1]);
+  if (steps.empty()) return;
+  const double usual = core::quantile(steps, 0.5);
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    if (steps[i] > kUsualSteps * usual) series.gaps.push_back(static_cast<int>(i) + 1);
+}
 
-Series load_series(const std::filesystem::path& file, const world::Model& model) {
+/// @param n  joints
+Series load_csv(const std::filesystem::path& file, Eigen::Index n) {
   std::ifstream stream(file);
-  if (!stream) throw core::InvalidInput(fmt::format("{}: series: got a file that cannot be read, expected a CSV file", file.string()));
-  const Eigen::Index n = model.n_a();
+  if (!stream)
+    throw core::InvalidInput(fmt::format("{}: series: got a file that cannot be read, expected a CSV or NPZ file", file.string()));
   const auto fail = [&](int line, const std::string& got, const std::string& expected) {
     throw core::InvalidInput(fmt::format("{}:{}: series: got {}, expected {}", file.string(), line, got, expected));
   };
@@ -59,6 +70,44 @@ Series load_series(const std::filesystem::path& file, const world::Model& model)
     out.q.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(rows[i].data() + 1, n);
     out.tau.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(rows[i].data() + 1 + n, n);
   }
+  return out;
+}
+
+/// Arrays t (moments), q and tau (moments × n).
+Series load_npz(const std::filesystem::path& file, Eigen::Index n) {
+  const auto arrays = read_npz(file);
+  const auto fail = [&](const std::string& got, const std::string& expected) {
+    throw core::InvalidInput(fmt::format("{}: series: got {}, expected {}", file.string(), got, expected));
+  };
+  const auto find = [&](const std::string& name) -> const Eigen::MatrixXd& {
+    const auto found = arrays.find(name);
+    if (found == arrays.end()) fail(fmt::format("no array '{}'", name), "t, q and tau");
+    return found->second;
+  };
+  const Eigen::MatrixXd &t = find("t"), &q = find("q"), &tau = find("tau");
+  if (t.size() == 0) fail("no moment", "at least one");
+  const auto require = [&](const char* name, const Eigen::MatrixXd& array, Eigen::Index columns) {
+    if (array.rows() != t.rows() || array.cols() != columns)
+      fail(fmt::format("{} of shape ({}, {})", name, array.rows(), array.cols()), fmt::format("({}, {})", t.rows(), columns));
+    if (!array.allFinite()) fail(fmt::format("a number of {} that is not finite", name), "finite numbers");
+  };
+  require("t", t, 1);
+  require("q", q, n);
+  require("tau", tau, n);
+  for (Eigen::Index i = 1; i < t.rows(); ++i)
+    if (!(t(i, 0) > t(i - 1, 0))) fail(fmt::format("t[{}] = {} after {}", i, t(i, 0), t(i - 1, 0)), "times that increase");
+  Series out;
+  out.times.assign(t.data(), t.data() + t.size());
+  out.q = q.transpose();
+  out.tau = tau.transpose();
+  return out;
+}
+
+}  // namespace
+
+Series load_series(const std::filesystem::path& file, const world::Model& model) {
+  Series out = file.extension() == ".npz" ? load_npz(file, model.n_a()) : load_csv(file, model.n_a());
+  mark_gaps(out);
   return out;
 }
 

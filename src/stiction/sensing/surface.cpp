@@ -10,7 +10,9 @@
 #include <set>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/sensing/blue_noise.hpp"
 #include "stiction/sensing/tessellate.hpp"
+#include "stiction/sensing/trim.hpp"
 #include "stiction/sensing/visibility.hpp"
 
 namespace stiction::sensing {
@@ -20,75 +22,35 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Triangles of all geometry of a body in its frame; a file that came in several convex parts once.
-Matrix3Xd collect_triangles(const world::Model& model, int body, int segments) {
+/// Triangles of all geometry of a body in its frame, and edges of its files that do not border two of them.
+struct Faces {
+  Matrix3Xd corners;
+  int open_edges = 0;
+};
+
+/// A file that came in several convex parts counts once.
+Faces collect_faces(const world::Model& model, int body, int segments) {
   std::vector<Matrix3Xd> pieces;
   std::set<const Matrix3Xd*> seen;
   Eigen::Index corners = 0;
+  Faces out;
   for (const auto& geometry : model.geometries()) {
     if (geometry.body != body) continue;
-    if (const auto* mesh = std::get_if<world::Mesh>(&geometry.shape)) {
-      const Matrix3Xd* file = mesh->mesh->surface.get();
-      if (file != nullptr && !seen.insert(file).second) continue;
-    }
+    const auto* mesh = std::get_if<world::Mesh>(&geometry.shape);
+    const Matrix3Xd* file = mesh != nullptr ? mesh->mesh->surface.get() : nullptr;
+    if (file != nullptr && !seen.insert(file).second) continue;
     const Matrix3Xd triangles = tessellate(geometry.shape, segments);
+    if (file != nullptr) out.open_edges += count_open_edges(triangles);
     pieces.push_back((geometry.X_BG.R * triangles).colwise() + geometry.X_BG.p);
     corners += triangles.cols();
   }
-  Matrix3Xd out(3, corners);
+  out.corners.resize(3, corners);
   Eigen::Index at = 0;
   for (const Matrix3Xd& piece : pieces) {
-    out.middleCols(at, piece.cols()) = piece;
+    out.corners.middleCols(at, piece.cols()) = piece;
     at += piece.cols();
   }
   return out;
-}
-
-Vector3d area_vector(const Matrix3Xd& corners, Eigen::Index t) {
-  const Vector3d a = corners.col(3 * t), b = corners.col(3 * t + 1), c = corners.col(3 * t + 2);
-  return 0.5 * (b - a).cross(c - a);
-}
-
-double diagonal(const Matrix3Xd& points) { return (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm(); }
-
-/// What became of the triangles of a link.
-struct Counts {
-  int kept = 0, turned = 0, hidden = 0, flat = 0;
-};
-
-/// The triangles that are seen, wound so that they are seen from where their normals point.
-Matrix3Xd trim(const Matrix3Xd& corners, int body, const Visibility* visibility, Counts& counts) {
-  constexpr double kFlat = 1e-12;  // share of the squared size: an area that rounding makes
-  const double size = diagonal(corners), lift = 1e-6 * size;
-  std::vector<Vector3d> out;
-  for (Eigen::Index t = 0; t < corners.cols() / 3; ++t) {
-    const Vector3d area = area_vector(corners, t);
-    if (!(area.norm() > kFlat * size * size)) {
-      ++counts.flat;
-      continue;
-    }
-    const Vector3d n = area.normalized(), center = corners.middleCols<3>(3 * t).rowwise().mean();
-    const auto is_seen = [&](const Vector3d& direction) {
-      if (visibility->is_seen(body, center, direction, lift)) return true;
-      for (int k = 0; k < 3; ++k)
-        if (visibility->is_seen(body, center + 0.9 * (corners.col(3 * t + k) - center), direction, lift)) return true;
-      return false;
-    };
-    bool turn = false;
-    if (visibility != nullptr && !is_seen(n)) {
-      turn = visibility->is_seen(body, center, -n, lift);
-      if (!turn) {
-        ++counts.hidden;
-        continue;
-      }
-      ++counts.turned;
-    }
-    ++counts.kept;
-    for (const int k : {0, turn ? 2 : 1, turn ? 1 : 2}) out.push_back(corners.col(3 * t + k));
-  }
-  Matrix3Xd kept(3, static_cast<Eigen::Index>(out.size()));
-  for (std::size_t i = 0; i < out.size(); ++i) kept.col(static_cast<Eigen::Index>(i)) = out[i];
-  return kept;
 }
 
 /// Per corner the mean of the normals around it, weighted by angles, of triangles that meet this one at less than the crease.
@@ -117,18 +79,27 @@ Surface make_surface(int body, const Matrix3Xd& corners, double crease) {
   Surface out;
   out.body = body;
   out.tree = TriangleTree(corners);
-  out.size = diagonal(corners);
+  out.size = calc_diagonal(corners);
   const Eigen::Index n = out.tree.size();
   out.normals.resize(3, n);
   out.areas_below.resize(n);
   for (Eigen::Index t = 0; t < n; ++t) {
-    const Vector3d area = area_vector(out.tree.corners(), t);
+    const Vector3d area = calc_area_vector(out.tree.corners(), t);
     out.normals.col(t) = area.normalized();
     out.area += area.norm();
     out.areas_below[t] = out.area;
   }
   out.corner_normals = smooth_normals(out.tree.corners(), out.normals, crease);
   return out;
+}
+
+void add_notes(const std::string& name, const Faces& all, const Trimmed& trimmed, std::vector<std::string>& notes) {
+  if (trimmed.turned + trimmed.flat + trimmed.hidden > 0)
+    notes.push_back(fmt::format("{}: of {} triangles {} are left out as hidden and {} as flat, {} are turned around", name,
+                                all.corners.cols() / 3, trimmed.hidden, trimmed.flat, trimmed.turned));
+  if (all.open_edges > 0)
+    notes.push_back(
+        fmt::format("{}: {} edges do not border two triangles: its surface is open or folded, and is used as it is", name, all.open_edges));
 }
 
 }  // namespace
@@ -155,11 +126,11 @@ Vector3d Surface::normal(int triangle, const Vector3d& p, Normals kind) const {
 Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, const SurfaceOptions& options) {
   options.validate();
   std::vector<TriangleTree> trees(model.bodies().size());
-  std::vector<Matrix3Xd> triangles(model.bodies().size());
+  std::vector<Faces> faces(model.bodies().size());
   for (std::size_t body = 0; body < model.bodies().size(); ++body) {
     if (model.bodies()[body].kind != world::BodyKind::Robot) continue;
-    triangles[body] = collect_triangles(model, static_cast<int>(body), options.segments);
-    trees[body] = TriangleTree(triangles[body]);
+    faces[body] = collect_faces(model, static_cast<int>(body), options.segments);
+    trees[body] = TriangleTree(faces[body].corners);
   }
   std::map<int, Visibility> visibilities;  // of each robot
   Surfaces out;
@@ -170,23 +141,37 @@ Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, c
     if (options.rays > 0)
       visibility =
           &visibilities.try_emplace(info.owner, model, info.owner, trees, options.rays, options.postures, options.seed).first->second;
-    Counts counts;
-    const Matrix3Xd& all = triangles[static_cast<std::size_t>(body)];
-    const Matrix3Xd kept = all.cols() > 0 ? trim(all, body, visibility, counts) : all;
-    if (kept.cols() == 0) {
-      core::throw_invalid("links", fmt::format("'{}', of whose {} triangles {} are hidden", info.name, all.cols() / 3, counts.hidden),
+    const Faces& all = faces[static_cast<std::size_t>(body)];
+    Trimmed trimmed;
+    if (all.corners.cols() > 0) trimmed = trim(all.corners, body, visibility, options.cache_dir);
+    if (trimmed.corners.cols() == 0) {
+      core::throw_invalid("links",
+                          fmt::format("'{}', of whose {} triangles {} are hidden", info.name, all.corners.cols() / 3, trimmed.hidden),
                           "links with a surface that can be touched");
     }
-    if (counts.turned + counts.flat + counts.hidden > 0) {
-      out.notes.push_back(fmt::format("{}: of {} triangles {} are left out as hidden and {} as flat, {} are turned around", info.name,
-                                      all.cols() / 3, counts.hidden, counts.flat, counts.turned));
-    }
-    out.links.push_back(make_surface(body, kept, options.crease));
+    add_notes(info.name, all, trimmed, out.notes);
+    out.links.push_back(make_surface(body, trimmed.corners, options.crease));
   }
   return out;
 }
 
+namespace {
+
+/// Of several points a sample those that lie farthest apart.
+std::vector<SurfacePoint> spread_samples(const Surface& surface, int count, std::uint64_t seed) {
+  constexpr int kSeveral = 5;
+  const std::vector<SurfacePoint> many = sample_surface(surface, kSeveral * count, Sampling::Stratified, seed);
+  Matrix3Xd points(3, static_cast<Eigen::Index>(many.size()));
+  for (std::size_t i = 0; i < many.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = many[i].p_L;
+  std::vector<SurfacePoint> out;
+  for (const int i : eliminate_samples(points, count, surface.area)) out.push_back(many[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+}  // namespace
+
 std::vector<SurfacePoint> sample_surface(const Surface& surface, int count, Sampling sampling, std::uint64_t seed) {
+  if (sampling == Sampling::BlueNoise) return spread_samples(surface, count, seed);
   core::Random random(seed, static_cast<std::uint64_t>(surface.body));
   std::vector<SurfacePoint> out(static_cast<std::size_t>(count));
   const double* const areas = surface.areas_below.data();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,7 +24,9 @@ struct SurfaceOptions {
   int postures = 4;        ///< of the assembled robot in which a face may be seen, ≥ 1: the neutral one, then random ones
   double crease = 0.8;     ///< [rad] edges sharper than this stay sharp
   std::uint64_t seed = 0;  ///< of the postures
-  void validate() const;   ///< @throws core::InvalidInput naming the field
+  /// Where it is kept between processes which faces are hidden; empty, or a folder that cannot be written: nowhere.
+  std::filesystem::path cache_dir{};
+  void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
 /// What of a link can be touched, as triangles in its frame L.
@@ -41,7 +44,7 @@ struct Surface {
 
 struct Surfaces {
   std::vector<Surface> links;      ///< in the order of the bodies asked for
-  std::vector<std::string> notes;  ///< faces that were left out or turned around, one sentence a link
+  std::vector<std::string> notes;  ///< faces that were left out or turned around, and edges that are open, a sentence each
 };
 
 /// Surfaces of links of robots: the triangles of their geometry, without those that nothing can touch. A triangle is hidden if, in every
@@ -56,8 +59,9 @@ struct SurfacePoint {
 };
 
 enum class Sampling {
-  Uniform,    ///< independent points, uniform by area
-  Stratified  ///< one in each of equal areas, taken along the tree, so that neighbours lie apart
+  Uniform,     ///< independent points, uniform by area
+  Stratified,  ///< one in each of equal areas, taken along the tree, so that neighbours lie apart
+  BlueNoise    ///< of five times as many those that lie farthest apart
 };
 
 /// Points on a surface, the same for the same seed. @param stream  of the random numbers: one for each link

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "stiction/core/random.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/sensing/friction_cone.hpp"
 
 namespace stiction::sensing {
@@ -23,6 +24,11 @@ Eigen::VectorXd random_posture(const world::Model& model, core::Random& random) 
     q[model.n_qu() + j] = limited ? random.uniform(lower, upper) : random.uniform(-std::numbers::pi, std::numbers::pi);
   }
   return q;
+}
+
+void append(std::string& bytes, const Eigen::Ref<const Eigen::MatrixXd>& numbers) {
+  const Eigen::MatrixXd packed = numbers;
+  bytes.append(reinterpret_cast<const char*>(packed.data()), static_cast<std::size_t>(packed.size()) * sizeof(double));
 }
 
 }  // namespace
@@ -48,6 +54,16 @@ Visibility::Visibility(const world::Model& model, int robot, const std::vector<T
     const double z = 1 - (i + 0.5) / rays, r = std::sqrt(1 - z * z);
     rays_.col(i) << r * std::cos(golden * i), r * std::sin(golden * i), z;
   }
+  std::string bytes;
+  append(bytes, rays_);
+  for (const Occluder& occluder : occluders_) {
+    append(bytes, occluder.tree->corners());
+    for (const auto& posture : postures_) {
+      append(bytes, posture.X_WB[static_cast<std::size_t>(occluder.body)].R);
+      append(bytes, posture.X_WB[static_cast<std::size_t>(occluder.body)].p);
+    }
+  }
+  key_ = core::sha256(bytes);
 }
 
 bool Visibility::is_seen(int body, const Vector3d& p_L, const Vector3d& direction_L, double lift) const {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "stiction/sensing/triangle_tree.hpp"
@@ -18,6 +19,9 @@ class Visibility {
   /// Whether a ray from the point, lifted off along the direction by `lift` [m], into the half space of the direction meets no link.
   bool is_seen(int body, const Eigen::Vector3d& p_L, const Eigen::Vector3d& direction_L, double lift) const;
 
+  /// SHA-256 of all that answers depend on: triangles of the links, where they are in the postures, rays.
+  const std::string& key() const { return key_; }
+
  private:
   struct Occluder {
     const TriangleTree* tree;
@@ -28,6 +32,7 @@ class Visibility {
   std::vector<Occluder> occluders_;
   std::vector<world::Kinematics> postures_;
   Eigen::Matrix3Xd rays_;  ///< in the half space z > 0, from the steepest on
+  std::string key_;
 };
 
 }  // namespace stiction::sensing

@@ -93,22 +93,6 @@ std::optional<std::vector<Matrix3Xd>> read_parts(const fs::path& file, std::stri
   return parts;
 }
 
-/// Under a name of its own first, so that a reader never sees half a file. Nothing is said when it fails: the parts are there all the same.
-void store(const fs::path& file, const std::string& bytes) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  if (error) return;
-  const fs::path part = fmt::format("{}.{}.part", file.string(), ::getpid());
-  {
-    std::ofstream out(part, std::ios::binary | std::ios::trunc);
-    out << bytes;
-    out.close();
-    if (out) fs::rename(part, file, error);
-    if (out && !error) return;
-  }
-  fs::remove(part, error);
-}
-
 /// The library moves the surface by some 1e-4 of its size where it cuts. Corners that were there before go back to where they were, so
 /// that faces of the mesh stay flat and in their place.
 void snap(const Matrix3Xd& vertices, std::vector<Matrix3Xd>& parts) {
@@ -152,6 +136,22 @@ fs::path default_cache_dir() {
   return xdg.empty() ? folder("HOME", ".cache/stiction") : xdg;
 }
 
+/// Under a name of its own first, so that a reader never sees half a file.
+void store_in_cache(const fs::path& file, const std::string& bytes) {
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);
+  if (error) return;
+  const fs::path part = fmt::format("{}.{}.part", file.string(), ::getpid());
+  {
+    std::ofstream out(part, std::ios::binary | std::ios::trunc);
+    out << bytes;
+    out.close();
+    if (out) fs::rename(part, file, error);
+    if (out && !error) return;
+  }
+  fs::remove(part, error);
+}
+
 std::vector<ConvexMesh> decompose(const Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, const Decomposition& options,
                                   const fs::path& cache_dir) {
   if (!(options.threshold >= Decomposition::kMinThreshold && options.threshold <= 1))
@@ -168,7 +168,7 @@ std::vector<ConvexMesh> decompose(const Matrix3Xd& vertices, const Eigen::Matrix
   snap(vertices, parts);
   auto hulls = make_hulls(parts);
   if (hulls.empty()) core::throw_invalid("convex_decomposition", "no part with a volume", "a mesh that encloses a volume");
-  if (!file.empty()) store(file, write_parts(key, parts));
+  if (!file.empty()) store_in_cache(file, write_parts(key, parts));
   return hulls;
 }
 

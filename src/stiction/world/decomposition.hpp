@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "stiction/world/scene.hpp"
@@ -16,5 +17,8 @@ std::filesystem::path default_cache_dir();
 /// @throws core::InvalidInput when the library cannot be loaded or finds no part with a volume
 std::vector<ConvexMesh> decompose(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, const Decomposition& options,
                                   const std::filesystem::path& cache_dir);
+
+/// Writes a file of the cache, with its folder: whole or not at all, and nothing is said where it cannot be written.
+void store_in_cache(const std::filesystem::path& file, const std::string& bytes);
 
 }  // namespace stiction::world

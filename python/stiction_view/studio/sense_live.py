@@ -1,0 +1,247 @@
+"""python -m stiction_view.studio.sense_live SCENARIO [--host ADDRESS] [--port N]; `stiction sense SCENARIO --live` starts it.
+
+The moments of a scenario one after the other, at the speed at which they were measured: each is sensed when its time has come. A click on the robot pushes
+it there, and what its torques then say is shown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import queue
+import signal
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import stiction as st
+import viser
+
+from .. import bodies as drawn
+from ..bodies import Color, body_meshes
+from ..camera import choose_view
+from ..drawing import Drawing, light, look
+from ..sense import EXPLAINS, MAX_OTHERS, OTHER, TRUTH
+from .picture import Pictures
+from .scenario import VERDICTS
+
+DONE, BAD_INPUT = 0, 2
+REST = 1.0  # [s] between the last moment and the first again
+POKE = 1.5  # [s] for which a push by a click stays
+LOW, HIGH = np.array([206.0, 24.0, 74.0]), np.array([232.0, 234.0, 238.0])  # colours of a residual of 0 and of all the torques
+ARROWS: tuple[tuple[str, Color], ...] = (("explains", EXPLAINS), ("other", OTHER), ("truth", TRUTH))
+
+
+@dataclass(frozen=True)
+class Push:
+    """A force along the inward normal at a sample of a link."""
+
+    link: str
+    p_L: np.ndarray
+    n_L: np.ndarray
+
+
+def find_sample(origin: np.ndarray, direction: np.ndarray, samples: list[tuple[str, np.ndarray, np.ndarray, float]]) -> tuple[int, int] | None:
+    """Link and sample that a ray means: among samples that face it and lie within their spacing of it, the first on its way. Points and normals in the world."""
+    best: tuple[float, int, int] | None = None
+    for k, (_, points, normals, spacing) in enumerate(samples):
+        along = (points - origin) @ direction
+        off = np.linalg.norm(points - origin - along[:, None] * direction, axis=1)
+        met = np.flatnonzero((off <= spacing) & (normals @ direction < 0) & (along > 0))
+        for i in met:
+            if best is None or along[i] < best[0]:
+                best = (float(along[i]), k, int(i))
+    return best[1:] if best is not None else None
+
+
+class Live:
+    """One scenario on one server; only the thread that calls tick() touches it."""
+
+    def __init__(self, server: viser.ViserServer, scenario: st.SensingScenario, seed: int = 0):
+        self.server, self.scenario = server, scenario
+        self.sensor, self.model = scenario.sensor, scenario.sensor.model
+        self.events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self.rng = np.random.default_rng(seed)
+        self.last: st.SenseResult | None = None
+        self.moment, self.shown = -1, -1
+        self.begun: float | None = None
+        self.push: Push | None = None
+        self.push_until = 0.0
+
+        self.pictures = Pictures(self.model)
+        plan = self.pictures.plan(self.configuration(0), st.Pose(np.eye(3), np.zeros(3)), 0, scenario.name)
+        self.drawing = Drawing(server, plan, rods=self.pictures.rods(), with_goal=False)
+        self.drawing.label.visible = False
+        self.view = choose_view(plan, body_meshes(plan, {}), self.drawing.frames)
+        light(server.scene)
+        look(server.initial_camera, self.view)
+        self.clouds = {link.name: self._add_cloud(link) for link in self.sensor.links}
+        self.arrows = {name: self._add_arrows(name, color) for name, color in ARROWS}
+        self._add_controls()
+        server.scene.on_click()(lambda event: self.events.put(lambda: self.poke(np.array(event.ray_origin), np.array(event.ray_direction))))
+
+    # ---- nodes ----
+
+    def _add_cloud(self, link: st.SensedLink) -> viser.PointCloudHandle:
+        lifted = link.p_L + 0.1 * link.spacing * link.n_L  # above the surface, so that they are seen
+        return self.server.scene.add_point_cloud(
+            f"/residual/{drawn.slug(link.name)}", lifted.astype(np.float32), np.tile(HIGH.astype(np.uint8), (len(lifted), 1)), point_size=0.7 * link.spacing, point_shape="circle", precision="float32"
+        )
+
+    def _add_arrows(self, name: str, color: Color) -> viser.ArrowHandle:
+        length = self.drawing.force_longest
+        return self.server.scene.add_arrows(
+            f"/arrows/{name}", np.zeros((1, 2, 3)), color, shaft_radius=0.04 * length, head_radius=0.1 * length, head_length=0.25 * length, visible=False
+        )
+
+    def _add_controls(self) -> None:
+        gui = self.server.gui
+        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=(38, 96, 180))
+        gui.add_markdown(f"**{self.scenario.name}**  \n{self.scenario.description}")
+        self.play = gui.add_checkbox("play", True)
+        self.force = gui.add_number("click pushes with [N]", 15.0, min=1.0, max=200.0, step=1.0)
+        self.words = gui.add_markdown("")
+
+    # ---- moments ----
+
+    def configuration(self, moment: int) -> np.ndarray:
+        q = self.model.neutral()
+        q[self.model.n_qu :] = self.scenario.q[moment]
+        return q
+
+    def due(self, now: float) -> int:
+        """The moment whose time has come; after the last one, and a rest, the first again."""
+        times = np.array(self.scenario.times)
+        if self.begun is None or now - self.begun > times[-1] - times[0] + REST:
+            self.begun = now
+            self.last = None
+        return int(np.searchsorted(times - times[0], now - self.begun, side="right")) - 1
+
+    def tick(self, now: float) -> None:
+        """Whatever was clicked, then the moment that is due. A push stays for a while, and the series waits for it."""
+        while not self.events.empty():
+            self.events.get()()
+        if self.push is not None:
+            if now < self.push_until:
+                return
+            self.push, self.begun, self.shown = None, None, -1
+        if not self.play.value:
+            if self.begun is not None and self.moment >= 0:  # goes on from here
+                self.begun = now - (self.scenario.times[self.moment] - self.scenario.times[0])
+            return
+        self.moment = self.due(now)
+        if self.moment != self.shown:
+            self.shown = self.moment
+            self.sense(self.scenario.q[self.moment], self.scenario.tau[self.moment], self.truths(self.moment), f"t = {self.scenario.times[self.moment]:.2f} s")
+
+    def truths(self, moment: int) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """Known contacts that act: link, point and force in its frame."""
+        pushed = self.scenario.pushed
+        contacts = self.scenario.contacts if not pushed else [self.scenario.contacts[pushed[moment]]] if pushed[moment] >= 0 else []
+        return [(c.link, np.array(c.p_L), np.array(c.f_L)) for c in contacts]
+
+    def poke(self, origin: np.ndarray, direction: np.ndarray) -> None:
+        """Pushes where a click meets the robot, in the posture that is shown."""
+        moment = max(self.moment, 0)
+        X = self.model.body_poses(self.configuration(moment))
+        samples = [(link.name, link.p_L @ X[link.name].R.T + X[link.name].p, link.n_L @ X[link.name].R.T, link.spacing) for link in self.sensor.links]
+        met = find_sample(origin, direction / np.linalg.norm(direction), samples)
+        if met is None:
+            return
+        link = self.sensor.links[met[0]]
+        self.push = Push(link.name, link.p_L[met[1]], link.n_L[met[1]])
+        self.push_until = time.monotonic() + POKE
+        f_L = -float(self.force.value) * self.push.n_L
+        q = self.scenario.q[moment]
+        tau = st.calc_contact_torque(self.model, q, link.name, self.push.p_L, f_L)
+        self.last = None
+        self.sense(q, tau + self.scenario.noise * self.rng.normal(size=len(tau)), [(link.name, self.push.p_L, f_L)], f"pushed at {link.name}")
+
+    # ---- what the torques say ----
+
+    def sense(self, q: np.ndarray, tau: np.ndarray, truths: list[tuple[str, np.ndarray, np.ndarray]], title: str) -> None:
+        begun = time.perf_counter()
+        result = self.scenario.sense(q, tau, self.last)
+        seconds = time.perf_counter() - begun
+        self.last = result
+        full = self.model.neutral()
+        full[self.model.n_qu :] = q
+        X = self.model.body_poses(full)
+        self.drawing.place(self.pictures.poses(full)[0])
+        self.colour(q, tau, result.friction, X)
+        explaining = [(np.array(c.p_W), np.array(c.f_W)) for c in result.candidates if c.explains]
+        others = [(np.array(c.p_W), np.array(c.f_W)) for c in result.candidates if not c.explains][:MAX_OTHERS]
+        known = [(X[link].R @ p_L + X[link].p, X[link].R @ f_L) for link, p_L, f_L in truths]
+        forces = [np.linalg.norm(f) for _, f in [*explaining, *known]]
+        scale = self.drawing.force_longest / max(forces, default=1.0)
+        for name, some in zip(self.arrows, (explaining, others, known), strict=True):
+            self.draw_arrows(name, some, scale)
+        rows = [f"**{title}**: {VERDICTS[result.verdict]}, {1e3 * seconds:.1f} ms"]
+        for number, c in enumerate((c for c in result.candidates if c.explains), 1):
+            extent = f", within {100 * c.extent:.1f} cm" if c.extent > 0 else ""
+            rows.append(f"{number}. {c.link}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
+        rows += [f"known: {link}, {np.linalg.norm(f_L):.1f} N" for link, _, f_L in truths]
+        self.words.content = "  \n".join(rows)
+
+    def colour(self, q: np.ndarray, tau: np.ndarray, friction: float, X: dict[str, st.Pose]) -> None:
+        """Samples by the share of the torques that the best force there leaves over."""
+        size = float(np.linalg.norm(tau))
+        for link in self.sensor.links:
+            cloud = self.clouds[link.name]
+            left = self.sensor.calc_residuals(q, tau, link.name, link.p_L, link.n_L, friction=friction)
+            share = np.clip(np.sqrt(np.maximum(left, 0)) / size, 0, 1) if size > 0 else np.ones(len(left))
+            cloud.colors = (LOW + share[:, None] * (HIGH - LOW)).astype(np.uint8)
+            cloud.position = X[link.name].p
+            cloud.wxyz = viser.transforms.SO3.from_matrix(X[link.name].R).wxyz
+
+    def draw_arrows(self, name: str, forces: list[tuple[np.ndarray, np.ndarray]], scale: float) -> None:
+        """An arrow ends where the force acts and comes from the side that pushes."""
+        arrows = self.arrows[name]
+        if forces:
+            longest = self.drawing.force_longest
+            ends = []
+            for point, force in forces:
+                newton = np.linalg.norm(force)
+                length = min(max(newton * scale, 0.2 * longest), longest)
+                ends.append([point - force / newton * length, point] if newton > 0 else [point, point])
+            arrows.points = np.array(ends, dtype=np.float32)
+        if arrows.visible != bool(forces):
+            arrows.visible = bool(forces)
+
+    def run(self) -> None:
+        """Until the process is interrupted."""
+        while True:
+            self.tick(time.monotonic())
+            time.sleep(0.005)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="stiction sense --live", description="Shows in the browser where a robot is touched, moment by moment.")
+    parser.add_argument("scenario", help="scenario (name or file)")
+    parser.add_argument("--host", default="127.0.0.1", help="address that is listened on (default: %(default)s)")
+    parser.add_argument("--port", type=int, default=8080, help="its port, 0 for any that is free (default: %(default)s)")
+    args = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+    from .server import LOOPBACK, PortTaken, serving
+
+    try:
+        scenario = st.load_sensing_scenario(args.scenario)
+        with serving(args.host, args.port) as server:
+            live = Live(server, scenario)
+            shown = "localhost" if args.host == LOOPBACK else args.host
+            print(f"http://{shown}:{server.get_port()}   (Ctrl-C ends)", flush=True)
+            if args.host != LOOPBACK:
+                print("stiction: warning: whoever reaches this address can use the page; it has no password", file=sys.stderr, flush=True)
+            live.run()
+    except KeyboardInterrupt:
+        return DONE
+    except (PortTaken, st.InvalidInput) as error:
+        print(f"stiction: {error}", file=sys.stderr)
+        return BAD_INPUT
+    return DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,120 @@
+"""The live page of `stiction sense`: moments in time, clicks that push, what is said and drawn."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PYTHON = ROOT / "build" / "release" / "python"
+if not (PYTHON / "stiction").is_dir():
+    pytest.skip("build/release/python/stiction does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(PYTHON))
+
+import stiction as st  # noqa: E402
+
+from stiction_view.studio.sense_live import HIGH, POKE, Live, find_sample  # noqa: E402
+from stiction_view.studio.server import serving  # noqa: E402
+
+TUTORIAL = ROOT / "docs" / "tutorials" / "touch.yaml"
+
+
+@pytest.fixture()
+def live() -> Iterator[Live]:
+    with serving("127.0.0.1", 0) as server:
+        yield Live(server, st.load_sensing_scenario(TUTORIAL))
+
+
+def test_a_ray_means_the_first_sample_that_faces_it() -> None:
+    front, back = np.array([[0.0, 0, 1], [0.3, 0, 1]]), np.array([[0.0, 0, 0.5], [0, 0, 2]])
+    up, down = np.tile([0.0, 0, 1], (2, 1)), np.tile([0.0, 0, -1], (2, 1))
+    samples = [("a", front, up, 0.02), ("b", back, up, 0.02), ("c", np.array([[0.0, 0, 3], [0, 0, 3]]), down, 0.02)]
+    origin, towards = np.array([0.01, 0, 5]), np.array([0.0, 0, -1])
+    assert find_sample(origin, towards, samples) == (1, 1), "of two points under the click the upper one; that above them looks away"
+    assert find_sample(np.array([0.1, 0, 5]), towards, samples) is None
+    assert find_sample(origin, -towards, samples) is None
+
+
+def test_moments_pass_as_they_were_measured(live: Live) -> None:
+    times = np.array(live.scenario.times)
+    seen = []
+    for now in np.arange(0, times[-1] - times[0] + 0.05, 0.01):
+        live.tick(100 + now)
+        if not seen or seen[-1] != live.moment:
+            seen.append(live.moment)
+    assert seen == list(range(len(times)))
+    assert "a single contact explains the torques" in live.words.content and "wrist_2_link" in live.words.content
+    live.tick(100 + times[-1] - times[0] + 1.5)
+    assert live.moment == 0 and "below the threshold" in live.words.content and not live.arrows["explains"].visible
+
+
+def test_what_is_drawn_is_what_the_library_says(live: Live) -> None:
+    k = 5
+    live.tick(10.0)
+    live.tick(10.0 + live.scenario.times[k] - live.scenario.times[0] + 1e-6)
+    assert live.moment == k
+    q, tau = live.scenario.q[k], live.scenario.tau[k]
+    explaining = [c for c in live.scenario.sense(q, tau).candidates if c.explains]
+    assert explaining and live.arrows["explains"].visible
+    heads = np.array(live.arrows["explains"].points)[:, 1]
+    for c in explaining:
+        assert np.linalg.norm(heads - c.p_W, axis=1).min() < 0.01, "from the candidates of the moment before, which moves an end in a valley a little"
+    link = next(link for link in live.sensor.links if link.name == explaining[0].link)
+    left = live.sensor.calc_residuals(q, tau, link.name, link.p_L, link.n_L, friction=0.5)
+    colours = np.array(live.clouds[link.name].colors, dtype=float)
+    darkest = np.argmin(left)
+    assert np.linalg.norm(colours[darkest] - HIGH) > 0.9 * np.linalg.norm(colours - HIGH, axis=1).max()
+
+
+def test_a_click_pushes_the_robot_and_the_push_is_found(live: Live) -> None:
+    live.tick(0.0)
+    X = live.model.body_poses(live.configuration(0))
+    link = next(link for link in live.sensor.links if link.name == "arm/wrist_2_link")
+    p_W, n_W = link.p_L[40] @ X[link.name].R.T + X[link.name].p, X[link.name].R @ link.n_L[40]
+    live.events.put(lambda: live.poke(p_W + 0.01 * n_W, -n_W))
+    live.tick(0.1)
+    assert live.push is not None and live.push.link == link.name
+    assert "pushed at arm/wrist_2_link" in live.words.content and live.arrows["truth"].visible
+    explaining = [c for c in live.last.candidates if c.explains]
+    assert any(c.link == link.name and np.linalg.norm(c.p_L - live.push.p_L) < 0.02 for c in explaining)
+    live.push_until = 0.2
+    live.tick(0.2 + POKE)
+    assert live.push is None and live.moment == 0, "and the series goes on from its start"
+    live.poke(np.array([0.0, 0, 50.0]), np.array([0.0, 0, 1.0]))
+    assert live.push is None, "a click beside the robot is no push"
+
+
+def test_program_serves_the_page_until_it_is_interrupted(program: Path) -> None:
+    process = subprocess.Popen([program, "sense", TUTORIAL, "--live", "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        line = process.stdout.readline()
+        port = re.match(r"http://localhost:(\d+) ", line)
+        assert port, line
+        with socket.create_connection(("127.0.0.1", int(port.group(1))), timeout=10):
+            pass
+        taken = subprocess.run([program, "sense", TUTORIAL, "--live", "--port", port.group(1)], capture_output=True, text=True, timeout=60)
+        assert taken.returncode == 2 and f"--port: got {port.group(1)} of 127.0.0.1, which is in use" in taken.stderr
+    finally:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nothing_like_it", "--live", "--port", "0"], "nothing_like_it"),
+        (["ur5_forearm", "--live", "--json"], "--json"),
+        (["ur5_forearm", "--port", "1"], "--live"),
+    ],
+)
+def test_mistakes_are_named(program: Path, words: list[str], message: str) -> None:
+    done = subprocess.run([program, "sense", *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and message in done.stderr, done.stderr
