@@ -1,44 +1,57 @@
 #!/usr/bin/env python3
 """Runs tasks in closed loop with many seeds: how often the goal is reached, in what time, and why not where it is not.
 
-    bench/run.py [--seeds 10] [--first-seed 0] [--timeout 300] [--program build/release/stiction] [-j 1] TASK … > run.json
-                 [-- OPTION …]        the rest is handed to `stiction run`, for example -- --friction 0.7
+    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--threads 2] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
+                                  [--rows FILE] TASK … > run.json
 
-One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when the program failed, else 0: this measures, it does not judge.
+One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a run failed as a program, else 0: this measures, it does not judge.
 Simulated time has the hold of the goal in it, and leaves planning out.
 """
 
 import collections
-import concurrent.futures
-import pathlib
+import dataclasses
 import statistics
+import typing
 
-from runs import exit_with, make_parser, measure, parse, run
-
-CODES = (0, 3)
-
-
-def once(program, folder, task, seed, arguments):
-    words = [program, "run", task, "--seed", seed, "--timeout", arguments.timeout, "--threads", arguments.threads, "--json", *arguments.rest]
-    if arguments.keep:
-        words += ["-o", folder / f"{pathlib.Path(task).stem}-{seed}"]
-    _, out, _ = run(words, CODES)
-    keys = ("status", "message", "reached", "duration_s", "planning_s", "pushes", "regrasps", "replans", "error", "true_error", "dropped", "largest_effort")
-    row = {"seed": seed} | {key: out[key] for key in keys}
-    row["plans"] = len(out["plans"])
-    row["causes"] = [plan["cause"] for plan in out["plans"][1:]]
-    row["reasons"] = [plan["reason"] for plan in out["plans"] if plan["reason"]]
-    row["again"] = [{"solved": plan["status"] == "Solved", "wall_s": plan["wall_s"]} for plan in out["plans"][1:]]
-    row["given_up"] = {kind: sum(p["given_up"] for p in out["pieces"] if p["kind"] == kind) for kind in ("contact", "regrasp")}
-    return row
+from by_task import make_parser, measure
+from by_task import stiction as st
+from runs import exit_with
 
 
-def describe(task, row):
-    end = "reached" if row["reached"] else f"{row['status']} ({row['message']})"
-    error = f"{1e3 * row['true_error']['position']:.1f} mm {row['true_error']['angle']:.3f} rad"
+@dataclasses.dataclass(frozen=True)
+class World:
+    """In what the simulation differs from what is known of it."""
+
+    friction: float
+    mass: float
+    noise: tuple[float, float]  # of poses [m], [rad]
+    delay: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    timeout_s: float
+    threads: int
+    world: World
+
+    columns: typing.ClassVar = ("end", "reached", "duration_s", "planning_s", "pushes", "regrasps", "replans")
+
+    def __call__(self, case):
+        world = {"friction_scale": self.world.friction, "mass_scale": self.world.mass, "pose_noise": self.world.noise, "pose_delay": self.world.delay}
+        out = st.run(st.load_task(case.task), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **world)
+        row = {key: getattr(out, key) for key in ("reached", "message", "duration_s", "planning_s", "pushes", "regrasps", "replans", "dropped", "largest_effort")}
+        row |= {"status": out.status.name, "end": out.end.name, "plans": len(out.plans)}
+        row |= {"true_position": out.true_error.position, "true_angle": out.true_error.angle}
+        row["causes"] = [plan.cause for plan in out.plans[1:]]
+        row["again"] = [{"solved": plan.status == st.Status.Solved, "wall_s": plan.wall_s} for plan in out.plans[1:]]
+        return [row]
+
+
+def describe(row):
+    end = "reached" if row["reached"] else f"{row['end']} ({row['message']})"
     return (
-        f"{task} seed {row['seed']}: {end}, {row['duration_s']:.1f} s, {row['planning_s']:.1f} s planning, {row['plans']} plans, "
-        f"{row['pushes']} pushes, {row['regrasps']} regrasps, {error}"
+        f"{end}, {row['duration_s']:.1f} s, {row['planning_s']:.1f} s planning, {row['plans']} plans, {row['pushes']} pushes, {row['regrasps']} regrasps, "
+        f"{1e3 * row['true_position']:.1f} mm {row['true_angle']:.3f} rad"
     )
 
 
@@ -60,7 +73,7 @@ def summarise(task, rows):
         "runs": len(rows),
         "reached": len(reached),
         "dropped": sum(row["dropped"] is not None for row in rows),
-        "ends": dict(collections.Counter(row["status"] for row in rows)),
+        "ends": dict(collections.Counter(row["end"] for row in rows)),
         "causes": dict(causes.most_common()),
         "largest_effort": max(row["largest_effort"] for row in rows),
         **{f"median_{key}": median(key) for key in ("duration_s", "planning_s", "pushes", "regrasps", "replans")},
@@ -81,16 +94,16 @@ def table(results):
 
 def main():
     parser = make_parser(__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--timeout", type=float, default=300, help="of a run [s]")
     parser.add_argument("--threads", type=int, default=1, help="of the planner")
-    parser.add_argument("-j", "--jobs", type=int, default=1, help="runs at a time")
-    arguments = parse(parser)
-    seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        rows_of = lambda task, folder: pool.map(lambda seed: once(arguments.program, folder, task, seed, arguments), seeds)
-        return measure(arguments, rows_of, describe, summarise, table, seeds=arguments.seeds, options=arguments.rest)
+    parser.add_argument("--processes", type=int, default=1, help="runs at a time")
+    parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
+    parser.add_argument("--mass", type=float, default=1, help="of the objects in the simulation, times that of the scene")
+    parser.add_argument("--noise", type=lambda text: tuple(map(float, text.split(","))), default=(0.0, 0.0), help="of poses: M,RAD")
+    parser.add_argument("--delay", type=float, default=0, help="of poses [s]")
+    arguments = parser.parse_args()
+    world = World(arguments.friction, arguments.mass, arguments.noise, arguments.delay)
+    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.threads, world), processes=arguments.processes)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@
 #include "stiction/execution/run.hpp"
 #include "stiction/execution/simulated_plant.hpp"
 #include "stiction/planning/trajectory.hpp"
+#include "stiction/tasks/lint.hpp"
 
 namespace stiction::app {
 namespace {
@@ -219,10 +220,11 @@ int run_run(RunArguments arguments) {
   const bool writes = arguments.html || !arguments.out_dir.empty();
   if (writes) tasks::require_writable(dir);
 
+  core::RunControl control = make_run_control(arguments.timeout_s);
+  print_warnings(tasks::lint(given.task, control));
   catch_signals();
   Recorder recorder(given, arguments);
   arguments.how.on_sample = [&recorder](const execution::RunSample& sample) { recorder.take(sample); };
-  core::RunControl control = make_run_control(arguments.timeout_s);
   control.on_progress = [&recorder](const core::Progress& progress) { recorder.line.show(progress); };
   execution::RunResult result;
   const Status status =

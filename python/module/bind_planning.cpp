@@ -5,6 +5,7 @@
 #include "planner_options.hpp"
 #include "stiction/planning/default_options.hpp"
 #include "stiction/planning/packing.hpp"
+#include "stiction/planning/plan_from.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {
@@ -17,10 +18,13 @@ struct PlanResult {
   std::shared_ptr<Plan> plan;
 };
 
-std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<OptionsLike>& options, std::optional<std::uint64_t> seed,
-                                 std::optional<int> threads, double timeout_s, const Callback& on_progress) {
+std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Vector>& q_start, const std::optional<Vector>& u_start,
+                                 const std::optional<OptionsLike>& options, std::optional<std::uint64_t> seed, std::optional<int> threads,
+                                 double timeout_s, const Callback& on_progress) {
   auto out =
       std::make_unique<PlanResult>(PlanResult{task, options ? options_of({task.model, task.options}, *options) : task.options, {}, {}});
+  if (q_start) out->task.problem.q_start = q_start->value;
+  const Eigen::VectorXd u = u_start ? u_start->value : Eigen::VectorXd();
   if (seed) out->options.seed = *seed;
   if (threads) out->options.threads = *threads;
   out->options.validate(*task.model);
@@ -28,8 +32,8 @@ std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Op
   const core::RunControl control = watcher.control(timeout_s);
   {
     const nb::gil_scoped_release unlocked;
-    (void)planning::plan(task.problem, out->options, control, out->result);  // the status is in the result
-    out->plan = std::make_shared<Plan>(task, out->options, out->result);
+    (void)planning::plan_from(out->task.problem, u, out->options, control, out->result);  // the status is in the result
+    out->plan = std::make_shared<Plan>(out->task, out->options, out->result);
   }
   watcher.rethrow();
   return out;
@@ -102,9 +106,11 @@ void bind_planning(nb::module_& m) {
         return fmt::format("<stiction.PlanResult: {}, {:.4g} m and {:.4g} rad from the goal>", core::to_string(r.result.status),
                            r.result.plan.error.position, r.result.plan.error.angle);
       });
-  m.def("plan", &plan, "task"_a, nb::kw_only(), "options"_a = nb::none(), "seed"_a = nb::none(), "threads"_a = nb::none(),
-        "timeout_s"_a = 20.0, "on_progress"_a = nb::none(),
+  m.def("plan", &plan, "task"_a, nb::kw_only(), "q_start"_a = nb::none(), "u_start"_a = nb::none(), "options"_a = nb::none(),
+        "seed"_a = nb::none(), "threads"_a = nb::none(), "timeout_s"_a = 20.0, "on_progress"_a = nb::none(),
         "Plans a path of the object to the goal (Algorithms 2 and 3).\n\n"
+        "q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their "
+        "strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. "
         "options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: "
         "those "
         "of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error "

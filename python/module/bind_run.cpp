@@ -2,7 +2,10 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include <limits>
+
 #include "bind_run.hpp"
+#include "own_plant.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/execution/run.hpp"
@@ -29,7 +32,7 @@ using PushLike = std::tuple<double, double, Vector>;
 struct RunOutcome {
   RunResult result;
   planning::GoalError true_error;
-  double max_depth = 0, largest_effort = 0;
+  double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
 };
 
 WorldOptions world_of(int object, double friction, double mass, std::pair<double, double> noise, double delay,
@@ -39,10 +42,10 @@ WorldOptions world_of(int object, double friction, double mass, std::pair<double
   return out;
 }
 
-std::unique_ptr<RunOutcome> run(const Target& target, const std::optional<OptionsLike>& options, std::optional<std::uint64_t> seed,
-                                double speed, int replans, double duration, double friction_scale, double mass_scale,
-                                std::pair<double, double> pose_noise, double pose_delay, const std::vector<PushLike>& pushes, int threads,
-                                double timeout_s, const Callback& on_progress) {
+std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plant, const std::optional<OptionsLike>& options,
+                                std::optional<std::uint64_t> seed, double speed, int replans, double duration, double friction_scale,
+                                double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
+                                const std::vector<PushLike>& pushes, int threads, double timeout_s, const Callback& on_progress) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   const world::Model& model = *task.model;
@@ -62,8 +65,14 @@ std::unique_ptr<RunOutcome> run(const Target& target, const std::optional<Option
   how.replans = replans;
   how.duration = duration;
   how.speed = execution::calc_run_speeds(model, object, speed);
-  execution::SimulatedPlant plant(task.model, q_start,
-                                  world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
+  execution::SimulatedPlant simulated(task.model, q_start,
+                                      world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
+  for (const char* call : {"read", "command"}) {
+    if (!own_plant.is_none() && !nb::hasattr(own_plant, call))
+      core::throw_invalid("plant", fmt::format("an object without {}()", call), "one with read() and command(u, period)");
+  }
+  OwnPlant own(own_plant);
+  execution::Plant& plant = own_plant.is_none() ? static_cast<execution::Plant&>(simulated) : own;
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
   const auto start = core::RunControl::Clock::now();
@@ -81,9 +90,14 @@ std::unique_ptr<RunOutcome> run(const Target& target, const std::optional<Option
     (void)execution::run(plant, task.problem, planner, how, control, out->result, given ? &plan : nullptr);  // the status is in the result
   }
   watcher.rethrow();
-  out->true_error = planning::goal_error(model, plant.world().q(), task.problem.goal);
-  out->max_depth = plant.world().max_depth();
-  out->largest_effort = plant.world().largest_effort();
+  own.rethrow();
+  if (!own_plant.is_none()) {
+    out->true_error = out->result.error;
+    return out;
+  }
+  out->true_error = planning::goal_error(model, simulated.world().q(), task.problem.goal);
+  out->max_depth = simulated.world().max_depth();
+  out->largest_effort = simulated.world().largest_effort();
   return out;
 }
 
@@ -116,6 +130,7 @@ void bind_parts(nb::module_& m) {
 
 void bind_run(nb::module_& m) {
   bind_parts(m);
+  bind_plants(m);
   const auto of = [](auto member) { return [member](const RunOutcome& r) { return r.result.*member; }; };
   nb::class_<RunOutcome>(m, "RunResult", "What came of bringing an object to its goal in closed loop.")
       .def_prop_ro("status", of(&RunResult::status), "Solved: reached")
@@ -123,7 +138,7 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("message", of(&RunResult::message), "the same in words, where the goal was not reached")
       .def_prop_ro("reached", [](const RunOutcome& r) { return r.result.reached(); })
       .def_prop_ro("error", of(&RunResult::error), "of the object at the end, as measured")
-      .def_ro("true_error", &RunOutcome::true_error, "... and as it is")
+      .def_ro("true_error", &RunOutcome::true_error, "... and as it is; of a plant of one's own as measured")
       .def_prop_ro("duration_s", of(&RunResult::duration_s), "simulated, without planning [s]")
       .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
       .def_prop_ro("wall_s", of(&RunResult::wall_s))
@@ -133,8 +148,8 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("pushes", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Contact); })
       .def_prop_ro("regrasps", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Regrasp); })
       .def_prop_ro("dropped", of(&RunResult::dropped), "index of the object that fell, or None")
-      .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration [m]")
-      .def_ro("largest_effort", &RunOutcome::largest_effort, "share of a motor's effort, at most 1")
+      .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration [m]; NaN of a plant of one's own")
+      .def_ro("largest_effort", &RunOutcome::largest_effort, "share of a motor's effort, at most 1; NaN of a plant of one's own")
       .def_prop_ro(
           "times",
           [](const RunOutcome& r) -> Eigen::VectorXd {
@@ -153,13 +168,16 @@ void bind_run(nb::module_& m) {
                            r.result.plans.size());
       });
   const RunOptions standard;
-  m.def("run", &run, "target"_a, nb::kw_only(), "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0,
+  m.def("run", &run, "target"_a, nb::kw_only(), "plant"_a = nb::none(), "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0,
         "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
         "on_progress"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
+  plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
+    command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
+    they are not taken. An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
   options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
   seed: of the plans and of the noise; None: that of the options.
   speed: times the joint speeds that follow from object and motors, > 0.

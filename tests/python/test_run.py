@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -110,3 +111,54 @@ def test_mistakes_in_python_are_named() -> None:
     for options, words in (({"replans": -1}, "replans: got -1"), ({"mass_scale": 0}, "world.mass: got 0"), ({"speed": 0}, "speed: got 0")):
         with pytest.raises(st.InvalidInput, match=words):
             st.run(task, **options)
+
+
+def test_robot_behind_its_own_driver_reaches_its_goal_and_is_missed_when_it_is_gone() -> None:
+    example = ROOT / "python" / "examples" / "own_robot.py"
+    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    reached, gone = done.stdout.splitlines()
+    assert reached.startswith("Reached"), done.stdout
+    assert gone == "the plant does not answer"
+
+
+class Broken:
+    """A plant with a driver that fails after some commands."""
+
+    def __init__(self, task: st.Task, fail) -> None:
+        self.plant, self.fail, self.commands = st.SimulatedPlant(task), fail, 0
+
+    def read(self) -> st.Measurement | None:
+        return self.plant.read()
+
+    def command(self, u: np.ndarray, period: float) -> bool:
+        self.commands += 1
+        if self.commands > 300:
+            return self.fail()
+        return self.plant.command(u, period)
+
+
+def test_driver_that_fails_ends_the_run() -> None:
+    task = st.load_task("planar_hand")
+    run = st.run(task, plant=Broken(task, lambda: False), seed=0)
+    assert run.end == st.RunEnd.Silent and run.status == st.Status.NumericalFailure
+    assert run.message == "the plant takes no commands" and len(run.times) > 5
+    assert np.isnan(run.largest_effort)
+
+    def raise_error() -> bool:
+        raise RuntimeError("the brake is on")
+
+    plant = Broken(task, raise_error)
+    with pytest.raises(RuntimeError, match="the brake is on"):
+        st.run(task, plant=plant, seed=0)
+    assert plant.commands == 301, "nothing is sent after it"
+    with pytest.raises(st.InvalidInput, match=r"plant: got an object without read\(\), expected one with read\(\) and command"):
+        st.run(task, plant=object())
+
+
+def test_object_that_the_motors_cannot_carry_is_told_before_the_run(stiction, tmp_path: Path) -> None:
+    heavy = (ROOT / "tasks" / "allegro_cube.yaml").read_text(encoding="utf-8").replace("../models", str(ROOT / "models")).replace("mass: 0.1", "mass: 100")
+    (tmp_path / "heavy.yaml").write_text(heavy, encoding="utf-8")
+    done = stiction("run", tmp_path / "heavy.yaml", "--duration", 0.2, "--timeout", 2, "--json")
+    assert done.returncode == 3, done.stderr
+    assert "the motors give" in done.stderr and "100 kg" in done.stderr, done.stderr

@@ -24,12 +24,16 @@ void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
   while (seen_.size() > 1 && seen_[1].time <= time - window_) seen_.pop_front();
 }
 
-bool ObjectWatch::rests() const {
-  if (seen_.size() < 2 || seen_.back().time - seen_.front().time < window_ * (1 - 1e-9)) return false;
-  const std::size_t half = seen_.size() / 2;
-  const Eigen::VectorXd before = mean(0, half), after = mean(half, seen_.size());
+bool ObjectWatch::rests() const { return rests_over(least_) || rests_over(window_); }
+
+bool ObjectWatch::rests_over(double window) const {
+  std::size_t begin = seen_.size();
+  while (begin > 0 && seen_[begin - 1].time >= seen_.back().time - window * (1 + 1e-9)) --begin;
+  if (seen_.size() - begin < 2 || seen_.back().time - seen_[begin].time < window * (1 - 1e-9)) return false;
+  const std::size_t half = begin + (seen_.size() - begin) / 2;
+  const Eigen::VectorXd before = mean(begin, half), after = mean(half, seen_.size());
   for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
-    if (share_between(model_, i, before, after, goal_) > kStill) return false;
+    if (share_between(model_, i, before, after, goal_) > kStill * window / window_) return false;
   }
   return true;
 }

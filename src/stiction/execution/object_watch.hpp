@@ -14,11 +14,13 @@ double share_between(const world::Model& model, int object, const Eigen::VectorX
 class ObjectWatch {
  public:
   /// @param window  that has to show no motion [s]
-  ObjectWatch(const world::Model& model, const planning::Goal& goal, double window) : model_(model), goal_(goal), window_(window) {}
+  /// @param least   that does where nothing moves in it even at the speed at which little is moved in a window [s], ≤ window
+  ObjectWatch(const world::Model& model, const planning::Goal& goal, double window, double least)
+      : model_(model), goal_(goal), window_(window), least_(least) {}
 
   void add(double time, const Eigen::VectorXd& q);
   void forget() { seen_.clear(); }
-  /// The window is full, and no object is elsewhere in its second half than in its first.
+  /// The window, or the least of it, is full, and no object is elsewhere in its second half than in its first.
   bool rests() const;
   /// Objects as they are in the mean of the window, joints as last seen (n_q).
   Eigen::VectorXd mean() const { return mean(0, seen_.size()); }
@@ -29,10 +31,11 @@ class ObjectWatch {
     Eigen::VectorXd q;
   };
   Eigen::VectorXd mean(std::size_t begin, std::size_t end) const;
+  bool rests_over(double window) const;
 
   const world::Model& model_;
   const planning::Goal& goal_;
-  double window_;
+  double window_, least_;
   std::deque<Seen> seen_;
 };
 

@@ -9,6 +9,8 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/execution/object_watch.hpp"
+#include "stiction/execution/plant_link.hpp"
+#include "stiction/execution/run_timing.hpp"
 #include "stiction/planning/plan_from.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -37,17 +39,18 @@ class Executor {
  public:
   Executor(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
            const core::RunControl& control, RunResult& out)
-      : plant_(plant),
-        model_(*problem.model),
+      : model_(*problem.model),
+        link_(plant, model_, how.tick, how.silence),
         problem_(problem),
         planner_(planner),
         how_(how),
         control_(control),
         out_(out),
         speed_(how.speed ? *how.speed : calc_run_speeds(model_, problem.goal.object)),
+        lead_(problem.model),
         follow_time_(calc_follow_time(model_, problem.goal.object)),
         window_(how.settle_time + follow_time_),
-        watch_(model_, problem.goal, window_),
+        watch_(model_, problem.goal, window_, how.settle_time),
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     planner_.tolerance_fraction = std::min(planner_.tolerance_fraction, how.plan_fraction);
     planner_.friction *= how.friction;
@@ -72,17 +75,8 @@ class Executor {
   double now() const { return measured_.time - start_; }
 
   bool read() {
-    const double before = measured_.time;
-    if (!plant_.read(measured_))
-      return end(RunEnd::Silent, "the plant does not answer" + (plant_.message().empty() ? "" : ": " + plant_.message()));
-    const bool fits = measured_.q.size() == model_.n_q() && measured_.u.size() == model_.n_a();
-    if (!fits || !measured_.q.allFinite() || !measured_.u.allFinite() || !std::isfinite(measured_.time))
-      return end(RunEnd::Silent,
-                 fmt::format("the plant gave no measurement of {} positions and {} commands, all finite", model_.n_q(), model_.n_a()));
-    still_ = measured_.time > before ? 0 : still_ + how_.tick;
-    if (still_ > how_.silence) return end(RunEnd::Silent, fmt::format("the clock of the plant stands still at {:.3f} s", measured_.time));
-    if (measured_.time - measured_.object_time > how_.silence)
-      return end(RunEnd::Silent, fmt::format("the objects were last seen {:.3f} s ago", measured_.time - measured_.object_time));
+    if (!link_.read()) return end(RunEnd::Silent, link_.reason());
+    measured_ = link_.measured();
     return true;
   }
 
@@ -98,8 +92,7 @@ class Executor {
     if (control_.expired()) return end(RunEnd::Deadline, "the time for the run is used up");
     if (now() >= how_.duration) return end(RunEnd::TimeUp, fmt::format("the goal was not reached within {:g} s", how_.duration));
     u_ = within_motors(wanted);
-    if (!plant_.command(u_, how_.tick))
-      return end(RunEnd::Silent, "the plant takes no commands" + (plant_.message().empty() ? "" : ": " + plant_.message()));
+    if (!link_.command(u_)) return end(RunEnd::Silent, link_.reason());
     if (!read()) return false;
     if (now() >= next_look_ - 0.5 * how_.tick) look();
     return !over_;
@@ -201,7 +194,6 @@ class Executor {
   }
 
   void carry(const planning::Plan* first) {
-    measured_.time = -std::numeric_limits<double>::infinity();
     if (!read()) return;
     start_ = measured_.time;
     u_ = measured_.u;
@@ -211,7 +203,7 @@ class Executor {
     std::string cause = "start";
     std::optional<planning::Trajectory> trajectory;
     if (first != nullptr) {
-      trajectory = make_trajectory(model_, *first, speed_);
+      trajectory = make_trajectory(model_, *first, speed_, &lead_);
       if (!starts_here(*trajectory)) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     for (;;) {
@@ -254,7 +246,7 @@ class Executor {
       const bool moves = std::any_of(result.plan.segments.begin(), result.plan.segments.end(),
                                      [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
       if (!out_.first_plan) out_.first_plan = result;
-      if (moves && (result.status == Status::Solved || gains)) return make_trajectory(model_, result.plan, speed_);
+      if (moves && (result.status == Status::Solved || gains)) return make_trajectory(model_, result.plan, speed_, &lead_);
     }
     const std::string& reason = out_.plans.back().reason;
     end(RunEnd::NoPlan, fmt::format("{} plans in a row failed{}", how_.refusals, reason.empty() ? "" : ": " + reason));
@@ -348,21 +340,21 @@ class Executor {
     }
   }
 
-  Plant& plant_;
   const Model& model_;
+  PlantLink link_;
   const planning::PlanningProblem& problem_;
   planning::PlannerOptions planner_;
   const RunOptions& how_;
   const core::RunControl& control_;
   RunResult& out_;
   RunSpeeds speed_;
+  DragLead lead_;
   double follow_time_, window_;
   ObjectWatch watch_;
   Eigen::VectorXd strain_;  ///< that a motor bears at most (n_a)
 
   Measurement measured_;
   double start_ = 0;  ///< of the run, by the clock of the plant
-  double still_ = 0;  ///< how long that clock has stood still
   double next_look_ = 0;
   bool looked_ = false;  ///< in the last tick
   bool over_ = false;
@@ -374,64 +366,6 @@ class Executor {
 };
 
 }  // namespace
-
-std::string_view to_string(RunState state) {
-  switch (state) {
-    case RunState::Hold:
-      return "hold";
-    case RunState::Push:
-      return "push";
-    case RunState::Regrasp:
-      return "regrasp";
-    case RunState::Replan:
-      return "replan";
-  }
-  return "";
-}
-
-std::string_view to_string(RunEnd end) {
-  switch (end) {
-    case RunEnd::Reached:
-      return "Reached";
-    case RunEnd::Dropped:
-      return "Dropped";
-    case RunEnd::NoPlan:
-      return "NoPlan";
-    case RunEnd::Replans:
-      return "Replans";
-    case RunEnd::TimeUp:
-      return "TimeUp";
-    case RunEnd::Deadline:
-      return "Deadline";
-    case RunEnd::Cancelled:
-      return "Cancelled";
-    case RunEnd::Silent:
-      return "Silent";
-  }
-  return "";
-}
-
-void RunOptions::validate() const {
-  core::require_positive("tick", tick);
-  if (!(watch_interval >= tick))
-    core::throw_invalid("watch_interval", fmt::format("{:g} s", watch_interval), fmt::format("at least a tick of {:g} s", tick));
-  core::require_positive("off_on_the_way", off_on_the_way);
-  core::require_positive("off_at_the_end", off_at_the_end);
-  core::require_positive("settle_time", settle_time);
-  core::require_nonnegative("hold", hold);
-  for (const auto& [name, value] : {std::pair("plan_fraction", plan_fraction), {"friction", friction}}) {
-    if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{:g}", value), "a number in (0, 1]");
-  }
-  core::require_positive("plan_timeout", plan_timeout);
-  if (refusals < 1) core::throw_invalid("refusals", std::to_string(refusals), "at least 1");
-  if (replans < 0) core::throw_invalid("replans", std::to_string(replans), "0 or more");
-  core::require_positive("duration", duration);
-  core::require_positive("silence", silence);
-}
-
-long RunResult::count(SegmentKind kind) const {
-  return std::count_if(pieces.begin(), pieces.end(), [kind](const RunPiece& p) { return p.kind == kind; });
-}
 
 Status run(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
            const core::RunControl& control, RunResult& out, const planning::Plan* first) {

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/planning/speed_limits.hpp"
 #include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -17,8 +19,13 @@ using world::Model;
 
 /// Way that an object coasts, trails its plan or falls while springs take it up [L].
 constexpr double kCoast = 0.05;
-constexpr double kGravity = 9.81;        // [m/s²]
-constexpr double kLeastInterval = 1e-6;  // [s]
+/// Of what objects on joints rest on is not known: so much of their lag is not led.
+constexpr double kUnknownDrag = 0.3;
+/// Rest times of an object on a joint in which its speed changes.
+constexpr double kStartTimes = 4;
+/// Of its effort a motor spends on the inertia of what it moves.
+constexpr double kInertiaShare = 0.5;
+constexpr double kGravity = 9.81;  // [m/s²]
 
 bool is_free(const Model& model, int object) {
   return model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Free;
@@ -36,46 +43,40 @@ double least_friction(const Model& model, int object) {
   return std::isfinite(least) ? least : 1.0;
 }
 
-/// v² = 2 μ g s L of what friction stops, v (τ + T_f) = s L of what is damped.                                                          (E.13)
+/// v² = 2 μ g s L of what friction stops, v (τ + δ T_f) = s L of what is damped.                                                        (E.13)
 double calc_object_speed(const Model& model, int object) {
   const double way = kCoast * model.scales().object(object).length;
   if (is_free(model, object)) return std::sqrt(2 * least_friction(model, object) * kGravity * way);
-  return way / (planning::kRestTime + calc_follow_time(model, object));
+  return way / (planning::kRestTime + kUnknownDrag * calc_follow_time(model, object));
 }
 
-/// (E.1), (E.8) and (E.9) of one piece.
-void set_durations(const RunSpeeds& speeds, const planning::Piece& piece, int n_a, const planning::Trajectory& trajectory,
-                   Eigen::VectorXd& durations) {
-  const Eigen::Index first = piece.first_knot, n = piece.last_knot - first;
-  Eigen::VectorXd pushing(n);  // at the speed of pushes
-  for (Eigen::Index i = 0; i < n; ++i)
-    pushing[i] = planning::calc_duration(trajectory.u.col(first + i), trajectory.u.col(first + i + 1), speeds.push);
-  double begin = 0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::VectorXd u0 = trajectory.u.col(first + i), u1 = trajectory.u.col(first + i + 1);
-    double factor = 1;
-    if (piece.kind == planning::SegmentKind::Regrasp) {
-      const double middle = begin + 0.5 * pushing[i];
-      factor = std::clamp(std::min(middle, pushing.sum() - middle) / speeds.ramp, 1.0, speeds.regrasp_factor);
-    }
-    const Eigen::VectorXd strain0 = u0 - trajectory.q.col(first + i).tail(n_a), strain1 = u1 - trajectory.q.col(first + i + 1).tail(n_a);
-    durations[first + i + 1] = std::max(
-        {pushing[i] / factor, planning::calc_duration(strain0, strain1, speeds.springs), planning::calc_duration(u0, u1, speeds.most)});
-    begin += pushing[i];
-  }
+/// Springs K_a on the inertia M of their joint trail by M q̈/K_a, at most by the clearance of a regrasp at the reach of the joint, and after a jump Δq̇ of the
+/// speed by at most Δq̇/(e ω), ω² = K_a/M.                                                                                                (E.18)
+void set_free_motion(const Model& model, RunSpeeds& out) {
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, model.neutral(), work, kinematics);
+  const Eigen::VectorXd inertia = world::calc_joint_inertia(model, kinematics);
+  const Eigen::VectorXd room = world::share::kClearance * model.scales().robots().length * model.reach().cwiseInverse();
+  const Eigen::VectorXd stiffness = model.stiffness();
+  out.acceleration = stiffness.cwiseProduct(room).cwiseMin(kInertiaShare * model.effort()).cwiseQuotient(inertia);
+  out.jump = std::numbers::e * room.cwiseProduct(stiffness.cwiseQuotient(inertia).cwiseSqrt());
 }
 
 }  // namespace
 
 void RunSpeeds::validate(const Model& model) const {
-  for (const auto& [name, values] : {std::pair("speed.push", &push), {"speed.most", &most}, {"speed.springs", &springs}}) {
+  for (const auto& [name, values] : {std::pair("speed.push", &push),
+                                     {"speed.most", &most},
+                                     {"speed.springs", &springs},
+                                     {"speed.acceleration", &acceleration},
+                                     {"speed.jump", &jump}}) {
     core::require_size(name, values->size(), model.n_a());
     for (const double v : *values) {
       if (!(v > 0)) core::throw_invalid(name, fmt::format("{:g}", v), "numbers > 0");
     }
   }
-  if (!(regrasp_factor >= 1)) core::throw_invalid("speed.regrasp_factor", fmt::format("{:g}", regrasp_factor), "a number ≥ 1");
-  core::require_positive("speed.ramp", ramp);
+  core::require_nonnegative("speed.start_time", start_time);
 }
 
 double calc_follow_time(const Model& model, int object) {
@@ -91,23 +92,13 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   RunSpeeds out;
   out.most = world::read_joint_speeds(model);
   out.springs = limits.of_springs(model);
-  out.ramp = limits.load_time;
+  out.start_time = is_free(model, object) ? 0 : kStartTimes * planning::kRestTime;
   out.push.resize(model.n_a());
   for (int j = 0; j < model.n_a(); ++j) {
     const bool turns = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
     out.push[j] = std::min(turns ? speed / model.reach()[j] : speed, out.most[j]);
   }
-  return out;
-}
-
-planning::Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds) {
-  speeds.validate(model);
-  // At one unit a second, for the knots; their times follow.
-  planning::Trajectory out = planning::make_trajectory(
-      model, plan, {.revolute = 1, .prismatic = 1, .regrasp_factor = 1, .landing_factor = 1, .load_time = 0, .pause = 0});
-  Eigen::VectorXd durations = Eigen::VectorXd::Zero(out.times.size());  // up to each knot
-  for (const planning::Piece& piece : out.pieces) set_durations(speeds, piece, model.n_a(), out, durations);
-  for (Eigen::Index k = 1; k < out.times.size(); ++k) out.times[k] = out.times[k - 1] + std::max(durations[k], kLeastInterval);
+  set_free_motion(model, out);
   return out;
 }
 

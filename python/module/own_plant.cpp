@@ -1,0 +1,68 @@
+#include "own_plant.hpp"
+
+#include <fmt/format.h>
+
+#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/tasks/task.hpp"
+
+namespace stiction::python {
+
+using execution::Measurement;
+using execution::SimulatedPlant;
+
+template <class Call>
+bool OwnPlant::ask(const Call& call) {
+  const nb::gil_scoped_acquire locked;
+  try {
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    return call();
+  } catch (const std::exception& error) {
+    message_ = error.what();
+    error_ = std::current_exception();
+    return false;
+  }
+}
+
+bool OwnPlant::read(Measurement& out) {
+  return ask([&] {
+    const nb::object measured = driver_.attr("read")();
+    if (measured.is_none()) return false;
+    out = nb::cast<Measurement>(measured);
+    return true;
+  });
+}
+
+bool OwnPlant::command(execution::VectorRef u, double period) {
+  return ask([&] { return !driver_.attr("command")(Eigen::VectorXd(u), period).is(nb::bool_(false)); });
+}
+
+void bind_plants(nb::module_& m) {
+  nb::class_<Measurement>(m, "Measurement", "What a plant says of itself.")
+      .def(
+          "__init__",
+          [](Measurement* self, double time, const Vector& q, const Vector& u, std::optional<double> object_time) {
+            new (self) Measurement{time, object_time.value_or(time), q.value, u.value};
+          },
+          "time"_a, "q"_a, "u"_a, "object_time"_a = nb::none(), "object_time: None: `time`.")
+      .def_ro("time", &Measurement::time, "of the plant's clock, when the joints were measured [s]")
+      .def_ro("object_time", &Measurement::object_time, "... and when the objects were where q has them [s]")
+      .def_ro("q", &Measurement::q, "objects as last seen, joints as measured (n_q)")
+      .def_ro("u", &Measurement::u, "commands in force (n_a) [rad or m]");
+  nb::class_<SimulatedPlant>(m, "SimulatedPlant",
+                             "MuJoCo as a plant, at rest in the start of a task: what stands behind run() where no other does.")
+      .def(
+          "__init__", [](SimulatedPlant* self, const tasks::Task& task) { new (self) SimulatedPlant(task.model, task.problem.q_start); },
+          "task"_a)
+      .def(
+          "read",
+          [](SimulatedPlant& plant) {
+            Measurement out;
+            return plant.read(out) ? std::optional(out) : std::nullopt;
+          },
+          "A Measurement; None: the simulation broke down.")
+      .def(
+          "command", [](SimulatedPlant& plant, const Vector& u, double period) { return plant.command(u.value, period); }, "u"_a,
+          "period"_a, "Commands go straight to u (n_a) within period [s]. False: not taken.");
+}
+
+}  // namespace stiction::python

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+
+#include "stiction/execution/plant.hpp"
+#include "stiction/planning/object_space.hpp"
+
+namespace stiction::execution {
+
+/// A plant and what is believed of it: measurements that fit, a clock that goes on, objects that are seen and do not jump.
+class PlantLink {
+ public:
+  /// @param tick     between two measurements [s]
+  /// @param silence  for so long the clock may stand still, and objects may go unseen or be where they cannot have got to [s]
+  PlantLink(Plant& plant, const world::Model& model, double tick, double silence)
+      : plant_(plant), model_(model), space_(model), tick_(tick), silence_(silence) {}
+
+  /// Takes the newest measurement. Objects that are farther than their length, or a quarter of a turn, from where they were last seen cannot be there
+  /// within a tick: they stay where they were seen. False: reason() says what is wrong.
+  bool read();
+  /// False: reason() says that it was not taken.
+  bool command(VectorRef u);
+
+  const Measurement& measured() const { return measured_; }
+  const std::string& reason() const { return reason_; }
+
+ private:
+  bool fail(std::string reason);
+  std::string with_message(std::string text) const;
+  bool fits() const;
+  void keep_objects_in_place();
+
+  Plant& plant_;
+  const world::Model& model_;
+  planning::ObjectSpace space_;
+  double tick_, silence_;
+  Measurement measured_;
+  Eigen::VectorXd seen_;  ///< objects, where they were seen and can have been (n_qu); empty: not yet
+  double seen_time_ = 0, still_ = 0;
+  double jump_ = 0;  ///< of the last measurement, in what is believed
+  std::string reason_;
+};
+
+}  // namespace stiction::execution

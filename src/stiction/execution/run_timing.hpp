@@ -1,0 +1,19 @@
+#pragma once
+
+#include <memory>
+
+#include "stiction/execution/drag_lead.hpp"
+#include "stiction/execution/run_speed.hpp"
+#include "stiction/planning/trajectory.hpp"
+
+namespace stiction::execution {
+
+/// A plan in time at these speeds, without pauses: every piece as fast as speeds and accelerations let it, regrasps from and to the speed of pushes, pushes of
+/// what is damped from rest to rest and with their commands ahead of the plan by what the damping takes.                              (E.18), (E.13), (E.17)
+/// @param lead  of the model; null: commands are those of the plan
+/// @throws core::InvalidInput as planning::make_trajectory()
+/// Tests: tests/execution/run_timing_test.cpp
+planning::Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const RunSpeeds& speeds,
+                                     DragLead* lead = nullptr);
+
+}  // namespace stiction::execution

@@ -1,0 +1,113 @@
+#include "stiction/execution/run_timing.hpp"
+
+#include <gtest/gtest.h>
+
+#include "planning/push_plan.hpp"
+#include "stiction/planning/default_options.hpp"
+
+namespace stiction::execution::test {
+namespace {
+
+using Eigen::VectorXd;
+using planning::SegmentKind;
+using planning::test::load_model;
+
+/// Commands of the pusher alone, the box far away.
+planning::Plan free_motion(const std::vector<Eigen::Vector2d>& corners, SegmentKind kind) {
+  planning::Plan plan;
+  plan.q_start = (VectorXd(5) << 0, 5, 0, corners[0][0], corners[0][1]).finished();
+  plan.u_start = corners[0];
+  planning::Segment segment{kind, {}};
+  for (std::size_t k = 1; k < corners.size(); ++k) {
+    VectorXd q = plan.q_start;
+    q.tail<2>() = corners[k];
+    segment.knots.push_back({corners[k], q, {}});
+  }
+  plan.segments = {segment};
+  return plan;
+}
+
+double speed_at(const planning::Trajectory& t, Eigen::Index k) {
+  return ((t.u.col(k + 1) - t.u.col(k)) / (t.times[k + 1] - t.times[k])).cwiseAbs().maxCoeff();
+}
+
+/// From the speed of pushes v up with a, along, and down to v: over a way w within 2 (√(v² + a w) − v)/a.
+TEST(RunTiming, RegraspOverALine_TakesTheTimeOfItsAcceleration) {
+  const auto model = load_model("planar_pushing");
+  const RunSpeeds speeds = calc_run_speeds(*model, 0);
+  const double v = speeds.push[0], a = speeds.acceleration[0], way = 1;
+  ASSERT_LT(v, 0.3 * std::sqrt(a * way)) << "or the test would say nothing";
+  for (const SegmentKind kind : {SegmentKind::Regrasp, SegmentKind::Contact}) {
+    const auto t = make_trajectory(*model, free_motion({{0, 0}, {0.5 * way, 0}, {way, 0}}, kind), speeds);
+    const double v_end = kind == SegmentKind::Regrasp ? v : 0;
+    EXPECT_NEAR(t.duration(), 2 * (std::sqrt(v_end * v_end + a * way) - v_end) / a, 1e-9 * t.duration());
+    double fastest = 0;
+    for (Eigen::Index k = 0; k + 1 < t.times.size(); ++k) {
+      fastest = std::max(fastest, speed_at(t, k));
+      if (k > 0) {
+        EXPECT_LE(std::abs(speed_at(t, k) - speed_at(t, k - 1)), a * (t.times[k + 1] - t.times[k - 1])) << k;
+      }
+    }
+    EXPECT_NEAR(fastest, std::sqrt(v_end * v_end + a * way), 0.05);
+    EXPECT_TRUE((t.u.row(0).tail(t.times.size() - 1).array() > t.u.row(0).head(t.times.size() - 1).array()).all());
+  }
+}
+
+TEST(RunTiming, CornerOfARegrasp_IsPassedSlowly) {
+  const auto model = load_model("planar_pushing");
+  const RunSpeeds speeds = calc_run_speeds(*model, 0);
+  const auto t = make_trajectory(*model, free_motion({{0, 0}, {1, 0}, {1, 1}}, SegmentKind::Regrasp), speeds);
+  double before = 0, after = 0;
+  for (Eigen::Index k = 0; k + 1 < t.times.size(); ++k) {
+    if (t.u(0, k + 1) == 1 && t.u(1, k + 1) == 0) before = speed_at(t, k), after = speed_at(t, k + 1);
+  }
+  ASSERT_GT(before, 0);
+  EXPECT_LT(before, 1.3 * speeds.jump[0]);
+  EXPECT_LT(after, 1.3 * speeds.jump[0]);
+}
+
+TEST(RunTiming, JointsKeepToTheSpeedOfTheirMotors) {
+  const auto model = load_model("planar_pushing");
+  RunSpeeds speeds = calc_run_speeds(*model, 0);
+  speeds.most.setConstant(0.4);
+  const auto t = make_trajectory(*model, free_motion({{0, 0}, {3, 1}}, SegmentKind::Regrasp), speeds);
+  for (Eigen::Index k = 0; k + 1 < t.times.size(); ++k) EXPECT_LE(speed_at(t, k), 0.4 * (1 + 1e-9));
+  EXPECT_NEAR(t.duration(), 3 / 0.4, 0.3);
+}
+
+/// A straight push of a box of 5 kg, damped by m/τ = 100 N·s/m, by a spring of 100 N/m: commands are ahead by D v/K more than those of the plan.
+TEST(DragLead, StraightPush_LeadsByDampingOverStiffness) {
+  const auto model = load_model("planar_pushing");
+  const planning::Plan plan = planning::test::push_up(model);
+  DragLead lead(model);
+  ASSERT_TRUE(lead.acts());
+  const auto& knots = plan.segments.back().knots;
+  const auto &from = knots[knots.size() - 2], &to = knots.back();
+  const double way = (to.q - from.q)[1], duration = 0.2;
+  ASSERT_GT(way, 0.01);
+  const auto led = lead.calc(plan, from.q, to.u, to.q, duration);
+  EXPECT_EQ(led.speed, 1);
+  EXPECT_NEAR(led.strain[1], 100 * way / duration / 100, 0.02 * led.strain[1]);
+  EXPECT_NEAR(led.strain[0], 0, 1e-6);
+
+  const RunSpeeds speeds = calc_run_speeds(*model, 0);
+  const auto plain = make_trajectory(*model, plan, speeds), ahead = make_trajectory(*model, plan, speeds, &lead);
+  EXPECT_NEAR((ahead.u.col(ahead.u.cols() - 1) - plain.u.col(plain.u.cols() - 1)).norm(), 0, 1e-12) << "at rest at its end";
+  EXPECT_NEAR((ahead.u - ahead.q.bottomRows(2)).row(1).maxCoeff(), speeds.push[1] * 1.0, 0.1 * speeds.push[1]) << "T_f v in the middle";
+}
+
+/// 100 N of the motor are the most that the damping of 100 N·s/m may ask for.
+TEST(DragLead, MotorThatCannotPushSoFast_MakesThePushSlower) {
+  const auto model = load_model("planar_pushing");
+  const planning::Plan plan = planning::test::push_up(model);
+  const auto& knots = plan.segments.back().knots;
+  const auto &from = knots[knots.size() - 2], &to = knots.back();
+  const double way = (to.q - from.q)[1], duration = way / 2;  // 2 m/s, 200 N
+  const auto led = DragLead(model).calc(plan, from.q, to.u, to.q, duration);
+  EXPECT_NEAR(led.speed, 0.8 * 100 / 200, 0.8 * 100 / 200 * 0.1 * 1.1) << "D/Δt is a tenth of the stiff robot's spring";
+}
+
+TEST(DragLead, FreeObject_HasNone) { EXPECT_FALSE(DragLead(load_model("allegro_cube")).acts()); }
+
+}  // namespace
+}  // namespace stiction::execution::test
