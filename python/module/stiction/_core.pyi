@@ -1478,11 +1478,11 @@ class PlanResult:
 
     def __repr__(self) -> str: ...
 
-def plan(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None) -> PlanResult:
+def plan(task: Task, *, q_start: numpy.typing.ArrayLike | None = None, u_start: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None) -> PlanResult:
     """
     Plans a path of the object to the goal (Algorithms 2 and 3).
 
-    options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search, so does False, which keeps the best path so far (Cancelled).
+    q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search, so does False, which keeps the best path so far (Cancelled).
 
     status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest at the start). Raises InvalidInput.
     """
@@ -1931,6 +1931,41 @@ class RunPiece:
     def given_up(self) -> bool:
         """it was too far off"""
 
+class Measurement:
+    """What a plant says of itself."""
+
+    def __init__(self, time: float, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, object_time: float | None = None) -> None:
+        """object_time: None: `time`."""
+
+    @property
+    def time(self) -> float:
+        """of the plant's clock, when the joints were measured [s]"""
+
+    @property
+    def object_time(self) -> float:
+        """... and when the objects were where q has them [s]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """objects as last seen, joints as measured (n_q)"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """commands in force (n_a) [rad or m]"""
+
+class SimulatedPlant:
+    """
+    MuJoCo as a plant, at rest in the start of a task: what stands behind run() where no other does.
+    """
+
+    def __init__(self, task: Task) -> None: ...
+
+    def read(self) -> Measurement | None:
+        """A Measurement; None: the simulation broke down."""
+
+    def command(self, u: numpy.typing.ArrayLike, period: float) -> bool:
+        """Commands go straight to u (n_a) within period [s]. False: not taken."""
+
 class RunResult:
     """What came of bringing an object to its goal in closed loop."""
 
@@ -1955,7 +1990,7 @@ class RunResult:
 
     @property
     def true_error(self) -> GoalError:
-        """... and as it is"""
+        """... and as it is; of a plant of one's own as measured"""
 
     @property
     def duration_s(self) -> float:
@@ -1990,11 +2025,11 @@ class RunResult:
 
     @property
     def max_depth(self) -> float:
-        """deepest penetration [m]"""
+        """deepest penetration [m]; NaN of a plant of one's own"""
 
     @property
     def largest_effort(self) -> float:
-        """share of a motor's effort, at most 1"""
+        """share of a motor's effort, at most 1; NaN of a plant of one's own"""
 
     @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
@@ -2018,11 +2053,14 @@ class RunResult:
 
     def __repr__(self) -> str: ...
 
-def run(target: Task | Plan, *, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
       target: a Task, or a Plan to begin with.
+      plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
+        command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
+        they are not taken. An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
       options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
       seed: of the plans and of the noise; None: that of the options.
       speed: times the joint speeds that follow from object and motors, > 0.
