@@ -26,7 +26,7 @@ class Replan:
     timeout_s: float
     threads: int
 
-    columns: typing.ClassVar = ("plans", "found")
+    columns: typing.ClassVar = ("plans", "found", "each")
 
     def __call__(self, case):
         task = st.load_task(case.task)

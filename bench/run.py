@@ -34,12 +34,13 @@ class Run:
     threads: int
     world: World
 
-    columns: typing.ClassVar = ("end", "reached", "duration_s", "planning_s", "pushes", "regrasps", "replans")
+    taken: typing.ClassVar = ("reached", "message", "duration_s", "planning_s", "pushes", "regrasps", "replans", "dropped", "largest_effort")
+    columns: typing.ClassVar = ("end", *taken, "plans", "true_position", "true_angle", "causes", "again")
 
     def __call__(self, case):
         world = {"friction_scale": self.world.friction, "mass_scale": self.world.mass, "pose_noise": self.world.noise, "pose_delay": self.world.delay}
         out = st.run(st.load_task(case.task), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **world)
-        row = {key: getattr(out, key) for key in ("reached", "message", "duration_s", "planning_s", "pushes", "regrasps", "replans", "dropped", "largest_effort")}
+        row = {key: getattr(out, key) for key in self.taken}
         row |= {"status": out.status.name, "end": out.end.name, "plans": len(out.plans)}
         row |= {"true_position": out.true_error.position, "true_angle": out.true_error.angle}
         row["causes"] = [plan.cause for plan in out.plans[1:]]
