@@ -13,10 +13,10 @@ if(STICTION_RELOCATABLE)
   install(FILES ${fmt_file} RENAME ${CMAKE_MATCH_1} DESTINATION stiction/lib COMPONENT program)
 endif()
 
-install(DIRECTORY src/stiction DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN *.hpp)
-set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/stiction)
+install(DIRECTORY src/stiction DESTINATION ${STICTION_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN *.hpp)
+set(package_dir ${STICTION_INSTALL_LIBDIR}/cmake/stiction)
 install(EXPORT stiction NAMESPACE stiction:: FILE stictionTargets.cmake DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(cmake/stictionConfig.cmake.in ${CMAKE_BINARY_DIR}/stictionConfig.cmake
-  INSTALL_DESTINATION ${package_dir} PATH_VARS STICTION_INSTALL_DATADIR)
+  INSTALL_DESTINATION ${package_dir} PATH_VARS STICTION_INSTALL_DATADIR STICTION_INSTALL_PACKAGESDIR)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/stictionConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/stictionConfig.cmake ${CMAKE_BINARY_DIR}/stictionConfigVersion.cmake DESTINATION ${package_dir} COMPONENT development)

@@ -13,6 +13,8 @@ def main(page: Path, picture: Path) -> None:
     with browser.Browser() as window:
         window.open(page)
         window.wait_for(lambda: window.evaluate("!!document.querySelector('.mantine-Slider-track')"), 60, "the time bar")
+        # Of this machine, not of the plan: that it has no graphics card.
+        window.evaluate("document.head.insertAdjacentHTML('beforeend', '<style>[class*=Notification] {display: none !important}</style>')")
         before = window.screenshot()
         window.scrub(0.6)
         window.wait_for(lambda: (window.screenshot() != before).mean() > 0.01, 60, "the scene")

@@ -9,10 +9,12 @@
 #include <cstdlib>
 
 #include "app.hpp"
+#include "python_start.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/task.hpp"
+#include "stiction/tasks/unplanned.hpp"
 
 namespace stiction::app {
 
@@ -47,14 +49,10 @@ int run_program(const std::vector<std::string>& words, const std::string& python
 }
 
 int run_page_maker(const fs::path& plan, const fs::path& html, const fs::path& simulation) {
-  const fs::path packages = python_dir();
-  if (packages.empty()) throw InstallationFault("page: no package stiction_view beside the program");
-  std::vector<std::string> words = {python_interpreter(), "-m", "stiction_view", plan.string()};
+  std::vector<std::string> words = {"stiction_view", plan.string()};
   if (!html.empty()) words.insert(words.end(), {"--html", html.string()});
   if (!simulation.empty()) words.insert(words.end(), {"--simulation", simulation.string()});
-  const int code = run_program(words, packages.string());
-  if (code == 127) throw InstallationFault(fmt::format("page: '{}' cannot be started; `make setup` makes a Python interpreter", words[0]));
-  return code;
+  return run_python("page", Packages::Viewer, words);
 }
 
 namespace {
@@ -107,19 +105,6 @@ struct ViewArguments {
   std::string html;
 };
 
-/// What is shown of a task before it is planned: its start as the only knot of a plan, and its goal.
-planning::PlanResult unplanned(const tasks::Task& task) {
-  planning::PlanResult out;
-  planning::Plan& plan = out.plan;
-  plan.q_start = task.problem.q_start;
-  plan.u_start = plan.q_start.tail(task.model->n_a());
-  plan.goal = task.problem.goal;
-  plan.segments.push_back({planning::SegmentKind::Settle, {{.u = plan.u_start, .q = plan.q_start, .contacts = {}}}});
-  plan.error = planning::goal_error(*task.model, plan.q_start, plan.goal);
-  out.status = core::Status::MaxIterations;
-  return out;
-}
-
 bool is_task(const std::string& name) {
   const auto names = tasks::list_tasks(data_dirs());
   return name.ends_with(".yaml") || name.ends_with(".yml") ||
@@ -133,13 +118,14 @@ int show(const fs::path& plan, const std::string& html) {
 }
 
 int run_view(const ViewArguments& arguments) {
+  require_page(arguments.html);
   if (is_task(arguments.shown)) {
     const tasks::Task task = tasks::load_task(arguments.shown, data_dirs());
     print_warnings(tasks::lint(task));
     catch_signals();  // the folder goes also when the server is stopped
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "plan.json";
-    tasks::write_plan(tasks::make_plan_file(task, task.options, unplanned(task), file), file);
+    tasks::write_plan(tasks::make_plan_file(task, task.options, tasks::make_unplanned(task), file), file);
     return show(file, arguments.html);
   }
   fs::path file = arguments.shown;

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app.hpp"
+#include "python_start.hpp"
 #include "stiction/core/invalid_input.hpp"
 
 namespace stiction::app {
@@ -57,16 +57,11 @@ int run_reproduce(const ReproduceArguments& arguments) {
   const auto names = list_experiments();
   if (arguments.name != "all" && std::find(names.begin(), names.end(), arguments.name) == names.end())
     core::throw_invalid("name", fmt::format("'{}'", arguments.name), fmt::format("one of {}, or 'all'", fmt::join(names, ", ")));
-  const fs::path module = module_dir();
-  if (module.empty()) throw InstallationFault("reproduce: no Python module 'stiction' beside the program; `make build` makes it");
-
-  std::vector<std::string> words = {python_interpreter(), "-m", "experiments", arguments.name, "-o", arguments.out_dir};
+  std::vector<std::string> words = {"experiments", arguments.name, "-o", arguments.out_dir};
   if (arguments.quick) words.emplace_back("--quick");
   if (!arguments.docs.empty()) words.insert(words.end(), {"--docs", arguments.docs});
   catch_signals();  // the child ends on Ctrl-C and says so; what was computed until then stays
-  const int code = run_program(words, experiments_dir().string() + ":" + module.string());
-  if (code == 127)
-    throw InstallationFault(fmt::format("reproduce: '{}' cannot be started; `make setup` makes a Python interpreter", words[0]));
+  const int code = run_python("reproduce", Packages::Experiments, words);
   if (code == 128 + 2 || code == 128 + 15 || code == kInterrupted) return kInterrupted;
   if (code != kDone && code != kCheckFailed) return kInternalError;
   if (arguments.json) {

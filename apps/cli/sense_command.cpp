@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
-#include "python_page.hpp"
+#include "python_start.hpp"
 #include "sense_page.hpp"
 #include "stiction/execution/poke.hpp"
 #include "stiction/sensing/scenario.hpp"
@@ -170,8 +170,9 @@ class SenseRun {
 
 int run_sense(const SenseArguments& arguments) {
   if (arguments.live)
-    become_page("sense", "stiction_view.studio.sense_live",
-                {"--host", arguments.host, "--port", std::to_string(arguments.port), "--", arguments.scenario});
+    become_python(
+        "sense", Packages::ViewerAndModule,
+        {"stiction_view.studio.sense_live", "--host", arguments.host, "--port", std::to_string(arguments.port), "--", arguments.scenario});
   require_page(arguments.html);
   sensing::Scenario scenario = sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   for (const std::string& note : scenario.sensor->notes()) fmt::print(stderr, "note: {}\n", note);

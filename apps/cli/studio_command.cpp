@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 
-#include "app.hpp"
-#include "python_page.hpp"
+#include "python_start.hpp"
 
 namespace stiction::app {
 namespace {
@@ -13,9 +12,9 @@ struct StudioArguments {
 };
 
 int run_studio(const StudioArguments& arguments) {
-  std::vector<std::string> words = {"--host", arguments.host, "--port", std::to_string(arguments.port)};
+  std::vector<std::string> words = {"stiction_view.studio", "--host", arguments.host, "--port", std::to_string(arguments.port)};
   if (!arguments.shown.empty()) words.insert(words.end(), {"--", arguments.shown});
-  become_page("studio", "stiction_view.studio", words);
+  become_python("studio", Packages::ViewerAndModule, words);
 }
 
 }  // namespace

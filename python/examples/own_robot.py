@@ -11,6 +11,8 @@ from __future__ import annotations
 import multiprocessing
 import socket
 import struct
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
 
 import stiction as st
 
@@ -18,7 +20,7 @@ TASK, GOAL = "planar_hand", [0.0, 0.35, 0.3]  # two arms turn a ball by 0.3 rad
 TIMEOUT_S = 5.0  # a robot that does not answer for so long is taken as gone: the run ends and says so. Between machines of one room, 0.05 s
 
 
-def packed(numbers) -> bytes:
+def packed(numbers: Sequence[float]) -> bytes:
     return struct.pack(f"{len(numbers)}d", *numbers)
 
 
@@ -35,7 +37,7 @@ class Driver:
         self.socket.settimeout(TIMEOUT_S)
         self.socket.connect(address)
 
-    def ask(self, numbers) -> tuple[float, ...] | None:
+    def ask(self, numbers: Sequence[float]) -> tuple[float, ...] | None:
         try:
             self.socket.send(packed(numbers))
             return unpacked(self.socket.recv(65536))
@@ -49,11 +51,11 @@ class Driver:
         time, object_time, rest = state[0], state[1], state[2:]
         return st.Measurement(time, rest[: self.n_q], rest[self.n_q :], object_time=object_time)
 
-    def command(self, u, period: float) -> bool:
+    def command(self, u: Sequence[float], period: float) -> bool:
         return self.ask([*u, period]) is not None  # the robot answers when the period is over
 
 
-def serve(name: str, port) -> None:
+def serve(name: str, port: Connection) -> None:
     """The robot: holds its last command where nobody gives another one."""
     plant = st.SimulatedPlant(st.load_task(name))
     server = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -67,6 +69,7 @@ def serve(name: str, port) -> None:
             server.sendto(packed([period]), client)
         else:
             state = plant.read()
+            assert state is not None  # a simulation always answers
             server.sendto(packed([state.time, state.object_time, *state.q, *state.u]), client)
 
 

@@ -78,7 +78,13 @@ void bind_batch(nb::module_& m) {
   q: configurations (N, n_q).
   u: commands (N, n_a) [m or rad].
   with_A, with_B: the derivatives StepBatch.A and .B.
-  threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.)",
+  threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> q = np.tile(task.q_start, (1000, 1))
+    >>> batch = st.step_batch(task.model, q, q[:, 3:] + np.linspace(0, 0.2, 1000)[:, None], smoothing=st.Analytic(kappa=100), with_B=True)
+    >>> batch.q_next.shape, batch.B.shape, batch.failed
+    ((1000, 5), (1000, 5, 2), 0))",
       "model"_a, "q"_a, "u"_a, nb::kw_only(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0);
 }
 

@@ -243,7 +243,14 @@ update a tick. docs/theory/control.md
   posture_weight: of |q_cmd - q_ref|^2 beside a tool; epsilon: of it beside the equilibrium (5.22), > 0.
   force_priority, unilateral_priority: of bounded forces before contacts that do not pull, and of these before tracking.
 
-Raises InvalidInput by the name of the argument; of a robot without stiffness.)")
+Raises InvalidInput by the name of the argument; of a robot without stiffness.
+
+    >>> model = st.load_control_scenario("box_in_the_way").model
+    >>> controller = st.ContactController(model, lambda_max=15.0)
+    >>> controller.configure(np.zeros(model.n_a))
+    >>> command = controller.update(st.ControllerState(time=0.0, q=np.zeros(model.n_a), q_ref=np.full(model.n_a, 1e-4)), 0.005)
+    >>> command.status, command.q_cmd.shape
+    (Status.Solved, (7,)))")
       .def(nb::new_(&make_controller), "model"_a, nb::kw_only(), "law"_a = standard.law, "cost"_a = standard.qp.cost,
            "lambda_max"_a = standard.lambda_max, "force_threshold"_a = nb::none(), "force_time_constant"_a = standard.force_time_constant,
            "max_contacts"_a = standard.max_contacts, "revolute_speed"_a = standard.revolute_speed,

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 
-#include <exception>
-
-#include "bindings.hpp"
 #include "scenario_file.hpp"
 #include "stiction/execution/control_run.hpp"
+#include "watcher.hpp"
 
 namespace stiction::python {
 namespace {
@@ -35,20 +33,14 @@ ControlRunResult run(ControlScenario scenario, std::optional<Law> law, std::opti
   }
   execution::ControlRunOptions run_options;
   run_options.settle = settle;
-  if (timeout_s) run_options.control.deadline = deadline_in(*timeout_s);
-  std::exception_ptr interrupt;
-  run_options.control.abandoned = [&interrupt] {  // Ctrl-C, looked for once a tick
-    const nb::gil_scoped_acquire locked;
-    if (PyErr_CheckSignals() == 0) return false;
-    interrupt = std::make_exception_ptr(nb::python_error());
-    return true;
-  };
+  Interrupt interrupt;
+  run_options.control = interrupt.control(timeout_s);
   ControlRunResult out;
   {
     const nb::gil_scoped_release unlocked;
     (void)execution::run_control(scenario, run_options, out);
   }
-  if (interrupt) std::rethrow_exception(interrupt);
+  interrupt.rethrow();
   return out;
 }
 
@@ -166,7 +158,11 @@ void bind_control_run(nb::module_& m) {
   bind_scenario(m);
   bind_result(m);
   m.def("load_control_scenario", &load, "scenario"_a,
-        "A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\".");
+        "A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
+        R"(
+
+    >>> st.load_control_scenario("box_in_the_way").lambda_max
+    15.0)");
   const auto def = [&m](auto function, const char* doc) {
     m.def("control", function, "scenario"_a, nb::kw_only(), "law"_a = nb::none(), "lambda_max"_a = nb::none(),
           "friction_scale"_a = nb::none(), "settle"_a = execution::ControlRunOptions{}.settle, "timeout_s"_a = nb::none(), doc);
@@ -177,7 +173,11 @@ void bind_control_run(nb::module_& m) {
   settle: forces are called steady this long after their contact was made [s], >= 0.
   timeout_s: [s] > 0; None: as long as it takes.
 
-status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.)");
+status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+
+    >>> run = st.control("box_in_the_way")
+    >>> run.status, run.q.shape == (len(run.times), 7)
+    (Status.Solved, True))");
   def(&run_file, "The same of load_control_scenario(scenario).");
 }
 

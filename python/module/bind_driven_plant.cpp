@@ -59,7 +59,13 @@ one thread at a time.
   velocity_cutoff, gain_cutoff: of the low-passes on joint velocities and on the damping [Hz], > 0.
   period: between two torques, in whole timesteps of the plant [s], > 0.
 
-Raises InvalidInput by the name of the argument.)")
+Raises InvalidInput by the name of the argument.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> plant = st.DrivenPlant(st.Plant(task.model, damping_ratio=0))
+    >>> plant.reset(task.q_start)
+    >>> plant.advance([0.0, 0.02], 0.1), round(plant.time, 3)
+    (Status.Solved, 0.1))")
       .def(nb::new_(&make_plant), "plant"_a, nb::kw_only(), "damping_ratio"_a = standard.damping_ratio,
            "velocity_cutoff"_a = standard.velocity_cutoff, "gain_cutoff"_a = standard.gain_cutoff, "period"_a = standard.period)
       .def(

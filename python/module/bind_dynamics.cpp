@@ -176,12 +176,12 @@ std::optional<std::vector<Eigen::MatrixXd>> blocks(const dynamics::ImpulseDeriva
 }
 
 void bind_results(nb::module_& m) {
-  nb::class_<cone::Residuals>(m, "Residuals")
+  nb::class_<cone::Residuals>(m, "Residuals", "How far a solution is from the conditions of optimality.")
       .def_ro("stationarity", &cone::Residuals::stationarity)
       .def_ro("primal", &cone::Residuals::primal)
       .def_ro("complementarity", &cone::Residuals::complementarity)
       .def_ro("cone", &cone::Residuals::cone);
-  nb::class_<StepResult>(m, "StepResult")
+  nb::class_<StepResult>(m, "StepResult", "What a step came to.")
       .def_prop_ro("status", [](const StepResult& r) { return r.result.status; })
       .def_prop_ro(
           "q_next", [](const StepResult& r) { return r.result.q_next; }, "(n_q)")
@@ -242,7 +242,7 @@ void bind_results(nb::module_& m) {
       .def_ro("u", &Knot::u)
       .def_ro("q", &Knot::q)
       .def_ro("contacts", &Knot::contacts, "the active ones");
-  nb::class_<RolloutResult>(m, "RolloutResult")
+  nb::class_<RolloutResult>(m, "RolloutResult", "Sub-steps of one motion of the command.")
       .def_prop_ro("status", [](const RolloutResult& r) { return r.result.status; })
       .def_prop_ro("knots",
                    [](const RolloutResult& r) {
@@ -358,7 +358,12 @@ void bind_dynamics(nb::module_& m) {
   warm_start: from the step before in the workspace.
   workspace: scratch, of one thread at a time; None: one for this call.
 
-status: Solved; MaxIterations; Infeasible (overlap that no motion within reach undoes); NumericalFailure.)",
+status: Solved; MaxIterations; Infeasible (overlap that no motion within reach undoes); NumericalFailure.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> result = st.step(task.model, task.q_start, [0.0, 0.1], h=0.1, smoothing=st.Analytic(kappa=100), with_B=True)
+    >>> result.status, result.q_next.shape, result.B.shape
+    (Status.Solved, (5,), (5, 2)))",
       "model"_a, "q"_a, "u"_a, nb::kw_only(), "tau_ext"_a = nb::none(), "damping"_a = nb::none(), "with_A"_a = false, "with_B"_a = false,
       "with_force_derivatives"_a = false, "warm_start"_a = true, "workspace"_a = nb::none());
   def_with_step_options(
@@ -370,7 +375,12 @@ status: Solved; MaxIterations; Infeasible (overlap that no motion within reach u
   with_A: LocalModel.A as well as B.
   threads: of randomised schemes; the result does not depend on it.
 
-status: Solved; that of the step that failed. Samples that fail are left out and counted.)",
+status: Solved; that of the step that failed. Samples that fail are left out and counted.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> local = st.calc_local_model(task.model, task.q_start, task.q_start[3:], scheme=st.Analytic(kappa=100), with_A=True)
+    >>> local.A.shape, local.B.shape, local.failed
+    ((5, 5), (5, 2), 0))",
       "model"_a, "q"_a, "u"_a, nb::kw_only(), "scheme"_a = nb::none(), "tau_ext"_a = nb::none(), "damping"_a = nb::none(),
       "with_A"_a = false, "threads"_a = 1);
   def_with_step_options(m, "rollout", &rollout, R"(Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
@@ -380,7 +390,12 @@ status: Solved; that of the step that failed. Samples that fail are left out and
   max_substeps: at most so many.
   workspace: scratch, of one thread at a time; None: one for this call.
 
-status: Solved; that of the sub-step that failed, and the knots before it.)",
+status: Solved; that of the sub-step that failed, and the knots before it.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> path = st.rollout(task.model, task.q_start, [0.0, 0.0], [0.0, 0.1], joint_travel=0.01)
+    >>> path.status, len(path.knots)
+    (Status.Solved, 10))",
                         "model"_a, "q"_a, "u_start"_a, "u_end"_a, nb::kw_only(), "joint_angle"_a = limits.joint_angle,
                         "joint_travel"_a = limits.joint_travel, "slide"_a = limits.slide, "max_substeps"_a = limits.max_substeps,
                         "workspace"_a = nb::none());

@@ -58,7 +58,7 @@ void bind_piece(nb::module_& m) {
       .def_ro("length_angle", &PieceError::length_angle, "of the planned path [rad]")
       .def_prop_ro("normalised_position", &PieceError::normalised_position, "None where the plan moves the object by less than 0.1 mm")
       .def_prop_ro("normalised_angle", &PieceError::normalised_angle);
-  nb::class_<PieceReport>(m, "PieceReport")
+  nb::class_<PieceReport>(m, "PieceReport", "A push or a regrasp of a run beside its plan.")
       .def_ro("kind", &PieceReport::kind, "Contact or Regrasp")
       .def_ro("first_segment", &PieceReport::first_segment)
       .def_ro("last_segment", &PieceReport::last_segment)
@@ -72,7 +72,7 @@ void bind_piece(nb::module_& m) {
 
 void bind_execution(nb::module_& m) {
   bind_piece(m);
-  nb::class_<TransferResult>(m, "TransferResult")
+  nb::class_<TransferResult>(m, "TransferResult", "A plan run open loop, beside what it predicts.")
       .def_ro("status", &TransferResult::status)
       .def_ro("message", &TransferResult::message)
       .def_ro("pieces", &TransferResult::pieces)
@@ -113,7 +113,12 @@ void bind_execution(nb::module_& m) {
   threads: for those; 0 for all cores; the result does not depend on it.
   timeout_s: [s] > 0; None: as long as it takes.
 
-status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.)");
+status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)
+    >>> run.status, run.q.shape == (len(run.times), 5)
+    (Status.Solved, True))");
 }
 
 }  // namespace stiction::python

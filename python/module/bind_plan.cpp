@@ -7,6 +7,7 @@
 #include "stiction/planning/refine.hpp"
 #include "stiction/planning/trajectory.hpp"
 #include "stiction/tasks/check.hpp"
+#include "stiction/tasks/plan_slice.hpp"
 #include "watcher.hpp"
 #include "yaml_text.hpp"
 
@@ -83,6 +84,22 @@ std::vector<std::vector<PlanContact>> contacts_of(const Plan& plan) {
   return out;
 }
 
+/// Some segments as a plan. @throws nb::value_error: a stride
+std::shared_ptr<Plan> slice(const Plan& plan, const nb::slice& which) {
+  const auto [first, last, step, count] = which.compute(plan.file.segments.size());
+  if (step != 1) core::throw_invalid("slice", fmt::format("a step of {}", step), "neighbouring segments, a step of 1");
+  auto out = std::make_shared<Plan>(plan);
+  out->file = tasks::slice(plan.task, plan.file, static_cast<std::size_t>(first), static_cast<std::size_t>(first) + count);
+  if (out->file.start_from_command_line) tasks::set_start(out->task, out->file.q_start);
+  return out;
+}
+
+tasks::StoredSegment segment(const Plan& plan, Py_ssize_t i) {
+  const auto count = static_cast<Py_ssize_t>(plan.file.segments.size());
+  if (i < -count || i >= count) throw nb::index_error(fmt::format("{} of {} segments", i, count).c_str());
+  return plan.file.segments[static_cast<std::size_t>(i < 0 ? i + count : i)];
+}
+
 struct Refined {
   RefineResult result;
   std::shared_ptr<Plan> plan;
@@ -139,7 +156,7 @@ void bind_check(nb::module_& m) {
       .def("__repr__", [](const CheckItem& c) {
         return fmt::format("<stiction.CheckItem: {} {:.4g} {}, {}>", c.name, c.value, c.unit, c.pass ? "passed" : "failed");
       });
-  nb::class_<CheckReport>(m, "CheckReport")
+  nb::class_<CheckReport>(m, "CheckReport", "What came of a check.")
       .def_ro("pass_", &CheckReport::pass, "the verdict")
       .def_ro("status", &CheckReport::status, "Solved: all checks were made")
       .def_ro("items", &CheckReport::items)
@@ -158,11 +175,16 @@ void bind_check(nb::module_& m) {
   m.def("check_plan", &check_plan, "plan"_a,
         "Simulates a plan anew with the exact dynamics at half the sub-step, and compares every number in it with what comes out and with "
         "its "
-        "task. The check shares nothing with the planner.");
+        "task. The check shares nothing with the planner."
+        R"(
+
+    >>> report = st.check_plan(st.plan(st.load_task("planar_pushing"), seed=0).plan)
+    >>> report.pass_, report.at("goal_position").unit
+    (True, 'm'))");
 }
 
 void bind_refine(nb::module_& m) {
-  nb::class_<Refined>(m, "RefineResult")
+  nb::class_<Refined>(m, "RefineResult", "What came of a refinement.")
       .def_prop_ro("status", [](const Refined& r) { return r.result.status; })
       .def_ro("plan", &Refined::plan, "the refined plan, or the given one")
       .def_prop_ro(
@@ -188,7 +210,13 @@ void bind_refine(nb::module_& m) {
         "0 for all cores; the result does not depend on them. timeout_s: [s] > 0.\n\n"
         "status: Solved; MaxIterations (time used up) and Cancelled: refined at its own steps, or the given plan; NumericalFailure: the "
         "given "
-        "plan does not reach its goal. Raises InvalidInput.");
+        "plan does not reach its goal. Raises InvalidInput."
+        R"(
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> refined = st.refine(plan)
+    >>> refined.status, st.check_plan(refined.plan).pass_
+    (Status.Solved, True))");
 }
 
 void bind_trajectory(nb::module_& m) {
@@ -208,7 +236,13 @@ void bind_trajectory(nb::module_& m) {
         "Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; "
         "commands "
         "rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. "
-        "Raises InvalidInput.");
+        "Raises InvalidInput."
+        R"(
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> trajectory = st.make_trajectory(plan, speed=0.5)
+    >>> trajectory.u.shape == (len(trajectory.times), 2), float(trajectory.times[0])
+    (True, 0.0))");
 }
 
 void bind_contact(nb::module_& m) {
@@ -248,7 +282,16 @@ void bind_plan(nb::module_& m) {
           "q", [](const StoredSegment& s) { return knots_of(s, kQ); }, "(knots, n_q)")
       .def_prop_ro(
           "u", [](const StoredSegment& s) { return knots_of(s, kU); }, "(knots, n_a)");
-  nb::class_<Plan>(m, "Plan", "Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled.")
+  nb::class_<Plan>(
+      m, "Plan",
+      R"(Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled; a sequence of segments.
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> plan.q.shape == (len(plan.u), 5), len(plan) == len(plan.segments)
+    (True, True)
+    >>> first = plan[:1]
+    >>> first.q.shape == (1 + len(plan[0].q), 5)
+    True)")
       .def_ro("task", &Plan::task)
       .def_prop_ro(
           "options",
@@ -264,6 +307,14 @@ void bind_plan(nb::module_& m) {
       .def_prop_ro(
           "h", [](const Plan& p) { return p.file.step.h; }, "time step of a knot [s]")
       .def_prop_ro("segments", [](const Plan& p) { return p.file.segments; })
+      .def("__len__", [](const Plan& p) { return p.file.segments.size(); })
+      .def(
+          "__iter__", [](nb::handle self) { return nb::iter(self.attr("segments")); },
+          nb::sig("def __iter__(self) -> collections.abc.Iterator[Segment]"))
+      .def("__getitem__", &segment, "index"_a, "One of the segments. Raises IndexError.")
+      .def("__getitem__", &slice, "segments"_a,
+           "Neighbouring segments as a plan, which starts where the one before them ends. Solved where it ends at the goal. Raises "
+           "InvalidInput: no segment")
       .def_prop_ro(
           "q", [](const Plan& p) { return path(p.file, p.file.q_start, kQ); }, "configurations, the start first (knots + 1, n_q)")
       .def_prop_ro(
@@ -278,7 +329,15 @@ void bind_plan(nb::module_& m) {
            "Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, "
            "contacts.\n\n"
            "format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its "
-           "default speeds. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.")
+           "default speeds. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`."
+           R"(
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> [file.name for file in plan.export("motion.csv")]
+    ['motion.csv', 'motion.contacts.csv']
+    >>> with np.load(plan.export("motion.npz")[0]) as motion:
+    ...     motion["q"].shape == (len(motion["time"]), 2)
+    True)")
       .def("to_text", &to_text, "folder"_a = nb::none(), "The text of the file as it would stand in the folder; None: the working folder.")
       .def("__getstate__",
            [](const Plan& p) {
@@ -298,9 +357,20 @@ void bind_plan(nb::module_& m) {
   m.def("read_plan", &read_plan, "file"_a, nb::call_guard<nb::gil_scoped_release>(),
         "A plan from its file, or the folder of a plan.json, with the task it was made for. Raises InvalidInput: \"FILE: field: got …, "
         "expected "
-        "…\", also where the scene of the task is another one by now.");
+        "…\", also where the scene of the task is another one by now."
+        R"(
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> plan.write("plan.json")
+    >>> bool((st.read_plan("plan.json").q == plan.q).all())
+    True)");
   m.def("parse_plan", &parse_plan, "text"_a, "folder"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(),
-        "A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput.");
+        "A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput."
+        R"(
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> st.parse_plan(plan.to_text()).seed
+    0)");
   bind_refine(m);
   bind_check(m);
 }

@@ -55,17 +55,17 @@ Eigen::VectorXd packing_ratio(const PlanResult& r, double threshold, int samples
 }  // namespace
 
 void bind_planning(nb::module_& m) {
-  nb::enum_<planning::SegmentKind>(m, "SegmentKind")
+  nb::enum_<planning::SegmentKind>(m, "SegmentKind", "What a piece of a plan does.")
       .value("Settle", planning::SegmentKind::Settle, "from the given start to rest on the constraints (first segment only)")
       .value("Contact", planning::SegmentKind::Contact, "the robot pushes")
       .value("Regrasp", planning::SegmentKind::Regrasp, "the robot moves to new contacts while the object rests");
-  nb::class_<core::Progress>(m, "Progress")
+  nb::class_<core::Progress>(m, "Progress", "What on_progress is told.")
       .def_ro("iteration", &core::Progress::iteration)
       .def_ro("fraction", &core::Progress::fraction, "of the budget used, in [0, 1]")
       .def_ro("best", &core::Progress::best, "distance to the goal so far; smaller is better")
       .def_ro("size", &core::Progress::size)
       .def_ro("elapsed_s", &core::Progress::elapsed_s);
-  nb::class_<planning::NodeRecord>(m, "TreeNode")
+  nb::class_<planning::NodeRecord>(m, "TreeNode", "A node of the search tree.")
       .def_ro("parent", &planning::NodeRecord::parent, "-1 of the root")
       .def_ro("edge", &planning::NodeRecord::edge, "that leads to it")
       .def_ro("iteration", &planning::NodeRecord::iteration, "extensions up to the end of its round")
@@ -73,7 +73,7 @@ void bind_planning(nb::module_& m) {
       .def_ro("c_u", &planning::NodeRecord::c_u, "smoothed next configuration of the objects")
       .def_ro("B_u", &planning::NodeRecord::B_u, "their rows of B");
   bind_plan(m);
-  nb::class_<PlanResult>(m, "PlanResult")
+  nb::class_<PlanResult>(m, "PlanResult", "What came of a search.")
       .def_ro("plan", &PlanResult::plan, "the best path found, also where it is not Solved")
       .def_prop_ro("status", [](const PlanResult& r) { return r.result.status; })
       .def_prop_ro(
@@ -118,7 +118,15 @@ void bind_planning(nb::module_& m) {
         "stop the search, so does False, which keeps the best path so far (Cancelled).\n\n"
         "status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest "
         "at "
-        "the start). Raises InvalidInput.");
+        "the start). Raises InvalidInput."
+        R"(
+
+    >>> task = st.load_task("planar_pushing")
+    >>> result = st.plan(task, seed=0)
+    >>> result.status, st.check_plan(result.plan).pass_
+    (Status.Solved, True)
+    >>> st.plan(task, seed=0, on_progress=lambda progress: False).status
+    Status.Cancelled)");
 }
 
 }  // namespace stiction::python

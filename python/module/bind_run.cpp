@@ -189,7 +189,11 @@ void bind_run(nb::module_& m) {
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds.
 
-status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.)");
+status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.
+
+    >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
+    >>> run.end, run.reached
+    (RunEnd.TimeUp, False))");
 }
 
 }  // namespace stiction::python

@@ -144,7 +144,7 @@ void bind_sense_results(nb::module_& m) {
   bind_discrimination(m);
   const sensing::DiscriminationOptions discrimination;
   using Result = sensing::SenseResult;
-  nb::class_<SenseResult>(m, "SenseResult")
+  nb::class_<SenseResult>(m, "SenseResult", "What torques say of one moment.")
       .def_prop_ro("verdict", of_result(&Result::verdict))
       .def_prop_ro("candidates", &candidates_of, "those that explain, by objective, then the others, by residual")
       .def_prop_ro("explained", of_result(&Result::explained), "l up to which torques count as explained [(N m)^2]")

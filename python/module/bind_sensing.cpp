@@ -291,7 +291,15 @@ void bind_sensing(nb::module_& m) {
   seed: of samples and of the postures in which faces may be seen.
   surface: SurfaceOptions().
 
-Raises InvalidInput: a pattern that matches no link; a link that no joint moves or that has no surface.)")
+Raises InvalidInput: a pattern that matches no link; a link that no joint moves or that has no surface.
+
+    >>> model = st.load_model({"robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}]})
+    >>> sensor = st.Sensor(model, links=["arm/forearm_link"], samples=200)
+    >>> q, link = np.array([0.3, -1.2, 1.6, -2.0, -1.6, 0.4]), sensor.links[0]
+    >>> tau = st.calc_contact_torque(model, q, link.name, link.p_L[50], -20 * link.n_L[50])  # a push of 20 N
+    >>> result = sensor.sense(q, tau)
+    >>> result.verdict, result.calc_distance(link.name, link.p_L[50]) < 0.02
+    (Verdict.Explained, True))")
           .def(nb::new_(&make_sensor), "model"_a, nb::kw_only(), "links"_a = standard.links, "samples"_a = standard.samples,
                "sampling"_a = standard.sampling, "normals"_a = standard.normals, "seed"_a = standard.seed, "surface"_a = standard.surface)
           .def_prop_ro("model", [](const Sensor& s) { return s.get().model_ptr(); })

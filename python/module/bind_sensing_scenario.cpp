@@ -110,12 +110,21 @@ Raises InvalidInput: sizes, numbers that are not finite.)")
         return fmt::format("<stiction.SensingScenario '{}': {} moments>", s.values.name, s.values.series.times.size());
       });
   m.def("load_sensing_scenario", &load, "scenario"_a,
-        "A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\".");
+        "A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
+        R"(
+
+    >>> scenario = st.load_sensing_scenario("ur5_forearm")
+    >>> scenario.tau.shape, scenario.contact.link
+    ((1, 6), 'arm/forearm_link'))");
   m.def("load_sensing_scenario", &parse, "scenario"_a, nb::kw_only(), "base"_a = nb::none(),
         "The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises "
         "InvalidInput: \"field: got …\".");
   m.def("sense", &sense_scenario, "scenario"_a,
-        "What every moment of a scenario says, with the scenario's options, each from the candidates of the one before.");
+        "What every moment of a scenario says, with the scenario's options, each from the candidates of the one before."
+        R"(
+
+    >>> [result.verdict for result in st.sense("ur5_forearm")]
+    [Verdict.Explained])");
   m.def("sense", &sense_file, "scenario"_a, "The same of load_sensing_scenario(scenario).");
 }
 

@@ -55,7 +55,7 @@ void bind_results(nb::module_& m) {
       .def_ro("p_WC", &PairForce::p_WC, "mean of the points, weighted by their normal forces [m]")
       .def_ro("depth", &PairForce::depth, "deepest penetration [m]");
   using Result = simulation::SimulationResult;
-  nb::class_<Result>(m, "SimulationResult")
+  nb::class_<Result>(m, "SimulationResult", "Samples of a second-order simulation.")
       .def_ro("status", &Result::status)
       .def_ro("message", &Result::message)
       .def_prop_ro(
@@ -116,7 +116,12 @@ Raises InvalidInput by the name of the argument.)")
   record_interval: of the samples [s], > 0.
   timeout_s: [s] > 0; None: as long as it takes.
 
-status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.)");
+status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> run = st.simulate(st.Plant(task.model), task.q_start, [0.0, 0.5], [[0, 0], [0, 0.1]], record_interval=0.05)
+    >>> run.status, run.q.shape
+    (Status.Solved, (11, 5)))");
 }
 
 }  // namespace stiction::python

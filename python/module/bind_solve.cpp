@@ -65,8 +65,13 @@ void bind_lint(nb::module_& m) {
       .def_ro("p_W", &tasks::Finding::p_W, "of an overlap or a gap, halfway between the nearest points [m] (3)")
       .def_ro("amount", &tasks::Finding::amount, "depth of an overlap, width of a gap, or what is missing to reach [m]")
       .def("__repr__", [](const tasks::Finding& f) { return fmt::format("<stiction.Finding: {}: {}>", f.kind, f.message); });
-  m.def("lint", [](const tasks::Task& task) { return tasks::lint(task); }, "task"_a, nb::call_guard<nb::gil_scoped_release>(),
-        "Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong.");
+  m.def(
+      "lint", [](const tasks::Task& task) { return tasks::lint(task); }, "task"_a, nb::call_guard<nb::gil_scoped_release>(),
+      "Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong."
+      R"(
+
+    >>> st.lint(st.load_task("planar_pushing"))
+    [])");
 }
 
 }  // namespace
@@ -96,7 +101,7 @@ void bind_solve(nb::module_& m) {
       .def_prop_ro("plan_s", [](const SolveTry& t) { return t.result.plan_s; })
       .def_prop_ro("refine_s", [](const SolveTry& t) { return t.result.refine_s; })
       .def_prop_ro("simulate_s", [](const SolveTry& t) { return t.result.simulate_s; });
-  nb::class_<SolveResult>(m, "SolveResult")
+  nb::class_<SolveResult>(m, "SolveResult", "What became of all seeds.")
       .def_prop_ro("status", [](const SolveResult& r) { return r.result.status; })
       .def_prop_ro(
           "best",
@@ -129,7 +134,11 @@ void bind_solve(nb::module_& m) {
   threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
   on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
-status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancelled. Raises InvalidInput.)");
+status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancelled. Raises InvalidInput.
+
+    >>> found = st.solve(st.load_task("planar_pushing"), seed=0, tries=1, speed=20.0)
+    >>> [(one.seed, one.status) for one in found.tries]
+    [(0, Status.Solved)])");
 }
 
 }  // namespace stiction::python

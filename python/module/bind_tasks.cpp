@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include "plan.hpp"
 #include "planner_options.hpp"
+#include "stiction/tasks/unplanned.hpp"
 #include "yaml_text.hpp"
 
 namespace stiction::python {
@@ -38,12 +40,12 @@ Task with(const Task& task, const std::optional<Vector>& start, const std::optio
 
 void bind_tasks(nb::module_& m) {
   bind_planner_options(m);
-  nb::class_<planning::Goal>(m, "Goal")
+  nb::class_<planning::Goal>(m, "Goal", "Where an object is to be, and how near is near enough.")
       .def_ro("object", &planning::Goal::object, "index of the object")
       .def_ro("X_WG", &planning::Goal::X_WG)
       .def_ro("tol_position", &planning::Goal::tol_position, "[m]")
       .def_ro("tol_angle", &planning::Goal::tol_angle, "[rad]");
-  nb::class_<planning::GoalError>(m, "GoalError")
+  nb::class_<planning::GoalError>(m, "GoalError", "How far an object is from its goal.")
       .def_ro("position", &planning::GoalError::position, "[m]")
       .def_ro("angle", &planning::GoalError::angle, "[rad]")
       .def("__repr__",
@@ -53,7 +55,13 @@ void bind_tasks(nb::module_& m) {
            "A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses and paths may stand "
            "in "
            "it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: \"field: got …, expected "
-           "…\".")
+           "…\"."
+           R"(
+
+    >>> folder = st.load_task("planar_pushing").file.parent
+    >>> task = st.Task({"base": "planar_pushing.yaml", "name": "wide", "tolerance": {"position": 0.05, "angle": 0.2}}, base=folder)
+    >>> task.name, task.goal.tol_position
+    ('wide', 0.05))")
       .def_ro("name", &Task::name)
       .def_ro("description", &Task::description)
       .def_ro("file", &Task::file, "of a task made in memory the folder that its paths are relative to")
@@ -73,7 +81,16 @@ void bind_tasks(nb::module_& m) {
       .def_ro("scene_sha256", &Task::scene_sha256)
       .def("with_", &with, nb::kw_only(), "start"_a = nb::none(), "goal"_a = nb::none(), "options"_a = nb::none(),
            "The task with another start (n_q), goal (as in set_goal) or options (PlannerOptions, or a dict of those that differ); this one "
-           "stays as it is. Raises InvalidInput.")
+           "stays as it is. Raises InvalidInput."
+           R"(
+
+    >>> task = st.load_task("planar_pushing")
+    >>> other = task.with_(goal=[0.6, 0.1, 0.0], options={"goal_bias": 0.3})
+    >>> other.q_goal, other.options.goal_bias
+    (array([0.6, 0.1, 0. ]), 0.3))")
+      .def(
+          "as_plan", [](const Task& task) { return std::make_shared<Plan>(task, task.options, tasks::make_unplanned(task)); },
+          "A plan that stays at the start, to be shown, exported or compared: MaxIterations, unless the start is at the goal.")
       .def(
           "set_goal",
           [](Task& task, const Vector& values) {
@@ -81,10 +98,20 @@ void bind_tasks(nb::module_& m) {
           },
           "values"_a, "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other. Raises InvalidInput.");
   m.def(
-      "list_tasks", [] { return tasks::list_tasks(tasks::default_data_dirs()); }, "Names of the built-in tasks.");
+      "list_tasks", [] { return tasks::list_tasks(tasks::default_data_dirs()); },
+      "Names of the built-in tasks."
+      R"(
+
+    >>> "allegro_cube" in st.list_tasks()
+    True)");
   m.def("load_task", &load_task, "name_or_file"_a, nb::call_guard<nb::gil_scoped_release>(),
         "A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "
-        "\"FILE:LINE: field: got …, expected …\".");
+        "\"FILE:LINE: field: got …, expected …\"."
+        R"(
+
+    >>> task = st.load_task("allegro_cube")
+    >>> task.model.n_a, task.model.object_names
+    (16, ['cube']))");
 }
 
 }  // namespace stiction::python

@@ -51,7 +51,7 @@ void bind_trajopt(nb::module_& m) {
       .def_ro("robots_final", &CostTerms::robots_final)
       .def_ro("input", &CostTerms::input, "changes of the command")
       .def_prop_ro("total", &CostTerms::total);
-  nb::class_<IterationLog>(m, "IterationLog")
+  nb::class_<IterationLog>(m, "IterationLog", "What an iteration came to.")
       .def_ro("cost", &IterationLog::cost, "of the trajectory after this iteration")
       .def_ro("best", &IterationLog::best, "lowest total so far")
       .def_ro("length", &IterationLog::length, "of the accepted step; 0: none was")
@@ -59,7 +59,7 @@ void bind_trajopt(nb::module_& m) {
       .def_ro("qp_iterations", &IterationLog::qp_iterations)
       .def_ro("failed_models", &IterationLog::failed_models)
       .def_ro("elapsed_s", &IterationLog::elapsed_s);
-  nb::class_<OptimizeResult>(m, "OptimizeResult")
+  nb::class_<OptimizeResult>(m, "OptimizeResult", "The best trajectory of an optimisation.")
       .def_ro("status", &OptimizeResult::status)
       .def_prop_ro(
           "q", [](const OptimizeResult& r) { return rows_of(r.q); }, "configurations of the best trajectory (T + 1, n_q)")
@@ -84,7 +84,11 @@ void bind_trajopt(nb::module_& m) {
   threads: 0 for all cores; the result does not depend on it.
   on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
-status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.)");
+status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
+
+    >>> result = st.optimize(st.load_task("impc_planar_pushing"), iterations=2)
+    >>> result.status, len(result.q) == len(result.u) + 1
+    (Status.Solved, True))");
 }
 
 }  // namespace stiction::python

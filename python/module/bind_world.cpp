@@ -143,23 +143,30 @@ void bind_records(nb::module_& m) {
   nb::class_<Pose>(m, "Pose", "Rigid transform X_AB: a point p_B in B is at R p_B + p in A.")
       .def(
           "__init__", [](Pose* self, const Matrix& R, const Vector& p) { new (self) Pose(make_pose(R, p)); }, "R"_a, "p"_a,
-          "R: a rotation (3, 3); p [m] (3)")
+          "R: a rotation (3, 3); p [m] (3)"
+          R"(
+
+    >>> X_WA = st.Pose([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [1, 0, 0])  # a quarter turn about z
+    >>> (X_WA @ st.Pose(np.eye(3), [2, 0, 0])).p
+    array([1., 2., 0.]))")
       .def_ro("R", &Pose::R, "rotation (3, 3)")
       .def_ro("p", &Pose::p, "position [m] (3)")
       .def_prop_ro("quaternion_wxyz", &quaternion_of, "of R, in the order w, x, y, z with w not negative (4)")
       .def("__matmul__", [](const Pose& a, const Pose& b) { return a * b; })
-      .def("inverse", &Pose::inverse)
+      .def("inverse", &Pose::inverse, "X_BA of X_AB")
       .def("__repr__", [](const Pose& X) { return fmt::format("Pose(p=[{:.6g}, {:.6g}, {:.6g}])", X.p[0], X.p[1], X.p[2]); });
-  nb::enum_<world::BodyKind>(m, "BodyKind")
+  nb::enum_<world::BodyKind>(m, "BodyKind", "What moves a body.")
       .value("Fixed", world::BodyKind::Fixed)
       .value("Object", world::BodyKind::Object)
       .value("Robot", world::BodyKind::Robot);
-  nb::enum_<world::DofKind>(m, "DofKind").value("Prismatic", world::DofKind::Prismatic).value("Revolute", world::DofKind::Revolute);
-  nb::class_<world::Body>(m, "Body")
+  nb::enum_<world::DofKind>(m, "DofKind", "How a coordinate moves.")
+      .value("Prismatic", world::DofKind::Prismatic)
+      .value("Revolute", world::DofKind::Revolute);
+  nb::class_<world::Body>(m, "Body", "A rigid body: fixed, of an object, or a link of a robot.")
       .def_ro("name", &world::Body::name)
       .def_ro("kind", &world::Body::kind)
       .def_ro("dofs", &world::Body::dofs, "velocity indices that move it");
-  nb::class_<world::Geometry>(m, "Geometry")
+  nb::class_<world::Geometry>(m, "Geometry", "A shape on a body.")
       .def_ro("name", &world::Geometry::name)
       .def_ro("body", &world::Geometry::body)
       .def_ro("X_BG", &world::Geometry::X_BG)
@@ -168,19 +175,19 @@ void bind_records(nb::module_& m) {
           nb::sig("def shape(self) -> dict[str, object]"),
           "its `type` and the numbers of that type, as in a plan file (docs/plan_file.md) [m]; arrays for those of a mesh")
       .def_ro("friction", &world::Geometry::friction);
-  nb::class_<world::Pair>(m, "Pair")
+  nb::class_<world::Pair>(m, "Pair", "Two geometries that may touch, as indices into Model.geometries.")
       .def_ro("geometry_a", &world::Pair::geometry_a)
       .def_ro("geometry_b", &world::Pair::geometry_b)
       .def_ro("friction", &world::Pair::friction)
       .def_ro("max_distance", &world::Pair::max_distance, "[m]");
-  nb::class_<world::Dof>(m, "Dof")
+  nb::class_<world::Dof>(m, "Dof", "A coordinate: of an object, or a joint of a robot.")
       .def_ro("name", &world::Dof::name)
       .def_ro("kind", &world::Dof::kind)
       .def_ro("lower", &world::Dof::lower, "[m or rad]")
       .def_ro("upper", &world::Dof::upper, "[m or rad]")
       .def_ro("stiffness", &world::Dof::stiffness, "K_a [N/m or N m/rad], 0 for objects")
       .def_ro("effort", &world::Dof::effort, "Largest force or torque of the motor [N or N m], infinite where there is no limit");
-  nb::class_<world::ObjectInfo>(m, "ObjectInfo")
+  nb::class_<world::ObjectInfo>(m, "ObjectInfo", "Where the coordinates of an object stand in q and v.")
       .def_ro("name", &world::ObjectInfo::name)
       .def_ro("body", &world::ObjectInfo::body)
       .def_ro("v_begin", &world::ObjectInfo::v_begin)
@@ -218,15 +225,29 @@ void bind_world(nb::module_& m) {
         const nb::gil_scoped_release unlocked;
         return Model::make(made);
       },
-      "scene"_a, nb::kw_only(), "base"_a = nb::none(), "Model.make(load_scene(scene, base=base)).");
+      "scene"_a, nb::kw_only(), "base"_a = nb::none(),
+      "Model.make(load_scene(scene, base=base))."
+      R"(
+
+    >>> model = st.load_model({
+    ...     "gravity": [0, 0, -9.81],
+    ...     "robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}],
+    ...     "objects": [{"name": "box", "joint": "free", "mass": 0.5, "shapes": [{"box": {"size": [0.1, 0.1, 0.1]}}]}],
+    ...     "fixed": [{"name": "table", "shapes": [{"half_space": {}}]}],
+    ...     "filters": [{"exclude": ["arm", "table"]}],
+    ... })
+    >>> model.n_a, model.n_q, model.object_names
+    (6, 13, ['box']))");
 
   nb::class_<Model>(m, "Model", "Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.")
-      .def_static("make", &Model::make, "scene"_a)
-      .def("__reduce__",
-           [](const Model&) -> nb::object {
-             throw nb::type_error(
-                 "Model: got pickle or copy, expected the scene, task or plan that it was made from: models are shared, not copied");
-           })
+      .def_static("make", &Model::make, "scene"_a, "The model of a scene. Raises InvalidInput.")
+      .def(
+          "__reduce__",
+          [](const Model&) -> nb::object {
+            throw nb::type_error(
+                "Model: got pickle or copy, expected the scene, task or plan that it was made from: models are shared, not copied");
+          },
+          nb::sig("def __reduce__(self) -> tuple"))
       .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal)
       .def_prop_ro("n_q", &Model::n_q)
       .def_prop_ro("n_v", &Model::n_v)
@@ -251,12 +272,20 @@ void bind_world(nb::module_& m) {
           "what was taken otherwise than the files say, or chosen where they say nothing")
       .def_prop_ro("planar_axis", &Model::planar_axis, "axis normal to the plane in which everything moves, or None")
       .def("neutral", &Model::neutral, "every object at its placed frame, every joint as near to 0 as its limits allow (n_q)")
-      .def("joint_index", &Model::joint_index, "name"_a)
-      .def("object_index", &Model::object_index, "name"_a)
-      .def("retract", &retract, "q"_a, "delta"_a, "q ⊕ δ: the only way to move (n_q)")
+      .def("joint_index", &Model::joint_index, "name"_a, "of a joint in u. Raises InvalidInput: no such joint")
+      .def("object_index", &Model::object_index, "name"_a, "of an object in `objects`. Raises InvalidInput: no such object")
+      .def("retract", &retract, "q"_a, "delta"_a,
+           "q ⊕ δ: the only way to move (n_q)"
+           R"(
+
+    >>> model = st.load_task("allegro_ball").model
+    >>> q = model.neutral()
+    >>> delta = np.full(model.n_v, 0.1)
+    >>> bool(np.allclose(model.local(q, model.retract(q, delta)), delta))
+    True)")
       .def("local", &local, "q0"_a, "q1"_a, "q1 ⊖ q0 (n_v)")
       .def("object_pose", &object_pose, "q"_a, "object"_a, "X_WB of a named object")
-      .def("calc_kinematics", &calc_kinematics, "q"_a)
+      .def("calc_kinematics", &calc_kinematics, "q"_a, "Poses and axes at q (n_q).")
       .def("body_poses", &body_poses, "q"_a, "X_WB by name of the body",
            nb::sig("def body_poses(self, q: numpy.typing.ArrayLike) -> dict[str, Pose]"))
       .def("__repr__", [](const Model& model) {

@@ -1,4 +1,5 @@
 #include "bind_run.hpp"
+#include "bind_touch.hpp"
 #include "stiction/core/status.hpp"
 #include "stiction/core/version.hpp"
 
@@ -27,5 +28,6 @@ NB_MODULE(_core, m) {
   stiction::python::bind_run(m);
   stiction::python::bind_control(m);
   stiction::python::bind_control_run(m);
+  stiction::python::bind_touch(m);
   stiction::python::bind_sensing(m);
 }

@@ -65,32 +65,48 @@ void bind_planner_options(nb::module_& m) {
           [](PlannerOptions* self, const ModelPtr& model, const nb::kwargs& values) {
             new (self) PlannerOptions(from_dict(model, nb::borrow<nb::dict>(values)));
           },
-          "model"_a, "values"_a, "Defaults, and what differs from them. Raises InvalidInput: unknown names, values that cannot be.")
+          "model"_a, "values"_a, nb::sig("def __init__(self, model: Model, **values: object) -> None"),
+          "Defaults, and what differs from them. Raises InvalidInput: unknown names, values that cannot be.")
       .def(
           "replace", [](const PlannerOptions& self, const nb::kwargs& changes) { return replace(self, nb::borrow<nb::dict>(changes)); },
-          "changes"_a, "These options with others; each one is replaced as a whole, None stands for its default. Raises InvalidInput.")
+          "changes"_a, nb::sig("def replace(self, **changes: object) -> PlannerOptions"),
+          "These options with others; each one is replaced as a whole, None stands for its default. Raises InvalidInput."
+          R"(
+
+    >>> options = st.load_task("planar_pushing").options
+    >>> options.replace(goal_bias=0.25).goal_bias
+    0.25)")
       .def("to_dict", &to_dict, "every option by its name", nb::sig("def to_dict(self) -> dict[str, object]"))
-      .def("__getattr__",
-           [](const PlannerOptions& self, const std::string& name) -> nb::object {
-             const nb::dict values = to_dict(self);
-             if (!values.contains(name.c_str()))
-               throw nb::attribute_error(fmt::format("PlannerOptions has no option '{}' that is set", name).c_str());
-             return values[name.c_str()];
-           })
-      .def("__dir__",
-           [](const PlannerOptions& self) {
-             nb::list out = to_dict(self).keys();
-             out.append("replace");
-             out.append("to_dict");
-             return out;
-           })
       .def(
-          "__eq__", [](const PlannerOptions& a, const PlannerOptions& b) { return to_dict(a).equal(to_dict(b)); }, nb::is_operator())
+          "__getattr__",
+          [](const PlannerOptions& self, const std::string& name) -> nb::object {
+            const nb::dict values = to_dict(self);
+            if (!values.contains(name.c_str()))
+              throw nb::attribute_error(fmt::format("PlannerOptions has no option '{}' that is set", name).c_str());
+            return values[name.c_str()];
+          },
+          nb::sig("def __getattr__(self, name: str, /) -> typing.Any"))
+      .def(
+          "__dir__",
+          [](const PlannerOptions& self) {
+            nb::list out = to_dict(self).keys();
+            out.append("replace");
+            out.append("to_dict");
+            return out;
+          },
+          nb::sig("def __dir__(self) -> list[str]"))
+      .def(
+          "__eq__", [](const PlannerOptions& a, const PlannerOptions& b) { return to_dict(a).equal(to_dict(b)); }, nb::is_operator(),
+          nb::sig("def __eq__(self, other: object, /) -> bool"))
       .def("__repr__", &repr);
   m.def(
       "planner_schema", [] { return nb::module_::import_("json").attr("loads")(tasks::planner_schema_json()); },
       nb::sig("def planner_schema() -> dict[str, object]"),
-      "JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range.");
+      "JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range."
+      R"(
+
+    >>> "goal_bias" in st.planner_schema()["properties"]
+    True)");
 }
 
 }  // namespace stiction::python

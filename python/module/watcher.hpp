@@ -45,4 +45,27 @@ class Watcher {
   std::atomic<bool> cancel_{false};
 };
 
+/// Ctrl-C ends a run that asks whether it is abandoned, without Python's lock.
+class Interrupt {
+ public:
+  /// What stops the run: this, or the time. None: as long as it takes.
+  core::RunControl control(std::optional<double> timeout_s) {
+    core::RunControl out;
+    if (timeout_s) out.deadline = deadline_in(*timeout_s);
+    out.abandoned = [this] {  // looked for once a tick
+      const nb::gil_scoped_acquire locked;
+      if (PyErr_CheckSignals() == 0) return false;
+      error_ = std::make_exception_ptr(nb::python_error());
+      return true;
+    };
+    return out;
+  }
+  void rethrow() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  std::exception_ptr error_;
+};
+
 }  // namespace stiction::python

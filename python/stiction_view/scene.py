@@ -102,7 +102,7 @@ def serve(plan: Plan, port: int) -> None:
             if playing.value:
                 following = 0 if shown >= last else shown + 1
                 wait = float(drawing.times[shown + 1] - drawing.times[shown]) / speed.value
-                slider.value = following
+                slider.value = following  # type: ignore[misc]  # viser says that it is read-only
             index = min(int(slider.value), last)
             if index != shown:
                 drawing.show(int(drawing.frames[index]))

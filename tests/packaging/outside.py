@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -18,3 +19,23 @@ def run(*words: object, cwd: Path, expected: int = 0, timeout: float = 300, **va
     )
     assert done.returncode == expected, f"{words}: {done.returncode}\n{done.stdout[-4000:]}{done.stderr[-4000:]}"
     return done
+
+
+def build_consumer(folder: Path, *options: str) -> Path:
+    """The program of a project of somebody else that finds the library by these options of CMake."""
+    source = Path(shutil.copytree(ROOT / "tests/packaging/consumer", folder / "consumer"))
+    build = folder / "build"
+    run("cmake", "-G", "Ninja", "-S", source, "-B", build, "-DCMAKE_BUILD_TYPE=Release", *options, cwd=folder)
+    flags = (build / "build.ninja").read_text(encoding="utf-8")
+    assert f"{ROOT}/src" not in flags and "-Werror" not in flags
+    run("cmake", "--build", build, cwd=folder)
+    return build / "consumer"
+
+
+def same_step(python: Path, cwd: Path, **variables: str) -> float:
+    """Largest change of a coordinate in the consumer's step, by the Python module."""
+    script = (
+        "import numpy as np, stiction as st; t = st.load_task('planar_pushing'); q = np.array(t.q_start)\n"
+        "print(abs(st.step(t.model, q, q[len(q) - t.model.n_a:]).q_next - q).max())"
+    )
+    return float(run(python, "-c", script, cwd=cwd, **variables).stdout)

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from outside import BUILD, ROOT, run
+from outside import BUILD, ROOT, build_consumer, run, same_step
 
 VERSION = (ROOT / "VERSION").read_text(encoding="ascii").strip()
 
@@ -30,24 +30,14 @@ def test_an_installed_program_reads_the_tasks_beside_it(moved: Path, tmp_path: P
 
 def test_a_project_finds_the_installed_library(moved: Path, tmp_path: Path) -> None:
     """The same step as that of the Python module, with the data of the installation."""
-    source = Path(shutil.copytree(ROOT / "tests/packaging/consumer", tmp_path / "consumer"))
-    build = tmp_path / "build"
-    run("cmake", "-G", "Ninja", "-S", source, "-B", build, "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_PREFIX_PATH={moved}", cwd=tmp_path)
-    flags = (build / "build.ninja").read_text(encoding="utf-8")
-    assert f"{ROOT}/src" not in flags and "-Werror" not in flags
-    run("cmake", "--build", build, cwd=tmp_path)
-    version, task, scenario, status, moves = run(build / "consumer", "planar_pushing", cwd=tmp_path).stdout.splitlines()
+    consumer = build_consumer(tmp_path, f"-DCMAKE_PREFIX_PATH={moved}")
+    version, task, scenario, status, moves = run(consumer, "planar_pushing", cwd=tmp_path).stdout.splitlines()
     assert version == VERSION and status == "Solved"
     assert Path(task) == moved / "share/stiction/tasks/planar_pushing.yaml"
     assert Path(scenario) == moved / "share/stiction/scenarios/ur5_forearm.yaml"
-    script = (
-        "import numpy as np, stiction as st; t = st.load_task('planar_pushing'); q = np.array(t.q_start)\n"
-        "print(abs(st.step(t.model, q, q[len(q) - t.model.n_a:]).q_next - q).max())"
-    )
-    python = ROOT / ".venv/bin/python"
-    same = float(run(python, "-c", script, cwd=tmp_path, PYTHONPATH=str(BUILD / "python")).stdout)
+    same = same_step(ROOT / ".venv/bin/python", tmp_path, PYTHONPATH=str(BUILD / "python"))
     assert float(moves) == pytest.approx(same, rel=1e-6), "a step of the module of the build"
-    missing = run(build / "consumer", "no_such_task", cwd=tmp_path, expected=-6)
+    missing = run(consumer, "no_such_task", cwd=tmp_path, expected=-6)
     assert "planar_pushing" in missing.stderr
 
 

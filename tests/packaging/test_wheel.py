@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from outside import BUILD, ROOT, run
+from outside import BUILD, ROOT, build_consumer, run, same_step
 
 VERSION = (ROOT / "VERSION").read_text(encoding="ascii").strip()
 LIMIT_BYTES = 15e6
@@ -83,7 +83,7 @@ def test_shared_libraries_are_those_of_the_packages_beside_it(packages: Path, fi
 def test_versions_are_those_of_the_lock_and_pip_finds_nothing_missing(packages: Path, scripts: Path) -> None:
     locked = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "requirements.lock").read_text(encoding="utf-8"), flags=re.MULTILINE))
     extras = PROJECT["project"]["optional-dependencies"]
-    asked = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], *extras["reproduce"], *extras["mcap"]]
+    asked = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"], *extras["reproduce"], *extras["mcap"], *extras["cpp"]]
     for requirement in asked:
         name, _, version = requirement.partition("==")
         assert name in locked and version in ("", locked[name]), f"{requirement}, locked {locked.get(name)}"
@@ -110,6 +110,18 @@ def test_the_list_of_experiments_is_there(scripts: Path, tmp_path: Path) -> None
     names = {path.stem.replace("_", "-", 1).replace("_", ".") for path in ROOT.glob("experiments/figure_*.py")}
     message = run(scripts / "stiction", "reproduce", "no-such-figure", cwd=tmp_path, expected=2).stderr
     assert names and all(name in message for name in names)
+
+
+def test_a_project_finds_the_library_of_the_wheel(packages: Path, scripts: Path, tmp_path: Path) -> None:
+    """By the folder that the module names, with the packages beside it and nothing of the clone."""
+    where = run(scripts / "python", "-c", "import stiction; print(stiction.get_cmake_dir())", cwd=tmp_path).stdout.strip()
+    consumer = build_consumer(tmp_path, f"-Dstiction_DIR={where}")
+    version, task, _, status, moves = run(consumer, "planar_pushing", cwd=tmp_path).stdout.splitlines()
+    assert version == VERSION and status == "Solved"
+    assert Path(task) == packages / "stiction/share/stiction/tasks/planar_pushing.yaml"
+    assert float(moves) == pytest.approx(same_step(scripts / "python", tmp_path), rel=1e-6)
+    loaded = run("ldd", consumer, cwd=tmp_path).stdout
+    assert str(ROOT) not in loaded and "not found" not in loaded, loaded
 
 
 @pytest.mark.parametrize("example", sorted(path.name for path in ROOT.glob("python/examples/*.py")))

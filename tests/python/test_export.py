@@ -206,6 +206,25 @@ def test_mcap_holds_objects_and_wrenches_at_their_points(messages: dict[str, lis
         assert not any((w.wrench.force.x, w.wrench.force.y, w.wrench.force.z) != (0, 0, 0) for w in ended)
 
 
+def test_a_reader_that_shares_nothing_with_the_writer_agrees(plan_file: Path, motion: dict, st, tmp_path: Path) -> None:
+    """rosbags has its own MCAP and its own CDR; `make release-check` installs it."""
+    any_reader = pytest.importorskip("rosbags.highlevel").AnyReader
+    (file,) = st.read_plan(plan_file).export(tmp_path / "motion.mcap")
+    read: dict[str, list] = {}
+    with any_reader([file]) as reader:
+        for connection, stamp, raw in reader.messages():
+            read.setdefault(connection.topic, []).append((stamp, reader.deserialize(raw, connection.msgtype)))
+    command = column(motion, "q_cmd")
+    for robot in dict.fromkeys(joint.split("/")[0] for joint in motion["joints"]):
+        columns = [i for i, joint in enumerate(motion["joints"]) if joint.startswith(robot + "/")]
+        ((_, message),) = read[f"/{robot}/joint_trajectory"]
+        assert [list(point.positions) for point in message.points] == command[:, columns].tolist()
+        assert len(read[f"/{robot}/joint_states"]) == len(motion["knots"])
+    assert [stamp for stamp, _ in read["/tf"]] == [round(1e9 * knot["time"]) for knot in motion["knots"]]
+    forces = sum(abs(m.wrench.force.z) + abs(m.wrench.force.y) for topic, records in read.items() if topic.startswith("/contacts/") for _, m in records)
+    assert forces == pytest.approx(sum(abs(c["force"][2]) + abs(c["force"][1]) for knot in motion["knots"] for c in knot["contacts"]))
+
+
 def test_bytes_on_the_wire_are_those_of_cdr(messages: dict[str, list]) -> None:
     """Without any reader: encapsulation, stamp, frame with its length and its zero, padding to 8, six numbers."""
     topic = next(topic for topic in messages if topic.startswith("/contacts/"))

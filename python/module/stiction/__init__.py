@@ -17,6 +17,18 @@ if _fault := _what_does_not_fit(_Path(__file__).resolve().parent):
 from ._core import *  # noqa: F403
 from ._core import version  # noqa: E402
 from ._extras import MissingExtra as MissingExtra  # noqa: E402
+from .pages import view as view  # noqa: E402
 from .sweeps import sweep as sweep  # noqa: E402
 
 __version__ = version()
+
+
+def get_cmake_dir() -> str:
+    """The folder of stictionConfig.cmake, for C++: cmake -Dstiction_DIR="$(python -c 'import stiction; print(stiction.get_cmake_dir())')".
+
+    Raises ImportError: this is a build or an installation that has it elsewhere.
+    """
+    found = _Path(__file__).resolve().parent / "lib" / "cmake" / "stiction"
+    if not found.is_dir():
+        raise ImportError(f"no {found}: a wheel has it there; `make install PREFIX=…` has it in PREFIX/lib/cmake/stiction")
+    return str(found)

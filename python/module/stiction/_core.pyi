@@ -1,10 +1,10 @@
 """Robot motion through contact."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 import enum
 import os
 import pathlib
-from typing import Annotated, overload
+from typing import Annotated, Any, overload
 
 import numpy
 import numpy.typing
@@ -43,7 +43,13 @@ class Pose:
     """Rigid transform X_AB: a point p_B in B is at R p_B + p in A."""
 
     def __init__(self, R: numpy.typing.ArrayLike, p: numpy.typing.ArrayLike) -> None:
-        """R: a rotation (3, 3); p [m] (3)"""
+        """
+        R: a rotation (3, 3); p [m] (3)
+
+            >>> X_WA = st.Pose([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [1, 0, 0])  # a quarter turn about z
+            >>> (X_WA @ st.Pose(np.eye(3), [2, 0, 0])).p
+            array([1., 2., 0.])
+        """
 
     @property
     def R(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3, 3), order='F')]:
@@ -59,11 +65,14 @@ class Pose:
 
     def __matmul__(self, arg: Pose, /) -> Pose: ...
 
-    def inverse(self) -> Pose: ...
+    def inverse(self) -> Pose:
+        """X_BA of X_AB"""
 
     def __repr__(self) -> str: ...
 
 class BodyKind(enum.Enum):
+    """What moves a body."""
+
     Fixed = 0
 
     Object = 1
@@ -71,11 +80,15 @@ class BodyKind(enum.Enum):
     Robot = 2
 
 class DofKind(enum.Enum):
+    """How a coordinate moves."""
+
     Prismatic = 0
 
     Revolute = 1
 
 class Body:
+    """A rigid body: fixed, of an object, or a link of a robot."""
+
     @property
     def name(self) -> str: ...
 
@@ -87,6 +100,8 @@ class Body:
         """velocity indices that move it"""
 
 class Geometry:
+    """A shape on a body."""
+
     @property
     def name(self) -> str: ...
 
@@ -106,6 +121,8 @@ class Geometry:
     def friction(self) -> float: ...
 
 class Pair:
+    """Two geometries that may touch, as indices into Model.geometries."""
+
     @property
     def geometry_a(self) -> int: ...
 
@@ -120,6 +137,8 @@ class Pair:
         """[m]"""
 
 class Dof:
+    """A coordinate: of an object, or a joint of a robot."""
+
     @property
     def name(self) -> str: ...
 
@@ -145,6 +164,8 @@ class Dof:
         """
 
 class ObjectInfo:
+    """Where the coordinates of an object stand in q and v."""
+
     @property
     def name(self) -> str: ...
 
@@ -217,7 +238,19 @@ def load_model(file: str | os.PathLike) -> Model:
 
 @overload
 def load_model(scene: dict, *, base: str | os.PathLike | None = None) -> Model:
-    """Model.make(load_scene(scene, base=base))."""
+    """
+    Model.make(load_scene(scene, base=base)).
+
+        >>> model = st.load_model({
+        ...     "gravity": [0, 0, -9.81],
+        ...     "robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}],
+        ...     "objects": [{"name": "box", "joint": "free", "mass": 0.5, "shapes": [{"box": {"size": [0.1, 0.1, 0.1]}}]}],
+        ...     "fixed": [{"name": "table", "shapes": [{"half_space": {}}]}],
+        ...     "filters": [{"exclude": ["arm", "table"]}],
+        ... })
+        >>> model.n_a, model.n_q, model.object_names
+        (6, 13, ['box'])
+    """
 
 class Model:
     """
@@ -225,9 +258,10 @@ class Model:
     """
 
     @staticmethod
-    def make(scene: Scene) -> Model: ...
+    def make(scene: Scene) -> Model:
+        """The model of a scene. Raises InvalidInput."""
 
-    def __reduce__(self) -> object: ...
+    def __reduce__(self) -> tuple: ...
 
     @property
     def scene(self) -> Scene: ...
@@ -308,12 +342,22 @@ class Model:
         every object at its placed frame, every joint as near to 0 as its limits allow (n_q)
         """
 
-    def joint_index(self, name: str) -> int: ...
+    def joint_index(self, name: str) -> int:
+        """of a joint in u. Raises InvalidInput: no such joint"""
 
-    def object_index(self, name: str) -> int: ...
+    def object_index(self, name: str) -> int:
+        """of an object in `objects`. Raises InvalidInput: no such object"""
 
     def retract(self, q: numpy.typing.ArrayLike, delta: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
-        """q ⊕ δ: the only way to move (n_q)"""
+        """
+        q ⊕ δ: the only way to move (n_q)
+
+            >>> model = st.load_task("allegro_ball").model
+            >>> q = model.neutral()
+            >>> delta = np.full(model.n_v, 0.1)
+            >>> bool(np.allclose(model.local(q, model.retract(q, delta)), delta))
+            True
+        """
 
     def local(self, q0: numpy.typing.ArrayLike, q1: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """q1 ⊖ q0 (n_v)"""
@@ -321,7 +365,8 @@ class Model:
     def object_pose(self, q: numpy.typing.ArrayLike, object: str) -> Pose:
         """X_WB of a named object"""
 
-    def calc_kinematics(self, q: numpy.typing.ArrayLike) -> Kinematics: ...
+    def calc_kinematics(self, q: numpy.typing.ArrayLike) -> Kinematics:
+        """Poses and axes at q (n_q)."""
 
     def body_poses(self, q: numpy.typing.ArrayLike) -> dict[str, Pose]:
         """X_WB by name of the body"""
@@ -410,6 +455,8 @@ class ContactImpulse:
     def __repr__(self) -> str: ...
 
 class Residuals:
+    """How far a solution is from the conditions of optimality."""
+
     @property
     def stationarity(self) -> float: ...
 
@@ -423,6 +470,8 @@ class Residuals:
     def cone(self) -> float: ...
 
 class StepResult:
+    """What a step came to."""
+
     @property
     def status(self) -> Status: ...
 
@@ -527,6 +576,8 @@ class Knot:
         """the active ones"""
 
 class RolloutResult:
+    """Sub-steps of one motion of the command."""
+
     @property
     def status(self) -> Status: ...
 
@@ -675,6 +726,11 @@ def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, 
 
     status: Solved; MaxIterations; Infeasible (overlap that no motion within reach undoes); NumericalFailure.
 
+        >>> task = st.load_task("planar_pushing")
+        >>> result = st.step(task.model, task.q_start, [0.0, 0.1], h=0.1, smoothing=st.Analytic(kappa=100), with_B=True)
+        >>> result.status, result.q_next.shape, result.B.shape
+        (Status.Solved, (5,), (5, 2))
+
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
@@ -701,6 +757,11 @@ def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.Ar
 
     status: Solved; that of the step that failed. Samples that fail are left out and counted.
 
+        >>> task = st.load_task("planar_pushing")
+        >>> local = st.calc_local_model(task.model, task.q_start, task.q_start[3:], scheme=st.Analytic(kappa=100), with_A=True)
+        >>> local.A.shape, local.B.shape, local.failed
+        ((5, 5), (5, 2), 0)
+
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
@@ -726,6 +787,11 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
       workspace: scratch, of one thread at a time; None: one for this call.
 
     status: Solved; that of the sub-step that failed, and the knots before it.
+
+        >>> task = st.load_task("planar_pushing")
+        >>> path = st.rollout(task.model, task.q_start, [0.0, 0.0], [0.0, 0.1], joint_travel=0.01)
+        >>> path.status, len(path.knots)
+        (Status.Solved, 10)
 
     Arguments of the step:
       h: time step [s], > 0.
@@ -790,6 +856,12 @@ def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLik
       with_A, with_B: the derivatives StepBatch.A and .B.
       threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
 
+        >>> task = st.load_task("planar_pushing")
+        >>> q = np.tile(task.q_start, (1000, 1))
+        >>> batch = st.step_batch(task.model, q, q[:, 3:] + np.linspace(0, 0.2, 1000)[:, None], smoothing=st.Analytic(kappa=100), with_B=True)
+        >>> batch.q_next.shape, batch.B.shape, batch.failed
+        ((1000, 5), (1000, 5, 2), 0)
+
     Arguments of the step:
       h: time step [s], > 0.
       smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
@@ -837,6 +909,8 @@ class PairForce:
         """deepest penetration [m]"""
 
 class SimulationResult:
+    """Samples of a second-order simulation."""
+
     @property
     def status(self) -> Status: ...
 
@@ -914,6 +988,11 @@ def simulate(plant: Plant, q0: numpy.typing.ArrayLike, times: numpy.typing.Array
       timeout_s: [s] > 0; None: as long as it takes.
 
     status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+
+        >>> task = st.load_task("planar_pushing")
+        >>> run = st.simulate(st.Plant(task.model), task.q_start, [0.0, 0.5], [[0, 0], [0, 0.1]], record_interval=0.05)
+        >>> run.status, run.q.shape
+        (Status.Solved, (11, 5))
     """
 
 class DrivenPlant:
@@ -927,6 +1006,12 @@ class DrivenPlant:
       period: between two torques, in whole timesteps of the plant [s], > 0.
 
     Raises InvalidInput by the name of the argument.
+
+        >>> task = st.load_task("planar_pushing")
+        >>> plant = st.DrivenPlant(st.Plant(task.model, damping_ratio=0))
+        >>> plant.reset(task.q_start)
+        >>> plant.advance([0.0, 0.02], 0.1), round(plant.time, 3)
+        (Status.Solved, 0.1)
     """
 
     def __init__(self, plant: Plant, *, damping_ratio: float = 1.0, velocity_cutoff: float = 400.0, gain_cutoff: float = 1.0, period: float = 0.0002) -> None: ...
@@ -984,33 +1069,42 @@ class PlannerOptions:
     Options of the planner. Each has the name and the value that it has in the section `planner` of a task file (tasks/schema/task.schema.json); dir() lists them.
     """
 
-    def __init__(self, model: Model, **values) -> None:
+    def __init__(self, model: Model, **values: object) -> None:
         """
         Defaults, and what differs from them. Raises InvalidInput: unknown names, values that cannot be.
         """
 
-    def replace(self, **changes) -> PlannerOptions:
+    def replace(self, **changes: object) -> PlannerOptions:
         """
         These options with others; each one is replaced as a whole, None stands for its default. Raises InvalidInput.
+
+            >>> options = st.load_task("planar_pushing").options
+            >>> options.replace(goal_bias=0.25).goal_bias
+            0.25
         """
 
     def to_dict(self) -> dict[str, object]:
         """every option by its name"""
 
-    def __getattr__(self, arg: str, /) -> object: ...
+    def __getattr__(self, name: str, /) -> Any: ...
 
-    def __dir__(self) -> list: ...
+    def __dir__(self) -> list[str]: ...
 
-    def __eq__(self, arg: PlannerOptions, /) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
 
     def __repr__(self) -> str: ...
 
 def planner_schema() -> dict[str, object]:
     """
     JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range.
+
+        >>> "goal_bias" in st.planner_schema()["properties"]
+        True
     """
 
 class Goal:
+    """Where an object is to be, and how near is near enough."""
+
     @property
     def object(self) -> int:
         """index of the object"""
@@ -1027,6 +1121,8 @@ class Goal:
         """[rad]"""
 
 class GoalError:
+    """How far an object is from its goal."""
+
     @property
     def position(self) -> float:
         """[m]"""
@@ -1043,6 +1139,11 @@ class Task:
     def __init__(self, task: dict, *, base: str | os.PathLike | None = None) -> None:
         """
         A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses and paths may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
+
+            >>> folder = st.load_task("planar_pushing").file.parent
+            >>> task = st.Task({"base": "planar_pushing.yaml", "name": "wide", "tolerance": {"position": 0.05, "angle": 0.2}}, base=folder)
+            >>> task.name, task.goal.tol_position
+            ('wide', 0.05)
         """
 
     @property
@@ -1081,6 +1182,16 @@ class Task:
     def with_(self, *, start: numpy.typing.ArrayLike | None = None, goal: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None) -> Task:
         """
         The task with another start (n_q), goal (as in set_goal) or options (PlannerOptions, or a dict of those that differ); this one stays as it is. Raises InvalidInput.
+
+            >>> task = st.load_task("planar_pushing")
+            >>> other = task.with_(goal=[0.6, 0.1, 0.0], options={"goal_bias": 0.3})
+            >>> other.q_goal, other.options.goal_bias
+            (array([0.6, 0.1, 0. ]), 0.3)
+        """
+
+    def as_plan(self) -> Plan:
+        """
+        A plan that stays at the start, to be shown, exported or compared: MaxIterations, unless the start is at the goal.
         """
 
     def set_goal(self, values: numpy.typing.ArrayLike) -> None:
@@ -1089,14 +1200,25 @@ class Task:
         """
 
 def list_tasks() -> list[str]:
-    """Names of the built-in tasks."""
+    """
+    Names of the built-in tasks.
+
+        >>> "allegro_cube" in st.list_tasks()
+        True
+    """
 
 def load_task(name_or_file: str | str | os.PathLike) -> Task:
     """
     A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "FILE:LINE: field: got …, expected …".
+
+        >>> task = st.load_task("allegro_cube")
+        >>> task.model.n_a, task.model.object_names
+        (16, ['cube'])
     """
 
 class SegmentKind(enum.Enum):
+    """What a piece of a plan does."""
+
     Settle = 0
     """from the given start to rest on the constraints (first segment only)"""
 
@@ -1107,6 +1229,8 @@ class SegmentKind(enum.Enum):
     """the robot moves to new contacts while the object rests"""
 
 class Progress:
+    """What on_progress is told."""
+
     @property
     def iteration(self) -> int: ...
 
@@ -1125,6 +1249,8 @@ class Progress:
     def elapsed_s(self) -> float: ...
 
 class TreeNode:
+    """A node of the search tree."""
+
     @property
     def parent(self) -> int:
         """-1 of the root"""
@@ -1217,6 +1343,11 @@ class Trajectory:
 def make_trajectory(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0) -> Trajectory:
     """
     Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; commands rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. Raises InvalidInput.
+
+        >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+        >>> trajectory = st.make_trajectory(plan, speed=0.5)
+        >>> trajectory.u.shape == (len(trajectory.times), 2), float(trajectory.times[0])
+        (True, 0.0)
     """
 
 class Segment:
@@ -1235,7 +1366,14 @@ class Segment:
 
 class Plan:
     """
-    Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled.
+    Commands and predicted configurations from the start to (near) the goal, with the task. Can be pickled; a sequence of segments.
+
+        >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+        >>> plan.q.shape == (len(plan.u), 5), len(plan) == len(plan.segments)
+        (True, True)
+        >>> first = plan[:1]
+        >>> first.q.shape == (1 + len(plan[0].q), 5)
+        True
     """
 
     @property
@@ -1263,6 +1401,20 @@ class Plan:
     @property
     def segments(self) -> list[Segment]: ...
 
+    def __len__(self) -> int: ...
+
+    def __iter__(self) -> Iterator[Segment]: ...
+
+    @overload
+    def __getitem__(self, index: int) -> Segment:
+        """One of the segments. Raises IndexError."""
+
+    @overload
+    def __getitem__(self, segments: slice) -> Plan:
+        """
+        Neighbouring segments as a plan, which starts where the one before them ends. Solved where it ends at the goal. Raises InvalidInput: no segment
+        """
+
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """configurations, the start first (knots + 1, n_q)"""
@@ -1287,6 +1439,13 @@ class Plan:
         Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, contacts.
 
         format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speeds. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
+
+            >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+            >>> [file.name for file in plan.export("motion.csv")]
+            ['motion.csv', 'motion.contacts.csv']
+            >>> with np.load(plan.export("motion.npz")[0]) as motion:
+            ...     motion["q"].shape == (len(motion["time"]), 2)
+            True
         """
 
     def to_text(self, folder: str | os.PathLike | None = None) -> str:
@@ -1303,14 +1462,25 @@ class Plan:
 def read_plan(file: str | os.PathLike) -> Plan:
     """
     A plan from its file, or the folder of a plan.json, with the task it was made for. Raises InvalidInput: "FILE: field: got …, expected …", also where the scene of the task is another one by now.
+
+        >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+        >>> plan.write("plan.json")
+        >>> bool((st.read_plan("plan.json").q == plan.q).all())
+        True
     """
 
 def parse_plan(text: str, folder: str | os.PathLike | None = None) -> Plan:
     """
     A plan from the text of its file. folder: in which the text stands, None: the working folder. Raises InvalidInput.
+
+        >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+        >>> st.parse_plan(plan.to_text()).seed
+        0
     """
 
 class RefineResult:
+    """What came of a refinement."""
+
     @property
     def status(self) -> Status: ...
 
@@ -1352,6 +1522,11 @@ def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads:
     plan: one that is Solved. options: PlannerOptions, or a dict of those that differ; None: those that the plan was made with. threads: 0 for all cores; the result does not depend on them. timeout_s: [s] > 0.
 
     status: Solved; MaxIterations (time used up) and Cancelled: refined at its own steps, or the given plan; NumericalFailure: the given plan does not reach its goal. Raises InvalidInput.
+
+        >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+        >>> refined = st.refine(plan)
+        >>> refined.status, st.check_plan(refined.plan).pass_
+        (Status.Solved, True)
     """
 
 class CheckItem:
@@ -1381,6 +1556,8 @@ class CheckItem:
     def __repr__(self) -> str: ...
 
 class CheckReport:
+    """What came of a check."""
+
     @property
     def pass_(self) -> bool:
         """the verdict"""
@@ -1413,9 +1590,15 @@ class CheckReport:
 def check_plan(plan: Plan) -> CheckReport:
     """
     Simulates a plan anew with the exact dynamics at half the sub-step, and compares every number in it with what comes out and with its task. The check shares nothing with the planner.
+
+        >>> report = st.check_plan(st.plan(st.load_task("planar_pushing"), seed=0).plan)
+        >>> report.pass_, report.at("goal_position").unit
+        (True, 'm')
     """
 
 class PlanResult:
+    """What came of a search."""
+
     @property
     def plan(self) -> Plan:
         """the best path found, also where it is not Solved"""
@@ -1485,6 +1668,13 @@ def plan(task: Task, *, q_start: numpy.typing.ArrayLike | None = None, u_start: 
     q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search, so does False, which keeps the best path so far (Cancelled).
 
     status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest at the start). Raises InvalidInput.
+
+        >>> task = st.load_task("planar_pushing")
+        >>> result = st.plan(task, seed=0)
+        >>> result.status, st.check_plan(result.plan).pass_
+        (Status.Solved, True)
+        >>> st.plan(task, seed=0, on_progress=lambda progress: False).status
+        Status.Cancelled
     """
 
 class CostTerms:
@@ -1512,6 +1702,8 @@ class CostTerms:
     def total(self) -> float: ...
 
 class IterationLog:
+    """What an iteration came to."""
+
     @property
     def cost(self) -> CostTerms:
         """of the trajectory after this iteration"""
@@ -1538,6 +1730,8 @@ class IterationLog:
     def elapsed_s(self) -> float: ...
 
 class OptimizeResult:
+    """The best trajectory of an optimisation."""
+
     @property
     def status(self) -> Status: ...
 
@@ -1579,6 +1773,10 @@ def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
     status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
+
+        >>> result = st.optimize(st.load_task("impc_planar_pushing"), iterations=2)
+        >>> result.status, len(result.q) == len(result.u) + 1
+        (Status.Solved, True)
     """
 
 class Finding:
@@ -1612,6 +1810,9 @@ class Finding:
 def lint(task: Task) -> list[Finding]:
     """
     Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong.
+
+        >>> st.lint(st.load_task("planar_pushing"))
+        []
     """
 
 class SolveRun:
@@ -1683,6 +1884,8 @@ class SolveTry:
     def simulate_s(self) -> float: ...
 
 class SolveResult:
+    """What became of all seeds."""
+
     @property
     def status(self) -> Status: ...
 
@@ -1711,6 +1914,10 @@ def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
     status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancelled. Raises InvalidInput.
+
+        >>> found = st.solve(st.load_task("planar_pushing"), seed=0, tries=1, speed=20.0)
+        >>> [(one.seed, one.status) for one in found.tries]
+        [(0, Status.Solved)]
     """
 
 class PieceError:
@@ -1758,6 +1965,8 @@ class PieceError:
     def normalised_angle(self) -> float | None: ...
 
 class PieceReport:
+    """A push or a regrasp of a run beside its plan."""
+
     @property
     def kind(self) -> SegmentKind:
         """Contact or Regrasp"""
@@ -1785,6 +1994,8 @@ class PieceReport:
         """started from the planned state; None for regrasps"""
 
 class TransferResult:
+    """A plan run open loop, beside what it predicts."""
+
     @property
     def status(self) -> Status: ...
 
@@ -1854,6 +2065,11 @@ def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: f
       timeout_s: [s] > 0; None: as long as it takes.
 
     status: Solved: run to the end, whatever came out; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+
+        >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+        >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)
+        >>> run.status, run.q.shape == (len(run.times), 5)
+        (Status.Solved, True)
     """
 
 class RunEnd(enum.Enum):
@@ -2073,6 +2289,10 @@ def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOpt
         run, and the robot holds.
 
     status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and `message` say what. Raises InvalidInput.
+
+        >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
+        >>> run.end, run.reached
+        (RunEnd.TimeUp, False)
     """
 
 class Law(enum.Enum):
@@ -2278,6 +2498,13 @@ class ContactController:
       force_priority, unilateral_priority: of bounded forces before contacts that do not pull, and of these before tracking.
 
     Raises InvalidInput by the name of the argument; of a robot without stiffness.
+
+        >>> model = st.load_control_scenario("box_in_the_way").model
+        >>> controller = st.ContactController(model, lambda_max=15.0)
+        >>> controller.configure(np.zeros(model.n_a))
+        >>> command = controller.update(st.ControllerState(time=0.0, q=np.zeros(model.n_a), q_ref=np.full(model.n_a, 1e-4)), 0.005)
+        >>> command.status, command.q_cmd.shape
+        (Status.Solved, (7,))
     """
 
     def __init__(self, model: Model, *, law: Law = Law.ContactAware, cost: TrackingCost = TrackingCost.Command, lambda_max: float = 15.0, force_threshold: float | None = None, force_time_constant: float = 0.05, max_contacts: int = 8, revolute_speed: float = 1.5, prismatic_speed: float = 0.25, torque: numpy.typing.ArrayLike | None = None, tool_length: float = 0.5, damping: ForceDampingOptions = ..., unilateral: bool = True, contact_compliance: float = 0.01, posture_weight: float = 0.001, epsilon: float = 0.001, least_lever: float = 0.01, force_priority: float = 1000000.0, unilateral_priority: float = 1000.0) -> None: ...
@@ -2477,6 +2704,9 @@ class ControlRunResult:
 def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
     """
     A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+
+        >>> st.load_control_scenario("box_in_the_way").lambda_max
+        15.0
     """
 
 @overload
@@ -2489,11 +2719,211 @@ def control(scenario: ControlScenario, *, law: Law | None = None, lambda_max: fl
       timeout_s: [s] > 0; None: as long as it takes.
 
     status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+
+        >>> run = st.control("box_in_the_way")
+        >>> run.status, run.q.shape == (len(run.times), 7)
+        (Status.Solved, True)
     """
 
 @overload
 def control(scenario: str | str | os.PathLike, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
     """The same of load_control_scenario(scenario)."""
+
+class TouchScenario:
+    """
+    An arm that goes to a posture among things that it does not know, as a file says (scenarios/README.md).
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def description(self) -> str: ...
+
+    @property
+    def file(self) -> pathlib.Path: ...
+
+    @property
+    def model(self) -> Model:
+        """what the arm knows"""
+
+    @property
+    def start(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """joint positions (n_a) [rad or m]"""
+
+    @property
+    def goal(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """joint positions (n_a) [rad or m]"""
+
+    @property
+    def tolerance(self) -> float:
+        """of the largest joint at the goal [rad; m in lengths of the robots]"""
+
+    @property
+    def speed(self) -> float:
+        """of any point of the arm, at most [m/s]"""
+
+    @property
+    def max_touches(self) -> int:
+        """after which the arm gives up"""
+
+    @property
+    def lambda_max(self) -> float:
+        """[N]"""
+
+    def make_world(self, seed: int = 0) -> Model:
+        """
+        The model with what is not known, where it is for this seed. Raises InvalidInput: the start touches something.
+        """
+
+    def __repr__(self) -> str: ...
+
+class TouchOutcome(enum.Enum):
+    """How a touch run ended."""
+
+    Reached = 0
+
+    NoRoute = 1
+    """the arm holds where it is"""
+
+    TooManyTouches = 2
+    """the same"""
+
+    Missed = 3
+    """at the end of its path the arm is not at the goal, and feels nothing"""
+
+class Touch:
+    """A contact that was felt long enough to be told of."""
+
+    @property
+    def time(self) -> float:
+        """when it was told [s]"""
+
+    @property
+    def link(self) -> str:
+        """as robot/link"""
+
+    @property
+    def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """where, from torques [m] (3)"""
+
+    @property
+    def n_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """unit, out of what was touched (3)"""
+
+    @property
+    def spread(self) -> float:
+        """deviation of the estimates [m]"""
+
+    @property
+    def force(self) -> float:
+        """mean of the estimates [N]"""
+
+    @property
+    def radius(self) -> float:
+        """of the ball that stands for it from then on (G.2) [m]"""
+
+    @property
+    def error(self) -> float | None:
+        """
+        distance from the nearest contact of the simulation [m]; None: there was none
+        """
+
+    def __repr__(self) -> str: ...
+
+class TouchRoute:
+    """A way to the goal among what was known then."""
+
+    @property
+    def time(self) -> float:
+        """when it was found [s]"""
+
+    @property
+    def found(self) -> bool: ...
+
+    @property
+    def postures(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """to the goal, both ends included (postures, n_a) [rad or m]"""
+
+    @property
+    def travel(self) -> float:
+        """its length (G.1) [m]"""
+
+    @property
+    def wall_s(self) -> float:
+        """that the search took"""
+
+class TouchResult:
+    """What came of going to a posture among unknown things."""
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def outcome(self) -> TouchOutcome: ...
+
+    @property
+    def reached(self) -> bool: ...
+
+    @property
+    def reason(self) -> str:
+        """why the goal was not reached, or what the simulation said"""
+
+    @property
+    def touches(self) -> list[Touch]: ...
+
+    @property
+    def routes(self) -> list[TouchRoute]:
+        """the first before the first motion, then one after each touch"""
+
+    @property
+    def goal_error(self) -> float:
+        """of the largest joint at the end [rad; m in lengths of the robots]"""
+
+    @property
+    def run(self) -> ControlRunResult:
+        """series and forces of the whole run"""
+
+    @property
+    def world(self) -> Model:
+        """what was simulated"""
+
+    @property
+    def map(self) -> Model:
+        """
+        what the arm knows at the end: the scene, and a ball touch_1, touch_2, … for each place
+        """
+
+    def __repr__(self) -> str: ...
+
+def load_touch_scenario(scenario: str | str | os.PathLike) -> TouchScenario:
+    """
+    A scenario of touch: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+
+        >>> scenario = st.load_touch_scenario("reach_past_pillar")
+        >>> scenario.goal.shape == scenario.start.shape, scenario.lambda_max
+        (True, 15.0)
+    """
+
+@overload
+def touch(scenario: TouchScenario, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> TouchResult:
+    """
+    An arm goes to its goal with bounded forces, locates what it meets from joint torques, and plans around it.
+
+      seed: of torque noise, of where the unknown is and of paths; None: the scenario's.
+      settle: forces are called steady this long after their contact was made [s], >= 0.
+      timeout_s: [s] > 0; None: as long as it takes.
+
+    status: Solved: `outcome` says to what; MaxIterations (time used up); NumericalFailure (`reason`). Raises InvalidInput.
+
+        >>> run = st.touch("reach_past_pillar", seed=0)
+        >>> run.outcome, len(run.touches) > 0, run.run.q.shape == (len(run.run.times), 7)
+        (TouchOutcome.Reached, True, True)
+    """
+
+@overload
+def touch(scenario: str | str | os.PathLike, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> TouchResult:
+    """The same of load_touch_scenario(scenario)."""
 
 class Sampling(enum.Enum):
     """How samples lie on a link."""
@@ -2746,6 +3176,8 @@ class Discrimination:
     def __repr__(self) -> str: ...
 
 class SenseResult:
+    """What torques say of one moment."""
+
     @property
     def verdict(self) -> Verdict: ...
 
@@ -2808,6 +3240,14 @@ class Sensor:
       surface: SurfaceOptions().
 
     Raises InvalidInput: a pattern that matches no link; a link that no joint moves or that has no surface.
+
+        >>> model = st.load_model({"robots": [{"name": "arm", "urdf": "package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"}]})
+        >>> sensor = st.Sensor(model, links=["arm/forearm_link"], samples=200)
+        >>> q, link = np.array([0.3, -1.2, 1.6, -2.0, -1.6, 0.4]), sensor.links[0]
+        >>> tau = st.calc_contact_torque(model, q, link.name, link.p_L[50], -20 * link.n_L[50])  # a push of 20 N
+        >>> result = sensor.sense(q, tau)
+        >>> result.verdict, result.calc_distance(link.name, link.p_L[50]) < 0.02
+        (Verdict.Explained, True)
     """
 
     def __init__(self, model: Model, *, links: Sequence[str] = [], samples: int = 500, sampling: Sampling = Sampling.Stratified, normals: Normals = Normals.Flat, seed: int = 0, surface: SurfaceOptions = ...) -> None: ...
@@ -3104,6 +3544,10 @@ class SensingScenario:
 def load_sensing_scenario(scenario: str | str | os.PathLike) -> SensingScenario:
     """
     A scenario of sensing: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
+
+        >>> scenario = st.load_sensing_scenario("ur5_forearm")
+        >>> scenario.tau.shape, scenario.contact.link
+        ((1, 6), 'arm/forearm_link')
     """
 
 @overload
@@ -3116,6 +3560,9 @@ def load_sensing_scenario(scenario: dict, *, base: str | os.PathLike | None = No
 def sense(scenario: SensingScenario) -> list[SenseResult]:
     """
     What every moment of a scenario says, with the scenario's options, each from the candidates of the one before.
+
+        >>> [result.verdict for result in st.sense("ur5_forearm")]
+        [Verdict.Explained]
     """
 
 @overload

@@ -39,6 +39,7 @@ class Case:
 class Run(Protocol):
     """What is done with a case: a dataclass, whose fields belong to what makes a sweep another one."""
 
+    __dataclass_fields__: ClassVar[dict[str, Any]]
     columns: ClassVar[tuple[str, ...]]
 
     def __call__(self, case: Case) -> list[dict[str, Any]]:
@@ -222,6 +223,10 @@ def sweep(
 
     A run whose process dies is tried again, then recorded with the status Died. Raises InvalidInput; MissingExtra: `pip install stiction[ray]`.
     A script whose own class is `run` calls this under `if __name__ == "__main__":`, as for any other use of processes.
+
+        >>> rows = st.sweep("planar_pushing", seeds=1, out="sweep.csv", processes=1)
+        >>> [(row["seed"], row["accepted"]) for row in rows]
+        [(0, True)]
     """
     names = _unique("tasks", map(str, [tasks] if isinstance(tasks, (str, os.PathLike)) else tasks))
     choices = combinations(options or {})

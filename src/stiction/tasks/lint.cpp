@@ -160,7 +160,8 @@ class Linter {
       say("unsupported", "start: nothing can touch '{}': it falls without end", object(o).name);
       place_finding("start", object(o).name);
     } else if (n.phi > near(n.pair)) {
-      say("unsupported", "start: '{}' touches nothing, '{}' is {} away: it falls first", object(o).name, other(n.pair, o), length(n.phi));
+      say("unsupported", "start: '{}' touches nothing, '{}' is {} away: it falls first; move it there, or put something fixed under it",
+          object(o).name, other(n.pair, o), length(n.phi));
       place_finding("start", n.pair);
     }
   }

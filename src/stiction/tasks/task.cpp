@@ -1,6 +1,7 @@
 #include "stiction/tasks/task.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -73,6 +74,11 @@ int find_object(const YamlNode& entry, const std::string& name, const Model& mod
 void read_joints(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
   const int first = model.n_q() - model.n_a();
   if (node.is_sequence()) {
+    if (const auto given = static_cast<int>(node.items().size()); given != model.n_a()) {
+      std::vector<std::string> names;
+      for (int j = 0; j < model.n_a(); ++j) names.push_back(model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name);
+      node.fail(fmt::format("{} numbers", given), fmt::format("{}, of {}", model.n_a(), fmt::join(names, ", ")));
+    }
     q.tail(model.n_a()) = node.vector(model.n_a());
   } else {
     for (const auto& [name, value] : node.entries()) {

@@ -1,0 +1,72 @@
+#include "python_start.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+namespace stiction::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path viewer_of(const std::string& command) {
+  const fs::path found = python_dir();
+  if (found.empty()) throw InstallationFault(command + ": no package stiction_view beside the program");
+  return found;
+}
+
+fs::path module_of(const std::string& command) {
+  const fs::path found = module_dir();
+  if (found.empty()) throw InstallationFault(command + ": no Python module 'stiction' beside the program; `make build` makes it");
+  return found;
+}
+
+/// PYTHONPATH.
+std::string path_of(const std::string& command, Packages packages) {
+  switch (packages) {
+    case Packages::Viewer:
+      return viewer_of(command).string();
+    case Packages::Module:
+      return module_of(command).string();
+    case Packages::ViewerAndModule:
+      return viewer_of(command).string() + ":" + module_of(command).string();
+    case Packages::Experiments:
+      return experiments_dir().string() + ":" + module_of(command).string();
+  }
+  return {};
+}
+
+std::vector<std::string> with_interpreter(const std::vector<std::string>& words) {
+  std::vector<std::string> out = {python_interpreter(), "-m"};
+  out.insert(out.end(), words.begin(), words.end());
+  return out;
+}
+
+[[noreturn]] void cannot_start(const std::string& command, const std::string& interpreter) {
+  throw InstallationFault(fmt::format("{}: '{}' cannot be started; `make setup` makes a Python interpreter", command, interpreter));
+}
+
+}  // namespace
+
+int run_python(const std::string& command, Packages packages, const std::vector<std::string>& words) {
+  const auto all = with_interpreter(words);
+  const int code = run_program(all, path_of(command, packages));
+  if (code == 127) cannot_start(command, all[0]);
+  return code;
+}
+
+void become_python(const std::string& command, Packages packages, const std::vector<std::string>& words) {
+  auto all = with_interpreter(words);
+  const std::string path = path_of(command, packages);
+  std::vector<char*> argv;
+  for (auto& word : all) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  ::setenv("PYTHONPATH", path.c_str(), 1);
+  std::fflush(nullptr);
+  ::execvp(argv[0], argv.data());
+  cannot_start(command, all[0]);
+}
+
+}  // namespace stiction::app

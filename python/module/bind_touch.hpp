@@ -1,0 +1,9 @@
+#pragma once
+
+#include "bindings.hpp"
+
+namespace stiction::python {
+
+void bind_touch(nb::module_& m);
+
+}  // namespace stiction::python

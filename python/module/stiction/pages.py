@@ -1,0 +1,67 @@
+"""Plans and tasks in the browser: what `stiction view` shows."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ._core import InvalidInput, Plan, Task
+from ._files import require_folder, write_whole
+
+PACKAGE = "stiction_view"
+
+
+def find_viewer(here: Path) -> Path:
+    """The folder of the viewer: of a wheel inside the package, of an installation beside it, of a build in the clone above it."""
+    places = [here / "share" / "stiction" / "python", here.parent, *(folder / "python" for folder in here.parents)]
+    for place in places:
+        if (place / PACKAGE / "__init__.py").is_file():
+            return place
+    raise ImportError(f"no package {PACKAGE} beside {here}; the wheel and `make install` bring it")
+
+
+def _viewer(name: str) -> ModuleType:
+    if PACKAGE not in sys.modules:
+        place = str(find_viewer(Path(__file__).resolve().parent))
+        if place not in sys.path:
+            sys.path.append(place)
+    return import_module(f"{PACKAGE}.{name}")
+
+
+def _load(shown: Plan | Task) -> Any:
+    """What the viewer draws, read from the text of the plan's file."""
+    if not isinstance(shown, (Plan, Task)):
+        raise InvalidInput(f"shown: got {type(shown).__name__}, expected a Plan or a Task")
+    plan = shown.as_plan() if isinstance(shown, Task) else shown
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "plan.json"
+        plan.write(file)
+        return _viewer("plan").load_plan(file)
+
+
+def view(shown: Plan | Task, *, html: str | Path | None = None, port: int = 8080) -> Path | None:
+    """Shows a plan, or a task before it is planned, in the browser.
+
+    html: a page to write, self-contained: play, scrub, contact forces as arrows. Returns it.
+    None: serves on the loopback address at `port` until Ctrl-C.
+
+    Raises InvalidInput: what is shown is neither; the page cannot be written.
+
+        >>> st.view(st.load_task("planar_pushing"), html="task.html").name
+        'task.html'
+    """
+    if html is not None:
+        require_folder(Path(html))
+    drawn = _load(shown)
+    scene = _viewer("scene")
+    if html is not None:
+        return write_whole(Path(html), lambda file: file.write_text(scene.make_page(drawn), encoding="utf-8"))
+    try:
+        scene.serve(drawn, port)
+    except KeyboardInterrupt:
+        pass
+    return None
