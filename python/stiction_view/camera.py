@@ -76,7 +76,9 @@ def choose_view(plan: Plan, parts: list[BodyMesh], frames: np.ndarray) -> View:
         ]
         if plan.bodies[plan.goal_body].kind != "object":  # nothing is to be seen before all else
             candidates = candidates[:1]
-        scores = [sum(visible(plan, samples, knot, d) for knot in moments) for d in candidates]
+        knots, counts = np.unique(moments, return_counts=True)
+        clouds = [make_cloud(plan, samples, knot) for knot in knots]
+        scores = [sum(count * visible(cloud, d) for cloud, count in zip(clouds, counts)) for d in candidates]
         direction = candidates[int(np.argmax(np.round(scores, 2)))]
     direction = direction / np.linalg.norm(direction)
 
@@ -111,18 +113,30 @@ def sample_surfaces(plan: Plan, parts: list[BodyMesh]) -> dict[int, np.ndarray]:
     return {part.body: meshes.surface_points(part.mesh, count(meshes.surface_area(part.mesh)), rng) for part in parts}
 
 
-def visible(plan: Plan, samples: dict[int, np.ndarray], knot: int, direction: np.ndarray) -> float:
+@dataclass(frozen=True)
+class Cloud:
+    """Points on all bodies at one moment."""
+
+    world: np.ndarray  # (n, 3)
+    is_object: np.ndarray  # (n)
+    cell: float  # of the depth buffer [m]
+
+
+def make_cloud(plan: Plan, samples: dict[int, np.ndarray], knot: int) -> Cloud:
+    world = [in_world(p, pose_at(plan, body, knot)) for body, p in samples.items()]
+    is_object = [np.full(len(p), body == plan.goal_body) for body, p in samples.items()]
+    return Cloud(np.concatenate(world), np.concatenate(is_object), _cell(samples.get(plan.goal_body, np.zeros((1, 3)))))
+
+
+def visible(cloud: Cloud, direction: np.ndarray) -> float:
     """Part of the picture of the object that nothing else covers, seen from `direction`: a coarse depth buffer of surface points."""
-    if plan.goal_body not in samples:
+    if not cloud.is_object.any():
         return 0.0
     right = np.cross([0.0, 0.0, 1.0], direction)
     right /= np.linalg.norm(right)
     up = np.cross(direction, right)
-    points = [in_world(p, pose_at(plan, body, knot)) for body, p in samples.items()]
-    is_object = np.concatenate([np.full(len(p), body == plan.goal_body) for body, p in samples.items()])
-    world = np.concatenate(points)
-    cell = _cell(samples[plan.goal_body])
-    column, row = (np.round(world @ axis / cell).astype(int) for axis in (right, up))
+    world, is_object = cloud.world, cloud.is_object
+    column, row = (np.round(world @ axis / cloud.cell).astype(int) for axis in (right, up))
     near = np.ones(len(world), dtype=bool)
     for index in (column, row):  # nothing else can cover the object
         near &= (index >= index[is_object].min()) & (index <= index[is_object].max())

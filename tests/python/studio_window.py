@@ -13,7 +13,8 @@ import numpy as np
 
 import browser
 
-PATIENCE = 120  # [s] until something shows, on a machine that has much else to do
+PATIENCE = 300  # [s] until something shows, on a machine that has much else to do
+PANEL = 400  # [px] width of the controls, at the right
 FIND_FIELD = """(label) => {
   const word = [...document.querySelectorAll('label')].find((e) => e.textContent.trim() === label);
   return word ? document.getElementById(word.htmlFor) : null;
@@ -57,14 +58,18 @@ class Program:
 class Window:
     """The page in a browser."""
 
-    def __init__(self, chromium: browser.Browser, size: tuple[int, int] = (1000, 640)):
-        self.browser = chromium
+    def __init__(self, chromium: browser.Browser, downloads: Path, size: tuple[int, int] = (900, 560)):
+        self.browser, self.downloads, self.address = chromium, downloads, ""
+        chromium.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(downloads))
+        # Where nobody answers a dialog for files, what is saved goes to the folder of downloads.
+        chromium.call("Page.addScriptToEvaluateOnNewDocument", source="delete window.showSaveFilePicker; delete Window.prototype.showSaveFilePicker")
         chromium.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
 
     # ---- words ----
 
     def visit(self, address: str) -> None:
         """Until the controls and the object are there."""
+        self.address = address
         self.browser.visit(address)
         self.wait_text(r"Open[\s\S]*Export")
         self.browser.wait_for(lambda: orange(self.scene()) > 0.002, PATIENCE, "the object")
@@ -78,21 +83,32 @@ class Window:
     # ---- controls ----
 
     def click(self, find: str, what: str) -> None:
-        """With the mouse, in the middle of the element that a script finds (null: not yet)."""
-        script = f"""(() => {{
-          const e = ({find});
-          if (!e) return null;
-          e.scrollIntoView({{block: 'nearest'}});
-          const r = e.getBoundingClientRect();
-          return [r.left + r.width / 2, r.top + r.height / 2];
-        }})()"""
-        at = self.browser.wait_for(lambda: self.browser.evaluate(script), PATIENCE, what)
+        """The element that a script finds (null: not yet), wherever it has moved to by then."""
+        script = f"(() => {{ const e = ({find}); if (!e) return false; e.scrollIntoView({{block: 'nearest'}}); e.click(); return true; }})()"
+        self.browser.wait_for(lambda: self.browser.evaluate(script), PATIENCE, what)
+
+    def click_at(self, at: tuple[float, float]) -> None:
+        """With the mouse."""
         self.mouse("mouseMoved", at, pressed=False)
         self.mouse("mousePressed", at)
         self.mouse("mouseReleased", at)
 
-    def press(self, label: str, tag: str = "button, [role=tab], label") -> None:
-        """The button, tab or choice of that name, once it is there and may be pressed."""
+    def turn_to(self, label: str) -> None:
+        """The tab of that name, which listens to the mouse and may move away beneath it."""
+        tab = f"[...document.querySelectorAll('[role=tab]')].find((e) => e.textContent.trim() === {json.dumps(label)})"
+        place = f"(() => {{ const e = {tab}; e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); return [r.left + r.width / 2, r.top + r.height / 2]; }})()"
+
+        def turned() -> bool:
+            if self.browser.evaluate(f"({tab}).getAttribute('aria-selected')") == "true":
+                return True
+            self.click_at(self.browser.evaluate(place))
+            self.frames(2)
+            return False
+
+        self.browser.wait_for(turned, PATIENCE, f"the tab {label!r}")
+
+    def press(self, label: str, tag: str = "button, label") -> None:
+        """The button or choice of that name, once it is there and may be pressed."""
         found = f"[...document.querySelectorAll({json.dumps(tag)})].filter((e) => e.textContent.trim() === {json.dumps(label)} && !e.disabled && e.offsetParent !== null).pop()"
         self.click(found, f"the button {label!r}")
 
@@ -120,6 +136,17 @@ class Window:
         option = f"[...document.querySelectorAll('[role=option]')].filter((e) => e.textContent.trim() === {json.dumps(choice)} && e.offsetParent !== null)[0]"
         self.click(option, f"the choice {choice!r} of {label!r}")
 
+    def targets(self) -> list[tuple[float, float, str]]:
+        """Where what can be pressed is, and what is written on it; without the head of the panel, behind which the page keeps the address of its server."""
+        return self.browser.evaluate("""[...document.querySelectorAll('button, label, input:not([type=file]), [role=tab], [role=option], canvas, .mantine-Slider-track')]
+          .map((e) => [e.getBoundingClientRect(), e]).filter(([r, e]) => r.width > 0 && r.height > 0 && r.top >= (e.tagName === 'CANVAS' ? 0 : 56) && r.bottom <= innerHeight && r.right <= innerWidth)
+          .map(([r, e]) => [r.left + r.width / 2, r.top + r.height / 2, e.textContent.slice(0, 40)])""")
+
+    def type(self, text: str) -> None:
+        """Into what was clicked last, in place of what is there."""
+        self.browser.call("Input.dispatchKeyEvent", type="keyDown", key="a", code="KeyA", modifiers=2, windowsVirtualKeyCode=65, commands=["selectAll"])
+        self.browser.call("Input.insertText", text=text)
+
     # ---- the scene ----
 
     def mouse(self, kind: str, at: tuple[float, float], pressed: bool = True) -> None:
@@ -146,7 +173,7 @@ class Window:
     def scene(self) -> np.ndarray:
         """The part of the picture beside the panel."""
         picture = self.picture()
-        return picture[:, : int(0.6 * picture.shape[1])]
+        return picture[:, : picture.shape[1] - PANEL]
 
 
 class Said:

@@ -17,7 +17,7 @@ import browser
 import synthetic
 from stiction_view import InvalidPlan, load_plan
 from stiction_view.bodies import body_meshes
-from stiction_view.camera import choose_view, sample_surfaces, visible
+from stiction_view.camera import choose_view, make_cloud, sample_surfaces, visible
 from stiction_view.frames import MAX_FRAMES, choose_frames, frame_times
 from stiction_view.scene import make_page
 
@@ -130,8 +130,9 @@ def test_wall_hides_what_is_behind_it(tmp_path: Path) -> None:
     parts = body_meshes(loaded, {})
     assert choose_view(loaded, parts, choose_frames(loaded)).position[0] < 0.3
     samples = sample_surfaces(loaded, parts)
-    assert visible(loaded, samples, 0, np.array([1.0, 0.0, 0.5])) < 0.1, "a wall has no gaps"
-    assert visible(loaded, samples, 0, np.array([-1.0, 0.0, 0.5])) > 0.5
+    cloud = make_cloud(loaded, samples, 0)
+    assert visible(cloud, np.array([1.0, 0.0, 0.5])) < 0.1, "a wall has no gaps"
+    assert visible(cloud, np.array([-1.0, 0.0, 0.5])) > 0.5
 
 
 def test_page_is_small_and_self_contained(page: Path) -> None:

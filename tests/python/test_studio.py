@@ -24,7 +24,7 @@ sys.path.insert(0, str(PYTHON))
 import stiction as st  # noqa: E402
 
 from stiction_view.plan import rotation_matrices  # noqa: E402
-from stiction_view.studio import catalog, faults, form, problem, results, series, uploads  # noqa: E402
+from stiction_view.studio import catalog, exporting, faults, form, problem, results, series, uploads  # noqa: E402
 from stiction_view.studio.jobs import Job, Worker  # noqa: E402
 from stiction_view.studio.own_scene import ObjectSpec, make_spec  # noqa: E402
 from stiction_view.studio.picture import Pictures, quaternions  # noqa: E402
@@ -299,20 +299,32 @@ def test_friction_use_of_a_known_force() -> None:
     assert np.isnan(made.friction_use[1]) and "nothing touches" in made.line(1)
 
 
-def test_export_holds_what_the_program_reads(planned: results.Result, tmp_path: Path, stiction) -> None:
-    with zipfile.ZipFile(io.BytesIO(results.export(planned, "<html></html>"))) as archive:
-        assert set(archive.namelist()) == {"plan.json", "trajectory.csv", "reproduce.txt", "plan.html"}
+def test_everything_holds_what_the_program_reads(planned: results.Result, tmp_path: Path, stiction) -> None:
+    name, content = exporting.export(planned, exporting.EVERYTHING)
+    assert name == "planar_pushing-seed0.zip"
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        motions = {"motion.csv", "motion.contacts.csv", "motion.npz", "motion.json", "motion.mcap"}
+        assert set(archive.namelist()) == {"plan.json", "plan.html", "reproduce.txt", *motions}
         archive.extractall(tmp_path)
     done = stiction("check", tmp_path / "plan.json")
     assert done.returncode == 0, done.stdout + done.stderr
     text = (tmp_path / "reproduce.txt").read_text()
     assert st.version() in text and "stiction plan planar_pushing --seed 0" in text
-    lines = (tmp_path / "trajectory.csv").read_text().splitlines()
-    model = planned.plan.task.model
-    assert lines[0].split(",") == ["time_s", *model.joint_names, *(f"torque_{n}" for n in model.joint_names)]
-    assert len(lines) == 1 + len(st.make_trajectory(planned.plan).times)
+    lines = (tmp_path / "motion.csv").read_text().splitlines()
+    assert len(lines) == 1 + len(st.make_trajectory(planned.plan).times) == 1 + len(np.load(tmp_path / "motion.npz")["time"])
     again = st.plan(st.load_task("planar_pushing"), seed=planned.plan.seed, timeout_s=200).plan
     np.testing.assert_array_equal(again.q, planned.plan.q)
+
+
+def test_one_format_is_one_file_and_what_is_missing_is_named(planned: results.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, content = exporting.export(planned, "json")
+    assert name == "planar_pushing-seed0-motion.json" and json.loads(content)["format"] == "stiction-motion"
+    name, content = exporting.export(planned, "csv")  # contacts are in a file of their own
+    assert name == "planar_pushing-seed0-csv.zip" and zipfile.ZipFile(io.BytesIO(content)).namelist() == ["motion.csv", "motion.contacts.csv"]
+    monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
+    with pytest.raises(st.MissingExtra, match=r"pip install 'stiction\[mcap\]'"):
+        exporting.export(planned, "mcap")
+    assert b"# left out: " in exporting.files(planned, exporting.EVERYTHING)["reproduce.txt"]
 
 
 def test_check_of_a_plan_in_words(planned: results.Result) -> None:

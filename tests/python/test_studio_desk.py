@@ -100,6 +100,18 @@ def test_plan_check_simulate_and_compare(driven: Driven) -> None:
     assert driven.said == []
 
 
+def test_what_runs_is_dropped_when_another_task_is_picked(driven: Driven) -> None:
+    studio, panel = driven.studio, driven.panel
+    panel.pick.value = "allegro_cube_180"
+    driven.until(lambda: studio.opened == "allegro_cube_180")
+    driven.press("plan")
+    with pytest.raises(ValueError, match=r"Checking: got it while another job runs \(planning\); cancel that first"):
+        studio.must_be_free("Checking")
+    panel.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
+    driven.until(lambda: studio.played is not None)
+    assert studio.results == [] and driven.said == [], "the scenario waited for the end of the search, whose result nobody wants"
+
+
 def test_goal_in_reach_of_nothing_is_marked_and_reset_brings_it_back(driven: Driven) -> None:
     studio, panel = driven.studio, driven.panel
     panel.pick.value = "planar_hand"
@@ -110,6 +122,8 @@ def test_goal_in_reach_of_nothing_is_marked_and_reset_brings_it_back(driven: Dri
     assert len(studio.stage._marks) == 1, "where the goal is"
     panel.seed.value = 3
     driven.until(lambda: studio.problem.seed == 3)
+    panel.seed.value = -5
+    driven.until(lambda: driven.said == ["Seed: got -5, expected a whole number from 0 on; 3 stays"])
     driven.press("reset")
     driven.until(lambda: "no fault" in panel.faults.content)
     assert [handle.value for handle in panel.goal] == pytest.approx(given)

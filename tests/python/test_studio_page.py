@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-import re
+import json
+import random
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,43 +17,131 @@ MAX_BYTES = 5_000_000  # of page and scene
 GRIP = (255, 45, 105)  # square of the handle that moves both directions of a plane
 
 
-def check_quiet(window: Window, program: Program) -> None:
+@pytest.fixture(scope="module")
+def window(program: Path, root: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Window]:
+    """The studio of this file's tests: started, and ended with nothing said on stderr."""
+    with Program(program, "planar_hand", root=root) as studio, browser.Browser() as chromium:
+        opened = Window(chromium, tmp_path_factory.mktemp("downloads"))
+        opened.visit(studio.address)
+        yield opened
+        assert studio.end() == "", "nothing on stderr"
+
+
+def check_quiet(window: Window) -> None:
     assert window.browser.errors == []
-    own = (program.address, program.address.replace("http", "ws"), "data:", "blob:", "about:")
+    own = (window.address, window.address.replace("http", "ws"), "data:", "blob:", "about:")
     assert [u[:120] for u in window.browser.requests if not u.startswith(own)] == []
-    assert program.end() == "", "nothing on stderr"
+    assert "a fault of the studio" not in window.text()
 
 
 @browser.needed
-def test_task_is_picked_its_goal_dragged_planned_and_scrubbed(program: Path, root: Path) -> None:
-    with Program(program, "planar_hand", root=root) as studio, browser.Browser() as chromium:
-        window = Window(chromium)
-        window.visit(studio.address)
-        window.choose("Open", "planar_pushing")
-        window.wait_text("A ball pushes a box")
-        goal = ("0", "-0.5")
-        chromium.wait_for(lambda: (window.value("box/y [m]"), window.value("box/z [m]")) == goal, PATIENCE, "the goal in numbers")
-        window.wait_text("Lint finds no fault")
+def test_task_is_picked_its_goal_dragged_planned_scrubbed_and_exported(window: Window) -> None:
+    chromium = window.browser
+    window.choose("Open", "planar_pushing")
+    window.wait_text("A ball pushes a box")
+    goal = ("0", "-0.5")
+    chromium.wait_for(lambda: (window.value("box/y [m]"), window.value("box/z [m]")) == goal, PATIENCE, "the goal in numbers")
+    window.wait_text("Lint finds no fault")
 
-        grip = chromium.wait_for(lambda: square(window.scene(), GRIP), PATIENCE, "the handle of the goal")
-        window.drag(grip, (60, 30))
-        y, z = chromium.wait_for(lambda: (now := (window.value("box/y [m]"), window.value("box/z [m]"))) != goal and [float(x) for x in now], PATIENCE, "the goal to follow")
-        assert y > 0.05 and z < -0.52, "right and down, as the mouse went"
-        window.wait_text("Lint finds no fault")
+    grip = chromium.wait_for(lambda: square(window.scene(), GRIP), PATIENCE, "the handle of the goal")
+    window.drag(grip, (60, 30))
+    y, z = chromium.wait_for(lambda: (now := (window.value("box/y [m]"), window.value("box/z [m]"))) != goal and [float(x) for x in now], PATIENCE, "the goal to follow")
+    assert y > 0.05 and z < -0.52, "right and down, as the mouse went"
+    window.wait_text("Lint finds no fault")
 
-        window.press("Plan", "button")
-        off, allowed = map(float, window.wait_text(r"solved in [\d.]+ s, ([\d.]+) mm of ([\d.]+) off the goal").groups())
-        assert off <= allowed
-        window.press("Export", "[role=tab]")
-        words = window.wait_text(r"stiction plan planar_pushing --seed 0 --goal '([-\d.e]+) ([-\d.e]+) ").groups()
-        np.testing.assert_allclose([float(w) for w in words], [y, z], atol=6e-4)  # the field shows millimetres
+    window.fill("Time at most [s]", 300)  # on a busy machine a second is little
+    window.press("Plan", "button")
+    off, allowed = map(float, window.wait_text(r"solved in [\d.]+ s, ([\d.]+) mm of ([\d.]+) off the goal").groups())
+    assert off <= allowed
+    window.turn_to("Export")
+    words = window.wait_text(r"stiction plan planar_pushing --seed 0 --goal '([-\d.e]+) ([-\d.e]+) ").groups()
+    np.testing.assert_allclose([float(w) for w in words], [y, z], atol=6e-4)  # the field shows millimetres
 
-        chromium.scrub(0.01)
-        before = window.picture()
-        chromium.scrub(0.5)
-        window.wait_text(r"motors [\s\S]*contacts ")
-        chromium.wait_for(lambda: np.abs(window.scene().astype(int) - before[:, :600]).max(axis=2).mean() > 1, PATIENCE, "the object to move")
-        picture = window.scene()
-        assert orange(picture) > 0.005 and 0.02 < drawn(picture) < 0.98 and colours(picture) > 20
-        assert 100_000 < chromium.received <= MAX_BYTES
-        check_quiet(window, studio)
+    window.choose("What", "json")
+    window.press("Download", "button")
+    file = window.downloads / "planar_pushing-seed0-motion.json"
+    chromium.wait_for(file.exists, PATIENCE, "the download")
+    assert json.loads(file.read_text())["format"] == "stiction-motion"
+
+    chromium.scrub(0.01)
+    before = window.scene()
+    chromium.scrub(0.5)
+    window.wait_text(r"motors [\s\S]*contacts ")
+    chromium.wait_for(lambda: np.abs(window.scene().astype(int) - before).max(axis=2).mean() > 1, PATIENCE, "the object to move")
+    picture = window.scene()
+    assert orange(picture) > 0.005 and 0.02 < drawn(picture) < 0.98 and colours(picture) > 20
+    assert 100_000 < chromium.received <= MAX_BYTES
+    check_quiet(window)
+
+
+URDF = """<robot name="pusher"><link name="base"/><link name="tip"><collision><geometry>{shape}</geometry></collision></link>
+<joint name="slide" type="prismatic"><parent link="base"/><child link="tip"/><origin xyz="0 0 0.05"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="50"/></joint></robot>"""
+
+
+def files_of_all_kinds(folder: Path) -> dict[str, Path]:
+    """Good ones and bad ones."""
+    contents = {
+        "good.urdf": URDF.format(shape='<sphere radius="0.04"/>').encode(),
+        "outside.urdf": URDF.format(shape='<mesh filename="../../etc/mesh.stl"/>').encode(),
+        "broken.urdf": b"<robot><link",
+        "noise.stl": random.Random(0).randbytes(500),
+        "scene.zip": b"PK\x03\x04" + bytes(100),
+        "hidden.urdf": b"PK\x03\x04" + bytes(100),
+    }
+    for name, content in contents.items():
+        (folder / name).write_bytes(content)
+    with (folder / "large.stl").open("wb") as file:
+        file.truncate(200_000_000)
+    return {name: folder / name for name in [*contents, "large.stl"]}
+
+
+@browser.needed
+def test_files_are_refused_with_a_message_and_a_good_robot_is_drawn(window: Window, tmp_path: Path) -> None:
+    files = files_of_all_kinds(tmp_path)
+    window.turn_to("Own")
+    window.wait_text("Drop a robot")
+    for name, message in {
+        "scene.zip": r"scene.zip: got a file of type '.zip', expected a URDF",
+        "hidden.urdf": r"hidden.urdf: got a zip archive, expected a URDF",
+        "large.stl": r"large.stl: got 200 MB, expected at most 20 MB",
+        "outside.urdf": r"outside.urdf: mesh: got '../../etc/mesh.stl', expected a path below the file",
+        "broken.urdf": r"broken.urdf: no XML",
+        "good.urdf": r"good.urdf: taken",
+    }.items():
+        window.browser.choose_file(files[name])
+        window.wait_text(message)
+    window.press("Make the scene", "button")
+    window.wait_text(r"good.urdf on a floor: pose it, then plan")
+    window.browser.wait_for(lambda: orange(window.scene()) > 0.0005, PATIENCE, "the object")
+    check_quiet(window)
+
+
+@browser.needed
+@pytest.mark.parametrize(("scenario", "words"), [("panda_wrist (sense)", r"a single contact explains the torques"), ("box_in_the_way (control)", r"N of 15")])
+def test_scenarios_open_in_it(window: Window, scenario: str, words: str) -> None:
+    window.choose("Open", scenario)
+    window.wait_text(words)
+    window.browser.wait_for(lambda: drawn(window.scene()) > 0.02, PATIENCE, "the arm")
+    check_quiet(window)
+
+
+@browser.needed
+def test_a_hundred_clicks_and_uploads_at_random_leave_no_exception(window: Window, tmp_path: Path) -> None:
+    rng, files = random.Random(0), list(files_of_all_kinds(tmp_path).values())
+    window.fill("Time at most [s]", 1)  # of searches that are begun
+    for _ in range(100):
+        if rng.random() < 0.1:
+            if window.browser.evaluate("!!document.querySelector('input[type=file]')"):
+                window.browser.choose_file(rng.choice(files))
+            continue
+        x, y, _ = rng.choice(window.targets())
+        if rng.random() < 0.2:
+            window.drag((x, y), (rng.uniform(-40, 40), rng.uniform(-40, 40)), steps=1)
+        else:
+            window.click_at((x, y))
+        if rng.random() < 0.2:
+            window.type(rng.choice(["0.3", "-5", "1e9", "x", ""]))
+    check_quiet(window)
+    window.choose("Open", "planar_hand")
+    window.wait_text("Lint finds no fault")
+    check_quiet(window)

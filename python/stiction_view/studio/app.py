@@ -45,13 +45,15 @@ class Studio(Showing):
     def open(self, entry: catalog.Entry) -> None:
         self.opened = entry.label
         self.panel.say("")
+        self.drop()
         if entry.kind == catalog.TASK:
             return self.take(Problem.open(entry.source))
         play = scenario.play_sense if entry.kind == catalog.SENSE else scenario.play_control
-        self.start(Job(f"{entry.kind} of {entry.label}", lambda _: play(entry.source), self.played_done))
+        self.when_free(lambda: self.start(Job(f"{entry.kind} of {entry.label}", lambda _: play(entry.source), self.played_done)))
 
     def take(self, problem: Problem) -> None:
         """A task to pose and to plan."""
+        self.drop()
         self.problem, self.pictures, self.played = problem, Pictures(problem.model), None
         panel, model = self.panel, problem.model
         panel.about.content = problem.given.description + "".join(f"  \n*{note}*" for note in model.notes)

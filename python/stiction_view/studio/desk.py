@@ -11,7 +11,7 @@ from pathlib import Path
 import stiction as st
 import viser
 
-from . import results
+from .exporting import reproduce
 from .jobs import Job, Worker
 from .panel import RESULT, Controls
 from .picture import Pictures
@@ -23,7 +23,7 @@ from .uploads import Refused
 
 TICK = 1 / 60  # [s] how often the page is looked at
 PROGRESS = 0.2  # [s] between two words on progress
-MISTAKES = (st.InvalidInput, Refused, ValueError, OSError)
+MISTAKES = (st.InvalidInput, Refused, ValueError, OSError, ImportError)
 
 
 class Desk:
@@ -35,6 +35,8 @@ class Desk:
         self.server, self.folder = server, folder
         self.events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.worker = Worker()
+        self.running: Job | None = None  # until its end was seen here
+        self.after: Callable[[], None] | None = None  # what waits for that
         self.problem: Problem | None = None  # that is posed
         self.pictures: Pictures | None = None  # of its model
         self.results: list[Result] = []
@@ -74,19 +76,25 @@ class Desk:
 
     def tick(self) -> None:
         now = time.monotonic()
-        job = self.worker.job
+        job = self.running
         if job is not None and now >= self.next_word:
             self.next_word = now + PROGRESS
+            job.seen()
             self.panel.progress.value = 100 * min(1.0, job.fraction)
             self.panel.progress_text.content = f"{job.label}: {job.text or f'{job.seconds():.1f} s'}"
 
     # ---- long work ----
 
+    def must_be_free(self, wish: str) -> None:
+        if self.running is not None:
+            raise ValueError(f"{wish}: got it while another job runs ({self.running.label.lower()}); cancel that first, or wait")
+
     def start(self, job: Job) -> None:
+        self.must_be_free(job.label)
         done = job.done
         job.done = lambda j: self.events.put(lambda: self.finish(j, done))
-        if not self.worker.start(job):
-            raise ValueError(f"{job.label}: waits for what runs now; cancel it first")
+        self.running = job
+        self.worker.start(job)
         self.panel.say("")
         self.next_word = 0.0
         self.panel.progress.value = 0.0
@@ -98,6 +106,13 @@ class Desk:
         for handle in (self.panel.cancel, self.panel.progress, self.panel.progress_text):
             handle.visible = False
         self.panel.plan.disabled = False
+        self.running = None
+        job.ended()
+        if (after := self.after) is not None:
+            self.after = None
+            self.events.put(after)
+        if job.dropped:
+            return
         if job.error is not None:
             if isinstance(job.error, MISTAKES):
                 raise type(job.error)(*job.error.args)
@@ -107,10 +122,24 @@ class Desk:
     def on_cancel(self) -> None:
         self.worker.cancel()
 
+    def drop(self) -> None:
+        """What runs is not wanted any more."""
+        self.after = None
+        if self.running is not None:
+            self.running.dropped = True
+            self.worker.cancel()
+
+    def when_free(self, call: Callable[[], None]) -> None:
+        """Does it now, or as soon as what runs is over."""
+        if self.running is None:
+            call()
+        else:
+            self.after = call
+
     def say_command(self) -> None:
         """The text that gives the plan that is shown, or the one that `Plan` would make."""
         if self.view == RESULT and self.result is not None:
-            text = results.reproduce(self.result)
+            text = reproduce(self.result)
         elif self.problem is not None:
             file = self.problem.task_file()
             text = self.problem.command(float(self.panel.budget.value)) + "\n" + ("" if file is None else f"# task.yaml:\n{file}")

@@ -11,11 +11,17 @@ from typing import Any
 
 @dataclass
 class Job:
-    """`work(job)` runs until it returns, or soon after `cancelled` is set; then `done(job)` is called, in the same thread."""
+    """`work(job)` runs until it returns, or soon after `cancelled` is set; then `done(job)` is called, in the same thread.
+
+    Whoever owns the page calls `seen` now and then while it runs, and `ended` when it is over, however it went; a result that is `dropped` is not wanted any more.
+    """
 
     label: str
     work: Callable[[Job], Any]
     done: Callable[[Job], None]
+    seen: Callable[[], None] = lambda: None
+    ended: Callable[[], None] = lambda: None
+    dropped: bool = False
     cancelled: threading.Event = field(default_factory=threading.Event)
     result: Any = None
     error: BaseException | None = None

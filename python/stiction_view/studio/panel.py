@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import viser
 
+from .exporting import CHOICES
 from .form import Field
 from .own_scene import SHAPES
 
@@ -44,7 +45,9 @@ class Controls:
         with tabs.add_tab("Own"):
             self._add_own()
         with tabs.add_tab("Export"):
-            self.save = self._button("Download plan", "save", hint="A zip of plan.json, trajectory.csv, plan.html and what plans it again")
+            self.format = gui.add_dropdown("What", CHOICES, hint="csv, npz, json, mcap: joints, commands, torques, poses, contacts over time. everything: a zip of all of them")
+            self.save = gui.add_button("Download")
+            self.save.on_click(lambda event: self.post(lambda: self.on["save"](event.client)))
             gui.add_markdown("The same again, on the command line:")
             self.command = gui.add_markdown("")
 
@@ -57,8 +60,8 @@ class Controls:
             self.budget = gui.add_number("Time at most [s]", 20.0, min=1.0, max=600.0, step=1.0)
             self.refine = gui.add_checkbox("Refine it", False, hint="Shorter, with room in its regrasps; takes a few seconds more")
             self.again = gui.add_checkbox("Plan anew when moved", False)
-            self.plan = self._button("Plan", "plan", icon=viser.Icon.PLAYER_PLAY, color="blue")
-            self.cancel = self._button("Cancel", "cancel", icon=viser.Icon.PLAYER_STOP, visible=False, hint="Keeps the best path so far")
+            self.plan = self._button("Plan", "plan", color="blue")
+            self.cancel = self._button("Cancel", "cancel", visible=False, hint="Keeps the best path so far")
             self.progress = gui.add_progress_bar(0.0, visible=False)
             self.progress_text = gui.add_markdown("", visible=False)
 

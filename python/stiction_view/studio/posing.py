@@ -192,6 +192,10 @@ class Posing(Desk):
             self.say_command()
 
     def on_seed(self) -> None:
-        if self.problem is not None:
-            self.problem.seed = int(self.panel.seed.value)
-            self.say_command()
+        if self.problem is None:
+            return
+        seed = self.panel.seed.value
+        if not 0 <= seed < 2**63 or seed != int(seed):
+            raise ValueError(f"Seed: got {seed}, expected a whole number from 0 on; {self.problem.seed} stays")
+        self.problem.seed = int(seed)
+        self.say_command()

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -67,7 +65,7 @@ class Result:
         ]
         share = self.series.effort_share()
         if np.isfinite(share).any():
-            rows.append(f"motors give up to {100 * np.nanmax(share):.2g} % of their efforts")
+            rows.append(f"motors give up to {100 * np.nanmax(share):.1f} % of their efforts")
         if np.isfinite(self.series.force).any():
             rows.append(f"contacts up to {np.nanmax(self.series.force):.2f} N")
         return "  \n".join([*rows, *([self.verdict] if self.verdict else []), *([self.run.words] if self.run else [])])
@@ -102,32 +100,3 @@ def check(result: Result) -> str:
         return "**check** passed"
     worst = [f"{i.name} {i.value:.3g} of {i.limit:.3g} {i.unit}" for i in report.items if not i.pass_ and i.limit is not None]
     return "**check** failed: " + ", ".join(worst or [report.status.name])
-
-
-def trajectory_csv(plan: st.Plan) -> str:
-    """Times [s], commands and torques K (u − q) of the joint springs, as `stiction refine` writes them."""
-    trajectory, model = st.make_trajectory(plan), plan.task.model
-    torque = model.stiffness * (trajectory.u - trajectory.q[:, model.n_qu :])
-    head = ["time_s", *model.joint_names, *(f"torque_{name}" for name in model.joint_names)]
-    rows = np.column_stack([trajectory.times, trajectory.u, torque])
-    return "\n".join([",".join(head), *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
-
-
-def export(result: Result, page: str | None = None) -> bytes:
-    """A zip of plan.json, the commands over time, what plans it again, and its page if there is one."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("plan.json", result.plan.to_text())
-        archive.writestr("trajectory.csv", trajectory_csv(result.plan))
-        archive.writestr("reproduce.txt", reproduce(result))
-        if result.task_file is not None:
-            archive.writestr("task.yaml", result.task_file)
-        if page is not None:
-            archive.writestr("plan.html", page)
-    return buffer.getvalue()
-
-
-def reproduce(result: Result) -> str:
-    """What plans it again, as text."""
-    out = f"# stiction {st.version()}, task '{result.plan.task.name}', scene {result.plan.task.scene_sha256[:12]}, seed {result.plan.seed}\n{result.command}\n"
-    return out + (f"# task.yaml:\n{result.task_file}" if result.task_file is not None else "")

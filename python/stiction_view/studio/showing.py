@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 import stiction as st
+import viser
 
-from ..scene import make_page
 from . import results
+from .exporting import export
 from .jobs import Job
 from .panel import BLUE, GREEN, NOTHING, ORANGE, POSE, RED, RESULT
 from .posing import Posing
@@ -32,19 +34,22 @@ class Showing(Posing):
         super().tick()
         if self.rested:
             self.rested = False
-            if self.panel.again.value and self.worker.job is None:
-                self.on_plan()
+            if self.panel.again.value:
+                self.drop()
+                self.when_free(self.on_plan)
         self.play(time.monotonic())
 
     def on_plan(self) -> None:
         problem, pictures = self.problem, self.pictures
         if problem is None or pictures is None:
             raise ValueError("plan: a scenario is shown; open a task")
+        self.must_be_free("Planning")
         task, options, seed = problem.task(), dict(problem.options), problem.seed
         budget, refine = float(self.panel.budget.value), bool(self.panel.refine.value)
         command, task_file = problem.command(budget), problem.task_file()
         self.counted += 1
         number = self.counted
+        self.to_pose()
 
         def work(job: Job) -> Result:
             out = st.plan(task, options=options, seed=seed, timeout_s=budget, on_progress=job.watch)
@@ -209,10 +214,12 @@ class Showing(Posing):
             return f"t = {run.times[k]:.2f} s, the object is {1e3 * off:.1f} mm from where it is planned"
         return result.series.line(min(knot, len(result.series.force) - 1))
 
-    def on_save(self) -> None:
+    def on_save(self, client: viser.ClientHandle | None = None) -> None:
+        """For whoever pressed it; None: for all who are there."""
         result = self.result
         if result is None:
             raise ValueError("export: nothing is planned yet")
-        name = f"{result.plan.task.name}-seed{result.plan.seed}.zip"
-        done: Callable[[Job], None] = lambda job: self.server.send_file_download(name, job.result)
-        self.start(Job("Writing", lambda _: results.export(result, make_page(result.drawn)), done))
+        choice = self.panel.format.value
+        receiver = client or self.server
+        done: Callable[[Job], None] = lambda job: receiver.send_file_download(*job.result, save_immediately=True)
+        self.start(Job("Writing", lambda _: export(result, choice), done))

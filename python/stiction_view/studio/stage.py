@@ -102,7 +102,7 @@ class Stage:
             axes = {"planar_xy": (True, True, False), "planar_yz": (False, True, True), "planar_xz": (True, False, True)}[plane]
         q = problem.goal if at_goal else problem.start
         row = seven([problem.model.object_pose(q, problem.model.object_names[index])])[0]
-        size = self._size(problem.model.object_names[index])
+        size = self.size_of(problem.model.object_names[index])
         gizmo = self.server.scene.add_transform_controls(
             f"{POSE_ROOT}/handle", scale=2.2 * size, line_width=3.0, active_axes=axes, depth_test=False, opacity=0.85, position=row[:3], wxyz=row[3:]
         )
@@ -121,7 +121,7 @@ class Stage:
         row = seven([problem.model.object_pose(q, problem.model.object_names[self._gizmo_of])])[0]
         self._gizmo.position, self._gizmo.wxyz = row[:3], row[3:]
 
-    def _size(self, name: str) -> float:
+    def size_of(self, name: str) -> float:
         """Half the extent of an object [m]."""
         assert self.posed is not None
         for part in body_meshes(self.posed.plan, {}):

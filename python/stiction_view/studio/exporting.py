@@ -1,0 +1,62 @@
+"""What is taken away of a result: its plan, its motion over time in four formats, its page, and what plans it again."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+import zipfile
+from pathlib import Path
+
+import stiction as st
+
+from ..scene import make_page
+from .results import Result
+
+EVERYTHING, PAGE, PLAN = "everything", "page (html)", "plan.json"
+MOTIONS = ("csv", "npz", "json", "mcap")
+CHOICES = (EVERYTHING, PLAN, PAGE, *MOTIONS)
+
+
+def reproduce(result: Result) -> str:
+    """What plans it again, as text."""
+    out = f"# stiction {st.version()}, task '{result.plan.task.name}', scene {result.plan.task.scene_sha256[:12]}, seed {result.plan.seed}\n{result.command}\n"
+    return out + (f"# task.yaml:\n{result.task_file}" if result.task_file is not None else "")
+
+
+def motion(plan: st.Plan, format: str) -> dict[str, bytes]:
+    """Files of `stiction export` by their names. Raises stiction.MissingExtra."""
+    with tempfile.TemporaryDirectory(prefix="stiction-export-") as folder:
+        return {file.name: file.read_bytes() for file in plan.export(Path(folder) / f"motion.{format}")}
+
+
+def files(result: Result, choice: str) -> dict[str, bytes]:
+    """What a choice gives. Raises stiction.MissingExtra; everything goes without what is missing, and says so."""
+    if choice == PLAN:
+        return {"plan.json": result.plan.to_text().encode()}
+    if choice == PAGE:
+        return {"plan.html": make_page(result.drawn).encode()}
+    if choice in MOTIONS:
+        return motion(result.plan, choice)
+    text, out = reproduce(result), files(result, PLAN) | files(result, PAGE)
+    for format in MOTIONS:
+        try:
+            out |= motion(result.plan, format)
+        except st.MissingExtra as error:
+            text += f"# left out: {error}\n"
+    if result.task_file is not None:
+        out["task.yaml"] = result.task_file.encode()
+    return out | {"reproduce.txt": text.encode()}
+
+
+def export(result: Result, choice: str) -> tuple[str, bytes]:
+    """Name and content of one file; of several a zip."""
+    name = f"{result.plan.task.name}-seed{result.plan.seed}"
+    found = files(result, choice)
+    if len(found) == 1:
+        (file, content), = found.items()
+        return f"{name}-{file}", content
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file, content in found.items():
+            archive.writestr(file, content)
+    return f"{name}{'' if choice == EVERYTHING else '-' + choice}.zip", buffer.getvalue()
