@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include <atomic>
+#include <exception>
+
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/planning/default_options.hpp"
+#include "stiction/planning/growth.hpp"
 #include "stiction/planning/packing.hpp"
-#include "stiction/planning/plan_from.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {
@@ -18,9 +21,42 @@ struct PlanResult {
   std::shared_ptr<Plan> plan;
 };
 
+using OnGrowth = std::optional<nb::typed<nb::callable, void(planning::Growth)>>;
+
+/// What grows is told to the caller's function; an error in it is kept, and stops the search.
+class GrowthTeller {
+ public:
+  explicit GrowthTeller(const OnGrowth& callback) : callback_(callback) {}
+
+  planning::GrowthSink sink() {
+    if (!callback_) return {};
+    return [this](const planning::Growth& growth) { tell(growth); };
+  }
+  bool failed() const { return failed_.load(); }
+  void rethrow() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  void tell(const planning::Growth& growth) {
+    if (error_) return;
+    const nb::gil_scoped_acquire locked;
+    try {
+      (*callback_)(growth);
+    } catch (...) {
+      error_ = std::current_exception();
+      failed_.store(true);
+    }
+  }
+
+  const OnGrowth& callback_;
+  std::exception_ptr error_;
+  std::atomic<bool> failed_{false};
+};
+
 std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Vector>& q_start, const std::optional<Vector>& u_start,
                                  const std::optional<OptionsLike>& options, std::optional<std::uint64_t> seed, std::optional<int> threads,
-                                 double timeout_s, const Callback& on_progress) {
+                                 double timeout_s, const Callback& on_progress, const OnGrowth& on_growth) {
   auto out =
       std::make_unique<PlanResult>(PlanResult{task, options ? options_of({task.model, task.options}, *options) : task.options, {}, {}});
   if (q_start) out->task.problem.q_start = q_start->value;
@@ -29,13 +65,16 @@ std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Ve
   if (threads) out->options.threads = *threads;
   out->options.validate(*task.model);
   Watcher watcher(on_progress);
-  const core::RunControl control = watcher.control(timeout_s);
+  GrowthTeller teller(on_growth);
+  core::RunControl control = watcher.control(timeout_s);
+  control.abandoned = [&teller] { return teller.failed(); };
   {
     const nb::gil_scoped_release unlocked;
-    (void)planning::plan_from(out->task.problem, u, out->options, control, out->result);  // the status is in the result
+    (void)planning::plan_watched(out->task.problem, u, out->options, control, teller.sink(), out->result);  // the status is in the result
     out->plan = std::make_shared<Plan>(out->task, out->options, out->result);
   }
   watcher.rethrow();
+  teller.rethrow();
   return out;
 }
 
@@ -65,6 +104,14 @@ void bind_planning(nb::module_& m) {
       .def_ro("best", &core::Progress::best, "distance to the goal so far; smaller is better")
       .def_ro("size", &core::Progress::size)
       .def_ro("elapsed_s", &core::Progress::elapsed_s);
+  nb::class_<planning::Growth>(m, "Growth", "Nodes that a tree gained since it was last told of.")
+      .def_ro("tree", &planning::Growth::tree, "of the run, from 0: trees grow side by side, and one that stalls makes room for the next")
+      .def_ro("first", &planning::Growth::first, "number of the first of these nodes in their tree")
+      .def_ro("parents", &planning::Growth::parents, "numbers of nodes in the tree, -1 of the root (nodes)")
+      .def_prop_ro(
+          "q", [](const planning::Growth& g) { return rows(g.q); }, "(nodes, n_q) [m, rad]")
+      .def_ro("best", &planning::Growth::best, "node of the tree that is nearest the goal")
+      .def_ro("best_ratio", &planning::Growth::best_ratio, "how far that one is, in tolerances");
   nb::class_<planning::NodeRecord>(m, "TreeNode", "A node of the search tree.")
       .def_ro("parent", &planning::NodeRecord::parent, "-1 of the root")
       .def_ro("edge", &planning::NodeRecord::edge, "that leads to it")
@@ -106,20 +153,22 @@ void bind_planning(nb::module_& m) {
         return fmt::format("<stiction.PlanResult: {}, {:.4g} m and {:.4g} rad from the goal>", core::to_string(r.result.status),
                            r.result.plan.error.position, r.result.plan.error.angle);
       });
-  m.def("plan", &plan, "task"_a, nb::kw_only(), "q_start"_a = nb::none(), "u_start"_a = nb::none(), "options"_a = nb::none(),
-        "seed"_a = nb::none(), "threads"_a = nb::none(), "timeout_s"_a = 20.0, "on_progress"_a = nb::none(),
-        "Plans a path of the object to the goal (Algorithms 2 and 3).\n\n"
-        "q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their "
-        "strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. "
-        "options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: "
-        "those "
-        "of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error "
-        "in it "
-        "stop the search, so does False, which keeps the best path so far (Cancelled).\n\n"
-        "status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest "
-        "at "
-        "the start). Raises InvalidInput."
-        R"(
+  m.def(
+      "plan", &plan, "task"_a, nb::kw_only(), "q_start"_a = nb::none(), "u_start"_a = nb::none(), "options"_a = nb::none(),
+      "seed"_a = nb::none(), "threads"_a = nb::none(), "timeout_s"_a = 20.0, "on_progress"_a = nb::none(), "on_growth"_a = nb::none(),
+      "Plans a path of the object to the goal (Algorithms 2 and 3).\n\n"
+      "q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their "
+      "strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. "
+      "options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: "
+      "those "
+      "of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error "
+      "in it "
+      "stop the search, so does False, which keeps the best path so far (Cancelled). on_growth: called with Growth, the nodes that a tree "
+      "gained; the plan is the same with it.\n\n"
+      "status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest "
+      "at "
+      "the start). Raises InvalidInput."
+      R"(
 
     >>> task = st.load_task("planar_pushing")
     >>> result = st.plan(task, seed=0)

@@ -25,6 +25,7 @@ import stiction as st  # noqa: E402
 
 from stiction_view.plan import rotation_matrices  # noqa: E402
 from stiction_view.studio import catalog, exporting, faults, form, problem, results, series, uploads  # noqa: E402
+from stiction_view.studio.growing import Trees, farthest_axis  # noqa: E402
 from stiction_view.studio.jobs import Job, Worker  # noqa: E402
 from stiction_view.studio.own_scene import ObjectSpec, make_spec  # noqa: E402
 from stiction_view.studio.picture import Pictures, quaternions  # noqa: E402
@@ -343,6 +344,40 @@ def test_false_of_the_callback_keeps_the_best_path_so_far() -> None:
 
     out = st.plan(st.load_task("allegro_cube_180"), seed=0, timeout_s=200, on_progress=stop)
     assert out.status == st.Status.Cancelled and len(seen) >= 3 and len(out.plan.q) >= 1
+
+
+def test_trees_are_told_while_they_grow() -> None:
+    task = st.load_task("planar_hand")
+    trees = Trees(task.model, task.model.object_names[task.goal.object], 0, 0.1)
+    edges = []
+
+    def take(growth: st.Growth) -> None:
+        assert growth.q.shape == (len(growth.parents), task.model.n_q) and growth.first + len(growth.parents) > growth.best >= 0
+        trees.take(growth)
+        edges.append(trees.edges())
+
+    out = st.plan(task, seed=0, timeout_s=200, on_growth=take)
+    assert out.status == st.Status.Solved
+    np.testing.assert_array_equal(out.plan.q, st.plan(task, seed=0, timeout_s=200).plan.q)
+    way, name = trees.way(), trees.name
+    first, last = (task.model.object_pose(q, name) for q in (out.plan.q[0], out.plan.q[-1]))
+    np.testing.assert_allclose(way[0, 0], first.p + 0.1 * first.R[:, 0], atol=1e-9)
+    np.testing.assert_allclose(way[-1, 1], last.p + 0.1 * last.R[:, 0], atol=1e-9)
+    np.testing.assert_array_equal(way[1:, 0], way[:-1, 1])
+    assert 0 < len(np.concatenate(edges)) <= out.nodes
+
+
+def test_an_error_in_what_is_told_of_growth_is_that_of_the_call() -> None:
+    def fail(_: st.Growth) -> None:
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        st.plan(st.load_task("allegro_cube_180"), seed=0, timeout_s=200, on_growth=fail)
+
+
+def test_axis_that_is_drawn_is_the_one_that_moves() -> None:
+    quarter = st.Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.zeros(3))
+    assert farthest_axis(st.Pose(np.eye(3), np.zeros(3)), quarter, 0.1) in (0, 1), "not the one that it turns about"
 
 
 def test_worker_runs_one_job_and_says_what_failed() -> None:

@@ -18,8 +18,9 @@ sys.path.insert(0, str(PYTHON))
 
 import stiction as st  # noqa: E402
 
-from stiction_view.studio import catalog  # noqa: E402
+from stiction_view.studio import catalog, showing  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
+from stiction_view.studio.growing import Growing  # noqa: E402
 from stiction_view.studio.panel import NOTHING  # noqa: E402
 from stiction_view.studio.results import MAX_SAMPLES  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
@@ -98,6 +99,25 @@ def test_plan_check_simulate_and_compare(driven: Driven) -> None:
     panel.which.value = studio.results[0].label
     driven.until(lambda: studio.result is studio.results[0])
     assert driven.said == []
+
+
+def test_tree_grows_while_it_plans_and_cancel_keeps_the_best_path(driven: Driven, monkeypatch: pytest.MonkeyPatch) -> None:
+    studio, panel = driven.studio, driven.panel
+    panel.pick.value = "allegro_cube_180"  # takes longer than to see that it grows
+    driven.until(lambda: studio.opened == "allegro_cube_180")
+    grown: list[Growing] = []
+    start = showing.start_growing
+    monkeypatch.setattr(showing, "start_growing", lambda *words: grown.append(start(*words)) or grown[-1])
+    driven.press("plan")
+    driven.until(lambda: grown[0].parts and grown[0].best is not None)
+    lines = sum(len(part.points) for part in grown[0].parts)
+    driven.until(lambda: sum(len(part.points) for part in grown[0].parts) > 1.5 * lines)
+    assert len(grown[0].parts) <= 1 + np.log2(sum(len(part.points) for part in grown[0].parts)), "few parts"
+    assert "tolerances from the goal" in panel.progress_text.content and panel.cancel.visible
+    driven.press("cancel")
+    driven.until(lambda: studio.running is None)
+    assert grown[0].parts == [] and studio.view == "result" and studio.result.plan.status == st.Status.Cancelled
+    assert "cancelled, best path so far" in panel.message.content
 
 
 def test_what_runs_is_dropped_when_another_task_is_picked(driven: Driven) -> None:

@@ -1248,6 +1248,35 @@ class Progress:
     @property
     def elapsed_s(self) -> float: ...
 
+class Growth:
+    """Nodes that a tree gained since it was last told of."""
+
+    @property
+    def tree(self) -> int:
+        """
+        of the run, from 0: trees grow side by side, and one that stalls makes room for the next
+        """
+
+    @property
+    def first(self) -> int:
+        """number of the first of these nodes in their tree"""
+
+    @property
+    def parents(self) -> list[int]:
+        """numbers of nodes in the tree, -1 of the root (nodes)"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """(nodes, n_q) [m, rad]"""
+
+    @property
+    def best(self) -> int:
+        """node of the tree that is nearest the goal"""
+
+    @property
+    def best_ratio(self) -> float:
+        """how far that one is, in tolerances"""
+
 class TreeNode:
     """A node of the search tree."""
 
@@ -1661,11 +1690,11 @@ class PlanResult:
 
     def __repr__(self) -> str: ...
 
-def plan(task: Task, *, q_start: numpy.typing.ArrayLike | None = None, u_start: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None) -> PlanResult:
+def plan(task: Task, *, q_start: numpy.typing.ArrayLike | None = None, u_start: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None, on_growth: Callable[[Growth], None] | None = None) -> PlanResult:
     """
     Plans a path of the object to the goal (Algorithms 2 and 3).
 
-    q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search, so does False, which keeps the best path so far (Cancelled).
+    q_start, u_start: where things are and what the joints are commanded to, as they were measured (n_q), (n_a): springs keep their strain, overlaps are moved apart; None: the start of the task, joints commanded where they are. options: PlannerOptions, or a dict of those that differ from the task's; None: the task's. seed, threads (0: all cores): None: those of the options; the plan does not depend on threads. timeout_s: [s] > 0. on_progress: called with Progress; Ctrl-C and an error in it stop the search, so does False, which keeps the best path so far (Cancelled). on_growth: called with Growth, the nodes that a tree gained; the plan is the same with it.
 
     status: Solved; MaxIterations (time or budget used up, or `reason`); Cancelled; NumericalFailure (the objects do not come to rest at the start). Raises InvalidInput.
 

@@ -11,6 +11,7 @@ import viser
 
 from . import results
 from .exporting import export
+from .growing import start_growing
 from .jobs import Job
 from .panel import BLUE, GREEN, NOTHING, ORANGE, POSE, RED, RESULT
 from .posing import Posing
@@ -50,9 +51,10 @@ class Showing(Posing):
         self.counted += 1
         number = self.counted
         self.to_pose()
+        growing = start_growing(self.server, task, self.stage.size_of(task.model.object_names[task.goal.object]))
 
         def work(job: Job) -> Result:
-            out = st.plan(task, options=options, seed=seed, timeout_s=budget, on_progress=job.watch)
+            out = st.plan(task, options=options, seed=seed, timeout_s=budget, on_progress=job.watch, on_growth=growing.trees.take)
             plan, reason = out.plan, out.reason
             lines = [command]
             if refine and plan.status == st.Status.Solved and not job.cancelled.is_set():
@@ -61,7 +63,7 @@ class Showing(Posing):
                 lines.append("stiction refine out")
             return results.make_result(number, plan, pictures, "\n".join(lines), task_file, reason, job.seconds())
 
-        self.start(Job("Planning", work, self.planned))
+        self.start(Job("Planning", work, self.planned, seen=lambda: growing.show(self.view == POSE), ended=growing.end))
 
     def planned(self, job: Job) -> None:
         self.results = [*self.results, job.result][-MAX_RESULTS:]

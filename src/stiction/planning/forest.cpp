@@ -37,12 +37,13 @@ struct GrowingTree {
 class Forest {
  public:
   Forest(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
-         core::RunControl::Clock::time_point start)
+         core::RunControl::Clock::time_point start, const GrowthSink& grown)
       : problem_(problem),
         u_start_(u_start),
         options_(options),
         control_(control),
         following_(control),
+        grown_(grown),
         crew_(problem.model, options.threads, control) {
     if (!control.on_progress) return;
     following_.on_progress = [this, start](core::Progress progress) {
@@ -93,8 +94,16 @@ class Forest {
     trees_.push_back(std::make_unique<GrowingTree>(problem_, u_start_, options_, trees_.size(), following_, crew_));
     lane.tree = trees_.back().get();
     lane.start = clock;
+    if (grown_) watch(lane.tree->search, static_cast<int>(trees_.size()) - 1);
     lane.tree->search.grow_to(lane.left);
     return &lane.tree->search;
+  }
+
+  void watch(TreeSearch& search, int number) {
+    search.watch([this, number](Growth growth) {
+      growth.tree = number;
+      grown_(growth);
+    });
   }
 
   void take_end(Lane& lane, long clock) {
@@ -131,6 +140,7 @@ class Forest {
   const PlannerOptions& options_;
   const core::RunControl& control_;
   core::RunControl following_;
+  const GrowthSink& grown_;
   Crew crew_;
   std::vector<std::unique_ptr<GrowingTree>> trees_;
   std::vector<Lane> lanes_;
@@ -167,8 +177,8 @@ void add(const Counts& counts, PlanResult& out) {
 }
 
 void grow_forest(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
-                 const core::RunControl& control, core::RunControl::Clock::time_point start, PlanResult& out) {
-  Forest(problem, u_start, options, control, start).run(out);
+                 const core::RunControl& control, core::RunControl::Clock::time_point start, const GrowthSink& grown, PlanResult& out) {
+  Forest(problem, u_start, options, control, start, grown).run(out);
 }
 
 }  // namespace stiction::planning

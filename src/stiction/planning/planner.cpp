@@ -6,17 +6,15 @@
 #include "stiction/planning/anytime.hpp"
 #include "stiction/planning/default_options.hpp"
 #include "stiction/planning/forest.hpp"
+#include "stiction/planning/growth.hpp"
 #include "stiction/planning/plan_from.hpp"
 #include "stiction/planning/problem.hpp"
 
 namespace stiction::planning {
+namespace {
 
-core::Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result) {
-  return plan_from(problem, {}, options, control, result);
-}
-
-core::Status plan_from(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
-                       const core::RunControl& control, PlanResult& result) {
+core::Status run(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                 const core::RunControl& control, const GrowthSink& grown, PlanResult& result) {
   const auto start = core::RunControl::Clock::now();
   validate(problem);
   if (u_start.size() > 0) {
@@ -28,13 +26,29 @@ core::Status plan_from(const PlanningProblem& problem, const Eigen::VectorXd& u_
   if (whole.sample_boxes.empty()) whole.sample_boxes = default_sample_boxes(problem);
 
   result = PlanResult{};
-  grow_forest(problem, u_start, whole, control, start, result);
+  grow_forest(problem, u_start, whole, control, start, grown, result);
   if (result.status == core::Status::Solved) {
     result.improvements.push_back({result.cost, result.iterations, core::seconds_since(start)});
     if (options.anytime) improve(problem, u_start, whole, control, start, result);
   }
   result.wall_s = core::seconds_since(start);
   return result.status;
+}
+
+}  // namespace
+
+core::Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result) {
+  return run(problem, {}, options, control, {}, result);
+}
+
+core::Status plan_from(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                       const core::RunControl& control, PlanResult& result) {
+  return run(problem, u_start, options, control, {}, result);
+}
+
+core::Status plan_watched(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                          const core::RunControl& control, const GrowthSink& grown, PlanResult& result) {
+  return run(problem, u_start, options, control, grown, result);
 }
 
 }  // namespace stiction::planning

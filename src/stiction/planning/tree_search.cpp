@@ -79,12 +79,29 @@ void TreeSearch::work(int item, int thread) {
 }
 
 void TreeSearch::report() {
-  if (!control_.on_progress || best_ < 0) return;
+  if (best_ < 0) return;
+  if (grown_) tell_growth();
+  if (!control_.on_progress) return;
   core::Progress progress;
   progress.iteration = iterations_;
   progress.best = goal_ratio();
   progress.size = tree_.size();
   control_.on_progress(progress);  // time and share of the budget are those of the run: see place_in_run
+}
+
+void TreeSearch::tell_growth() {
+  if (told_ == tree_.size()) return;
+  Growth growth;
+  growth.first = told_;
+  growth.best = best_;
+  growth.best_ratio = goal_ratio();
+  growth.q.resize(model_.n_q(), tree_.size() - told_);
+  for (int i = told_; i < tree_.size(); ++i) {
+    growth.parents.push_back(tree_[i].parent);
+    growth.q.col(i - told_) = tree_[i].q;
+  }
+  told_ = tree_.size();
+  grown_(growth);
 }
 
 void TreeSearch::finish() {

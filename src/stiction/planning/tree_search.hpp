@@ -5,6 +5,7 @@
 
 #include "stiction/core/parallel.hpp"
 #include "stiction/planning/contact_change.hpp"
+#include "stiction/planning/growth.hpp"
 #include "stiction/planning/lanes.hpp"
 #include "stiction/planning/plan_path.hpp"
 #include "stiction/planning/subgoal.hpp"
@@ -54,6 +55,8 @@ class TreeSearch final : public TreeTask {
   long cost() const override { return iterations_ + totals_.steps + 2 * totals_.linearisations; }
 
   void report();
+  /// From now on reports tell what the tree has gained.
+  void watch(GrowthSink grown) { grown_ = std::move(grown); }
   /// Writes the tree and its best path into the result.
   void finish();
   Counts counts() const { return {iterations_, tree_.size(), totals_, cost()}; }
@@ -71,6 +74,7 @@ class TreeSearch final : public TreeTask {
   /// Takes in what came of a round; the root comes before the first one. @returns MaxIterations: nothing final
   core::Status take_in(ThreadScratch& scratch);
   bool may_go_on();
+  void tell_growth();
   int draw_round();
   /// No branch moves a geometry that may touch an object, or every contact sample so far failed.
   bool cannot_touch();
@@ -103,6 +107,8 @@ class TreeSearch final : public TreeTask {
   const Eigen::VectorXd& u_start_;
   const PlannerOptions& options_;
   const core::RunControl& control_;
+  GrowthSink grown_;
+  int told_ = 0;  ///< nodes that it was told of
   PlanResult& result_;
   RobotChains chains_;
   GoalMeasure goal_;
