@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Plans every task with many seeds, refines every plan and runs it open loop in MuJoCo: how often the goal is reached, and what went wrong where it is not.
 
-    .venv/bin/python bench/transfer.py [--seeds 20] [--timeout 20] [--no-refine] [--whole-only] [--speed 1] [-j 1] [--rows FILE] TASK … > transfer.json
+    .venv/bin/python bench/transfer.py [--seeds 20] [--timeout 20] [--no-refine] [--whole-only] [--speed 1] [--uniform] [-j 1] [--rows FILE] TASK … > transfer.json
 
 One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a run failed, else 0: this measures, it does not judge. Causes are
 those of python/module/stiction/_causes.py; with --whole-only pushes are not told apart.
@@ -70,10 +70,11 @@ def main():
     parser.add_argument("--timeout", type=float, default=20, help="of the planner [s]")
     parser.add_argument("--no-refine", action="store_true", help="run the plans as the planner made them")
     parser.add_argument("--whole-only", action="store_true", help="only whole plans, not every push by itself")
-    parser.add_argument("--speed", type=float, default=1, help="of joints, times 0.1 rad/s and 0.0125 m/s")
+    parser.add_argument("--speed", type=float, default=1, help="of joints, times those that follow from object and motors, or the uniform ones")
+    parser.add_argument("--uniform", action="store_true", help="0.1 rad/s and 0.0125 m/s for any object and robot, with rests of 4 s, times --speed")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="runs at a time")
     arguments = parser.parse_args()
-    run = stiction.sweeps.PlanRun(arguments.timeout, not arguments.no_refine, arguments.speed, not arguments.whole_only)
+    run = stiction.sweeps.PlanRun(arguments.timeout, not arguments.no_refine, arguments.speed, not arguments.whole_only, arguments.uniform)
     measure(arguments, describe, summarise, table, run=run, friction=[1.0], processes=arguments.jobs)
 
 

@@ -41,7 +41,7 @@ def collect(name: str, quick: bool) -> list[dict[str, np.ndarray]]:
         if unsolved:
             continue
         for table, (_, substeps) in zip(rows, MODELS):
-            execution = {"velocity_reference": False, "load_time": 0.0} | ({"speed": 4.0, "pause": 0.3} if quick else {})
+            execution = {"velocity_reference": False, "uniform": st.SpeedLimits(load_time=0, **({"revolute": 0.4, "prismatic": 0.05, "pause": 0.3} if quick else {}))}
             run = st.transfer(result.plan, substeps=substeps, whole=False, **execution)
             for piece in run.pieces:
                 if (e := piece.alone) is not None:

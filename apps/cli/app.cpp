@@ -102,13 +102,6 @@ core::RunControl make_run_control(std::optional<double> budget_s) {
   return control;
 }
 
-planning::SpeedLimits speed_limits(double factor) {
-  planning::SpeedLimits out;
-  out.revolute *= factor;
-  out.prismatic *= factor;
-  return out;
-}
-
 void print_notes(const world::Model& model) {
   for (const std::string& note : model.notes()) fmt::print(stderr, "note: {}\n", note);
 }

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/planning/speed_limits.hpp"
 
 namespace CLI {
 class App;
@@ -128,9 +127,6 @@ std::vector<std::optional<double>> parse_numbers(std::string_view option, const 
 
 /// What lint found, a line each on stderr.
 void print_warnings(const std::vector<tasks::Finding>& findings);
-
-/// The default speeds times a factor.
-planning::SpeedLimits speed_limits(double factor);
 
 /// Times [s], commands and torques of the springs K_a(u − q) in the order of the joints, one knot per line.
 void write_trajectory(const std::filesystem::path& file, const world::Model& model, const planning::Trajectory& trajectory);

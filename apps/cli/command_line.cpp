@@ -43,7 +43,9 @@ void add_scheme(CLI::App& command, std::string& scheme) {
 }
 
 void add_speed(CLI::App& command, double& speed) {
-  command.add_option("--speed", speed, "Joint speeds, times 0.1 rad/s and 0.0125 m/s")->capture_default_str()->check(CLI::PositiveNumber);
+  command.add_option("--speed", speed, "Joint speeds, times those that follow from object and motors")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
 }
 
 void add_out(CLI::App& command, std::string& dir, const std::string& what) { command.add_option("-o,--out", dir, what); }

@@ -6,8 +6,8 @@
 
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/run_timing.hpp"
 #include "stiction/planning/refine.hpp"
-#include "stiction/planning/trajectory.hpp"
 #include "stiction/tasks/plan_file.hpp"
 
 namespace stiction::app {
@@ -91,7 +91,7 @@ int run_refine(const RefineArguments& arguments) {
   task.goal_from_command_line = file.goal_from_command_line;
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
-  const planning::Trajectory trajectory = planning::make_trajectory(*task.model, result.plan, speed_limits(arguments.speed));
+  const planning::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, arguments.speed);
   write_trajectory(dir / "trajectory.csv", *task.model, trajectory);
   std::FILE* const to = people(arguments.json);
   print_summary(to, file, result, trajectory.duration(), target);

@@ -21,10 +21,10 @@ struct SimulateArguments {
   std::string plan;
   std::string out_dir;
   double timeout_s = 600;
-  double speed = 1;                                        ///< times the default speeds
-  double pause_s = 4;                                      ///< between pieces
-  double load_time_s = planning::SpeedLimits{}.load_time;  ///< of joint springs
-  int substeps = 0;                                        ///< predict each edge in this many steps; 0: as the plan does
+  double speed = 1;    ///< times the default speeds
+  double pause_s = 0;  ///< between pieces
+  bool uniform = false;
+  int substeps = 0;  ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = planning::kRestTime;
   double friction_scale = 1;
   bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs
@@ -142,9 +142,13 @@ int run_simulate(const SimulateArguments& arguments) {
   if (writes) tasks::require_writable(dir);
 
   execution::TransferOptions options;
-  options.speed = speed_limits(arguments.speed);
-  options.speed.pause = arguments.pause_s;
-  options.speed.load_time = arguments.load_time_s;
+  options.speed = arguments.speed;
+  options.pause = arguments.pause_s;
+  if (arguments.uniform) {
+    options.uniform.emplace();
+    options.uniform->revolute *= arguments.speed;
+    options.uniform->prismatic *= arguments.speed;
+  }
   options.alone = !arguments.whole_only;
   options.threads = arguments.threads.value_or(0);
   simulation::PlantOptions plant_options;
@@ -208,11 +212,10 @@ Run declare_simulate(CLI::App& command) {
   command.add_option("--pause", a.pause_s, "Commands rest this long between pieces [s]")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command
-      .add_option("--load-time", a.load_time_s,
-                  "Time in which joint springs take up or let go the weight of the lightest object [s]; 0: as fast as comes")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  command.add_flag(
+      "--uniform", a.uniform,
+      "In place of those, 0.1 rad/s and 0.0125 m/s for any object and robot, times --speed, springs that are strained as slowly, "
+      "and rests of 4 s between pieces");
   command
       .add_option("--sub-steps", a.substeps,
                   "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)")

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
-#include "stiction/planning/trajectory.hpp"
+#include "stiction/execution/run_timing.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/solve.hpp"
@@ -71,13 +71,13 @@ json to_json(const tasks::SolveTry& t) {
 }
 
 /// The plan and its timed commands.
-void write(const tasks::Task& task, const tasks::SolveTry& t, const planning::SpeedLimits& speed, const fs::path& target) {
+void write(const tasks::Task& task, const tasks::SolveTry& t, double speed, const fs::path& target) {
   planning::PlannerOptions options = task.options;
   options.seed = t.seed;
   const tasks::PlanFile file = tasks::make_plan_file(task, options, t.result, target);
   tasks::write_plan(file, target);
   if (t.solved())
-    write_trajectory(target.parent_path() / "trajectory.csv", *task.model, planning::make_trajectory(*task.model, t.result.plan, speed));
+    write_trajectory(target.parent_path() / "trajectory.csv", *task.model, execution::make_trajectory(*task.model, t.result.plan, speed));
 }
 
 void show(ProgressLine& line, std::uint64_t seed, tasks::SolveStage stage, const core::Progress& progress) {
@@ -102,7 +102,7 @@ int run_solve(const SolveArguments& arguments) {
   options.seed = arguments.seed.value_or(task.options.seed);
   options.tries = arguments.tries;
   options.friction = arguments.friction;
-  options.speed = speed_limits(arguments.speed);
+  options.speed = arguments.speed;
   options.threads = arguments.threads.value_or(0);
   const fs::path target = task_dir(arguments.out_dir, task.name, options.seed) / "plan.json";
   options.on_stage = [&](std::uint64_t seed, tasks::SolveStage stage, const core::Progress& progress) {

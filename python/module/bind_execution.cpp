@@ -12,9 +12,9 @@ using execution::TransferOptions;
 using execution::TransferResult;
 using planning::SpeedLimits;
 
-TransferResult transfer(const Plan& given, double speed, double pause, double load_time, double regrasp_factor, std::optional<int> substeps,
-                        double rest_time, double friction_scale, bool velocity_reference, double hold, bool whole, bool alone, int threads,
-                        std::optional<double> timeout_s) {
+TransferResult transfer(const Plan& given, double speed, double pause, const std::optional<SpeedLimits>& uniform,
+                        std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
+                        bool whole, bool alone, int threads, std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
   planning::Plan plan = tasks::to_plan(given.model(), given.file);
@@ -24,11 +24,9 @@ TransferResult transfer(const Plan& given, double speed, double pause, double lo
     plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
   TransferOptions options;
-  options.speed.revolute *= speed;
-  options.speed.prismatic *= speed;
-  options.speed.pause = pause;
-  options.speed.load_time = load_time;
-  options.speed.regrasp_factor = regrasp_factor;
+  options.speed = speed;
+  options.pause = pause;
+  options.uniform = uniform;
   options.hold = hold;
   options.whole = whole;
   options.alone = alone;
@@ -94,15 +92,33 @@ void bind_execution(nb::module_& m) {
           "q_plan", [](const TransferResult& r) { return rows(r.q_plan); }, "planned (samples, n_q)")
       .def_ro("piece", &TransferResult::piece, "index into pieces (samples)")
       .def_ro("wall_s", &TransferResult::wall_s);
-  m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = SpeedLimits{}.pause,
-        "load_time"_a = SpeedLimits{}.load_time, "regrasp_factor"_a = SpeedLimits{}.regrasp_factor, "substeps"_a = nb::none(),
-        "rest_time"_a = planning::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold,
-        "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
+  const SpeedLimits limits;
+  nb::class_<SpeedLimits>(m, "SpeedLimits", "Speeds of commands that are the same for any object and robot (E.1), (E.8), (E.9).")
+      .def(
+          "__init__",
+          [](SpeedLimits* out, double revolute, double prismatic, double regrasp_factor, double load_time, double pause) {
+            new (out) SpeedLimits{
+                .revolute = revolute, .prismatic = prismatic, .regrasp_factor = regrasp_factor, .load_time = load_time, .pause = pause};
+            out->validate();
+          },
+          nb::kw_only(), "revolute"_a = limits.revolute, "prismatic"_a = limits.prismatic, "regrasp_factor"_a = limits.regrasp_factor,
+          "load_time"_a = limits.load_time, "pause"_a = limits.pause,
+          "revolute [rad/s] and prismatic [m/s] while pushing, regrasps regrasp_factor times as fast, all > 0; springs take up the weight "
+          "of the "
+          "lightest object in load_time [s] and commands rest for pause [s] between pieces, both >= 0. Raises InvalidInput.")
+      .def_ro("revolute", &SpeedLimits::revolute, "[rad/s]")
+      .def_ro("prismatic", &SpeedLimits::prismatic, "[m/s]")
+      .def_ro("regrasp_factor", &SpeedLimits::regrasp_factor)
+      .def_ro("load_time", &SpeedLimits::load_time, "[s]")
+      .def_ro("pause", &SpeedLimits::pause, "[s]");
+  m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = 0.0, "uniform"_a = nb::none(),
+        "substeps"_a = nb::none(), "rest_time"_a = planning::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true,
+        "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
         R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
-  speed: times 0.1 rad/s and 0.0125 m/s, > 0; regrasps are regrasp_factor times as fast.
+  speed: of pushes, times what follows from the object and the motors (E.13), > 0.
   pause: commands rest this long between pieces [s], >= 0.
-  load_time: joint springs take up or let go the weight of the lightest object in this time [s]; 0: as fast as comes.
+  uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
   substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
   rest_time: in which objects on joints come to rest [s].
   friction_scale: factor of every coefficient of friction, >= 0.

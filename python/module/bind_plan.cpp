@@ -4,6 +4,7 @@
 
 #include "plan.hpp"
 #include "planner_options.hpp"
+#include "stiction/execution/run_timing.hpp"
 #include "stiction/planning/refine.hpp"
 #include "stiction/planning/trajectory.hpp"
 #include "stiction/tasks/check.hpp"
@@ -134,15 +135,8 @@ std::unique_ptr<CheckReport> check_plan(const Plan& plan) {
   return out;
 }
 
-planning::Trajectory make_trajectory(const Plan& plan, double speed, double pause, double load_time, double regrasp_factor) {
-  core::require_positive("speed", speed);
-  planning::SpeedLimits limits;
-  limits.revolute *= speed;
-  limits.prismatic *= speed;
-  limits.pause = pause;
-  limits.load_time = load_time;
-  limits.regrasp_factor = regrasp_factor;
-  return planning::make_trajectory(plan.model(), tasks::to_plan(plan.model(), plan.file), limits);
+planning::Trajectory make_trajectory(const Plan& plan, double speed, double pause) {
+  return execution::make_trajectory(plan.model(), tasks::to_plan(plan.model(), plan.file), speed, pause);
 }
 
 void bind_check(nb::module_& m) {
@@ -221,7 +215,6 @@ void bind_refine(nb::module_& m) {
 
 void bind_trajectory(nb::module_& m) {
   using planning::Trajectory;
-  const planning::SpeedLimits limits;
   nb::class_<Trajectory>(m, "Trajectory", "Commands over time, linear between knots, and the configurations that the plan predicts.")
       .def_ro("times", &Trajectory::times, "of the knots, the first one 0 [s] (knots)")
       .def_prop_ro(
@@ -231,13 +224,12 @@ void bind_trajectory(nb::module_& m) {
       .def_ro("segments", &Trajectory::segments, "of the plan, that led to the knot (knots)")
       .def_ro("knots", &Trajectory::knots, "rows of Plan.q: the knot of the plan whose sub-step ends here or is under way (knots)")
       .def_prop_ro("duration", &Trajectory::duration, "[s]");
-  m.def("make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = limits.pause,
-        "load_time"_a = limits.load_time, "regrasp_factor"_a = limits.regrasp_factor,
-        "Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; "
-        "commands "
-        "rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. "
-        "Raises InvalidInput."
-        R"(
+  m.def(
+      "make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = 0.0,
+      "Times of the commands of a plan, at the speeds that follow from the object of its goal and from the motors (E.8), (E.13), and ahead "
+      "of it by what the damping of objects on joints takes (E.17). speed multiplies the speeds of pushes; commands rest for pause [s] "
+      "between pieces. Raises InvalidInput."
+      R"(
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> trajectory = st.make_trajectory(plan, speed=0.5)

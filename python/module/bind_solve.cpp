@@ -41,8 +41,7 @@ std::unique_ptr<SolveResult> solve(const tasks::Task& given, const std::optional
   how.seed = seed.value_or(task->options.seed);
   how.tries = tries;
   how.friction = friction;
-  how.speed.revolute *= speed;
-  how.speed.prismatic *= speed;
+  how.speed = speed;
   how.threads = threads;
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
@@ -130,7 +129,7 @@ void bind_solve(nb::module_& m) {
   options: of the planner: PlannerOptions, or a dict of those that differ from the task's; None: the task's.
   seed: of the first try, the next ones count up; None: that of the options. tries: at most, >= 1.
   friction: the goal has to be reached with every coefficient of friction times each of these, >= 0.
-  speed: times 0.1 rad/s and 0.0125 m/s, > 0.
+  speed: of pushes, times what follows from the object and the motors (E.13), > 0.
   threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
   on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 

@@ -82,7 +82,7 @@ struct Rig {
     simulation::PlantOptions plant_options;
     plant_options.rest_time = rest_time;
     plant = simulation::Plant::make(model, plant_options);
-    options.speed.prismatic = 0.05;
+    options.uniform = SpeedLimits{.prismatic = 0.05};
     options.hold = 4;
   }
   Status run(TransferResult& out) { return transfer(plant, plan, options, control, out); }
@@ -115,7 +115,7 @@ TEST(Transfer, SlowerRun_HasLessLag) {
   Rig rig;
   TransferResult fast, slow;
   ASSERT_EQ(rig.run(fast), Status::Solved);
-  rig.options.speed.prismatic = 0.0125;
+  rig.options.uniform->prismatic = 0.0125;
   rig.options.alone = false;
   ASSERT_EQ(rig.run(slow), Status::Solved);
   EXPECT_LT(slow.pieces[0].in_plan->mean_position, 0.4 * fast.pieces[0].in_plan->mean_position);
@@ -184,6 +184,7 @@ struct Falling {
 
   TransferResult run(double hold) const {
     TransferOptions options;
+    options.uniform.emplace();
     options.hold = hold;
     TransferResult r;
     EXPECT_EQ(transfer(simulation::Plant::make(model), plan, options, {}, r), Status::Solved) << r.message;
@@ -194,6 +195,7 @@ struct Falling {
 TEST(Transfer, ObjectThatFalls_IsReportedAsDropped) {
   const auto [model, plan] = Falling(0);
   TransferOptions options;
+  options.uniform.emplace();
   options.hold = 0;
   TransferResult r;
   ASSERT_EQ(transfer(simulation::Plant::make(model), plan, options, {}, r), Status::Solved) << r.message;

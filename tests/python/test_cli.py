@@ -170,7 +170,7 @@ def test_results_lie_in_one_folder(tmp_path):
     for arguments in (
         ("plan", "planar_pushing", "--seed", 4),
         ("refine", "planar_pushing-seed4", "--seed", 7, "--threads", 1),
-        ("simulate", "planar_pushing-seed4", "--whole-only", "--speed", 10, "--html"),
+        ("simulate", "planar_pushing-seed4", "--whole-only", "--speed", 2, "--html"),
         ("optimize", "impc_planar_hand", "--iterations", 1),
     ):
         done = subprocess.run([PROGRAM, *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=tmp_path)

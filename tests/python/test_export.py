@@ -21,7 +21,6 @@ from mcap_ros2._dynamic import generate_dynamic
 from mcap_ros2.decoder import DecoderFactory
 
 ROOT = Path(__file__).resolve().parents[2]
-LIMIT = {"prismatic": 0.0125, "revolute": 0.1}  # speeds of joints (E.1) [m/s, rad/s]
 
 
 @pytest.fixture(scope="module")
@@ -67,11 +66,11 @@ def column(motion: dict, name: str) -> np.ndarray:
 
 
 def find_knots(motion: dict, knots: list[dict]) -> list[int | None]:
-    """The knot of the plan file that has the state of each knot of the motion, found by its numbers; None inside of regrasps."""
+    """The knot of the plan file that has the joints of each knot of the motion, found by its numbers; None in between."""
     out: list[int | None] = []
     at = 0
     for knot in motion["knots"]:
-        same = [i for i in range(at, len(knots)) if knots[i]["u"] == knot["q_cmd"] and knots[i]["joints"] == knot["q"]]
+        same = [i for i in range(at, len(knots)) if knots[i]["joints"] == knot["q"]]
         out.append(same[0] if same else None)
         at = same[0] if same else at
     return out
@@ -83,7 +82,9 @@ def test_the_motion_is_that_of_the_plan_file(motion: dict, raw: dict, knots: lis
     found = find_knots(motion, knots)
     kinds = [knot["segment"] for knot in motion["knots"]]
     assert set(kinds) >= {"contact", "regrasp"}
-    assert all(place is not None or kind == "regrasp" for place, kind in zip(found, kinds)) and found[-1] == len(knots) - 1
+    assert found[-1] == len(knots) - 1 and len(set(found) - {None}) >= 0.9 * (len(knots) - found[0]), "knots of the plan, in order, and some in between"
+    rest = [k for k, (a, b) in enumerate(zip(kinds, kinds[1:])) if a != b and a != "settle"]
+    assert rest and all(motion["knots"][k]["q_cmd"] == knots[found[k]]["u"] for k in rest), "where a piece ends nothing moves that commands would have to lead (E.17)"
     stiffness = st.load_task("planar_hand").model.stiffness
     np.testing.assert_allclose(column(motion, "torque"), stiffness * (column(motion, "q_cmd") - column(motion, "q")), rtol=0, atol=1e-12 * stiffness.max())
     compared = 0
@@ -106,7 +107,7 @@ def test_time_is_that_of_the_time_parametrisation(motion: dict, plan_file: Path,
     assert t.tolist() == trajectory.times.tolist() and t[0] == 0 and (np.diff(t) > 0).all()
     speed = np.abs(np.diff(command, axis=0)).max(axis=1) / np.diff(t)
     pushes = np.array([knot["segment"] == "contact" for knot in motion["knots"]])[1:]
-    assert speed[pushes].max() == pytest.approx(LIMIT["revolute"], rel=1e-6), "the fastest joint of pushes is at its limit (E.1)"
+    assert speed[pushes].max() < 0.5 * speed[~pushes].max(), "what is pushed may coast and trail by little (E.13), what moves freely may not"
     velocity = column(motion, "velocity")
     np.testing.assert_allclose(np.cumsum(velocity[1:] * np.diff(t)[:, None], axis=0), (column(motion, "q") - column(motion, "q")[0])[1:], atol=1e-9)
     assert not velocity[0].any()
@@ -241,9 +242,11 @@ def test_times_of_a_given_trajectory(plan_file: Path, st, tmp_path: Path) -> Non
     trajectory = st.make_trajectory(plan, speed=0.5, pause=1.0)
     (file,) = plan.export(tmp_path / "slow.npz", trajectory=trajectory)
     with np.load(file) as arrays:
-        speed = np.abs(np.diff(arrays["q_cmd"], axis=0)).max(axis=1) / np.diff(arrays["time"])
-        assert speed[arrays["kinds"][1:] == "contact"].max() == pytest.approx(0.5 * LIMIT["revolute"], rel=1e-6)
         assert arrays["time"].tolist() == trajectory.times.tolist()
+    pushes = lambda of: np.diff(of.times)[[plan.segments[k].kind == st.SegmentKind.Contact for k in of.segments[1:]]].sum()
+    pieces = 1 + sum(a.kind != b.kind for a, b in zip(plan.segments, plan.segments[1:]) if a.kind != st.SegmentKind.Settle)
+    assert 1.5 < pushes(st.make_trajectory(plan, speed=0.5)) / pushes(st.make_trajectory(plan)) < 2.01, "half the speed, apart from starts and stops"
+    assert trajectory.duration - st.make_trajectory(plan, speed=0.5).duration == pytest.approx(1.0 * (pieces - 1), abs=1e-6)
 
 
 def test_bad_input_is_named(stiction, plan_file: Path, st, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -30,7 +30,7 @@ def test_refined_plan_is_not_longer_and_passes_the_checker(stiction, refined: tu
     assert item["value"] == 0 and item["limit"] == 0
 
 
-def test_timed_commands_keep_the_speed_limits(refined: tuple[Path, dict]) -> None:
+def test_timed_commands_go_from_rest_to_rest_with_torques_of_the_springs(refined: tuple[Path, dict]) -> None:
     folder, out = refined
     with open(folder / "trajectory.csv", encoding="utf-8") as file:
         header, *rows = csv.reader(file)
@@ -39,8 +39,8 @@ def test_timed_commands_keep_the_speed_limits(refined: tuple[Path, dict]) -> Non
     n = len(plan["joints"])
     assert header == ["time_s", *plan["joints"], *(f"torque_{joint}" for joint in plan["joints"])]
     assert np.all(np.diff(table[:, 0]) > 0) and table[-1, 0] == pytest.approx(out["duration_s"])
-    speed = np.abs(np.diff(table[:, 1 : n + 1], axis=0)) / np.diff(table[:, 0])[:, None]
-    assert speed.max() <= 4 * 0.0125 * (1 + 1e-6), "regrasps may be four times as fast as 0.0125 m/s"
+    speed = np.diff(table[:, 1 : n + 1], axis=0) / np.diff(table[:, 0])[:, None]
+    assert np.abs(speed[[0, -1]]).max() < 0.3 * np.abs(speed).max(), "from rest to rest: what is pushed is damped"
     end = plan["segments"][-1]["knots"][-1]
     assert table[-1, 1 : n + 1] == pytest.approx(end["u"])
     stretch = np.subtract(end["u"], end["joints"])

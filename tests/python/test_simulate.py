@@ -10,7 +10,7 @@ import pytest
 
 import browser
 
-FAST = ("--speed", 16, "--pause", 0.3)
+FAST = ("--speed", 2)
 
 
 @pytest.fixture(scope="module")

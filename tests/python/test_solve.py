@@ -8,18 +8,17 @@ from pathlib import Path
 import pytest
 import yaml
 
-FAST = ("--speed", 4)
 
 
 def test_solved_plan_is_accepted_and_reaches_its_goal_when_simulated_by_itself(stiction, tmp_path: Path) -> None:
-    done = stiction("solve", "planar_pushing", "--seed", 3, *FAST, "-o", tmp_path, "--json")
+    done = stiction("solve", "planar_pushing", "--seed", 3, "-o", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
     out = json.loads(done.stdout)
     assert out["status"] == "Held"
     assert [t["seed"] for t in out["tries"]] == list(range(3, out["seed"] + 1)), "seeds in turn, up to the first that holds"
     assert all(run["reached"] for run in out["tries"][-1]["runs"])
     assert stiction("check", tmp_path).returncode == 0
-    again = stiction("simulate", tmp_path, *FAST, "--whole-only", "--json")
+    again = stiction("simulate", tmp_path, "--whole-only", "--json")
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout)["error"]["position"] == pytest.approx(out["tries"][-1]["runs"][0]["error"]["position"], abs=1e-9)
     assert (tmp_path / "trajectory.csv").read_text().startswith("time_s,")
@@ -29,7 +28,7 @@ def test_tries_side_by_side_give_the_plan_of_one_after_the_other(stiction, tmp_p
     plans, seeds = [], []
     for threads in (1, 3):
         out = tmp_path / str(threads)
-        done = stiction("solve", "iiwa_bimanual_planar", "--seed", 3, *FAST, "--threads", threads, "--tries", 5, "-o", out, "--json")
+        done = stiction("solve", "iiwa_bimanual_planar", "--seed", 3, "--threads", threads, "--tries", 5, "-o", out, "--json")
         assert done.returncode in (0, 3), done.stderr
         report = json.loads(done.stdout)
         seeds.append((report["seed"], [t["seed"] for t in report["tries"]]))
@@ -40,7 +39,7 @@ def test_tries_side_by_side_give_the_plan_of_one_after_the_other(stiction, tmp_p
 
 def test_plan_that_does_not_hold_is_kept_and_said_so(stiction, tmp_path: Path) -> None:
     """Without friction no finger carries a ball round."""
-    done = stiction("solve", "planar_hand", "--friction", "1,0", "--tries", 2, *FAST, "-o", tmp_path, "--json")
+    done = stiction("solve", "planar_hand", "--friction", "1,0", "--tries", 2, "-o", tmp_path, "--json")
     assert done.returncode == 3, done.stderr
     out = json.loads(done.stdout)
     assert out["status"] == "NotHeld" and len(out["tries"]) == 2

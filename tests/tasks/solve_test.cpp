@@ -10,8 +10,6 @@ namespace {
 SolveOptions fast(std::uint64_t seed) {
   SolveOptions options;
   options.seed = seed;
-  options.speed.revolute *= 4;
-  options.speed.prismatic *= 4;
   return options;
 }
 

@@ -1369,9 +1369,9 @@ class Trajectory:
     def duration(self) -> float:
         """[s]"""
 
-def make_trajectory(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0) -> Trajectory:
+def make_trajectory(plan: Plan, *, speed: float = 1.0, pause: float = 0.0) -> Trajectory:
     """
-    Times of the commands of a plan (E.1). speed multiplies 0.1 rad/s and 0.0125 m/s; regrasps are regrasp_factor times as fast; commands rest for pause [s] between pieces; joint springs take up or let go the weight of the lightest object in load_time [s]. Raises InvalidInput.
+    Times of the commands of a plan, at the speeds that follow from the object of its goal and from the motors (E.8), (E.13), and ahead of it by what the damping of objects on joints takes (E.17). speed multiplies the speeds of pushes; commands rest for pause [s] between pieces. Raises InvalidInput.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> trajectory = st.make_trajectory(plan, speed=0.5)
@@ -1938,7 +1938,7 @@ def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int
       options: of the planner: PlannerOptions, or a dict of those that differ from the task's; None: the task's.
       seed: of the first try, the next ones count up; None: that of the options. tries: at most, >= 1.
       friction: the goal has to be reached with every coefficient of friction times each of these, >= 0.
-      speed: times 0.1 rad/s and 0.0125 m/s, > 0.
+      speed: of pushes, times what follows from the object and the motors (E.13), > 0.
       threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
@@ -2076,13 +2076,42 @@ class TransferResult:
     @property
     def wall_s(self) -> float: ...
 
-def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 4.0, load_time: float = 0.5, regrasp_factor: float = 4.0, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+class SpeedLimits:
+    """
+    Speeds of commands that are the same for any object and robot (E.1), (E.8), (E.9).
+    """
+
+    def __init__(self, *, revolute: float = 0.1, prismatic: float = 0.0125, regrasp_factor: float = 4.0, load_time: float = 0.5, pause: float = 4.0) -> None:
+        """
+        revolute [rad/s] and prismatic [m/s] while pushing, regrasps regrasp_factor times as fast, all > 0; springs take up the weight of the lightest object in load_time [s] and commands rest for pause [s] between pieces, both >= 0. Raises InvalidInput.
+        """
+
+    @property
+    def revolute(self) -> float:
+        """[rad/s]"""
+
+    @property
+    def prismatic(self) -> float:
+        """[m/s]"""
+
+    @property
+    def regrasp_factor(self) -> float: ...
+
+    @property
+    def load_time(self) -> float:
+        """[s]"""
+
+    @property
+    def pause(self) -> float:
+        """[s]"""
+
+def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
     Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
-      speed: times 0.1 rad/s and 0.0125 m/s, > 0; regrasps are regrasp_factor times as fast.
+      speed: of pushes, times what follows from the object and the motors (E.13), > 0.
       pause: commands rest this long between pieces [s], >= 0.
-      load_time: joint springs take up or let go the weight of the lightest object in this time [s]; 0: as fast as comes.
+      uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
       substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
       rest_time: in which objects on joints come to rest [s].
       friction_scale: factor of every coefficient of friction, >= 0.

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from ._causes import find_cause, follow
-from ._core import InvalidInput, Plan, PlannerOptions, SegmentKind, Status, Task, check_plan, load_task, plan, refine, transfer, version
+from ._core import InvalidInput, Plan, PlannerOptions, SegmentKind, SpeedLimits, Status, Task, check_plan, load_task, plan, refine, transfer, version
 from ._jobs import Died, Failed, Local, Ray, run_all
 from ._table import Table, read_rows, to_cell
 
@@ -52,8 +52,9 @@ class PlanRun:
 
     timeout_s: float = 20.0  # of the planner, and of refinement [s]
     refine: bool = True
-    speed: float = 1.0  # of joints in the simulation, times 0.1 rad/s and 0.0125 m/s
+    speed: float = 1.0  # of joints in the simulation, times those that follow from object and motors
     alone: bool = False  # simulate pushes by themselves as well, which tells causes apart
+    uniform: bool = False  # speed times SpeedLimits() in place of those
 
     def __post_init__(self) -> None:
         for name in ("timeout_s", "speed"):
@@ -83,7 +84,8 @@ class PlanRun:
     def _simulate(self, best: Plan, friction: float | None, watch: Stopwatch) -> dict[str, Any]:
         if friction is None:
             return {}
-        ran = transfer(best, friction_scale=friction, speed=self.speed, alone=self.alone, threads=1)
+        limits = SpeedLimits(revolute=0.1 * self.speed, prismatic=0.0125 * self.speed) if self.uniform else None
+        ran = transfer(best, friction_scale=friction, speed=self.speed, uniform=limits, alone=self.alone, threads=1)
         cause, piece = (None, None) if ran.reached else find_cause(ran, best.task.goal)
         return follow(ran, best.task.goal) | {
             "cause": cause,

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "stiction/core/invalid_input.hpp"
+
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -106,8 +108,8 @@ double calc_time(const Stretch& s, double f0, double f1) {
 /// Takes a trajectory as knots and gives it times, knots in between and leads.
 class Timer {
  public:
-  Timer(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead)
-      : model_(model), plan_(plan), speeds_(speeds), lead_(lead != nullptr && lead->acts() ? lead : nullptr) {}
+  Timer(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead, double pause)
+      : model_(model), plan_(plan), speeds_(speeds), lead_(lead != nullptr && lead->acts() ? lead : nullptr), pause_(pause) {}
 
   Trajectory run(const Trajectory& in) {
     add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
@@ -132,6 +134,10 @@ class Timer {
       ends.push_back(stretches.size());
     }
     const std::vector<double> f = calc_knot_speeds(speeds_, piece.kind, stretches);
+    if (!pieces_.empty() && pause_ > 0) {
+      const Eigen::VectorXd u = u_.back(), q = q_.back();
+      add(u, q, segments_.back(), knots_.back(), times_.back() + pause_);
+    }
     planning::Piece& out = pieces_.emplace_back(piece);
     out.first_knot = last();
     std::size_t i = 0;
@@ -202,6 +208,7 @@ class Timer {
   const planning::Plan& plan_;
   const RunSpeeds& speeds_;
   DragLead* lead_;
+  double pause_;
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
   std::vector<double> times_;
@@ -210,12 +217,19 @@ class Timer {
 
 }  // namespace
 
-Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead) {
+Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead, double pause) {
   speeds.validate(model);
+  core::require_nonnegative("pause", pause);
   // At one unit a second, for the knots; their times follow.
   const Trajectory knots = planning::make_trajectory(
       model, plan, {.revolute = 1, .prismatic = 1, .regrasp_factor = 1, .landing_factor = 1, .load_time = 0, .pause = 0});
-  return Timer(model, plan, speeds, lead).run(knots);
+  return Timer(model, plan, speeds, lead, pause).run(knots);
+}
+
+Trajectory make_trajectory(const Model& model, const planning::Plan& plan, double speed, double pause) {
+  // The model is owned by the caller for as long as this call lasts.
+  DragLead lead(std::shared_ptr<const Model>(&model, [](const Model*) {}));
+  return make_trajectory(model, plan, calc_run_speeds(model, plan.goal.object, speed), &lead, pause);
 }
 
 }  // namespace stiction::execution

@@ -14,6 +14,11 @@ namespace stiction::execution {
 /// @throws core::InvalidInput as planning::make_trajectory()
 /// Tests: tests/execution/run_timing_test.cpp
 planning::Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const RunSpeeds& speeds,
-                                     DragLead* lead = nullptr);
+                                     DragLead* lead = nullptr, double pause = 0);
+
+/// … at the speeds that follow from the object of its goal and from the motors, and with that lead: what a robot is given that knows nothing of the object.
+/// @param speed  times those of pushes, > 0
+/// @param pause  commands rest this long between pieces [s], ≥ 0
+planning::Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, double speed = 1, double pause = 0);
 
 }  // namespace stiction::execution

@@ -1,4 +1,5 @@
 #include "stiction/execution/transfer.hpp"
+#include "stiction/execution/run_timing.hpp"
 
 #include <fmt/format.h>
 
@@ -58,8 +59,8 @@ class Transfer {
   Transfer(const std::shared_ptr<const simulation::Plant>& plant, const planning::Plan& plan, const TransferOptions& options,
            const core::RunControl& control, TransferResult& out, const planning::Plan* predicted)
       : plant_(plant), model_(plant->model()), plan_(plan), options_(options), control_(control), out_(out) {
-    trajectory_ = make_trajectory(model_, plan, options.speed);
-    compared_ = predicted != nullptr ? planning::retime(make_trajectory(model_, *predicted, options.speed), trajectory_) : trajectory_;
+    trajectory_ = in_time(plan);
+    compared_ = predicted != nullptr ? planning::retime(in_time(*predicted), trajectory_) : trajectory_;
   }
 
   Status run() {
@@ -75,6 +76,10 @@ class Transfer {
  private:
   simulation::SimulationOptions run_options() const {
     return {.record_interval = options_.record_interval, .control = &control_, .stop = {}};
+  }
+  Trajectory in_time(const planning::Plan& plan) const {
+    if (options_.uniform) return planning::make_trajectory(model_, plan, *options_.uniform);
+    return make_trajectory(model_, plan, options_.speed, options_.pause);
   }
   double time_of(Eigen::Index knot) const { return trajectory_.times[knot]; }
 
@@ -216,7 +221,9 @@ std::optional<double> ratio(double mean, double length) {
 }  // namespace
 
 void TransferOptions::validate() const {
-  speed.validate();
+  core::require_positive("speed", speed);
+  core::require_nonnegative("pause", pause);
+  if (uniform) uniform->validate();
   core::require_nonnegative("hold", hold);
   core::require_positive("drop_height", drop_height);
   if (!(lost_factor > 0)) core::throw_invalid("lost_factor", fmt::format("{:g}", lost_factor), "a number > 0");

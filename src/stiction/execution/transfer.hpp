@@ -17,7 +17,9 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using planning::SpeedLimits;
 
 struct TransferOptions {
-  SpeedLimits speed;
+  double speed = 1;                    ///< of joints, times what follows from the object and the motors (E.13), > 0
+  double pause = 0;                    ///< commands rest this long between pieces [s], ≥ 0
+  std::optional<SpeedLimits> uniform;  ///< in place of both: as published, the same for every object and robot
   double hold = 4.0;  ///< the last command is held this long before the goal is judged, at the plan's tolerances [s], ≥ 0
   double drop_height =
       0.03;  ///< a free object was dropped that is this far below where the plan has it from then to the end of a piece [m]

@@ -149,7 +149,7 @@ void SolveOptions::validate() const {
   for (const double x : friction) core::require_nonnegative("friction", x);
   core::require_positive("lost_factor", lost_factor);
   if (threads < 0) core::throw_invalid("threads", std::to_string(threads), "a number ≥ 0");
-  speed.validate();
+  core::require_positive("speed", speed);
 }
 
 Status solve(const Task& task, const SolveOptions& options, const RunControl& control, SolveResult& out) {
