@@ -100,6 +100,7 @@ def steps_section(data):
         "* `residual/…`: one residual (4.5) of a contact point, batched where the name says so; `descent/…`: one descent of Algorithm 4;",
         "  `sense_cycle/…`: 1000 samples and their descents, δ = 0.1, on capsules or on `meshes`; `discriminate/10`: (4.13) for ten candidates. One core.",
         "* `contact_qp/…`: one solve of the contact controller with seven joints; `…/proxqp`: the same problems by ProxQP, its peer.",
+        "* `contact_estimate/7_joints`: contacts of a control loop from the torques of one tick, of ticks in contact; touches begin among them.",
         "* published: the thesis, Tables 3.1 and 3.2 on 16 cores, and section 2.3 (an upper bound, commercial solver). peer: the thesis's research code on two",
         "  cores; its steps include contacts and B.",
         "",

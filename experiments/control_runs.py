@@ -21,6 +21,8 @@ LAMBDA_MAX = 15.0  # of the scenarios [N], thesis section 5.6
 THRESHOLD = 5.0  # force from which a contact counts [N]
 FRICTION = 0.3  # of the scenarios
 START_SPREAD = 2e-3  # [rad]
+# Torques of noisy runs: white noise and offsets that change over a radian [N m], masses that are wrong; standard deviations.
+NOISE, OFFSETS, MASSES = 0.05, 0.1, 0.01
 
 
 @dataclass(frozen=True)
@@ -78,14 +80,20 @@ def run(name: str, law: str = "contact_aware", *, changes: dict[str, Any] | None
     return Run(json.loads(done.stdout), dict(zip(names, table.T, strict=True)))
 
 
-def run_seeds(name: str, law: str, seeds: int) -> list[Run]:
-    """Runs that differ as hardware does from day to day: joints at the start by 2 mrad (standard deviation), friction by a third."""
+def run_seeds(name: str, law: str, seeds: int, *, noisy: bool = False, changes: dict[str, Any] | None = None, **options: float) -> list[Run]:
+    """Runs that differ as hardware does from day to day: joints at the start by 2 mrad (standard deviation), friction by a third. `noisy`: contacts are known
+    from joint torques alone, with noise, offsets and masses that differ, too."""
     start = np.array(yaml.safe_load(find(name).read_text(encoding="utf-8"))["start"])
     out = []
     for seed in range(seeds):
         random = np.random.default_rng(seed)
         joints = start + START_SPREAD * random.standard_normal(start.size)
-        out.append(run(name, law, changes={"start": joints.tolist()}, friction=random.uniform(2 / 3, 4 / 3)))
+        friction = random.uniform(2 / 3, 4 / 3)
+        all_changes = {"start": joints.tolist()} | (changes or {})
+        if noisy:
+            masses = MASSES * float(random.standard_normal())
+            all_changes["estimator"] = {"contacts": "estimated", "noise": NOISE, "bias": OFFSETS, "bias_reach": 1, "inertia_error": masses, "seed": seed}
+        out.append(run(name, law, changes=all_changes, **({"friction": friction} | options)))
     return out
 
 

@@ -16,11 +16,9 @@ SHARES = (0.9, 0.1)  # of λ_max, between which the fall of the force is timed
 
 
 def fall_time(r: Run) -> float:
-    """From the last tick with more than 0.9 λ_max to the first one after it with less than 0.1 λ_max [s]."""
-    time, force = r.columns["time"], r.columns["force"]
-    high = np.flatnonzero(force > SHARES[0] * LAMBDA_MAX)[-1]
-    low = high + np.flatnonzero(force[high:] < SHARES[1] * LAMBDA_MAX)[0]
-    return float(time[low] - time[high])
+    """From the last tick with more than 0.9 λ_max to the last one with more than 0.1 λ_max: hops between them do not count [s]."""
+    high, low = (r.columns["time"][r.columns["force"] > share * LAMBDA_MAX][-1] for share in SHARES)
+    return float(low - high)
 
 
 def largest_speed(r: Run, window: tuple[float, float]) -> float:

@@ -1,5 +1,5 @@
-"""Writes models/iiwa_primitives.urdf, an iiwa 7 of capsules with inertias computed from shape and mass, and models/iiwa_meshes.urdf, the same with the
-meshes that `make experiments` unpacks.
+"""Writes models/iiwa_primitives.urdf, an iiwa 7 of capsules with inertias computed from shape and mass, models/iiwa_meshes.urdf, the same with the
+meshes that `make experiments` unpacks, and models/iiwa_tray.urdf, the same with a tray.
 
 python -m experiments.make_iiwa
 """
@@ -113,6 +113,36 @@ def make(meshes: bool) -> str:
     return f'<?xml version="1.0"?>\n<!-- {what}. Made by experiments/make_iiwa.py: {inertias}. SI units. -->\n<robot name="{name}">\n{links}{joints}</robot>\n'
 
 
+TRAY_MASS, TRAY_SIZE, TRAY_DISTANCE = 0.4, (0.24, 0.24, 0.01), 0.1  # [kg], [m], of its middle from the last joint [m]
+
+
+def write_tray() -> str:
+    x, y, z = TRAY_SIZE
+    moments = [TRAY_MASS / 12 * (y * y + z * z), TRAY_MASS / 12 * (x * x + z * z), TRAY_MASS / 12 * (x * x + y * y)]
+    return f"""  <link name="tray">
+    <inertial>
+      <mass value="{TRAY_MASS:g}"/>
+      <inertia ixx="{moments[0]:.8g}" iyy="{moments[1]:.8g}" izz="{moments[2]:.8g}" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <collision name="body">
+      <geometry><box size="{triple(TRAY_SIZE)}"/></geometry>
+    </collision>
+  </link>
+  <joint name="tray_mount" type="fixed">
+    <origin xyz="0 0 {TRAY_DISTANCE:g}"/>
+    <parent link="link_7"/>
+    <child link="tray"/>
+  </joint>
+"""
+
+
+def make_tray() -> str:
+    """The arm of capsules with a tray."""
+    text = make(False).replace('"iiwa_primitives"', '"iiwa_tray"').replace("A KUKA iiwa 7 of capsules.", "A KUKA iiwa 7 of capsules with a tray.")
+    return text.replace("</robot>", f"{write_tray()}</robot>")
+
+
 if __name__ == "__main__":
     for meshes in (False, True):
         (MODELS / f"iiwa_{'meshes' if meshes else 'primitives'}.urdf").write_text(make(meshes), encoding="utf-8")
+    (MODELS / "iiwa_tray.urdf").write_text(make_tray(), encoding="utf-8")

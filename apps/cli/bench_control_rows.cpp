@@ -1,12 +1,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "bench_table.hpp"
 #include "cone_allocations.hpp"
 #include "contact_ticks.hpp"
 #include "stiction/core/quantile.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/execution/contact_estimator.hpp"
+#include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
 
@@ -17,6 +22,10 @@ constexpr int kTicks = 200;
 constexpr int kLoops = 20;           // over all of them, per repetition
 constexpr double kPeriod_s = 0.005;  // of the controller, thesis section 5.6
 constexpr double kSpeed = 1.5;       // of commands [rad/s]
+constexpr int kTouchTicks = 400;     // of a touch: the second and third quarter in contact
+constexpr int kTouches = 8;          // places
+constexpr double kForce = 15;        // [N]
+constexpr double kNoise = 0.05;      // of torques [N m]
 
 /// An iiwa 7 with the stiffness of section 5.6.
 std::shared_ptr<const world::Model> make_arm(const std::filesystem::path& models_dir) {
@@ -76,11 +85,66 @@ void contact_qp(BenchTable& table, int contacts) {
   if (peer) table.add(make_row(name + "/proxqp", std::move(peer->seconds), {}, {}, peer->unsolved));
 }
 
+/// Joints and external torques of an arm that moves while it is touched now and then.
+struct Touches {
+  std::shared_ptr<const world::Model> model;
+  std::vector<Eigen::VectorXd> q, tau;
+};
+
+Touches make_touches(const std::filesystem::path& models_dir) {
+  Touches out;
+  out.model = make_arm(models_dir);
+  const auto sensor = sensing::Sensor::make(out.model);
+  core::Random random(0, 0);
+  const Eigen::VectorXd middle{{0, 0.6, 0, -1.4, 0, 1.1, 0}};
+  for (int touch = 0; touch < kTouches; ++touch) {
+    const auto links = static_cast<int>(sensor->links().size());
+    const sensing::SensedLink& link = sensor->links()[static_cast<std::size_t>(links - 1 - touch % 3)];
+    const sensing::SurfacePoint& point = link.samples[static_cast<std::size_t>(random.index(static_cast<int>(link.samples.size())))];
+    const Eigen::Vector3d f_L = -kForce * link.surface.normal(point.triangle, point.p_L, sensing::Normals::Flat);
+    for (int k = 0; k < kTouchTicks; ++k) {
+      const double turn = 2 * std::numbers::pi * k / kTouchTicks;
+      Eigen::VectorXd q = middle;
+      for (Eigen::Index j = 0; j < q.size(); ++j) q[j] += 0.1 * std::sin(turn + static_cast<double>(j));
+      const bool touched = k >= kTouchTicks / 4 && k < 3 * kTouchTicks / 4;
+      Eigen::VectorXd tau = Eigen::VectorXd::Zero(q.size());
+      if (touched) tau = sensing::calc_contact_torque(*out.model, sensing::place_robots(*out.model, q), link.surface.body, point.p_L, f_L);
+      for (double& t : tau) t += kNoise * random.normal();
+      out.q.push_back(q), out.tau.push_back(tau);
+    }
+  }
+  return out;
+}
+
+/// An update of the contacts of a control loop, of ticks in contact; their 99th percentile has those in which a touch begins.
+void contact_estimates(BenchTable& table) {
+  const std::string name = "contact_estimate/7_joints";
+  if (!table.wanted(name)) return;
+  const Touches touches = make_touches(table.models_dir());
+  execution::ContactEstimatorOptions options;
+  options.noise = kNoise;
+  execution::ContactEstimator estimator(touches.model, options);
+  std::vector<double> seconds;
+  long allocations = 0;
+  for (int r = 0; r < table.repeat() && !interrupted(); ++r)
+    for (std::size_t k = 0; k < touches.q.size(); ++k) {
+      const long before = bench::allocations();
+      const auto start = BenchClock::now();
+      const auto contacts = estimator.update(touches.q[k], touches.tau[k], touches.q[k], kPeriod_s);
+      const double elapsed = seconds_since(start);
+      if (contacts.empty()) continue;
+      seconds.push_back(elapsed);
+      if (r > 0) allocations = std::max(allocations, bench::allocations() - before);
+    }
+  if (!seconds.empty()) table.add(make_row(name, std::move(seconds), {}, allocations, 0));
+}
+
 }  // namespace
 
 void add_control_rows(BenchTable& table) {
   contact_qp(table, 1);
   contact_qp(table, 3);
+  contact_estimates(table);
 }
 
 }  // namespace stiction::app

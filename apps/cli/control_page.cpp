@@ -12,11 +12,16 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxFrames = 600;  // of the page
 
-Json to_json(const world::Model& model, const simulation::PairForce& f) {
-  const auto& pair = model.pairs()[static_cast<std::size_t>(f.pair)];
+/// @param hand  link that a hand presses on
+Json to_json(const world::Model& model, const simulation::PairForce& f, int hand) {
   Json out{{"pair", f.pair}};
-  for (const auto& [key, geometry] : {std::pair{"a", pair.geometry_a}, {"b", pair.geometry_b}})
-    out[key] = model.geometries()[static_cast<std::size_t>(geometry)].name;
+  if (f.pair < 0) {
+    out["a"] = model.bodies()[static_cast<std::size_t>(hand)].name, out["b"] = "hand";
+  } else {
+    const auto& pair = model.pairs()[static_cast<std::size_t>(f.pair)];
+    for (const auto& [key, geometry] : {std::pair{"a", pair.geometry_a}, {"b", pair.geometry_b}})
+      out[key] = model.geometries()[static_cast<std::size_t>(geometry)].name;
+  }
   out["point"] = page_numbers(f.p_WC);
   out["force"] = page_numbers(f.force_W);
   return out;
@@ -41,7 +46,7 @@ std::string control_document(const execution::ControlScenario& scenario, const e
   out["ticks"] = out["frames"] = Json::array();
   for (const execution::ControlSample& s : result.samples) {
     Json forces = Json::array();
-    for (const auto& f : s.forces) forces.push_back(to_json(model, f));
+    for (const auto& f : s.forces) forces.push_back(to_json(model, f, scenario.hand.body));
     out["ticks"].push_back({{"t", s.time},
                             {"error", s.error},
                             {"slack", s.slack},

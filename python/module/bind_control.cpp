@@ -41,11 +41,12 @@ struct ContactController {
 };
 
 std::shared_ptr<ContactController> make_controller(const ModelPtr& model, Law law, TrackingCost cost, double lambda_max,
-                                                   std::optional<double> force_threshold, double force_time_constant, int max_contacts,
-                                                   double revolute_speed, double prismatic_speed, const std::optional<Vector>& torque,
-                                                   double tool_length, const ForceDampingOptions& damping, bool unilateral,
-                                                   double contact_compliance, double posture_weight, double epsilon, double least_lever,
-                                                   double force_priority, double unilateral_priority) {
+                                                   std::optional<double> force_threshold, double force_time_constant, double release_time,
+                                                   int max_contacts, double revolute_speed, double prismatic_speed,
+                                                   const std::optional<Vector>& torque, double posture_time_constant, double tool_length,
+                                                   const ForceDampingOptions& damping, bool unilateral, double contact_compliance,
+                                                   double posture_weight, double epsilon, double least_lever, double force_priority,
+                                                   double unilateral_priority) {
   core::require_positive("lambda_max", lambda_max);
   ControllerOptions options;
   options.law = law;
@@ -61,6 +62,8 @@ std::shared_ptr<ContactController> make_controller(const ModelPtr& model, Law la
   options.lambda_max = lambda_max;
   options.force_threshold = force_threshold.value_or(std::min(options.force_threshold, lambda_max / 3));
   options.force_time_constant = force_time_constant;
+  options.release_time = release_time;
+  options.posture_time_constant = posture_time_constant;
   options.max_contacts = max_contacts;
   options.revolute_speed = revolute_speed;
   options.prismatic_speed = prismatic_speed;
@@ -124,21 +127,22 @@ void bind_options(nb::module_& m) {
                                   R"(How far forces that are not as predicted slow the command down (5.28), (5.29).
 
   largest: w_max [-], >= 0. force_scale: an error of this makes 1 - 1/e of it [N], > 0.
-  forget_rate: alpha, in (0, 1]. printed: (5.29) as printed, an average of two ticks; else a low-pass.)")
+  forget_rate: alpha, in (0, 1]. Both are stated for ticks of `period` [s], > 0; other ticks slow down as much per second. printed: (5.29) as printed, an average of two ticks; else a low-pass.)")
       .def(
           "__init__",
-          [](ForceDampingOptions* self, double largest, double force_scale, double forget_rate, bool printed) {
-            new (self) ForceDampingOptions{largest, force_scale, forget_rate, printed};
+          [](ForceDampingOptions* self, double largest, double force_scale, double forget_rate, double period, bool printed) {
+            new (self) ForceDampingOptions{largest, force_scale, forget_rate, period, printed};
           },
           nb::kw_only(), "largest"_a = standard.largest, "force_scale"_a = standard.force_scale, "forget_rate"_a = standard.forget_rate,
-          "printed"_a = standard.printed)
+          "period"_a = standard.period, "printed"_a = standard.printed)
       .def_ro("largest", &ForceDampingOptions::largest)
       .def_ro("force_scale", &ForceDampingOptions::force_scale)
       .def_ro("forget_rate", &ForceDampingOptions::forget_rate)
+      .def_ro("period", &ForceDampingOptions::period, "[s]")
       .def_ro("printed", &ForceDampingOptions::printed)
       .def("__repr__", [](const ForceDampingOptions& o) {
-        return fmt::format("ForceDampingOptions(largest={}, force_scale={}, forget_rate={}, printed={})", o.largest, o.force_scale,
-                           o.forget_rate, o.printed ? "True" : "False");
+        return fmt::format("ForceDampingOptions(largest={}, force_scale={}, forget_rate={}, period={}, printed={})", o.largest,
+                           o.force_scale, o.forget_rate, o.period, o.printed ? "True" : "False");
       });
 }
 
@@ -233,8 +237,10 @@ update a tick. docs/theory/control.md
   lambda_max: bound of every contact that brings none of its own [N], > 0.
   force_threshold: contacts with less force are left out [N], >= 0, below lambda_max; None: 5 N, or a third of lambda_max if that is less.
   force_time_constant: low-pass on the force of a contact [s], >= 0.
+  release_time: in which the bound of a contact that is lost grows by lambda_max, until it holds nothing back [s], > 0.
   max_contacts: of more than these those with the largest forces are taken.
   revolute_speed [rad/s], prismatic_speed [m/s]: of commands, > 0.
+  posture_time_constant: in which the posture beside a tool is got nearer [s], >= 0.
   torque: of the joint springs (n_a) [N m], > 0; None: not bounded.
   tool_length: a metre of the tool counts as 1/this radians [m], > 0.
   damping: ForceDampingOptions().
@@ -253,8 +259,9 @@ Raises InvalidInput by the name of the argument; of a robot without stiffness.
     (Status.Solved, (7,)))")
       .def(nb::new_(&make_controller), "model"_a, nb::kw_only(), "law"_a = standard.law, "cost"_a = standard.qp.cost,
            "lambda_max"_a = standard.lambda_max, "force_threshold"_a = nb::none(), "force_time_constant"_a = standard.force_time_constant,
-           "max_contacts"_a = standard.max_contacts, "revolute_speed"_a = standard.revolute_speed,
-           "prismatic_speed"_a = standard.prismatic_speed, "torque"_a = nb::none(), "tool_length"_a = standard.tool_length,
+           "release_time"_a = standard.release_time, "max_contacts"_a = standard.max_contacts, "revolute_speed"_a = standard.revolute_speed,
+           "prismatic_speed"_a = standard.prismatic_speed, "torque"_a = nb::none(),
+           "posture_time_constant"_a = standard.posture_time_constant, "tool_length"_a = standard.tool_length,
            "damping"_a = standard.damping, "unilateral"_a = standard.qp.unilateral, "contact_compliance"_a = standard.qp.contact_compliance,
            "posture_weight"_a = standard.qp.posture_weight, "epsilon"_a = standard.qp.epsilon, "least_lever"_a = standard.qp.least_lever,
            "force_priority"_a = standard.qp.force_priority, "unilateral_priority"_a = standard.qp.unilateral_priority)

@@ -169,7 +169,7 @@ TEST(ContactQpProperty, RandomTicks_MeetTheOptimalityConditions) {
   ContactQpWorkspace work;
   ContactQpResult out;
   int bounded = 0, conflicts = 0, most_iterations = 0;
-  for (int trial = 0; trial < 5000; ++trial) {
+  for (int trial = 0; trial < 100000; ++trial) {
     const RandomTick t = random_tick(random);
     ContactQpOptions options;
     options.cost = trial % 3 == 0 ? TrackingCost::Equilibrium : TrackingCost::Command;
@@ -183,8 +183,8 @@ TEST(ContactQpProperty, RandomTicks_MeetTheOptimalityConditions) {
     conflicts += out.slack.maxCoeff() > 1e-2;
     ASSERT_LE((out.lambda - t.lambda_max - out.slack).maxCoeff(), 1e-8 * std::max(1.0, out.lambda.cwiseAbs().maxCoeff())) << trial;
   }
-  EXPECT_GT(bounded, 1000);
-  EXPECT_GT(conflicts, 500);
+  EXPECT_GT(bounded, 20000);
+  EXPECT_GT(conflicts, 10000);
   EXPECT_LT(most_iterations, 60);
 }
 

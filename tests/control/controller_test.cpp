@@ -70,18 +70,32 @@ TEST(PointJacobian, RandomPostures_AgreeWithDifferences) {
 TEST(ForceDamping, ConstantError_ApproachesTheValueOfTheText) {
   ForceDamping damping({.largest = 2, .force_scale = 5, .forget_rate = 0.3});
   double w = 0;
-  for (int k = 0; k < 200; ++k) w = damping.update(5);
+  for (int k = 0; k < 200; ++k) w = damping.update(5, kTick);
   EXPECT_NEAR(w, 2 * (1 - std::exp(-1.0)), 1e-12);  // (5.28) with its sign corrected: near 1 for large errors
-  EXPECT_NEAR(damping.update(0), 0.7 * w, 1e-12);
+  EXPECT_NEAR(damping.update(0, kTick), 0.7 * w, 1e-12);
+}
+
+/// A command that moves to a reference at rest, (q_ref − q_cmd)/(1 + w) a tick, is slowed down as much per second by short ticks.
+TEST(ForceDamping, ShortTicks_SlowDownAsMuchPerSecond) {
+  const auto left_after = [](int ticks) {
+    ForceDamping damping({.largest = 40, .force_scale = 5});
+    const double dt = 0.1 / ticks;
+    double left = 1;
+    for (int k = 0; k < 10 * ticks; ++k) (void)damping.update(5, dt);
+    for (int k = 0; k < ticks; ++k) left *= 1 - 1 / (1 + damping.update(5, dt));
+    return left;
+  };
+  // 1/(1 + w) of a tick with w = 25 or, of a fifth of it, 126: −log(1 − 1/(1 + w)) = 1/w up to 1/w².
+  EXPECT_NEAR(std::log(left_after(20)) / std::log(left_after(100)), 1, 0.03);
 }
 
 TEST(ForceDamping, PrintedFilter_ForgetsInTwoTicks) {
   ForceDamping recursive({.largest = 1, .forget_rate = 0.3}), printed({.largest = 1, .forget_rate = 0.3, .printed = true});
-  (void)recursive.update(1e9), (void)printed.update(1e9);
-  EXPECT_NEAR(printed.update(0), 0.7, 1e-12);
-  EXPECT_NEAR(printed.update(0), 0, 1e-12);
-  EXPECT_NEAR(recursive.update(0), 0.3 * 0.7, 1e-12);
-  EXPECT_NEAR(recursive.update(0), 0.3 * 0.49, 1e-12);
+  (void)recursive.update(1e9, kTick), (void)printed.update(1e9, kTick);
+  EXPECT_NEAR(printed.update(0, kTick), 0.7, 1e-12);
+  EXPECT_NEAR(printed.update(0, kTick), 0, 1e-12);
+  EXPECT_NEAR(recursive.update(0, kTick), 0.3 * 0.7, 1e-12);
+  EXPECT_NEAR(recursive.update(0, kTick), 0.3 * 0.49, 1e-12);
 }
 
 TEST(Controller, NoContact_FollowsTheReferenceAtItsSpeed) {
@@ -114,8 +128,115 @@ TEST(Controller, WeakForces_AreLeftOut) {
   EXPECT_EQ(bench.update().taken.size(), 1u);
 }
 
-TEST(Controller, LostContact_IsKeptWhileItsForceDecays) {
-  Bench bench({.force_time_constant = 0.05});
+/// The contact of a Bench: row of J_u, softness, and how hard q_to would press it.
+struct Row {
+  explicit Row(const Bench& bench) {
+    world::KinematicsWorkspace work(*bench.model);
+    world::Kinematics kinematics;
+    calc_kinematics(*bench.model, bench.q, work, kinematics);
+    RowMatrix J(6, 7);
+    calc_point_jacobian(*bench.model, kinematics, bench.link, bench.contacts[0].p_WC, J);
+    J_u = -J.row(1);
+    softness = (J_u.array().square() / bench.model->stiffness().array()).sum();
+  }
+  double calc_force(const VectorXd& q_to, const VectorXd& q) const { return -J_u.dot(q_to - q) / softness; }
+  VectorXd J_u;
+  double softness;
+};
+
+/// q does not move: what the reference asks for stays, and the bound grows to it in T (demand / λ_max − 1), the predicted force with it.
+TEST(Controller, LostContact_IsKeptUntilItsBoundHoldsNothingBack) {
+  Bench bench({.release_time = 0.1});
+  bench.q_ref[0] = 0.3;
+  for (int k = 0; k < 100; ++k) (void)bench.update();
+  const Row row(bench);
+  const double demand = row.calc_force(bench.q_ref, bench.q);
+  ASSERT_GT(demand, 3 * 15) << "the bound holds nothing back";
+  bench.contacts.clear();
+  int kept = 0;
+  while (!bench.update().taken.empty()) {
+    ++kept;
+    const double allowed = 15 * (1 + kept * kTick / 0.1);
+    ASSERT_LE(
+        row.calc_force(bench.controller.update({.time = -1, .q = bench.q, .q_ref = bench.q_ref, .contacts = {}}, kTick).q_cmd, bench.q),
+        1.02 * allowed)
+        << "a jump in tick " << kept;
+  }
+  EXPECT_NEAR(kept * kTick, 0.1 * (demand / 15 - 1), 2 * kTick);
+}
+
+/// Nothing is there any more and the arm is where it was commanded to be: it gets on by the preload, and then by λ_max/(k T) a second.
+TEST(Controller, LostContact_ArmThatMeetsNothing_ClosesTheGapSlowly) {
+  Bench bench;
+  bench.q_ref[0] = 0.3;
+  for (int k = 0; k < 200; ++k) (void)bench.update();
+  const Row row(bench);
+  const VectorXd lost_at = bench.q;
+  bench.contacts.clear();
+  double advance = 0;
+  for (int k = 1; k <= 200; ++k) {
+    bench.q = bench.update().q_cmd;
+    advance = row.calc_force(bench.q, lost_at);
+    ASSERT_LE(advance, 1.1 * 15 * (1 + k * kTick / 0.5)) << "tick " << k << ", up to curvature";
+  }
+  EXPECT_GT(advance, 0.9 * 15 * (1 + 200 * kTick / 0.5)) << "it does not close";
+}
+
+/// A reference that goes on against a contact that is lost is followed at its own speed.
+TEST(Controller, LostContact_ReferenceThatGoesOn_IsFollowedAtItsSpeed) {
+  Bench bench;
+  bench.q_ref[0] = 0.3;
+  for (int k = 0; k < 200; ++k) (void)bench.update();
+  const Row row(bench);
+  bench.contacts.clear();
+  const double behind = row.calc_force(bench.q_ref, bench.q);
+  for (int k = 0; k < 100; ++k) {
+    bench.q_ref[0] += 2e-3;
+    bench.q = bench.update().q_cmd;
+  }
+  EXPECT_LT(row.calc_force(bench.q_ref, bench.q), behind) << "0.2 rad farther";
+}
+
+TEST(Controller, ContactThatTheReferenceLeaves_IsForgottenAtOnce) {
+  Bench bench;
+  bench.q_ref[0] = 0.3;
+  for (int k = 0; k < 100; ++k) (void)bench.update();
+  bench.q_ref[0] = -0.3;
+  EXPECT_EQ(bench.update().taken.size(), 1u) << "it is felt";
+  bench.contacts.clear();
+  EXPECT_TRUE(bench.update().taken.empty());
+}
+
+/// Beside a tool that does not move, a posture that is off comes back in its time constant instead of in a tick.
+TEST(Controller, PostureBesideATool_ComesBackInItsTimeConstant) {
+  Bench bench({.posture_time_constant = 0.2});
+  bench.contacts.clear();
+  world::KinematicsWorkspace work(*bench.model);
+  world::Kinematics kinematics;
+  calc_kinematics(*bench.model, bench.q, work, kinematics);
+  const auto link = static_cast<std::size_t>(bench.link);
+  ToolReference tool{.body = bench.link, .X_BT = {}, .X_WT = kinematics.X_WB[link]};
+  VectorXd away = bench.q;
+  away[0] += 0.1, away[2] -= 0.1;  // the preferred posture: mostly of the elbow
+  double before = (away - bench.q).norm();
+  const double start = before;
+  double fastest = 0;
+  for (int k = 0; k < 40; ++k) {  // of 5 ms: one time constant
+    const VectorXd last = bench.q;
+    bench.time += kTick;
+    bench.q = bench.controller.update({.time = bench.time, .q = last, .q_ref = away, .contacts = {}, .tool = &tool}, kTick).q_cmd;
+    fastest = std::max(fastest, (bench.q - last).norm() / kTick);
+    EXPECT_LE((away - bench.q).norm(), before + 1e-9) << k;
+    before = (away - bench.q).norm();
+  }
+  EXPECT_LE(fastest, start / 0.2) << "no faster than it would begin";
+  EXPECT_LT(before, start - 0.2 * start) << "it comes back";
+  calc_kinematics(*bench.model, bench.q, work, kinematics);
+  EXPECT_LE((kinematics.X_WB[link].p - tool.X_WT.p).norm(), 2e-3) << "the tool stays";
+}
+
+TEST(Controller, BaselinesForgetAContactWhileItsForceDecays) {
+  Bench bench({.law = Law::NullSpace, .force_time_constant = 0.05});
   bench.q_ref[0] = 0.3;
   (void)bench.update();
   bench.contacts.clear();
@@ -155,7 +276,12 @@ TEST(Controller, ContactsThatComeAndGo_AreAllSolved) {
     ASSERT_EQ(command.status, Status::Solved) << k;
     ASSERT_LE(command.taken.size(), 4u);
     ASSERT_LE((command.q_cmd - before).cwiseAbs().maxCoeff(), 1.5 * kTick * (1 + 1e-12));
-    for (Eigen::Index i = 0; i < command.qp.lambda.size(); ++i) ASSERT_LE(command.qp.lambda[i], 15 + command.qp.slack[i] + 1e-6) << k;
+    for (Eigen::Index i = 0; i < command.qp.lambda.size(); ++i) {
+      const int id = command.taken[static_cast<std::size_t>(i)].id;
+      const bool seen = std::any_of(bench.contacts.begin(), bench.contacts.end(), [&](const auto& c) { return c.id == id; });
+      if (!seen) continue;
+      ASSERT_LE(command.qp.lambda[i], 15 + command.qp.slack[i] + 1e-6) << k;
+    }
     left_out += command.left_out;
   }
   EXPECT_GT(left_out, 100) << "room is never short";
@@ -205,6 +331,8 @@ TEST(ControllerInput, BadNumbers_AreNamed) {
     return message_of([&] { ContactController(make_arm(), options); });
   };
   EXPECT_NE(with([](auto& o) { o.lambda_max = 0; }).find("lambda_max: got 0"), std::string::npos);
+  EXPECT_NE(with([](auto& o) { o.posture_time_constant = -1; }).find("posture_time_constant: got -1"), std::string::npos);
+  EXPECT_NE(with([](auto& o) { o.release_time = 0; }).find("release_time: got 0"), std::string::npos);
   EXPECT_NE(with([](auto& o) { o.force_threshold = 15; }).find("force_threshold"), std::string::npos);
   EXPECT_NE(with([](auto& o) { o.torque = VectorXd::Constant(7, -1); }).find("torque: got -1"), std::string::npos);
   EXPECT_NE(with([](auto& o) { o.torque = VectorXd::Constant(3, 1); }).find("torque"), std::string::npos);

@@ -136,7 +136,7 @@ TEST_P(Touching, ReachesItsGoalPastWhatItFeelsWithBoundedForces) {
   EXPECT_EQ(out.run.unsolved_ticks, 0);
   for (const Touch& touch : out.touches) EXPECT_LT(touch.error, 0.5 * scenario.arm.model->scales().robots().length);
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, Touching, testing::Values(0, 1, 2));
+INSTANTIATE_TEST_SUITE_P(Seeds, Touching, testing::Values(0, 1, 3, 8));
 
 TEST(TouchRun, GoalWithinAnUnknownBlock_IsGivenUpWithAReasonAndHeldWithBoundedForces) {
   TouchScenario scenario = pillar();

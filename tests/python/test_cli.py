@@ -444,7 +444,7 @@ def test_start_in_penetration_is_planned_from_the_projected_state(tmp_path):
     assert kinds[0] == "settle"
 
 
-@pytest.mark.parametrize("rows", ["cone/22dof_20contacts", "residual/rays_4", "discriminate/", "contact_qp/3"])
+@pytest.mark.parametrize("rows", ["cone/22dof_20contacts", "residual/rays_4", "discriminate/", "contact_qp/3", "contact_estimate/"])
 def test_bench_prints_the_agreed_object(rows):
     done = run("bench", "--filter", rows, "--repeat", 1, "--json")
     assert done.returncode == 0, done.stderr

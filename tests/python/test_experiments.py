@@ -96,8 +96,9 @@ def test_every_scene_is_valid(path: Path) -> None:
 @pytest.mark.parametrize(("name", "meshes"), [("iiwa_primitives", False), ("iiwa_meshes", True)])
 def test_arm_is_what_its_script_writes(name: str, meshes: bool) -> None:
     sys.path.insert(0, str(ROOT))
-    from experiments.make_iiwa import MODELS, make
+    from experiments.make_iiwa import MODELS, make, make_tray
 
+    assert (MODELS / "iiwa_tray.urdf").read_text(encoding="utf-8") == make_tray(), "run `python -m experiments.make_iiwa`"
     assert (MODELS / f"{name}.urdf").read_text(encoding="utf-8") == make(meshes), "run `python -m experiments.make_iiwa`"
 
 

@@ -2381,10 +2381,10 @@ class ForceDampingOptions:
     How far forces that are not as predicted slow the command down (5.28), (5.29).
 
       largest: w_max [-], >= 0. force_scale: an error of this makes 1 - 1/e of it [N], > 0.
-      forget_rate: alpha, in (0, 1]. printed: (5.29) as printed, an average of two ticks; else a low-pass.
+      forget_rate: alpha, in (0, 1]. Both are stated for ticks of `period` [s], > 0; other ticks slow down as much per second. printed: (5.29) as printed, an average of two ticks; else a low-pass.
     """
 
-    def __init__(self, *, largest: float = 5.0, force_scale: float = 5.0, forget_rate: float = 0.2, printed: bool = False) -> None: ...
+    def __init__(self, *, largest: float = 5.0, force_scale: float = 5.0, forget_rate: float = 0.2, period: float = 0.005, printed: bool = False) -> None: ...
 
     @property
     def largest(self) -> float: ...
@@ -2394,6 +2394,10 @@ class ForceDampingOptions:
 
     @property
     def forget_rate(self) -> float: ...
+
+    @property
+    def period(self) -> float:
+        """[s]"""
 
     @property
     def printed(self) -> bool: ...
@@ -2545,8 +2549,10 @@ class ContactController:
       lambda_max: bound of every contact that brings none of its own [N], > 0.
       force_threshold: contacts with less force are left out [N], >= 0, below lambda_max; None: 5 N, or a third of lambda_max if that is less.
       force_time_constant: low-pass on the force of a contact [s], >= 0.
+      release_time: in which the bound of a contact that is lost grows by lambda_max, until it holds nothing back [s], > 0.
       max_contacts: of more than these those with the largest forces are taken.
       revolute_speed [rad/s], prismatic_speed [m/s]: of commands, > 0.
+      posture_time_constant: in which the posture beside a tool is got nearer [s], >= 0.
       torque: of the joint springs (n_a) [N m], > 0; None: not bounded.
       tool_length: a metre of the tool counts as 1/this radians [m], > 0.
       damping: ForceDampingOptions().
@@ -2565,7 +2571,7 @@ class ContactController:
         (Status.Solved, (7,))
     """
 
-    def __init__(self, model: Model, *, law: Law = Law.ContactAware, cost: TrackingCost = TrackingCost.Command, lambda_max: float = 15.0, force_threshold: float | None = None, force_time_constant: float = 0.05, max_contacts: int = 8, revolute_speed: float = 1.5, prismatic_speed: float = 0.25, torque: numpy.typing.ArrayLike | None = None, tool_length: float = 0.5, damping: ForceDampingOptions = ..., unilateral: bool = True, contact_compliance: float = 0.01, posture_weight: float = 0.001, epsilon: float = 0.001, least_lever: float = 0.01, force_priority: float = 1000000.0, unilateral_priority: float = 1000.0) -> None: ...
+    def __init__(self, model: Model, *, law: Law = Law.ContactAware, cost: TrackingCost = TrackingCost.Command, lambda_max: float = 15.0, force_threshold: float | None = None, force_time_constant: float = 0.05, release_time: float = 0.5, max_contacts: int = 8, revolute_speed: float = 1.5, prismatic_speed: float = 0.25, torque: numpy.typing.ArrayLike | None = None, posture_time_constant: float = 0.5, tool_length: float = 0.5, damping: ForceDampingOptions = ..., unilateral: bool = True, contact_compliance: float = 0.01, posture_weight: float = 0.001, epsilon: float = 0.001, least_lever: float = 0.01, force_priority: float = 1000000.0, unilateral_priority: float = 1000.0) -> None: ...
 
     @property
     def model(self) -> Model: ...

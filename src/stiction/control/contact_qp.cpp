@@ -212,7 +212,7 @@ class Tick {
     for (Index i = 0; i < m_; ++i) add_row(i, -1, 1 - w_.lambda0[i] / in_.lambda_max[i], options_.force_priority);
     if (!options_.unilateral) return;
     for (Index i = 0; i < m_; ++i)
-      if (!is_left(i)) add_row(i, 1, w_.lambda0[i] / in_.lambda_max[i], options_.unilateral_priority);
+      if (must_not_pull(i)) add_row(i, 1, w_.lambda0[i] / in_.lambda_max[i], options_.unilateral_priority);
   }
 
   /// (5.30) with its sign corrected: the reference moves the contact point along the force on the robot. Of a task: the command that meets it best.
@@ -224,6 +224,9 @@ class Tick {
     }
     return along >= 0;
   }
+
+  /// One that may be gone pulls at nothing: to follow the arm with the command, so as not to pull, would leave it without a spring.
+  bool must_not_pull(Index contact) const { return !is_alone(contact) && !is_left(contact); }
 
   void write_result() {
     const Eigen::VectorXd& d = w_.solution.x;
@@ -244,7 +247,7 @@ class Tick {
     }
     Index row = m_;
     for (Index i = 0; i < m_ && row < w_.qp.m; ++i)
-      if (!is_left(i)) out_.pull[i] = w_.solution.slack[row++] * in_.lambda_max[i];
+      if (must_not_pull(i)) out_.pull[i] = w_.solution.slack[row++] * in_.lambda_max[i];
     for (Index j = 0; j < n_; ++j) {  // (5.8a)
       double torque = 0;
       for (Index i = 0; i < m_; ++i) torque += is_alone(i) ? 0.0 : in_.J_u(i, j) * out_.lambda[i];

@@ -23,11 +23,17 @@ void ControllerOptions::validate() const {
   if (!(force_threshold < lambda_max))
     core::throw_invalid("force_threshold", std::to_string(force_threshold), "less than lambda_max, " + std::to_string(lambda_max));
   core::require_nonnegative("force_time_constant", force_time_constant);
+  core::require_positive("release_time", release_time);
+  core::require_nonnegative("posture_time_constant", posture_time_constant);
   if (max_contacts < 0 || max_contacts > kMaxContacts)
     core::throw_invalid("max_contacts", std::to_string(max_contacts), "an integer from 0 to " + std::to_string(kMaxContacts));
   core::require_positive("revolute_speed", revolute_speed);
   core::require_positive("prismatic_speed", prismatic_speed);
   core::require_positive("tool_length", tool_length);
+}
+
+namespace {
+constexpr double kLeastBound = 1e-3;  ///< of a wall that the arm has come into: bounds are positive
 }
 
 struct ContactController::Impl {
@@ -41,18 +47,22 @@ struct ContactController::Impl {
   std::vector<std::pair<int, double>> predicted;  // id and force of the contacts of the last tick
 
   struct Known {
-    ContactForce contact;
-    Vector3d p_BC;
-    bool seen;
+    ContactForce contact{};
+    Vector3d p_BC = Vector3d::Zero();
+    bool seen = false;
+    bool counts = false;                                    ///< it is in the model
+    double unseen_for = 0;                                  ///< [s]
+    double demand = 0;                                      ///< when it was last seen [N]
+    Vector3d u = Vector3d::Zero(), p_W = Vector3d::Zero();  ///< direction and place when it was last seen
   };
   std::vector<Known> known;
-  std::vector<char> alone;  // of the contacts taken: not seen at the moment, or one of several that exclude each other
+  std::vector<char> alone, seen;  // of the contacts taken: alone if not seen at the moment, or one of several that exclude each other
 
   // Scratch
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
   ContactQpWorkspace qp_work;
-  Eigen::VectorXd q_full, lambda, lambda_max, null_command, rhs;
+  Eigen::VectorXd q_full, wanted, lambda, lambda_max, null_command, rhs;
   RowMatrix J_u, J_point, E, H, G;
   Eigen::VectorXd e;
 
@@ -74,10 +84,10 @@ struct ContactController::Impl {
     q_full = model->neutral();
     qp_work.reserve(n, m);
     J_u.setZero(m, n), J_point.setZero(6, n), E.setZero(6, n), e.setZero(6), H.setZero(n, n), G.setZero(m, m);
-    lambda.setZero(m), lambda_max.setZero(m), null_command.setZero(n), rhs.setZero(m);
+    lambda.setZero(m), lambda_max.setZero(m), null_command.setZero(n), rhs.setZero(m), wanted.setZero(n);
     command.taken.reserve(static_cast<std::size_t>(m));
     known.reserve(static_cast<std::size_t>(m));
-    alone.assign(static_cast<std::size_t>(m), 0);
+    alone.assign(static_cast<std::size_t>(m), 0), seen.assign(static_cast<std::size_t>(m), 0);
     predicted.reserve(static_cast<std::size_t>(m));
   }
 
@@ -116,49 +126,92 @@ struct ContactController::Impl {
       entry->contact.force_W = before + gain * (measured.force_W - before);
       entry->p_BC = kinematics.X_WB[static_cast<std::size_t>(measured.body)].inverse() * measured.p_WC;
       entry->seen = true;
+      entry->unseen_for = 0;
+      entry->p_W = measured.p_WC;
+      entry->u = entry->contact.force_W.normalized();
     }
     for (Known& k : known) {
       if (k.seen) continue;
       k.contact.force_W *= 1 - gain;
       k.contact.p_WC = kinematics.X_WB[static_cast<std::size_t>(k.contact.body)] * k.p_BC;
+      k.unseen_for += dt;
     }
-    std::erase_if(known, [&](const Known& k) { return !k.seen && k.contact.force_W.norm() < options.force_threshold; });
   }
 
   /// A place for a new contact, that of the weakest where all are taken and it is weaker.
   std::vector<Known>::iterator make_room(const ContactForce& measured) {
-    if (static_cast<int>(known.size()) < options.max_contacts) return known.insert(known.end(), Known{measured, Vector3d::Zero(), false});
+    if (static_cast<int>(known.size()) < options.max_contacts) return known.insert(known.end(), Known{.contact = measured});
     if (measured.force_W.norm() >= options.force_threshold) ++command.left_out;
     const auto weakest = std::min_element(known.begin(), known.end(), [](const Known& a, const Known& b) {
       return a.contact.force_W.squaredNorm() < b.contact.force_W.squaredNorm();
     });
     if (weakest == known.end() || !(weakest->contact.force_W.norm() < measured.force_W.norm())) return known.end();
+    *weakest = {.contact = measured};
     return weakest;
   }
 
-  /// Rows (5.4) of the contacts above the threshold.
-  void take_contacts() {
-    command.taken.clear();
-    for (const Known& k : known) {
-      const double force = k.contact.force_W.norm();
-      if (force < options.force_threshold || force == 0) continue;
-      const auto row = static_cast<Index>(command.taken.size());
-      command.taken.push_back(k.contact);
-      alone[command.taken.size() - 1] = !k.seen || k.contact.alternative;
-      lambda[row] = force;
-      lambda_max[row] = k.contact.lambda_max.value_or(options.lambda_max);
-      const Vector3d u = k.contact.force_W / force;
-      calc_point_jacobian(*model, kinematics, k.contact.body, k.contact.p_WC, J_point);
-      for (Index j = 0; j < J_u.cols(); ++j) J_u(row, j) = u.dot(J_point.col(j).head<3>());
-    }
+  /// Softness of the arm at a contact, J_u K⁻¹ J_uᵀ [m/N]. @param row  of J_u
+  double calc_softness(Index row) const {
+    double out = 0;
+    for (Index j = 0; j < J_u.cols(); ++j) out += J_u(row, j) * J_u(row, j) / robot.stiffness[j];
+    return out;
   }
 
-  /// ‖λ_pred − λ_est‖_∞ over the contacts that were there a tick ago.
+  /// How far tracking alone would go against the force of a contact, −J_u (q_track − q) [m].
+  double calc_advance(Index row, const ControllerState& state) const {
+    double out = 0;
+    for (Index j = 0; j < J_u.cols(); ++j) out -= J_u(row, j) * (null_command[j] - state.q[j]);
+    return out;
+  }
+
+  /// A contact as a wall where it was last seen, (C.15).
+  struct Wall {
+    double beyond = 0;   ///< how far the arm has come into it, as a force [N]
+    double allowed = 0;  ///< how hard it may be pressed [N]
+    bool holds = false;  ///< tracking alone would press it harder
+  };
+  /// @param row  of J_u    @param bound  λ_max [N]
+  Wall calc_wall(Known& k, Index row, const ControllerState& state, double bound) const {
+    Wall out;
+    const double softness = calc_softness(row);
+    if (!(softness > 0)) return out;
+    out.beyond = -k.u.dot(k.contact.p_WC - k.p_W) / softness;
+    const double demand = calc_advance(row, state) / softness + out.beyond;
+    if (k.seen) k.demand = demand;
+    out.allowed = bound * (1 + k.unseen_for / options.release_time) + std::max(0.0, demand - k.demand);
+    out.holds = demand > out.allowed;
+    return out;
+  }
+
+  /// Rows (5.4) of the contacts that count: those above the threshold, and those that counted a tick ago until their bound holds nothing back.     (C.15)
+  void take_contacts(const ControllerState& state) {
+    command.taken.clear();
+    const bool gradual = options.law == Law::ContactAware && solve_tracking(state) == Status::Solved;
+    for (Known& k : known) {
+      const double force = k.contact.force_W.norm(), bound = k.contact.lambda_max.value_or(options.lambda_max);
+      const auto row = static_cast<Index>(command.taken.size());
+      calc_point_jacobian(*model, kinematics, k.contact.body, k.contact.p_WC, J_point);
+      for (Index j = 0; j < J_u.cols(); ++j) J_u(row, j) = k.u.dot(J_point.col(j).head<3>());
+      const Wall wall = gradual ? calc_wall(k, row, state, bound) : Wall{};
+      const bool felt = force >= options.force_threshold && force > 0 && (k.seen || !gradual);
+      k.counts = felt || (k.counts && wall.holds);
+      if (!k.counts) continue;
+      const bool is_wall = gradual && !k.seen;
+      command.taken.push_back(k.contact);
+      alone[command.taken.size() - 1] = !k.seen || k.contact.alternative;
+      seen[command.taken.size() - 1] = k.seen;
+      lambda[row] = force;
+      lambda_max[row] = is_wall ? std::max(wall.allowed - wall.beyond, kLeastBound * wall.allowed) : bound;
+    }
+    std::erase_if(known, [&](const Known& k) { return !k.seen && !k.counts; });
+  }
+
+  /// ‖λ_pred − λ_est‖_∞ over the contacts that are there and were there a tick ago.
   double calc_force_error() const {
     double worst = 0;
     for (std::size_t k = 0; k < command.taken.size(); ++k) {
       for (const auto& [id, force] : predicted)
-        if (id == command.taken[k].id) worst = std::max(worst, std::abs(force - lambda[static_cast<Index>(k)]));
+        if (seen[k] && id == command.taken[k].id) worst = std::max(worst, std::abs(force - lambda[static_cast<Index>(k)]));
     }
     return worst;
   }
@@ -174,9 +227,15 @@ struct ContactController::Impl {
     e.tail<3>() = turn.angle() * turn.axis();
   }
 
+  /// Joints: the reference. Beside a tool the posture is got nearer in its time constant: what contacts have left of it is not made up for in a tick.
+  void calc_wanted(const ControllerState& state, double dt) {
+    wanted = state.q_ref;
+    if (state.tool != nullptr) wanted = command.q_cmd + dt / (options.posture_time_constant + dt) * (wanted - command.q_cmd);
+  }
+
   ContactQpInput make_input(const ControllerState& state) {
     const auto m = static_cast<Index>(command.taken.size());
-    ContactQpInput in{state.q,        command.q_cmd,      state.q_ref,     J_u.topRows(m),
+    ContactQpInput in{state.q,        command.q_cmd,      wanted,          J_u.topRows(m),
                       lambda.head(m), lambda_max.head(m), command.damping, std::span(alone.data(), command.taken.size())};
     if (state.tool != nullptr) in.task_jacobian = &E, in.task_error = &e;
     return in;
@@ -188,18 +247,18 @@ struct ContactController::Impl {
     if (status == Status::NumericalFailure) return status;
     command.q_cmd = command.qp.q_cmd;
     for (std::size_t k = 0; k < command.taken.size(); ++k)
-      predicted.emplace_back(command.taken[k].id, command.qp.lambda[static_cast<Index>(k)]);
+      if (seen[k]) predicted.emplace_back(command.taken[k].id, command.qp.lambda[static_cast<Index>(k)]);
     return status;
   }
 
   /// q_track: what tracks best without a contact.
   Status solve_tracking(const ControllerState& state) {
-    null_command = state.q_ref;
+    null_command = wanted;
     if (state.tool == nullptr) return Status::Solved;
     const Index n = model->n_a();
     H.setZero();
     for (Index j = 0; j < n; ++j) H(j, j) = options.qp.posture_weight;
-    null_command = options.qp.posture_weight * (state.q_ref - state.q);
+    null_command = options.qp.posture_weight * (wanted - state.q);
     for (Index r = 0; r < 6; ++r)
       for (Index j = 0; j < n; ++j) {
         null_command[j] += E(r, j) * e[r];
@@ -272,9 +331,10 @@ const ControllerCommand& ContactController::update(const ControllerState& state,
   c.q_full.tail(c.model->n_a()) = state.q;
   calc_kinematics(*c.model, c.q_full, c.kinematics_work, c.kinematics);
   c.track_contacts(state, dt);
-  c.take_contacts();
+  c.calc_wanted(state, dt);
   if (state.tool != nullptr) c.calc_task(*state.tool);
-  c.command.damping = c.damping.update(c.calc_force_error());
+  c.take_contacts(state);
+  c.command.damping = c.damping.update(c.calc_force_error(), dt);
   switch (c.options.law) {
     case Law::ContactAware:
       c.command.status = c.solve_contact_aware(state);

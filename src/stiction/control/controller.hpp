@@ -25,17 +25,19 @@ struct ControllerOptions {
   Law law = Law::ContactAware;
   ContactQpOptions qp{};
   ForceDampingOptions damping{};
-  double lambda_max = 15;      ///< bound of every contact that brings none of its own [N], > 0
-  double force_threshold = 5;  ///< contacts with less force are left out [N], ≥ 0; below the bound
-  /// Low-pass on the force of a contact [s], ≥ 0. It starts at the first measurement. A contact that is lost is kept until its force has decayed below the
-  /// threshold, and bounded as if it were the only one: to forget it at once would be answered by a push.
-  double force_time_constant = 0.05;
-  int max_contacts = 8;           ///< room; of more than these those with the largest forces are taken, 0 to kMaxContacts
-  double revolute_speed = 1.5;    ///< of commands [rad/s], > 0
-  double prismatic_speed = 0.25;  ///< [m/s], > 0
-  Eigen::VectorXd torque{};       ///< of the joint springs (n_a) [N m], > 0; empty: not bounded
-  double tool_length = 0.5;       ///< a metre of the tool counts as 1/this radians [m], > 0
-  void validate() const;          ///< @throws core::InvalidInput naming the field
+  double lambda_max = 15;             ///< bound of every contact that brings none of its own [N], > 0
+  double force_threshold = 5;         ///< contacts with less force are left out [N], ≥ 0; below the bound
+  double force_time_constant = 0.05;  ///< low-pass on the force of a contact [s], ≥ 0, from the first measurement on
+  /// A contact that is lost, or weaker than the threshold, stays bounded where it was last seen, as if it were the only one, until the reference asks for no
+  /// more than its bound, which grows by λ_max in this time [s], > 0, (C.15): to forget it at once would be answered by a push.
+  double release_time = 0.5;
+  int max_contacts = 8;                ///< room; of more than these those with the largest forces are taken, 0 to kMaxContacts
+  double revolute_speed = 1.5;         ///< of commands [rad/s], > 0
+  double prismatic_speed = 0.25;       ///< [m/s], > 0
+  Eigen::VectorXd torque{};            ///< of the joint springs (n_a) [N m], > 0; empty: not bounded
+  double posture_time_constant = 0.5;  ///< in which the posture beside a tool is got nearer [s], ≥ 0
+  double tool_length = 0.5;            ///< a metre of the tool counts as 1/this radians [m], > 0
+  void validate() const;               ///< @throws core::InvalidInput naming the field
 };
 
 /// A force on the robot, measured or estimated.

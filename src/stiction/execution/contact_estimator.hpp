@@ -9,18 +9,26 @@
 
 namespace stiction::execution {
 
+/// What is known of the torques. The rest follows: docs/theory/control.md
 struct ContactEstimatorOptions {
   sensing::SensorOptions sensor;
-  sensing::SenseOptions sense;
-  /// Low-pass on the torques [s], ≥ 0. A force is kept by the deflection of the springs, and torques say only where and which way it acts.
-  double time_constant = 0.05;
+  sensing::SenseOptions sense;  ///< `noise` and `threshold` are those of `noise`, `lag`, `bias` below
+  double noise = 0.05;          ///< standard deviation of each torque as it is given, white before a lag of `lag` [N m; N], > 0
+  double lag = 0.01;            ///< 1/K_O of the observer that gives them [s], > 0
+  double least_force = 5;  ///< smallest force that matters to who asks [N], > 0: noise is to move its point by less than a sample spacing
+  /// Standard deviation of offsets of the torques, of sensors and of weights that are not as thought [N m; N], ≥ 0. Where there are any, nothing may touch
+  /// the arm while the first are learned, five lags long.
+  double bias = 0;
   /// F: forces are taken to be normal with this standard deviation before torques are seen [N], > 0. A touch near an axis needs a force of hundreds of newtons
   /// to make what noise alone makes.
   double plausible_force = 30;
   /// Candidates whose score (C.12) is within this of the best are told, ≥ 0: three standard deviations.
   double score_margin = 9;
   int max_candidates = 4;  ///< room, ≥ 1
-  ContactEstimatorOptions() { sense.max_descents = 24, sensor.samples = 200; }
+  /// Points of the last tick from which descents start as well, told or not, ≥ max_candidates: what is found is kept, so that a tick searches only
+  /// `sense.max_descents` more places, and the whole surface is searched over several ticks.
+  int pool = 8;
+  ContactEstimatorOptions() { sense.max_descents = 2, sensor.samples = 200; }
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 
@@ -28,14 +36,17 @@ struct ContactEstimatorOptions {
 /// with the least
 ///     l(p)/σ² + ‖f‖²/F² ,                                                                                               (C.12)
 /// minus twice the logarithm of their posterior with noise σ and forces of standard deviation F, and those that are nearly as likely. They are alternatives,
-/// of which the controller bounds each. Belongs to one thread.
-/// Tests: tests/execution/contact_estimator_test.cpp
+/// of which the controller bounds each. What follows from what is known of the torques:
+///     T = T_O ⟨(3 s / f d)² − 1⟩₊ ,   σ² = s² T_O / (T_O + T) + P ,                                                         (C.13)
+/// a low-pass of T on torques with noise s behind the lag T_O, so that three deviations move the point of the least force f by less than the sample spacing d, and
+/// the noise left with the variance P of offsets of deviation b, which are learned while nothing touches the arm; like weights they change over a radian.
+/// Belongs to one thread. Tests: tests/execution/contact_estimator_test.cpp
 class ContactEstimator {
  public:
   /// @throws core::InvalidInput: options out of range, no link to sense
   ContactEstimator(std::shared_ptr<const world::Model> model, const ContactEstimatorOptions& options);
 
-  /// Forgets the last tick.
+  /// Forgets the last tick, and offsets.
   void reset();
 
   /// @param dt  since the last call [s], > 0    @param q  joints (n_a) when the torques were measured    @param tau  external torques (n_a) [N m; N]
@@ -45,6 +56,10 @@ class ContactEstimator {
 
   const sensing::SenseResult& sensed() const { return sensed_; }
   const sensing::Sensor& sensor() const { return *sensor_; }
+  double time_constant() const { return time_constant_; }              ///< T [s]
+  double noise() const { return sense_.noise; }                        ///< σ of the last tick [N m; N]
+  const Eigen::VectorXd& offset() const { return tare_.offset; }       ///< of the torques, as learned (n_a) [N m; N]
+  bool is_ready() const { return options_.bias == 0 || tare_.ready; }  ///< offsets are learned
 
  private:
   struct Tracked {
@@ -52,16 +67,28 @@ class ContactEstimator {
     sensing::ContactPoint point;
     bool taken = false;
   };
+  /// Offsets of the torques, learned while nothing touches the arm.
+  struct Tare {
+    Eigen::VectorXd offset, q;  ///< [N m; N]; joint positions of the last tick [rad; m] (n_a)
+    double variance = 0;        ///< P of each offset [(N m)²; N²]
+    double time = 0;            ///< since the start [s]
+    bool ready = false;
+  };
+  void learn_offset(control::VectorRef q, double dt);
+  void sense(control::VectorRef q, double dt);
   void rank_candidates();
   Tracked* find_tracked(const sensing::ContactPoint& point);
 
   std::shared_ptr<const sensing::Sensor> sensor_;
   ContactEstimatorOptions options_;
+  sensing::SenseOptions sense_;
   sensing::SenseWorkspace work_;
   sensing::SenseResult sensed_;
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics kinematics_;
-  Eigen::VectorXd q_full_, tau_;
+  Eigen::VectorXd q_full_, tau_, external_;
+  double time_constant_ = 0, white_ = 0;  ///< T, and the deviation of white noise after it
+  Tare tare_;
   std::vector<sensing::ContactPoint> last_;
   std::vector<Tracked> tracked_, tracked_before_;
   std::vector<std::pair<double, int>> scores_;

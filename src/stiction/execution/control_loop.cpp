@@ -18,14 +18,15 @@ namespace {
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-/// Estimated contacts come with damping of their own, the same per second at any period.
-control::ControllerOptions make_controller_options(const ControlScenario& scenario) {
+/// With estimated contacts (5.28) knows of a force the lag of observer, low-pass, delay and tick later, in which the command of a reference that asks for R λ_max
+/// adds R λ_max lag/T_w of force: a share of the bound, for T_w = w_max h. An error of a share of the least force that counts is none of noise.   (C.14)
+control::ControllerOptions make_controller_options(const ControlScenario& scenario, double filter) {
+  constexpr double kDemand = 4, kShare = 0.125, kOfThreshold = 0.2;  // R, and the shares
   control::ControllerOptions out = scenario.controller;
   if (scenario.contacts == ContactSource::True) return out;
-  const double share = scenario.period / kDampingPeriod;
-  out.damping = scenario.estimated_damping;
-  out.damping.largest /= share;
-  out.damping.forget_rate = 1 - std::pow(1 - out.damping.forget_rate, share);
+  const double lag = scenario.observer.time_constant + filter + scenario.delay + scenario.period;
+  out.damping.largest = kDemand / kShare * lag / out.damping.period;
+  out.damping.force_scale = kOfThreshold * out.force_threshold;
   return out;
 }
 
@@ -51,7 +52,8 @@ struct ControlLoop::Impl {
         model(*s.model),
         world(*world_model),
         plant(simulation::Plant::make(world_model, s.plant), s.impedance, is_estimated() ? std::optional(s.observer) : std::nullopt),
-        controller(s.model, make_controller_options(s)),
+        estimator(is_estimated() ? std::make_optional<ContactEstimator>(s.model, s.estimator) : std::nullopt),
+        controller(s.model, make_controller_options(s, estimator ? estimator->time_constant() : 0)),
         kinematics_work(model) {
     core::require_size("world: joints", world.n_a(), model.n_a());
     core::require_size("world: configuration", world.n_q(), model.n_q());
@@ -60,16 +62,18 @@ struct ControlLoop::Impl {
     plant.reset(q);
     controller.configure(s.start);
     q_cmd = s.start;
-    if (is_estimated()) estimator.emplace(s.model, s.estimator);
     if (s.tool >= 0) X_WT_start = calc_tool_pose();
+    if (s.hand.body >= 0) X_WL_start = calc_pose(s.hand.body);
   }
 
   bool is_estimated() const { return scenario.contacts == ContactSource::Estimated; }
 
-  world::Pose calc_tool_pose() {
+  world::Pose calc_pose(int body) {
     world::calc_kinematics(model, plant.q(), kinematics_work, kinematics);
-    return kinematics.X_WB[at(scenario.tool)] * scenario.X_BT;
+    return kinematics.X_WB[at(body)];
   }
+
+  world::Pose calc_tool_pose() { return calc_pose(scenario.tool) * scenario.X_BT; }
 
   world::Pose calc_tool_reference(const Eigen::VectorXd& reference) const {
     const Eigen::Vector3d turn = reference.tail<3>();
@@ -92,6 +96,18 @@ struct ControlLoop::Impl {
       forces.push_back(on_robot);
       contacts.push_back({.id = f.pair, .body = a_is_robot ? body_a : body_b, .p_WC = f.p_WC, .force_W = on_robot.force_W});
     }
+  }
+
+  /// The hand, until the next tick, and its force among those on the robot.
+  void press() {
+    if (scenario.hand.body < 0) return;
+    const world::Pose X_WL = calc_pose(scenario.hand.body);
+    const auto push = calc_push(scenario.hand, X_WL_start, X_WL, time);
+    plant.set_push(push);
+    if (push.force_W.isZero(0)) return;
+    const Eigen::Vector3d p_W = X_WL * push.p_BP;
+    forces.push_back({.normal = push.force_W.norm(), .force_W = push.force_W, .p_WC = p_W});
+    contacts.push_back({.id = static_cast<int>(world.pairs().size()), .body = push.body, .p_WC = p_W, .force_W = push.force_W});
   }
 
   /// What is known of contacts after the delay: as a skin would measure them, or from torques.
@@ -155,11 +171,11 @@ struct ControlLoop::Impl {
   const ControlScenario& scenario;
   const world::Model &model, &world;
   simulation::DrivenPlant plant;
-  control::ContactController controller;
   std::optional<ContactEstimator> estimator;
+  control::ContactController controller;
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
-  world::Pose X_WT_start;
+  world::Pose X_WT_start, X_WL_start;  ///< of the tool, and of the link that a hand presses on
   Eigen::VectorXd q_cmd;
   std::deque<Measured> measured;  ///< the oldest is what the controller is told of
   std::vector<control::ContactForce> contacts, told;
@@ -178,6 +194,7 @@ ControlLoop::ControlLoop(ControlLoop&&) noexcept = default;
 Status ControlLoop::tick(const Eigen::VectorXd& reference, ControlSample& out) {
   Impl& loop = *impl_;
   loop.read_contacts();
+  loop.press();
   loop.measure();
   loop.command(reference, out);
   loop.time = static_cast<double>(++loop.ticks) * loop.scenario.period;
@@ -187,6 +204,9 @@ Status ControlLoop::tick(const Eigen::VectorXd& reference, ControlSample& out) {
 double ControlLoop::time() const { return impl_->time; }
 const Eigen::VectorXd& ControlLoop::q() const { return impl_->plant.q(); }
 const std::string& ControlLoop::message() const { return impl_->plant.message(); }
+double ControlLoop::lag() const {
+  return impl_->estimator ? impl_->scenario.observer.time_constant + impl_->estimator->time_constant() : 0;
+}
 int ControlLoop::unsolved_ticks() const { return impl_->unsolved; }
 const std::vector<double>& ControlLoop::update_times() const { return impl_->update_s; }
 const std::vector<double>& ControlLoop::sense_times() const { return impl_->sense_s; }

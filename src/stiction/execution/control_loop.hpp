@@ -14,7 +14,7 @@ struct ControlSample {
   double time = 0;                            ///< [s]
   Eigen::VectorXd q, q_cmd, reference;        ///< (n_a), (n_a), joints (n_a) or tool (6)
   Eigen::VectorXd torque;                     ///< of the motors, beside what carries the weight (n_a) [N·m or N]
-  std::vector<simulation::PairForce> forces;  ///< on the robot, of pairs of a robot with something else
+  std::vector<simulation::PairForce> forces;  ///< on the robot, of pairs of a robot with something else, and of the hand (pair −1)
   double largest_force = 0;                   ///< of one contact [N]
   double speed = 0;                           ///< ‖q̇‖ [rad/s]
   double error = 0;                           ///< ‖q − q_ref‖ [rad], or distance of the tool [m]
@@ -45,7 +45,8 @@ class ControlLoop {
   double time() const;  ///< of the next tick [s]
   const Eigen::VectorXd& q() const;
   const std::string& message() const;
-  int unsolved_ticks() const;                       ///< of the controller
+  double lag() const;          ///< of observer and low-pass of the estimator behind contacts [s]; 0 with simulated ones
+  int unsolved_ticks() const;  ///< of the controller
   const std::vector<double>& update_times() const;  ///< wall times of the controller's update() [s]
   const std::vector<double>& sense_times() const;   ///< of the estimator's, in the ticks in which it was told of torques [s]
 

@@ -17,22 +17,53 @@ namespace {
 
 double quantile_or_0(const std::vector<double>& values, double p) { return values.empty() ? 0 : core::quantile(values, p); }
 
-/// The contact of sample k is at least `settle` ticks old.
-bool is_settled(const std::vector<ControlSample>& samples, std::size_t k, std::size_t settle) {
-  if (k < settle) return false;
-  for (std::size_t i = k - settle; i <= k; ++i)
-    if (!(samples[i].largest_force > 0)) return false;
-  return true;
-}
+/// The contacts of a run, each pair by itself: since when it touches, and its force in the last tick.
+class Contacts {
+ public:
+  struct Contact {
+    int pair;
+    double since;      ///< [s]
+    double force = 0;  ///< [N]
+    double last = 0;   ///< that of the tick before [N]
+    bool touches = true;
+  };
 
-double calc_peak_force_rate(const std::vector<ControlSample>& samples, double period, double settle) {
-  double out = 0;
-  for (std::size_t k = 1; k < samples.size(); ++k) {
-    const double fall = samples[k - 1].largest_force - samples[k].largest_force;
-    if (is_settled(samples, k - 1, static_cast<std::size_t>(settle / period))) out = std::max(out, fall / period);
+  /// @param settle  how long a contact is old enough to count as settled [s]
+  explicit Contacts(double settle) : settle_(settle) {}
+
+  void add(const ControlSample& sample) {
+    time_ = sample.time;
+    std::erase_if(contacts_, [](const Contact& c) { return !c.touches; });
+    for (Contact& c : contacts_) c.last = c.force, c.force = 0, c.touches = false;
+    for (const simulation::PairForce& f : sample.forces) {
+      auto at = std::find_if(contacts_.begin(), contacts_.end(), [&](const Contact& c) { return c.pair == f.pair; });
+      if (at == contacts_.end()) at = contacts_.insert(at, {f.pair, sample.time});
+      at->force = f.force_W.norm(), at->touches = true;
+    }
   }
-  return out;
-}
+
+  /// Largest force of a settled contact [N]; nullopt: there is none.
+  std::optional<double> settled_force() const {
+    std::optional<double> out;
+    for (const Contact& c : contacts_)
+      if (c.touches && is_settled(c)) out = std::max(out.value_or(0), c.force);
+    return out;
+  }
+
+  /// Largest fall of a settled contact's force since the tick before [N].
+  double settled_fall() const {
+    double out = 0;
+    for (const Contact& c : contacts_)
+      if (is_settled(c)) out = std::max(out, c.last - c.force);
+    return out;
+  }
+
+ private:
+  bool is_settled(const Contact& c) const { return time_ >= c.since + settle_; }
+
+  double settle_, time_ = 0;
+  std::vector<Contact> contacts_;
+};
 
 Status run(const ControlScenario& scenario, const ControlRunOptions& options, ControlLoop& loop, ControlRunResult& out) {
   const auto ticks = static_cast<long>(std::ceil(scenario.duration / scenario.period - 1e-9));
@@ -55,25 +86,28 @@ void summarise(const ControlScenario& scenario, const ControlLoop& loop, double 
   std::vector<double> bounded;
   double force_sum = 0, error_contact = 0, error_free = 0;
   int in_contact = 0, free = 0;
-  std::optional<double> made;
+  bool touched = false;
+  Contacts contacts(settle);
   for (const ControlSample& s : out.samples) {
     const bool touches = s.largest_force > 0;
-    if (touches && !made) made = s.time, ++out.makes;
-    if (!touches) made.reset();
+    out.makes += touches && !touched;
+    touched = touches;
     (touches ? in_contact : free) += 1;
     (touches ? error_contact : error_free) += s.error * s.error;
     out.peak_force = std::max(out.peak_force, s.largest_force);
     out.peak_speed = std::max(out.peak_speed, s.speed);
     out.slack_ticks += s.slack > 1e-3 * scenario.controller.lambda_max;
-    if (!made || s.time < *made + settle) continue;
+    contacts.add(s);
+    out.peak_force_rate = std::max(out.peak_force_rate, contacts.settled_fall() / scenario.period);
+    const std::optional<double> force = contacts.settled_force();
+    if (!force) continue;
     ++out.settled_ticks;
-    force_sum += s.largest_force;
-    out.settled_peak = std::max(out.settled_peak, s.largest_force);
+    force_sum += *force;
+    out.settled_peak = std::max(out.settled_peak, *force);
     if (!s.bounded) continue;
-    bounded.push_back(s.largest_force);
-    out.bound_error += std::abs(s.largest_force - scenario.controller.lambda_max);
+    bounded.push_back(*force);
+    out.bound_error += std::abs(*force - scenario.controller.lambda_max);
   }
-  out.peak_force_rate = calc_peak_force_rate(out.samples, scenario.period, settle);
   out.bounded_ticks = static_cast<int>(bounded.size());
   if (!bounded.empty()) out.bound_error /= static_cast<double>(bounded.size());
   out.bound_p95 = quantile_or_0(bounded, 0.95);

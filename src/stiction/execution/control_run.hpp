@@ -9,7 +9,7 @@
 namespace stiction::execution {
 
 struct ControlRunOptions {
-  /// Forces are called steady this long after their contact was made [s], ≥ 0.
+  /// The force of a pair is called settled once it has touched for this long without a break [s], ≥ 0.
   double settle = 0.3;
   core::RunControl control;
   void validate() const;
@@ -21,8 +21,8 @@ struct ControlRunResult {
   std::string message;
   std::vector<ControlSample> samples;
   double peak_force = 0;                             ///< [N]
-  double settled_peak = 0;                           ///< the same without the first `settle` seconds of a contact [N]
-  int settled_ticks = 0;                             ///< in contact, settled
+  double settled_peak = 0;                           ///< the same of settled pairs [N]
+  int settled_ticks = 0;                             ///< in which a pair was settled; forces of these are those of its largest
   int bounded_ticks = 0;                             ///< of these with the force at its bound
   double bound_error = 0;                            ///< mean |f − λ_max| over them [N]
   double bound_p95 = 0;                              ///< 95th percentile of f over them [N]

@@ -63,6 +63,25 @@ void read_reference(const YamlNode& node, ControlScenario& out) {
   read_knots(node.at("joints"), "position", out);
 }
 
+void read_hand(const YamlNode& node, ControlScenario& out) {
+  node.require_map({"link", "direction", "stiffness", "knots"});
+  HandPush& hand = out.hand;
+  hand.body = find_link(*out.model, node.at("link"));
+  hand.direction_W = node.at("direction").vector3();
+  if (!(hand.direction_W.norm() > 0)) node.at("direction").fail("a direction");
+  hand.direction_W.normalize();
+  hand.stiffness = node.at("stiffness").positive();
+  for (const YamlNode& item : node.at("knots").items()) {
+    item.require_map({"time", "point", "depth"});
+    HandKnot knot{item.at("time").nonnegative(), item.at("point").vector3(), item.at("depth").nonnegative()};
+    if (hand.knots.empty() && (knot.time != 0 || knot.depth != 0)) item.fail("time 0 and depth 0: the first knot is the start");
+    if (!hand.knots.empty() && !(knot.time > hand.knots.back().time))
+      item.at("time").fail(fmt::format("more than {} s", hand.knots.back().time));
+    hand.knots.push_back(knot);
+  }
+  if (hand.knots.empty()) node.at("knots").fail("at least one knot");
+}
+
 control::Law read_law(const YamlNode& node) {
   const std::string name = node.one_of({"contact_aware", "unconstrained", "null_space"});
   return name == "contact_aware"   ? control::Law::ContactAware
@@ -79,8 +98,9 @@ void read_damping(const YamlNode& node, control::ForceDampingOptions& out) {
 }
 
 void read_controller(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"period", "law", "cost", "lambda_max", "force_threshold", "force_time_constant", "max_contacts", "revolute_speed",
-                    "prismatic_speed", "torque", "tool_length", "unilateral", "contact_compliance", "posture_weight", "damping"});
+  node.require_map({"period", "law", "cost", "lambda_max", "force_threshold", "force_time_constant", "release_time", "max_contacts",
+                    "revolute_speed", "prismatic_speed", "torque", "tool_length", "unilateral", "contact_compliance", "posture_weight",
+                    "posture_time_constant", "damping"});
   control::ControllerOptions& c = out.controller;
   out.period = node.positive_or("period", out.period);
   if (const auto law = node.find("law")) c.law = read_law(*law);
@@ -89,6 +109,7 @@ void read_controller(const YamlNode& node, ControlScenario& out) {
   c.lambda_max = node.positive_or("lambda_max", c.lambda_max);
   c.force_threshold = node.nonnegative_or("force_threshold", std::min(c.force_threshold, c.lambda_max / 3));
   c.force_time_constant = node.nonnegative_or("force_time_constant", c.force_time_constant);
+  c.release_time = node.positive_or("release_time", c.release_time);
   if (const auto room = node.find("max_contacts")) c.max_contacts = room->positive_int();
   c.revolute_speed = node.positive_or("revolute_speed", c.revolute_speed);
   c.prismatic_speed = node.positive_or("prismatic_speed", c.prismatic_speed);
@@ -97,6 +118,7 @@ void read_controller(const YamlNode& node, ControlScenario& out) {
   c.qp.unilateral = node.boolean_or("unilateral", c.qp.unilateral);
   c.qp.contact_compliance = node.positive_or("contact_compliance", c.qp.contact_compliance);
   c.qp.posture_weight = node.positive_or("posture_weight", c.qp.posture_weight);
+  c.posture_time_constant = node.nonnegative_or("posture_time_constant", c.posture_time_constant);
   if (const auto damping = node.find("damping")) read_damping(*damping, c.damping);
 }
 
@@ -114,9 +136,20 @@ void read_plant(const YamlNode& node, ControlScenario& out) {
   }
 }
 
+constexpr int kRays = 4;  // of the friction cone of an estimator
+
+/// The cone of four rays around the exact one of the robot's own surface: what touches it is taken to be no rougher.
+sensing::FrictionCone make_cone(const world::Model& model) {
+  double friction = 0;
+  for (const auto& geometry : model.geometries())
+    if (model.bodies()[static_cast<std::size_t>(geometry.body)].kind == world::BodyKind::Robot)
+      friction = std::max(friction, geometry.friction);
+  return sensing::FrictionCone(std::sqrt(2.0) * friction, kRays);
+}
+
 void read_estimator(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"contacts", "delay", "time_constant", "noise", "bias", "inertia_error", "seed", "links", "samples", "friction",
-                    "threshold", "max_candidates", "plausible_force", "max_descents", "filter", "damping"});
+  node.require_map({"contacts", "delay", "time_constant", "noise", "bias", "bias_reach", "offsets", "inertia_error", "seed", "links",
+                    "samples", "friction", "threshold", "max_candidates", "plausible_force", "max_descents"});
   if (const auto contacts = node.find("contacts"))
     out.contacts = contacts->one_of({"true", "estimated"}) == "true" ? ContactSource::True : ContactSource::Estimated;
   out.delay = node.nonnegative_or("delay", out.delay);
@@ -124,11 +157,13 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
   o.time_constant = node.positive_or("time_constant", o.time_constant);
   o.noise = node.positive_or("noise", o.noise);
   o.bias = node.nonnegative_or("bias", o.bias);
+  o.bias_reach = node.nonnegative_or("bias_reach", o.bias_reach);
   if (const auto error = node.find("inertia_error")) o.inertia_error = error->number();
   const std::int64_t seed = node.integer_or("seed", 0);
   if (seed < 0) node.at("seed").fail("an integer ≥ 0");
   o.seed = static_cast<std::uint64_t>(seed);
   ContactEstimatorOptions& e = out.estimator;
+  e.bias = node.nonnegative_or("offsets", o.bias);
   if (const auto links = node.find("links"))
     for (const auto& link : links->items()) {
       const std::string pattern = e.sensor.links.emplace_back(link.string());
@@ -137,14 +172,20 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
         link.fail_unknown("link", pattern, names);
     }
   if (const auto samples = node.find("samples")) e.sensor.samples = samples->positive_int();
-  constexpr int kRays = 4;
   if (const auto friction = node.find("friction")) e.sense.cone = sensing::FrictionCone(friction->nonnegative(), kRays);
   if (const auto threshold = node.find("threshold")) e.sense.threshold = threshold->positive();
-  if (const auto damping = node.find("damping")) read_damping(*damping, out.estimated_damping);
-  e.time_constant = node.nonnegative_or("filter", e.time_constant);
   if (const auto most = node.find("max_descents")) e.sense.max_descents = most->positive_int();
   e.plausible_force = node.positive_or("plausible_force", e.plausible_force);
   if (const auto room = node.find("max_candidates")) e.max_candidates = room->positive_int();
+}
+
+/// What the estimator knows of the torques that it is given, and of what the controller needs.
+void tell_estimator(ControlScenario& out) {
+  const simulation::ObserverOptions& o = out.observer;
+  ContactEstimatorOptions& e = out.estimator;
+  e.noise = o.noise;
+  e.lag = o.time_constant;
+  e.least_force = out.controller.force_threshold;
 }
 
 }  // namespace
@@ -161,8 +202,8 @@ Eigen::VectorXd read_posture(const YamlNode& node, const world::Model& model) {
 }
 
 void read_arm(const YamlNode& top, std::span<const std::filesystem::path> package_dirs, ControlScenario& out) {
-  out.file = top.file();
-  out.name = top.at("name").string();
+  if (top.file().has_filename()) out.file = top.file();  // a text in memory has a folder
+  out.name = out.file.empty() ? top.string_or("name", "scenario") : top.at("name").string();
   out.description = top.string_or("description", "");
   out.model = world::Model::make(world::read_scene(top.at("scene"), package_dirs));
   if (out.model->n_a() == 0) top.at("scene").fail("a scene without a robot", "one with a robot");
@@ -171,33 +212,45 @@ void read_arm(const YamlNode& top, std::span<const std::filesystem::path> packag
   if (const auto plant = top.find("plant")) read_plant(*plant, out);
   if (const auto controller = top.find("controller")) read_controller(*controller, out);
   out.estimator.plausible_force = 2 * out.controller.lambda_max;
+  out.estimator.sense.cone = make_cone(*out.model);
   if (const auto estimator = top.find("estimator")) read_estimator(*estimator, out);
-  // White noise after two first-order low-passes: of its variance T_O / (T_O + T) is left of what one leaves.
-  const double white =
-      out.observer.noise * std::sqrt(out.observer.time_constant / (out.observer.time_constant + out.estimator.time_constant));
-  out.estimator.sense.noise = std::hypot(white, out.observer.bias);
+  tell_estimator(out);
   try {
-    out.estimated_damping.validate();
     out.observer.validate();
     out.estimator.validate();
     out.controller.validate();
     out.impedance.validate();
     out.plant.validate();
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}: {}", out.file.string(), e.what()));
+    throw core::InvalidInput(out.file.empty() ? e.what() : fmt::format("{}: {}", out.file.string(), e.what()));
   }
 }
 
-ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
-  const YamlNode top = world::load_yaml_with_base(file);
-  top.require_map({"name", "description", "scene", "start", "reference", "hold", "controller", "plant", "estimator"});
+namespace {
+
+ControlScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs) {
+  top.require_map({"name", "description", "scene", "start", "reference", "hand", "hold", "controller", "plant", "estimator"});
   ControlScenario out;
   read_arm(top, package_dirs, out);
-  out.file = file;
   read_reference(top.at("reference"), out);
-  out.duration = out.knots.back().time + top.nonnegative_or("hold", 0);
+  if (const auto hand = top.find("hand")) read_hand(*hand, out);
+  const double last = std::max(out.knots.back().time, out.hand.knots.empty() ? 0.0 : out.hand.knots.back().time);
+  out.duration = last + top.nonnegative_or("hold", 0);
   if (!(out.duration > 0)) top.at("reference").fail("knots that last longer than 0 s");
   return out;
+}
+
+}  // namespace
+
+ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  ControlScenario out = read_scenario(world::load_yaml_with_base(file), package_dirs);
+  out.file = file;
+  return out;
+}
+
+ControlScenario parse_control_scenario(const std::string& text, const std::filesystem::path& folder,
+                                       std::span<const std::filesystem::path> package_dirs) {
+  return read_scenario(world::parse_yaml_with_base(text, folder), package_dirs);
 }
 
 void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out) {

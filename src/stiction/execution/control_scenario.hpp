@@ -8,6 +8,7 @@
 
 #include "stiction/control/controller.hpp"
 #include "stiction/execution/contact_estimator.hpp"
+#include "stiction/execution/hand_push.hpp"
 #include "stiction/simulation/impedance.hpp"
 #include "stiction/simulation/momentum_observer.hpp"
 #include "stiction/simulation/simulation.hpp"
@@ -32,9 +33,6 @@ enum class ContactSource {
   Estimated,  ///< what joint torques show: a momentum observer, then `ContactEstimator`
 };
 
-/// Tick for which ControlScenario::estimated_damping is stated [s].
-inline constexpr double kDampingPeriod = 0.005;
-
 /// A robot whose reference goes through things that it does not know, as a YAML file says (keys: scenarios/README.md).
 struct ControlScenario {
   std::string name, description;
@@ -44,6 +42,7 @@ struct ControlScenario {
   int tool = -1;                     ///< link that is tracked; −1: joints are
   world::Pose X_BT;                  ///< of the tool in its link
   std::vector<ReferenceKnot> knots;  ///< at rest in each, between them at s²(3 − 2s); the first at time 0
+  HandPush hand;                     ///< that presses on the robot
   double duration = 0;               ///< [s], at least the last knot's time
   double period = 0.005;             ///< of the controller [s]
   control::ControllerOptions controller;
@@ -51,9 +50,8 @@ struct ControlScenario {
   simulation::ImpedanceOptions impedance;
   ContactSource contacts = ContactSource::True;
   simulation::ObserverOptions observer;
-  ContactEstimatorOptions estimator;  ///< its `noise` is that of the observer with the bias
-  /// In place of the controller's where contacts are estimated, for ticks of kDampingPeriod: an observer smooths what tells friction that hops, so that it takes more.
-  control::ForceDampingOptions estimated_damping{.largest = 100, .force_scale = 1};
+  ContactEstimatorOptions
+      estimator;     ///< told of noise, lag and offsets of the observer, and of the force from which the controller counts contacts
   double delay = 0;  ///< of contacts or of torques and the joints at which they were measured, rounded to ticks [s], ≥ 0
 };
 
@@ -66,6 +64,10 @@ void read_arm(const world::YamlNode& top, std::span<const std::filesystem::path>
 
 /// Joints within their limits (n_a).
 Eigen::VectorXd read_posture(const world::YamlNode& node, const world::Model& model);
+/// A scenario in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
+/// @throws core::InvalidInput "field: got …, expected …"
+ControlScenario parse_control_scenario(const std::string& text, const std::filesystem::path& folder,
+                                       std::span<const std::filesystem::path> package_dirs = {});
 
 /// The reference at a time: value of the knots there, held after the last one.
 void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out);

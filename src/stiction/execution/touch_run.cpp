@@ -61,9 +61,8 @@ struct Estimate {
 /// Contacts that were told without a break until now.
 class Feeling {
  public:
-  explicit Feeling(const ControlScenario& scenario)
-      : needed_(
-            static_cast<int>(std::ceil(kPress * (scenario.observer.time_constant + scenario.estimator.time_constant) / scenario.period))) {}
+  /// @param lag  of the estimates behind contacts [s]    @param period  of a tick [s]
+  Feeling(double lag, double period) : needed_(static_cast<int>(std::ceil(kPress * lag / period))) {}
 
   void add(const ControlSample& sample) {
     if (sample.told.empty()) {
@@ -99,7 +98,7 @@ class Errand {
         arm_(seeded(scenario.arm, options.seed)),
         loop_(arm_, out.world),
         map_(scenario.arm.model),
-        feeling_(arm_),
+        feeling_(loop_.lag(), arm_.period),
         random_(options.seed, kRouteStream),
         reference_(arm_.start) {
     remember(arm_.start);

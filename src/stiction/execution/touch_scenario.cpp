@@ -60,14 +60,14 @@ std::string find_touched(const world::Model& model, const Eigen::VectorXd& q_a) 
 
 }  // namespace
 
-TouchScenario load_touch_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
-  const YamlNode top = world::load_yaml_with_base(file);
+namespace {
+
+TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs) {
   top.require_map({"name", "description", "scene", "start", "goal", "speed", "max_touches", "tolerance", "unknown", "controller", "plant",
                    "estimator"});
   TouchScenario out;
   out.arm.contacts = ContactSource::Estimated;
   read_arm(top, package_dirs, out.arm);
-  out.arm.file = file;
   if (out.arm.contacts != ContactSource::Estimated)
     top.at("estimator").at("contacts").fail("estimated: this arm feels joint torques alone");
   out.goal = read_posture(top.at("goal"), *out.arm.model);
@@ -83,6 +83,19 @@ TouchScenario load_touch_scenario(const std::filesystem::path& file, std::span<c
   return out;
 }
 
+}  // namespace
+
+TouchScenario load_touch_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs) {
+  TouchScenario out = read_scenario(world::load_yaml_with_base(file), package_dirs);
+  out.arm.file = file;
+  return out;
+}
+
+TouchScenario parse_touch_scenario(const std::string& text, const std::filesystem::path& folder,
+                                   std::span<const std::filesystem::path> package_dirs) {
+  return read_scenario(world::parse_yaml_with_base(text, folder), package_dirs);
+}
+
 std::shared_ptr<const world::Model> make_world(const TouchScenario& scenario, std::uint64_t seed) {
   world::Scene scene = scenario.arm.model->scene();
   core::Random random(seed, kPlaceStream);
@@ -95,7 +108,7 @@ std::shared_ptr<const world::Model> make_world(const TouchScenario& scenario, st
   }
   auto model = world::Model::make(scene);
   if (const std::string touched = find_touched(*model, scenario.arm.start); !touched.empty())
-    core::throw_invalid(fmt::format("{}: start", scenario.arm.file.string()),
+    core::throw_invalid(scenario.arm.file.empty() ? "start" : fmt::format("{}: start", scenario.arm.file.string()),
                         fmt::format("a posture that touches '{}' (seed {})", touched, seed), "one that touches nothing");
   return model;
 }

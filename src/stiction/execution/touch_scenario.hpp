@@ -31,6 +31,11 @@ struct TouchScenario {
 /// @throws core::InvalidInput "FILE:LINE: field: got …, expected …": unknown keys, a goal outside joint limits, a name that is taken, …
 TouchScenario load_touch_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs = {});
 
+/// A scenario in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
+/// @throws core::InvalidInput "field: got …, expected …"
+TouchScenario parse_touch_scenario(const std::string& text, const std::filesystem::path& folder,
+                                   std::span<const std::filesystem::path> package_dirs = {});
+
 /// The known scene and what is not known, in the places of this seed.
 /// @throws core::InvalidInput: the arm at its start touches something
 std::shared_ptr<const world::Model> make_world(const TouchScenario& scenario, std::uint64_t seed);

@@ -1,0 +1,86 @@
+// A hand that presses on an arm through a spring, moves along it, and is bounded as any other contact.
+#include "stiction/execution/hand_push.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "stiction/execution/control_run.hpp"
+#include "support/message_of.hpp"
+#include "support/paths.hpp"
+
+namespace stiction::execution::test {
+namespace {
+
+using core::Status;
+using Eigen::Vector3d;
+using stiction::test::message_of;
+using stiction::test::source_dir;
+
+HandPush hand() {
+  return {.body = 3,
+          .direction_W = Vector3d::UnitY(),
+          .stiffness = 200,
+          .knots = {{0, {0, 0, 0.1}, 0}, {2, {0, 0, 0.1}, 0.08}, {4, {0, 0, 0.3}, 0.08}}};
+}
+
+TEST(Hand, BetweenItsKnots_MovesFromRestToRest) {
+  EXPECT_EQ(calc_hand(hand(), 0).depth, 0);
+  EXPECT_NEAR(calc_hand(hand(), 0.5).depth, 0.08 * (3.0 / 16 - 2.0 / 64), 1e-15);
+  EXPECT_NEAR(calc_hand(hand(), 3).p_L.z(), 0.2, 1e-15);
+  EXPECT_NEAR(calc_hand(hand(), 9).p_L.z(), 0.3, 1e-15) << "held after the last knot";
+  EXPECT_EQ(calc_hand(hand(), 9).depth, 0.08);
+}
+
+TEST(Hand, ForceIsThatOfItsSpring_AndNeverPulls) {
+  world::Pose start, now;
+  EXPECT_NEAR(calc_push(hand(), start, now, 2).force_W.y(), 200 * 0.08, 1e-12);
+  now.p.y() = 0.03;  // yields
+  EXPECT_NEAR(calc_push(hand(), start, now, 2).force_W.y(), 200 * 0.05, 1e-12);
+  EXPECT_EQ(calc_push(hand(), start, now, 2).p_BP, Vector3d(0, 0, 0.1));
+  now.p.y() = 0.09;  // away from it
+  EXPECT_TRUE(calc_push(hand(), start, now, 2).force_W.isZero(0));
+  now.p = Vector3d(0.5, 0, -0.5);  // across its direction
+  EXPECT_NEAR(calc_push(hand(), start, now, 2).force_W.y(), 200 * 0.08, 1e-12);
+}
+
+/// At rest the hand's spring and the arm bear the same force: k (depth − y) = k_arm y without a bound, and the bound with one.
+TEST(Hand, ArmYieldsWhereItsForceIsBounded) {
+  ControlScenario scenario = load_control_scenario(source_dir() / "scenarios" / "push_along_arm.yaml");
+  scenario.hand.knots.resize(2);  // it stays where it has come to
+  scenario.duration = scenario.hand.knots.back().time + 1.5;
+  ControlRunResult ours, stiff;
+  ASSERT_EQ(run_control(scenario, {}, ours), Status::Solved);
+  scenario.controller.law = control::Law::Unconstrained;
+  ASSERT_EQ(run_control(scenario, {}, stiff), Status::Solved);
+  const auto& force = ours.samples.back().forces;
+  ASSERT_EQ(force.size(), 1u);
+  EXPECT_EQ(force[0].pair, -1);
+  EXPECT_NEAR(force[0].force_W.normalized().y(), 1, 1e-12);
+  EXPECT_NEAR(ours.samples.back().largest_force, 15, 0.05 * 15);
+  EXPECT_GT(stiff.samples.back().largest_force, 2 * 15);
+  EXPECT_GT(ours.samples.back().error, 2 * stiff.samples.back().error) << "it yields more";
+}
+
+TEST(HandScenario, BadInput_NamesTheField) {
+  std::ifstream in(source_dir() / "scenarios" / "push_along_arm.yaml");
+  const std::string good((std::istreambuf_iterator<char>(in)), {});
+  const auto message = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    return message_of([&] { (void)parse_control_scenario(text, source_dir() / "scenarios"); });
+  };
+  EXPECT_EQ(message("hold: 1", "hold: 1"), "no exception");
+  EXPECT_NE(message("link: arm/link_5", "link: arm/link_55").find("arm/link_55"), std::string::npos);
+  EXPECT_NE(message("[0, 1, 0]", "[0, 0, 0]").find("hand.direction: got"), std::string::npos);
+  EXPECT_NE(message("stiffness: 1000", "stiffness: 0").find("hand.stiffness: got 0"), std::string::npos);
+  EXPECT_NE(message("time: 14", "time: 1").find("hand.knots[2].time: got 1, expected more than 10 s"), std::string::npos);
+  EXPECT_NE(message("depth: 0}", "depth: 0.01}").find("hand.knots[0]"), std::string::npos);
+  EXPECT_NE(message("depth: 0.06", "depth: -1").find("hand.knots[1].depth: got -1"), std::string::npos);
+  EXPECT_NE(message("lambda_max: 15", "lambda_max: 0").find("controller.lambda_max: got 0"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stiction::execution::test
