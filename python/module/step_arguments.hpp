@@ -1,10 +1,17 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "bindings.hpp"
 
 namespace stiction::python {
+
+/// An argument that another one took the place of. @throws nb::python_error: warnings are errors
+inline void warn_deprecated(const char* name, const char* instead) {
+  const std::string text = std::string(name) + "= is deprecated, write " + instead;
+  if (PyErr_WarnEx(PyExc_DeprecationWarning, text.c_str(), 1) < 0) throw nb::python_error();
+}
 
 /// Defines `name` with the arguments of `function` followed by those of the step, which are the same everywhere.
 /// @param arguments  names of the arguments before them, nb::kw_only() among them
@@ -25,13 +32,15 @@ Arguments of the step:
   joint_limits: limits of the joints are constraints.
   effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
   tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+  kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
 Raises InvalidInput by the name of the argument.)";
   m.def(
       name,
       [function](Head... head, double h, const dynamics::Smoothing& smoothing, const dynamics::Regularisation& regularisation,
                  const dynamics::FrictionCone& friction_cone, dynamics::FrictionLaw friction_law, double friction_scale,
-                 double contact_margin, bool joint_limits, bool effort_limits, double tol_complementarity) {
+                 double contact_margin, bool joint_limits, bool effort_limits, double tol_complementarity, std::optional<double> kappa,
+                 std::optional<double> epsilon) {
         dynamics::StepOptions options;
         options.h = h;
         options.smoothing = smoothing;
@@ -43,12 +52,20 @@ Raises InvalidInput by the name of the argument.)";
         options.joint_limits = joint_limits;
         options.effort_limits = effort_limits;
         options.tol_complementarity = tol_complementarity;
+        if (kappa) {
+          warn_deprecated("kappa", "smoothing=Analytic(kappa=...)");
+          options.smoothing = dynamics::Analytic{*kappa};
+        }
+        if (epsilon) {
+          warn_deprecated("epsilon", "regularisation=FixedEpsilon(epsilon=...)");
+          options.regularisation = dynamics::FixedEpsilon{*epsilon};
+        }
         return function(options, head...);
       },
       arguments..., "h"_a = standard.h, "smoothing"_a = standard.smoothing, "regularisation"_a = standard.regularisation,
       "friction_cone"_a = standard.friction_cone, "friction_law"_a = standard.friction_law, "friction_scale"_a = standard.friction_scale,
       "contact_margin"_a = standard.contact_margin, "joint_limits"_a = standard.joint_limits, "effort_limits"_a = standard.effort_limits,
-      "tol_complementarity"_a = standard.tol_complementarity, text.c_str());
+      "tol_complementarity"_a = standard.tol_complementarity, "kappa"_a = nb::none(), "epsilon"_a = nb::none(), text.c_str());
 }
 
 }  // namespace stiction::python

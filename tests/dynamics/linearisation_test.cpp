@@ -500,8 +500,9 @@ TEST(Linearisation, MotorsThatGiveAllTheyHave_MatchCentralDifferences) {
   EXPECT_GT(run_scene(scene, options, 0.0, 20), 5);
 }
 
-TEST(Linearisation, HingedSlidingAndPlanarObjectsWithOffsetCentres_MatchCentralDifferences) {
-  for (const auto joint : {world::ObjectJoint::Hinge, world::ObjectJoint::Slider, world::ObjectJoint::PlanarYZ}) {
+TEST(Linearisation, ObjectsWithOffsetCentres_MatchCentralDifferences) {
+  for (const auto joint :
+       {world::ObjectJoint::Hinge, world::ObjectJoint::Slider, world::ObjectJoint::PlanarYZ, world::ObjectJoint::Free}) {
     SCOPED_TRACE(static_cast<int>(joint));
     world::Scene scene = empty_scene();
     scene.gravity = {0, 1, -9};
@@ -510,7 +511,7 @@ TEST(Linearisation, HingedSlidingAndPlanarObjectsWithOffsetCentres_MatchCentralD
     object.joint = joint;
     object.p_BCom = {0.01, 0.06, 0.02};
     object.axis = joint == world::ObjectJoint::Hinge ? Vector3d(1, 0, 0) : Vector3d(0, 0.6, 0.8);
-    if (joint != world::ObjectJoint::PlanarYZ) object.limits = {-0.9, 1.0};
+    if (joint == world::ObjectJoint::Hinge || joint == world::ObjectJoint::Slider) object.limits = {-0.9, 1.0};
     scene.objects = {object};
     scene.robots = {wrist("hand_" + std::to_string(static_cast<int>(joint)), world::Box{{0.03, 0.04, 0.05}})};
     scene.robots[0].X_WBase.p = {0, 0.12, 0.03};
@@ -532,7 +533,7 @@ world::Scene make_chain(const std::string& base) {
     o.joint = joint;
     o.axis = axis;
     o.X_WP.p = at;
-    if (joint != world::ObjectJoint::Free) o.p_BCom = {0.01, 0.03, 0.02};
+    o.p_BCom = {0.01, 0.03, 0.02};
     scene.objects.push_back(o);
   };
   if (!base.empty()) add(base, "", world::ObjectJoint::Free, Vector3d::UnitX(), Vector3d::Zero(), world::Sphere{0.02});

@@ -370,6 +370,8 @@ TEST(Step, BadInput_NamesFieldGivenAndExpected) {
   EXPECT_EQ(run(ok, ok, {.smoothing = Analytic{-1}}), "smoothing.kappa: got -1, expected a finite number > 0");
   EXPECT_EQ(run(ok, ok, {.regularisation = ByRule{0}}), "regularisation.ratio: got 0, expected a finite number > 0");
   EXPECT_EQ(run(ok, ok, {.friction_scale = -0.5}), "friction_scale: got -0.5, expected a finite number ≥ 0");
+  EXPECT_EQ(message_of([] { StepWorkspace(world::Model::make(empty_scene())); }),
+            "model: got nothing that moves, expected an object, or a robot with a joint that has a range");
   StepWorkspace other(System(wall_scene()).model);  // of as many coordinates: nothing but its model tells it apart
   EXPECT_EQ(message_of([&] {
               (void)step(*system.model, {ok, ok}, {}, other, out);

@@ -1,6 +1,7 @@
 #include "stiction/planning/disturbances.hpp"
 
 #include <array>
+#include <tuple>
 
 #include "planning/systems.hpp"
 
@@ -13,22 +14,48 @@ TEST(WeightsAside, FreeObject_FromFourSidesAtRightAngles) {
   const double angle = 0.05, force = 0.5 * 9.8 * std::tan(angle);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(model->n_v());
   for (int draw = 0; draw < kDisturbances; ++draw) {
-    const Eigen::VectorXd tau = calc_weights_aside(*model, angle, draw);
+    const Eigen::VectorXd tau = calc_weights_aside(*model, model->neutral(), angle, draw);
     const Eigen::Vector3d f = tau.segment<3>(model->objects()[0].v_begin);
     EXPECT_NEAR(f.norm(), force, 1e-12);
     EXPECT_NEAR(f.z(), 0, 1e-12);
     EXPECT_NEAR(tau.norm(), force, 1e-12) << "nothing but that force";
-    const Eigen::Vector3d next = calc_weights_aside(*model, angle, (draw + 1) % kDisturbances).segment<3>(model->objects()[0].v_begin);
+    const Eigen::Vector3d next = calc_weights_aside(*model, model->neutral(), angle, (draw + 1) % kDisturbances).segment<3>(model->objects()[0].v_begin);
     EXPECT_NEAR(f.dot(next), 0, 1e-12);
     sum += tau;
   }
   EXPECT_NEAR(sum.norm(), 0, 1e-12);
-  EXPECT_EQ(calc_weights_aside(*model, 0, 1).norm(), 0);
+  EXPECT_EQ(calc_weights_aside(*model, model->neutral(), 0, 1).norm(), 0);
+}
+
+// What a free object feels whose frame is not at its centre of mass: the difference between two gravities.
+TEST(WeightsAside, ObjectInItsOwnFrame_FeelsTheForceAtItsCentreOfMass) {
+  world::Scene scene = load_model("iiwa_bimanual")->scene();
+  scene.objects[0].p_BCom = {0.02, -0.01, 0.05};
+  const auto gravity = [&](const Eigen::Vector3d& g) {
+    scene.gravity = g;
+    const auto model = world::Model::make(scene);
+    Eigen::VectorXd q = model->neutral();
+    q.segment<4>(3) << 0.1, -0.3, 0.5, std::sqrt(1 - 0.35);
+    world::KinematicsWorkspace work(*model);
+    world::Kinematics kinematics;
+    world::calc_kinematics(*model, q, work, kinematics);
+    Eigen::VectorXd tau = Eigen::VectorXd::Zero(model->n_v());
+    world::calc_gravity(*model, kinematics, tau.head(model->n_vu()));
+    return std::tuple(model, q, tau);
+  };
+  const Eigen::Vector3d down(0, 0, -9.8);
+  for (int draw = 0; draw < kDisturbances; ++draw) {
+    const auto [model, q, tau] = gravity(down);
+    const Eigen::VectorXd aside = calc_weights_aside(*model, q, 0.05, draw);
+    ASSERT_GT(aside.segment<3>(3).norm(), 1e-3) << "no moment: the test would say nothing";
+    const auto [other, q_other, expected] = gravity(down + aside.head<3>() / model->objects()[0].mass);
+    EXPECT_NEAR((tau + aside - expected).norm(), 0, 1e-12);
+  }
 }
 
 TEST(WeightsAside, ObjectOnJoints_FeelsNothing) {
   const auto model = load_model("planar_pushing");
-  EXPECT_TRUE(calc_weights_aside(*model, 0.1, 0).isZero(0));
+  EXPECT_TRUE(calc_weights_aside(*model, model->neutral(), 0.1, 0).isZero(0));
 }
 
 // Left arm, right arm and floor: each has less in two draws, any two differ in two.

@@ -556,6 +556,12 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.gamma = 0; }), "planner.gamma: got 0, expected a finite number > 0");
   EXPECT_EQ(message([](auto& o) { o.brace_force = 0; }), "planner.brace_force: got 0, expected a number > 0");
   EXPECT_EQ(message([](auto& o) { o.grasp_trials = -1; }), "planner.grasp_trials: got -1, expected 0 or more");
+  EXPECT_EQ(message([](auto& o) { o.sampler.whole_probability = -0.1; }),
+            "planner.sampler.whole_probability: got -0.1, expected a probability in [0, 1]");
+  EXPECT_EQ(message([](auto& o) { o.sampler.near_probability = 2; }),
+            "planner.sampler.near_probability: got 2, expected a probability in [0, 1]");
+  EXPECT_EQ(message([](auto& o) { o.sampler.near_std = 0; }), "planner.sampler.near_std: got 0, expected a finite number > 0");
+  EXPECT_EQ(message([](auto& o) { o.sampler.tries = 0; }), "planner.sampler.tries: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.batch = 0; }), "planner.batch: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.trees = 0; }), "planner.trees: got 0, expected at least 1");
   EXPECT_EQ(message([](auto& o) { o.sample_boxes[0].lower.resize(2); }), "planner.sample_box.lower: got 2 numbers, expected 3");

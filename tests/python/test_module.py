@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 import threading
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,21 @@ def test_local_models_of_all_schemes_agree_away_from_contact(wall: st.Model) -> 
         # (2.23) fits no offset, so the mean of N samples turns the slope by as much as its square over their variance: some 1/N.
         assert local.B[0, 0] == pytest.approx(1.0, abs=0.02 if isinstance(scheme, st.RandomizedZerothOrder) else 1e-4)
         assert local.c[0] == pytest.approx(1.0, abs=0.02)
+
+
+def test_arguments_of_earlier_steps_are_taken_and_named(wall: st.Model) -> None:
+    """kappa= and epsilon= became smoothing= and regularisation=."""
+    now = st.step(wall, [0.02], [0.01], smoothing=st.Analytic(kappa=50), regularisation=st.FixedEpsilon(epsilon=0.5))
+    with pytest.warns(DeprecationWarning, match=r"^kappa= is deprecated, write smoothing=Analytic\(kappa=\.\.\.\)$"):
+        then = st.step(wall, [0.02], [0.01], kappa=50, regularisation=st.FixedEpsilon(epsilon=0.5))
+    assert np.array_equal(then.q_next, now.q_next)
+    with pytest.warns(DeprecationWarning, match="regularisation=FixedEpsilon"):
+        then = st.step(wall, [0.02], [0.01], smoothing=st.Analytic(kappa=50), epsilon=0.5)
+    assert np.array_equal(then.epsilon, now.epsilon)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(DeprecationWarning):
+            st.step(wall, [0.02], [0.01], kappa=50)
 
 
 def test_rollout_cuts_the_command(wall: st.Model) -> None:

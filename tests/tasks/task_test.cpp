@@ -326,7 +326,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing",
                 "planner: {sample_box: {box: {lower: [0, 9, 0], upper: [1, 1, 1]}}}\n",
                 {"planner.sample_box.box", "lower ≤ upper"}},
-        Mistake{"planar_pushing", "start: {joints: [0, 0, 0]}\n", {"start.joints: got 3 numbers, expected 2, of hand/y, hand/z"}},
+        Mistake{"planar_pushing", "start: {joints: [0, 0, 0]}\n", {"start.joints: got a list of 3, expected a list of 2 numbers (hand/y, hand/z)"}},
         Mistake{"planar_pushing", "start: {joints: {x: 0}}\n", {"mine.yaml:2", "start.joints.x", "y"}},
         Mistake{"planar_pushing",
                 "start: {objects: {ball: {coordinates: [0, 0, 0]}}}\n",

@@ -35,11 +35,22 @@ Vector3d point_velocity(const Model& model, const Kinematics& k, const Body& bod
   return axis.cross(p_W - k.origin_W.col(i));
 }
 
+/// make_linked with all frames away from the centres of mass, that of the free object too.
+Scene make_with_own_frames() {
+  Scene scene = test::make_linked();
+  for (ObjectSpec& object : scene.objects) {
+    if (object.joint == ObjectJoint::Free) object.p_BCom = {0.1, -0.3, 0.2};
+  }
+  return scene;
+}
+
+constexpr const char* kSceneNames[] = {"zoo", "linked", "own_frames"};
+
 class AnyScene : public testing::TestWithParam<Scene (*)()> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, AnyScene,
                          testing::Values(
-                             +[] { return test::make_zoo(); }, +[] { return test::make_linked(); }),
-                         [](const auto& scene) { return scene.index == 0 ? "zoo" : "linked"; });
+                             +[] { return test::make_zoo(); }, +[] { return test::make_linked(); }, &make_with_own_frames),
+                         [](const auto& scene) { return std::string(kSceneNames[scene.index]); });
 
 /// Bodies and axes on the way to the bodies asked for are those of calc_kinematics, to the bit, and nothing else has changed.
 TEST_P(AnyScene, MovingLinks_AreTheKinematicsOfTheBodiesAskedFor) {
@@ -211,9 +222,9 @@ TEST(Manifold, PlanarAngle_IsAPlainDifference) {
   EXPECT_EQ(delta[2], 7);
 }
 
-TEST(ObjectMass, IsThatOfTheKineticEnergyOfManyParticles) {
-  // A rigid body of particles: M_ij = Σ m v_i·v_j, with velocities by central differences of the poses.
-  const auto model = Model::make(test::make_zoo());
+/// A rigid body of particles: M_ij = Σ m v_i·v_j, with velocities by central differences of the poses.
+void expect_mass_of_particles(const Scene& scene) {
+  const auto model = Model::make(scene);
   core::Random random(6, 0);
   const VectorXd q = random_configuration(*model, random);
   const Kinematics k = kinematics_at(*model, q);
@@ -243,12 +254,20 @@ TEST(ObjectMass, IsThatOfTheKineticEnergyOfManyParticles) {
     calc_object_mass(*model, k, object, got);
     EXPECT_LT((got - expected).norm(), 1e-8 * expected.norm()) << info.name;
     EXPECT_LT((got - got.transpose()).norm(), 1e-14);
-    if (info.n_q == 7) {  // centre of mass at the origin: translation and rotation do not mix
+    if (info.n_q == 7 && spec.p_BCom.isZero(0)) {  // translation and rotation do not mix
       EXPECT_LT((got.topLeftCorner(3, 3) - spec.mass * MatrixXd::Identity(3, 3)).norm(), 1e-14);
       EXPECT_LT(got.topRightCorner(3, 3).norm(), 1e-14);
       EXPECT_LT((got.bottomRightCorner(3, 3) - spec.inertia).norm(), 1e-14) << "body axes";
     }
   }
+}
+
+TEST(ObjectMass, IsThatOfTheKineticEnergyOfManyParticles) {
+  Scene scene = test::make_zoo();
+  expect_mass_of_particles(scene);
+  scene.objects[1].p_BCom = {0.1, -0.3, 0.2};
+  ASSERT_EQ(scene.objects[1].joint, ObjectJoint::Free);
+  expect_mass_of_particles(scene);
 }
 
 TEST(ObjectMass, OfOneThatCarriesOthers_IsThatOfAllThatMove) {

@@ -75,7 +75,7 @@ Unsupported unsupported_elements(const mjSpec* spec) {
     const auto chain = chain_of(body);
     if (chain.empty()) return;
     if (count(body, mjOBJ_JOINT) > 0 && std::any_of(chain.begin() + 1, chain.end(), is_free)) add("body", e);
-    if (is_free(body) && !collides_somewhere.contains(body)) add("body", e);
+    if (is_free(body) && !collides_somewhere.contains(body)) pass("body", e);
     bool carries = collides_somewhere.contains(body);
     for_each(spec, mjOBJ_JOINT, [&](mjsElement* joint) {
       const auto above = chain_of(mjs_getParent(joint));
@@ -250,6 +250,8 @@ const Construct kRead[] = {
     {"CoupledJoints", R"(<worldbody><body><joint name="a" ref="20"/><geom size=".1"/><body pos=".3 0 0"><joint name="b" axis="0 1 0" ref="-10"/><geom size=".1"/>
        <body pos=".3 0 0"><joint name="c" type="slide" ref=".1"/><geom size=".1"/></body></body></body><body pos="0 1 0"><joint name="d" axis="1 0 0" ref="5"/><geom size=".1" pos="0 .1 0"/></body></worldbody>
        <equality><joint joint1="b" joint2="a" polycoef=".2 -.7 0 0 0"/><joint joint1="c" joint2="b" polycoef="0 .1 0 0 0"/><joint joint1="d" polycoef=".3 0 0 0 0"/></equality>)"},
+    {"FreeBodyThatIsOnlySeen", R"(<worldbody><body name="arm"><joint/><geom size=".1"/></body><body name="target" pos="1 0 0"><freejoint/><geom size=".1" contype="0" conaffinity="0"/></body></worldbody>
+       <contact><exclude body1="arm" body2="target"/></contact>)"},
     {"Nothing", ""},
 };
 
@@ -257,8 +259,7 @@ const Construct kRefused[] = {
     {"Joints", R"(<worldbody><body><joint name="ball" type="ball"/><geom size=".1"/><body><joint/><geom size=".1"/></body></body></worldbody>)"},
     {"Geoms", R"(<asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><geom name="hills" type="hfield" hfield="h"/><geom type="ellipsoid" size="1 1 2"/>
        <geom name="belt" type="box" size="1 1 1" surfacevel="1 0 0 0 0 0"/></worldbody>)"},
-    {"FreeBodies", R"(<worldbody><body name="ghost"><freejoint/><geom size=".1" contype="0" conaffinity="0"/></body>
-       <body name="walker"><freejoint/><geom size=".1"/><body><geom size=".1"/><body name="leg"><joint/><geom size=".1"/></body></body></body></worldbody>)"},
+    {"FreeBodyWithLegs", R"(<worldbody><body name="walker"><freejoint/><geom size=".1"/><body><geom size=".1"/><body name="leg"><joint/><geom size=".1"/></body></body></body></worldbody>)"},
     {"Mocap", R"(<worldbody><body name="wand" mocap="true"><geom size=".1"/></body><body name="handle" mocap="true"><body><joint/><geom size=".1"/></body></body></worldbody>)"},
     {"PairsAndFlexes", R"(<worldbody><geom name="a" size=".1"/><body><joint/><geom name="c" size=".1"/></body>
        <flexcomp name="cloth" type="grid" dim="2" count="3 3 1" spacing=".1 .1 .1" radius=".01" mass="1"><pin id="0"/></flexcomp></worldbody><contact><pair name="p" geom1="a" geom2="c"/></contact>)"},

@@ -94,16 +94,16 @@ TEST_F(Robots, LimitsThatAreMissing_AreNamed) {
                               joint("fast", "revolute", "b", "c", "<limit effort='1' velocity='1'/>") +
                               joint("still", "prismatic", "c", "d", "<axis xyz='0 0 1'/><limit lower='0.2' upper='0.2'/>"),
                           kStiff);
-  ASSERT_EQ(model->n_a(), 1);
-  EXPECT_TRUE(std::isinf(model->upper()[0]) && std::isinf(model->lower()[0]));
+  ASSERT_EQ(model->n_a(), 2);
+  for (int j = 0; j < 2; ++j) EXPECT_TRUE(std::isinf(model->upper()[j]) && std::isinf(model->lower()[j])) << j;
+  EXPECT_EQ(model->effort()[1], 1);
   KinematicsWorkspace work(*model);
   Kinematics k;
   calc_kinematics(*model, model->neutral(), work, k);
   EXPECT_LE((k.X_WB.back().p - Vector3d(0, 0, 0.2)).norm(), 1e-15);
   EXPECT_EQ(notes(*model), (std::vector<std::string>{
-                               "r: no limits in the file, so that these joints have none: free",
-                               "r: lower and upper limit are the same (0 where a URDF leaves them out), so that these joints stand "
-                               "still: fast, still",
+                               "r: no limits in the file, so that these joints have none: free, fast",
+                               "r: lower and upper limit are the same, so that these joints stand still: still",
                                "r: motors whose effort nobody states (or states as 0), and which may bear anything, of joints: free"}));
 }
 
@@ -123,6 +123,22 @@ std::string follower_urdf() {
          joint("inner", "revolute", "palm", "inner", "<limit lower='-2' upper='2' effort='1' velocity='1'/>") +
          joint("outer", "revolute", "inner", "outer",
                "<limit lower='-3' upper='3' effort='1' velocity='1'/><mimic joint='inner' multiplier='2' offset='-1'/>");
+}
+
+/// As files for Bullet write joints without limits.
+TEST_F(Robots, LimitsThatAreReversed_AreNoneAndNamed) {
+  const auto model = load(link("a") + link("b") + joint("j", "revolute", "a", "b", "<limit lower='1' upper='-1' effort='2'/>"), kStiff);
+  EXPECT_TRUE(std::isinf(model->upper()[0]) && std::isinf(model->lower()[0]));
+  EXPECT_EQ(notes(*model), std::vector<std::string>{"r: a lower limit above the upper one, so that these joints have none: j"});
+}
+
+TEST_F(Robots, NumbersWithCommas_AreRead) {
+  const auto model =
+      load(link("a") + link("b") + joint("j", "revolute", "a", "b", "<origin xyz='0.1, 0,-0.2'/><limit effort='1'/>"), kStiff);
+  KinematicsWorkspace work(*model);
+  Kinematics k;
+  calc_kinematics(*model, model->neutral(), work, k);
+  EXPECT_EQ(k.X_WB.back().p, Vector3d(0.1, 0, -0.2));
 }
 
 TEST_F(Robots, JointsThatFollow_MoveWithTheirLeader) {

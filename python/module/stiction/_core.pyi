@@ -712,7 +712,7 @@ class StepWorkspace:
     def forget(self) -> None:
         """drops warm starts, so that the next step depends on its input alone"""
 
-def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> StepResult:
+def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepResult:
     """
     One quasi-static step: the configuration in which the robots' springs, commanded to u, and the contacts are in balance (2.6).
 
@@ -742,11 +742,12 @@ def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, 
       joint_limits: limits of the joints are constraints.
       effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
     Raises InvalidInput by the name of the argument.
     """
 
-def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> LocalModel:
+def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> LocalModel:
     """
     Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
 
@@ -773,11 +774,12 @@ def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.Ar
       joint_limits: limits of the joints are constraints.
       effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
     Raises InvalidInput by the name of the argument.
     """
 
-def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> RolloutResult:
+def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutResult:
     """
     Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
 
@@ -804,6 +806,7 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
       joint_limits: limits of the joints are constraints.
       effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
     Raises InvalidInput by the name of the argument.
     """
@@ -847,7 +850,7 @@ class StepBatch:
 
     def __repr__(self) -> str: ...
 
-def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, with_A: bool = False, with_B: bool = False, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10) -> StepBatch:
+def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, with_A: bool = False, with_B: bool = False, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
     """
     step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
 
@@ -873,6 +876,7 @@ def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLik
       joint_limits: limits of the joints are constraints.
       effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
       tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
     Raises InvalidInput by the name of the argument.
     """

@@ -56,7 +56,7 @@ void fill_impulses(const SolvedStep& step, const StepResult& out, LinearisationW
 Vector3d multiply(const ContactStiffness& S, const Vector3d& y) { return S.sharp * S.sharp.dot(y) + S.rest * y; }
 
 /// −∂(Qδq + b)/∂q (S.8). Robots: b = −hK_a(u − qᵃ), constant where the spring has a row of its own (S.15). Objects: mass matrix and gravity where a centre of mass turns about an axis that it is
-/// off; a free object that carries nothing turns about its own.
+/// off; a free object that carries nothing and has its frame there turns about its own.
 void subtract_objective(const SolvedStep& step, const StepResult& out, LinearisationWorkspace& work, Eigen::MatrixXd& R) {
   const Model& model = step.model;
   const double h = step.options.h;
@@ -68,7 +68,7 @@ void subtract_objective(const SolvedStep& step, const StepResult& out, Linearisa
   const auto objects = model.objects();
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const auto& object = objects[o];
-    if (object.n_v == 6 && object.carried_mass == object.mass) continue;
+    if (object.n_v == 6 && object.carried_mass == object.mass && model.inertias()[at(object.body)].p_BCom.isZero(0)) continue;
     auto D_momentum = work.D_momentum.topRows(object.n_v), D_gravity = work.D_gravity.topRows(object.n_v);
     world::calc_object_derivatives(model, step.kinematics, static_cast<int>(o), out.delta.segment(object.v_begin, object.n_v), D_momentum,
                                    D_gravity);

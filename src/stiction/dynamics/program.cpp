@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -75,10 +76,15 @@ bool is_self_contact(const Model& model, const world::Pair& pair) {
   return a.kind != world::BodyKind::Object && b.kind != world::BodyKind::Object;
 }
 
+std::shared_ptr<const Model> require_motion(std::shared_ptr<const Model> model) {
+  if (model->n_v() == 0) core::throw_invalid("model", "nothing that moves", "an object, or a robot with a joint that has a range");
+  return model;
+}
+
 }  // namespace
 
 StepWorkspace::Impl::Impl(std::shared_ptr<const Model> m)
-    : model(std::move(m)),
+    : model(require_motion(std::move(m))),
       layout(std::make_shared<cone::Layout>(model->n_v(), elimination_groups(*model))),
       kinematics_work(*model),
       contact_work(*model),

@@ -99,6 +99,10 @@ void PlannerOptions::validate(const Model& model) const {
   core::require_positive("planner.regrasp_tol_angle", regrasp_tol_angle);
   core::require_positive("planner.release_tol_position", release_tol_position);
   core::require_positive("planner.release_tol_angle", release_tol_angle);
+  probability("planner.sampler.whole_probability", sampler.whole_probability);
+  probability("planner.sampler.near_probability", sampler.near_probability);
+  core::require_positive("planner.sampler.near_std", sampler.near_std);
+  if (sampler.tries < 1) core::throw_invalid("planner.sampler.tries", std::to_string(sampler.tries), "at least 1");
   if (grasp_trials < 0) core::throw_invalid("planner.grasp_trials", std::to_string(grasp_trials), "0 or more");
   if (grasp_candidates < 1) core::throw_invalid("planner.grasp_candidates", std::to_string(grasp_candidates), "at least 1");
   if (!(tolerance_fraction > 0 && tolerance_fraction <= 1))

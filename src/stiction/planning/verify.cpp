@@ -30,9 +30,7 @@ EdgeVerifier::EdgeVerifier(const PlanningProblem& problem, const PlannerOptions&
       goal_(goal),
       simulator_(simulator),
       drag_(model_, problem.q_start, options.rest_time) {
-  for (int i = 0; i < kDisturbances; ++i)
-    disturbances_.push_back(
-        {calc_weights_aside(model_, options.edge_tilt, i), calc_friction_factors(model_, chains, options.friction_noise, i)});
+  for (int i = 0; i < kDisturbances; ++i) friction_.push_back(calc_friction_factors(model_, chains, options.friction_noise, i));
 }
 
 bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch,
@@ -126,11 +124,12 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
       for (int k = 0; k < model_.n_vu(); ++k) error[k] = (i % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
       world::retract(model_, q, error, q);
     }
-    const Disturbance& other = disturbances_[static_cast<std::size_t>(i)];
     scratch.steps.forget();
     for (Eigen::Index k = 0; k < n + held; ++k) {
       if (scratch.stop()) return false;
-      const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &other.tau, nullptr, &other.friction};
+      const Eigen::VectorXd weights = calc_weights_aside(model_, q, options_.edge_tilt, static_cast<int>(i));
+      const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &weights, nullptr,
+                                      &friction_[static_cast<std::size_t>(i)]};
       ++totals.steps;
       if (dynamics::step(model_, input, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
         ++totals.failed_steps;

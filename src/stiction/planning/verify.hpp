@@ -29,12 +29,6 @@ class EdgeVerifier {
   int follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const;
 
  private:
-  /// What is otherwise than planned, besides where the objects are.
-  struct Disturbance {
-    Eigen::VectorXd tau;       ///< external force (n_v)
-    Eigen::VectorXd friction;  ///< factors of μ (pairs)
-  };
-
   /// The first n sub-steps of an edge. False where they move nothing.
   bool cut_edge(const Node& parent, const Node& node, Eigen::Index n, Eigen::VectorXd q_fine, Node& out) const;
   /// A push does the same with every μ at edge_friction of it, against what objects on joints rest on.
@@ -53,7 +47,7 @@ class EdgeVerifier {
   const GoalMeasure& goal_;
   const EdgeSimulator& simulator_;
   Drag drag_;
-  std::vector<Disturbance> disturbances_;
+  std::vector<Eigen::VectorXd> friction_;  ///< of each disturbance: factors of μ (pairs)
 };
 
 /// A push begins with this edge: the one before it is none.

@@ -88,7 +88,7 @@ void SteppedPlant::set_force(int body, const Eigen::Vector3d& force_W) {
     core::throw_invalid("force.body", fmt::format("{}", body), "a body");
   if (!force_W.allFinite()) core::throw_invalid("force", "a number that is not finite", "finite numbers");
   const int id = impl_->plant->impl().body_id[at(body)];
-  std::copy_n(force_W.data(), 3, impl_->data->xfrc_applied + 6 * id);  // at the centre of mass: the origin of a free object
+  std::copy_n(force_W.data(), 3, impl_->data->xfrc_applied + 6 * id);  // at the centre of mass
 }
 
 Status SteppedPlant::advance(VectorRef u, double duration) {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/faults.hpp"
 #include "stiction/tasks/option_table.hpp"
 
 namespace stiction::tasks {
@@ -38,9 +38,13 @@ PlannerOptions read_planner_options(const YamlNode& node, const world::Model& mo
   const auto advanced = given(node, kAdvanced);
   require_known_keys(node, advanced);
   const auto read_over = [&](PlannerOptions out) {
+    core::Faults faults;
     for (const OptionRow& row : option_table()) {
-      if (const auto value = find_option(node, advanced, row)) row.read(*value, model, out);
+      faults.collect([&] {
+        if (const auto value = find_option(node, advanced, row)) row.read(*value, model, out);
+      });
     }
+    faults.raise();
     return out;
   };
   PlannerOptions out = read_over(defaults);

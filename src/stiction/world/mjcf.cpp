@@ -13,6 +13,8 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/call_mujoco.hpp"
+#include "stiction/world/mjcf_view.hpp"
+#include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
 
 namespace stiction::world {
@@ -65,13 +67,14 @@ Pose pose(const mjtNum* position, const mjtNum* wxyz) {
 Pose shift(const Vector3d& p) { return {Matrix3d::Identity(), p}; }
 
 /// Reads one compiled model.
-class MjcfReader {
+class MjcfReader : private MjcfView {
  public:
-  MjcfReader(const mjModel* m, const std::filesystem::path& file) : m_(m), file_(file) {}
+  using MjcfView::MjcfView;
 
   MjcfModel read() {
     require_supported();
-    name_what_is_passed_over();
+    if (const auto names = list_passed_over(); !names.empty())
+      out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
     find_springs();
     out_.robot.name = m_->names[0] != '\0' ? std::string(m_->names) : file_.stem().string();
     out_.robot.file = file_;
@@ -81,7 +84,7 @@ class MjcfReader {
     for (int body = 1; body < m_->nbody; ++body) {  // parents first, depth first
       const int top = m_->body_weldid[body];
       if (top != 0 && is_free(top)) {
-        if (top == body) read_object(body);
+        if (top == body && object_collides(body)) read_object(body);
       } else {
         read_body(body);
       }
@@ -90,151 +93,14 @@ class MjcfReader {
     read_geoms(0, Pose{}, nullptr);
     for (int i = 0; i < m_->nexclude; ++i) {
       const int signature = m_->exclude_signature[i];
+      const auto is_there = [&](int body) { return !is_free(m_->body_weldid[body]) || object_collides(m_->body_weldid[body]); };
+      if (!is_there(signature >> 16) || !is_there(signature & 0xffff)) continue;
       out_.excludes.emplace_back(exclude_name(signature >> 16), exclude_name(signature & 0xffff));
     }
     return std::move(out_);
   }
 
  private:
-  std::string given_name(mjtObj type, int id) const {
-    const char* name = mj_id2name(m_, type, id);
-    return name != nullptr ? name : "";
-  }
-
-  /// Names become parts of other names here.
-  static std::string usable(std::string name) {
-    for (char& c : name) {
-      if (c == '/' || c == '*' || c == ' ') c = '_';
-    }
-    return name;
-  }
-
-  std::string body_name(int body) const {
-    const std::string given = usable(given_name(mjOBJ_BODY, body));
-    return given.empty() ? fmt::format("body_{}", body) : given;
-  }
-
-  std::string joint_name(int joint) const {
-    const std::string given = usable(given_name(mjOBJ_JOINT, joint));
-    const int body = m_->jnt_bodyid[joint];
-    return given.empty() ? fmt::format("{}_joint_{}", body_name(body), joint - m_->body_jntadr[body]) : given;
-  }
-
-  std::string exclude_name(int body) const {
-    return body_name(m_->body_weldid[body] != 0 && is_free(m_->body_weldid[body]) ? m_->body_weldid[body] : body);
-  }
-
-  bool is_free(int body) const { return m_->body_jntnum[body] == 1 && m_->jnt_type[m_->body_jntadr[body]] == mjJNT_FREE; }
-  bool collides(int geom) const { return (m_->geom_contype[geom] | m_->geom_conaffinity[geom]) != 0; }
-
-  // ---- what is not supported ----
-
-  std::string describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
-    const std::string name = given_name(type, id);
-    return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);
-  }
-
-  /// What kinematics and contacts cannot do without.
-  void require_supported() const {
-    std::vector<std::string> faults;
-    const auto refuse = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
-      faults.push_back(describe(element, type, id, reason));
-    };
-    for (int j = 0; j < m_->njnt; ++j) {
-      if (m_->jnt_type[j] == mjJNT_BALL) refuse("joint", mjOBJ_JOINT, j, "a ball joint");
-    }
-    for (int b = 1; b < m_->nbody; ++b) {
-      if (m_->body_mocapid[b] >= 0 && !is_only_seen(b)) refuse("body", mjOBJ_BODY, b, "a mocap body that collides or carries joints");
-      const int above = m_->body_weldid[m_->body_parentid[b]];
-      if (m_->body_jntnum[b] > 0 && above != 0 && is_on_free_body(above))
-        refuse("body", mjOBJ_BODY, b, "a joint on a body with a free joint");
-      if (is_free(b) && !object_collides(b)) refuse("body", mjOBJ_BODY, b, "a free joint and no geom that collides");
-    }
-    for (int g = 0; g < m_->ngeom; ++g) {
-      if (!collides(g)) continue;  // only seen
-      if (m_->geom_type[g] == mjGEOM_ELLIPSOID) refuse("geom", mjOBJ_GEOM, g, "an ellipsoid");
-      if (m_->geom_type[g] == mjGEOM_HFIELD) refuse("geom", mjOBJ_GEOM, g, "a height field");
-      if (m_->geom_type[g] == mjGEOM_SDF) refuse("geom", mjOBJ_GEOM, g, "a signed distance field");
-    }
-    for (int i = 0; i < m_->nflex; ++i) refuse("flex", mjOBJ_FLEX, i, "a deformable body");
-    if (faults.empty()) return;
-    fail(file_, fmt::format("{} unsupported element{}: {}", faults.size(), faults.size() == 1 ? "" : "s", fmt::join(faults, "; ")),
-         "hinge, slide and free joints; sphere, capsule, box, cylinder, plane and mesh geoms");
-  }
-
-  /// Forces beside those of servos and contacts, which mean nothing here.
-  void name_what_is_passed_over() {
-    std::vector<std::string> names;
-    const auto pass = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
-      names.push_back(describe(element, type, id, reason));
-    };
-    for (int j = 0; j < m_->njnt; ++j) {
-      if (has_spring(m_->jnt_stiffness, m_->jnt_stiffnesspoly, j)) pass("joint", mjOBJ_JOINT, j, "a passive spring");
-    }
-    for (int g = 0; g < m_->ngeom; ++g) {
-      const mjtNum* velocity = m_->geom_surfacevel + 6 * g;
-      if (std::any_of(velocity, velocity + 6, [](mjtNum v) { return v != 0; })) pass("geom", mjOBJ_GEOM, g, "a moving surface");
-      if (collides(g) && m_->geom_adhesion[g] != 0) pass("geom", mjOBJ_GEOM, g, "an adhesive surface");
-    }
-    for (int i = 0; i < m_->neq; ++i) {
-      if (m_->eq_active0[i] && !couples_joints(i)) pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
-    }
-    for (int i = 0; i < m_->ntendon; ++i) {  // one that holds nothing only measures
-      if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i)) pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
-      if (m_->tendon_limited[i]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
-    }
-    for (int i = 0; i < m_->npair; ++i) pass("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
-    for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
-    for (int i = 0; i < m_->nactuator; ++i) {
-      if (!is_on_joint(i))
-        pass("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
-      else if (m_->jnt_type[m_->actuator_trnid[2 * i]] == mjJNT_FREE)
-        pass("actuator", mjOBJ_ACTUATOR, i, "on a free joint");
-    }
-    if (!names.empty()) out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
-  }
-
-  bool is_on_joint(int actuator) const {
-    return m_->actuator_trntype[actuator] == mjTRN_JOINT || m_->actuator_trntype[actuator] == mjTRN_JOINTINPARENT;
-  }
-
-  static bool has_spring(const mjtNum* linear, const mjtNum* higher, int i) {
-    return linear[i] != 0 || std::any_of(higher + i * mjNPOLY, higher + (i + 1) * mjNPOLY, [](mjtNum k) { return k != 0; });
-  }
-
-  bool has_colliding_geom(int body) const {
-    const int begin = m_->body_geomadr[body];
-    for (int g = begin; g >= 0 && g < begin + m_->body_geomnum[body]; ++g) {
-      if (collides(g)) return true;
-    }
-    return false;
-  }
-
-  /// Nothing at or below the body collides or moves against it.
-  bool is_only_seen(int top) const {
-    for (int b = top; b < m_->nbody; ++b) {
-      int up = b;
-      while (up > top) up = m_->body_parentid[up];
-      if (up == top && (has_colliding_geom(b) || m_->body_jntnum[b] > 0)) return false;
-    }
-    return true;
-  }
-
-  /// Of a free body and what is welded to it.
-  bool object_collides(int top) const {
-    for (int b = top; b < m_->nbody; ++b) {
-      if (m_->body_weldid[b] == top && has_colliding_geom(b)) return true;
-    }
-    return false;
-  }
-
-  bool is_on_free_body(int body) const {
-    for (; body != 0; body = m_->body_weldid[m_->body_parentid[body]]) {
-      if (is_free(body)) return true;
-    }
-    return false;
-  }
-
   // ---- actuators and joints that follow others ----
 
   /// A position servo of gain k_p through gear g holds its joint with the stiffness k_p g². What any actuator can bear: its range of forces
@@ -263,17 +129,6 @@ class MjcfReader {
     for (int j = 0; j < m_->njnt; ++j) {
       if (m_->jnt_actfrclimited[j]) effort_[static_cast<std::size_t>(j)] = largest(m_->jnt_actfrcrange + 2 * j);
     }
-  }
-
-  bool slides_or_turns(int joint) const { return m_->jnt_type[joint] == mjJNT_HINGE || m_->jnt_type[joint] == mjJNT_SLIDE; }
-
-  /// y − y₀ = a₀ + a₁ (x − x₀) between two joints, or y − y₀ = a₀.
-  bool couples_joints(int equality) const {
-    if (m_->eq_type[equality] != mjEQ_JOINT) return false;
-    const int joint = m_->eq_obj1id[equality], leader = m_->eq_obj2id[equality];
-    const mjtNum* a = m_->eq_data + equality * mjNEQDATA;
-    if (!slides_or_turns(joint)) return false;
-    return leader < 0 || (slides_or_turns(leader) && a[2] == 0 && a[3] == 0 && a[4] == 0);
   }
 
   void read_equalities() {
@@ -365,7 +220,7 @@ class MjcfReader {
     return {m_->body_mass[body], vector3(m_->body_ipos + 3 * body), R * moments * R.transpose()};
   }
 
-  /// A free body with what is welded to it; our frame is that of the body, moved to the centre of mass of all.
+  /// A free body with what is welded to it, in the frame of the body.
   void read_object(int body) {
     ObjectSpec object;
     object.name = body_name(body);
@@ -385,17 +240,19 @@ class MjcfReader {
     }
     object.weight_share = weight / object.mass;
     const Vector3d center = first / object.mass;
+    object.p_BCom = center;
     for (const auto& [b, X] : parts) {
       const BodyInertia part = inertia_of(b);
       const Vector3d d = X * part.p_BCom - center;
       object.inertia += X.R * part.inertia * X.R.transpose() + part.mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
       RobotLink link;
-      read_geoms(b, shift(-center) * X, &link);
+      read_geoms(b, X, &link);
       for (auto& c : link.collisions) {
         c.name = b == body ? c.name : fmt::format("{}.{}", body_name(b), c.name);
         object.geometries.push_back({c.name, c.shape, c.X_LG, *c.friction, c.mask});
       }
     }
+    round_center(object);
     out_.objects.push_back(std::move(object));
   }
 
@@ -450,9 +307,7 @@ class MjcfReader {
     }
   }
 
-  const mjModel* m_;
-  const std::filesystem::path& file_;
-  MjcfModel out_;
+  MjcfModel out_{};
   std::vector<int> link_of_;                            ///< per body of the file
   std::vector<std::optional<double>> spring_, effort_;  ///< per joint of the file
   std::vector<std::size_t> joint_of_;                   ///< of the robot, per joint of the file

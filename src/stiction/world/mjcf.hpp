@@ -12,7 +12,7 @@ namespace stiction::world {
 /// An MJCF file as the project sees it.
 struct MjcfModel {
   RobotTree robot;                  ///< everything on hinges and slides and what is welded to the world; root link "world"
-  std::vector<ObjectSpec> objects;  ///< bodies with a free joint, body frame moved to the centre of mass
+  std::vector<ObjectSpec> objects;  ///< bodies with a free joint
   std::vector<GeometrySpec> fixed;  ///< geometry of the world body, and all planes, in its frame
   std::vector<std::pair<std::string, std::string>> excludes;  ///< names of bodies
 };

@@ -200,8 +200,7 @@ void resolve_followers(RobotTree& tree) {
     if (const auto& value = still[static_cast<std::size_t>(joint.leader)]) weld(joint, joint.ratio * *value + joint.offset);
   }
   if (!names.empty()) {
-    tree.notes.push_back(fmt::format(
-        "lower and upper limit are the same (0 where a URDF leaves them out), so that these joints stand still: {}", list_some(names)));
+    tree.notes.push_back(fmt::format("lower and upper limit are the same, so that these joints stand still: {}", list_some(names)));
   }
 }
 

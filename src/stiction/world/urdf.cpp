@@ -12,7 +12,7 @@
 #include <memory>
 #include <optional>
 
-#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/faults.hpp"
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/yaml.hpp"
@@ -78,7 +78,7 @@ class Reader {
     const char* p = text.data();
     const char* end = p + text.size();
     const auto skip = [&] {
-      while (p != end && std::isspace(static_cast<unsigned char>(*p))) ++p;
+      while (p != end && (std::isspace(static_cast<unsigned char>(*p)) || (*p == ',' && n > 1))) ++p;
     };
     bool good = true;
     for (int i = 0; i < n && good; ++i) {
@@ -91,7 +91,8 @@ class Reader {
     skip();
     if (!good || p != end) {
       fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text),
-           n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n));
+           (n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n)) +
+               (text.find('$') == std::string::npos ? "" : ", which xacro makes of it"));
     }
     return out;
   }
@@ -108,7 +109,7 @@ struct Source {
   std::filesystem::path file;  ///< the URDF
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
-  std::vector<std::string> filled{}, impossible{}, unlimited{};
+  std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{};
 
   std::vector<std::string> notes() const {
     std::vector<std::string> out;
@@ -118,6 +119,7 @@ struct Source {
     add(filled, "collision meshes that are not convex are their convex hulls");
     add(impossible, "inertias that no body can have are those of the collision geometry with the mass of the file, of links");
     add(unlimited, "no limits in the file, so that these joints have none");
+    add(reversed, "a lower limit above the upper one, so that these joints have none");
     return out;
   }
 };
@@ -223,7 +225,7 @@ struct RawJoint {
   std::string parent, child, leader;
 };
 
-/// Lower and upper are 0 by the format's rules where they are left out.
+/// A joint whose file says neither end has none, as MuJoCo and Drake have it; of two ends the one that is left out is 0, as the format says.
 void read_limits(const Reader& reader, const XMLElement& element, Source& source, RobotJoint& joint, bool continuous) {
   const XMLElement* limit = element.FirstChildElement("limit");
   if (limit != nullptr && limit->Attribute("effort") != nullptr) {
@@ -232,7 +234,7 @@ void read_limits(const Reader& reader, const XMLElement& element, Source& source
       reader.fail(*limit, reader.label(element) + " effort", fmt::format("{}", effort), "a number > 0, or 0 where it is not known");
     if (effort > 0 && std::isfinite(effort)) joint.effort = effort;
   }
-  if (continuous || limit == nullptr) {
+  if (continuous || limit == nullptr || (limit->Attribute("lower") == nullptr && limit->Attribute("upper") == nullptr)) {
     if (!continuous) source.unlimited.push_back(joint.name);
     joint.lower = -kInfinity;
     joint.upper = kInfinity;
@@ -240,8 +242,19 @@ void read_limits(const Reader& reader, const XMLElement& element, Source& source
   }
   if (limit->Attribute("lower") != nullptr) joint.lower = reader.number(*limit, "lower", true);
   if (limit->Attribute("upper") != nullptr) joint.upper = reader.number(*limit, "upper", true);
-  if (!(joint.lower <= joint.upper))
-    reader.fail(*limit, reader.label(element), fmt::format("limits [{}, {}]", joint.lower, joint.upper), "lower ≤ upper");
+  if (joint.lower <= joint.upper) return;
+  source.reversed.push_back(joint.name);
+  joint.lower = -kInfinity;
+  joint.upper = kInfinity;
+}
+
+/// The first element of xacro; a URDF that xacro made has none, though it may still name its namespace.
+const XMLElement* find_macro(const XMLElement& element) {
+  if (std::string_view(element.Name()).starts_with("xacro:")) return &element;
+  for (const XMLElement* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
+    if (const XMLElement* found = find_macro(*child)) return found;
+  }
+  return nullptr;
 }
 
 RawJoint read_joint(const Reader& reader, const XMLElement& element, Source& source) {
@@ -274,37 +287,6 @@ RawJoint read_joint(const Reader& reader, const XMLElement& element, Source& sou
 
 }  // namespace
 
-std::filesystem::path find_resource(std::string_view uri, const std::filesystem::path& base_dir,
-                                    std::span<const std::filesystem::path> package_dirs) {
-  namespace fs = std::filesystem;
-  const auto existing = [](const fs::path& path) { return fs::is_regular_file(path) ? path : fs::path(); };
-  constexpr std::string_view kPackage = "package://";
-  constexpr std::string_view kFile = "file://";
-  if (uri.starts_with(kFile)) return existing(fs::path(uri.substr(kFile.size())));
-  if (!uri.starts_with(kPackage)) return existing(base_dir / fs::path(uri));
-
-  uri.remove_prefix(kPackage.size());
-  while (uri.starts_with('/')) uri.remove_prefix(1);  // package:///… is seen in the wild
-  const fs::path rest(uri);
-  if (rest.empty()) return {};
-  const fs::path package = *rest.begin();
-  const fs::path inside = rest.lexically_relative(package);
-  const auto look_in = [&](const fs::path& dir) {
-    if (auto found = existing(dir / rest); !found.empty()) return found;
-    const fs::path name = dir.filename().empty() ? dir.parent_path().filename() : dir.filename();
-    return name == package ? existing(dir / inside) : fs::path();
-  };
-  for (const auto& dir : package_dirs) {
-    if (auto found = look_in(dir); !found.empty()) return found;
-  }
-  const fs::path start = fs::absolute(base_dir.empty() ? "." : base_dir).lexically_normal();
-  for (fs::path dir = start; !dir.empty(); dir = dir.parent_path()) {
-    if (auto found = look_in(dir); !found.empty()) return found;
-    if (dir == dir.parent_path()) break;
-  }
-  return {};
-}
-
 RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
                     const MeshOptions& mesh_options) {
   tinyxml2::XMLDocument document;
@@ -321,20 +303,30 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
   const XMLElement* root = document.RootElement();
   if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
 
+  if (const XMLElement* macro = find_macro(*root)) {
+    reader.fail(*macro, "robot", fmt::format("'{}', so an xacro file", macro->Name()),
+                fmt::format("the URDF that xacro makes of it: xacro {} > robot.urdf", file.filename().string()));
+  }
+
   std::vector<RobotLink> links;
   const auto link_index = [&](const std::string& name) {
     const auto found = std::find_if(links.begin(), links.end(), [&](const RobotLink& link) { return link.name == name; });
     return found == links.end() ? -1 : static_cast<int>(found - links.begin());
   };
+  core::Faults faults;
   for (const XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-    RobotLink link = read_link(reader, *e, source);
-    if (link_index(link.name) >= 0) reader.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
+    const char* name = e->Attribute("name");
+    RobotLink link{.name = name != nullptr ? name : "", .collisions = {}, .inertia = {}};
+    faults.collect([&] {
+      if (link_index(link.name) >= 0) reader.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
+      link = read_link(reader, *e, source);
+    });
     links.push_back(std::move(link));
   }
   if (links.empty()) {
-    const bool unprocessed = root->Attribute("xmlns:xacro") != nullptr;
-    reader.fail(*root, "robot", unprocessed ? "an xacro file" : "no link",
-                unprocessed ? "the URDF that xacro makes of it" : "at least one");
+    const bool of_xacro = root->Attribute("xmlns:xacro") != nullptr;
+    reader.fail(*root, "robot", of_xacro ? "no link, in a file of xacro" : "no link",
+                of_xacro ? "the URDF that xacro makes of it" : "at least one");
   }
   std::vector<std::string> link_names;
   for (const auto& link : links) link_names.push_back(link.name);
@@ -342,7 +334,7 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
   std::vector<RobotJoint> joints;
   std::vector<std::pair<const XMLElement*, std::string>> followers;  ///< and their leaders, which may stand below them
   std::vector<int> joint_of_child(links.size(), -1);
-  for (const XMLElement* e = root->FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) {
+  const auto add_joint = [&](const XMLElement* e) {
     RawJoint raw = read_joint(reader, *e, source);
     for (const auto& other : joints) {
       if (other.name == raw.joint.name) reader.fail(*e, "joint name", fmt::format("'{}' twice", other.name), "each name once");
@@ -357,7 +349,10 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
     owner = static_cast<int>(joints.size());
     if (!raw.leader.empty()) followers.emplace_back(e, raw.leader);
     joints.push_back(std::move(raw.joint));
-  }
+  };
+  for (const XMLElement* e = root->FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint"))
+    faults.collect([&] { add_joint(e); });
+  faults.raise();
   const auto roots = std::count(joint_of_child.begin(), joint_of_child.end(), -1);
   if (roots != 1) reader.fail(*root, "robot", fmt::format("{} links without a parent", roots), "one");
 

@@ -9,10 +9,9 @@
 #include <cstdlib>
 #include <fstream>
 #include <limits>
-#include <numeric>
 #include <sstream>
 
-#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/faults.hpp"
 #include "stiction/world/encoding.hpp"
 
 namespace stiction::world {
@@ -42,21 +41,6 @@ std::string locate(const std::filesystem::path& file, int line, std::string_view
   return file.has_filename() ? fmt::format("{}:{}: {}", file.string(), line, path) : std::string(path);
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row.back();
-}
-
 /// Decimal numbers and the YAML and C spellings of NaN and infinity.
 std::optional<double> read_number(std::string_view text) {
   std::string lower(text);
@@ -81,6 +65,17 @@ std::optional<double> read_number(std::string_view text) {
 
 /// Values that a text may stand for: without aliases there is less than one a character.
 constexpr std::size_t kNodesPerCharacter = 32;
+
+/// The first line that begins with blanks among which is a tab, from 1.
+std::optional<int> line_indented_by_tab(const std::string& text) {
+  int number = 1;
+  for (std::size_t begin = 0; begin < text.size(); ++number) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size()), first = text.find_first_not_of(" \t", begin);
+    if (first < end && text.substr(begin, first - begin).find('\t') != std::string::npos) return number;
+    begin = end + 1;
+  }
+  return std::nullopt;
+}
 
 std::vector<std::string> to_strings(std::span<const std::string_view> names) { return {names.begin(), names.end()}; }
 
@@ -152,6 +147,9 @@ YamlNode YamlNode::parse(const std::string& text, const std::filesystem::path& f
     return YamlBuilder{std::make_shared<const std::filesystem::path>(file), kNodesPerCharacter * (text.size() + 1)}.build(YAML::Load(text),
                                                                                                                           "");
   } catch (const YAML::Exception& e) {
+    if (const auto line = line_indented_by_tab(text))
+      throw InvalidInput(
+          fmt::format("{}: got a tab in front of a line, expected spaces: YAML indents with them alone", locate(file, *line, "file")));
     throw InvalidInput(fmt::format("{}: got malformed YAML ({}), expected valid YAML", locate(file, e.mark.line + 1, "file"), e.msg));
   }
 }
@@ -214,11 +212,12 @@ void YamlNode::require_map() const {
 
 void YamlNode::require_map(std::span<const std::string_view> allowed) const {
   require_map();
+  core::Faults faults;
   for (const auto& [key, value] : data_->entries) {
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
-    const auto known = to_strings(allowed);
-    throw InvalidInput(fmt::format("{}: got an unknown key, expected one of {}", value.where(), list_with_hint(key, known)));
+    faults.add(fmt::format("{}: got an unknown key, expected one of {}", value.where(), list_with_hint(key, to_strings(allowed))));
   }
+  faults.raise();
 }
 
 std::vector<std::pair<std::string, YamlNode>> YamlNode::entries() const {
@@ -372,47 +371,6 @@ YamlNode merge(const YamlNode& base, const YamlNode& over) {
     }
   }
   return YamlNode(std::move(data));
-}
-
-namespace {
-
-YamlNode with_base(const YamlNode& node, std::vector<std::filesystem::path>& seen) {
-  node.require_map();
-  const auto base = node.find("base");
-  if (!base) return node;
-  const std::filesystem::path& file = node.file();
-  const auto here = std::filesystem::weakly_canonical(file);
-  if (std::find(seen.begin(), seen.end(), here) != seen.end()) base->fail("a file that does not lead back to this one");
-  seen.push_back(here);
-  const auto other = file.parent_path() / base->string();
-  if (!std::filesystem::is_regular_file(other)) base->fail(fmt::format("a file that exists ({} does not)", other.string()));
-  return merge(with_base(YamlNode::load(other), seen), node).without("base");
-}
-
-}  // namespace
-
-YamlNode load_yaml_with_base(const std::filesystem::path& file) {
-  std::vector<std::filesystem::path> seen;
-  return with_base(YamlNode::load(file), seen);
-}
-
-YamlNode parse_yaml_with_base(const std::string& text, const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> seen;
-  return with_base(YamlNode::parse(text, folder / ""), seen);
-}
-
-std::string list_with_hint(std::string_view name, std::span<const std::string> known) {
-  std::string text = fmt::format("{}", fmt::join(known, ", "));
-  std::size_t best = std::numeric_limits<std::size_t>::max();
-  const std::string* nearest = nullptr;
-  for (const auto& candidate : known) {
-    const std::size_t distance = edit_distance(name, candidate);
-    if (distance < best) best = distance, nearest = &candidate;
-  }
-  if (nearest != nullptr && best > 0 && best <= std::max<std::size_t>(1, std::max(name.size(), nearest->size()) / 3)) {
-    text += fmt::format("; did you mean '{}'?", *nearest);
-  }
-  return text;
 }
 
 }  // namespace stiction::world

@@ -1,0 +1,157 @@
+#include "stiction/world/mjcf_view.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::world {
+namespace {
+
+bool has_spring(const mjtNum* linear, const mjtNum* higher, int i) {
+  return linear[i] != 0 || std::any_of(higher + i * mjNPOLY, higher + (i + 1) * mjNPOLY, [](mjtNum k) { return k != 0; });
+}
+
+}  // namespace
+
+std::string MjcfView::given_name(mjtObj type, int id) const {
+  const char* name = mj_id2name(m_, type, id);
+  return name != nullptr ? name : "";
+}
+
+std::string MjcfView::usable(std::string name) {
+  for (char& c : name) {
+    if (c == '/' || c == '*' || c == ' ') c = '_';
+  }
+  return name;
+}
+
+std::string MjcfView::body_name(int body) const {
+  const std::string given = usable(given_name(mjOBJ_BODY, body));
+  return given.empty() ? fmt::format("body_{}", body) : given;
+}
+
+std::string MjcfView::joint_name(int joint) const {
+  const std::string given = usable(given_name(mjOBJ_JOINT, joint));
+  const int body = m_->jnt_bodyid[joint];
+  return given.empty() ? fmt::format("{}_joint_{}", body_name(body), joint - m_->body_jntadr[body]) : given;
+}
+
+std::string MjcfView::exclude_name(int body) const {
+  return body_name(m_->body_weldid[body] != 0 && is_free(m_->body_weldid[body]) ? m_->body_weldid[body] : body);
+}
+
+std::string MjcfView::describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
+  const std::string name = given_name(type, id);
+  return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);
+}
+
+void MjcfView::require_supported() const {
+  std::vector<std::string> faults;
+  const auto refuse = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
+    faults.push_back(describe(element, type, id, reason));
+  };
+  for (int j = 0; j < m_->njnt; ++j) {
+    if (m_->jnt_type[j] == mjJNT_BALL) refuse("joint", mjOBJ_JOINT, j, "a ball joint");
+  }
+  for (int b = 1; b < m_->nbody; ++b) {
+    if (m_->body_mocapid[b] >= 0 && !is_only_seen(b)) refuse("body", mjOBJ_BODY, b, "a mocap body that collides or carries joints");
+    const int above = m_->body_weldid[m_->body_parentid[b]];
+    if (m_->body_jntnum[b] > 0 && above != 0 && is_on_free_body(above))
+      refuse("body", mjOBJ_BODY, b, "a joint on a body with a free joint");
+  }
+  for (int g = 0; g < m_->ngeom; ++g) {
+    if (!collides(g)) continue;  // only seen
+    if (m_->geom_type[g] == mjGEOM_ELLIPSOID) refuse("geom", mjOBJ_GEOM, g, "an ellipsoid");
+    if (m_->geom_type[g] == mjGEOM_HFIELD) refuse("geom", mjOBJ_GEOM, g, "a height field");
+    if (m_->geom_type[g] == mjGEOM_SDF) refuse("geom", mjOBJ_GEOM, g, "a signed distance field");
+  }
+  for (int i = 0; i < m_->nflex; ++i) refuse("flex", mjOBJ_FLEX, i, "a deformable body");
+  if (faults.empty()) return;
+  throw core::InvalidInput(
+      fmt::format("{}: mjcf: got {} unsupported element{}: {}, expected hinge, slide and free joints; sphere, capsule, box, cylinder, "
+                  "plane and mesh geoms",
+                  file_.string(), faults.size(), faults.size() == 1 ? "" : "s", fmt::join(faults, "; ")));
+}
+
+std::vector<std::string> MjcfView::list_passed_over() const {
+  std::vector<std::string> names;
+  const auto pass = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
+    names.push_back(describe(element, type, id, reason));
+  };
+  for (int b = 1; b < m_->nbody; ++b) {
+    if (is_free(b) && !object_collides(b)) pass("body", mjOBJ_BODY, b, "a free joint and no geom that collides");
+  }
+  for (int j = 0; j < m_->njnt; ++j) {
+    if (has_spring(m_->jnt_stiffness, m_->jnt_stiffnesspoly, j)) pass("joint", mjOBJ_JOINT, j, "a passive spring");
+  }
+  for (int g = 0; g < m_->ngeom; ++g) {
+    const mjtNum* velocity = m_->geom_surfacevel + 6 * g;
+    if (std::any_of(velocity, velocity + 6, [](mjtNum v) { return v != 0; })) pass("geom", mjOBJ_GEOM, g, "a moving surface");
+    if (collides(g) && m_->geom_adhesion[g] != 0) pass("geom", mjOBJ_GEOM, g, "an adhesive surface");
+  }
+  for (int i = 0; i < m_->neq; ++i) {
+    if (m_->eq_active0[i] && !couples_joints(i)) pass("equality", mjOBJ_EQUALITY, i, "a constraint beside joints and contacts");
+  }
+  for (int i = 0; i < m_->ntendon; ++i) {  // one that holds nothing only measures
+    if (has_spring(m_->tendon_stiffness, m_->tendon_stiffnesspoly, i)) pass("tendon", mjOBJ_TENDON, i, "a tendon with a spring");
+    if (m_->tendon_limited[i]) pass("tendon", mjOBJ_TENDON, i, "a tendon with a limit");
+  }
+  for (int i = 0; i < m_->npair; ++i) pass("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
+  for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
+  for (int i = 0; i < m_->nactuator; ++i) {
+    if (!is_on_joint(i))
+      pass("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
+    else if (m_->jnt_type[m_->actuator_trnid[2 * i]] == mjJNT_FREE)
+      pass("actuator", mjOBJ_ACTUATOR, i, "on a free joint");
+  }
+  return names;
+}
+
+bool MjcfView::is_on_joint(int actuator) const {
+  return m_->actuator_trntype[actuator] == mjTRN_JOINT || m_->actuator_trntype[actuator] == mjTRN_JOINTINPARENT;
+}
+
+bool MjcfView::has_colliding_geom(int body) const {
+  const int begin = m_->body_geomadr[body];
+  for (int g = begin; g >= 0 && g < begin + m_->body_geomnum[body]; ++g) {
+    if (collides(g)) return true;
+  }
+  return false;
+}
+
+/// Nothing at or below the body collides or moves against it.
+bool MjcfView::is_only_seen(int top) const {
+  for (int b = top; b < m_->nbody; ++b) {
+    int up = b;
+    while (up > top) up = m_->body_parentid[up];
+    if (up == top && (has_colliding_geom(b) || m_->body_jntnum[b] > 0)) return false;
+  }
+  return true;
+}
+
+bool MjcfView::object_collides(int top) const {
+  for (int b = top; b < m_->nbody; ++b) {
+    if (m_->body_weldid[b] == top && has_colliding_geom(b)) return true;
+  }
+  return false;
+}
+
+bool MjcfView::is_on_free_body(int body) const {
+  for (; body != 0; body = m_->body_weldid[m_->body_parentid[body]]) {
+    if (is_free(body)) return true;
+  }
+  return false;
+}
+
+bool MjcfView::couples_joints(int equality) const {
+  if (m_->eq_type[equality] != mjEQ_JOINT) return false;
+  const int joint = m_->eq_obj1id[equality], leader = m_->eq_obj2id[equality];
+  const mjtNum* a = m_->eq_data + equality * mjNEQDATA;
+  if (!slides_or_turns(joint)) return false;
+  return leader < 0 || (slides_or_turns(leader) && a[2] == 0 && a[3] == 0 && a[4] == 0);
+}
+
+}  // namespace stiction::world

@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+
+#include "stiction/world/joint_values.hpp"
+#include "stiction/world/model_parts.hpp"
+#include "stiction/world/overlap.hpp"
+#include "stiction/world/read.hpp"
+#include "stiction/world/robot_tree.hpp"
+
+namespace stiction::world {
+namespace {
+
+/// Which geometries may touch: those that move beside each other, that no filter keeps apart and no joint holds together.
+class PairFinder {
+ public:
+  explicit PairFinder(ModelParts& parts) : parts_(parts), m_(parts.m) {}
+
+  void add_pairs() {
+    check_filters();
+    Kinematics rest;
+    parts_.guard("scene", [&] { rest = calc_rest(); });
+    std::map<std::vector<int>, int> support_index;
+    for (std::size_t i = 0; i < m_.geometries.size(); ++i) {
+      for (std::size_t j = i + 1; j < m_.geometries.size(); ++j) {
+        const Geometry& a = m_.geometries[i];  // bodies stand in the order objects, robots, fixed: a comes first
+        const Geometry& b = m_.geometries[j];
+        if (!may_touch(a, b) || !may_push(a, b)) continue;
+        Pair pair{static_cast<int>(i), static_cast<int>(j), 0, m_.scene.contact_distance, -1};
+        bool excluded = false;
+        for (const FilterSpec& filter : m_.scene.filters) {
+          const bool hit = (geometry_matches(filter.a, a) && geometry_matches(filter.b, b)) ||
+                           (geometry_matches(filter.a, b) && geometry_matches(filter.b, a));
+          if (!hit) continue;
+          if (filter.max_distance)
+            pair.max_distance = *filter.max_distance;
+          else
+            excluded = true;
+        }
+        if (excluded || overlap_at_rest(a, b, rest)) continue;
+        pair.friction = a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction) : 0.0;
+        std::vector<int> support;
+        const auto& dofs_a = m_.bodies[at(a.body)].dofs;
+        const auto& dofs_b = m_.bodies[at(b.body)].dofs;
+        std::set_union(dofs_a.begin(), dofs_a.end(), dofs_b.begin(), dofs_b.end(), std::back_inserter(support));
+        const auto [found, added] = support_index.emplace(support, static_cast<int>(m_.supports.size()));
+        if (added) m_.supports.push_back(std::move(support));
+        pair.support = found->second;
+        m_.pairs.push_back(pair);
+      }
+    }
+    for (const auto& [robot, names] : overlapping_) {
+      parts_.add_note(
+          robot, fmt::format("{} pair{} of its links overlap{} at rest and never touch{}: {}", names.size(), names.size() == 1 ? "" : "s",
+                             names.size() == 1 ? "s" : "", names.size() == 1 ? "es" : "", list_some(names)));
+    }
+  }
+
+ private:
+  bool geometry_matches(const std::string& pattern, const Geometry& geometry) const {
+    const Body& body = m_.bodies[at(geometry.body)];
+    if (matches_pattern(pattern, body.name) || matches_pattern(pattern, geometry.name)) return true;
+    return body.kind == BodyKind::Robot && matches_pattern(pattern, m_.robots[at(body.owner)].name);
+  }
+
+  void check_filters() {
+    std::vector<std::string> names;
+    for (const auto& robot : m_.robots) names.push_back(robot.name);
+    for (const auto& body : m_.bodies) names.push_back(body.name);
+    for (const auto& geometry : m_.geometries) names.push_back(geometry.name);
+    for (std::size_t i = 0; i < m_.scene.filters.size(); ++i) {
+      const FilterSpec& filter = m_.scene.filters[i];
+      parts_.guard(fmt::format("filters[{}]", i), [&] {
+        for (const std::string& pattern : {filter.a, filter.b}) {
+          if (std::none_of(names.begin(), names.end(), [&](const std::string& name) { return matches_pattern(pattern, name); })) {
+            core::throw_invalid("name", fmt::format("unknown body or geometry '{}'", pattern), "one of " + list_with_hint(pattern, names));
+          }
+        }
+        if (filter.max_distance) core::require_nonnegative("max_distance", *filter.max_distance);
+      });
+    }
+  }
+
+  bool may_touch(const Geometry& a, const Geometry& b) const {
+    const Body& body_a = m_.bodies[at(a.body)];
+    const Body& body_b = m_.bodies[at(b.body)];
+    if (body_a.dofs.empty() && body_b.dofs.empty()) return false;
+    const ContactMask& mask_a = parts_.masks[static_cast<std::size_t>(&a - m_.geometries.data())];
+    const ContactMask& mask_b = parts_.masks[static_cast<std::size_t>(&b - m_.geometries.data())];
+    if (((mask_a.type & mask_b.affinity) | (mask_b.type & mask_a.affinity)) == 0) return false;
+    const int group_a = parts_.group[at(a.body)], group_b = parts_.group[at(b.body)];
+    return group_a != group_b && !parts_.adjacent.contains({group_a, group_b}) && !parts_.adjacent.contains({group_b, group_a});
+  }
+
+  /// Links that a robot does not push with and objects.
+  bool may_push(const Geometry& a, const Geometry& b) const {
+    const Body &object = m_.bodies[at(a.body)], &link = m_.bodies[at(b.body)];
+    if (object.kind != BodyKind::Object || link.kind != BodyKind::Robot) return true;
+    const RobotSpec& robot = m_.scene.robots[at(link.owner)];
+    const std::string_view name = std::string_view(link.name).substr(robot.name.size() + 1);
+    return robot.push_with.empty() ||
+           std::any_of(robot.push_with.begin(), robot.push_with.end(), [&](const auto& pattern) { return matches_pattern(pattern, name); });
+  }
+
+  /// Links of one robot that overlap at rest are made so: they never touch.
+  bool overlap_at_rest(const Geometry& a, const Geometry& b, const Kinematics& rest) {
+    const Body &body_a = m_.bodies[at(a.body)], &body_b = m_.bodies[at(b.body)];
+    if (body_a.kind != BodyKind::Robot || body_b.kind != BodyKind::Robot || body_a.owner != body_b.owner) return false;
+    if (!overlap(a.shape, rest.X_WB[at(a.body)] * a.X_BG, b.shape, rest.X_WB[at(b.body)] * b.X_BG)) return false;
+    const std::string& robot = m_.robots[at(body_a.owner)].name;
+    const auto link = [&](const Body& body) { return std::string_view(body.name).substr(robot.size() + 1); };
+    auto& names = overlapping_[robot];
+    if (const std::string pair = fmt::format("{} and {}", link(body_a), link(body_b)); names.empty() || names.back() != pair)
+      names.push_back(pair);
+    return true;
+  }
+
+  Kinematics calc_rest() {
+    Eigen::VectorXd q = m_.neutral;
+    if (auto& rest = m_.scene.rest; !rest.empty()) {
+      const auto own = own_joint_values(m_.links, m_.n_vu, m_.n_a,
+                                        Eigen::Map<const Eigen::VectorXd>(rest.data(), static_cast<Eigen::Index>(rest.size())));
+      if (!own) core::require_size("rest", static_cast<long>(rest.size()), m_.n_a);
+      core::require_finite("rest", rest);
+      q.tail(m_.n_a) = *own;
+      rest.assign(own->begin(), own->end());
+    }
+    Kinematics out;
+    calc_kinematics(m_, q, out);
+    return out;
+  }
+
+  ModelParts& parts_;
+  Model::Impl& m_;
+  std::map<std::string, std::vector<std::string>> overlapping_{};  ///< pairs of links per robot
+};
+
+}  // namespace
+
+void add_pairs(ModelParts& parts) { PairFinder(parts).add_pairs(); }
+
+}  // namespace stiction::world

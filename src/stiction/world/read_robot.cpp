@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "stiction/world/mjcf.hpp"
+#include "stiction/world/read.hpp"
+#include "stiction/world/robot_tree.hpp"
+#include "stiction/world/scene_sections.hpp"
+#include "stiction/world/srdf.hpp"
+#include "stiction/world/urdf.hpp"
+
+namespace stiction::world {
+namespace {
+
+/// A map from names to numbers; `all_positive`: they are > 0, and one number stands for every name.
+std::vector<std::pair<std::string, double>> read_per_name(const YamlNode& node, std::string_view what, std::span<const std::string> known,
+                                                          bool all_positive) {
+  std::vector<std::pair<std::string, double>> out;
+  if (node.is_map()) {
+    for (const auto& [name, value] : node.entries()) {
+      if (std::find(known.begin(), known.end(), name) == known.end()) value.fail_unknown(what, name, known);
+      out.emplace_back(name, all_positive ? value.positive() : value.nonnegative());
+    }
+  } else if (all_positive) {
+    const double value = node.positive();
+    for (const auto& name : known) out.emplace_back(name, value);
+  } else {
+    node.fail(fmt::format("a map from {} to number", what));
+  }
+  return out;
+}
+
+/// One number for all joints, a list in their order, or a map for some; null for no limit.
+std::vector<std::pair<std::string, double>> read_efforts(const YamlNode& node, std::span<const std::string> joints) {
+  const auto effort = [](const YamlNode& value) {
+    return value.kind() == YamlNode::Kind::Null ? std::numeric_limits<double>::infinity() : value.positive();
+  };
+  std::vector<std::pair<std::string, double>> out;
+  if (node.is_map()) {
+    for (const auto& [name, value] : node.entries()) {
+      if (std::find(joints.begin(), joints.end(), name) == joints.end()) value.fail_unknown("joint", name, joints);
+      out.emplace_back(name, effort(value));
+    }
+  } else if (node.kind() == YamlNode::Kind::Sequence) {
+    const auto values = node.items(joints.size());
+    for (std::size_t i = 0; i < joints.size(); ++i) out.emplace_back(joints[i], effort(values[i]));
+  } else {
+    for (const auto& name : joints) out.emplace_back(name, effort(node));
+  }
+  return out;
+}
+
+/// What is said in the file of the robot and cannot be said again beside it.
+void require_urdf_keys(const YamlNode& node, bool mjcf) {
+  if (!mjcf) return;
+  for (const std::string_view key : {"urdf", "package_dirs", "friction", "convex_hulls", "convex_decomposition"}) {
+    if (node.has(key)) node.at(key).fail(fmt::format("{} beside mjcf", key), "it only for URDF robots");
+  }
+}
+
+/// The robot without what its own file says.
+RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {
+  node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "effort", "friction", "link_friction", "push_with",
+                    "convex_hulls", "convex_decomposition"});
+  RobotSpec robot;
+  robot.name = read_name(node);
+  const bool mjcf = node.has("mjcf");
+  require_urdf_keys(node, mjcf);
+  if (const auto dirs = node.find("package_dirs")) {
+    for (const YamlNode& dir : dirs->items()) robot.package_dirs.push_back(dir.file().parent_path() / dir.string());
+  }
+  robot.package_dirs.insert(robot.package_dirs.end(), package_dirs.begin(), package_dirs.end());
+  const YamlNode file = node.at(mjcf ? "mjcf" : "urdf");
+  const auto found = find_resource(file.string(), file.file().parent_path(), robot.package_dirs);
+  if (found.empty()) file.fail(fmt::format("'{}', which does not exist", file.string()), mjcf ? "an MJCF file" : "a URDF file");
+  (mjcf ? robot.mjcf : robot.urdf) = found;
+  if (const auto base = node.find("base")) robot.X_WBase = read_pose(*base);
+  robot.friction = node.nonnegative_or("friction", 1.0);
+  robot.convex_hulls = node.boolean_or("convex_hulls", false);
+  robot.decomposition = read_decomposition(node, "convex_hulls");
+  return robot;
+}
+
+/// Pairs that an SRDF file keeps from touching become filters; those of links that the robot has not are passed over.
+void add_srdf(const YamlNode& node, const RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
+  const auto file = find_resource(node.string(), node.file().parent_path(), robot.package_dirs);
+  if (file.empty()) node.fail(fmt::format("'{}', which does not exist", node.string()), "an SRDF file");
+  const auto known = [&](const std::string& link) { return std::find(links.begin(), links.end(), link) != links.end(); };
+  for (const auto& [a, b] : read_srdf(file)) {
+    if (known(a) && known(b))
+      scene.filters.push_back({fmt::format("{}/{}", robot.name, a), fmt::format("{}/{}", robot.name, b), std::nullopt});
+  }
+}
+
+}  // namespace
+
+void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene,
+                     std::vector<std::string>& names) {
+  RobotSpec robot = read_robot(node, package_dirs);
+  const RobotTree tree = read_robot_tree(robot);
+  std::vector<std::string> links;
+  for (const auto& link : tree.links) {
+    links.push_back(link.name);
+    names.push_back(fmt::format("{}/{}", robot.name, link.name));
+    for (const auto& collision : link.collisions) names.push_back(fmt::format("{}/{}/{}", robot.name, link.name, collision.name));
+  }
+  if (const auto stiffness = node.find("stiffness")) robot.stiffness = read_per_name(*stiffness, "joint", tree.movable_joints(), true);
+  if (const auto effort = node.find("effort")) robot.effort = read_efforts(*effort, tree.movable_joints());
+  if (const auto friction = node.find("link_friction")) robot.link_friction = read_per_name(*friction, "link", links, false);
+  if (const auto list = node.find("push_with")) {
+    for (const YamlNode& item : list->items()) {
+      robot.push_with.push_back(item.string());
+      const auto matches = [&](const std::string& link) { return matches_pattern(robot.push_with.back(), link); };
+      if (std::none_of(links.begin(), links.end(), matches)) item.fail_unknown("link", robot.push_with.back(), links);
+    }
+    if (robot.push_with.empty()) list->fail("an empty list", "the links that may touch objects");
+  }
+  if (const auto srdf = node.find("srdf")) add_srdf(*srdf, robot, links, scene);
+  if (robot.mjcf.empty())
+    scene.robots.push_back(std::move(robot));
+  else
+    add_mjcf(scene, robot);
+}
+
+}  // namespace stiction::world

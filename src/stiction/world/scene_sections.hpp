@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stiction/world/scene.hpp"
+#include "stiction/world/yaml.hpp"
+
+namespace stiction::world {
+
+// Entries of the lists in a scene file. All of them @throws core::InvalidInput with file, line and field.
+
+/// Key `name`.
+std::string read_name(const YamlNode& node);
+/// Key `convex_decomposition`, not together with the key of a hull.
+std::optional<Decomposition> read_decomposition(const YamlNode& node, std::string_view hull_key);
+/// A centre of mass within rounding of the origin is there.
+void round_center(ObjectSpec& object);
+/// An entry of `objects`.
+ObjectSpec read_object(const YamlNode& node);
+/// Adds an entry of `robots`, with what else its file brings, to the scene. @param names  of bodies and geometries, grows
+void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene,
+                     std::vector<std::string>& names);
+
+}  // namespace stiction::world
