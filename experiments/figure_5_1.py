@@ -24,7 +24,7 @@ def run_laws(result: Result) -> None:
     ours, free = runs["contact_aware"], runs["unconstrained"]
     holds = ours["settled_peak"] < 1.2 * LAMBDA_MAX < free["settled_peak"]
     result.add(f"settled force within 1.2 λ_max = {1.2 * LAMBDA_MAX:g} N", "contact-aware only", "contact-aware" if holds else "otherwise", holds)
-    result.add("largest force at any time, contact-aware over unconstrained", "–", number(ours["peak_force"] / free["peak_force"]), ours["peak_force"] <= free["peak_force"])
+    result.add("largest force at any time, contact-aware over unconstrained", "–", number(ours["peak_force"] / free["peak_force"]), ours["peak_force"] <= free["peak_force"] * (1 + 1e-9))  # the same impact, but for rounding
 
     figure, axes = plt.subplots(figsize=(6.4, 2.8))
     for law, name in reversed(LAWS.items()):

@@ -6,6 +6,8 @@
 NB_MODULE(_core, m) {
   namespace nb = nanobind;
   using stiction::core::Status;
+  nb::set_leak_warnings(
+      false);  // what threads of an interrupted program hold is freed with the process, and is no fault of who interrupts it
   m.doc() = "Robot motion through contact.";
   m.def("version", &stiction::core::version, "of the library, as MAJOR.MINOR.PATCH");
   nb::exception<stiction::core::InvalidInput>(m, "InvalidInput", PyExc_ValueError);
