@@ -9,8 +9,8 @@
 #include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/run.hpp"
+#include "stiction/execution/run_timing.hpp"
 #include "stiction/execution/simulated_plant.hpp"
-#include "stiction/planning/trajectory.hpp"
 #include "stiction/tasks/lint.hpp"
 
 namespace stiction::app {
@@ -79,7 +79,7 @@ execution::OutsidePush parse_push(const std::string& text, int object) {
 
 Eigen::VectorXd start_of(const Given& given) {
   if (!given.file) return given.task.problem.q_start;
-  return planning::make_trajectory(*given.task.model, given.plan, {}).q.col(0);
+  return execution::start_of(*given.task.model, given.plan);
 }
 
 /// The plant, and what the page needs of every look.

@@ -9,8 +9,8 @@
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/execution/run.hpp"
+#include "stiction/execution/run_timing.hpp"
 #include "stiction/execution/simulated_plant.hpp"
-#include "stiction/planning/trajectory.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {
@@ -58,7 +58,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   if (given) {
     plan = tasks::to_plan(model, (*given)->file);
     task.problem.goal = plan.goal;
-    q_start = planning::make_trajectory(model, plan, {}).q.col(0);
+    q_start = execution::start_of(model, plan);
   }
   const int object = task.problem.goal.object;
   RunOptions how;

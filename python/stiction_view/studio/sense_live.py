@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import queue
-import signal
 import sys
 import time
 from collections.abc import Callable
@@ -24,9 +23,10 @@ from ..camera import choose_view
 from ..drawing import Drawing, light, look
 from ..sense import EXPLAINS, MAX_OTHERS, OTHER, TRUTH
 from .picture import Pictures
+from .program import add_address, announce, end_on_sigterm, run_until_interrupted
 from .scenario import VERDICTS
+from .server import serving
 
-DONE, BAD_INPUT = 0, 2
 REST = 1.0  # [s] between the last moment and the first again
 POKE = 1.5  # [s] for which a push by a click stays
 LOW, HIGH = np.array([206.0, 24.0, 74.0]), np.array([232.0, 234.0, 238.0])  # colours of a residual of 0 and of all the torques
@@ -219,28 +219,18 @@ class Live:
 def main() -> int:
     parser = argparse.ArgumentParser(prog="stiction sense --live", description="Shows in the browser where a robot is touched, moment by moment.")
     parser.add_argument("scenario", help="scenario (name or file)")
-    parser.add_argument("--host", default="127.0.0.1", help="address that is listened on (default: %(default)s)")
-    parser.add_argument("--port", type=int, default=8080, help="its port, 0 for any that is free (default: %(default)s)")
+    add_address(parser)
     args = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    end_on_sigterm()
 
-    from .server import LOOPBACK, PortTaken, serving
-
-    try:
+    def show() -> None:
         scenario = st.load_sensing_scenario(args.scenario)
         with serving(args.host, args.port) as server:
             live = Live(server, scenario)
-            shown = "localhost" if args.host == LOOPBACK else args.host
-            print(f"http://{shown}:{server.get_port()}   (Ctrl-C ends)", flush=True)
-            if args.host != LOOPBACK:
-                print("stiction: warning: whoever reaches this address can use the page; it has no password", file=sys.stderr, flush=True)
+            announce(server, args.host)
             live.run()
-    except KeyboardInterrupt:
-        return DONE
-    except (PortTaken, st.InvalidInput) as error:
-        print(f"stiction: {error}", file=sys.stderr)
-        return BAD_INPUT
-    return DONE
+
+    return run_until_interrupted(show, st.InvalidInput)
 
 
 if __name__ == "__main__":

@@ -10,11 +10,7 @@ from collections.abc import Iterator
 
 import viser
 
-LOOPBACK = "127.0.0.1"
-
-
-class PortTaken(OSError):
-    """The message says which, and what to do."""
+from .program import PortTaken
 
 
 def check_port(host: str, port: int) -> None:

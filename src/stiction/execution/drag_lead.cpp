@@ -39,7 +39,10 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
 }
 
 DragLead::DragLead(std::shared_ptr<const world::Model> model)
-    : model_(std::move(model)), stiff_(make_stiff(*model_)), drag_(*model_, model_->neutral(), planning::kRestTime), work_(stiff_) {}
+    : model_(std::move(model)),
+      drag_(*model_, model_->neutral(), planning::kRestTime),
+      stiff_(drag_.acts() ? make_stiff(*model_) : model_),
+      work_(stiff_) {}
 
 bool DragLead::follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const {
   const auto norm = [&](const Eigen::VectorXd& x) { return x.dot(drag_.damping().cwiseProduct(x)); };

@@ -35,8 +35,9 @@ class DragLead {
   bool follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const;
   double speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const;
 
-  std::shared_ptr<const world::Model> model_, stiff_;
+  std::shared_ptr<const world::Model> model_;
   planning::Drag drag_;
+  std::shared_ptr<const world::Model> stiff_;  ///< the robot of (E.17); model_ where nothing is damped, for which it would be read in vain
   dynamics::StepWorkspace work_;
   dynamics::StepResult result_;
 };

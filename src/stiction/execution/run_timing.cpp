@@ -232,4 +232,6 @@ Trajectory make_trajectory(const Model& model, const planning::Plan& plan, doubl
   return make_trajectory(model, plan, calc_run_speeds(model, plan.goal.object, speed), &lead, pause);
 }
 
+Eigen::VectorXd start_of(const Model& model, const planning::Plan& plan) { return planning::make_trajectory(model, plan, {}).q.col(0); }
+
 }  // namespace stiction::execution

@@ -8,9 +8,10 @@
 
 namespace stiction::execution {
 
-/// A plan in time at these speeds, without pauses: every piece as fast as speeds and accelerations let it, regrasps from and to the speed of pushes, pushes of
+/// A plan in time at these speeds: every piece as fast as speeds and accelerations let it, regrasps from and to the speed of pushes, pushes of
 /// what is damped from rest to rest and with their commands ahead of the plan by what the damping takes.                              (E.18), (E.13), (E.17)
-/// @param lead  of the model; null: commands are those of the plan
+/// @param lead   of the model; null: commands are those of the plan
+/// @param pause  commands rest this long between pieces [s], ≥ 0
 /// @throws core::InvalidInput as planning::make_trajectory()
 /// Tests: tests/execution/run_timing_test.cpp
 planning::Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const RunSpeeds& speeds,
@@ -18,7 +19,10 @@ planning::Trajectory make_trajectory(const world::Model& model, const planning::
 
 /// … at the speeds that follow from the object of its goal and from the motors, and with that lead: what a robot is given that knows nothing of the object.
 /// @param speed  times those of pushes, > 0
-/// @param pause  commands rest this long between pieces [s], ≥ 0
 planning::Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, double speed = 1, double pause = 0);
+
+/// Where carrying a plan out begins: at the end of settling (n_q).
+/// @throws core::InvalidInput as planning::make_trajectory()
+Eigen::VectorXd start_of(const world::Model& model, const planning::Plan& plan);
 
 }  // namespace stiction::execution
