@@ -16,7 +16,7 @@ using core::Status;
 constexpr int kMaxHalvings = 4;
 /// With Coulomb's law a command that is cut may lead to another solution, in which another motor saturates.
 constexpr int kMostCuts = 8;
-/// Commands that differ by less than this of what strains the spring are one: what a step is exact to.
+/// Commands that differ by less than this of what strains the spring make the same step: what a step is exact to. It is not computed anew.
 constexpr double kSameCommand = 5e-4;
 
 /// Largest μ·slip: what friction counts for, an object on a slippery floor may go far in a sub-step.
@@ -58,9 +58,8 @@ Status step_within_efforts(const world::Model& model, VectorRef q, Eigen::Vector
     for (int j = 0; j < model.n_a(); ++j) {
       if (!out.saturated[static_cast<std::size_t>(j)]) continue;
       const double strain = out.torque[j] / model.stiffness()[j], within = out.q_next[model.n_qu() + j] + strain;
-      if (std::abs(within - u[j]) <= kSameCommand * std::abs(strain)) continue;
-      u[j] = within;
-      cut = true;
+      cut |= std::abs(within - u[j]) > kSameCommand * std::abs(strain);
+      u[j] = within;  // the motor gives the same with either
     }
     if (!cut) return status;
     if (round == kMostCuts) return Status::NumericalFailure;
