@@ -17,7 +17,7 @@ def name_of(row: dict) -> str:
 def run(quick: bool) -> Result:
     rows = touch.measure("sensing_contacts", "4" if quick else "40", "--json")
     result = Result(
-        f"{rows[0]['cases']} random cases a row: forces of 10 N (μ = 1, n_d = 4) at points uniform by area on as many different links, random postures, "
+        f"{rows[0]['cases']} random cases a row, three times as many where two contacts may be isolated: forces of 10 N (μ = 1, n_d = 4) at points uniform by area on as many different links, random postures, "
         "500 samples on each link. *All found*: a set that explains the torques has every contact within 1 cm (5 cm). *Right links*: one has them on the right links. *Isolated*: the known "
         "contacts have no freedom left by rank, and how many of these are found within 1 cm; *ambiguous*: the answer is said to be. The wrench is measured with five times the noise "
         "of a torque in its forces, per metre. The thesis has single contacts only.",

@@ -175,7 +175,7 @@ TEST(Residual, Gradient_MatchesCentralDifferences) {
 
 TEST(Residual, Batch_IsThatOfEachSample) {
   core::Random random(6, 0);
-  for (const int rays : {0, 3, 4, 7}) {
+  for (const int rays : {0, 3, 4, 7, 8, 64}) {
     const RandomContact c(random, 6, 7, 0.2);
     const LinkTorque link = c.link();
     const FrictionCone cone(0.7, rays);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <utility>
 
 #include "sensing/robots.hpp"
 #include "stiction/contact/triangle.hpp"
@@ -33,19 +34,34 @@ Matrix3Xd random_triangles(core::Random& random, int n) {
 
 TEST(TriangleTree, ClosestPoint_IsThatOfAllTriangles) {
   core::Random random(1, 0);
-  const Matrix3Xd corners = random_triangles(random, 500);
-  const TriangleTree tree(corners);
-  for (int i = 0; i < 500; ++i) {
-    const Vector3d p = random_vector(random, 1.5);
-    double least = std::numeric_limits<double>::infinity();
-    for (int t = 0; t < 500; ++t)
-      least = std::min(
-          least, (contact::nearest_on_triangle(p, corners.col(3 * t), corners.col(3 * t + 1), corners.col(3 * t + 2)) - p).squaredNorm());
-    const TriangleTree::Closest found = tree.closest(p);
-    EXPECT_EQ(found.squared_distance, least);
-    EXPECT_EQ(tree.closest(p, random.index(500)).squared_distance, least) << "a guess changes no distance";
-    EXPECT_EQ((found.point - p).squaredNorm(), least);
+  for (const int n : {1, 2, 3, 4, 5, 8, 9, 17, 500}) {
+    const Matrix3Xd corners = random_triangles(random, n);
+    const TriangleTree tree(corners);
+    for (int i = 0; i < 500; ++i) {
+      const Vector3d p = random_vector(random, 1.5);
+      double least = std::numeric_limits<double>::infinity();
+      for (int t = 0; t < n; ++t)
+        least = std::min(
+            least, (contact::nearest_on_triangle(p, corners.col(3 * t), corners.col(3 * t + 1), corners.col(3 * t + 2)) - p).squaredNorm());
+      const TriangleTree::Closest found = tree.closest(p);
+      EXPECT_EQ(found.squared_distance, least);
+      EXPECT_EQ(tree.closest(p, random.index(n)).squared_distance, least) << "a guess changes no distance";
+      EXPECT_EQ((found.point - p).squaredNorm(), least);
+    }
   }
+  EXPECT_EQ(TriangleTree(Matrix3Xd(3, 0)).closest(Vector3d::Zero()).triangle, -1);
+}
+
+TEST(TriangleTree, RayInThePlaneOfABoxSide_IsNotLost) {
+  // Rows of triangles between z = 0 and 1: their boxes begin and end where rays along x pass.
+  Matrix3Xd corners(3, 3 * 40);
+  for (int t = 0; t < 40; ++t) corners.middleCols<3>(3 * t) << t, t, t, 0, 2, 0, 0, 0, 1;
+  const TriangleTree tree(corners);
+  for (const double sign : {1.0, -1.0})
+    for (const auto& [y, z] : {std::pair{0.5, 0.0}, {0.0, 0.5}, {0.0, 1.0}, {2.0, 0.0}})
+      for (const double zero : {0.0, -0.0})
+        EXPECT_TRUE(tree.is_hit(Vector3d(sign > 0 ? -1 : 41, y, z), Vector3d(sign, zero, zero))) << sign << " at " << y << ", " << z;
+  EXPECT_FALSE(tree.is_hit(Vector3d(-1, 0.5, 1.1), Vector3d(1, 0, 0)));
 }
 
 TEST(TriangleTree, ClosestOnTriangle_SatisfiesTheVariationalInequality) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -146,32 +147,72 @@ class Search {
     for (Index j = 0; j < rank_; ++j) out.noalias() -= (M * work_.span.col(j)).lazyProduct(work_.span.col(j).transpose());
   }
 
-  /// Adds to a set, on every link, the `most` samples that leave least when its own forces may have any value.
-  void extend(const ContactSet& set, int most) {
+  /// What is left of the torques, and of what a link can add to them, when forces at the points of a set may have any value.
+  void hold(const ContactSet& set) {
     fill_span(set);
     work_.tau = work_.rows.tau;
     for (Index j = 0; j < rank_; ++j) work_.tau -= work_.span.col(j).dot(work_.tau) * work_.span.col(j);
-    for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link) {
-      const SampleBatch& batch = sensor_.links()[at(link)].batch;
-      project(work_.rows.J_w[at(link)], work_.J_w);
-      project(work_.rows.J_v[at(link)], work_.J_v);
-      work_.torque.assign(work_.J_w, work_.J_v, work_.tau, work_.scratch);
-      work_.torque.prior = problem_.prior;
-      calc_residuals(work_.torque, batch, options_.sense.cone, work_.residuals);
-      work_.order.clear();
-      for (int i = 0; i < static_cast<int>(batch.size); ++i) work_.order.push_back(i);
-      const auto n = std::min(work_.order.size(), static_cast<std::size_t>(most));
-      std::partial_sort(work_.order.begin(), work_.order.begin() + static_cast<std::ptrdiff_t>(n), work_.order.end(),
-                        [&](int a, int b) { return std::pair(work_.residuals[a], a) < std::pair(work_.residuals[b], b); });
-      for (std::size_t i = 0; i < n; ++i) {
+  }
+
+  /// The `most` samples of a link that leave least (Y.10a) beside what is held, to work_.order, the best first.
+  std::span<const int> find_samples(int link, int most) {
+    const SampleBatch& batch = sensor_.links()[at(link)].batch;
+    project(work_.rows.J_w[at(link)], work_.J_w);
+    project(work_.rows.J_v[at(link)], work_.J_v);
+    work_.torque.assign(work_.J_w, work_.J_v, work_.tau, work_.scratch);
+    work_.torque.prior = problem_.prior;
+    calc_residuals(work_.torque, batch, options_.sense.cone, work_.residuals);
+    work_.order.clear();
+    for (int i = 0; i < static_cast<int>(batch.size); ++i) work_.order.push_back(i);
+    const auto n = std::min(work_.order.size(), static_cast<std::size_t>(most));
+    std::partial_sort(work_.order.begin(), work_.order.begin() + static_cast<std::ptrdiff_t>(n), work_.order.end(),
+                      [&](int a, int b) { return std::pair(work_.residuals[a], a) < std::pair(work_.residuals[b], b); });
+    return {work_.order.data(), n};
+  }
+
+  void evaluate_anew(ContactSet& set) {
+    work_.joint.active_set.forget();
+    evaluate(problem_, work_.joint, set);
+  }
+
+  /// Adds to a set, on every link, the `most` samples that leave least when its own forces may have any value.
+  void extend(const ContactSet& set, int most) {
+    hold(set);
+    for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link)
+      for (const int sample : find_samples(link, most)) {
         ContactSet larger = set;
-        larger.contacts[at(larger.count++)] = sample_point(link, work_.order[i]);
+        larger.contacts[at(larger.count++)] = sample_point(link, sample);
         arrange(larger);
-        work_.joint.active_set.forget();
-        evaluate(problem_, work_.joint, larger);
+        evaluate_anew(larger);
         work_.grown.push_back(larger);
       }
+  }
+
+  /// From where a descent ended that explains almost, which is at a crease of a surface more often than in a hollow: one contact after the
+  /// other goes to the best sample of its link beside the others, and all descend again, as long as that lowers the objective.
+  void restart(ContactSet& set) {
+    constexpr int kRounds = 3;
+    constexpr double kAlmost = 30;  // times what of the torques an explanation may leave
+    bool lower = set.objective <= kAlmost * kAlmost * out_.explained;
+    for (int round = 0; round < kRounds && lower && set.objective > out_.explained; ++round) {
+      lower = false;
+      for (int i = 0; i < set.count; ++i) {
+        ContactSet next = set;
+        std::swap(next.contacts[at(i)], next.contacts[at(--next.count)]);
+        hold(next);
+        const int link = set.contacts[at(i)].link;
+        next = set;
+        next.contacts[at(i)] = sample_point(link, find_samples(link, 1)[0]);
+        descend_joint(next);
+        if (next.objective < set.objective) set = next, lower = true;
+      }
     }
+  }
+
+  void descend_joint(ContactSet& set) {
+    ++out_.descents;
+    work_.joint.active_set.forget();
+    descend(problem_, options_.descent, out_.explained, work_.joint, set);
   }
 
   /// By link, then by place, so that a set has one name.
@@ -196,24 +237,27 @@ class Search {
     std::sort(work_.grown.begin(), work_.grown.end(), [](const ContactSet& a, const ContactSet& b) {
       return std::pair(links_of(a), rank_of(a)) < std::pair(links_of(b), rank_of(b));
     });
-    std::size_t begin = 0, tried = 0;
-    for (std::size_t i = 0; i < work_.grown.size(); ++i) {
-      if (i > 0 && links_of(work_.grown[i]) != links_of(work_.grown[i - 1])) begin = i, tried = 0;
-      if (tried == at(options_.descents)) continue;
-      const auto repeats = [&](const ContactSet& other) { return is_near(work_.grown[i], other, options_.sense.thin); };
-      if (std::any_of(work_.grown.begin() + static_cast<std::ptrdiff_t>(begin),
-                      work_.grown.begin() + static_cast<std::ptrdiff_t>(begin + tried), repeats))
-        continue;
-      std::swap(work_.grown[begin + tried++], work_.grown[i]);
-      descend_from(work_.grown[begin + tried - 1], count);
+    for (auto begin = work_.grown.begin(); begin != work_.grown.end();) {
+      const auto end = std::find_if(begin, work_.grown.end(), [&](const ContactSet& s) { return links_of(s) != links_of(*begin); });
+      refine_combination({begin, end}, count);
+      begin = end;
+    }
+  }
+
+  void refine_combination(std::span<ContactSet> sets, int count) {
+    std::size_t tried = 0;
+    for (std::size_t i = 0; i < sets.size() && tried < at(options_.descents); ++i) {
+      const auto repeats = [&](const ContactSet& other) { return is_near(sets[i], other, options_.sense.thin); };
+      if (std::any_of(sets.begin(), sets.begin() + static_cast<std::ptrdiff_t>(tried), repeats)) continue;
+      std::swap(sets[tried], sets[i]);
+      descend_from(sets[tried++], count);
     }
   }
 
   void descend_from(const ContactSet& start, int count) {
-    ++out_.descents;
     ContactSet set = start;
-    work_.joint.active_set.forget();
-    descend(problem_, options_.descent, out_.explained, work_.joint, set);
+    descend_joint(set);
+    restart(set);
     for (int i = 0; i < count; ++i)
       if (set.contacts[at(i)].f_L.isZero(0)) return;  // fewer contacts do as well
     arrange(set);

@@ -33,11 +33,18 @@ bool is_explained(const DescentProblem& problem, double residual) {
   return residual <= problem.tolerance * problem.tolerance * problem.torque.tau_tau;
 }
 
+/// Whether two steps, a → b → c, lead back to where the first began, by so far that all steps that are allowed would add up to less than one: two facets
+/// that send the point to each other.
+bool returns(const ContactPoint& a, const ContactPoint& b, const ContactPoint& c, int max_steps) {
+  return a.triangle == c.triangle && max_steps * (c.p_L - a.p_L).norm() < (c.p_L - b.p_L).norm();
+}
+
 }  // namespace
 
 bool descend(const DescentProblem& problem, const SteepestDescent& options, ContactPoint& point) {
   const double size = problem.link.surface.size, start = point.residual;
   const double least_gradient = options.tol_gradient * problem.torque.tau_tau / size;
+  ContactPoint before = point;
   for (int step = 0; step < options.max_steps; ++step) {
     if (is_explained(problem, point.residual)) return point.residual < start || step == 0;
     const Vector3d gradient = 0.5 * calc_gradient(problem.torque, point.p_L, point.f_L);  // of l/2, as in the thesis's figures
@@ -59,6 +66,8 @@ bool descend(const DescentProblem& problem, const SteepestDescent& options, Cont
     }
     const ContactPoint next = retract(problem, point.p_L - a * t, point.triangle);
     if ((next.p_L - (point.p_L - a * t)).norm() > options.max_step * size) return false;  // left the surface
+    if (step > 0 && returns(before, point, next, options.max_steps)) return false;
+    before = point;
     point = next;
   }
   return false;

@@ -21,6 +21,7 @@ FrictionCone::FrictionCone(double friction, int rays) : friction_(friction), lor
     lorentz_ = false;
     rays_ = Vector3d::UnitX();
     facets_.resize(3, 0);
+    fill_facet_rays();
     return;
   }
   rays_.resize(3, rays);
@@ -30,6 +31,13 @@ FrictionCone::FrictionCone(double friction, int rays) : friction_(friction), lor
     rays_.col(i) = Vector3d(1, friction * std::cos(angle), friction * std::sin(angle)).normalized();
   }
   for (int i = 0; i < rays; ++i) facets_.col(i) = Vector3d(rays_.col(i)).cross(Vector3d(rays_.col((i + 1) % rays)));
+  fill_facet_rays();
+}
+
+void FrictionCone::fill_facet_rays() {
+  const Eigen::Index n = rays_.cols();
+  facet_rays_.resize(6, (n + 3) / 4 * 4);
+  for (Eigen::Index i = 0; i < facet_rays_.cols(); ++i) facet_rays_.col(i) << rays_.col(i % n), rays_.col((i + 1) % n);
 }
 
 bool FrictionCone::contains(const Vector3d& f, double slack) const {

@@ -20,14 +20,18 @@ class FrictionCone {
   double friction() const { return friction_; }
   int rays() const { return static_cast<int>(rays_.cols()); }
   bool is_lorentz() const { return lorentz_; }
-  const Eigen::Matrix3Xd& ray_matrix() const { return rays_; }        ///< V_C (3 × n_d)
-  const Eigen::Matrix3Xd& facet_normals() const { return facets_; }   ///< inward, of the facet between rays i and i + 1 (3 × n_d)
+  const Eigen::Matrix3Xd& ray_matrix() const { return rays_; }       ///< V_C (3 × n_d)
+  const Eigen::Matrix3Xd& facet_normals() const { return facets_; }  ///< inward, of the facet between rays i and i + 1 (3 × n_d)
+  /// Rays i and, in rows 3 to 5, i + 1: the facets, in columns that are a multiple of four as the first ones come again (6 × …).
+  const Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>& facet_rays() const { return facet_rays_; }
   bool contains(const Eigen::Vector3d& f_C, double slack = 0) const;  ///< slack [-]: share of ‖f‖ by which a bound may be missed
 
  private:
   double friction_;
   bool lorentz_;
   Eigen::Matrix3Xd rays_, facets_;
+  Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor> facet_rays_;
+  void fill_facet_rays();
 };
 
 /// R_LC with columns k = −n, t₁ ∝ (k_y, −k_x, 0), t₂ = k × t₁; where k is along z, t₁ ∝ (0, k_z, −k_y).

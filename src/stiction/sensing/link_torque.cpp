@@ -17,17 +17,18 @@ void LinkTorque::assign(const Matrix3Xd& J_w, const Matrix3Xd& J_v, VectorRef ta
   tau_tau = tau.squaredNorm();
 
   // Modified Gram–Schmidt, with the right-hand side as the last column as stable as Householder's reflections (Björck 1967).
-  scratch.resize(tau.size(), kSize);
+  constexpr int kColumns = 7;
+  scratch.resize(tau.size(), kColumns);
   scratch << J_w.transpose(), J_v.transpose(), tau;
-  Eigen::Matrix<double, 1, kSize> lengths = scratch.colwise().norm();
+  Eigen::Matrix<double, 1, kColumns> lengths = scratch.colwise().norm();
   const double rounding = 10 * static_cast<double>(tau.size()) * std::numeric_limits<double>::epsilon();
-  Eigen::Matrix<double, kSize, kSize> R = Eigen::Matrix<double, kSize, kSize>::Zero();
-  for (int k = 0; k < kSize; ++k) {
+  Eigen::Matrix<double, kSize, kColumns> R = Eigen::Matrix<double, kSize, kColumns>::Zero();
+  for (int k = 0; k < kColumns; ++k) {
     const double length = scratch.col(k).norm();
     if (length <= rounding * lengths[k]) continue;  // in the span of those before
     R(k, k) = length;
     scratch.col(k) /= length;
-    for (int j = k + 1; j < kSize; ++j) {
+    for (int j = k + 1; j < kColumns; ++j) {
       R(k, j) = scratch.col(k).dot(scratch.col(j));
       scratch.col(j) -= R(k, j) * scratch.col(k);
     }

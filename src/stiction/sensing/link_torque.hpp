@@ -14,7 +14,7 @@ using VectorRef = world::VectorRef;
 /// with J_w, J_v (3 × n_a) the angular velocity of L and the velocity of its origin. Lengths in the space of torques need only the
 /// triangular factor of [J_wᵀ J_vᵀ τ] = Q R and the products of its columns, so that no cost depends on the number of joints.
 struct LinkTorque {
-  static constexpr int kSize = 7;
+  static constexpr int kSize = 8;            ///< rows of R, the last of them zeros so that they fill registers of four numbers
   Eigen::Matrix<double, kSize, 3> R_w, R_v;  ///< J_wᵀ, J_vᵀ
   Eigen::Matrix<double, kSize, 1> R_tau;     ///< τ
   Eigen::Matrix3d ww, wv, vv;                ///< J_w J_wᵀ [-], J_w J_vᵀ [m], J_v J_vᵀ [m²]

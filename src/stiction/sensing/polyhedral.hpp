@@ -1,12 +1,11 @@
 #pragma once
 
+#include "stiction/sensing/four.hpp"
 #include "stiction/sensing/friction_cone.hpp"
 
-// The minimisation over a polyhedral cone, for one number (double) or four (a vector type) at a time. No branches on values.
+// The minimisation over a polyhedral cone: of four problems at a time, or of one with four rays and facets at a time. No branches on values.
 
 namespace stiction::sensing::detail {
-
-using V4 = double __attribute__((vector_size(32)));
 
 /// Symmetric 3 × 3, by rows.
 template <class T>
@@ -26,21 +25,30 @@ T splat(double x) {
   return x - T{};
 }
 
-template <class T>
-void dot_ray(const Symmetric<T>& A, const double* v, T out[3]) {
+/// A face is left out where the torques of its rays are so nearly dependent that rounding would decide. What that costs is of the
+/// same size, because the cone of these torques is then as thin: its angle is the root of the determinant.
+constexpr double kRounding = 1e-12;
+
+template <class T, class Ray>
+void dot_ray(const Symmetric<T>& A, const Ray* v, T out[3]) {
   out[0] = A.xx * v[0] + A.xy * v[1] + A.xz * v[2];
   out[1] = A.xy * v[0] + A.yy * v[1] + A.yz * v[2];
   out[2] = A.xz * v[0] + A.yz * v[1] + A.zz * v[2];
 }
 
+template <class Ray>
+V4 dot(const V4* u, const Ray* v) {
+  return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+}
+
 /// Keeps (gain, f, face) where `better`.
 template <class T, class Mask>
-void keep(Mask better, T gain, T f0, T f1, T f2, double face, Minimum<T>& best) {
+void keep(Mask better, T gain, T f0, T f1, T f2, T face, Minimum<T>& best) {
   best.gain = better ? gain : best.gain;
   best.f[0] = better ? f0 : best.f[0];
   best.f[1] = better ? f1 : best.f[1];
   best.f[2] = better ? f2 : best.f[2];
-  best.face = better ? splat<T>(face) : best.face;
+  best.face = better ? face : best.face;
 }
 
 /// f = A⁻¹ a where A is regular and f in the cone. LDLᵀ without pivots, which is backward stable for A ⪰ 0.
@@ -59,14 +67,12 @@ void try_interior(const Symmetric<T>& A, const T a[3], const FrictionCone& cone,
   const T linear = a[0] * f0 + a[1] * f1 + a[2] * f2;
   const T square = f0 * (A.xx * f0 + 2 * (A.xy * f1 + A.xz * f2)) + f1 * (A.yy * f1 + 2 * A.yz * f2) + A.zz * f2 * f2;
   const T gain = 2 * linear - square;
-  keep(good & (gain > best.gain), gain, f0, f1, f2, 2.0 * cone.rays(), best);
+  keep(good & (gain > best.gain), gain, f0, f1, f2, splat<T>(2.0 * cone.rays()), best);
 }
 
-template <class T>
-Minimum<T> minimize(const Symmetric<T>& A, const T a[3], const FrictionCone& cone) {
-  // A face is left out where the torques of its rays are so nearly dependent that rounding would decide. What that costs is of the
-  // same size, because the cone of these torques is then as thin: its angle is the root of the determinant.
-  constexpr double kRounding = 1e-12;
+/// Four problems.
+inline Minimum<V4> minimize(const Symmetric<V4>& A, const V4 a[3], const FrictionCone& cone) {
+  using T = V4;
   const T zero{};
   Minimum<T> best{zero, {zero, zero, zero}, splat<T>(-1)};
   const T smallest = kRounding * (A.xx + A.yy + A.zz);
@@ -84,15 +90,46 @@ Minimum<T> minimize(const Symmetric<T>& A, const T a[3], const FrictionCone& con
     const T q_j = v[0] * Av[0] + v[1] * Av[1] + v[2] * Av[2];
     const T c_j = v[0] * a[0] + v[1] * a[1] + v[2] * a[2];
     const T x = c_j / q_j;
-    keep((q_j > smallest) & (c_j > zero) & (c_j * x > best.gain), T(c_j * x), T(x * v[0]), T(x * v[1]), T(x * v[2]), j, best);
+    keep((q_j > smallest) & (c_j > zero) & (c_j * x > best.gain), T(c_j * x), T(x * v[0]), T(x * v[1]), T(x * v[2]), splat<T>(j), best);
     const T det = q_i * q_j - q_ij * q_ij;
     const T x_i = (q_j * c_i - q_ij * c_j) / det, x_j = (q_i * c_j - q_ij * c_i) / det;
     const T gain = 2 * (c_i * x_i + c_j * x_j) - (x_i * (q_i * x_i + 2 * q_ij * x_j) + x_j * x_j * q_j);
     keep((det > kRounding * q_i * q_j) & (x_i >= zero) & (x_j >= zero) & (gain > best.gain), gain, T(x_i * u[0] + x_j * v[0]),
-         T(x_i * u[1] + x_j * v[1]), T(x_i * u[2] + x_j * v[2]), n + i, best);
+         T(x_i * u[1] + x_j * v[1]), T(x_i * u[2] + x_j * v[2]), splat<T>(n + i), best);
     q_i = q_j;
     c_i = c_j;
   }
+  if (cone.facet_normals().cols() > 0) try_interior(A, a, cone, smallest, best);
+  return best;
+}
+
+/// One problem: the edge of each ray and the facet to the next one, four at a time.
+inline Minimum<double> minimize(const Symmetric<double>& A, const double a[3], const FrictionCone& cone) {
+  const V4 zero{};
+  Minimum<V4> lanes;  // filled one by one: in braces the compiler clears it through memory
+  lanes.gain = lanes.f[0] = lanes.f[1] = lanes.f[2] = zero;
+  lanes.face = splat<V4>(-1);
+  const double smallest = kRounding * (A.xx + A.yy + A.zz);
+  const Symmetric<V4> A4{splat<V4>(A.xx), splat<V4>(A.xy), splat<V4>(A.xz), splat<V4>(A.yy), splat<V4>(A.yz), splat<V4>(A.zz)};
+  const int n = cone.rays();
+  for (Eigen::Index first = 0; first < n; first += 4) {
+    const auto row = [&](int r) { return load(&cone.facet_rays()(r, first)); };
+    const V4 u[3] = {row(0), row(1), row(2)}, v[3] = {row(3), row(4), row(5)}, index = V4{0, 1, 2, 3} + static_cast<double>(first);
+    V4 Au[3], Av[3];
+    dot_ray(A4, u, Au);
+    dot_ray(A4, v, Av);
+    const V4 q_i = dot(u, Au), q_ij = dot(v, Au), q_j = dot(v, Av), c_i = dot(u, a), c_j = dot(v, a);
+    const V4 x = c_i / q_i;
+    keep((q_i > smallest) & (c_i > zero) & (c_i * x > lanes.gain), V4(c_i * x), V4(x * u[0]), V4(x * u[1]), V4(x * u[2]), index, lanes);
+    const V4 det = q_i * q_j - q_ij * q_ij;
+    const V4 x_i = (q_j * c_i - q_ij * c_j) / det, x_j = (q_i * c_j - q_ij * c_i) / det;
+    const V4 gain = 2 * (c_i * x_i + c_j * x_j) - (x_i * (q_i * x_i + 2 * q_ij * x_j) + x_j * x_j * q_j);
+    keep((det > kRounding * q_i * q_j) & (x_i >= zero) & (x_j >= zero) & (gain > lanes.gain), gain, V4(x_i * u[0] + x_j * v[0]),
+         V4(x_i * u[1] + x_j * v[1]), V4(x_i * u[2] + x_j * v[2]), V4(n + index), lanes);
+  }
+  int lane = 0;
+  for (int k = 1; k < 4; ++k) lane = lanes.gain[k] > lanes.gain[lane] ? k : lane;
+  Minimum<double> best{lanes.gain[lane], {lanes.f[0][lane], lanes.f[1][lane], lanes.f[2][lane]}, lanes.face[lane]};
   if (cone.facet_normals().cols() > 0) try_interior(A, a, cone, smallest, best);
   return best;
 }

@@ -22,14 +22,50 @@ Residual minimize_polyhedral(const Matrix3d& A, const Vector3d& a, const Frictio
   return out;
 }
 
+namespace {
+
+using detail::V4;
+
+/// A column of LinkTorque::kSize rows.
+struct Column {
+  V4 upper, lower;
+  explicit Column(const double* p) : upper(detail::load(p)), lower(detail::load(p + 4)) {}
+  Column(const V4& u, const V4& l) : upper(u), lower(l) {}
+  friend Column operator+(const Column& a, const Column& b) { return {a.upper + b.upper, a.lower + b.lower}; }
+  friend Column operator-(const Column& a, const Column& b) { return {a.upper - b.upper, a.lower - b.lower}; }
+  friend Column operator*(double x, const Column& a) { return {x * a.upper, x * a.lower}; }
+  friend double dot(const Column& a, const Column& b) {
+    const V4 products = a.upper * b.upper + a.lower * b.lower;
+    return (products[0] + products[2]) + (products[1] + products[3]);
+  }
+};
+
+/// J_Cᵀ e (Y.1), up to an orthogonal factor.
+inline Column map_force(const LinkTorque& link, const Vector3d& p, const Vector3d& e) {
+  const Vector3d m = p.cross(e);
+  const auto times = [](const auto& R, const Vector3d& x) {
+    return x[0] * Column(R.col(0).data()) + x[1] * Column(R.col(1).data()) + x[2] * Column(R.col(2).data());
+  };
+  return times(link.R_w, m) + times(link.R_v, e);
+}
+
+}  // namespace
+
 Residual calc_residual(const LinkTorque& link, const Vector3d& p_L, const Matrix3d& R_LC, const FrictionCone& cone) {
-  const Eigen::Matrix<double, LinkTorque::kSize, 3> M = link.torque_map(p_L) * R_LC;  // J_Cᵀ in the contact frame
-  Matrix3d A = M.transpose() * M;
-  A.diagonal().array() += link.prior;
-  const Vector3d a = M.transpose() * link.R_tau;
+  static_assert(LinkTorque::kSize == 8);
+  const Column M[3] = {map_force(link, p_L, R_LC.col(0)), map_force(link, p_L, R_LC.col(1)), map_force(link, p_L, R_LC.col(2))};
+  const Column tau(link.R_tau.data());
+  Matrix3d A;
+  Vector3d a;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j <= i; ++j) A(i, j) = A(j, i) = dot(M[i], M[j]);
+    A(i, i) += link.prior;
+    a[i] = dot(M[i], tau);
+  }
   Residual out = cone.is_lorentz() ? minimize_lorentz(A, a, cone.friction()) : minimize_polyhedral(A, a, cone);
-  out.value =
-      (M * out.force_C - link.R_tau).squaredNorm() + link.prior * out.force_C.squaredNorm();  // no cancellation, however large the force
+  const Vector3d& f = out.force_C;
+  const Column left = f[0] * M[0] + f[1] * M[1] + f[2] * M[2] - tau;
+  out.value = dot(left, left) + link.prior * f.squaredNorm();  // no cancellation, however large the force
   return out;
 }
 
@@ -52,8 +88,6 @@ Matrix3d SampleBatch::R_LC(Index i) const {
 
 namespace {
 
-using detail::V4;
-
 struct Vector3V {
   V4 x, y, z;
 };
@@ -64,12 +98,6 @@ Vector3V times(const Matrix3d& M, const Vector3V& a) {
           M(2, 0) * a.x + M(2, 1) * a.y + M(2, 2) * a.z};
 }
 Vector3V splat(const Vector3d& a) { return {detail::splat<V4>(a.x()), detail::splat<V4>(a.y()), detail::splat<V4>(a.z())}; }
-V4 load(const double* p) {
-  V4 out;
-  __builtin_memcpy(&out, p, sizeof(out));
-  return out;
-}
-
 /// A_C and a_C (Y.2) of four samples: with m = p × e for each axis e of the contact frame, e_iᵀ A e_j is the product of the torques (Y.1)
 /// of unit forces along e_i and e_j.
 void project(const LinkTorque& link, const Matrix3d& vw, const Vector3V& p, const Vector3V e[3], detail::Symmetric<V4>& A, V4 a[3]) {
@@ -99,7 +127,7 @@ void calc_residuals(const LinkTorque& link, const SampleBatch& batch, const Fric
   const Matrix3d vw = link.wv.transpose();
   const V4 zero{};
   for (Index i = 0; i < batch.rows.cols(); i += 4) {
-    const auto row = [&](int r) { return load(&batch.rows(r, i)); };
+    const auto row = [&](int r) { return detail::load(&batch.rows(r, i)); };
     const Vector3V p{row(0), row(1), row(2)};
     const Vector3V e[3] = {{row(3), row(4), row(5)}, {row(6), row(7), row(8)}, {row(9), row(10), row(11)}};
     detail::Symmetric<V4> A;
@@ -107,7 +135,7 @@ void calc_residuals(const LinkTorque& link, const SampleBatch& batch, const Fric
     project(link, vw, p, e, A, a);
     const V4 left = link.tau_tau - detail::minimize(A, a, cone).gain;
     const V4 value = left > zero ? left : zero;
-    __builtin_memcpy(&out[i], &value, sizeof(value));
+    detail::store(value, &out[i]);
   }
 }
 

@@ -1,13 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <limits>
+#include <span>
 #include <vector>
+
+#include "stiction/sensing/four.hpp"
 
 namespace stiction::sensing {
 
-/// Triangles in a tree of axis-aligned boxes, in an array of nodes. Immutable, shared by threads; queries use no heap.
-/// Measured against Coal's tree in bench/surface_bench.cpp.
+/// Triangles in a tree of axis-aligned boxes, four to a node, in an array of nodes. Immutable, shared by threads; queries use no heap.
+/// Measured against Coal's tree in bench/sensing_bench.cpp.
 class TriangleTree {
  public:
   struct Closest {
@@ -32,12 +36,12 @@ class TriangleTree {
   bool is_hit(const Eigen::Vector3d& p, const Eigen::Vector3d& d) const;
 
  private:
+  /// Up to four boxes at a time, around triangles or around further nodes.
   struct Node {
-    Eigen::Vector3d lower, upper;
-    int first = 0;  ///< triangle of a leaf; of an inner node its right child, the left one follows the node
-    int count = 0;  ///< triangles of a leaf, 0: inner
+    std::array<detail::V4, 3> lower, upper;  ///< by axis; of a lane that is not used ∞ and −∞
+    std::array<int, 4> child{};              ///< node ≥ 0, or ~triangle
   };
-  int build(std::vector<int>& order, int begin, int end, const Eigen::Matrix3Xd& corners, const Eigen::Matrix3Xd& centers);
+  class Builder;
 
   Eigen::Matrix3Xd corners_;
   std::vector<int> order_;
