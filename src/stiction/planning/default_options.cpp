@@ -16,6 +16,9 @@ constexpr double kWayBeyond = 0.25;
 /// … and the least angle that they do [rad].
 constexpr double kBeyond = 0.2;
 
+/// Postures drawn for a regrasp, and how many of those that promise most are tried: half the regrasps of a cube (docs/lab/grasp_candidates.md).
+constexpr int kCandidates = 32, kTrials = 4;
+
 /// Coordinates in which a box is given: x y z roll pitch yaw of a free object, else those of its joint.
 Eigen::VectorXd box_coordinates(const world::ObjectInfo& object, const Eigen::VectorXd& q) {
   if (object.n_v != 6) return q.segment(object.q_begin, object.n_q);
@@ -33,6 +36,8 @@ PlannerOptions default_options(const world::Model& model, int object) {
   if (!model.planar_axis()) out.friction_law = dynamics::FrictionLaw::Coulomb;  // what slides does not open, and goes on sliding
   out.smoothing.kappa = model.scales().kappa(object);
   out.gamma = model.scales().gamma(object);
+  out.grasp_candidates = kCandidates;
+  out.grasp_trials = kTrials;
   out.substep->joint_travel = share::kTravel * scale.length;
   out.substep->slide = share::kSlide * scale.length;
   out.regrasp_clearance = out.regrasp_tol_position = share::kClearance * scale.length;
