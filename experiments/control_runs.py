@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,10 +84,10 @@ def run(name: str, law: str = "contact_aware", *, changes: dict[str, Any] | None
 
 def run_seeds(name: str, law: str, seeds: int, *, noisy: bool = False, changes: dict[str, Any] | None = None, **options: float) -> list[Run]:
     """Runs that differ as hardware does from day to day: joints at the start by 2 mrad (standard deviation), friction by a third. `noisy`: contacts are known
-    from joint torques alone, with noise, offsets and masses that differ, too."""
+    from joint torques alone, with noise, offsets and masses that differ, too. As many programs at a time as there are processors."""
     start = np.array(yaml.safe_load(find(name).read_text(encoding="utf-8"))["start"])
-    out = []
-    for seed in range(seeds):
+
+    def run_seed(seed: int) -> Run:
         random = np.random.default_rng(seed)
         joints = start + START_SPREAD * random.standard_normal(start.size)
         friction = random.uniform(2 / 3, 4 / 3)
@@ -93,8 +95,10 @@ def run_seeds(name: str, law: str, seeds: int, *, noisy: bool = False, changes: 
         if noisy:
             masses = MASSES * float(random.standard_normal())
             all_changes["estimator"] = {"contacts": "estimated", "noise": NOISE, "bias": OFFSETS, "bias_reach": 1, "inertia_error": masses, "seed": seed}
-        out.append(run(name, law, changes=all_changes, **({"friction": friction} | options)))
-    return out
+        return run(name, law, changes=all_changes, **({"friction": friction} | options))
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(run_seed, range(seeds)))
 
 
 def series(runs: dict[str, Run], *names: str) -> dict[str, np.ndarray]:

@@ -3,11 +3,13 @@
 #include "scenario_file.hpp"
 #include "stiction/execution/control_run.hpp"
 #include "watcher.hpp"
+#include "yaml_text.hpp"
 
 namespace stiction::python {
 namespace {
 
 using control::Law;
+using execution::ContactSource;
 using execution::ControlRunResult;
 using execution::ControlSample;
 using execution::ControlScenario;
@@ -18,19 +20,48 @@ ControlScenario load(const ScenarioFile& scenario) {
   return execution::load_control_scenario(file, tasks::default_package_dirs());
 }
 
-ControlRunResult run(ControlScenario scenario, std::optional<Law> law, std::optional<double> lambda_max,
-                     std::optional<double> friction_scale, double settle, std::optional<double> timeout_s) {
+ControlScenario parse(const nb::dict& scenario, const std::optional<std::filesystem::path>& base) {
+  const std::string text = yaml_text(scenario);
+  const auto folder = folder_of(base);
+  const nb::gil_scoped_release unlocked;
+  return execution::parse_control_scenario(text, folder, tasks::default_package_dirs());
+}
+
+/// What a run has instead of the scenario's.
+struct Changes {
+  std::optional<Law> law;
+  std::optional<double> lambda_max, friction_scale;
+  std::optional<ContactSource> contacts;
+  std::optional<double> delay, period;
+  std::optional<std::uint64_t> seed;
+};
+
+void apply(const Changes& changes, ControlScenario& scenario) {
   control::ControllerOptions& options = scenario.controller;
-  if (law) options.law = *law;
-  if (lambda_max) {
-    core::require_positive("lambda_max", *lambda_max);
-    options.lambda_max = *lambda_max;
-    options.force_threshold = std::min(options.force_threshold, *lambda_max / 3);
+  if (changes.law) options.law = *changes.law;
+  if (changes.lambda_max) {
+    core::require_positive("lambda_max", *changes.lambda_max);
+    options.lambda_max = *changes.lambda_max;
+    options.force_threshold = std::min(options.force_threshold, *changes.lambda_max / 3);
   }
-  if (friction_scale) {
-    core::require_nonnegative("friction_scale", *friction_scale);
-    scenario.plant.contact.friction_scale = *friction_scale;
+  if (changes.friction_scale) {
+    core::require_nonnegative("friction_scale", *changes.friction_scale);
+    scenario.plant.contact.friction_scale = *changes.friction_scale;
   }
+  if (changes.contacts) scenario.contacts = *changes.contacts;
+  if (changes.delay) {
+    core::require_nonnegative("delay", *changes.delay);
+    scenario.delay = *changes.delay;
+  }
+  if (changes.period) {
+    core::require_positive("period", *changes.period);
+    scenario.period = *changes.period;
+  }
+  if (changes.seed) scenario.observer.seed = *changes.seed;
+}
+
+ControlRunResult run(ControlScenario scenario, const Changes& changes, double settle, std::optional<double> timeout_s) {
+  apply(changes, scenario);
   execution::ControlRunOptions run_options;
   run_options.settle = settle;
   Interrupt interrupt;
@@ -42,11 +73,6 @@ ControlRunResult run(ControlScenario scenario, std::optional<Law> law, std::opti
   }
   interrupt.rethrow();
   return out;
-}
-
-ControlRunResult run_file(const ScenarioFile& scenario, std::optional<Law> law, std::optional<double> lambda_max,
-                          std::optional<double> friction_scale, double settle, std::optional<double> timeout_s) {
-  return run(load(scenario), law, lambda_max, friction_scale, settle, timeout_s);
 }
 
 /// A number of every tick.
@@ -84,6 +110,8 @@ void bind_scenario(nb::module_& m) {
       .def_ro("X_BT", &ControlScenario::X_BT, "of the tool in its link")
       .def_ro("duration", &ControlScenario::duration, "[s]")
       .def_ro("period", &ControlScenario::period, "of the controller [s]")
+      .def_ro("contacts", &ControlScenario::contacts)
+      .def_ro("delay", &ControlScenario::delay, "of what the controller is told of contacts [s]")
       .def_prop_ro("law", [](const ControlScenario& s) { return s.controller.law; })
       .def_prop_ro(
           "lambda_max", [](const ControlScenario& s) { return s.controller.lambda_max; }, "[N]")
@@ -146,15 +174,35 @@ void bind_result(nb::module_& m) {
       .def_ro("unsolved_ticks", &R::unsolved_ticks)
       .def_ro("tick_median_s", &R::tick_median_s, "wall time of update() [s]")
       .def_ro("tick_p99_s", &R::tick_p99_s)
+      .def_ro("sense_median_s", &R::sense_median_s, "wall time of an estimate of contacts [s]; 0: none were made")
+      .def_ro("sense_p99_s", &R::sense_p99_s)
       .def("__repr__", [](const R& r) {
         return fmt::format("<stiction.ControlRunResult: {}, {} ticks, settled forces up to {:.3g} N>", core::to_string(r.status),
                            r.samples.size(), r.settled_peak);
       });
 }
 
+/// @param scenario_of  the scenario that an argument means
+template <class Scenario, class F>
+void def_control(nb::module_& m, F scenario_of, const char* doc) {
+  m.def(
+      "control",
+      [scenario_of](const Scenario& scenario, std::optional<Law> law, std::optional<double> lambda_max,
+                    std::optional<double> friction_scale, std::optional<ContactSource> contacts, std::optional<double> delay,
+                    std::optional<double> period, std::optional<std::uint64_t> seed, double settle, std::optional<double> timeout_s) {
+        return run(scenario_of(scenario), {law, lambda_max, friction_scale, contacts, delay, period, seed}, settle, timeout_s);
+      },
+      "scenario"_a, nb::kw_only(), "law"_a = nb::none(), "lambda_max"_a = nb::none(), "friction_scale"_a = nb::none(),
+      "contacts"_a = nb::none(), "delay"_a = nb::none(), "period"_a = nb::none(), "seed"_a = nb::none(),
+      "settle"_a = execution::ControlRunOptions{}.settle, "timeout_s"_a = nb::none(), doc);
+}
+
 }  // namespace
 
 void bind_control_run(nb::module_& m) {
+  nb::enum_<ContactSource>(m, "ContactSource", "What a controller is told of contacts.")
+      .value("Simulated", ContactSource::True, "those of the simulation, as if a skin measured them")
+      .value("Estimated", ContactSource::Estimated, "what joint torques show: a momentum observer, then candidates of sensing");
   bind_scenario(m);
   bind_result(m);
   m.def("load_control_scenario", &load, "scenario"_a,
@@ -163,22 +211,26 @@ void bind_control_run(nb::module_& m) {
 
     >>> st.load_control_scenario("box_in_the_way").lambda_max
     15.0)");
-  const auto def = [&m](auto function, const char* doc) {
-    m.def("control", function, "scenario"_a, nb::kw_only(), "law"_a = nb::none(), "lambda_max"_a = nb::none(),
-          "friction_scale"_a = nb::none(), "settle"_a = execution::ControlRunOptions{}.settle, "timeout_s"_a = nb::none(), doc);
-  };
-  def(&run, R"(Runs a scenario in the second-order simulation: impedance control of the joints, the contact controller above it.
+  m.def("load_control_scenario", &parse, "scenario"_a, nb::kw_only(), "base"_a = nb::none(),
+        "The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises "
+        "InvalidInput: \"field: got …\".");
+  def_control<ControlScenario>(
+      m, [](const ControlScenario& scenario) { return scenario; },
+      R"(Runs a scenario in the second-order simulation: impedance control of the joints, the contact controller above it.
 
   law, lambda_max [N]: instead of the scenario's. friction_scale: factor of every coefficient of friction of the simulation, >= 0.
+  contacts: what the controller is told of contacts; delay: age of that, in whole ticks [s], >= 0; seed: of the noise of joint torques.
+  period: between two commands [s], > 0.
   settle: forces are called steady this long after their contact was made [s], >= 0.
   timeout_s: [s] > 0; None: as long as it takes.
 
-status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+All but the last two: None is as the scenario says. status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises
+InvalidInput.
 
     >>> run = st.control("box_in_the_way")
     >>> run.status, run.q.shape == (len(run.times), 7)
     (Status.Solved, True))");
-  def(&run_file, "The same of load_control_scenario(scenario).");
+  def_control<ScenarioFile>(m, &load, "The same of load_control_scenario(scenario).");
 }
 
 }  // namespace stiction::python

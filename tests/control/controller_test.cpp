@@ -207,6 +207,46 @@ TEST(Controller, ContactThatTheReferenceLeaves_IsForgottenAtOnce) {
   EXPECT_TRUE(bench.update().taken.empty());
 }
 
+/// What was held back is made up for in the release time instead of in ticks, although the reference leaves and no wall is kept: of w, T/h at first, each tick
+/// leaves the share h/(T + h) less.
+TEST(Controller, ArmThatGotFree_MakesUpForWhatItWasHeldBackInTheReleaseTime) {
+  Bench bench({.release_time = 0.2});
+  bench.q_ref[0] = 0.3;
+  for (int k = 0; k < 200; ++k) (void)bench.update();
+  bench.contacts.clear();
+  bench.q_ref[0] = -0.1;
+  VectorXd last = bench.update().q_cmd;
+  double w = 0.2 / kTick, left = (bench.q_ref - last).norm(), fastest = 0;
+  const double start = left;
+  for (int k = 0; k < 400; ++k) {
+    const VectorXd q_cmd = bench.update().q_cmd;
+    fastest = std::max(fastest, (q_cmd - last).norm() / kTick);
+    last = q_cmd;
+    w /= 1 + kTick / 0.2, left *= 1 - 1 / (1 + w);
+    ASSERT_NEAR((bench.q_ref - q_cmd).norm(), left, 1e-9) << "tick " << k;
+  }
+  EXPECT_LE(fastest, 1.05 * start / 0.2);
+  EXPECT_LT(left, 1e-9) << "it ends";
+}
+
+/// A force that the springs do not explain, here of joints that move, is taken off the bound, up to half of it.
+TEST(Controller, ForceBesideThatOfTheSprings_IsTakenOffTheBound) {
+  Bench bench({.damping = {.largest = 0}});
+  bench.q_ref[0] = 0.3;
+  const Row row(bench);
+  const auto settle = [&](double beside) {
+    for (int k = 0; k < 400; ++k) {
+      const VectorXd q_cmd = bench.update().q_cmd;
+      bench.contacts[0].force_W = Vector3d(0, -(row.calc_force(q_cmd, bench.q) + beside), 0);
+    }
+    return bench.update().bound[0];
+  };
+  EXPECT_NEAR(settle(0), 15, 0.05);
+  EXPECT_NEAR(settle(3), 12, 0.05);
+  EXPECT_NEAR(-bench.contacts[0].force_W[1], 15, 0.1) << "what is measured is at the bound";
+  EXPECT_NEAR(settle(10), 7.5, 1e-9) << "no more than half";
+}
+
 /// Beside a tool that does not move, a posture that is off comes back in its time constant instead of in a tick.
 TEST(Controller, PostureBesideATool_ComesBackInItsTimeConstant) {
   Bench bench({.posture_time_constant = 0.2});

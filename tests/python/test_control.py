@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 # Contacts change while others last: single ticks of settled forces are up to 1.6 times the bound, 95 % of them within 1.2 times.
-TRANSIENTS = {"plate", "two_contacts", "three_contacts"}
+TRANSIENTS = {"plate", "three_contacts"}
 SCENARIOS = [path for path in sorted((ROOT / "scenarios").glob("*.yaml")) if "\nreference:" in path.read_text()]
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULE = ROOT / "build" / "release" / "python"
@@ -153,6 +154,33 @@ def test_bound_and_law_are_those_asked_for() -> None:
     assert np.array_equal(scenario.calc_reference(0), np.zeros(6)) and np.allclose(scenario.calc_reference(5), [0, 0.15, 0, 0, 0, 0])
 
 
+def test_contacts_may_be_estimated_and_late() -> None:
+    scenario = st.load_control_scenario("push_along_arm")
+    assert scenario.contacts == st.ContactSource.Simulated and scenario.delay == 0
+    runs = [st.control(scenario, contacts=st.ContactSource.Estimated, seed=seed) for seed in (1, 1)]
+    assert np.array_equal(runs[0].q, runs[1].q) and runs[0].sense_median_s > 0
+    felt = st.control(scenario)
+    assert felt.sense_median_s == 0 and not np.array_equal(runs[0].q, felt.q)
+    late = st.control(scenario, delay=0.1)
+    k = int(np.argmax(felt.bounded))
+    assert np.array_equal(felt.q[:k], late.q[:k]) and not late.bounded[k]
+    assert len(st.control(scenario, period=0.01).times) == len(felt.times) // 2
+
+
+def test_scenario_of_a_dict_is_that_of_its_file() -> None:
+    file = ROOT / "scenarios" / "push_along_arm.yaml"
+    values = yaml.safe_load(file.read_text())
+    values["hand"]["knots"][1]["time"] = np.float64(values["hand"]["knots"][1]["time"])
+    mine, built_in = st.load_control_scenario(values, base=file.parent), st.load_control_scenario("push_along_arm")
+    assert mine.name == built_in.name and mine.duration == built_in.duration and np.array_equal(mine.start, built_in.start)
+    assert st.control(mine).peak_force == st.control(built_in).peak_force
+    del values["name"]
+    assert st.load_control_scenario(values, base=file.parent).name == "scenario"
+    values["hand"]["stiffness"] = -1
+    with pytest.raises(st.InvalidInput, match="^hand.stiffness: got -1, expected a number > 0"):
+        st.load_control_scenario(values, base=file.parent)
+
+
 def test_time_that_is_used_up_is_a_status() -> None:
     assert st.control("box_in_the_way", timeout_s=1e-9).status == st.Status.MaxIterations
 
@@ -209,6 +237,8 @@ def test_signal_stops_a_run() -> None:
         ({"torque": [1, 2]}, "^torque: got 2 numbers, expected 1"),
         ({"damping": st.ForceDampingOptions(forget_rate=2)}, "forget_rate"),
         ({"force_priority": 1}, "^force_priority"),
+        ({"release_time": 0}, "^release_time: got 0"),
+        ({"damping": st.ForceDampingOptions(period=0)}, "^damping.period: got 0"),
     ],
 )
 def test_mistakes_of_a_controller_are_named(cart: st.Model, options: dict, message: str) -> None:
@@ -257,7 +287,7 @@ def test_other_mistakes_are_named(cart: st.Model) -> None:
     ):
         with pytest.raises(st.InvalidInput, match=message):
             call()
-    for options, message in (({"lambda_max": -1}, "^lambda_max"), ({"settle": -1}, "^settle"), ({"timeout_s": 0}, "^timeout_s"), ({"friction_scale": -1}, "^friction_scale")):
+    for options, message in (({"lambda_max": -1}, "^lambda_max"), ({"settle": -1}, "^settle"), ({"timeout_s": 0}, "^timeout_s"), ({"friction_scale": -1}, "^friction_scale"), ({"delay": -1}, "^delay: got -1"), ({"period": 0}, "^period: got 0")):
         with pytest.raises(st.InvalidInput, match=message):
             st.control("box_in_the_way", **options)
     with pytest.raises(st.InvalidInput, match="^scenario: got 'box', expected a file ending in .yaml or one of .*box_in_the_way"):

@@ -2600,6 +2600,17 @@ class ContactController:
         a link that is not the robot's.
         """
 
+class ContactSource(enum.Enum):
+    """What a controller is told of contacts."""
+
+    Simulated = 0
+    """those of the simulation, as if a skin measured them"""
+
+    Estimated = 1
+    """
+    what joint torques show: a momentum observer, then candidates of sensing
+    """
+
 class ControlScenario:
     """
     A robot whose reference goes through things that it does not know, as a file says (scenarios/README.md).
@@ -2636,6 +2647,13 @@ class ControlScenario:
     @property
     def period(self) -> float:
         """of the controller [s]"""
+
+    @property
+    def contacts(self) -> ContactSource: ...
+
+    @property
+    def delay(self) -> float:
+        """of what the controller is told of contacts [s]"""
 
     @property
     def law(self) -> Law: ...
@@ -2767,8 +2785,16 @@ class ControlRunResult:
     @property
     def tick_p99_s(self) -> float: ...
 
+    @property
+    def sense_median_s(self) -> float:
+        """wall time of an estimate of contacts [s]; 0: none were made"""
+
+    @property
+    def sense_p99_s(self) -> float: ...
+
     def __repr__(self) -> str: ...
 
+@overload
 def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
     """
     A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
@@ -2778,15 +2804,24 @@ def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
     """
 
 @overload
-def control(scenario: ControlScenario, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
+def load_control_scenario(scenario: dict, *, base: str | os.PathLike | None = None) -> ControlScenario:
+    """
+    The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …".
+    """
+
+@overload
+def control(scenario: ControlScenario, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, contacts: ContactSource | None = None, delay: float | None = None, period: float | None = None, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
     """
     Runs a scenario in the second-order simulation: impedance control of the joints, the contact controller above it.
 
       law, lambda_max [N]: instead of the scenario's. friction_scale: factor of every coefficient of friction of the simulation, >= 0.
+      contacts: what the controller is told of contacts; delay: age of that, in whole ticks [s], >= 0; seed: of the noise of joint torques.
+      period: between two commands [s], > 0.
       settle: forces are called steady this long after their contact was made [s], >= 0.
       timeout_s: [s] > 0; None: as long as it takes.
 
-    status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises InvalidInput.
+    All but the last two: None is as the scenario says. status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Raises
+    InvalidInput.
 
         >>> run = st.control("box_in_the_way")
         >>> run.status, run.q.shape == (len(run.times), 7)
@@ -2794,7 +2829,7 @@ def control(scenario: ControlScenario, *, law: Law | None = None, lambda_max: fl
     """
 
 @overload
-def control(scenario: str | str | os.PathLike, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
+def control(scenario: str | str | os.PathLike, *, law: Law | None = None, lambda_max: float | None = None, friction_scale: float | None = None, contacts: ContactSource | None = None, delay: float | None = None, period: float | None = None, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> ControlRunResult:
     """The same of load_control_scenario(scenario)."""
 
 class TouchScenario:

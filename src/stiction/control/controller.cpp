@@ -34,7 +34,8 @@ void ControllerOptions::validate() const {
 
 namespace {
 constexpr double kLeastBound = 1e-3;  ///< of a wall that the arm has come into: bounds are positive
-}
+constexpr double kMostExcess = 0.5;   ///< of the bound, by which it is lowered (C.18)
+}  // namespace
 
 struct ContactController::Impl {
   std::shared_ptr<const world::Model> model;
@@ -44,7 +45,11 @@ struct ContactController::Impl {
   ForceDamping damping;
   ControllerCommand command;
   double last_time = -std::numeric_limits<double>::infinity();
-  std::vector<std::pair<int, double>> predicted;  // id and force of the contacts of the last tick
+  struct Predicted {
+    int id;
+    double force, at_rest;  ///< of the next tick; of the last one, without what moves [N]
+  };
+  std::vector<Predicted> predicted;  // contacts of the last tick
 
   struct Known {
     ContactForce contact{};
@@ -53,9 +58,12 @@ struct ContactController::Impl {
     bool counts = false;                                    ///< it is in the model
     double unseen_for = 0;                                  ///< [s]
     double demand = 0;                                      ///< when it was last seen [N]
+    std::optional<double> at_rest{};                        ///< what springs at rest would press it with, after the low-pass [N]
     Vector3d u = Vector3d::Zero(), p_W = Vector3d::Zero();  ///< direction and place when it was last seen
   };
   std::vector<Known> known;
+  double release_damping = 0;     // w while a lost contact is let go, and after (C.17)
+  bool touched = false;           // a contact was in the model of the last tick
   std::vector<char> alone, seen;  // of the contacts taken: alone if not seen at the moment, or one of several that exclude each other
 
   // Scratch
@@ -133,6 +141,7 @@ struct ContactController::Impl {
     for (Known& k : known) {
       if (k.seen) continue;
       k.contact.force_W *= 1 - gain;
+      if (k.at_rest) *k.at_rest *= 1 - gain;
       k.contact.p_WC = kinematics.X_WB[static_cast<std::size_t>(k.contact.body)] * k.p_BC;
       k.unseen_for += dt;
     }
@@ -183,8 +192,17 @@ struct ContactController::Impl {
     return out;
   }
 
+  /// What a contact is pressed with beside springs at rest: by joints that move, and by contacts too weak to count [N].                  (C.18)
+  double calc_excess(Known& k, double dt) {
+    const auto last = std::find_if(predicted.begin(), predicted.end(), [&](const Predicted& p) { return p.id == k.contact.id; });
+    if (last == predicted.end()) return 0;
+    const double before = k.at_rest.value_or(last->at_rest);
+    k.at_rest = before + dt / (options.force_time_constant + dt) * (last->at_rest - before);
+    return k.contact.force_W.norm() - *k.at_rest;
+  }
+
   /// Rows (5.4) of the contacts that count: those above the threshold, and those that counted a tick ago until their bound holds nothing back.     (C.15)
-  void take_contacts(const ControllerState& state) {
+  void take_contacts(const ControllerState& state, double dt) {
     command.taken.clear();
     const bool gradual = options.law == Law::ContactAware && solve_tracking(state) == Status::Solved;
     for (Known& k : known) {
@@ -201,8 +219,10 @@ struct ContactController::Impl {
       alone[command.taken.size() - 1] = !k.seen || k.contact.alternative;
       seen[command.taken.size() - 1] = k.seen;
       lambda[row] = force;
-      lambda_max[row] = is_wall ? std::max(wall.allowed - wall.beyond, kLeastBound * wall.allowed) : bound;
+      const double excess = gradual && k.seen ? std::clamp(calc_excess(k, dt), 0.0, kMostExcess * bound) : 0;
+      lambda_max[row] = is_wall ? std::max(wall.allowed - wall.beyond, kLeastBound * wall.allowed) : bound - excess;
     }
+    command.bound = lambda_max.head(static_cast<Index>(command.taken.size()));
     std::erase_if(known, [&](const Known& k) { return !k.seen && !k.counts; });
   }
 
@@ -210,10 +230,19 @@ struct ContactController::Impl {
   double calc_force_error() const {
     double worst = 0;
     for (std::size_t k = 0; k < command.taken.size(); ++k) {
-      for (const auto& [id, force] : predicted)
-        if (seen[k] && id == command.taken[k].id) worst = std::max(worst, std::abs(force - lambda[static_cast<Index>(k)]));
+      for (const Predicted& p : predicted)
+        if (seen[k] && p.id == command.taken[k].id) worst = std::max(worst, std::abs(p.force - lambda[static_cast<Index>(k)]));
     }
     return worst;
+  }
+
+  /// Where nothing is felt any more, what contacts held back is made up for in the release time in every direction.                       (C.17)
+  void calc_release_damping(double dt) {
+    const auto end = seen.begin() + static_cast<std::ptrdiff_t>(command.taken.size());
+    const bool felt = std::any_of(seen.begin(), end, [](char s) { return s != 0; });
+    const double T = felt ? options.force_time_constant : options.release_time;
+    release_damping = !felt && (touched || !command.taken.empty()) ? T / dt : release_damping * T / (T + dt);
+    touched = !command.taken.empty();
   }
 
   /// E and e of the tool at the measured joints: position over the tool length, rotation vector.
@@ -247,7 +276,8 @@ struct ContactController::Impl {
     if (status == Status::NumericalFailure) return status;
     command.q_cmd = command.qp.q_cmd;
     for (std::size_t k = 0; k < command.taken.size(); ++k)
-      if (seen[k]) predicted.emplace_back(command.taken[k].id, command.qp.lambda[static_cast<Index>(k)]);
+      if (seen[k])
+        predicted.push_back({command.taken[k].id, command.qp.lambda[static_cast<Index>(k)], qp_work.lambda0[static_cast<Index>(k)]});
     return status;
   }
 
@@ -316,6 +346,8 @@ void ContactController::configure(VectorRef q) {
   impl_->command.q_cmd = q;
   impl_->command.status = Status::Solved;
   impl_->damping.reset();
+  impl_->release_damping = 0;
+  impl_->touched = false;
   impl_->predicted.clear();
   impl_->known.clear();
   impl_->last_time = -std::numeric_limits<double>::infinity();
@@ -333,8 +365,9 @@ const ControllerCommand& ContactController::update(const ControllerState& state,
   c.track_contacts(state, dt);
   c.calc_wanted(state, dt);
   if (state.tool != nullptr) c.calc_task(*state.tool);
-  c.take_contacts(state);
-  c.command.damping = c.damping.update(c.calc_force_error(), dt);
+  c.take_contacts(state, dt);
+  c.calc_release_damping(dt);
+  c.command.damping = std::max(c.damping.update(c.calc_force_error(), dt), c.release_damping);
   switch (c.options.law) {
     case Law::ContactAware:
       c.command.status = c.solve_contact_aware(state);

@@ -74,7 +74,8 @@ struct ControllerCommand {
   std::vector<ContactForce> taken;                       ///< contacts that count, with their forces after the low-pass
   int left_out = 0;                                      ///< contacts for which there was no room
   double damping = 0;                                    ///< w
-  ContactQpResult qp;                                    ///< forces predicted, slack; of Law::ContactAware
+  ContactVector bound;  ///< of each contact in the program: λ_max less what springs at rest do not explain (C.18) [N]
+  ContactQpResult qp;   ///< forces predicted, slack; of Law::ContactAware
 };
 
 /// A controller as ros2_control shapes one: configured once, then one update a tick, real-time safe after that. Belongs to one thread.

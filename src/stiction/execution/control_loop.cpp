@@ -160,7 +160,7 @@ struct ControlLoop::Impl {
     }
     if (scenario.controller.law == control::Law::ContactAware) {
       for (Eigen::Index i = 0; i < command.qp.lambda.size(); ++i) {
-        out.bounded = out.bounded || command.qp.lambda[i] > (1 - 1e-3) * scenario.controller.lambda_max;
+        out.bounded = out.bounded || command.qp.lambda[i] > (1 - 1e-3) * command.bound[i];
         out.slack = std::max(out.slack, command.qp.slack[i]);
       }
     } else {
