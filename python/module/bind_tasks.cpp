@@ -52,9 +52,10 @@ void bind_tasks(nb::module_& m) {
            [](const planning::GoalError& e) { return fmt::format("GoalError(position={:.4g}, angle={:.4g})", e.position, e.angle); });
   nb::class_<Task>(m, "Task", "A scene, a start, a goal and how to plan.")
       .def(nb::new_(&make_task), "task"_a, nb::kw_only(), "base"_a = nb::none(),
-           "A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses and paths may stand "
-           "in "
-           "it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: \"field: got …, expected "
+           "A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses, paths and robots as "
+           "text "
+           "may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: \"field: "
+           "got …, expected "
            "…\"."
            R"(
 

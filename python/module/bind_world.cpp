@@ -213,7 +213,9 @@ void bind_world(nb::module_& m) {
   m.def("load_scene", &scene_of_file, "file"_a,
         "The scene of a file (YAML, also of a task). Raises InvalidInput: \"FILE:LINE: field: got …\".");
   m.def("load_scene", &scene_of_dict, "scene"_a, nb::kw_only(), "base"_a = nb::none(),
-        "The scene of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. "
+        "The scene of a dict, with the keys of a file. `urdf` and `mjcf` of a robot are paths, or the URDF or MJCF itself as a str. base: "
+        "the "
+        "folder that paths in it are relative to; None: the working folder. "
         "Raises InvalidInput: \"field: got …, expected …\".");
   m.def(
       "load_model", [](const std::filesystem::path& file) { return Model::make(scene_of_file(file)); }, "file"_a,
@@ -237,7 +239,11 @@ void bind_world(nb::module_& m) {
     ...     "filters": [{"exclude": ["arm", "table"]}],
     ... })
     >>> model.n_a, model.n_q, model.object_names
-    (6, 13, ['box']))");
+    (6, 13, ['box'])
+    >>> cart = """<robot name="cart"><link name="rail"/><link name="body"/>
+    ...   <joint name="x" type="prismatic"><parent link="rail"/><child link="body"/></joint></robot>"""
+    >>> st.load_model({"robots": [{"name": "cart", "urdf": cart}]}).joint_names
+    ['cart/x'])");
 
   nb::class_<Model>(m, "Model", "Immutable kinematics, actuation, geometry and friction of a scene, shared by threads.")
       .def_static("make", &Model::make, "scene"_a, "The model of a scene. Raises InvalidInput.")

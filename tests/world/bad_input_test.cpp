@@ -149,7 +149,7 @@ TEST_F(BadInput, NamesTwice_AreNamed) {
 
 TEST_F(BadInput, UrdfThatIsMissingOrMalformed_IsNamed) {
   EXPECT_EQ(message("robots:\n  - name: arm\n    urdf: no.urdf\n    stiffness: 1\n"),
-            "scene.yaml:3: robots[0].urdf: got 'no.urdf', which does not exist, expected a URDF file");
+            "scene.yaml:3: robots[0].urdf: got 'no.urdf', which does not exist, expected a URDF file, or its text");
   write("arm.urdf", "<robot name='arm'>\n  <link name='a'>\n</robot>\n");
   EXPECT_EQ(message(arm("    stiffness: 1\n")), "arm.urdf:2: urdf: got malformed XML (XML_ERROR_MISMATCHED_ELEMENT), expected a URDF");
   write("arm.urdf", "<model/>\n");
@@ -182,7 +182,7 @@ TEST_F(BadInput, UrdfAsExportersWriteIt_IsTaken) {
 
 TEST_F(BadInput, MjcfRobots_TakeOnlyWhatTheirFileDoesNotSay) {
   const auto robot = [](const std::string& more) { return "robots:\n  - name: arm\n    mjcf: arm.xml\n" + more; };
-  EXPECT_EQ(message(robot("")), "scene.yaml:3: robots[0].mjcf: got 'arm.xml', which does not exist, expected an MJCF file");
+  EXPECT_EQ(message(robot("")), "scene.yaml:3: robots[0].mjcf: got 'arm.xml', which does not exist, expected an MJCF file, or its text");
   write("arm.xml", R"(<mujoco><worldbody><body name="b"><joint name="j"/><geom size="1"/></body></worldbody></mujoco>)");
   EXPECT_EQ(message(robot("")), "");
   EXPECT_EQ(message(robot("    stiffness: {j: 3}\n")), "");

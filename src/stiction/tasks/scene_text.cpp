@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "stiction/core/sha256.hpp"
+#include "stiction/world/robot_tree.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -71,8 +72,9 @@ std::string make_scene_text(const world::Model& model) {
   out += "robots:\n";
   for (const auto& robot : scene.robots) {
     const char* kind = robot.mjcf.empty() ? "urdf" : "mjcf";
-    out += fmt::format("- {{name: {}, {}: {}, {}_sha256: {}, base: {}}}\n", robot.name, kind, robot.file().filename().string(), kind,
-                       core::sha256_of_file(robot.file()), pose(robot.X_WBase));
+    const std::string file = robot.text.empty() ? robot.file().filename().string() : world::kTextName;
+    const std::string digest = robot.text.empty() ? core::sha256_of_file(robot.file()) : core::sha256(robot.text);
+    out += fmt::format("- {{name: {}, {}: {}, {}_sha256: {}, base: {}}}\n", robot.name, kind, file, kind, digest, pose(robot.X_WBase));
   }
   out += "objects:\n";
   for (const auto& object : scene.objects) {

@@ -1,3 +1,5 @@
+#include <system_error>
+
 #include "stiction/world/urdf.hpp"
 
 namespace stiction::world {
@@ -5,7 +7,10 @@ namespace stiction::world {
 std::filesystem::path find_resource(std::string_view uri, const std::filesystem::path& base_dir,
                                     std::span<const std::filesystem::path> package_dirs) {
   namespace fs = std::filesystem;
-  const auto existing = [](const fs::path& path) { return fs::is_regular_file(path) ? path : fs::path(); };
+  const auto existing = [](const fs::path& path) {
+    std::error_code error;  // of names that no file can have
+    return fs::is_regular_file(path, error) ? path : fs::path();
+  };
   constexpr std::string_view kPackage = "package://";
   constexpr std::string_view kFile = "file://";
   if (uri.starts_with(kFile)) return existing(fs::path(uri.substr(kFile.size())));

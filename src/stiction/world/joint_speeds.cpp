@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/robot_tree.hpp"
 
 namespace stiction::world {
 namespace {
@@ -23,15 +24,17 @@ double read_speed(const std::filesystem::path& file, const tinyxml2::XMLElement&
 }
 
 void read_robot(const Model& model, const RobotSpec& robot, Eigen::VectorXd& speeds) {
+  const std::filesystem::path name = robot.text.empty() ? robot.urdf : kTextName;
   tinyxml2::XMLDocument document;
-  if (document.LoadFile(robot.urdf.c_str()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr)
-    core::throw_invalid(robot.urdf.string(), document.ErrorStr(), "the URDF that the model was made of");
+  const auto error = robot.text.empty() ? document.LoadFile(robot.urdf.c_str()) : document.Parse(robot.text.data(), robot.text.size());
+  if (error != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr)
+    core::throw_invalid(name.string(), document.ErrorStr(), "the URDF that the model was made of");
   for (auto* joint = document.RootElement()->FirstChildElement("joint"); joint != nullptr; joint = joint->NextSiblingElement("joint")) {
-    const char* name = joint->Attribute("name");
-    if (name == nullptr) continue;
-    const std::string full = fmt::format("{}/{}", robot.name, name);
+    const char* joint_name = joint->Attribute("name");
+    if (joint_name == nullptr) continue;
+    const std::string full = fmt::format("{}/{}", robot.name, joint_name);
     for (int j = 0; j < model.n_a(); ++j) {
-      if (model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name == full) speeds[j] = read_speed(robot.urdf, *joint, name);
+      if (model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name == full) speeds[j] = read_speed(name, *joint, joint_name);
     }
   }
 }

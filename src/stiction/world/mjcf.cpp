@@ -27,6 +27,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Delete {
+  void operator()(mjVFS* files) const { mj_deleteVFS(files); }
   void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
   void operator()(mjModel* model) const { mj_deleteModel(model); }
 };
@@ -36,26 +37,37 @@ using CompiledModel = std::unique_ptr<mjModel, Delete>;
   throw core::InvalidInput(fmt::format("{}: mjcf: got {}, expected {}", file.string(), got, expected));
 }
 
-CompiledModel compile(const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an MJCF file");
+/// @param files  nullptr, or what is read in place of files on the disk  @param name  of the file in messages
+CompiledModel compile(const std::filesystem::path& file, const mjVFS* files, const std::filesystem::path& name) {
   char error[1024] = "";
   mjSpec* parsed = nullptr;
-  auto report = call_mujoco([&] { parsed = mj_parseXML(file.c_str(), nullptr, error, sizeof(error)); });
+  auto report = call_mujoco([&] { parsed = mj_parseXML(file.c_str(), files, error, sizeof(error)); });
   const std::unique_ptr<mjSpec, Delete> spec(parsed);
   const auto refuse = [&](std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
     while (text.ends_with(' ')) text.pop_back();
-    fail(file, fmt::format("'{}'", text), "a file that MuJoCo compiles");
+    fail(name, fmt::format("'{}'", text), "a file that MuJoCo compiles");
   };
   if (parsed == nullptr) refuse(report.failed ? report.error : error);
   parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
   mjModel* compiled = nullptr;
-  report = call_mujoco([&] { compiled = mj_compile(parsed, nullptr); });
+  report = call_mujoco([&] { compiled = mj_compile(parsed, files); });
   if (compiled == nullptr) {
     const char* reason = mjs_getError(parsed);
     refuse(report.failed ? report.error : reason ? reason : "");
   }
   return CompiledModel(compiled);
+}
+
+/// A text in memory stands for a file in `folder`, so that its includes and meshes are found there.
+CompiledModel compile_text(const std::string& text, const std::filesystem::path& folder) {
+  mjVFS files;
+  mj_defaultVFS(&files);
+  const std::unique_ptr<mjVFS, Delete> cleared(&files);
+  const std::filesystem::path file = folder / ".text.xml";
+  if (mj_addBufferVFS(&files, file.c_str(), text.data(), static_cast<int>(text.size())) != 0)
+    fail(kTextName, "a text that MuJoCo does not take", "an MJCF");
+  return compile(file, &files, kTextName);
 }
 
 Vector3d vector3(const mjtNum* p) { return {p[0], p[1], p[2]}; }
@@ -77,7 +89,6 @@ class MjcfReader : private MjcfView {
       out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
     find_springs();
     out_.robot.name = m_->names[0] != '\0' ? std::string(m_->names) : file_.stem().string();
-    out_.robot.file = file_;
     link_of_.assign(static_cast<std::size_t>(m_->nbody), -1);
     joint_of_.assign(static_cast<std::size_t>(m_->njnt), 0);
     link_of_[0] = add_link("world");
@@ -317,12 +328,23 @@ class MjcfReader : private MjcfView {
 }  // namespace
 
 MjcfModel read_mjcf(const std::filesystem::path& file) {
-  const CompiledModel model = compile(file);
+  if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an MJCF file");
+  const CompiledModel model = compile(file, nullptr, file);
   return MjcfReader(model.get(), file).read();
 }
 
+MjcfModel read_mjcf_text(const std::string& text, const std::filesystem::path& folder) {
+  const std::filesystem::path name = kTextName;
+  const CompiledModel model = compile_text(text, folder);
+  return MjcfReader(model.get(), name).read();
+}
+
+MjcfModel read_mjcf_of(const RobotSpec& robot) {
+  return robot.text.empty() ? read_mjcf(robot.mjcf) : read_mjcf_text(robot.text, robot.mjcf.parent_path());
+}
+
 void add_mjcf(Scene& scene, const RobotSpec& robot) {
-  MjcfModel model = read_mjcf(robot.mjcf);
+  MjcfModel model = read_mjcf_of(robot);
   scene.robots.push_back(robot);
   const std::string fixed = robot.name + "_world";
   const auto is_object = [&](const std::string& name) {

@@ -22,6 +22,12 @@ struct MjcfModel {
 /// @throws core::InvalidInput "FILE: mjcf: got …, expected …": what MuJoCo refuses, and all elements that are not supported in one message
 MjcfModel read_mjcf(const std::filesystem::path& file);
 
+/// The same of a text in memory, which messages name kTextName. @param folder  that paths in it are relative to
+MjcfModel read_mjcf_text(const std::string& text, const std::filesystem::path& folder);
+
+/// Of a robot whose `mjcf` is set: its text, or its file.
+MjcfModel read_mjcf_of(const RobotSpec& robot);
+
 /// Appends the robot and all that comes with its file to a scene: objects, the fixed body "ROBOT_world", excluded pairs.
 /// @param robot  with `mjcf` set; its stiffness may name some joints only
 void add_mjcf(Scene& scene, const RobotSpec& robot);

@@ -109,7 +109,7 @@ struct RobotInfo {
 ///
 /// q = (objects, robots) with n_q numbers; velocities and increments have n_v = n_vu + n_a, objects first. Robot joints have one
 /// coordinate each, so that u and qᵃ have n_a numbers in the same order. A free object has q = (x, y, z, qx, qy, qz, qw) and the
-/// increment (displacement of the body origin = centre of mass in W [m]; rotation vector in body axes [rad]): R⁺ = R exp(δθ_B).
+/// increment (displacement of the body origin in W [m]; rotation vector in body axes [rad]): R⁺ = R exp(δθ_B).
 class Model {
  public:
   /// @throws core::InvalidInput naming file, field, given and expected

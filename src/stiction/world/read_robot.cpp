@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "stiction/core/invalid_input.hpp"
 #include "stiction/world/mjcf.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/robot_tree.hpp"
@@ -59,6 +60,54 @@ void require_urdf_keys(const YamlNode& node, bool mjcf) {
   }
 }
 
+/// A text may hold all of a robot but its meshes; the largest of public robots has 1 MB.
+constexpr std::size_t kLargestText = 16u << 20;
+
+/// A value that begins as XML does, and so is no path.
+bool is_xml(std::string_view value) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (value.starts_with(kByteOrderMark)) value.remove_prefix(kByteOrderMark.size());
+  const auto first = value.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && value[first] == '<';
+}
+
+/// The beginning of what was given for a path.
+std::string quote(std::string_view value) {
+  constexpr std::size_t kMost = 80;
+  const auto end = std::min(value.find('\n'), kMost);
+  return end < value.size() ? fmt::format("'{}…'", value.substr(0, end)) : fmt::format("'{}'", value);
+}
+
+/// The file or the text of a robot.
+void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
+  const std::string given = value.string();
+  const std::filesystem::path folder = value.file().parent_path();
+  std::filesystem::path& file = mjcf ? robot.mjcf : robot.urdf;
+  if (is_xml(given)) {
+    if (given.size() > kLargestText)
+      value.fail(fmt::format("a text of {} bytes", given.size()), fmt::format("{} bytes at most, or a file", kLargestText));
+    robot.text = given;
+    file = (folder.empty() ? "." : folder) / "";
+    return;
+  }
+  file = find_resource(given, folder, robot.package_dirs);
+  if (file.empty())
+    value.fail(fmt::format("{}, which does not exist", quote(given)), mjcf ? "an MJCF file, or its text" : "a URDF file, or its text");
+}
+
+/// What is wrong in a text is said with the key that it stands under.
+RobotTree read_tree(const YamlNode& node, const RobotSpec& robot) {
+  try {
+    return read_robot_tree(robot);
+  } catch (const core::InvalidInput& e) {
+    if (robot.text.empty()) throw;
+    const std::string where = node.at(robot.mjcf.empty() ? "urdf" : "mjcf").where() + ": ";
+    std::string message = where + e.what();
+    for (auto at = message.find('\n'); at != std::string::npos; at = message.find('\n', at + where.size())) message.insert(at + 1, where);
+    throw core::InvalidInput(message);
+  }
+}
+
 /// The robot without what its own file says.
 RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {
   node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "effort", "friction", "link_friction", "push_with",
@@ -71,10 +120,7 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
     for (const YamlNode& dir : dirs->items()) robot.package_dirs.push_back(dir.file().parent_path() / dir.string());
   }
   robot.package_dirs.insert(robot.package_dirs.end(), package_dirs.begin(), package_dirs.end());
-  const YamlNode file = node.at(mjcf ? "mjcf" : "urdf");
-  const auto found = find_resource(file.string(), file.file().parent_path(), robot.package_dirs);
-  if (found.empty()) file.fail(fmt::format("'{}', which does not exist", file.string()), mjcf ? "an MJCF file" : "a URDF file");
-  (mjcf ? robot.mjcf : robot.urdf) = found;
+  read_source(node.at(mjcf ? "mjcf" : "urdf"), mjcf, robot);
   if (const auto base = node.find("base")) robot.X_WBase = read_pose(*base);
   robot.friction = node.nonnegative_or("friction", 1.0);
   robot.convex_hulls = node.boolean_or("convex_hulls", false);
@@ -98,7 +144,7 @@ void add_srdf(const YamlNode& node, const RobotSpec& robot, std::span<const std:
 void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene,
                      std::vector<std::string>& names) {
   RobotSpec robot = read_robot(node, package_dirs);
-  const RobotTree tree = read_robot_tree(robot);
+  const RobotTree tree = read_tree(node, robot);
   std::vector<std::string> links;
   for (const auto& link : tree.links) {
     links.push_back(link.name);

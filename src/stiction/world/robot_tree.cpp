@@ -212,10 +212,11 @@ std::string list_some(std::span<const std::string> names) {
 }
 
 RobotTree read_robot_tree(const RobotSpec& robot) {
-  if (!robot.mjcf.empty()) return read_mjcf(robot.mjcf).robot;
+  if (!robot.mjcf.empty()) return read_mjcf_of(robot).robot;
   MeshOptions options{robot.convex_hulls ? NonConvex::TakeHull : NonConvex::TakeHulls, {}};
   if (robot.decomposition) options = {NonConvex::Decompose, *robot.decomposition};
-  return read_urdf(robot.urdf, robot.package_dirs, options);
+  return robot.text.empty() ? read_urdf(robot.urdf, robot.package_dirs, options)
+                            : read_urdf_text(robot.text, robot.urdf.parent_path(), robot.package_dirs, options);
 }
 
 }  // namespace stiction::world

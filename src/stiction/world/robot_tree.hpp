@@ -53,7 +53,6 @@ struct RobotJoint {
 /// Links and joints come depth first, children in the order of the file: link i > 0 is the child of joint i − 1.
 struct RobotTree {
   std::string name;
-  std::filesystem::path file;
   std::vector<RobotLink> links;
   std::vector<RobotJoint> joints;
   std::vector<std::string> notes;  ///< what was taken otherwise than it is written, one sentence each
@@ -84,7 +83,10 @@ void resolve_followers(RobotTree& tree);
 /// "a, b, c and 4 more".
 std::string list_some(std::span<const std::string> names);
 
-/// Reads the file of a robot, URDF or MJCF. @throws core::InvalidInput
+/// What messages call the URDF or MJCF of a robot that is no file: "text:LINE: …".
+inline constexpr const char* kTextName = "text";
+
+/// Reads the file or text of a robot, URDF or MJCF. @throws core::InvalidInput
 RobotTree read_robot_tree(const RobotSpec& robot);
 
 }  // namespace stiction::world

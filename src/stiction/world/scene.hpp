@@ -29,7 +29,7 @@ struct Pose {
 struct ConvexMesh {
   Eigen::Matrix3Xd vertices;
   Eigen::Matrix3Xi triangles;
-  std::string source;  ///< file it came from, empty for one made in memory
+  std::string source;                                 ///< file it came from, empty for one made in memory
   std::shared_ptr<const Eigen::Matrix3Xd> surface{};  ///< corners (3 × 3n) of the triangles of that file, if it is a mesh: of all its parts
 };
 
@@ -106,8 +106,9 @@ struct Decomposition {
 
 struct RobotSpec {
   std::string name;
-  std::filesystem::path urdf;                       ///< resolved file
-  std::filesystem::path mjcf;                       ///< instead of `urdf`; see add_mjcf in mjcf.hpp
+  std::filesystem::path urdf;  ///< resolved file; of a `text` the folder that paths in it are relative to, with '/' at its end
+  std::filesystem::path mjcf;  ///< instead of `urdf`; see add_mjcf in mjcf.hpp
+  std::string text{};          ///< the URDF or MJCF itself, where there is no file
   std::vector<std::filesystem::path> package_dirs;  ///< where package:// is looked up
   Pose X_WBase;
   std::vector<std::pair<std::string, double>>

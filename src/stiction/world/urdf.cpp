@@ -5,7 +5,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -15,90 +14,14 @@
 #include "stiction/core/faults.hpp"
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
+#include "stiction/world/xml_reader.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::world {
 
 namespace {
 
-using tinyxml2::XMLElement;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// Reads elements and says where they stand when they are not as they should be.
-class Reader {
- public:
-  explicit Reader(const std::filesystem::path& file) : file_(file) {}
-
-  [[noreturn]] void fail(const XMLElement& at, std::string_view what, std::string_view got, std::string_view expected) const {
-    throw core::InvalidInput(fmt::format("{}:{}: {}: got {}, expected {}", file_.string(), at.GetLineNum(), what, got, expected));
-  }
-
-  std::string label(const XMLElement& at) const {
-    const char* name = at.Attribute("name");
-    return name ? fmt::format("{} '{}'", at.Name(), name) : fmt::format("{}", at.Name());
-  }
-
-  std::string required(const XMLElement& at, const char* attribute) const {
-    const char* value = at.Attribute(attribute);
-    if (value == nullptr || *value == '\0') fail(at, label(at), fmt::format("no attribute {}", attribute), "one");
-    return value;
-  }
-
-  const XMLElement& child(const XMLElement& at, const char* name) const {
-    const XMLElement* found = at.FirstChildElement(name);
-    if (found == nullptr) fail(at, label(at), fmt::format("no element {}", name), "one");
-    return *found;
-  }
-
-  double number(const XMLElement& at, const char* attribute, bool infinite_allowed = false) const {
-    const auto values = numbers(at, attribute, required(at, attribute), 1, infinite_allowed);
-    return values[0];
-  }
-
-  double positive(const XMLElement& at, const char* attribute) const {
-    const double value = number(at, attribute);
-    if (!(value > 0)) fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("{}", value), "a number > 0");
-    return value;
-  }
-
-  Eigen::Vector3d vector3(const XMLElement& at, const char* attribute, std::optional<Eigen::Vector3d> fallback = std::nullopt) const {
-    if (fallback && at.Attribute(attribute) == nullptr) return *fallback;
-    return numbers(at, attribute, required(at, attribute), 3, false);
-  }
-
-  Pose origin(const XMLElement& at) const {
-    const XMLElement* element = at.FirstChildElement("origin");
-    if (element == nullptr) return {};
-    return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), vector3(*element, "xyz", Eigen::Vector3d::Zero())};
-  }
-
- private:
-  Eigen::VectorXd numbers(const XMLElement& at, const char* attribute, const std::string& text, int n, bool infinite_allowed) const {
-    Eigen::VectorXd out(n);
-    const char* p = text.data();
-    const char* end = p + text.size();
-    const auto skip = [&] {
-      while (p != end && (std::isspace(static_cast<unsigned char>(*p)) || (*p == ',' && n > 1))) ++p;
-    };
-    bool good = true;
-    for (int i = 0; i < n && good; ++i) {
-      skip();
-      if (p != end && *p == '+') ++p;
-      const auto [stop, error] = std::from_chars(p, end, out[i]);
-      good = error == std::errc() && (std::isfinite(out[i]) || (infinite_allowed && !std::isnan(out[i])));
-      p = stop;
-    }
-    skip();
-    if (!good || p != end) {
-      fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text),
-           (n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n)) +
-               (text.find('$') == std::string::npos ? "" : ", which xacro makes of it"));
-    }
-    return out;
-  }
-
-  std::filesystem::path file_;
-};
 
 void add_once(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
@@ -106,7 +29,9 @@ void add_once(std::vector<std::string>& names, const std::string& name) {
 
 /// Where meshes are looked for and how they are taken, and the names of what was not taken as it is written.
 struct Source {
-  std::filesystem::path file;  ///< the URDF
+  std::filesystem::path file;    ///< the URDF, as messages name it
+  std::filesystem::path folder;  ///< that paths in it are relative to
+  bool is_file = true;           ///< and no text in memory
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
   std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{};
@@ -124,12 +49,14 @@ struct Source {
   }
 };
 
-std::vector<Shape> read_mesh(const Reader& reader, const XMLElement& element, Source& source) {
+std::vector<Shape> read_mesh(const XmlReader& reader, const XMLElement& element, Source& source) {
   const std::string uri = reader.required(element, "filename");
-  const auto path = find_resource(uri, source.file.parent_path(), source.package_dirs);
+  const auto path = find_resource(uri, source.folder, source.package_dirs);
   if (path.empty())
-    reader.fail(element, "mesh filename", fmt::format("'{}', which is nowhere", uri),
-                "a file that exists (package:// is looked for in package_dirs and above the URDF)");
+    reader.fail(
+        element, "mesh filename", fmt::format("'{}', which is nowhere", uri),
+        fmt::format("a file that exists (package:// is looked for in package_dirs and above {})",
+                    source.is_file ? "the URDF" : fmt::format("'{}', which paths in this text are relative to", source.folder.string())));
   const Eigen::Vector3d scale = reader.vector3(element, "scale", Eigen::Vector3d::Ones());
   std::vector<Shape> shapes;
   try {
@@ -143,7 +70,7 @@ std::vector<Shape> read_mesh(const Reader& reader, const XMLElement& element, So
 }
 
 /// One shape, or the convex parts of a mesh.
-std::vector<Shape> read_geometry(const Reader& reader, const XMLElement& collision, Source& source) {
+std::vector<Shape> read_geometry(const XmlReader& reader, const XMLElement& collision, Source& source) {
   const XMLElement& geometry = reader.child(collision, "geometry");
   const XMLElement* shape = geometry.FirstChildElement();
   if (shape == nullptr) reader.fail(geometry, "geometry", "nothing", "sphere, box, cylinder, capsule or mesh");
@@ -168,7 +95,7 @@ bool is_possible(const Eigen::Matrix3d& about_com) {
 }
 
 /// Mass 0 states nothing: files write it for links that they have no figures for.
-void read_inertia(const Reader& reader, const XMLElement& element, Source& source, RobotLink& link) {
+void read_inertia(const XmlReader& reader, const XMLElement& element, Source& source, RobotLink& link) {
   const XMLElement* inertial = element.FirstChildElement("inertial");
   if (inertial == nullptr) return;
   const XMLElement* mass = inertial->FirstChildElement("mass");
@@ -198,7 +125,7 @@ void read_inertia(const Reader& reader, const XMLElement& element, Source& sourc
   link.inertia = out;
 }
 
-RobotLink read_link(const Reader& reader, const XMLElement& element, Source& source) {
+RobotLink read_link(const XmlReader& reader, const XMLElement& element, Source& source) {
   RobotLink link{.name = reader.required(element, "name"), .collisions = {}, .inertia = {}};
   int number = 0;
   for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
@@ -226,7 +153,7 @@ struct RawJoint {
 };
 
 /// A joint whose file says neither end has none, as MuJoCo and Drake have it; of two ends the one that is left out is 0, as the format says.
-void read_limits(const Reader& reader, const XMLElement& element, Source& source, RobotJoint& joint, bool continuous) {
+void read_limits(const XmlReader& reader, const XMLElement& element, Source& source, RobotJoint& joint, bool continuous) {
   const XMLElement* limit = element.FirstChildElement("limit");
   if (limit != nullptr && limit->Attribute("effort") != nullptr) {
     const double effort = reader.number(*limit, "effort", true);
@@ -257,7 +184,7 @@ const XMLElement* find_macro(const XMLElement& element) {
   return nullptr;
 }
 
-RawJoint read_joint(const Reader& reader, const XMLElement& element, Source& source) {
+RawJoint read_joint(const XmlReader& reader, const XMLElement& element, Source& source) {
   RawJoint raw;
   RobotJoint& joint = raw.joint;
   joint.name = reader.required(element, "name");
@@ -285,28 +212,27 @@ RawJoint read_joint(const Reader& reader, const XMLElement& element, Source& sou
   return raw;
 }
 
-}  // namespace
-
-RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
-                    const MeshOptions& mesh_options) {
-  tinyxml2::XMLDocument document;
-  if (!std::filesystem::is_regular_file(file)) {
-    throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
+/// The element `robot` of a document. @throws core::InvalidInput: none, or an xacro file
+const XMLElement& read_root(const XmlReader& reader, const tinyxml2::XMLDocument& document, const Source& source) {
+  if (document.Error()) {
+    throw core::InvalidInput(fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", source.file.string(),
+                                         document.ErrorLineNum(), document.ErrorName()));
   }
-  const std::string text = read_xml_text(file, "urdf");
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    throw core::InvalidInput(
-        fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", file.string(), document.ErrorLineNum(), document.ErrorName()));
-  }
-  const Reader reader(file);
-  Source source{file, package_dirs, mesh_options};
   const XMLElement* root = document.RootElement();
+  if (root == nullptr) throw core::InvalidInput(fmt::format("{}: urdf: got no element, expected 'robot'", source.file.string()));
   if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
-
   if (const XMLElement* macro = find_macro(*root)) {
-    reader.fail(*macro, "robot", fmt::format("'{}', so an xacro file", macro->Name()),
-                fmt::format("the URDF that xacro makes of it: xacro {} > robot.urdf", file.filename().string()));
+    const std::string call = source.is_file ? fmt::format(": xacro {} > robot.urdf", source.file.filename().string()) : "";
+    reader.fail(*macro, "robot", fmt::format("'{}', so an xacro file", macro->Name()), "the URDF that xacro makes of it" + call);
   }
+  return *root;
+}
+
+RobotTree read_tree(const std::string& text, Source source) {
+  tinyxml2::XMLDocument document;
+  document.Parse(text.data(), text.size());
+  const XmlReader reader(source.file);
+  const XMLElement* root = &read_root(reader, document, source);
 
   std::vector<RobotLink> links;
   const auto link_index = [&](const std::string& name) {
@@ -358,7 +284,6 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
 
   RobotTree robot;
   robot.name = root->Attribute("name") ? root->Attribute("name") : "";
-  robot.file = file;
   robot.notes = source.notes();
   const std::function<int(int)> visit = [&](int link) {  // depth first, children in file order
     const int here = static_cast<int>(robot.links.size());
@@ -387,9 +312,24 @@ RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::file
   try {
     resolve_followers(robot);
   } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}: {}", file.string(), e.what()));
+    throw core::InvalidInput(fmt::format("{}: {}", source.file.string(), e.what()));
   }
   return robot;
+}
+
+}  // namespace
+
+RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
+                    const MeshOptions& mesh_options) {
+  if (!std::filesystem::is_regular_file(file)) {
+    throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
+  }
+  return read_tree(read_xml_text(file, "urdf"), {file, file.parent_path(), true, package_dirs, mesh_options});
+}
+
+RobotTree read_urdf_text(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs,
+                         const MeshOptions& mesh_options) {
+  return read_tree(text, {kTextName, folder, false, package_dirs, mesh_options});
 }
 
 }  // namespace stiction::world

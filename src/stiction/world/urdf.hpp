@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "stiction/world/robot_tree.hpp"
@@ -13,6 +14,10 @@ namespace stiction::world {
 /// @throws core::InvalidInput "FILE:LINE: element: got …, expected …"
 RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
                     const MeshOptions& mesh_options = {});
+
+/// The same of a text in memory, which messages name kTextName. @param folder  that paths in it are relative to
+RobotTree read_urdf_text(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs,
+                         const MeshOptions& mesh_options = {});
 
 /// The file of "package://PKG/REST", "file://PATH" or a path relative to `base_dir`. A package is looked for in package_dirs and
 /// in the folders above base_dir, as a folder PKG or as a folder that is itself called PKG. Empty when nothing is there.

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <Eigen/Core>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/shapes.hpp"
+
+namespace stiction::world {
+
+using tinyxml2::XMLElement;
+
+/// Reads elements of an XML file and says where they stand when they are not as they should be.
+class XmlReader {
+ public:
+  /// @param file  as messages name it
+  explicit XmlReader(const std::filesystem::path& file) : file_(file) {}
+
+  [[noreturn]] void fail(const XMLElement& at, std::string_view what, std::string_view got, std::string_view expected) const {
+    throw core::InvalidInput(fmt::format("{}:{}: {}: got {}, expected {}", file_.string(), at.GetLineNum(), what, got, expected));
+  }
+
+  std::string label(const XMLElement& at) const {
+    const char* name = at.Attribute("name");
+    return name ? fmt::format("{} '{}'", at.Name(), name) : fmt::format("{}", at.Name());
+  }
+
+  std::string required(const XMLElement& at, const char* attribute) const {
+    const char* value = at.Attribute(attribute);
+    if (value == nullptr || *value == '\0') fail(at, label(at), fmt::format("no attribute {}", attribute), "one");
+    return value;
+  }
+
+  const XMLElement& child(const XMLElement& at, const char* name) const {
+    const XMLElement* found = at.FirstChildElement(name);
+    if (found == nullptr) fail(at, label(at), fmt::format("no element {}", name), "one");
+    return *found;
+  }
+
+  double number(const XMLElement& at, const char* attribute, bool infinite_allowed = false) const {
+    const auto values = numbers(at, attribute, required(at, attribute), 1, infinite_allowed);
+    return values[0];
+  }
+
+  double positive(const XMLElement& at, const char* attribute) const {
+    const double value = number(at, attribute);
+    if (!(value > 0)) fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("{}", value), "a number > 0");
+    return value;
+  }
+
+  Eigen::Vector3d vector3(const XMLElement& at, const char* attribute, std::optional<Eigen::Vector3d> fallback = std::nullopt) const {
+    if (fallback && at.Attribute(attribute) == nullptr) return *fallback;
+    return numbers(at, attribute, required(at, attribute), 3, false);
+  }
+
+  Pose origin(const XMLElement& at) const {
+    const XMLElement* element = at.FirstChildElement("origin");
+    if (element == nullptr) return {};
+    return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), vector3(*element, "xyz", Eigen::Vector3d::Zero())};
+  }
+
+ private:
+  Eigen::VectorXd numbers(const XMLElement& at, const char* attribute, const std::string& text, int n, bool infinite_allowed) const {
+    Eigen::VectorXd out(n);
+    const char* p = text.data();
+    const char* end = p + text.size();
+    const auto skip = [&] {
+      while (p != end && (std::isspace(static_cast<unsigned char>(*p)) || (*p == ',' && n > 1))) ++p;
+    };
+    bool good = true;
+    for (int i = 0; i < n && good; ++i) {
+      skip();
+      if (p != end && *p == '+') ++p;
+      const auto [stop, error] = std::from_chars(p, end, out[i]);
+      good = error == std::errc() && (std::isfinite(out[i]) || (infinite_allowed && !std::isnan(out[i])));
+      p = stop;
+    }
+    skip();
+    if (!good || p != end) {
+      fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text),
+           (n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n)) +
+               (text.find('$') == std::string::npos ? "" : ", which xacro makes of it"));
+    }
+    return out;
+  }
+
+  std::filesystem::path file_;
+};
+
+}  // namespace stiction::world
