@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import pickle
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
 
-st = pytest.importorskip("stiction", reason="needs build/release/python on the path: run `make build`")
-
 ROOT = Path(__file__).resolve().parents[2]
+PYTHON = ROOT / "build" / "release" / "python"
+if not (PYTHON / "stiction").is_dir():
+    pytest.skip("build/release/python/stiction does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(PYTHON))
+
+import stiction as st  # noqa: E402
+
 PUSHER = (ROOT / "models" / "planar_pusher.urdf").read_text()
 PUSHER_MJCF = """<mujoco model="pusher"><worldbody>
   <body name="ball"><joint name="y" type="slide" axis="0 1 0"/><joint name="z" type="slide" axis="0 0 1"/><geom size="0.05" friction="0.8"/></body>

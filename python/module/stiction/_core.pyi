@@ -229,7 +229,7 @@ def load_scene(file: str | os.PathLike) -> Scene:
 @overload
 def load_scene(scene: dict, *, base: str | os.PathLike | None = None) -> Scene:
     """
-    The scene of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
+    The scene of a dict, with the keys of a file. `urdf` and `mjcf` of a robot are paths, or the URDF or MJCF itself as a str. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
     """
 
 @overload
@@ -250,6 +250,10 @@ def load_model(scene: dict, *, base: str | os.PathLike | None = None) -> Model:
         ... })
         >>> model.n_a, model.n_q, model.object_names
         (6, 13, ['box'])
+        >>> cart = \"\"\"<robot name="cart"><link name="rail"/><link name="body"/>
+        ...   <joint name="x" type="prismatic"><parent link="rail"/><child link="body"/></joint></robot>\"\"\"
+        >>> st.load_model({"robots": [{"name": "cart", "urdf": cart}]}).joint_names
+        ['cart/x']
     """
 
 class Model:
@@ -1142,7 +1146,7 @@ class Task:
 
     def __init__(self, task: dict, *, base: str | os.PathLike | None = None) -> None:
         """
-        A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses and paths may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
+        A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses, paths and robots as text may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …, expected …".
 
             >>> folder = st.load_task("planar_pushing").file.parent
             >>> task = st.Task({"base": "planar_pushing.yaml", "name": "wide", "tolerance": {"position": 0.05, "angle": 0.2}}, base=folder)
