@@ -37,8 +37,8 @@ def look(camera: viser.InitialCameraConfig | viser.CameraHandle, view: View) -> 
     camera.fov = view.fov
     camera.near = float(0.01 * view.radius)
     camera.far = float(300 * view.radius)
+    camera.position = tuple(view.position)  # takes along what is looked at
     camera.look_at = tuple(view.look_at)
-    camera.position = tuple(view.position)
 
 
 def add_ghost(scene: viser.SceneApi, name: str, part: BodyMesh, *, grown: float, color: Color, opacity: float) -> viser.MeshHandle:
@@ -254,7 +254,8 @@ class Drawing:
         segment = int(plan.segment[knot])
         if segment != self.segment_shown:
             kind = plan.segment_kinds[segment]
-            self.label.text = f"{KIND_TEXT[kind]}   {segment + 1} / {len(plan.segment_kinds)}"
+            if len(plan.segment_kinds) > 1:
+                self.label.text = f"{KIND_TEXT[kind]}   {segment + 1} / {len(plan.segment_kinds)}"
             before_kind = plan.segment_kinds[self.segment_shown] if self.segment_shown >= 0 else ""
             if (kind == "regrasp") != (before_kind == "regrasp"):
                 for mesh in self.robot_meshes:

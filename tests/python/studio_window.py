@@ -192,6 +192,12 @@ def orange(picture: np.ndarray) -> float:
     return float(((r > 120) & (g > 0.3 * r) & (g < 0.85 * r) & (b < 0.6 * g)).mean())
 
 
+def red(picture: np.ndarray) -> float:
+    """Part of the pixels in the colour of a fault, through which the background shows."""
+    r, g, b = np.moveaxis(picture.astype(int), 2, 0)
+    return float(((r > 180) & (g < 0.8 * r) & (np.abs(g - b) < 30)).mean())
+
+
 def drawn(picture: np.ndarray) -> float:
     """Part of the pixels that are not background."""
     return float((np.abs(picture.astype(int) - 255).max(axis=2) > 20).mean())

@@ -77,7 +77,7 @@ def test_plan_check_simulate_and_compare(driven: Driven) -> None:
     assert "motors" in panel.line.content, "it plays, and says what the motors give"
 
     driven.press("check")
-    driven.until(lambda: "**check** passed" in panel.figures.content)
+    driven.until(lambda: "**check** passed" in panel.figures.content and "**check** passed" in panel.message.content)
     panel.budget.value = 5.0  # of seven minutes of simulated time some are enough
     driven.press("simulate")
     panel.budget.value = 200.0
@@ -87,7 +87,7 @@ def test_plan_check_simulate_and_compare(driven: Driven) -> None:
 
     run = studio.result.run
     assert run.planned.poses.shape == run.simulated.poses.shape and len(run.times) == len(run.planned.poses) <= MAX_SAMPLES
-    assert 0 < np.abs(run.planned.poses - run.simulated.poses).max() < 1 and "**in MuJoCo**" in panel.figures.content
+    assert 0 < np.abs(run.planned.poses - run.simulated.poses).max() < 1 and "**in MuJoCo**" in panel.figures.content and "**in MuJoCo**" in panel.message.content
     studio.problem.set_goal_numbers([0.1, 0.4, 0.3])
     studio.moved()
     assert studio.view == "pose" and panel.goal[1].value == pytest.approx(0.4)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import browser
-from studio_window import PATIENCE, Program, Window, colours, drawn, orange, square
+from studio_window import PATIENCE, Program, Window, colours, drawn, orange, red, square
 
 MAX_BYTES = 5_000_000  # of page and scene
 GRIP = (255, 45, 105)  # square of the handle that moves both directions of a plane
@@ -71,6 +71,23 @@ def test_task_is_picked_its_goal_dragged_planned_scrubbed_and_exported(window: W
     picture = window.scene()
     assert orange(picture) > 0.005 and 0.02 < drawn(picture) < 0.98 and colours(picture) > 20
     assert 100_000 < chromium.received <= MAX_BYTES
+    check_quiet(window)
+
+
+@browser.needed
+def test_result_that_is_looked_at_from_elsewhere_is_in_the_picture(window: Window) -> None:
+    window.choose("Open", "allegro_cube")
+    window.turn_to("Pose")
+    window.wait_text("Lint finds no fault")
+    window.fill("z [m]", 0.3)
+    window.wait_text("no robot reaches 'cube'")
+    window.browser.wait_for(lambda: red(window.scene()) > 0.003, PATIENCE, "the goal, which was above the picture")
+    window.press("Back to the task", "button")
+    window.wait_text("Lint finds no fault")
+    window.fill("Time at most [s]", 300)
+    window.press("Plan", "button")
+    window.wait_text(r"solved in [\d.]+ s")
+    window.browser.wait_for(lambda: orange(window.scene()) > 0.01, PATIENCE, "the object")
     check_quiet(window)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import stiction as st
 import viser
 
-from .exporting import reproduce
+from .exporting import reproduce, script
 from .jobs import Job, Worker
 from .panel import RESULT, Controls
 from .picture import Pictures
@@ -22,6 +22,7 @@ from .stage import Stage
 from .uploads import Refused
 
 TICK = 1 / 60  # [s] how often the page is looked at
+LONGEST_COMMAND = 20_000  # characters that the page shows
 PROGRESS = 0.2  # [s] between two words on progress
 MISTAKES = (st.InvalidInput, Refused, ValueError, OSError, ImportError)
 
@@ -141,8 +142,9 @@ class Desk:
         if self.view == RESULT and self.result is not None:
             text = reproduce(self.result)
         elif self.problem is not None:
-            file = self.problem.task_file()
-            text = self.problem.command(float(self.panel.budget.value)) + "\n" + ("" if file is None else f"# task.yaml:\n{file}")
+            text = script(self.problem.command(float(self.panel.budget.value)), self.problem.task_file())
         else:
             text = ""
+        if len(text) > LONGEST_COMMAND:
+            text = "# task.yaml is in the download `everything`\n" + text.rstrip().rsplit("\n", 1)[-1] + "\n"
         self.panel.command.content = f"```sh\n{text}```" if text else ""

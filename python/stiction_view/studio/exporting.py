@@ -17,10 +17,15 @@ MOTIONS = ("csv", "npz", "json", "mcap")
 CHOICES = (EVERYTHING, PLAN, PAGE, *MOTIONS)
 
 
+def script(command: str, task_file: str | None) -> str:
+    """Lines for a shell: they write the task where it is in no file, and plan it."""
+    return (f"cat > task.yaml <<'END'\n{task_file}END\n" if task_file is not None else "") + command + "\n"
+
+
 def reproduce(result: Result) -> str:
-    """What plans it again, as text."""
-    out = f"# stiction {st.version()}, task '{result.plan.task.name}', scene {result.plan.task.scene_sha256[:12]}, seed {result.plan.seed}\n{result.command}\n"
-    return out + (f"# task.yaml:\n{result.task_file}" if result.task_file is not None else "")
+    """What plans it again, as lines for a shell."""
+    head = f"# stiction {st.version()}, task '{result.plan.task.name}', scene {result.plan.task.scene_sha256[:12]}, seed {result.plan.seed}\n"
+    return head + script(result.command, result.task_file)
 
 
 def motion(plan: st.Plan, format: str) -> dict[str, bytes]:
@@ -45,7 +50,7 @@ def files(result: Result, choice: str) -> dict[str, bytes]:
             text += f"# left out: {error}\n"
     if result.task_file is not None:
         out["task.yaml"] = result.task_file.encode()
-    return out | {"reproduce.txt": text.encode()}
+    return out | result.files | {"reproduce.txt": text.encode()}
 
 
 def export(result: Result, choice: str) -> tuple[str, bytes]:

@@ -57,5 +57,6 @@ def _place(finding: st.Finding, problem: Problem, pictures: Pictures) -> Fault:
     if point is None and (objects := [b for b in bodies if b in model.object_names]):
         point = model.object_pose(problem.goal if at_goal else problem.start, objects[0]).p
     title = TITLES.get(finding.kind, finding.kind)
-    label = title if finding.amount is None else f"{title}: {length(finding.amount)}"
+    pair = f" of {' and '.join(body.split('/')[-1] for body in bodies)}" if finding.kind == "overlap" else ""
+    label = title + pair + ("" if finding.amount is None else f": {length(finding.amount)}")
     return Fault(finding.kind, finding.message, label, None if point is None else np.array(point), bodies, at_goal)

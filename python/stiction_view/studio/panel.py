@@ -84,10 +84,10 @@ class Controls:
         gui = self.gui
         self.faults = gui.add_markdown("")
         self.handle = self._input(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move"), "handle")
-        self.goal_folder = gui.add_folder("Goal")
+        self.goal_folder = gui.add_folder("Goal (green)")
         self.start_folder = gui.add_folder("Start of the object", expand_by_default=False)
         self.joints_folder = gui.add_folder("Start of the joints", expand_by_default=False)
-        self.reset = self._button("As the task has it", "reset", hint="Start, goal and options of the task")
+        self.reset = self._button("Back to the task", "reset", hint="Start, goal and options as the task has them")
         self.goal: list[viser.GuiNumberHandle[float]] = []
         self.start: list[viser.GuiNumberHandle[float]] = []
         self.joints: list[viser.GuiSliderHandle[float]] = []

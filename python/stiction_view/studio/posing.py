@@ -122,6 +122,10 @@ class Posing(Desk):
         self.settle_at, self.moved_since = time.monotonic() + SETTLED, True
         self.say_command()
 
+    def follow_goal(self) -> None:
+        if self.problem is not None and self.pictures is not None:
+            self.stage.follow_goal(self.problem, self.pictures)
+
     def on_goal(self) -> None:
         self._numbers(self.panel.goal, at_goal=True)
 
@@ -141,6 +145,7 @@ class Posing(Desk):
         else:
             problem.set_start_numbers(problem.goal_object, values)
         self.moved()
+        self.follow_goal()
         self.stage.put_handle(problem, self.handles().get(self.panel.handle.value, (None, True))[1])
 
     def on_joints(self) -> None:
@@ -158,6 +163,7 @@ class Posing(Desk):
             self.problem.reset()
             self.fill_options()
             self.moved()
+            self.follow_goal()
             self.grip()
 
     def find_faults(self) -> None:

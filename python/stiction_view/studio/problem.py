@@ -221,6 +221,12 @@ class Problem:
             return None
         return json.dumps(self.document(options=True), indent=1, ensure_ascii=False) + "\n"  # JSON is YAML
 
+    def files(self) -> dict[str, bytes]:
+        """What a task that is in no file reads from its folder."""
+        if "base" in self.spec:
+            return {}
+        return {str(file.relative_to(self.folder)): file.read_bytes() for file in sorted(self.folder.rglob("*")) if file.is_file()}
+
     def command(self, timeout_s: float) -> str:
         """The line that plans this again."""
         words = ["stiction", "plan", self.name if self.task_file() is None else "task.yaml", "--seed", str(self.seed)]

@@ -40,6 +40,7 @@ class Result:
     reason: str
     seconds: float
     pictures: Pictures
+    files: dict[str, bytes] = field(default_factory=dict)  # that its task reads beside itself
     run: Run | None = None
     verdict: str = ""
     notes: list[str] = field(default_factory=list)
@@ -71,10 +72,10 @@ class Result:
         return "  \n".join([*rows, *([self.verdict] if self.verdict else []), *([self.run.words] if self.run else [])])
 
 
-def make_result(number: int, plan: st.Plan, pictures: Pictures, command: str, task_file: str | None, reason: str, seconds: float) -> Result:
+def make_result(number: int, plan: st.Plan, pictures: Pictures, command: str, task_file: str | None, reason: str, seconds: float, files: dict[str, bytes] | None = None) -> Result:
     """Raises ValueError where there is nothing to draw."""
     data = json.loads(plan.to_text())
-    return Result(number, plan, read_plan_object(data), make_series(plan.task.model, data), command, task_file, reason, seconds, pictures)
+    return Result(number, plan, read_plan_object(data), make_series(plan.task.model, data), command, task_file, reason, seconds, pictures, files or {})
 
 
 def make_run(result: Result, timeout_s: float) -> Run:

@@ -47,7 +47,7 @@ class Showing(Posing):
         self.must_be_free("Planning")
         task, options, seed = problem.task(), dict(problem.options), problem.seed
         budget, refine = float(self.panel.budget.value), bool(self.panel.refine.value)
-        command, task_file = problem.command(budget), problem.task_file()
+        command, task_file, files = problem.command(budget), problem.task_file(), problem.files()
         self.counted += 1
         number = self.counted
         self.to_pose()
@@ -61,7 +61,7 @@ class Showing(Posing):
                 job.label = "Refining"
                 plan = st.refine(plan, timeout_s=budget, on_progress=job.watch).plan
                 lines.append("stiction refine out")
-            return results.make_result(number, plan, pictures, "\n".join(lines), task_file, reason, job.seconds())
+            return results.make_result(number, plan, pictures, "\n".join(lines), task_file, reason, job.seconds(), files)
 
         self.start(Job("Planning", work, self.planned, seen=lambda: growing.show(self.view == POSE), ended=growing.end))
 
@@ -85,6 +85,7 @@ class Showing(Posing):
             if self.result is result:
                 self.panel.set_choices(self.panel.beside, self.panel.beside.options, IN_MUJOCO)
                 self.to_result()
+            self.panel.say(job.result.words)
 
         self.start(Job("Running in MuJoCo", lambda _: results.make_run(result, budget), done))
 
@@ -96,6 +97,7 @@ class Showing(Posing):
         def done(job: Job) -> None:
             result.verdict = job.result
             self.say_result()
+            self.panel.say(result.verdict)
 
         self.start(Job("Checking", lambda _: results.check(result), done))
 
@@ -178,6 +180,7 @@ class Showing(Posing):
         """A scenario was carried out."""
         played: Played = job.result
         self.played, self.view, self.problem, self.pictures = played, RESULT, None, None
+        self.stage.forget()
         self.stage.show([Shown(played.drawn, played.pictures, played.name, with_goal=False)])
         self.panel.about.content = played.words
         self.panel.figures.content = played.words

@@ -33,6 +33,25 @@ class Shown:
     with_goal: bool = True
 
 
+def goal_of(problem: Problem) -> st.Pose:
+    return problem.model.object_pose(problem.goal, problem.model.object_names[problem.goal_object])
+
+
+def plan_of(problem: Problem, pictures: Pictures) -> Plan:
+    """The start as a motion of one moment, with the goal."""
+    return pictures.plan(problem.start, goal_of(problem), problem.goal_object, problem.given.name)
+
+
+def is_seen(camera: viser.CameraHandle, point: np.ndarray) -> bool:
+    """Whether a place is in the picture of a camera."""
+    away, up = np.asarray(camera.look_at) - camera.position, np.asarray(camera.up_direction)
+    right = np.cross(away, up)
+    R = np.stack([v / np.linalg.norm(v) for v in (right, np.cross(right, away), away)])
+    x, y, depth = R @ (point - camera.position)
+    height = depth * np.tan(camera.fov / 2)
+    return bool(depth > 0 and abs(y) < height and abs(x) < camera.aspect * height)
+
+
 class Stage:
     """Only one thread at a time may call it."""
 
@@ -45,6 +64,7 @@ class Stage:
         self._gizmo: viser.TransformControlsHandle | None = None
         self._gizmo_of: int | None = None
         self.view: View | None = None
+        self.beside = -1  # motions side by side when the camera was aimed last; 0: a task that is posed
         light(server.scene)
 
     # ---- nodes ----
@@ -54,6 +74,10 @@ class Stage:
             assert drawing.root_node is not None
             drawing.root_node.remove()  # and all below it
         self.posed, self.shown, self._gizmo, self._marks, self._titles = None, [], None, [], []
+
+    def forget(self) -> None:
+        """What is drawn next is another scene, at which the camera is aimed anew."""
+        self.beside = -1
 
     def aim(self, view: View, clients: Iterable[viser.ClientHandle] | None = None) -> None:
         """Cameras of those who come, and of `clients`; None: of all who are there."""
@@ -67,14 +91,13 @@ class Stage:
     def pose(self, problem: Problem, pictures: Pictures, aim: bool) -> None:
         """Draws the start and the goal of a task."""
         self.clear()
-        model = problem.model
-        X = model.object_pose(problem.goal, model.object_names[problem.goal_object])
-        plan = pictures.plan(problem.start, X, problem.goal_object, problem.given.name)
+        plan = plan_of(problem, pictures)
         self.posed = Drawing(self.server, plan, root=POSE_ROOT, rods=pictures.rods(), with_goal=True)
         self.posed.place(plan.poses[0])
         self.posed.label.visible = False
-        if aim:
+        if aim or self.beside > 1:
             self.aim(self.posed.view)
+            self.beside = 0
 
     def move_start(self, problem: Problem, pictures: Pictures) -> None:
         if self.posed is not None:
@@ -83,9 +106,16 @@ class Stage:
     def move_goal(self, problem: Problem) -> None:
         if self.posed is None:
             return
-        row = seven([problem.model.object_pose(problem.goal, problem.model.object_names[problem.goal_object])])[0]
+        row = seven([goal_of(problem)])[0]
         node = self.posed.goal_node
         node.position, node.wxyz = row[:3], row[3:]
+
+    def follow_goal(self, problem: Problem, pictures: Pictures) -> None:
+        """Aims anew where the goal has left somebody's picture."""
+        lost = [client for client in self.server.get_clients().values() if not is_seen(client.camera, goal_of(problem).p)]
+        if self.posed is not None and lost:
+            plan = plan_of(problem, pictures)
+            self.aim(choose_view(plan, body_meshes(plan, {}), choose_frames(plan)), lost)
 
     # ---- the handle that drags ----
 
@@ -153,8 +183,8 @@ class Stage:
 
     # ---- motions ----
 
-    def show(self, motions: list[Shown], aim: bool = True) -> None:
-        """Draws one motion, or two side by side."""
+    def show(self, motions: list[Shown]) -> None:
+        """Draws one motion, or two side by side. The camera stays where somebody has put it, unless one becomes two."""
         self.clear()
         plan = motions[0].plan
         view = choose_view(plan, body_meshes(plan, {}), choose_frames(plan)) if len(motions) > 1 else None
@@ -174,8 +204,9 @@ class Stage:
             wide = View(view.position + step / 2 + 0.75 * (view.position - view.look_at), view.look_at + step / 2, view.up, view.fov, 2 * view.radius, view.label)
         else:
             wide = self.shown[0].view
-        if aim:
+        if self.beside != len(motions):
             self.aim(wide)
+            self.beside = len(motions)
 
     def show_frame(self, knot: int) -> None:
         """Every motion at a knot; one that is over rests at its end."""
