@@ -123,14 +123,14 @@ class SenseRun {
     const Eigen::VectorXd q = sensing::place_robots(scenario_.sensor->model(), scenario_.series.q.col(column)),
                           tau = scenario_.series.tau.col(column);
     const bool is_after_gap = std::binary_search(scenario_.series.gaps.begin(), scenario_.series.gaps.end(), static_cast<int>(i));
-    if (is_after_gap) last_.clear();
+    if (is_after_gap) last_.clear(), last_sets_.clear();
     const auto begin = std::chrono::steady_clock::now();
     sensing::sense(*scenario_.sensor, {q, tau, &last_}, scenario_.options, work_, result_);
     if (scenario_.asks_for_sets())
-      sensing::sense_contacts(*scenario_.sensor, {q, tau, scenario_.base ? &*scenario_.base : nullptr}, scenario_.set_options(), set_work_,
-                              sets_);
+      sensing::sense_contacts(*scenario_.sensor, {q, tau, scenario_.base_at(i), &last_sets_}, scenario_.set_options(), set_work_, sets_);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     last_ = result_.best_points();
+    last_sets_ = sets_.sets;
     if (page_ != nullptr) page_->add(i, q, tau, result_, sets_);
     explained_ += result_.verdict == sensing::Verdict::Explained || sets_.verdict == sensing::Verdict::Explained;
     fmt::print(to_, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms{}\n", scenario_.name, time,
@@ -145,7 +145,7 @@ class SenseRun {
       print_sets(to_, scenario_, sets_);
       moment["contact_sets"] = to_json(scenario_, sets_);
     }
-    const KnownContacts contacts = scenario_.contacts_at(i);
+    const std::vector<sensing::KnownContact> contacts = scenario_.contacts_at(i);
     report_distance(to_, scenario_, contacts, calc_distance(contacts, result_, sets_), moment);
     return moment;
   }
@@ -165,6 +165,7 @@ class SenseRun {
   sensing::SenseResult result_;
   sensing::ContactSetResult sets_;
   std::vector<sensing::ContactPoint> last_;
+  std::vector<sensing::ContactSet> last_sets_;
   bool explained_ = false;
 };
 

@@ -77,11 +77,13 @@ Json SensePage::truths(std::size_t i, const Eigen::VectorXd& q) const {
   world::Kinematics kinematics;
   world::calc_kinematics(model, q, work, kinematics);
   Json out = Json::array();
-  for (const sensing::KnownContact& contact : scenario_.contacts_at(i)) {
+  const std::vector<sensing::KnownContact> contacts = scenario_.contacts_at(i);
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const sensing::KnownContact& contact = contacts[k];
     const auto& X_WL =
         kinematics.X_WB[static_cast<std::size_t>(scenario_.sensor->links()[static_cast<std::size_t>(contact.link)].surface.body)];
     Eigen::Vector3d f_W = X_WL.R * contact.f_L;
-    if (scenario_.poke) f_W = scenario_.poke->pushes[static_cast<std::size_t>(scenario_.series.pushed[i])].force_W;
+    if (scenario_.poke) f_W = scenario_.poke->pushes[static_cast<std::size_t>(scenario_.series.pushed[i][k])].force_W;
     out.push_back({{"point", page_numbers(X_WL * contact.p_L)}, {"force", page_numbers(f_W)}});
   }
   return out;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "sensor.hpp"
+#include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/contact_sets.hpp"
 
 namespace stiction::python {
@@ -21,31 +22,28 @@ struct ContactSet {
   int freedom;
 };
 
-struct ContactSets {
-  SensorPtr sensor;
-  sensing::ContactSetResult result;
+ContactSet make_set(const ContactSets& all, const sensing::ContactSet& s) {
+  ContactSet out{{}, s.residual, s.freedom};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(s.count); ++i)
+    out.contacts.push_back({all.sensor->link_name(s.contacts[i].link), s.contacts[i], s.deviation[i], s.point_is_unique[i]});
+  return out;
+}
 
-  ContactSet set(const sensing::ContactSet& s) const {
-    ContactSet out{{}, s.residual, s.freedom};
-    for (std::size_t i = 0; i < static_cast<std::size_t>(s.count); ++i)
-      out.contacts.push_back({sensor->link_name(s.contacts[i].link), s.contacts[i], s.deviation[i], s.point_is_unique[i]});
-    return out;
-  }
-  std::vector<ContactSet> sets() const {
-    std::vector<ContactSet> out;
-    for (const sensing::ContactSet& s : result.sets) out.push_back(set(s));
-    return out;
-  }
-  std::vector<ContactSet> best() const {
-    std::vector<ContactSet> out;
-    for (const sensing::ContactGroup& g : result.groups) out.push_back(set(result.sets[static_cast<std::size_t>(g.first)]));
-    return out;
-  }
-};
+std::vector<ContactSet> sets_of(const ContactSets& all) {
+  std::vector<ContactSet> out;
+  for (const sensing::ContactSet& s : all.result.sets) out.push_back(make_set(all, s));
+  return out;
+}
 
-ContactSets sense_contacts(const Sensor& sensor, const Vector& q, const Vector& tau, const std::optional<BaseWrench>& base,
-                           int max_contacts, double friction, int rays, double noise, std::optional<double> threshold, double tolerance,
-                           int starts, int descents) {
+std::vector<ContactSet> best_of(const ContactSets& all) {
+  std::vector<ContactSet> out;
+  for (const sensing::ContactGroup& g : all.result.groups) out.push_back(make_set(all, all.result.sets[static_cast<std::size_t>(g.first)]));
+  return out;
+}
+
+ContactSets sense_with_options(const Sensor& sensor, const Vector& q, const Vector& tau, const std::optional<BaseWrench>& base,
+                               const ContactSets* last, int max_contacts, double friction, int rays, double noise,
+                               std::optional<double> threshold, double tolerance, int starts, int descents) {
   const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.value);
   sensing::ContactSetOptions options;
   options.sense.cone = sensing::FrictionCone(friction, rays);
@@ -55,11 +53,8 @@ ContactSets sense_contacts(const Sensor& sensor, const Vector& q, const Vector& 
   options.max_contacts = max_contacts;
   options.starts = starts;
   options.descents = descents;
-  ContactSets out{sensor.ptr(), {}};
   const nb::gil_scoped_release unlocked;
-  sensing::ContactSetWorkspace work(sensor.ptr());
-  sensing::sense_contacts(sensor.get(), {full, tau.value, base ? &*base : nullptr}, options, work, out.result);
-  return out;
+  return sense_contacts(sensor, full, tau.value, base ? &*base : nullptr, last, options);
 }
 
 std::string to_text(const ContactSet& s) {
@@ -96,6 +91,15 @@ void bind_base_wrench(nb::module_& m) {
 
 }  // namespace
 
+ContactSets sense_contacts(const Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const BaseWrench* base,
+                           const ContactSets* last, const sensing::ContactSetOptions& options) {
+  if (last != nullptr && last->sensor != sensor.ptr()) core::throw_invalid("last", "a result of another sensor", "one of this sensor");
+  ContactSets out{sensor.ptr(), {}};
+  sensing::ContactSetWorkspace work(sensor.ptr());
+  sensing::sense_contacts(sensor.get(), {q, tau, base, last != nullptr ? &last->result.sets : nullptr}, options, work, out.result);
+  return out;
+}
+
 void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
   bind_base_wrench(m);
   nb::class_<SetContact>(m, "SetContact", "A contact of a set.")
@@ -121,8 +125,8 @@ void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
       .def_prop_ro(
           "ambiguous", [](const ContactSets& s) { return s.result.ambiguous; },
           "several combinations of links explain the torques, or points and forces can change together without a trace in them")
-      .def_prop_ro("sets", &ContactSets::sets, "that explain the torques, by combination of links; where none do the best one")
-      .def_prop_ro("best", &ContactSets::best, "the best set of each combination of links, the best combination first")
+      .def_prop_ro("sets", &sets_of, "that explain the torques, by combination of links; where none do the best one")
+      .def_prop_ro("best", &best_of, "the best set of each combination of links, the best combination first")
       .def_prop_ro(
           "explained", [](const ContactSets& s) { return s.result.explained; }, "what counts as explained [(N m)^2]")
       .def("__repr__", [](const ContactSets& s) {
@@ -130,7 +134,7 @@ void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
                            s.result.sets.size(), s.result.ambiguous ? ", ambiguous" : "");
       });
   const sensing::ContactSetOptions standard;
-  sensor.def("sense_contacts", &sense_contacts, "q"_a, "tau"_a, "base"_a = nb::none(), nb::kw_only(),
+  sensor.def("sense_contacts", &sense_with_options, "q"_a, "tau"_a, "base"_a = nb::none(), "last"_a.none() = nb::none(), nb::kw_only(),
              "max_contacts"_a = standard.max_contacts, "friction"_a = standard.sense.cone.friction(), "rays"_a = standard.sense.cone.rays(),
              "noise"_a = standard.sense.noise, "threshold"_a = nb::none(), "tolerance"_a = standard.sense.tolerance,
              "starts"_a = standard.starts, "descents"_a = standard.descents,
@@ -138,6 +142,8 @@ void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
 
   q: configuration (n_q), or joint positions alone (n_a) [rad or m]. tau: external torques (n_a) [N m; N].
   base: BaseWrench, or None. n_a torques cannot fix the 5 numbers of each contact if they are fewer: sets say their freedom.
+  last: of the measurement before, or None. Where one of its sets, led down from where it was, explains these torques and fewer contacts do not,
+    no other is looked for.
   max_contacts: in [1, 3]. starts: first contacts that are tried on each link, >= 1. descents: for each combination of links, >= 1.
   friction, rays, noise, threshold, tolerance: as of sense(); rays in [3, 64].
 

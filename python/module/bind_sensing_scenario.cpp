@@ -62,6 +62,18 @@ SenseResult sense_moment(Scenario& scenario, const Vector& q, const Vector& tau,
   return sense(*scenario.sensor, full, tau.value, last, scenario.values.options);
 }
 
+ContactSets sense_contacts_moment(Scenario& scenario, const Vector& q, const Vector& tau, const std::optional<sensing::BaseWrench>& base,
+                                  const ContactSets* last) {
+  const Eigen::VectorXd full = configuration_of(scenario.sensor->model(), "q", q.value);
+  const nb::gil_scoped_release unlocked;
+  return sense_contacts(*scenario.sensor, full, tau.value, base ? &*base : nullptr, last, scenario.values.set_options());
+}
+
+std::vector<sensing::BaseWrench> base_wrenches(const Scenario& s) {
+  if (!s.values.series.base.empty() || !s.values.base) return s.values.series.base;
+  return {*s.values.base};
+}
+
 std::vector<SenseResult> sense_file(const ScenarioFile& file) {
   Scenario scenario = load(file);
   return sense_scenario(scenario);
@@ -91,7 +103,7 @@ void bind_sensing_scenario(nb::module_& m) {
           "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "external torques [N m; N] (time, n_a)")
       .def_prop_ro(
           "pushed", [](const Scenario& s) { return s.values.series.pushed; },
-          "of a simulated robot: index into contacts of the push that acts, -1: none (time); of others empty")
+          "of a simulated robot: indices into contacts of the pushes that act (time); of others empty")
       .def_prop_ro("contact", &contact_of, "where the file gives a single one instead of torques, or None")
       .def_prop_ro("contacts", &contacts_of, "all that the file gives instead of torques")
       .def_prop_ro(
@@ -105,7 +117,15 @@ Raises InvalidInput: sizes, numbers that are not finite.)")
       .def_prop_ro(
           "max_contacts", [](const Scenario& s) { return s.values.max_contacts; }, "at the same time")
       .def_prop_ro(
-          "base_wrench", [](const Scenario& s) { return s.values.base; }, "under the base, or None")
+          "base_wrench", [](const Scenario& s) { return s.values.base; },
+          "under the base, or None; of a simulated robot only the noise of the sensor")
+      .def_prop_ro("base_wrenches", &base_wrenches, "measured under the base (time); empty: none")
+      .def("sense_contacts", &sense_contacts_moment, "q"_a, "tau"_a, "base"_a = nb::none(), "last"_a.none() = nb::none(),
+           R"(Contacts at the same time, at most max_contacts, with the options of the scenario: Sensor.sense_contacts().
+
+  q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. base: BaseWrench, or None. last: of the measurement before, or None.
+
+Raises InvalidInput: sizes, numbers that are not finite.)")
       .def("__repr__", [](const Scenario& s) {
         return fmt::format("<stiction.SensingScenario '{}': {} moments>", s.values.name, s.values.series.times.size());
       });

@@ -56,6 +56,12 @@ struct SenseResult {
   sensing::SenseResult result;
 };
 
+/// The same of contacts at the same time.
+struct ContactSets {
+  SensorPtr sensor;
+  sensing::ContactSetResult result;
+};
+
 /// Where the robots are: a configuration (n_q), or joint positions alone (n_a) with objects at their placed frames.
 /// @throws core::InvalidInput by the name of the argument
 Eigen::VectorXd configuration_of(const world::Model& model, const std::string& name, Eigen::Ref<const Eigen::VectorXd> q);
@@ -67,6 +73,10 @@ SenseResult sense(Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorX
 /// One after the other, each from the candidates of the one before. @param q, tau  one column a moment  @param gaps  moments that start afresh
 std::vector<SenseResult> sense_series(Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau,
                                       const sensing::SenseOptions& options, const std::vector<int>& gaps = {});
+
+/// Contacts at the same time. @param base, last  wrench at the base and the cycle before, or null
+ContactSets sense_contacts(const Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::BaseWrench* base,
+                           const ContactSets* last, const sensing::ContactSetOptions& options);
 
 void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor);
 void bind_sense_results(nb::module_& m);

@@ -81,15 +81,56 @@ def test_a_click_pushes_the_robot_and_the_push_is_found(live: Live) -> None:
     p_W, n_W = link.p_L[40] @ X[link.name].R.T + X[link.name].p, X[link.name].R @ link.n_L[40]
     live.events.put(lambda: live.poke(p_W + 0.01 * n_W, -n_W))
     live.tick(0.1)
-    assert live.push is not None and live.push.link == link.name
+    (push,) = live.pushes
+    assert push.link == link.name
     assert "pushed at arm/wrist_2_link" in live.words.content and live.arrows["truth"].visible
     explaining = [c for c in live.last.candidates if c.explains]
-    assert any(c.link == link.name and np.linalg.norm(c.p_L - live.push.p_L) < 0.02 for c in explaining)
+    assert any(c.link == link.name and np.linalg.norm(c.p_L - push.p_L) < 0.02 for c in explaining)
     live.push_until = 0.2
     live.tick(0.2 + POKE)
-    assert live.push is None and live.moment == 0, "and the series goes on from its start"
+    assert not live.pushes and live.moment == 0, "and the series goes on from its start"
     live.poke(np.array([0.0, 0, 50.0]), np.array([0.0, 0, 1.0]))
-    assert live.push is None, "a click beside the robot is no push"
+    assert not live.pushes, "a click beside the robot is no push"
+
+
+@pytest.fixture(scope="module")
+def two_pushes() -> st.SensingScenario:
+    return st.load_sensing_scenario("ur5_two_pushes")
+
+
+def test_two_contacts_pass_as_they_were_measured(two_pushes: st.SensingScenario) -> None:
+    with serving("127.0.0.1", 0) as server:
+        live = Live(server, two_pushes)
+        start, links = two_pushes.times[0], [set(), set()]
+        live.tick(0.0)
+        for now, k in zip(two_pushes.times, range(len(two_pushes.times)), strict=True):
+            live.tick(now - start + 1e-6)
+            assert live.moment == k
+            if len(two_pushes.pushed[k]) == 2 and len(two_pushes.pushed[k - 4]) == 2:  # torques follow with the observer's lag
+                assert live.last_sets.count == 2 and "2 contacts at the same time explain" in live.words.content
+                known = [two_pushes.contacts[i].link for i in two_pushes.pushed[k]]
+                assert known in [[c.link for c in one.contacts] for one in live.last_sets.best]
+                assert len(live.arrows["truth"].points) == len(live.arrows["explains"].points) == 2
+                links[0].update(known)
+            elif len(two_pushes.pushed[k]) == 1 and len(two_pushes.pushed[max(k - 4, 0)]) == 1:
+                links[1].add(live.last_sets.count)
+        assert len(links[0]) == 2 and links[1] == {1}, "one push is one contact, before the second and after it"
+
+
+def test_two_clicks_push_at_the_same_time(two_pushes: st.SensingScenario) -> None:
+    with serving("127.0.0.1", 0) as server:
+        live = Live(server, two_pushes)
+        live.tick(0.0)
+        X = live.model.body_poses(live.configuration(0))
+        for name, sample in (("arm/upper_arm_link", 40), ("arm/wrist_3_link", 90)):
+            link = next(link for link in live.sensor.links if link.name == name)
+            p_W, n_W = link.p_L[sample] @ X[name].R.T + X[name].p, X[name].R @ link.n_L[sample]
+            live.poke(p_W + 0.01 * n_W, -n_W)
+        assert [push.link for push in live.pushes] == ["arm/upper_arm_link", "arm/wrist_3_link"]
+        assert live.last_sets.count == 2 and "pushed at arm/upper_arm_link and arm/wrist_3_link" in live.words.content
+        assert ["arm/upper_arm_link", "arm/wrist_3_link"] in [[c.link for c in one.contacts] for one in live.last_sets.best]
+        live.poke(p_W + 0.01 * n_W, -n_W)
+        assert len(live.pushes) == 1, "a third one begins anew"
 
 
 def test_program_serves_the_page_until_it_is_interrupted(program: Path) -> None:

@@ -213,6 +213,44 @@ TEST(ContactSets, RepeatedCycle_UsesNoHeap) {
   EXPECT_EQ(bench::allocations() - before, 0);
 }
 
+TEST(ContactSets, SetsOfTheLastCycle_AreFollowedUntilTheyDoNotExplain) {
+  core::Random random(2, 0);
+  ContactSetWorkspace work(ur5());
+  ContactSetResult first, out;
+  const int links[] = {link("shoulder_link"), link("wrist_3_link")};
+  KnownCases c = make_random_cases(*ur5(), links, FrictionCone(1, 4), 10, 2, random);
+  BaseWrench base = exact(c.base);
+  sense_contacts(*ur5(), {c.q, c.tau, &base}, noiseless(2), work, first);
+  ASSERT_EQ(first.verdict, Verdict::Explained);
+  ASSERT_LT(distance(first, c.contacts), 0.01);
+  // A little later, in another posture and with stronger forces.
+  c.q.array() += 0.02;
+  for (KnownContact& contact : c.contacts) contact.f_L *= 1.1;
+  calc_known_rows(*ur5(), c.q, c.contacts, c.tau, c.base);
+  base = exact(c.base);
+  sense_contacts(*ur5(), {c.q, c.tau, &base, &first.sets}, noiseless(2), work, out);
+  EXPECT_EQ(out.verdict, Verdict::Explained);
+  EXPECT_LT(distance(out, c.contacts), 0.01);
+  ContactSetResult anew;
+  sense_contacts(*ur5(), {c.q, c.tau, &base}, noiseless(2), work, anew);
+  EXPECT_LT(out.descents, anew.descents) << "no second search";
+  // Where the sets before do not help, the answer is that of a search without them; where one contact does, they are not asked.
+  for (const int other : {link("upper_arm_link"), link("wrist_2_link")}) {
+    const int changed[] = {other, link("wrist_3_link")};
+    const KnownCases d = make_random_cases(*ur5(), changed, FrictionCone(1, 4), 10, 2, random);
+    const BaseWrench under = exact(d.base);
+    sense_contacts(*ur5(), {d.q, d.tau, &under, &first.sets}, noiseless(2), work, out);
+    sense_contacts(*ur5(), {d.q, d.tau, &under}, noiseless(2), work, anew);
+    EXPECT_EQ(out.verdict, anew.verdict);
+    EXPECT_EQ(out.contacts, anew.contacts);
+    EXPECT_EQ(distance(out, d.contacts), distance(anew, d.contacts));
+  }
+  const KnownCases one = make_random_cases(*ur5(), std::array{link("wrist_3_link")}, FrictionCone(1, 4), 10, 1, random);
+  const BaseWrench under = exact(one.base);
+  sense_contacts(*ur5(), {one.q, one.tau, &under, &first.sets}, noiseless(2), work, out);
+  EXPECT_EQ(out.contacts, 1);
+}
+
 TEST(ContactSets, SmallTorques_AreBelowTheThreshold) {
   ContactSetWorkspace work(ur5());
   ContactSetResult out;
@@ -245,6 +283,13 @@ TEST(ContactSets, BadInput_IsNamed) {
   base = {};
   base.moment_W[1] = std::nan("");
   EXPECT_EQ(with(tau, &base, {}), "base_wrench.moment[1]: got nan, expected a finite number");
+  std::vector<ContactSet> last(1);
+  last[0].count = 1;
+  last[0].contacts[0].link = 7;
+  EXPECT_EQ(message_of([&] {
+              sense_contacts(*ur5(), {q, tau, nullptr, &last}, {}, work, out);
+            }),
+            "last: got a contact on link 7 of 7, expected sets of the same sensor");
 }
 
 }  // namespace

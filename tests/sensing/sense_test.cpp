@@ -292,6 +292,18 @@ TEST(Sense, LastCycle_IsFoundAgainWithFewSamples) {
   EXPECT_EQ(found, before);
 }
 
+TEST(Sensor, LinksBehindFewJoints_AreSaidToLeaveContactsAmbiguous) {
+  const auto sensor = Sensor::make(make_arm(kUr5));
+  const auto has = [&](const std::string& note) {
+    return std::find(sensor->notes().begin(), sensor->notes().end(), note) != sensor->notes().end();
+  };
+  EXPECT_TRUE(has("arm/shoulder_link: 1 joint before it, so that neither point nor force of a contact are unique"));
+  EXPECT_TRUE(has("arm/upper_arm_link: 2 joints before it, so that neither point nor force of a contact are unique"));
+  EXPECT_TRUE(has("arm/forearm_link: 3 joints before it, so that points of contact lie on curves or patches"));
+  EXPECT_TRUE(std::none_of(sensor->notes().begin(), sensor->notes().end(),
+                           [](const std::string& note) { return note.find("wrist_2_link: 5 joints") != std::string::npos; }));
+}
+
 TEST(Sense, BadInput_IsNamed) {
   using stiction::test::message_of;
   const auto sensor = make_iiwa();

@@ -3434,12 +3434,14 @@ class Sensor:
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
-    def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, *, max_contacts: int = 2, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, tolerance: float = 0.01, starts: int = 24, descents: int = 6) -> ContactSets:
+    def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, last: ContactSets | None = None, *, max_contacts: int = 2, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, tolerance: float = 0.01, starts: int = 24, descents: int = 6) -> ContactSets:
         """
         One to three contacts at the same time that make the torques, the fewest that do.
 
           q: configuration (n_q), or joint positions alone (n_a) [rad or m]. tau: external torques (n_a) [N m; N].
           base: BaseWrench, or None. n_a torques cannot fix the 5 numbers of each contact if they are fewer: sets say their freedom.
+          last: of the measurement before, or None. Where one of its sets, led down from where it was, explains these torques and fewer contacts do not,
+            no other is looked for.
           max_contacts: in [1, 3]. starts: first contacts that are tried on each link, >= 1. descents: for each combination of links, >= 1.
           friction, rays, noise, threshold, tolerance: as of sense(); rays in [3, 64].
 
@@ -3611,9 +3613,9 @@ class SensingScenario:
         """external torques [N m; N] (time, n_a)"""
 
     @property
-    def pushed(self) -> list[int]:
+    def pushed(self) -> list[list[int]]:
         """
-        of a simulated robot: index into contacts of the push that acts, -1: none (time); of others empty
+        of a simulated robot: indices into contacts of the pushes that act (time); of others empty
         """
 
     @property
@@ -3643,7 +3645,22 @@ class SensingScenario:
 
     @property
     def base_wrench(self) -> BaseWrench | None:
-        """under the base, or None"""
+        """
+        under the base, or None; of a simulated robot only the noise of the sensor
+        """
+
+    @property
+    def base_wrenches(self) -> list[BaseWrench]:
+        """measured under the base (time); empty: none"""
+
+    def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, last: ContactSets | None = None) -> ContactSets:
+        """
+        Contacts at the same time, at most max_contacts, with the options of the scenario: Sensor.sense_contacts().
+
+          q: (n_q), or joint positions (n_a). tau: external torques (n_a) [N m; N]. base: BaseWrench, or None. last: of the measurement before, or None.
+
+        Raises InvalidInput: sizes, numbers that are not finite.
+        """
 
     def __repr__(self) -> str: ...
 

@@ -1,7 +1,7 @@
 """python -m stiction_view.studio.sense_live SCENARIO [--host ADDRESS] [--port N]; `stiction sense SCENARIO --live` starts it.
 
 The moments of a scenario one after the other, at the speed at which they were measured: each is sensed when its time has come. A click on the robot pushes
-it there, and what its torques then say is shown.
+it there, and what its torques then say is shown. Where the scenario looks for several contacts at the same time, so does the page, and further clicks push as well.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from .server import serving
 REST = 1.0  # [s] between the last moment and the first again
 POKE = 1.5  # [s] for which a push by a click stays
 LOW, HIGH = np.array([206.0, 24.0, 74.0]), np.array([232.0, 234.0, 238.0])  # colours of a residual of 0 and of all the torques
+Force = tuple[np.ndarray, np.ndarray]  # point and force in the world
+Contact = tuple[str, np.ndarray, np.ndarray]  # link, point and force in its frame
 ARROWS: tuple[tuple[str, Color], ...] = (("explains", EXPLAINS), ("other", OTHER), ("truth", TRUTH))
 
 
@@ -40,6 +42,7 @@ class Push:
     link: str
     p_L: np.ndarray
     n_L: np.ndarray
+    newton: float
 
 
 def find_sample(origin: np.ndarray, direction: np.ndarray, samples: list[tuple[str, np.ndarray, np.ndarray, float]]) -> tuple[int, int] | None:
@@ -64,10 +67,12 @@ class Live:
         self.events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.rng = np.random.default_rng(seed)
         self.last: st.SenseResult | None = None
+        self.last_sets: st.ContactSets | None = None
         self.moment, self.shown = -1, -1
         self.begun: float | None = None
-        self.push: Push | None = None
+        self.pushes: list[Push] = []
         self.push_until = 0.0
+        self.several = scenario.max_contacts > 1 or scenario.base_wrench is not None
 
         self.pictures = Pictures(self.model)
         plan = self.pictures.plan(self.configuration(0), st.Pose(np.eye(3), np.zeros(3)), 0, scenario.name)
@@ -115,17 +120,17 @@ class Live:
         times = np.array(self.scenario.times)
         if self.begun is None or now - self.begun > times[-1] - times[0] + REST:
             self.begun = now
-            self.last = None
+            self.last = self.last_sets = None
         return int(np.searchsorted(times - times[0], now - self.begun, side="right")) - 1
 
     def tick(self, now: float) -> None:
         """Whatever was clicked, then the moment that is due. A push stays for a while, and the series waits for it."""
         while not self.events.empty():
             self.events.get()()
-        if self.push is not None:
+        if self.pushes:
             if now < self.push_until:
                 return
-            self.push, self.begun, self.shown = None, None, -1
+            self.pushes, self.begun, self.shown = [], None, -1
         if not self.play.value:
             if self.begun is not None and self.moment >= 0:  # goes on from here
                 self.begun = now - (self.scenario.times[self.moment] - self.scenario.times[0])
@@ -133,12 +138,14 @@ class Live:
         self.moment = self.due(now)
         if self.moment != self.shown:
             self.shown = self.moment
-            self.sense(self.scenario.q[self.moment], self.scenario.tau[self.moment], self.truths(self.moment), f"t = {self.scenario.times[self.moment]:.2f} s")
+            base = self.scenario.base_wrenches
+            title = f"t = {self.scenario.times[self.moment]:.2f} s"
+            self.sense(self.scenario.q[self.moment], self.scenario.tau[self.moment], base[self.moment] if base else None, self.truths(self.moment), title)
 
-    def truths(self, moment: int) -> list[tuple[str, np.ndarray, np.ndarray]]:
-        """Known contacts that act: link, point and force in its frame."""
+    def truths(self, moment: int) -> list[Contact]:
+        """Known contacts that act."""
         pushed = self.scenario.pushed
-        contacts = self.scenario.contacts if not pushed else [self.scenario.contacts[pushed[moment]]] if pushed[moment] >= 0 else []
+        contacts = self.scenario.contacts if not pushed else [self.scenario.contacts[k] for k in pushed[moment]]
         return [(c.link, np.array(c.p_L), np.array(c.f_L)) for c in contacts]
 
     def poke(self, origin: np.ndarray, direction: np.ndarray) -> None:
@@ -150,39 +157,72 @@ class Live:
         if met is None:
             return
         link = self.sensor.links[met[0]]
-        self.push = Push(link.name, link.p_L[met[1]], link.n_L[met[1]])
+        if len(self.pushes) == self.scenario.max_contacts:
+            self.pushes = []
+        self.pushes.append(Push(link.name, link.p_L[met[1]], link.n_L[met[1]], float(self.force.value)))
         self.push_until = time.monotonic() + POKE
-        f_L = -float(self.force.value) * self.push.n_L
         q = self.scenario.q[moment]
-        tau = st.calc_contact_torque(self.model, q, link.name, self.push.p_L, f_L)
-        self.last = None
-        self.sense(q, tau + self.scenario.noise * self.rng.normal(size=len(tau)), [(link.name, self.push.p_L, f_L)], f"pushed at {link.name}")
+        contacts = [(push.link, push.p_L, -push.newton * push.n_L) for push in self.pushes]
+        tau = sum((st.calc_contact_torque(self.model, q, *contact) for contact in contacts), self.scenario.noise * self.rng.normal(size=len(q)))
+        self.last = self.last_sets = None
+        self.sense(q, tau, self.wrench(contacts, X), contacts, "pushed at " + " and ".join(push.link for push in self.pushes))
+
+    def wrench(self, contacts: list[Contact], X: dict[str, st.Pose]) -> st.BaseWrench | None:
+        """What the sensor under the base would measure of contacts, if the robot stands on one."""
+        sensor = self.scenario.base_wrench
+        if sensor is None:
+            return None
+        parts = [st.calc_base_wrench(X[link].R @ p_L + X[link].p, X[link].R @ f_L) for link, p_L, f_L in contacts]
+        force = sum((part.force_W for part in parts), sensor.force_noise * self.rng.normal(size=3))
+        moment = sum((part.moment_W for part in parts), sensor.moment_noise * self.rng.normal(size=3))
+        return st.BaseWrench(force, moment, force_noise=sensor.force_noise, moment_noise=sensor.moment_noise)
 
     # ---- what the torques say ----
 
-    def sense(self, q: np.ndarray, tau: np.ndarray, truths: list[tuple[str, np.ndarray, np.ndarray]], title: str) -> None:
+    def sense(self, q: np.ndarray, tau: np.ndarray, base: st.BaseWrench | None, truths: list[Contact], title: str) -> None:
         begun = time.perf_counter()
-        result = self.scenario.sense(q, tau, self.last)
+        result = self.last = self.scenario.sense(q, tau, self.last)
+        sets = self.last_sets = self.scenario.sense_contacts(q, tau, base, self.last_sets) if self.several else None
         seconds = time.perf_counter() - begun
-        self.last = result
         full = self.model.neutral()
         full[self.model.n_qu :] = q
         X = self.model.body_poses(full)
         self.drawing.place(self.pictures.poses(full)[0])
         self.colour(q, tau, result.friction, X)
-        explaining = [(np.array(c.p_W), np.array(c.f_W)) for c in result.candidates if c.explains]
-        others = [(np.array(c.p_W), np.array(c.f_W)) for c in result.candidates if not c.explains][:MAX_OTHERS]
+        if sets is not None and sets.count > 1:
+            explaining, others, rows = self.several_contacts(sets, X)
+        else:
+            explaining, others, rows = self.single_contacts(result)
         known = [(X[link].R @ p_L + X[link].p, X[link].R @ f_L) for link, p_L, f_L in truths]
         forces = [np.linalg.norm(f) for _, f in [*explaining, *known]]
         scale = self.drawing.force_longest / max(forces, default=1.0)
         for name, some in zip(self.arrows, (explaining, others, known), strict=True):
             self.draw_arrows(name, some, scale)
-        rows = [f"**{title}**: {VERDICTS[result.verdict]}, {1e3 * seconds:.1f} ms"]
-        for number, c in enumerate((c for c in result.candidates if c.explains), 1):
-            extent = f", within {100 * c.extent:.1f} cm" if c.extent > 0 else ""
-            rows.append(f"{number}. {c.link}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
+        rows[0] = f"**{title}**: {rows[0]}, {1e3 * seconds:.1f} ms"
         rows += [f"known: {link}, {np.linalg.norm(f_L):.1f} N" for link, _, f_L in truths]
         self.words.content = "  \n".join(rows)
+
+    @staticmethod
+    def single_contacts(result: st.SenseResult) -> tuple[list[Force], list[Force], list[str]]:
+        """Candidates that explain, others, and what is said."""
+        explaining = [c for c in result.candidates if c.explains]
+        others = [c for c in result.candidates if not c.explains][:MAX_OTHERS]
+        rows = [VERDICTS[result.verdict]]
+        for number, c in enumerate(explaining, 1):
+            extent = f", within {100 * c.extent:.1f} cm" if c.extent > 0 else ""
+            rows.append(f"{number}. {c.link}: {np.linalg.norm(c.f_W):.1f} N, leaves {np.sqrt(max(c.residual, 0.0)):.2f} N·m{extent}")
+        return [(np.array(c.p_W), np.array(c.f_W)) for c in explaining], [(np.array(c.p_W), np.array(c.f_W)) for c in others], rows
+
+    @staticmethod
+    def several_contacts(sets: st.ContactSets, X: dict[str, st.Pose]) -> tuple[list[Force], list[Force], list[str]]:
+        """Contacts of the best set, those of the best sets on other links, and what is said."""
+        forces = [[(X[c.link].R @ c.p_L + X[c.link].p, X[c.link].R @ c.f_L) for c in one.contacts] for one in sets.best]
+        if sets.verdict != st.Verdict.Explained:
+            return [], sum(forces, []), [f"{sets.count} contacts at the same time do not explain the torques"]
+        rows = [f"{sets.count} contacts at the same time explain the torques" + (", not in one way alone" if sets.ambiguous else "")]
+        for number, one in enumerate(sets.best, 1):
+            rows += [f"{number}. {c.link}: {np.linalg.norm(c.f_L):.1f} N, ± {100 * c.deviation:.1f} cm" for c in one.contacts]
+        return forces[0], sum(forces[1:], []), rows
 
     def colour(self, q: np.ndarray, tau: np.ndarray, friction: float, X: dict[str, st.Pose]) -> None:
         """Samples by the share of the torques that the best force there leaves over."""

@@ -95,6 +95,13 @@ class Search {
     refine(count);
   }
 
+  /// Sets of `count` contacts from those of the last cycle, to work.found.
+  void follow(const std::vector<ContactSet>& last, int count) {
+    work_.found.clear();
+    for (const ContactSet& set : last)
+      if (set.count == count) descend_from(set, count);
+  }
+
   const JointProblem& problem() const { return problem_; }
 
  private:
@@ -303,11 +310,16 @@ void collect(const JointProblem& problem, JointWorkspace& joint, std::vector<Con
   out.ambiguous = any && (out.groups.size() > 1 || out.sets.front().freedom > 0);
 }
 
-void require_input(const world::Model& model, const ContactSetInput& input) {
+void require_input(const world::Model& model, int links, const ContactSetInput& input) {
   world::require_configuration(model, "q", input.q);
   core::require_size("tau", input.tau.size(), model.n_a());
   core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
   if (input.base != nullptr) input.base->validate();
+  if (input.last == nullptr) return;
+  for (const ContactSet& set : *input.last)
+    for (int i = 0; i < set.count; ++i)
+      if (const int link = set.contacts[at(i)].link; link < 0 || link >= links)
+        core::throw_invalid("last", fmt::format("a contact on link {} of {}", link, links), "sets of the same sensor");
 }
 
 }  // namespace
@@ -316,7 +328,7 @@ void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const Co
                     ContactSetResult& out) {
   const world::Model& model = sensor.model();
   options.validate();
-  require_input(model, input);
+  require_input(model, static_cast<int>(sensor.links().size()), input);
   ContactSetWorkspace::Impl& work = workspace.impl();
   const double noise = options.sense.noise;
   out.verdict = Verdict::BelowThreshold;
@@ -334,9 +346,14 @@ void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const Co
   Search search(sensor, options, work, out, calc_prior(sensor, noise, work.rows.tau.norm(), options.sense.plausible_force));
   const auto explains = [&](const ContactSet& set) { return set.objective <= out.explained; };
   for (int count = 1; count <= options.max_contacts; ++count) {
-    search.grow(count);
     out.contacts = count;
-    if (std::any_of(work.found.begin(), work.found.end(), explains)) break;
+    const auto any_explains = [&] { return std::any_of(work.found.begin(), work.found.end(), explains); };
+    if (input.last != nullptr && count > 1) {
+      search.follow(*input.last, count);
+      if (any_explains()) break;
+    }
+    search.grow(count);
+    if (any_explains()) break;
     if (count < options.max_contacts) work.parents.swap(work.found);
   }
   collect(search.problem(), work.joint, work.found, out);

@@ -24,6 +24,8 @@ struct ContactSetInput {
   VectorRef q;                       ///< (n_q)
   VectorRef tau;                     ///< (n_a) external torques [N·m; N]
   const BaseWrench* base = nullptr;  ///< what a force and moment sensor under the base measures, if there is one
+  /// Sets of the last cycle. Where fewer contacts do not explain and one of these, led down from where it was, does, no other is looked for.
+  const std::vector<ContactSet>* last = nullptr;
 };
 
 struct ContactSetResult {

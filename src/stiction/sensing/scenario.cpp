@@ -165,13 +165,16 @@ void read_pushes(const YamlNode& poke, Scenario& out) {
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;
   world::calc_kinematics(model, q, work, kinematics);
-  double free = 0;  // since the push before
   for (const auto& push : poke.at("pushes").items()) {
     push.require_map({"link", "point", "force", "begin", "duration"});
     out.contacts.push_back(read_contact(push, *out.sensor, out.options.cone, q));
     const double begin = push.at("begin").nonnegative(), duration = push.at("duration").positive();
-    if (begin < free) push.at("begin").fail(fmt::format("{} s, when the push before it acts", begin), fmt::format("at least {} s", free));
-    free = begin + duration;
+    const auto acting = 1 + std::count_if(out.poke->pushes.begin(), out.poke->pushes.end(), [&](const Poke::Push& other) {
+                          return begin < other.begin + other.duration && other.begin < begin + duration;
+                        });
+    if (acting > out.max_contacts)
+      push.at("begin").fail(fmt::format("{} s, when {} pushes act", begin, acting),
+                            fmt::format("at most sensing.max_contacts at the same time, {}", out.max_contacts));
     const int body = out.sensor->links()[static_cast<std::size_t>(out.contacts.back().link)].surface.body;
     const Eigen::Vector3d force_W = kinematics.X_WB[static_cast<std::size_t>(body)].R * out.contacts.back().f_L;
     out.poke->pushes.push_back({static_cast<int>(out.contacts.size()) - 1, begin, duration, force_W});
@@ -180,7 +183,7 @@ void read_pushes(const YamlNode& poke, Scenario& out) {
 
 /// A simulated robot that is pushed.
 void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
-  for (const char* key : {"torques", "contact", "contacts", "base_wrench", "series"})
+  for (const char* key : {"torques", "contact", "contacts", "series"})
     if (top.has(key)) top.at(key).fail(fmt::format("'{}' beside 'poke'", key), "one of the two");
   node.require_map({"end", "duration", "period", "pushes", "observer"});
   const Model& model = out.sensor->model();
@@ -191,6 +194,7 @@ void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
   poke.duration = node.at("duration").positive();
   read_into(node, "period", poke.period);
   read_pushes(node, out);
+  if (const auto base = top.find("base_wrench")) out.base = read_base(*base, false);
   const auto observer = node.find("observer");
   if (!observer) return;
   observer->require_map({"time_constant", "noise", "bias", "bias_reach", "inertia_error", "seed"});
@@ -257,11 +261,17 @@ Scenario read_scenario(const YamlNode& top, const std::string& sensing, const st
 
 }  // namespace
 
-std::span<const KnownContact> Scenario::contacts_at(std::size_t moment) const {
-  const std::span<const KnownContact> all(contacts);
-  if (series.pushed.empty()) return all;
-  const int push = series.pushed[moment];
-  return push < 0 ? all.first(0) : all.subspan(static_cast<std::size_t>(poke->pushes[static_cast<std::size_t>(push)].contact), 1);
+std::vector<KnownContact> Scenario::contacts_at(std::size_t moment) const {
+  if (series.pushed.empty()) return contacts;
+  std::vector<KnownContact> out;
+  for (const int push : series.pushed[moment])
+    out.push_back(contacts[static_cast<std::size_t>(poke->pushes[static_cast<std::size_t>(push)].contact)]);
+  return out;
+}
+
+const BaseWrench* Scenario::base_at(std::size_t moment) const {
+  if (!series.base.empty()) return &series.base[moment];
+  return base ? &*base : nullptr;
 }
 
 ContactSetOptions Scenario::set_options() const {

@@ -13,22 +13,23 @@ namespace stiction::sensing {
 
 /// Joint angles and external torques over time; one column a moment.
 struct Series {
-  std::vector<double> times;  ///< increasing [s]
-  Eigen::MatrixXd q;          ///< (n_a × moments) of the robots [rad or m]
-  Eigen::MatrixXd tau;        ///< (n_a × moments) [N·m; N]
-  std::vector<int> pushed{};  ///< of a simulated robot: index of the push that acts, −1: none
-  std::vector<int> gaps{};    ///< moments before which lines are missing, by the usual step
+  std::vector<double> times;               ///< increasing [s]
+  Eigen::MatrixXd q;                       ///< (n_a × moments) of the robots [rad or m]
+  Eigen::MatrixXd tau;                     ///< (n_a × moments) [N·m; N]
+  std::vector<std::vector<int>> pushed{};  ///< of a simulated robot: indices of the pushes that act
+  std::vector<BaseWrench> base{};          ///< measured under the base, at every moment or never
+  std::vector<int> gaps{};                 ///< moments before which lines are missing, by the usual step
 };
 
 /// A simulated robot that is pushed, in place of a measurement: what execution::simulate_poke() is given.
 struct Poke {
-  /// One push at a time: `contact` of Scenario::contacts with its force at the start, which stays as it is in the world.
+  /// `contact` of Scenario::contacts with its force at the start, which stays as it is in the world.
   struct Push {
     int contact = 0;
     double begin = 0, duration = 0;                     ///< [s]
     Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< [N]
   };
-  std::vector<Push> pushes;     ///< one after the other
+  std::vector<Push> pushes;     ///< as many at the same time as sensing looks for
   Eigen::VectorXd start, end;   ///< joint positions (n_a) that joint springs go from and to, at rest there
   double duration = 0;          ///< [s]
   double period = 0.02;         ///< of measurements [s]
@@ -50,12 +51,14 @@ struct Scenario {
   Series series;                       ///< a single measurement is one moment at t = 0
   std::vector<KnownContact> contacts;  ///< from which the torques were computed, where the file gives them instead of torques
   std::optional<Poke> poke;            ///< then `series` is empty until it is simulated
-  std::optional<BaseWrench> base;      ///< measured under the base, or computed from the contacts; not with a series
+  std::optional<BaseWrench> base;      ///< measured under the base, or computed from the contacts; not with a recorded series
 
   bool asks_for_sets() const { return max_contacts > 1 || base; }
   ContactSetOptions set_options() const;
   /// The known contacts that act at a moment.
-  std::span<const KnownContact> contacts_at(std::size_t moment) const;
+  std::vector<KnownContact> contacts_at(std::size_t moment) const;
+  /// What was measured under the base at a moment, or null.
+  const BaseWrench* base_at(std::size_t moment) const;
 };
 
 /// @param package_dirs  searched after those of each robot

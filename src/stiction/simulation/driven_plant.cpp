@@ -23,7 +23,7 @@ struct DrivenPlant::Impl {
   ImpedanceController impedance;
   int steps_per_period = 1;
   long periods = 0;
-  Push push;
+  std::vector<Push> pushes;
   Eigen::VectorXd q, v, torque, external, q_a, v_a, inertia;
   std::optional<MomentumObserver> observer;
   std::vector<mjtNum> last_M;                 ///< mass matrix at the last update of the observer; empty before the first
@@ -95,10 +95,14 @@ struct DrivenPlant::Impl {
     for (Eigen::Index j = 0; j < n.size(); ++j) last_n[j] = data->qfrc_passive[v_address(j)] - known * data->qfrc_bias[v_address(j)];
   }
 
-  void apply_push() {
+  void apply_pushes() {
+    mju_zero(data->qfrc_applied, plant->impl().mujoco->nv);
+    for (const Push& push : pushes)
+      if (push.body >= 0) apply(push);
+  }
+
+  void apply(const Push& push) {
     const mjModel* m = plant->impl().mujoco.get();
-    mju_zero(data->qfrc_applied, m->nv);
-    if (push.body < 0) return;
     const int body = plant->impl().body_id[at(push.body)];
     mjtNum point[3];
     mju_mulMatVec3(point, data->xmat + 9 * body, push.p_BP.data());
@@ -123,7 +127,7 @@ struct DrivenPlant::Impl {
     const mjModel* m = plant->impl().mujoco.get();
     const auto report = world::call_mujoco([&] {
       mj_step1(m, data.get());
-      apply_push();
+      apply_pushes();
       if (first) {
         read();
         if (observer) observe();
@@ -167,7 +171,7 @@ void DrivenPlant::reset(VectorRef q) {
   if (impl_->observer) impl_->observer->reset();
   impl_->last_M.clear();
   impl_->periods = 0;
-  impl_->push = {};
+  impl_->pushes.clear();
   impl_->message.clear();
   impl_->torque.setZero();
   impl_->q = q, impl_->q_a = q.tail(impl_->q_a.size());
@@ -175,11 +179,13 @@ void DrivenPlant::reset(VectorRef q) {
   (void)impl_->evaluate();
 }
 
-void DrivenPlant::set_push(const Push& push) {
-  if (push.body >= static_cast<int>(impl_->plant->model().bodies().size()))
-    core::throw_invalid("push.body", fmt::format("{}", push.body), "a body");
-  if (!push.p_BP.allFinite() || !push.force_W.allFinite()) core::throw_invalid("push", "a number that is not finite", "finite numbers");
-  impl_->push = push;
+void DrivenPlant::set_pushes(std::span<const Push> pushes) {
+  for (const Push& push : pushes) {
+    if (push.body >= static_cast<int>(impl_->plant->model().bodies().size()))
+      core::throw_invalid("push.body", fmt::format("{}", push.body), "a body");
+    if (!push.p_BP.allFinite() || !push.force_W.allFinite()) core::throw_invalid("push", "a number that is not finite", "finite numbers");
+  }
+  impl_->pushes.assign(pushes.begin(), pushes.end());
 }
 
 Status DrivenPlant::advance(VectorRef command, double duration) {

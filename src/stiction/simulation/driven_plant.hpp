@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,8 @@ class DrivenPlant {
     Eigen::Vector3d p_BP = Eigen::Vector3d::Zero();     ///< [m]
     Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< [N]
   };
-  void set_push(const Push& push);
+  void set_push(const Push& push) { set_pushes({&push, 1}); }
+  void set_pushes(std::span<const Push> pushes);  ///< several at the same time, in place of those before
 
   /// Holds the command (n_a) for `duration` [s], rounded to periods of the impedance controller, at least one.
   /// @returns Solved | NumericalFailure: MuJoCo warned, message() says what; only reset() goes on from there
@@ -42,7 +44,7 @@ class DrivenPlant {
   const Eigen::VectorXd& v() const;              ///< (n_v)
   const Eigen::VectorXd& damping() const;        ///< gains D of the impedance controller (n_a) [N m s/rad or N s/m]
   const Eigen::VectorXd& torque() const;         ///< of the joints (n_a) [N m or N]
-  const Eigen::VectorXd& external() const;       ///< Σ J_cᵀ f_c of contacts, joint stops and the push (n_a) [N m or N]
+  const Eigen::VectorXd& external() const;       ///< Σ J_cᵀ f_c of contacts, joint stops and pushes (n_a) [N m or N]
   const Eigen::VectorXd& observed() const;       ///< the same as the momentum observer has it (n_a); 0 without one
   const std::vector<PairForce>& forces() const;  ///< by pair index; only pairs that touch
   const std::string& message() const;
