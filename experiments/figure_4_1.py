@@ -36,7 +36,8 @@ def run(quick: bool) -> Result:
         f"{rows[0]['cases']} random contacts of 10 N (μ = 1, n_d = 4, uniform by area over all links behind at least five joints, random postures, seed 34) on each arm, "
         "all links sensed with 500 samples. *Found*: a point that explains the torques is within 1 cm. *Several*: more than one place explains them, as in figure 4-1. *First*: the best of them is on the right link. "
         "Position and force errors are those of the explaining point nearest to the truth on its link. Noise is white, of every torque; bias is of every torque, with random signs.\n\n"
-        "The particle filter has 500 particles and 30 equal measurements, random walks are 10 chains of 500 steps; both take σ for at least 0.1 N m. Algorithm 4, the filter and the walks see an eighth of the cases. The thesis has no such table.",
+        "The particle filter has 500 particles and 30 equal measurements, random walks are 10 chains of 500 steps; both take σ for at least 0.1 N m. Algorithm 4, the filter and the walks see an eighth of the cases. The thesis has no such table.\n\n"
+        "99 % within 1 cm are asked for without noise, of the iiwa with 2000 samples: of its links 500 lie 1.3 cm apart.",
         settings={"cases": rows[0]["cases"], "cases_of_sweeps": swept[0]["cases"]},
     )
     for row in table:
