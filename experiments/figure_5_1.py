@@ -6,35 +6,43 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import control_runs
-from .control_runs import COLOURS, LAMBDA_MAX, LAWS, add_bounds, series
+from .control_runs import LAMBDA_MAX, LAWS, add_bounds, draw_range, series
 from .report import Result, number
 
 TITLE = "Figure 5-1: what the reference would crush, and forces that follow their bound"
+SEEDS = 10
 BOUNDS = (8, 10, 15, 20, 30)  # λ_max [N]
 ERROR = 2.0  # [N] in the mean
 SLOPE = 0.1
 
 
-def run_laws(result: Result) -> None:
-    runs = {law: control_runs.run("box_in_the_way", law) for law in LAWS}
+def span(values: list[float]) -> str:
+    return f"{np.mean(values):.1f} N ({min(values):.1f} to {max(values):.1f})"
+
+
+def run_laws(result: Result, seeds: int) -> None:
+    runs = {law: control_runs.run_seeds("egg_under_tray", law, seeds) for law in LAWS}
+    settled = {law: [r["settled_peak"] for r in each] for law, each in runs.items()}
+    peaks = {law: [r["peak_force"] for r in each] for law, each in runs.items()}
     for law, name in LAWS.items():
-        r = runs[law]
-        note = f"at any time {r['peak_force']:.1f} N, rms error of the tool in contact {1e3 * r['rms_error_contact']:.1f} mm"
-        result.add(f"{name}: settled force, largest", "shown only", f"{r['settled_peak']:.1f} N", None, note)
-    ours, free = runs["contact_aware"], runs["unconstrained"]
-    holds = ours["settled_peak"] < 1.2 * LAMBDA_MAX < free["settled_peak"]
-    result.add(f"settled force within 1.2 λ_max = {1.2 * LAMBDA_MAX:g} N", "contact-aware only", "contact-aware" if holds else "otherwise", holds)
-    result.add("largest force at any time, contact-aware over unconstrained", "–", number(ours["peak_force"] / free["peak_force"]), ours["peak_force"] <= free["peak_force"] * (1 + 1e-9))  # the same impact, but for rounding
+        error = np.mean([1e3 * r["rms_error_contact"] for r in runs[law]])
+        note = f"at any time {span(peaks[law])}, rms error of the tool in contact {error:.1f} mm"
+        result.add(f"{name}: settled force, largest of a run", "shown only", span(settled[law]), None, note)
+    holds = max(settled["contact_aware"]) < 1.2 * LAMBDA_MAX < min(settled["unconstrained"])
+    result.add(f"settled force within 1.2 λ_max = {1.2 * LAMBDA_MAX:g} N, every run", "contact-aware only", "contact-aware" if holds else "otherwise", holds)
+    ratios = [a / b for a, b in zip(peaks["contact_aware"], peaks["unconstrained"], strict=True)]
+    same = 1 + 1e-9  # the same impact, but for rounding
+    result.add("largest force at any time, contact-aware over unconstrained, worst run", "–", number(max(ratios)), max(ratios) <= same)
 
     figure, axes = plt.subplots(figsize=(6.4, 2.8))
-    for law, name in reversed(LAWS.items()):
-        axes.plot(runs[law].columns["time"], runs[law].columns["force"], color=COLOURS[law], lw=1, label=name)
+    for law in reversed(LAWS):
+        draw_range(axes, law, runs[law][0].columns["time"], np.array([r.columns["force"] for r in runs[law]]))
     add_bounds(axes)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("contact force [N]")
     axes.legend()
-    result.draw("laws", figure, "Largest contact force while the tool is led 45 mm into a box. Dashed: force from which a contact counts, and λ_max.")
-    result.data["laws"] = series(runs, "force", "speed", "error")
+    result.draw("laws", figure, "Force on a tray that is put down on an egg, mean and range of the runs. Dashed: force from which a contact counts, and λ_max.")
+    result.data["laws"] = series({law: each[0] for law, each in runs.items()}, "force", "speed", "error")
 
 
 def sweep_bounds(result: Result, bounds: tuple[int, ...]) -> None:
@@ -56,12 +64,14 @@ def sweep_bounds(result: Result, bounds: tuple[int, ...]) -> None:
 
 
 def run(quick: bool) -> Result:
+    seeds = 2 if quick else SEEDS
     result = Result(
-        "The thesis shows an egg that its controller leaves whole and the reference would crush. Here an iiwa of balls with the stiffness of section 5.6 "
-        "follows a straight line of the tool that ends 45 mm inside a box (`scenarios/box_in_the_way.yaml`, μ = 0.3), in MuJoCo with joint impedance control at "
-        "5 kHz and commands at 200 Hz. Forces are called settled 0.3 s after a contact is made. Contacts are those of the simulation, without noise.",
-        settings={"scenario": "box_in_the_way", "bounds_N": BOUNDS},
+        "The thesis shows an egg that its controller leaves whole and the reference would crush. Here a tray is put down on an egg (`scenarios/egg_under_tray.yaml`) by an "
+        "iiwa of balls with the stiffness of section 5.6, in MuJoCo with joint impedance control at 5 kHz and commands at 200 Hz. "
+        f"{seeds} runs of each law with other joints at the start (2 mrad) and other friction (0.2 to 0.4). Forces are called settled 0.3 s after a contact is made. Contacts are those of the simulation. "
+        "Bounds: the tool is led 45 mm into a box (`scenarios/box_in_the_way.yaml`).",
+        settings={"scenarios": ("egg_under_tray", "box_in_the_way"), "seeds": seeds, "bounds_N": BOUNDS},
     )
-    run_laws(result)
+    run_laws(result, seeds)
     sweep_bounds(result, BOUNDS[::2] if quick else BOUNDS)
     return result

@@ -12,6 +12,7 @@ from .report import Result
 TITLE = "Figure 5-7: separation, against null-space projection"
 SEEDS = 10
 WINDOW = (6.0, 10.0)  # in which the reference of box_in_the_way goes back [s]
+FREE = (0.0, 1.8)  # before contact [s]
 EDGE = (8.5, 14.0)  # in which the tool of mug_moving passes the edge [s]
 SHARES = (0.9, 0.1)  # of λ_max, between which the fall of the force is timed
 
@@ -55,9 +56,10 @@ def run(quick: bool) -> Result:
     for law in laws:
         note = f"{np.mean([r['contacts_made'] for r in edge[law]]):.0f} contacts made, 95 % of settled forces below {max(r['bound_p95'] for r in edge[law]):.1f} N"
         result.add(f"over an edge, {LAWS[law]}: largest ‖q̇‖ [rad/s]", "a spike with null space only", span(fastest[law]), None, note)
-    for where, each in (("while the reference goes back", speeds), ("over an edge", fastest)):
-        slower = max(each["contact_aware"]) < min(each["null_space"]) / 2
-        result.add(f"{where}: joints of null space more than twice as fast, in every run", "a spike with null space only", "yes" if slower else "no", slower)
+    for where, each, made in (("while the reference goes back", speeds, runs), ("over an edge", fastest, edge)):
+        mine, other = (np.mean(each[law]) - np.mean([largest_speed(r, FREE) for r in made[law]]) for law in ("contact_aware", "null_space"))
+        note = f"{other:.3f} and {mine:.3f} rad/s above the fastest before contact, means of runs"
+        result.add(f"{where}: spike of ‖q̇‖, null space over contact-aware", "a spike with null space only", f"{other / mine:.1f}", other >= 2 * mine, note)
 
     figure, axes = plt.subplots(2, 1, figsize=(6.4, 4.2), sharex=True)
     for law in laws:
