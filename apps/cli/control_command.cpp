@@ -17,8 +17,10 @@ namespace {
 using core::Status;
 using json = nlohmann::ordered_json;
 
-constexpr std::pair<const char*, control::Law> kLaws[] = {
-    {"contact_aware", control::Law::ContactAware}, {"unconstrained", control::Law::Unconstrained}, {"null_space", control::Law::NullSpace}};
+constexpr std::pair<const char*, control::Law> kLaws[] = {{"contact_aware", control::Law::ContactAware},
+                                                          {"unconstrained", control::Law::Unconstrained},
+                                                          {"null_space", control::Law::NullSpace},
+                                                          {"force_equality", control::Law::ForceEquality}};
 
 struct ControlArguments {
   std::string scenario;

@@ -118,7 +118,8 @@ void bind_options(nb::module_& m) {
   nb::enum_<Law>(m, "Law", "What computes the command of a tick.")
       .value("ContactAware", Law::ContactAware, "tracking with bounded forces (C.3)")
       .value("Unconstrained", Law::Unconstrained, "baseline: tracking alone, without forces and limits")
-      .value("NullSpace", Law::NullSpace, "baseline: stiffness-consistent null space with the force as an equality");
+      .value("NullSpace", Law::NullSpace, "baseline: stiffness-consistent null space with the force as an equality")
+      .value("ForceEquality", Law::ForceEquality, "baseline: the early published form, the force of one contact as an equality");
   nb::enum_<TrackingCost>(m, "TrackingCost", "What of a command is compared with the reference.")
       .value("Command", TrackingCost::Command, "the command (5.24): for contacts with friction")
       .value("Equilibrium", TrackingCost::Equilibrium, "the equilibrium that it leads to (5.22): for contacts without");

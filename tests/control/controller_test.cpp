@@ -350,6 +350,46 @@ TEST(Controller, NullSpaceBaseline_HasTheForceAsAnEquality) {
   EXPECT_LE((bench.update().q_cmd - bench.q_ref).norm(), 1e-15);
 }
 
+/// (J_u⁺)ᵀ K (q_cmd − q) = −λ_max, and of what meets that the nearest to the reference, 0.1 of the command before: off it along H⁻¹ K J_u⁺ ∝ K J_uᵀ alone.
+TEST(Controller, EarlyForm_HasTheForceOfOneContactAsAnEqualityFromTwoThirdsOfTheBoundOn) {
+  Bench bench(make_early_form({}));
+  EXPECT_NEAR(bench.controller.options().force_time_constant, 0.318, 1e-3) << "0.5 Hz";
+  const VectorXd q_last = bench.q, K = bench.model->stiffness();
+  bench.q_ref[0] = 0.05, bench.q_ref[3] += 0.02;
+  bench.contacts.push_back({.id = 4, .body = bench.link, .p_WC = Vector3d(0.6, 0.03, 0.4), .force_W = Vector3d(8, 0, 0)});
+  const ControllerCommand& command = bench.update();
+  ASSERT_EQ(command.status, Status::Solved);
+  ASSERT_EQ(command.taken.size(), 1u);
+  EXPECT_EQ(command.taken[0].id, 3) << "the strongest";
+  const Row row(bench);
+  const VectorXd inverse = row.J_u / row.J_u.squaredNorm();
+  EXPECT_NEAR(inverse.dot(K.cwiseProduct(command.q_cmd - bench.q)), -15, 1e-9);
+  const VectorXd off = command.q_cmd - (bench.q_ref + 0.1 * q_last) / 1.1, along = K.cwiseProduct(row.J_u).normalized();
+  EXPECT_LE((off - along * along.dot(off)).norm(), 1e-12);
+  EXPECT_GT(off.norm(), 1e-3);
+  bench.q_ref[0] = -0.05;
+  EXPECT_NEAR(inverse.dot(K.cwiseProduct(bench.update().q_cmd - bench.q)), -15, 1e-9) << "it holds on although the reference leaves";
+
+  Bench weak(make_early_form({}));
+  weak.contacts[0].force_W *= 9.9 / 12;
+  weak.q_ref[0] = 0.05;
+  EXPECT_LE((weak.update().q_cmd - (weak.q_ref + 0.1 * q_last) / 1.1).norm(), 1e-12) << "9.9 N do not count";
+}
+
+TEST(Controller, ReferenceOutsideJointLimits_CommandStopsAtThem) {
+  Bench bench;
+  bench.contacts.clear();
+  bench.q_ref = bench.model->upper() + VectorXd::Constant(7, 1);
+  VectorXd last = bench.q;
+  for (int k = 0; k < 2000; ++k) {
+    const ControllerCommand& command = bench.update();
+    ASSERT_EQ(command.status, Status::Solved);
+    ASSERT_TRUE((command.q_cmd.array() <= bench.model->upper().array()).all()) << k;
+    last = command.q_cmd;
+  }
+  EXPECT_EQ(last, bench.model->upper());
+}
+
 TEST(Controller, UnconstrainedBaseline_TracksTheTool) {
   Bench bench({.law = Law::Unconstrained});
   world::KinematicsWorkspace work(*bench.model);

@@ -2375,6 +2375,11 @@ class Law(enum.Enum):
     baseline: stiffness-consistent null space with the force as an equality
     """
 
+    ForceEquality = 3
+    """
+    baseline: the early published form, the force of one contact as an equality
+    """
+
 class TrackingCost(enum.Enum):
     """What of a command is compared with the reference."""
 

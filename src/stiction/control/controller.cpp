@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
+#include "stiction/control/baseline.hpp"
 #include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
 
@@ -32,7 +34,17 @@ void ControllerOptions::validate() const {
   core::require_positive("tool_length", tool_length);
 }
 
+ControllerOptions make_early_form(ControllerOptions options) {
+  constexpr double kCutoff_Hz = 0.5, kThreshold = 10.0 / 15;
+  options.law = Law::ForceEquality;
+  options.force_threshold = kThreshold * options.lambda_max;
+  options.force_time_constant = 1 / (2 * std::numbers::pi * kCutoff_Hz);
+  options.max_contacts = 1;
+  return options;
+}
+
 namespace {
+constexpr double kEarlyRate = 0.1;    ///< of ‖q_cmd − q_cmd⁻‖² in the early form
 constexpr double kLeastBound = 1e-3;  ///< of a wall that the arm has come into: bounds are positive
 constexpr double kMostExcess = 0.5;   ///< of the bound, by which it is lowered (C.18)
 }  // namespace
@@ -70,8 +82,9 @@ struct ContactController::Impl {
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
   ContactQpWorkspace qp_work;
-  Eigen::VectorXd q_full, wanted, lambda, lambda_max, null_command, rhs;
-  RowMatrix J_u, J_point, E, H, G;
+  BaselineWorkspace baseline_work;
+  Eigen::VectorXd q_full, wanted, lambda, lambda_max, null_command;
+  RowMatrix J_u, J_point, E, H;
   Eigen::VectorXd e;
 
   explicit Impl(std::shared_ptr<const world::Model> made, const ControllerOptions& given)
@@ -91,8 +104,9 @@ struct ContactController::Impl {
     }
     q_full = model->neutral();
     qp_work.reserve(n, m);
-    J_u.setZero(m, n), J_point.setZero(6, n), E.setZero(6, n), e.setZero(6), H.setZero(n, n), G.setZero(m, m);
-    lambda.setZero(m), lambda_max.setZero(m), null_command.setZero(n), rhs.setZero(m), wanted.setZero(n);
+    baseline_work.reserve(n, m);
+    J_u.setZero(m, n), J_point.setZero(6, n), E.setZero(6, n), e.setZero(6), H.setZero(n, n);
+    lambda.setZero(m), lambda_max.setZero(m), null_command.setZero(n), wanted.setZero(n);
     command.taken.reserve(static_cast<std::size_t>(m));
     known.reserve(static_cast<std::size_t>(m));
     alone.assign(static_cast<std::size_t>(m), 0), seen.assign(static_cast<std::size_t>(m), 0);
@@ -281,15 +295,18 @@ struct ContactController::Impl {
     return status;
   }
 
-  /// q_track: what tracks best without a contact.
-  Status solve_tracking(const ControllerState& state) {
-    null_command = wanted;
-    if (state.tool == nullptr) return Status::Solved;
+  /// q_track: what tracks best without a contact. @param rate  weight of ‖q_cmd − q_cmd⁻‖²; with it H has the factor of the cost
+  Status solve_tracking(const ControllerState& state, double rate = 0) {
     const Index n = model->n_a();
+    if (state.tool == nullptr && rate == 0) {
+      null_command = wanted;
+      return Status::Solved;
+    }
+    const double posture = state.tool == nullptr ? 1 : options.qp.posture_weight;
     H.setZero();
-    for (Index j = 0; j < n; ++j) H(j, j) = options.qp.posture_weight;
-    null_command = options.qp.posture_weight * (wanted - state.q);
-    for (Index r = 0; r < 6; ++r)
+    for (Index j = 0; j < n; ++j) H(j, j) = posture + rate;
+    null_command = posture * (wanted - state.q) + rate * (command.q_cmd - state.q);
+    for (Index r = 0; r < 6 && state.tool != nullptr; ++r)
       for (Index j = 0; j < n; ++j) {
         null_command[j] += E(r, j) * e[r];
         for (Index k = 0; k < n; ++k) H(j, k) += E(r, j) * E(r, k);
@@ -300,32 +317,20 @@ struct ContactController::Impl {
     return Status::Solved;
   }
 
-  /// Baseline with the force as an equality on the contacts that the reference does not leave.
+  BaselineInput make_baseline_input(const ControllerState& state) const {
+    const auto m = static_cast<Index>(command.taken.size());
+    return {robot.stiffness, state.q, null_command, J_u.topRows(m), lambda_max.head(m)};
+  }
+
   Status solve_null_space(const ControllerState& state) {
     if (solve_tracking(state) != Status::Solved) return Status::NumericalFailure;
-    const Index n = model->n_a();
-    Index m = 0;  // contacts that stay move to the front
-    for (std::size_t k = 0; k < command.taken.size(); ++k) {
-      const auto row = static_cast<Index>(k);
-      double along = 0;
-      for (Index j = 0; j < n; ++j) along += J_u(row, j) * (null_command[j] - state.q[j]);
-      if (along >= 0) continue;
-      for (Index j = 0; j < n; ++j) J_u(m, j) = J_u(row, j);
-      lambda_max[m] = lambda_max[row];
-      rhs[m++] = along;
-    }
-    for (Index i = 0; i < m; ++i)
-      for (Index k = 0; k <= i; ++k) {
-        G(i, k) = 0;
-        for (Index j = 0; j < n; ++j) G(i, k) += J_u(i, j) * J_u(k, j) / robot.stiffness[j];
-      }
-    if (!factor_cholesky(G, m)) return Status::NumericalFailure;
-    solve_cholesky(G, m, rhs.data());
-    for (Index j = 0; j < n; ++j) {
-      double change = 0;
-      for (Index i = 0; i < m; ++i) change += J_u(i, j) * (rhs[i] + lambda_max[i]);
-      command.q_cmd[j] = null_command[j] - change / robot.stiffness[j];
-    }
+    return control::solve_null_space(make_baseline_input(state), baseline_work, command.q_cmd);
+  }
+
+  Status solve_force_equality(const ControllerState& state) {
+    if (solve_tracking(state, kEarlyRate) != Status::Solved) return Status::NumericalFailure;
+    if (!command.taken.empty()) return control::solve_force_equality(make_baseline_input(state), H, baseline_work, command.q_cmd);
+    command.q_cmd = null_command;
     return Status::Solved;
   }
 };
@@ -378,6 +383,9 @@ const ControllerCommand& ContactController::update(const ControllerState& state,
       break;
     case Law::NullSpace:
       c.command.status = c.solve_null_space(state);
+      break;
+    case Law::ForceEquality:
+      c.command.status = c.solve_force_equality(state);
       break;
   }
   return c.command;

@@ -19,6 +19,8 @@ enum class Law {
   /// Baseline: stiffness-consistent null space with the force as an equality,
   /// q_cmd = q + (I − J^{K+} J_u)(q_ref − q) − K⁻¹ J_uᵀ λ_max, until the reference leaves, (5.30) with its sign corrected; from then on tracking alone.
   NullSpace,
+  /// Baseline: the early published form. The force of the strongest contact as an equality from the threshold on, (C.19), whether the reference leaves or not.
+  ForceEquality,
 };
 
 struct ControllerOptions {
@@ -39,6 +41,9 @@ struct ControllerOptions {
   double tool_length = 0.5;            ///< a metre of the tool counts as 1/this radians [m], > 0
   void validate() const;               ///< @throws core::InvalidInput naming the field
 };
+
+/// Options of Law::ForceEquality as published: one contact, counted from two thirds of the bound on (10 of 15 N), its force through a low-pass of 0.5 Hz.
+ControllerOptions make_early_form(ControllerOptions options);
 
 /// A force on the robot, measured or estimated.
 struct ContactForce {

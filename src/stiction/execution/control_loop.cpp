@@ -23,6 +23,7 @@ std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 control::ControllerOptions make_controller_options(const ControlScenario& scenario, double filter) {
   constexpr double kDemand = 4, kShare = 0.125, kOfThreshold = 0.2;  // R, and the shares
   control::ControllerOptions out = scenario.controller;
+  if (out.law == control::Law::ForceEquality) out = control::make_early_form(out);
   if (scenario.contacts == ContactSource::True) return out;
   const double lag = scenario.observer.time_constant + filter + scenario.delay + scenario.period;
   out.damping.largest = kDemand / kShare * lag / out.damping.period;

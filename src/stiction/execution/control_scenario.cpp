@@ -83,10 +83,11 @@ void read_hand(const YamlNode& node, ControlScenario& out) {
 }
 
 control::Law read_law(const YamlNode& node) {
-  const std::string name = node.one_of({"contact_aware", "unconstrained", "null_space"});
+  const std::string name = node.one_of({"contact_aware", "unconstrained", "null_space", "force_equality"});
   return name == "contact_aware"   ? control::Law::ContactAware
          : name == "unconstrained" ? control::Law::Unconstrained
-                                   : control::Law::NullSpace;
+         : name == "null_space"    ? control::Law::NullSpace
+                                   : control::Law::ForceEquality;
 }
 
 void read_damping(const YamlNode& node, control::ForceDampingOptions& out) {
