@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import socket
 import subprocess
 import sys
@@ -335,6 +336,18 @@ def test_text_that_reproduces_gives_the_same_plan_in_a_shell(tmp_path: Path, pro
     again = st.read_plan(tmp_path / "out" / "plan.json")
     np.testing.assert_array_equal(again.q, out.plan.q)
     np.testing.assert_array_equal(again.u, out.plan.u)
+
+
+def test_task_of_a_dropped_robot_is_whole_in_another_folder(tmp_path: Path) -> None:
+    (home := tmp_path / "uploads").mkdir()
+    kept = uploads.Uploads(home)
+    kept.add("pusher.urdf", ROBOT % BALL)
+    made = Problem.of_dict(make_spec(kept.write_robot("pusher.urdf"), ObjectSpec("box", (0.1, 0.2, 0.05))), home)
+    digest, text = made.task().scene_sha256, made.task_file()
+    assert text is not None and "pusher.urdf" in made.files()
+    shutil.rmtree(home)
+    (tmp_path / "task.yaml").write_text(text)
+    assert st.load_task(tmp_path / "task.yaml").scene_sha256 == digest
 
 
 def test_one_format_is_one_file_and_what_is_missing_is_named(planned: results.Result, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -37,7 +37,7 @@ class ObjectSpec:
             case "cylinder" | "capsule":
                 return {self.kind: {"radius": s[0], "length": s[1]}}
             case _:
-                return {"mesh": {"file": str(self.file), "scale": self.scale}}
+                return {"mesh": {"file": self.file.name if self.file else "", "scale": self.scale}}
 
 
 def bounds(pictures: Pictures, q: np.ndarray, kind: str) -> np.ndarray:
@@ -57,7 +57,13 @@ def bounds(pictures: Pictures, q: np.ndarray, kind: str) -> np.ndarray:
 
 
 def _robot(file: Path) -> dict[str, Any]:
-    return {"name": "robot", "urdf" if file.suffix.lower() == ".urdf" else "mjcf": str(file)}
+    """As a text, so that the task is whole without the file; meshes are looked for in the folder of the task, which is that of the robot."""
+    content = file.read_bytes()
+    try:
+        source = content.decode()
+    except UnicodeDecodeError:  # the reader of files knows other encodings
+        source = file.name
+    return {"name": "robot", "urdf" if file.suffix.lower() == ".urdf" else "mjcf": source}
 
 
 def make_spec(robot: Path, thing: ObjectSpec, floor: bool = True) -> dict[str, Any]:
@@ -68,7 +74,7 @@ def make_spec(robot: Path, thing: ObjectSpec, floor: bool = True) -> dict[str, A
     free = {"name": "object", "joint": "free", "mass": thing.mass, "shapes": [{"name": "shape", **thing.shape(), "friction": thing.friction}]}
     ground = [{"name": "floor", "shapes": [{"half_space": None}]}] if floor else []
     scene: dict[str, Any] = {"robots": [_robot(robot)], "objects": [free], "fixed": ground}
-    model = st.load_model(scene)
+    model = st.load_model(scene, base=robot.parent)
     pictures = Pictures(model)
     q = model.neutral()
     arm, body = bounds(pictures, q, "robot"), bounds(pictures, q, "object")
