@@ -49,16 +49,16 @@ def add_ghost(scene: viser.SceneApi, name: str, part: BodyMesh, *, grown: float,
 
 
 class Drawing:
-    """A plan under the node `root` of a scene, `origin` away from where it is; show(knot) moves it."""
+    """A plan under the node `root` of a scene, `origin` away from where it is; show(knot) moves it. Without `view` one is chosen."""
 
-    def __init__(self, server: viser.ViserServer, plan: Plan, *, root: str = "", origin: np.ndarray | None = None, rods: Rods | None = None, with_goal: bool = True):
+    def __init__(self, server: viser.ViserServer, plan: Plan, *, root: str = "", origin: np.ndarray | None = None, rods: Rods | None = None, with_goal: bool = True, view: View | None = None):
         self.plan = plan
         self.root = root
         self.frames = choose_frames(plan)
         self.times = frame_times(self.frames)
         fixed_rods, self.loose_rods = links.find(plan) if rods is None else rods
-        parts = body_meshes(plan, fixed_rods)
-        self.view = choose_view(plan, parts, self.frames)
+        self.parts = parts = body_meshes(plan, fixed_rods)
+        self.view = view or choose_view(plan, parts, self.frames)
         self.segment_shown = -1
         self.has_tree = False
         self.poses_shown: dict[int, np.ndarray] = {}

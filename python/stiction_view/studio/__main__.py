@@ -24,9 +24,8 @@ def main() -> int:
     def show() -> None:
         entries, first = catalog.find(args.shown)
         with serving(args.host, args.port) as server, tempfile.TemporaryDirectory(prefix="stiction-studio-") as folder:
-            studio = Studio(server, entries, first, Path(folder))
-            announce(server, args.host)
-            studio.run()
+            announce(server, args.host)  # a browser loads the page while the scene is made
+            Studio(server, entries, first, Path(folder)).run()
 
     return run_until_interrupted(show, ValueError)
 

@@ -180,7 +180,6 @@ class Showing(Posing):
         """A scenario was carried out."""
         played: Played = job.result
         self.played, self.view, self.problem, self.pictures = played, RESULT, None, None
-        self.stage.forget()
         self.stage.show([Shown(played.drawn, played.pictures, played.name, with_goal=False)])
         self.panel.about.content = played.words
         self.panel.figures.content = played.words

@@ -65,6 +65,8 @@ class Stage:
         self._gizmo_of: int | None = None
         self.view: View | None = None
         self.beside = -1  # motions side by side when the camera was aimed last; 0: a task that is posed
+        self._views: dict[int, View] = {}  # of the scene that is shown: posed, and played
+        self._pictures: Pictures | None = None  # of that scene
         light(server.scene)
 
     # ---- nodes ----
@@ -75,9 +77,10 @@ class Stage:
             drawing.root_node.remove()  # and all below it
         self.posed, self.shown, self._gizmo, self._marks, self._titles = None, [], None, [], []
 
-    def forget(self) -> None:
-        """What is drawn next is another scene, at which the camera is aimed anew."""
-        self.beside = -1
+    def _turn_to(self, pictures: Pictures, anew: bool = False) -> None:
+        """At another scene the camera is aimed anew."""
+        if anew or pictures is not self._pictures:
+            self.beside, self._views, self._pictures = -1, {}, pictures
 
     def aim(self, view: View, clients: Iterable[viser.ClientHandle] | None = None) -> None:
         """Cameras of those who come, and of `clients`; None: of all who are there."""
@@ -92,10 +95,12 @@ class Stage:
         """Draws the start and the goal of a task."""
         self.clear()
         plan = plan_of(problem, pictures)
-        self.posed = Drawing(self.server, plan, root=POSE_ROOT, rods=pictures.rods(), with_goal=True)
+        self._turn_to(pictures, aim)
+        self.posed = Drawing(self.server, plan, root=POSE_ROOT, rods=pictures.rods(), with_goal=True, view=self._views.get(0))
+        self._views[0] = self.posed.view
         self.posed.place(plan.poses[0])
         self.posed.label.visible = False
-        if aim or self.beside > 1:
+        if self.beside not in (0, 1):
             self.aim(self.posed.view)
             self.beside = 0
 
@@ -154,7 +159,7 @@ class Stage:
     def size_of(self, name: str) -> float:
         """Half the extent of an object [m]."""
         assert self.posed is not None
-        for part in body_meshes(self.posed.plan, {}):
+        for part in self.posed.parts:
             if self.posed.plan.bodies[part.body].name == name:
                 return float(np.abs(part.mesh[0]).max())
         return 0.2 * self.posed.view.radius
@@ -186,6 +191,7 @@ class Stage:
     def show(self, motions: list[Shown]) -> None:
         """Draws one motion, or two side by side. The camera stays where somebody has put it, unless one becomes two."""
         self.clear()
+        self._turn_to(motions[0].pictures)
         plan = motions[0].plan
         view = choose_view(plan, body_meshes(plan, {}), choose_frames(plan)) if len(motions) > 1 else None
         step = np.zeros(3)
@@ -195,7 +201,8 @@ class Stage:
             right /= np.linalg.norm(right)
             step = APART * 2 * view.radius * right
         for k, motion in enumerate(motions):
-            drawing = Drawing(self.server, motion.plan, root=SHOW_ROOTS[k], origin=k * step, rods=motion.pictures.rods(), with_goal=motion.with_goal)
+            drawing = Drawing(self.server, motion.plan, root=SHOW_ROOTS[k], origin=k * step, rods=motion.pictures.rods(), with_goal=motion.with_goal, view=self._views.get(1))
+            self._views[1] = drawing.view
             self.shown.append(drawing)
             if len(motions) > 1:
                 at = drawing.view.label + 0.12 * drawing.view.radius * np.array(drawing.view.up)
