@@ -4,12 +4,14 @@
 
 Needs Chromium. The browser draws in software: its part is that of a machine without a graphics card. `program` is the time until the address is printed,
 `page` from then on until the object is seen; `searched` is the time of the search itself, `shown` from the new goal until its plan is on the page.
+`sent` and `made` are processor time of the program until the first picture, and from a new goal to its plan: they hardly depend on what else runs.
 `processors` is how much of one processor a busy thread got meanwhile, 1 on an idle machine: below that the times are those of a busy one.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import statistics
 import sys
 import tempfile
@@ -31,6 +33,12 @@ def share_of_processor() -> float:
     return (time.process_time() - used) / (time.monotonic() - wall)
 
 
+def processor_time(pid: int) -> float:
+    """Of a program until now, all its threads [s]."""
+    words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def one(task: str, size: tuple[int, int], goal: float) -> dict[str, float]:
     with browser.Browser() as chromium, tempfile.TemporaryDirectory() as folder:
         window = Window(chromium, Path(folder), size)
@@ -39,13 +47,14 @@ def one(task: str, size: tuple[int, int], goal: float) -> dict[str, float]:
             printed = time.monotonic()
             window.visit(program.address)
             seen = time.monotonic()
+            sent = processor_time(program.process.pid)
             window.wait_text("Lint finds")
             window.press("Plan anew when moved", "label")
-            moved = time.monotonic()
+            moved, before = time.monotonic(), processor_time(program.process.pid)
             window.fill("yaw [rad]", goal)
             found = window.wait_text(r"(?:solved|path so far) in ([\d.]+) s")
-            shown = time.monotonic()
-    return {"program": printed - begin, "page": seen - printed, "searched": float(found.group(1)), "shown": shown - moved, "processors": share_of_processor()}
+            shown, made = time.monotonic(), processor_time(program.process.pid) - before
+    return {"program": printed - begin, "page": seen - printed, "searched": float(found.group(1)), "shown": shown - moved, "sent": sent, "made": made, "processors": share_of_processor()}
 
 
 def main() -> None:
