@@ -135,7 +135,7 @@ def run(quick: bool) -> Result:
 
     figure, axes = plt.subplots(len(names), 1, figsize=(6.4, 1.6 * len(names)))
     for axis, name in zip(axes, names, strict=True):
-        draw_range(axis, "contact_aware", ours[name][0].columns["time"], np.array([r.columns["force"] for r in ours[name]]))
+        draw_range(axis, "contact_aware", ours[name][0].columns["time"], np.array([r.columns["force"] for r in ours[name]]), every=24)
         add_bounds(axis)
         axis.set_ylim(0, 3 * LAMBDA_MAX)
         axis.set_ylabel("force [N]")

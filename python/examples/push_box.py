@@ -47,7 +47,7 @@ print(refined, report)
 if not report.pass_:
     raise SystemExit(f"the plan is not as it should be: {[item for item in report.items if not item.pass_]}")
 
-run = st.transfer(refined.plan, speed=4.0, alone=False)  # open loop, in a second-order simulation
+run = st.transfer(refined.plan, alone=False)  # open loop, in a second-order simulation
 print(f"simulated for {run.duration_s:.0f} s: {run.error}, goal {'reached' if run.reached else 'missed'}")
 
 trajectory = st.make_trajectory(refined.plan)  # what a robot would be sent

@@ -426,7 +426,7 @@ def test_contacts_of_a_plan_by_coulombs_law_stay_closed(tmp_path):
     slide = next(item["value"] for item in report["checks"] if item["name"] == "slide")
     gap = next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
     unit = 0.01 * 0.06  # of the gap, in m: 1 % of the cube
-    assert slide > 1e-3 and gap * unit < 0.1 * slide, "anitescu: a contact opens by as much as it slides"
+    assert slide > 1e-3 and gap * unit < 0.5 * slide, "anitescu: a contact opens by μ = 1 times what it slides"
     data = json.loads((tmp_path / "out/plan.json").read_text())
     data["step"]["friction_law"] = "anitescu"
     (tmp_path / "forged.json").write_text(json.dumps(data))
