@@ -101,6 +101,11 @@ def run_seeds(name: str, law: str, seeds: int, *, noisy: bool = False, changes: 
         return list(pool.map(run_seed, range(seeds)))
 
 
+def span(values: list[float], digits: int = 2, unit: str = "") -> str:
+    """Mean and range of runs."""
+    return f"{np.mean(values):.{digits}f}{unit} ({min(values):.{digits}f} to {max(values):.{digits}f})"
+
+
 def series(runs: dict[str, Run], *names: str) -> dict[str, np.ndarray]:
     """Columns of a CSV file: time, then each quantity of each run. Runs of one scenario have the same ticks."""
     first = next(iter(runs.values()))

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import control_runs
-from .control_runs import LAMBDA_MAX, LAWS, add_bounds, draw_range, series
+from .control_runs import LAMBDA_MAX, LAWS, add_bounds, draw_range, series, span
 from .report import Result, number
 
 TITLE = "Figure 5-1: what the reference would crush, and forces that follow their bound"
@@ -16,18 +16,14 @@ ERROR = 2.0  # [N] in the mean
 SLOPE = 0.1
 
 
-def span(values: list[float]) -> str:
-    return f"{np.mean(values):.1f} N ({min(values):.1f} to {max(values):.1f})"
-
-
 def run_laws(result: Result, seeds: int) -> None:
     runs = {law: control_runs.run_seeds("egg_under_tray", law, seeds) for law in LAWS}
     settled = {law: [r["settled_peak"] for r in each] for law, each in runs.items()}
     peaks = {law: [r["peak_force"] for r in each] for law, each in runs.items()}
     for law, name in LAWS.items():
         error = np.mean([1e3 * r["rms_error_contact"] for r in runs[law]])
-        note = f"at any time {span(peaks[law])}, rms error of the tool in contact {error:.1f} mm"
-        result.add(f"{name}: settled force, largest of a run", "shown only", span(settled[law]), None, note)
+        note = f"at any time {span(peaks[law], 1, ' N')}, rms error of the tool in contact {error:.1f} mm"
+        result.add(f"{name}: settled force, largest of a run", "shown only", span(settled[law], 1, ' N'), None, note)
     holds = max(settled["contact_aware"]) < 1.2 * LAMBDA_MAX < min(settled["unconstrained"])
     result.add(f"settled force within 1.2 λ_max = {1.2 * LAMBDA_MAX:g} N, every run", "contact-aware only", "contact-aware" if holds else "otherwise", holds)
     ratios = [a / b for a, b in zip(peaks["contact_aware"], peaks["unconstrained"], strict=True)]

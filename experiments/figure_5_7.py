@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import control_runs
-from .control_runs import LAMBDA_MAX, LAWS, Run, add_bounds, draw_range, series
+from .control_runs import LAMBDA_MAX, LAWS, Run, add_bounds, draw_range, series, span
 from .report import Result
 
 TITLE = "Figure 5-7: separation, against null-space projection"
@@ -26,10 +26,6 @@ def fall_time(r: Run) -> float:
 def largest_speed(r: Run, window: tuple[float, float]) -> float:
     time = r.columns["time"]
     return float(r.columns["speed"][(time >= window[0]) & (time <= window[1])].max())
-
-
-def span(values: list[float], digits: int = 2) -> str:
-    return f"{np.mean(values):.{digits}f} ({min(values):.{digits}f} to {max(values):.{digits}f})"
 
 
 def run(quick: bool) -> Result:

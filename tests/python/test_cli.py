@@ -425,13 +425,14 @@ def test_contacts_of_a_plan_by_coulombs_law_stay_closed(tmp_path):
     assert report["status"] == "Passed"
     slide = next(item["value"] for item in report["checks"] if item["name"] == "slide")
     gap = next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
-    unit = 0.01 * 0.06  # of the gap, in m: 1 % of the cube
-    assert slide > 1e-3 and gap * unit < 0.5 * slide, "anitescu: a contact opens by μ = 1 times what it slides"
+    assert slide > 1e-3
     data = json.loads((tmp_path / "out/plan.json").read_text())
     data["step"]["friction_law"] = "anitescu"
     (tmp_path / "forged.json").write_text(json.dumps(data))
     report = json.loads(run("check", tmp_path / "forged.json", "--json").stdout)
     assert {"dynamics", "stored_position"} <= {item["name"] for item in report["checks"] if not item["pass"]}
+    opened = next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
+    assert gap < 0.1 * opened, "anitescu, the same commands: a contact opens by μ times what it slides"
 
 
 def test_start_in_penetration_is_planned_from_the_projected_state(tmp_path):
