@@ -3,7 +3,7 @@
     .venv/bin/python bench/studio.py [TASK] [--runs N] [--size 1280x800]
 
 Needs Chromium. The browser draws in software: its part is that of a machine without a graphics card. `program` is the time until the address is printed,
-`page` from then on until the object is seen; `searched` is the time of the search itself, `shown` from the new goal until its plan is on the page.
+`page` from then on until the object is seen, `empty` the same of a page of viser with one box; `searched` is the time of the search itself, `shown` from the new goal until its plan is on the page.
 `sent` and `made` are processor time of the program until the first picture, and from a new goal to its plan: they hardly depend on what else runs.
 `processors` is how much of one processor a busy thread got meanwhile, 1 on an idle machine: below that the times are those of a busy one.
 """
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -39,6 +40,32 @@ def processor_time(pid: int) -> float:
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
+EMPTY = """
+import viser
+server = viser.ViserServer(port=0, verbose=False)
+server.scene.configure_environment_map(None)
+server.scene.add_box("/box", color=(255, 150, 40), dimensions=(1, 1, 1))
+server.gui.add_button("Open")
+server.gui.add_button("Export")
+print(f"http://localhost:{server.get_port()}", flush=True)
+server.sleep_forever()
+"""
+
+
+def empty(size: tuple[int, int]) -> float:
+    """Until a page is seen that owes nothing to stiction [s]."""
+    with browser.Browser() as chromium, tempfile.TemporaryDirectory() as folder:
+        window = Window(chromium, Path(folder), size)
+        with subprocess.Popen([sys.executable, "-c", EMPTY], stdout=subprocess.PIPE, text=True) as server:
+            try:
+                address = next(line.strip() for line in server.stdout if line.startswith("http://localhost"))
+                begin = time.monotonic()
+                window.visit(address)
+                return time.monotonic() - begin
+            finally:
+                server.kill()
+
+
 def one(task: str, size: tuple[int, int], goal: float) -> dict[str, float]:
     with browser.Browser() as chromium, tempfile.TemporaryDirectory() as folder:
         window = Window(chromium, Path(folder), size)
@@ -54,7 +81,7 @@ def one(task: str, size: tuple[int, int], goal: float) -> dict[str, float]:
             window.fill("yaw [rad]", goal)
             found = window.wait_text(r"(?:solved|path so far) in ([\d.]+) s")
             shown, made = time.monotonic(), processor_time(program.process.pid) - before
-    return {"program": printed - begin, "page": seen - printed, "searched": float(found.group(1)), "shown": shown - moved, "sent": sent, "made": made, "processors": share_of_processor()}
+    return {"program": printed - begin, "page": seen - printed, "empty": empty(size), "searched": float(found.group(1)), "shown": shown - moved, "sent": sent, "made": made, "processors": share_of_processor()}
 
 
 def main() -> None:

@@ -19,13 +19,13 @@ def _wxyz(rotation: np.ndarray) -> np.ndarray:
 Rods = tuple[dict[int, list[meshes.Mesh]], list[links.LooseRod]]
 
 
-def light(scene: viser.SceneApi) -> None:
-    """Soft light from everywhere, and the lamp of the page, which casts a shadow."""
+def light(scene: viser.SceneApi, *, shadows: bool = True) -> None:
+    """Soft light from everywhere, and the lamp of the page. Its shadows take two seconds more until the first picture where no graphics card draws."""
     scene.set_up_direction("+z")
     scene.world_axes.visible = False
     scene.configure_environment_map(None)  # its reflections take ten seconds where no graphics card draws
     scene.add_light_ambient("/light", color=(240, 244, 255), intensity=2.4)
-    scene.configure_default_lights(True, cast_shadow=True)
+    scene.configure_default_lights(True, cast_shadow=shadows)
 
 
 def look(camera: viser.InitialCameraConfig | viser.CameraHandle, view: View) -> None:

@@ -79,7 +79,7 @@ class Live:
         self.drawing = Drawing(server, plan, rods=self.pictures.rods(), with_goal=False)
         self.drawing.label.visible = False
         self.view = choose_view(plan, body_meshes(plan, {}), self.drawing.frames)
-        light(server.scene)
+        light(server.scene, shadows=False)
         look(server.initial_camera, self.view)
         self.clouds = {link.name: self._add_cloud(link) for link in self.sensor.links}
         self.arrows = {name: self._add_arrows(name, color) for name, color in ARROWS}

@@ -67,7 +67,7 @@ class Stage:
         self.beside = -1  # motions side by side when the camera was aimed last; 0: a task that is posed
         self._views: dict[int, View] = {}  # of the scene that is shown: posed, and played
         self._pictures: Pictures | None = None  # of that scene
-        light(server.scene)
+        light(server.scene, shadows=False)
 
     # ---- nodes ----
 
