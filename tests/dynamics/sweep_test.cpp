@@ -1,5 +1,6 @@
 // Steps that go farther than contacts are looked for (S.16).
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include "dynamics/systems.hpp"
@@ -36,6 +37,23 @@ world::RobotSpec one_joint(const std::string& geometry, const std::string& type,
                             << "'><parent link='base'/><child link='tip'/><axis xyz='" << axis
                             << "'/><limit lower='-9' upper='9' effort='1' velocity='1'/></joint></robot>";
   robot.stiffness = {{"j", stiffness}};
+  return robot;
+}
+
+/// Links of 0.3 m that turn in their plane, one after the other.
+world::RobotSpec planar_arm(int joints) {
+  world::RobotSpec robot = one_joint("<sphere radius='0.02'/>", "revolute", "0 0 1", "0 0 0", 100);
+  std::ostringstream urdf;
+  urdf << "<robot name='finger'><link name='l0'/>";
+  for (int i = 1; i <= joints; ++i)
+    urdf << "<link name='l" << i
+         << "'><collision><origin xyz='0.15 0 0' rpy='0 1.5707963 0'/><geometry><capsule radius='0.02' length='0.22'/></geometry>"
+         << "</collision></link><joint name='j" << i << "' type='revolute'><parent link='l" << i - 1 << "'/><child link='l" << i
+         << "'/><origin xyz='" << (i > 1 ? 0.3 : 0)
+         << " 0 0'/><axis xyz='0 0 1'/><limit lower='-9' upper='9' effort='9' velocity='1'/></joint>";
+  std::ofstream(robot.urdf) << urdf.str() << "</robot>";
+  robot.stiffness.clear();
+  for (int i = 1; i <= joints; ++i) robot.stiffness.emplace_back("j" + std::to_string(i), 100);
   return robot;
 }
 
@@ -164,6 +182,65 @@ TEST(Sweep, HeavyObjectPulledThroughAnother_PushesIt) {
   ASSERT_EQ(step(*model, {q, VectorXd(0), &pull}, {.regularisation = FixedEpsilon{1}}, work, r), Status::Solved);
   EXPECT_GT(r.q_next[0], 0.9);
   EXPECT_GT(r.q_next[7], r.q_next[0] + 0.04 - 1e-6);
+}
+
+/// Two fingers of one gripper, of which one follows the other: the joint that moves both moves them towards each other.
+TEST(Sweep, FingerThatFollows_MeetsTheOneItFollows) {
+  world::Scene scene = scene_of(0.05);
+  world::RobotSpec gripper = one_joint("<sphere radius='0.02'/>", "prismatic", "1 0 0", "0 0 0", 100);
+  std::stringstream read;
+  read << std::ifstream(gripper.urdf).rdbuf();
+  std::string text = read.str();
+  const std::string end = "</robot>";
+  text.insert(text.find(end),
+              "<link name='other'><collision><origin xyz='0.5 0 0'/><geometry><sphere radius='0.02'/></geometry></collision></link>"
+              "<joint name='k' type='prismatic'><parent link='base'/><child link='other'/><axis xyz='-1 0 0'/><mimic joint='j'/>"
+              "<limit lower='-9' upper='9' effort='1' velocity='1'/></joint>");
+  std::ofstream(gripper.urdf) << text;
+  scene.robots.push_back(gripper);
+  EXPECT_NEAR(solve(Model::make(scene), numbers({0}), numbers({1})).q_next[0], 0.23, 1e-6);
+}
+
+/// What a step passes through has a row, against the distances at 200 points of its way: arms of four joints among boxes and balls, free and fixed.
+TEST(Sweep, WhatIsPassedThrough_HasARow) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-1, 1);
+  world::Scene scene = scene_of(0.03);
+  scene.robots.push_back(planar_arm(4));
+  for (const char* name : {"a", "b"}) scene.objects.push_back(thing(name, world::Box{{0.03, 0.05, 0.04}}, world::ObjectJoint::Free));
+  scene.objects.push_back(thing("c", world::Sphere{0.05}, world::ObjectJoint::Free));
+  const auto model = Model::make(scene);
+  world::KinematicsWorkspace kinematics_work(*model);
+  world::Kinematics kinematics;
+  contact::Workspace contact_work(*model);
+  const auto distance = [&](const VectorXd& q, int pair) {
+    world::calc_kinematics(*model, q, kinematics_work, kinematics);
+    return contact::pair_distance(*model, kinematics, pair, contact_work).phi;
+  };
+  int passed = 0;
+  for (int trial = 0; trial < 240; ++trial) {
+    VectorXd q = model->neutral();
+    for (const auto& o : model->objects()) q.segment<3>(o.q_begin) = Vector3d(place(random), place(random), 0.03 * place(random));
+    for (int j = 0; j < 4; ++j) q[model->n_q() - 4 + j] = 1.5 * place(random);
+    VectorXd u = q.tail(4);
+    for (int j = 0; j < 4; ++j) u[j] += place(random);
+    StepWorkspace work(model);
+    StepResult r;
+    if (step(*model, {q, u}, {}, work, r) != Status::Solved) continue;
+    for (int pair = 0; pair < static_cast<int>(model->pairs().size()); ++pair) {
+      if (distance(q, pair) < 0.03) continue;
+      VectorXd between(model->n_q());
+      double least = 1;
+      for (int k = 1; k <= 200 && least > 0; ++k) {
+        world::retract(*model, q, VectorXd(k / 200.0 * r.delta), between);
+        least = distance(between, pair);
+      }
+      const bool has_row = std::ranges::any_of(r.contacts, [&](const auto& c) { return c.contact.pair == pair; });
+      passed += least <= 0;
+      EXPECT_TRUE(least > 0 || has_row) << "trial " << trial << ", pair " << pair;
+    }
+  }
+  EXPECT_GT(passed, 20) << "the test would say nothing";
 }
 
 /// A and B are those of the program with the rows that were found on the way.

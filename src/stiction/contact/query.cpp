@@ -529,7 +529,7 @@ Distance pair_distance(const world::Model& model, const world::Kinematics& kinem
   Workspace::Impl& w = work.impl();
   require_match(w, model, kinematics);
   require_pair(w, pair);
-  w.set_kinematics(kinematics);
+  w.set_kinematics(kinematics, std::span(&pair, 1));
   Distance out;
   w.narrow(pair, out);
   return out;
@@ -539,7 +539,7 @@ double calc_pair_lower_bound(const world::Model& model, const world::Kinematics&
   Workspace::Impl& w = work.impl();
   require_match(w, model, kinematics);
   require_pair(w, pair);
-  w.set_kinematics(kinematics);
+  w.set_kinematics(kinematics, std::span(&pair, 1));
   return w.lower_bound(pair);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -20,17 +21,23 @@ namespace detail {
 /// Scratch of add_met() (sweep.hpp): made when a step first moves that far.
 struct Sweep {
   explicit Sweep(const world::Model& model);
-  double travel_of(const world::Model& model, int pair) const;            // of its two sides together [m]
-  double seen(const world::Model& model, int pair, double margin) const;  // distance within which its contacts are known [m]
+
+  /// What δq does to a geometry; sums over the joints from the root, the first k of them in [k].
+  struct Motion {
+    Eigen::Vector3d center, v;          // of its bounding sphere [m], and its motion to first order
+    std::vector<double> turned, moved;  // by joints: Σ |angle| [rad], and bounds of what they move its points [m]
+    double travel = 0;                  // no point goes farther [m]
+  };
 
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
   contact::Workspace contact_work;
   Eigen::VectorXd q, part;
-  std::vector<double> travel;        // per geometry, farthest motion of a point of it [m]
-  std::vector<double> joint_travel;  // per coordinate of the robots, of what it moves [m]
-  std::vector<int> pairs;            // that travel farther than what is seen
-  std::vector<int> met;              // of this step, ascending
+  std::vector<Motion> motion;                      // per geometry
+  std::vector<std::array<std::size_t, 2>> joints;  // per pair: how many move each of its sides,
+  std::vector<std::size_t> shared;                 // and how many of them both
+  std::vector<int> pairs;                          // that may meet
+  std::vector<int> met;                            // of this step, ascending
   std::vector<contact::Contact> contacts;
 };
 
