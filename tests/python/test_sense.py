@@ -162,12 +162,13 @@ def test_torques_alone_of_two_contacts_are_ambiguous(program: Path, tmp_path: Pa
     [
         ({"sensing": {"max_contacts": 4}}, "max_contacts: got 4, expected an integer from 1 to 3"),
         ({"sensing": {"max_contacts": 2, "rays": 0}}, "rays: got 0 (the exact cone)"),
+        ({"sensing": {"friction": -0.5}}, "scenario.yaml:30: sensing.friction: got -0.5, expected a number ≥ 0"),
         ({"contact": {"link": "arm/forearm_link", "point": [0, 0, 0], "force": 1}}, "expected one of the two"),
         ({"contacts": []}, "contacts: got a list of 0, expected at least one contact"),
         ({"base_wrench": {"force": [0, 0, 1]}}, "force"),
         ({"base_wrench": {"moment_noise": 0}}, "moment_noise: got 0"),
     ],
-    ids=["four", "exact cone", "both", "none", "given and computed", "no noise"],
+    ids=["four", "exact cone", "friction", "both", "none", "given and computed", "no noise"],
 )
 def test_mistakes_about_several_contacts_are_named(program: Path, tmp_path: Path, change: dict, message: str) -> None:
     scenario = yaml.safe_load((ROOT / "scenarios/ur5_two_contacts.yaml").read_text())

@@ -70,8 +70,9 @@ void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& opt
   if (seed < 0) node.at("seed").fail("an integer ≥ 0");
   sensor.seed = static_cast<std::uint64_t>(seed);
   const int rays = static_cast<int>(node.integer_or("rays", 4));
+  const double friction = node.nonnegative_or("friction", 1);
   try {
-    options.cone = FrictionCone(node.nonnegative_or("friction", 1), rays);
+    options.cone = FrictionCone(friction, rays);
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
   }
