@@ -1,7 +1,7 @@
 #pragma once
 
 #include <memory>
-#include <optional>
+#include <string>
 #include <vector>
 
 #include "stiction/control/contact_qp.hpp"
@@ -24,16 +24,16 @@ struct ContactTick {
 std::vector<ContactTick> make_contact_ticks(const world::Model& model, const control::RobotLimits& robot, int contacts, int count,
                                             std::uint64_t seed);
 
-/// What ProxQP says of the ticks.
+/// What a general solver says of the ticks.
 struct GeneralQp {
+  std::string name;  ///< proxqp, highs
   std::vector<double> seconds;
   int unsolved = 0;  ///< among them those whose bounds contradict each other
 };
 
-/// The same program for a general solver, ProxQP's dense one, that keeps its workspace: unknowns q_cmd − q_cmd⁻ and λ, (C.4) as equations, bounds on both. What
-/// gives way in ours is hard here. Residuals up to 1e-6.
-/// @returns nothing where the program was built without ProxSuite
-std::optional<GeneralQp> time_general_qp(const control::RobotLimits& robot, const std::vector<ContactTick>& ticks,
-                                         const control::ContactQpOptions& options, int repeat);
+/// The same program for general solvers: unknowns q_cmd − q_cmd⁻ and λ, (C.4) as equations, bounds on both. What gives way in ours is hard here. Residuals up to
+/// 1e-6. ProxQP's dense solver and the active-set method of HiGHS, as far as the program was built beside them.
+std::vector<GeneralQp> time_general_qps(const control::RobotLimits& robot, const std::vector<ContactTick>& ticks,
+                                        const control::ContactQpOptions& options, int repeat);
 
 }  // namespace stiction::bench

@@ -11,6 +11,7 @@
 #include "stiction/core/quantile.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/execution/contact_estimator.hpp"
+#include "stiction/sensing/known_contacts.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
@@ -49,7 +50,7 @@ control::RobotLimits make_limits(const world::Model& model) {
   return out;
 }
 
-/// A solve of (C.10) of 7 joints. Peer: ProxQP, the same program with hard bounds, in the same run.
+/// A solve of (C.10) of 7 joints. Peers: general solvers, the same program with hard bounds, in the same run; the first of them stands beside ours.
 void contact_qp(BenchTable& table, int contacts) {
   const std::string name = fmt::format("contact_qp/{}_contact{}", contacts, contacts == 1 ? "" : "s");
   if (!table.wanted(name)) return;
@@ -76,22 +77,22 @@ void contact_qp(BenchTable& table, int contacts) {
       if (r == 0) failures += status != core::Status::Solved;
     }
   if (seconds.empty()) return;
-  auto peer = bench::time_general_qp(robot, ticks, options, table.repeat());
+  auto peers = bench::time_general_qps(robot, ticks, options, table.repeat());
   std::optional<double> peer_s;
-  if (peer) peer_s = core::quantile(peer->seconds, 0.5);
+  if (!peers.empty()) peer_s = core::quantile(peers.front().seconds, 0.5);
   Row row = make_row(name, std::move(seconds), {{}, peer_s}, allocations, failures);
   row.contacts = contacts;
   table.add(std::move(row));
-  if (peer) table.add(make_row(name + "/proxqp", std::move(peer->seconds), {}, {}, peer->unsolved));
+  for (bench::GeneralQp& peer : peers) table.add(make_row(name + "/" + peer.name, std::move(peer.seconds), {}, {}, peer.unsolved));
 }
 
-/// Joints and external torques of an arm that moves while it is touched now and then.
+/// Joints and external torques of an arm that moves while it is touched now and then, in `contacts` places at once.
 struct Touches {
   std::shared_ptr<const world::Model> model;
   std::vector<Eigen::VectorXd> q, tau;
 };
 
-Touches make_touches(const std::filesystem::path& models_dir) {
+Touches make_touches(const std::filesystem::path& models_dir, int contacts) {
   Touches out;
   out.model = make_arm(models_dir);
   const auto sensor = sensing::Sensor::make(out.model);
@@ -99,16 +100,23 @@ Touches make_touches(const std::filesystem::path& models_dir) {
   const Eigen::VectorXd middle{{0, 0.6, 0, -1.4, 0, 1.1, 0}};
   for (int touch = 0; touch < kTouches; ++touch) {
     const auto links = static_cast<int>(sensor->links().size());
-    const sensing::SensedLink& link = sensor->links()[static_cast<std::size_t>(links - 1 - touch % 3)];
-    const sensing::SurfacePoint& point = link.samples[static_cast<std::size_t>(random.index(static_cast<int>(link.samples.size())))];
-    const Eigen::Vector3d f_L = -kForce * link.surface.normal(point.triangle, point.p_L, sensing::Normals::Flat);
+    std::vector<sensing::KnownContact> places;
+    for (int c = 0; c < contacts; ++c) {
+      const int index = links - 1 - (touch + 2 * c) % (contacts == 1 ? 3 : 4);
+      const sensing::SensedLink& link = sensor->links()[static_cast<std::size_t>(index)];
+      const sensing::SurfacePoint& point = link.samples[static_cast<std::size_t>(random.index(static_cast<int>(link.samples.size())))];
+      places.push_back({index, point.p_L, -kForce * link.surface.normal(point.triangle, point.p_L, sensing::Normals::Flat)});
+    }
     for (int k = 0; k < kTouchTicks; ++k) {
       const double turn = 2 * std::numbers::pi * k / kTouchTicks;
       Eigen::VectorXd q = middle;
       for (Eigen::Index j = 0; j < q.size(); ++j) q[j] += 0.1 * std::sin(turn + static_cast<double>(j));
       const bool touched = k >= kTouchTicks / 4 && k < 3 * kTouchTicks / 4;
       Eigen::VectorXd tau = Eigen::VectorXd::Zero(q.size());
-      if (touched) tau = sensing::calc_contact_torque(*out.model, sensing::place_robots(*out.model, q), link.surface.body, point.p_L, f_L);
+      for (const sensing::KnownContact& place : places)
+        if (touched)
+          tau += sensing::calc_contact_torque(*out.model, sensing::place_robots(*out.model, q),
+                                              sensor->links()[static_cast<std::size_t>(place.link)].surface.body, place.p_L, place.f_L);
       for (double& t : tau) t += kNoise * random.normal();
       out.q.push_back(q), out.tau.push_back(tau);
     }
@@ -117,10 +125,10 @@ Touches make_touches(const std::filesystem::path& models_dir) {
 }
 
 /// An update of the contacts of a control loop, of ticks in contact; their 99th percentile has those in which a touch begins.
-void contact_estimates(BenchTable& table) {
-  const std::string name = "contact_estimate/7_joints";
+void contact_estimates(BenchTable& table, int contacts) {
+  const std::string name = contacts == 1 ? "contact_estimate/7_joints" : fmt::format("contact_estimate/7_joints/{}_contacts", contacts);
   if (!table.wanted(name)) return;
-  const Touches touches = make_touches(table.models_dir());
+  const Touches touches = make_touches(table.models_dir(), contacts);
   execution::ContactEstimatorOptions options;
   options.noise = kNoise;
   execution::ContactEstimator estimator(touches.model, options);
@@ -130,9 +138,9 @@ void contact_estimates(BenchTable& table) {
     for (std::size_t k = 0; k < touches.q.size(); ++k) {
       const long before = bench::allocations();
       const auto start = BenchClock::now();
-      const auto contacts = estimator.update(touches.q[k], touches.tau[k], touches.q[k], kPeriod_s);
+      const auto told = estimator.update(touches.q[k], touches.tau[k], touches.q[k], kPeriod_s);
       const double elapsed = seconds_since(start);
-      if (contacts.empty()) continue;
+      if (told.empty()) continue;
       seconds.push_back(elapsed);
       if (r > 0) allocations = std::max(allocations, bench::allocations() - before);
     }
@@ -144,7 +152,8 @@ void contact_estimates(BenchTable& table) {
 void add_control_rows(BenchTable& table) {
   contact_qp(table, 1);
   contact_qp(table, 3);
-  contact_estimates(table);
+  contact_estimates(table, 1);
+  contact_estimates(table, 2);
 }
 
 }  // namespace stiction::app

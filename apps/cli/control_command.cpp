@@ -50,10 +50,7 @@ execution::ControlScenario load(const ControlArguments& arguments) {
       execution::load_control_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), package_dirs);
   for (const auto& [name, value] : kLaws)
     if (arguments.law == name) scenario.controller.law = value;
-  if (arguments.lambda_max) {
-    scenario.controller.lambda_max = *arguments.lambda_max;
-    scenario.controller.force_threshold = std::min(scenario.controller.force_threshold, *arguments.lambda_max / 3);
-  }
+  if (arguments.lambda_max) execution::set_lambda_max(scenario, *arguments.lambda_max);
   if (arguments.friction_scale) scenario.plant.contact.friction_scale = *arguments.friction_scale;
   if (!arguments.contacts.empty())
     scenario.contacts = arguments.contacts == "true" ? execution::ContactSource::True : execution::ContactSource::Estimated;
@@ -94,6 +91,8 @@ void print_summary(std::FILE* to, const execution::ControlScenario& scenario, co
   if (r.bounded_ticks > 0)
     row("at the bound", fmt::format("{:.2f} s, off by {:.2f} N in the mean, 95 % below {:.1f} N", r.bounded_ticks * scenario.period,
                                     r.bound_error, r.bound_p95));
+  if (r.above_ticks > 0) row("above 1.2 of it", fmt::format("{} of {} settled ticks", r.above_ticks, r.settled_ticks));
+  row("fastest rise", fmt::format("{:.1f} N in a tick, {:.1f} N of it by the command", r.peak_rise, r.commanded_rise));
   row("fastest fall", fmt::format("{:.0f} N/s", r.peak_force_rate));
   row("contacts made", fmt::format("{}", r.makes));
   const char* unit = scenario.tool >= 0 ? "mm" : "mrad";
@@ -117,6 +116,10 @@ json report(const execution::ControlScenario& scenario, const execution::Control
           {"bounded_s", r.bounded_ticks * scenario.period},
           {"bound_error", r.bound_error},
           {"bound_p95", r.bound_p95},
+          {"settled_ticks", r.settled_ticks},
+          {"above_ticks", r.above_ticks},
+          {"peak_rise", r.peak_rise},
+          {"commanded_rise", r.commanded_rise},
           {"peak_force_rate", r.peak_force_rate},
           {"contacts_made", r.makes},
           {"rms_error_contact", r.rms_error_contact},
@@ -132,6 +135,10 @@ json report(const execution::ControlScenario& scenario, const execution::Control
           {"tick_p99_s", r.tick_p99_s}};
 }
 
+/// What of a run is held against the bound: the 95th percentile where the reference asks for more, as the acceptance list has it. Single ticks are reported: friction
+/// that turns round in one contact loads another one in a tick, whatever the command does.
+double judged_force(const execution::ControlRunResult& r) { return r.bounded_ticks > 0 ? r.bound_p95 : r.settled_peak; }
+
 int run_control_command(const ControlArguments& arguments) {
   const execution::ControlScenario scenario = load(arguments);
   if (!arguments.out_dir.empty()) tasks::require_writable(arguments.out_dir);
@@ -143,7 +150,7 @@ int run_control_command(const ControlArguments& arguments) {
   execution::ControlRunResult result;
   const Status status = execution::run_control(scenario, options, result);
   const bool passes = status == Status::Solved && result.unsolved_ticks == 0 &&
-                      result.settled_peak <= (1 + arguments.tolerance) * scenario.controller.lambda_max;
+                      judged_force(result) <= (1 + arguments.tolerance) * scenario.controller.lambda_max;
   std::FILE* const to = people(arguments.json);
   print_summary(to, scenario, result, passes);
   json out = report(scenario, result, passes);
@@ -187,7 +194,7 @@ Run declare_control(CLI::App& command) {
       ->check(CLI::NonNegativeNumber);
   command.add_option("--period", a.period_s, "Between two commands [s] (default: as the scenario says)")->check(CLI::PositiveNumber);
   command.add_option("--seed", a.seed, "Of the noise of joint torques (default: as the scenario says)");
-  command.add_option("--tolerance", a.tolerance, "Settled forces may exceed the bound by this share of it")
+  command.add_option("--tolerance", a.tolerance, "95 % of settled forces at the bound may exceed it by this share of it")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
   command.add_option("--settle", a.settle_s, "Forces are judged from this long after a contact is made [s]")

@@ -37,13 +37,8 @@ struct Changes {
 };
 
 void apply(const Changes& changes, ControlScenario& scenario) {
-  control::ControllerOptions& options = scenario.controller;
-  if (changes.law) options.law = *changes.law;
-  if (changes.lambda_max) {
-    core::require_positive("lambda_max", *changes.lambda_max);
-    options.lambda_max = *changes.lambda_max;
-    options.force_threshold = std::min(options.force_threshold, *changes.lambda_max / 3);
-  }
+  if (changes.law) scenario.controller.law = *changes.law;
+  if (changes.lambda_max) execution::set_lambda_max(scenario, *changes.lambda_max);
   if (changes.friction_scale) {
     core::require_nonnegative("friction_scale", *changes.friction_scale);
     scenario.plant.contact.friction_scale = *changes.friction_scale;
@@ -170,6 +165,9 @@ void bind_result(nb::module_& m) {
       .def_ro("rms_error_free", &R::rms_error_free)
       .def_ro("peak_speed", &R::peak_speed, "[rad/s]")
       .def_ro("peak_force_rate", &R::peak_force_rate, "largest fall of a force between two ticks, settled contacts [N/s]")
+      .def_ro("peak_rise", &R::peak_rise, "largest rise of a force between two ticks, settled contacts [N]")
+      .def_ro("commanded_rise", &R::commanded_rise, "what the change of the command makes of it [N]")
+      .def_ro("above_ticks", &R::above_ticks, "settled ones in which a force is above its bound by more than a fifth")
       .def_ro("slack_ticks", &R::slack_ticks, "in which a bound was given up by more than a thousandth of itself")
       .def_ro("unsolved_ticks", &R::unsolved_ticks)
       .def_ro("tick_median_s", &R::tick_median_s, "wall time of update() [s]")

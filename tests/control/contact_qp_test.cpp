@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/SVD>
+#include <vector>
 
 #include "control/random_tick.hpp"
 #include "stiction/control/quasi_static.hpp"
@@ -113,6 +114,43 @@ TEST(ContactQp, TwoEqualContacts_HaveTheForcesOfTheModelTogether) {
   EXPECT_NEAR(out.lambda[0], 15, 2e-2);
   EXPECT_NEAR(out.lambda[1], 35, 2e-2);
   EXPECT_NEAR(out.q_cmd[0], 0.05, 2e-4);
+}
+
+/// Sets that exclude each other: forces of each are those of the program that knows no other, and no bound of any is broken.
+TEST(ContactQp, ContactsOfSeveralGroups_AreJudgedAsIfTheOthersWereNotThere) {
+  core::Random random(5, 0);
+  int compared = 0, coupled = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    RandomTick t = random_tick(random);
+    const Index m = t.J_u.rows();
+    if (m < 4) continue;
+    std::vector<int> groups(static_cast<std::size_t>(m), 2);
+    groups[0] = groups[1] = 1;
+    ContactQpInput in = t.input();
+    in.groups = groups;
+    ContactQpWorkspace work;
+    ContactQpResult out;
+    ASSERT_EQ(solve_contact_qp(t.robot, in, {}, work, out), Status::Solved);
+    for (const auto& [first, count] : {std::pair<Index, Index>(0, 2), std::pair<Index, Index>(2, m - 2)}) {
+      RandomTick one = t;  // held at the command that was found, so that only its forces are asked for
+      one.J_u = t.J_u.middleRows(first, count).eval();
+      one.lambda = t.lambda.segment(first, count).eval(), one.lambda_max = t.lambda_max.segment(first, count).eval();
+      one.q_cmd = out.q_cmd;
+      one.robot.rate.setConstant(1e-15), one.robot.torque.setConstant(kInfinity);
+      one.robot.lower.setConstant(-kInfinity), one.robot.upper.setConstant(kInfinity);
+      const ContactQpResult alone = solve(one);
+      const double size = std::max(1.0, out.lambda.cwiseAbs().maxCoeff());
+      EXPECT_LT((alone.lambda - out.lambda.segment(first, count)).cwiseAbs().maxCoeff(), 1e-8 * size);
+      ++compared;
+    }
+    for (Index i = 0; i < m; ++i) EXPECT_LE(out.lambda[i], t.lambda_max[i] + out.slack[i] + 1e-9 * (1 + std::abs(out.lambda[i])));
+    in.groups = {};
+    ContactQpResult together;
+    ASSERT_EQ(solve_contact_qp(t.robot, in, {}, work, together), Status::Solved);
+    coupled += (together.lambda - out.lambda).cwiseAbs().maxCoeff() > 0.1;
+  }
+  EXPECT_GT(compared, 20);
+  EXPECT_GT(coupled, compared / 4) << "groups make no difference";
 }
 
 TEST(ContactQp, NoContact_IsTheClampedAverage) {

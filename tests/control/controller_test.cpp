@@ -128,6 +128,34 @@ TEST(Controller, WeakForces_AreLeftOut) {
   EXPECT_EQ(bench.update().taken.size(), 1u);
 }
 
+/// An edge that rests on one corner in this tick and on the other in the next acts between them, by their shares of the force.
+TEST(Controller, CornersThatBearInTurn_ActAsOnePointBetweenThem) {
+  Bench bench;
+  bench.q_ref[0] = 0.3;
+  const Vector3d middle = bench.contacts[0].p_WC, half(0, 0, 0.1);
+  VectorXd last;
+  double moved = 0;
+  for (int k = 0; k < 400; ++k) {
+    const bool upper = k % 2 == 0;
+    bench.contacts[0].p_WC = middle + (upper ? 1 : -1) * half;
+    bench.contacts[0].force_W = Vector3d(0, upper ? -15 : -5, 0);  // the mean is half the way up
+    const VectorXd command = bench.update().q_cmd;
+    if (k > 300) moved = std::max(moved, (command - last).cwiseAbs().maxCoeff());
+    last = command;
+  }
+  const ControllerCommand& command = bench.update();
+  ASSERT_EQ(command.taken.size(), 1u);
+  EXPECT_LT((command.taken[0].p_WC - (middle + 0.5 * half)).norm(), 0.2 * half.norm()) << "a tick has a tenth of the mean";
+  VectorXd at_corner[2];  // a corner that bears alone
+  for (const int corner : {0, 1}) {
+    Bench alone;
+    alone.q_ref[0] = 0.3;
+    alone.contacts[0].p_WC = middle + (corner == 0 ? 1 : -1) * half;
+    for (int k = 0; k < 400; ++k) at_corner[corner] = alone.update().q_cmd;
+  }
+  EXPECT_LT(moved, 0.2 * (at_corner[0] - at_corner[1]).cwiseAbs().maxCoeff()) << "the command jumps between corners";
+}
+
 /// The contact of a Bench: row of J_u, softness, and how hard q_to would press it.
 struct Row {
   explicit Row(const Bench& bench) {

@@ -81,6 +81,36 @@ TEST_F(Estimator, SeveralCandidates_AreAlternativesAndKeepTheirNumbers) {
     EXPECT_TRUE(std::any_of(first.begin(), first.end(), [&](const auto& f) { return f.id == c.id; })) << c.id;
 }
 
+/// A second push beside one that lasts: both are told as one set, the first where it was, and the work of a tick stays bounded.
+TEST_F(Estimator, SecondContact_IsToldBesideTheFirst) {
+  ContactEstimator estimator(scenario.model, exact());
+  Vector3d first, second;
+  const VectorXd one = push(estimator, "arm/link_4", 15, &first), other = push(estimator, "arm/link_7", 15, &second);
+  for (int k = 0; k < 10; ++k) (void)estimator.update(q, one, q, kTick);
+  ASSERT_EQ(estimator.told().front().count, 1);
+  std::span<const control::ContactForce> told;
+  for (int k = 0; k < 40; ++k) told = estimator.update(q, one + other, q, kTick);
+  ASSERT_FALSE(told.empty());
+  ASSERT_EQ(estimator.told().front().count, 2);
+  const double explained = estimator.sensed().explained;
+  EXPECT_LE(estimator.told().front().residual, explained);
+  EXPECT_FALSE(estimator.sensed().candidates.front().explains) << "one contact would do: the test says nothing";
+  double near_first = 1, near_second = 1;
+  for (const auto& c : told) {
+    near_first = std::min(near_first, (c.p_WC - first).norm()), near_second = std::min(near_second, (c.p_WC - second).norm());
+    EXPECT_EQ(c.set >= 0 && c.set < static_cast<int>(estimator.told().size()), true);
+    EXPECT_EQ(c.alternative, estimator.told().size() > 1);
+  }
+  EXPECT_LT(near_first, 0.1);
+  EXPECT_LT(near_second, 0.1);
+  std::vector<int> ids;
+  for (const auto& c : told) ids.push_back(c.id);
+  std::sort(ids.begin(), ids.end());
+  EXPECT_EQ(std::adjacent_find(ids.begin(), ids.end()), ids.end()) << "two contacts under one number";
+  for (int k = 0; k < 10; ++k) (void)estimator.update(q, one, q, kTick);
+  EXPECT_EQ(estimator.told().front().count, 1) << "the second is gone";
+}
+
 TEST_F(Estimator, NoTorque_IsNoContact) {
   ContactEstimator estimator(scenario.model, exact());
   EXPECT_TRUE(estimator.update(q, VectorXd::Zero(7), q, kTick).empty());
@@ -176,7 +206,10 @@ TEST_F(Estimator, BadInput_IsNamed) {
   ContactEstimatorOptions options;
   options.max_candidates = 0;
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.max_candidates"), std::string::npos);
-  options.max_candidates = 4, options.pool = 3;
+  options.max_candidates = 4, options.max_contacts = 4;
+  EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.max_contacts: got 4, expected an integer from 1 to 3"),
+            std::string::npos);
+  options.max_contacts = 3, options.pool = 3;
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.pool: got 3, expected at least max_candidates, 4"), std::string::npos);
   options.pool = 8, options.noise = 0;
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.noise: got 0"), std::string::npos);
@@ -192,6 +225,19 @@ TEST(EstimatedControl, SameSeed_GivesTheSameBitsAndAnotherDoesNot) {
   ASSERT_EQ(run_control(scenario, {}, c), Status::Solved);
   EXPECT_EQ(a.samples.back().q, b.samples.back().q);
   EXPECT_NE(a.samples.back().q, c.samples.back().q);
+}
+
+/// F and the force from which contacts count follow the bound, whoever sets it, unless the scenario names F.
+TEST(EstimatedControl, AnotherBound_IsKnownToTheEstimator) {
+  ControlScenario scenario = load("box_in_the_way.yaml");
+  EXPECT_EQ(make_estimator_options(scenario).plausible_force, 30);
+  EXPECT_EQ(make_estimator_options(scenario).least_force, 5);
+  set_lambda_max(scenario, 9);
+  EXPECT_EQ(make_estimator_options(scenario).plausible_force, 18);
+  EXPECT_EQ(make_estimator_options(scenario).least_force, 3);
+  scenario.plausible_force = 50;
+  EXPECT_EQ(make_estimator_options(scenario).plausible_force, 50);
+  EXPECT_EQ(message_of([&] { set_lambda_max(scenario, 0); }), "lambda_max: got 0, expected a finite number > 0");
 }
 
 TEST(EstimatedControl, Delay_TellsOfContactsLaterByThat) {

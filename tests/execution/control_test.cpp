@@ -58,9 +58,20 @@ TEST_P(SeveralContacts, ForcesStayAtTheirBound) {
   ASSERT_GT(ours.bounded_ticks, 500);
   EXPECT_LE(ours.bound_error, 2.0);
   EXPECT_LE(ours.bound_p95, 18.0);
+  EXPECT_LE(ours.above_ticks, 0.01 * ours.settled_ticks);
+  EXPECT_LT(ours.commanded_rise, 0.2 * ours.peak_rise) << "the largest rise in a tick is the command's";
   EXPECT_GT(tracking.mean_force, 5 * 15);
   EXPECT_LT(ours.peak_force, tracking.peak_force);
 }
+/// A plate on its rim rests on one corner in this tick and on the other in the next: the command does not follow from corner to corner.
+TEST(ContactControl, PlateOnItsRim_DoesNotRock) {
+  ControlScenario scenario = load_control_scenario(source_dir() / "scenarios" / "plate.yaml");
+  const ControlRunResult out = run(scenario);
+  EXPECT_LE(out.bound_error, 1.0);
+  EXPECT_LE(out.settled_peak, 18.0);
+  EXPECT_EQ(out.above_ticks, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenarios, SeveralContacts, testing::Values("two_contacts.yaml", "three_contacts.yaml"));
 
 /// A pair is judged from when it touches on, whatever the others do.

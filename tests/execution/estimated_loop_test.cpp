@@ -42,6 +42,9 @@ TEST_P(EstimatedLoop, ForceStaysAtItsBound) {
 INSTANTIATE_TEST_SUITE_P(Seeds, EstimatedLoop,
                          testing::Values(Case{"box_in_the_way"}, Case{.scenario = "box_in_the_way", .seed = 1}, Case{"mug_placement"},
                                          Case{"mug_moving"}, Case{"egg_under_tray"}, Case{"plate"}, Case{"push_along_arm"}));
+INSTANTIATE_TEST_SUITE_P(SeveralContacts, EstimatedLoop,
+                         testing::Values(Case{"two_contacts"}, Case{.scenario = "two_contacts", .seed = 1}, Case{"three_contacts"},
+                                         Case{.scenario = "three_contacts", .seed = 1}));
 INSTANTIATE_TEST_SUITE_P(Rates, EstimatedLoop, testing::Values(Case{.scenario = "box_in_the_way", .period = 0.001}));
 INSTANTIATE_TEST_SUITE_P(Delays, EstimatedLoop,
                          testing::Values(Case{.scenario = "box_in_the_way", .delay = 0.005},

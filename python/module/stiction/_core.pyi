@@ -2781,6 +2781,18 @@ class ControlRunResult:
         """largest fall of a force between two ticks, settled contacts [N/s]"""
 
     @property
+    def peak_rise(self) -> float:
+        """largest rise of a force between two ticks, settled contacts [N]"""
+
+    @property
+    def commanded_rise(self) -> float:
+        """what the change of the command makes of it [N]"""
+
+    @property
+    def above_ticks(self) -> int:
+        """settled ones in which a force is above its bound by more than a fifth"""
+
+    @property
     def slack_ticks(self) -> int:
         """in which a bound was given up by more than a thousandth of itself"""
 

@@ -70,7 +70,7 @@ void require(const RobotLimits& robot, const ContactQpInput& in) {
   for (const double bound : in.lambda_max) core::require_positive("lambda_max", bound);
   for (Index i = 0; i < m; ++i)
     for (Index j = 0; j < n; ++j) core::require_finite("J_u", in.J_u(i, j));
-  if (!in.alone.empty()) core::require_size("alone", static_cast<long>(in.alone.size()), m);
+  if (!in.groups.empty()) core::require_size("groups", static_cast<long>(in.groups.size()), m);
   core::require_nonnegative("damping", in.damping);
   if (in.task_jacobian == nullptr) return;
   core::require_size("task_jacobian.cols", in.task_jacobian->cols(), n);
@@ -102,7 +102,8 @@ class Tick {
   }
 
  private:
-  bool is_alone(Index contact) const { return !in_.alone.empty() && in_.alone[static_cast<std::size_t>(contact)] != 0; }
+  int group_of(Index contact) const { return in_.groups.empty() ? 0 : in_.groups[static_cast<std::size_t>(contact)]; }
+  bool may_be_gone(Index contact) const { return group_of(contact) != 0; }
 
   /// Rate, then torque, then joint limits: an interval that does not meet the next one shrinks to its nearest point.
   void calc_box() {
@@ -125,7 +126,7 @@ class Tick {
       for (Index k = 0; k <= i; ++k) {
         double sum = 0;
         for (Index j = 0; j < n_; ++j) sum += in_.J_u(i, j) * in_.J_u(k, j) / robot_.stiffness[j];
-        w_.G(i, k) = k != i && (is_alone(i) || is_alone(k)) ? 0.0 : sum;
+        w_.G(i, k) = group_of(i) == group_of(k) ? sum : 0.0;
       }
       const double least = options_.least_lever * options_.least_lever / robot_.stiffness.maxCoeff();
       w_.compliance[i] = options_.contact_compliance * std::max(w_.G(i, i), least);
@@ -196,7 +197,7 @@ class Tick {
         for (Index j = 0; j < n_; ++j) w_.column[i] += w_.EP(r, j) / robot_.stiffness[j] * in_.J_u(i, j);
       }
       for (Index j = 0; j < n_; ++j)
-        for (Index i = 0; i < m_; ++i) w_.EP(r, j) -= is_alone(i) ? 0.0 : w_.column[i] * w_.LJ(i, j);
+        for (Index i = 0; i < m_; ++i) w_.EP(r, j) -= may_be_gone(i) ? 0.0 : w_.column[i] * w_.LJ(i, j);
     }
   }
 
@@ -226,7 +227,7 @@ class Tick {
   }
 
   /// One that may be gone pulls at nothing: to follow the arm with the command, so as not to pull, would leave it without a spring.
-  bool must_not_pull(Index contact) const { return !is_alone(contact) && !is_left(contact); }
+  bool must_not_pull(Index contact) const { return !may_be_gone(contact) && !is_left(contact); }
 
   void write_result() {
     const Eigen::VectorXd& d = w_.solution.x;
@@ -250,7 +251,7 @@ class Tick {
       if (must_not_pull(i)) out_.pull[i] = w_.solution.slack[row++] * in_.lambda_max[i];
     for (Index j = 0; j < n_; ++j) {  // (5.8a)
       double torque = 0;
-      for (Index i = 0; i < m_; ++i) torque += is_alone(i) ? 0.0 : in_.J_u(i, j) * out_.lambda[i];
+      for (Index i = 0; i < m_; ++i) torque += may_be_gone(i) ? 0.0 : in_.J_u(i, j) * out_.lambda[i];
       out_.q_next[j] = out_.q_cmd[j] + torque / robot_.stiffness[j];
     }
   }

@@ -58,8 +58,9 @@ struct ContactQpInput {
   VectorRef lambda;      ///< measured forces (m) [N]
   VectorRef lambda_max;  ///< (m) [N], > 0
   double damping = 0;    ///< w of (5.24) [-], ≥ 0
-  /// Contacts (m, or empty: none) whose force is judged as if each were the only one, and which hold the arm nowhere: those that may be gone.
-  std::span<const char> alone{};
+  /// Which contacts act together (m, or empty: all do). Those of group 0 hold the arm. Those of any other number are of a set that may not be there: their forces are
+  /// judged as if they were the only ones, and they hold the arm nowhere.
+  std::span<const int> groups{};
   /// Tracking of a task instead of joints: ½‖E (q_cmd − q) − e‖², rows weighted by the caller; null: joints.
   const RowMatrix* task_jacobian = nullptr;     ///< E (k × n)
   const Eigen::VectorXd* task_error = nullptr;  ///< e (k)

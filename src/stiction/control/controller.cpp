@@ -74,9 +74,11 @@ struct ContactController::Impl {
     Vector3d u = Vector3d::Zero(), p_W = Vector3d::Zero();  ///< direction and place when it was last seen
   };
   std::vector<Known> known;
-  double release_damping = 0;     // w while a lost contact is let go, and after (C.17)
-  bool touched = false;           // a contact was in the model of the last tick
-  std::vector<char> alone, seen;  // of the contacts taken: alone if not seen at the moment, or one of several that exclude each other
+  double release_damping = 0;  // w while a lost contact is let go, and after (C.17)
+  bool touched = false;        // a contact was in the model of the last tick
+  std::vector<char> seen;      // of the contacts taken
+  std::vector<int>
+      groups;  // of the same: 0, those that are there; a number a set that excludes the others; one of its own if not seen at the moment
 
   // Scratch
   world::KinematicsWorkspace kinematics_work;
@@ -109,7 +111,7 @@ struct ContactController::Impl {
     lambda.setZero(m), lambda_max.setZero(m), null_command.setZero(n), wanted.setZero(n);
     command.taken.reserve(static_cast<std::size_t>(m));
     known.reserve(static_cast<std::size_t>(m));
-    alone.assign(static_cast<std::size_t>(m), 0), seen.assign(static_cast<std::size_t>(m), 0);
+    groups.assign(static_cast<std::size_t>(m), 0), seen.assign(static_cast<std::size_t>(m), 0);
     predicted.reserve(static_cast<std::size_t>(m));
   }
 
@@ -123,6 +125,7 @@ struct ContactController::Impl {
       require_link("contact.body", c.body);
       if (!c.p_WC.allFinite() || !c.force_W.allFinite()) core::throw_invalid("contact", "a number that is not finite", "finite numbers");
       if (c.lambda_max) core::require_positive("contact.lambda_max", *c.lambda_max);
+      if (c.set < 0) core::throw_invalid("contact.set", std::to_string(c.set), "an integer ≥ 0");
     }
     if (state.tool != nullptr) require_link("tool.body", state.tool->body);
   }
@@ -141,16 +144,10 @@ struct ContactController::Impl {
     for (const ContactForce& measured : state.contacts) {
       if (!(measured.force_W.norm() > 0)) continue;
       auto entry = std::find_if(known.begin(), known.end(), [&](const Known& k) { return k.contact.id == measured.id; });
-      const Vector3d before = entry == known.end() ? measured.force_W : entry->contact.force_W;
+      const bool is_new = entry == known.end() || entry->contact.body != measured.body;
       if (entry == known.end()) entry = make_room(measured);
       if (entry == known.end()) continue;
-      entry->contact = measured;
-      entry->contact.force_W = before + gain * (measured.force_W - before);
-      entry->p_BC = kinematics.X_WB[static_cast<std::size_t>(measured.body)].inverse() * measured.p_WC;
-      entry->seen = true;
-      entry->unseen_for = 0;
-      entry->p_W = measured.p_WC;
-      entry->u = entry->contact.force_W.normalized();
+      see(*entry, measured, is_new ? 1 : gain);
     }
     for (Known& k : known) {
       if (k.seen) continue;
@@ -159,6 +156,21 @@ struct ContactController::Impl {
       k.contact.p_WC = kinematics.X_WB[static_cast<std::size_t>(k.contact.body)] * k.p_BC;
       k.unseen_for += dt;
     }
+  }
+
+  /// The force after the low-pass, and the point of the link at which it acts: the mean of the measured ones, each with its share of the force. What rests on an
+  /// edge or a face is borne by one corner in this tick and by another in the next. (C.5)
+  void see(Known& k, const ContactForce& measured, double gain) {
+    const world::Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(measured.body)];
+    const Vector3d before = k.contact.force_W, p_BC = X_WB.inverse() * measured.p_WC;
+    const double size = measured.force_W.norm(), share = gain * size / ((1 - gain) * before.norm() + gain * size);
+    k.contact = measured;
+    k.contact.force_W = before + gain * (measured.force_W - before);
+    k.p_BC += share * (p_BC - k.p_BC);
+    k.contact.p_WC = k.p_W = X_WB * k.p_BC;
+    k.seen = true;
+    k.unseen_for = 0;
+    k.u = k.contact.force_W.normalized();
   }
 
   /// A place for a new contact, that of the weakest where all are taken and it is weaker.
@@ -230,7 +242,7 @@ struct ContactController::Impl {
       if (!k.counts) continue;
       const bool is_wall = gradual && !k.seen;
       command.taken.push_back(k.contact);
-      alone[command.taken.size() - 1] = !k.seen || k.contact.alternative;
+      groups[command.taken.size() - 1] = !k.seen ? -static_cast<int>(command.taken.size()) : k.contact.alternative ? 1 + k.contact.set : 0;
       seen[command.taken.size() - 1] = k.seen;
       lambda[row] = force;
       const double excess = gradual && k.seen ? std::clamp(calc_excess(k, dt), 0.0, kMostExcess * bound) : 0;
@@ -279,7 +291,7 @@ struct ContactController::Impl {
   ContactQpInput make_input(const ControllerState& state) {
     const auto m = static_cast<Index>(command.taken.size());
     ContactQpInput in{state.q,        command.q_cmd,      wanted,          J_u.topRows(m),
-                      lambda.head(m), lambda_max.head(m), command.damping, std::span(alone.data(), command.taken.size())};
+                      lambda.head(m), lambda_max.head(m), command.damping, std::span(groups.data(), command.taken.size())};
     if (state.tool != nullptr) in.task_jacobian = &E, in.task_error = &e;
     return in;
   }

@@ -52,8 +52,9 @@ struct ContactForce {
   Eigen::Vector3d p_WC = Eigen::Vector3d::Zero();     ///< [m]
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< on the robot [N]
   std::optional<double> lambda_max{};                 ///< own bound [N], > 0
-  /// One of several explanations of the same torques, of which one is true: bounded as if it were the only one.
+  /// Of one of several explanations of the same torques, of which one is true: bounded as if there were no other.
   bool alternative = false;
+  int set = 0;  ///< of the explanations: contacts with the same number act together; ≥ 0
 };
 
 /// Where a point fixed in a link is to be.

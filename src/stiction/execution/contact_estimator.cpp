@@ -26,6 +26,9 @@ void ContactEstimatorOptions::validate() const {
   core::require_positive("estimator.plausible_force", plausible_force);
   core::require_nonnegative("estimator.score_margin", score_margin);
   if (max_candidates < 1) core::throw_invalid("estimator.max_candidates", std::to_string(max_candidates), "an integer ≥ 1");
+  if (max_contacts < 1 || max_contacts > sensing::kMostContacts)
+    core::throw_invalid("estimator.max_contacts", std::to_string(max_contacts),
+                        "an integer from 1 to " + std::to_string(sensing::kMostContacts));
   if (pool < max_candidates)
     core::throw_invalid("estimator.pool", std::to_string(pool), "at least max_candidates, " + std::to_string(max_candidates));
 }
@@ -46,6 +49,9 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
   const double allowed = options.least_force * spacing / kDeviations;
   time_constant_ = options.lag * std::max(0.0, options.noise * options.noise / (allowed * allowed) - 1);  // (C.13)
   white_ = options.noise * std::sqrt(options.lag / (options.lag + time_constant_));
+  for (const sensing::SensedLink& link : sensor_->links()) bodies_.push_back(link.surface.body);
+  options_.tracker.cone = options.sense.cone;
+  for (int count = 2; count <= options.max_contacts; ++count) trackers_.emplace_back(sensor_, count, options_.tracker);
   reset();
 }
 
@@ -54,41 +60,84 @@ void ContactEstimator::reset() {
   tare_ = {.offset = Eigen::VectorXd::Zero(tau_.size()), .q = tau_, .variance = kMost * options_.bias * options_.bias};
   last_.clear();
   tracked_.clear();
+  told_.clear();
   contacts_.clear();
+  for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
   next_id_ = 0;
 }
 
-/// The nearest contact of the last tick on the same link, within reach of merging; null: none.
-ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::ContactPoint& point) {
+/// The nearest contact of the last tick on the same link, within reach of merging, that has not gone on as another one; null: none.
+const ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::ContactPoint& point) const {
   const double reach = options_.sense.merge * sensor_->links()[at(point.link)].spacing;
-  Tracked* nearest = nullptr;
+  const Tracked* nearest = nullptr;
   double least = reach * reach;
-  for (Tracked& t : tracked_before_) {
+  for (const Tracked& t : tracked_before_) {
     const double squared = (t.point.p_L - point.p_L).squaredNorm();
     if (t.point.link == point.link && !t.taken && squared < least) least = squared, nearest = &t;
   }
   return nearest;
 }
 
-/// Of the candidates the most likely, and those not much less likely, (C.12). Contacts do not jump: of these only what was told before, where any of it is
-/// left, so that the set shrinks until all of it is refuted.
-void ContactEstimator::rank_candidates() {
-  const double sigma = sense_.noise, F = options_.plausible_force;
-  scores_.clear();
-  for (int i = 0; i < static_cast<int>(sensed_.candidates.size()); ++i) {
-    const sensing::Candidate& c = sensed_.candidates[at(i)];
-    scores_.emplace_back(c.best.residual / (sigma * sigma) + c.f_W.squaredNorm() / (F * F), i);
+/// Single contacts as sets of one, by (C.12).
+void ContactEstimator::rank_singles() {
+  const double rho = std::pow(sense_.noise / options_.plausible_force, 2);
+  told_.clear(), last_.clear();
+  for (const sensing::Candidate& c : sensed_.candidates) {
+    sensing::ContactSet& one = told_.emplace_back();
+    one.count = 1, one.contacts[0] = c.best, one.residual = c.best.residual;
+    one.objective = c.best.residual + rho * c.f_W.squaredNorm();
   }
-  std::sort(scores_.begin(), scores_.end());
-  last_.clear();
-  for (std::size_t k = 0; k < std::min(scores_.size(), at(options_.pool)); ++k)
-    last_.push_back(sensed_.candidates[at(scores_[k].second)].best);
+  std::sort(told_.begin(), told_.end(), sensing::is_better);
+  for (std::size_t k = 0; k < std::min(told_.size(), at(options_.pool)); ++k) last_.push_back(told_[k].contacts[0]);
+}
+
+/// No explanation so far leaves less than noise and tolerance.
+bool ContactEstimator::needs_more() const {
+  return std::none_of(told_.begin(), told_.end(), [&](const auto& set) { return set.residual <= sensed_.explained; });
+}
+
+/// To what a further contact is added. The contacts that were told a tick ago come first: of two the one that came first is known best from before.
+std::span<const sensing::ContactSet> ContactEstimator::make_parents(std::size_t tracker) {
+  if (tracker > 0) return trackers_[tracker - 1].sets();
+  parents_.clear();
+  const auto add = [&](const sensing::ContactPoint& point) {
+    sensing::ContactSet& one = parents_.emplace_back();
+    one.count = 1, one.contacts[0] = point;
+  };
+  for (const Tracked& t : tracked_before_) add(t.point);
+  for (const sensing::ContactPoint& point : last_) add(point);
+  return parents_;
+}
+
+/// Sets of two contacts, then of three, in the place of what explains less.
+void ContactEstimator::find_sets() {
+  if (sensed_.verdict == sensing::Verdict::BelowThreshold)
+    for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
+  if (trackers_.empty() || told_.empty() || !needs_more()) return;
+  const double sigma = sense_.noise, rho = std::pow(sigma / options_.plausible_force, 2);
+  const world::Model& model = sensor_->model();
+  world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
+  sensing::calc_contact_rows(model, kinematics_, bodies_, external_, nullptr, sigma, rows_work_, rows_);
+  for (std::size_t k = 0; k < trackers_.size() && needs_more(); ++k) {
+    sensing::ContactTracker& tracker = trackers_[k];
+    tracker.update({rows_, rho, sigma, sensed_.explained, make_parents(k)});
+    const bool likelier =
+        !tracker.sets().empty() && tracker.sets().front().objective + options_.score_margin * sigma * sigma < told_.front().objective;
+    if (likelier) told_ = tracker.sets();
+  }
+}
+
+/// Of the explanations the most likely, and those not much less likely. Contacts do not jump: of these only what was told before, where any of it is left, so that
+/// there are fewer and fewer until all are refuted.
+void ContactEstimator::choose_told() {
   std::size_t kept = 0;
-  while (kept < std::min(scores_.size(), at(options_.max_candidates)) && scores_[kept].first <= scores_[0].first + options_.score_margin)
-    ++kept;
-  scores_.resize(kept);
-  const auto is_new = [&](const auto& score) { return find_tracked(sensed_.candidates[at(score.second)].best) == nullptr; };
-  if (!std::all_of(scores_.begin(), scores_.end(), is_new)) std::erase_if(scores_, is_new);
+  const double margin = options_.score_margin * sense_.noise * sense_.noise;
+  while (kept < std::min(told_.size(), at(options_.max_candidates)) && told_[kept].objective <= told_[0].objective + margin) ++kept;
+  told_.resize(kept);
+  const auto is_new = [&](const sensing::ContactSet& set) {
+    return std::any_of(set.contacts.begin(), set.contacts.begin() + set.count, [&](const auto& p) { return find_tracked(p) == nullptr; });
+  };
+  if (!std::all_of(told_.begin(), told_.end(), is_new)) std::erase_if(told_, is_new);
 }
 
 /// A Kalman filter of each offset: a random walk over the way that the arm moves, measured where nothing touches it, by torques whose noise has a memory. At rest
@@ -136,24 +185,34 @@ std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, Vec
   sense(q, dt);
 
   tracked_before_.swap(tracked_);
-  rank_candidates();
-  q_full_.tail(n) = q_now;
+  rank_singles();
+  find_sets();
+  choose_told();
+  tell(q_now);
+  return contacts_;
+}
+
+/// The contacts of all explanations, moved on with their links, under the numbers that they had.
+void ContactEstimator::tell(VectorRef q_now) {
+  const world::Model& model = sensor_->model();
+  q_full_.tail(model.n_a()) = q_now;
   world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
   tracked_.clear(), contacts_.clear();
-  for (const auto& [score, i] : scores_) {
-    const sensing::Candidate& candidate = sensed_.candidates[at(i)];
-    const int body = sensor_->links()[at(candidate.best.link)].surface.body;
-    Tracked* before = find_tracked(candidate.best);
-    const int id = before != nullptr ? before->id : next_id_++;
-    if (before != nullptr) before->taken = true;
-    tracked_.push_back({id, candidate.best});
-    contacts_.push_back({.id = id,
-                         .body = body,
-                         .p_WC = kinematics_.X_WB[at(body)] * candidate.best.p_L,
-                         .force_W = candidate.f_W,
-                         .alternative = scores_.size() > 1});
-  }
-  return contacts_;
+  for (int s = 0; s < static_cast<int>(told_.size()); ++s)
+    for (int i = 0; i < told_[at(s)].count; ++i) {
+      const sensing::ContactPoint& point = told_[at(s)].contacts[at(i)];
+      const Tracked* before = find_tracked(point);
+      const int id = before != nullptr ? before->id : next_id_++;
+      if (before != nullptr) tracked_before_[static_cast<std::size_t>(before - tracked_before_.data())].taken = true;
+      tracked_.push_back({id, point});
+      const world::Pose& X_WB = kinematics_.X_WB[at(bodies_[at(point.link)])];
+      contacts_.push_back({.id = id,
+                           .body = bodies_[at(point.link)],
+                           .p_WC = X_WB * point.p_L,
+                           .force_W = X_WB.R * point.f_L,
+                           .alternative = told_.size() > 1,
+                           .set = s});
+    }
 }
 
 }  // namespace stiction::execution

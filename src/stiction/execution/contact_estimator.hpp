@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "stiction/control/controller.hpp"
+#include "stiction/sensing/contact_tracker.hpp"
 #include "stiction/sensing/sense.hpp"
 
 namespace stiction::execution {
@@ -24,7 +25,11 @@ struct ContactEstimatorOptions {
   double plausible_force = 30;
   /// Candidates whose score (C.12) is within this of the best are told, ≥ 0: three standard deviations.
   double score_margin = 9;
-  int max_candidates = 4;  ///< room, ≥ 1
+  int max_candidates = 4;  ///< explanations that are told, ≥ 1
+  /// Contacts that may act together, 1 to sensing::kMostContacts. More than one are told where fewer do not explain the torques, and only if they lower the score
+  /// by more than `score_margin`.
+  int max_contacts = 3;
+  sensing::ContactTrackerOptions tracker{};  ///< of sets of more than one; its cone is that of `sense`
   /// Points of the last tick from which descents start as well, told or not, ≥ max_candidates: what is found is kept, so that a tick searches only
   /// `sense.max_descents` more places, and the whole surface is searched over several ticks.
   int pool = 8;
@@ -36,7 +41,9 @@ struct ContactEstimatorOptions {
 /// with the least
 ///     l(p)/σ² + ‖f‖²/F² ,                                                                                               (C.12)
 /// minus twice the logarithm of their posterior with noise σ and forces of standard deviation F, and those that are nearly as likely. They are alternatives,
-/// of which the controller bounds each. What follows from what is known of the torques:
+/// of which the controller bounds each. Where no single contact explains the torques, sets of two and then of three do in their place, with the sum of ‖f‖², followed
+/// from tick to tick by `sensing::ContactTracker`. Seven torques never isolate such a set (Y.11a): forces are those of the prior among all that would do, and every
+/// set that is nearly as likely is told. What follows from what is known of the torques:
 ///     T = T_O ⟨(3 s / f d)² − 1⟩₊ ,   σ² = s² T_O / (T_O + T) + P ,                                                         (C.13)
 /// a low-pass of T on torques with noise s behind the lag T_O, so that three deviations move the point of the least force f by less than the sample spacing d, and
 /// the noise left with the variance P of offsets of deviation b, which are learned while nothing touches the arm; like weights they change over a radian.
@@ -54,7 +61,8 @@ class ContactEstimator {
   /// @returns contacts, valid until the next call; the same contact keeps its number while its point moves on its link by less than a few sample spacings
   std::span<const control::ContactForce> update(control::VectorRef q, control::VectorRef tau, control::VectorRef q_now, double dt);
 
-  const sensing::SenseResult& sensed() const { return sensed_; }
+  const sensing::SenseResult& sensed() const { return sensed_; }          ///< single contacts
+  const std::vector<sensing::ContactSet>& told() const { return told_; }  ///< explanations, the likeliest first
   const sensing::Sensor& sensor() const { return *sensor_; }
   double time_constant() const { return time_constant_; }              ///< T [s]
   double noise() const { return sense_.noise; }                        ///< σ of the last tick [N m; N]
@@ -76,8 +84,13 @@ class ContactEstimator {
   };
   void learn_offset(control::VectorRef q, double dt);
   void sense(control::VectorRef q, double dt);
-  void rank_candidates();
-  Tracked* find_tracked(const sensing::ContactPoint& point);
+  void rank_singles();
+  void find_sets();
+  bool needs_more() const;
+  std::span<const sensing::ContactSet> make_parents(std::size_t tracker);
+  void choose_told();
+  void tell(control::VectorRef q_now);
+  const Tracked* find_tracked(const sensing::ContactPoint& point) const;
 
   std::shared_ptr<const sensing::Sensor> sensor_;
   ContactEstimatorOptions options_;
@@ -91,7 +104,11 @@ class ContactEstimator {
   Tare tare_;
   std::vector<sensing::ContactPoint> last_;
   std::vector<Tracked> tracked_, tracked_before_;
-  std::vector<std::pair<double, int>> scores_;
+  sensing::ContactRowsWorkspace rows_work_;
+  sensing::ContactRows rows_;
+  std::vector<int> bodies_;                        ///< of the links
+  std::vector<sensing::ContactTracker> trackers_;  ///< of two contacts, of three
+  std::vector<sensing::ContactSet> told_, parents_;
   std::vector<control::ContactForce> contacts_;
   int next_id_ = 0;
 };

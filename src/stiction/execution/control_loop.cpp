@@ -28,6 +28,8 @@ control::ControllerOptions make_controller_options(const ControlScenario& scenar
   const double lag = scenario.observer.time_constant + filter + scenario.delay + scenario.period;
   out.damping.largest = kDemand / kShare * lag / out.damping.period;
   out.damping.force_scale = kOfThreshold * out.force_threshold;
+  const ContactEstimatorOptions& e = scenario.estimator;  // all that it tells, and as many walls
+  out.max_contacts = std::clamp(2 * e.max_contacts * e.max_candidates, out.max_contacts, control::kMaxContacts);
   return out;
 }
 
@@ -53,7 +55,7 @@ struct ControlLoop::Impl {
         model(*s.model),
         world(*world_model),
         plant(simulation::Plant::make(world_model, s.plant), s.impedance, is_estimated() ? std::optional(s.observer) : std::nullopt),
-        estimator(is_estimated() ? std::make_optional<ContactEstimator>(s.model, s.estimator) : std::nullopt),
+        estimator(is_estimated() ? std::make_optional<ContactEstimator>(s.model, make_estimator_options(s)) : std::nullopt),
         controller(s.model, make_controller_options(s, estimator ? estimator->time_constant() : 0)),
         kinematics_work(model) {
     core::require_size("world: joints", world.n_a(), model.n_a());
@@ -204,6 +206,7 @@ Status ControlLoop::tick(const Eigen::VectorXd& reference, ControlSample& out) {
 
 double ControlLoop::time() const { return impl_->time; }
 const Eigen::VectorXd& ControlLoop::q() const { return impl_->plant.q(); }
+const world::Model& ControlLoop::world() const { return impl_->world; }
 const std::string& ControlLoop::message() const { return impl_->plant.message(); }
 double ControlLoop::lag() const {
   return impl_->estimator ? impl_->scenario.observer.time_constant + impl_->estimator->time_constant() : 0;

@@ -44,6 +44,7 @@ class ControlLoop {
 
   double time() const;  ///< of the next tick [s]
   const Eigen::VectorXd& q() const;
+  const world::Model& world() const;  ///< what is simulated
   const std::string& message() const;
   double lag() const;          ///< of observer and low-pass of the estimator behind contacts [s]; 0 with simulated ones
   int unsolved_ticks() const;  ///< of the controller

@@ -31,7 +31,10 @@ struct ControlRunResult {
   double rms_error_contact = 0, rms_error_free = 0;  ///< of ControlSample::error
   double peak_speed = 0;                             ///< largest ‖q̇‖ [rad/s]
   double peak_force_rate = 0;                        ///< largest fall of a force between two ticks, settled contacts [N/s]
-  int slack_ticks = 0;                               ///< in which a bound was given up by more than a thousandth of itself
+  double peak_rise = 0;                              ///< largest rise of a force between two ticks, settled contacts [N]
+  double commanded_rise = 0;  ///< what the change of the command makes of it, −J_u Δq_cmd / (J_u K⁻¹ J_uᵀ) of that contact (C.1) [N]
+  int above_ticks = 0;        ///< settled ones in which a force is above its bound by more than a fifth
+  int slack_ticks = 0;        ///< in which a bound was given up by more than a thousandth of itself
   int unsolved_ticks = 0;
   double tick_median_s = 0, tick_p99_s = 0;    ///< wall time of update()
   double sense_median_s = 0, sense_p99_s = 0;  ///< of the estimator, over the ticks in which it was told of torques

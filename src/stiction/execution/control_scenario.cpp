@@ -124,10 +124,11 @@ void read_controller(const YamlNode& node, ControlScenario& out) {
 }
 
 void read_plant(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"timestep", "armature", "friction_scale", "impedance"});
+  node.require_map({"timestep", "armature", "friction_scale", "contact_time_constant", "impedance"});
   out.plant.timestep = node.positive_or("timestep", out.plant.timestep);
   out.plant.armature = node.nonnegative_or("armature", out.plant.armature);
   out.plant.contact.friction_scale = node.nonnegative_or("friction_scale", out.plant.contact.friction_scale);
+  out.plant.contact.time_constant = node.positive_or("contact_time_constant", out.plant.contact.time_constant);
   if (const auto impedance = node.find("impedance")) {
     impedance->require_map({"period", "damping_ratio", "velocity_cutoff", "gain_cutoff"});
     out.impedance.period = impedance->positive_or("period", out.impedance.period);
@@ -150,7 +151,7 @@ sensing::FrictionCone make_cone(const world::Model& model) {
 
 void read_estimator(const YamlNode& node, ControlScenario& out) {
   node.require_map({"contacts", "delay", "time_constant", "noise", "bias", "bias_reach", "offsets", "inertia_error", "seed", "links",
-                    "samples", "friction", "threshold", "max_candidates", "plausible_force", "max_descents"});
+                    "samples", "friction", "threshold", "max_candidates", "max_contacts", "plausible_force", "max_descents"});
   if (const auto contacts = node.find("contacts"))
     out.contacts = contacts->one_of({"true", "estimated"}) == "true" ? ContactSource::True : ContactSource::Estimated;
   out.delay = node.nonnegative_or("delay", out.delay);
@@ -176,17 +177,9 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
   if (const auto friction = node.find("friction")) e.sense.cone = sensing::FrictionCone(friction->nonnegative(), kRays);
   if (const auto threshold = node.find("threshold")) e.sense.threshold = threshold->positive();
   if (const auto most = node.find("max_descents")) e.sense.max_descents = most->positive_int();
-  e.plausible_force = node.positive_or("plausible_force", e.plausible_force);
+  if (const auto force = node.find("plausible_force")) out.plausible_force = force->positive();
+  if (const auto most = node.find("max_contacts")) e.max_contacts = most->positive_int();
   if (const auto room = node.find("max_candidates")) e.max_candidates = room->positive_int();
-}
-
-/// What the estimator knows of the torques that it is given, and of what the controller needs.
-void tell_estimator(ControlScenario& out) {
-  const simulation::ObserverOptions& o = out.observer;
-  ContactEstimatorOptions& e = out.estimator;
-  e.noise = o.noise;
-  e.lag = o.time_constant;
-  e.least_force = out.controller.force_threshold;
 }
 
 }  // namespace
@@ -212,13 +205,11 @@ void read_arm(const YamlNode& top, std::span<const std::filesystem::path> packag
   out.plant.damping_ratio = 0;
   if (const auto plant = top.find("plant")) read_plant(*plant, out);
   if (const auto controller = top.find("controller")) read_controller(*controller, out);
-  out.estimator.plausible_force = 2 * out.controller.lambda_max;
   out.estimator.sense.cone = make_cone(*out.model);
   if (const auto estimator = top.find("estimator")) read_estimator(*estimator, out);
-  tell_estimator(out);
   try {
     out.observer.validate();
-    out.estimator.validate();
+    make_estimator_options(out).validate();
     out.controller.validate();
     out.impedance.validate();
     out.plant.validate();
@@ -252,6 +243,21 @@ ControlScenario load_control_scenario(const std::filesystem::path& file, std::sp
 ControlScenario parse_control_scenario(const std::string& text, const std::filesystem::path& folder,
                                        std::span<const std::filesystem::path> package_dirs) {
   return read_scenario(world::parse_yaml_with_base(text, folder), package_dirs);
+}
+
+void set_lambda_max(ControlScenario& scenario, double lambda_max) {
+  core::require_positive("lambda_max", lambda_max);
+  scenario.controller.lambda_max = lambda_max;
+  scenario.controller.force_threshold = std::min(scenario.controller.force_threshold, lambda_max / 3);
+}
+
+ContactEstimatorOptions make_estimator_options(const ControlScenario& scenario) {
+  ContactEstimatorOptions out = scenario.estimator;
+  out.noise = scenario.observer.noise;
+  out.lag = scenario.observer.time_constant;
+  out.least_force = scenario.controller.force_threshold;
+  out.plausible_force = scenario.plausible_force.value_or(2 * scenario.controller.lambda_max);
+  return out;
 }
 
 void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -50,8 +51,8 @@ struct ControlScenario {
   simulation::ImpedanceOptions impedance;
   ContactSource contacts = ContactSource::True;
   simulation::ObserverOptions observer;
-  ContactEstimatorOptions
-      estimator;     ///< told of noise, lag and offsets of the observer, and of the force from which the controller counts contacts
+  ContactEstimatorOptions estimator;        ///< what it is told by others: make_estimator_options()
+  std::optional<double> plausible_force{};  ///< F of (C.12) [N], > 0; nullopt: twice lambda_max
   double delay = 0;  ///< of contacts or of torques and the joints at which they were measured, rounded to ticks [s], ≥ 0
 };
 
@@ -68,6 +69,12 @@ Eigen::VectorXd read_posture(const world::YamlNode& node, const world::Model& mo
 /// @throws core::InvalidInput "field: got …, expected …"
 ControlScenario parse_control_scenario(const std::string& text, const std::filesystem::path& folder,
                                        std::span<const std::filesystem::path> package_dirs = {});
+
+/// Another bound of every contact force; a third of it counts as a contact at most. @throws core::InvalidInput: not positive
+void set_lambda_max(ControlScenario& scenario, double lambda_max);
+
+/// The estimator's options with noise and lag of the observer, and with what follows from the bounds of the controller: the force from which contacts count, and F.
+ContactEstimatorOptions make_estimator_options(const ControlScenario& scenario);
 
 /// The reference at a time: value of the knots there, held after the last one.
 void calc_reference(const ControlScenario& scenario, double time, Eigen::VectorXd& out);

@@ -7,12 +7,9 @@
 #include <span>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/sensing/set_extension.hpp"
 
 namespace stiction::sensing {
-
-using Eigen::Index;
-using Eigen::Matrix3Xd;
-using Eigen::VectorXd;
 
 namespace {
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -26,23 +23,11 @@ struct ContactSetWorkspace::Impl {
   ContactRowsWorkspace rows_work;
   ContactRows rows;
   JointWorkspace joint;
-  // One greedy step: what is left of the rows when forces of a set may have any value.
-  Eigen::MatrixXd span;  ///< orthonormal columns
-  Eigen::MatrixX3d map;
-  Matrix3Xd J_w, J_v;
-  VectorXd tau, residuals;
-  Eigen::MatrixXd scratch;
-  LinkTorque torque;
-  std::vector<int> order;
+  ExtensionWorkspace extension;
   std::vector<ContactSet> parents, grown, found;
 
-  explicit Impl(std::shared_ptr<const Sensor> s) : sensor(std::move(s)), kinematics_work(sensor->model()) {
-    Index most = 0;
-    for (const auto& link : sensor->links()) {
-      bodies.push_back(link.surface.body);
-      most = std::max(most, link.batch.rows.cols());
-    }
-    residuals.resize(most);
+  explicit Impl(std::shared_ptr<const Sensor> s) : sensor(std::move(s)), kinematics_work(sensor->model()), extension(*sensor) {
+    for (const auto& link : sensor->links()) bodies.push_back(link.surface.body);
   }
 };
 
@@ -65,17 +50,6 @@ void ContactSetOptions::validate() const {
 
 namespace {
 
-std::array<int, kMostContacts> links_of(const ContactSet& set) {
-  std::array<int, kMostContacts> out{-1, -1, -1};
-  for (int i = 0; i < set.count; ++i) out[at(i)] = set.contacts[at(i)].link;
-  return out;
-}
-
-/// A strict order that no tie leaves to chance.
-auto rank_of(const ContactSet& set) {
-  return std::tuple(set.objective, links_of(set), set.contacts[0].triangle, set.contacts[1].triangle, set.contacts[2].triangle);
-}
-
 class Search {
  public:
   Search(const Sensor& sensor, const ContactSetOptions& options, ContactSetWorkspace::Impl& work, ContactSetResult& out, double prior)
@@ -83,7 +57,8 @@ class Search {
         options_(options),
         work_(work),
         out_(out),
-        problem_{sensor, work.rows, options.sense.cone, prior, options.sense.noise} {}
+        problem_{sensor, work.rows, options.sense.cone, prior, options.sense.noise},
+        extension_(problem_, work.extension) {}
 
   /// Sets of `count` contacts from work.parents, of one contact less, to work.found.
   void grow(int count) {
@@ -105,14 +80,6 @@ class Search {
   const JointProblem& problem() const { return problem_; }
 
  private:
-  ContactPoint sample_point(int link, int sample) const {
-    const SurfacePoint& point = sensor_.links()[at(link)].samples[at(sample)];
-    return {.link = link,
-            .triangle = point.triangle,
-            .p_L = point.p_L,
-            .n_L = sensor_.links()[at(link)].surface.normal(point.triangle, point.p_L, sensor_.options().normals)};
-  }
-
   /// Single points spread over every link, whatever they leave by themselves.
   void extend_samples() {
     for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link) {
@@ -120,61 +87,10 @@ class Search {
       for (int i = 0; i < n; ++i) {
         ContactSet one;
         one.count = 1;
-        one.contacts[0] = sample_point(link, static_cast<int>((2L * i + 1) * samples / (2L * n)));
+        one.contacts[0] = extension_.sample_point(link, static_cast<int>((2L * i + 1) * samples / (2L * n)));
         extend(one, 1);
       }
     }
-  }
-
-  /// Orthonormal columns that span the torques of any forces at the points of a set.
-  void fill_span(const ContactSet& set) {
-    const Index rows = work_.rows.tau.size();
-    work_.span.resize(rows, 3 * kMostContacts);
-    rank_ = 0;
-    for (int i = 0; i < set.count; ++i) {
-      const ContactPoint& point = set.contacts[at(i)];
-      work_.map.resize(rows, 3);
-      work_.map = work_.rows.J_v[at(point.link)].transpose();
-      work_.map.noalias() += work_.rows.J_w[at(point.link)].transpose().lazyProduct(LinkTorque::skew(point.p_L));
-      for (Index k = 0; k < 3; ++k) {
-        auto column = work_.map.col(k);
-        const double length = column.norm();
-        for (int pass = 0; pass < 2; ++pass)
-          for (Index j = 0; j < rank_; ++j) column -= work_.span.col(j).dot(column) * work_.span.col(j);
-        constexpr double kRounding = 1e-9;
-        const double left = column.norm();
-        if (left > kRounding * length) work_.span.col(rank_++) = column / left;
-      }
-    }
-  }
-
-  /// M (I − Q Qᵀ).
-  void project(const Matrix3Xd& M, Matrix3Xd& out) const {
-    out = M;
-    for (Index j = 0; j < rank_; ++j) out.noalias() -= (M * work_.span.col(j)).lazyProduct(work_.span.col(j).transpose());
-  }
-
-  /// What is left of the torques, and of what a link can add to them, when forces at the points of a set may have any value.
-  void hold(const ContactSet& set) {
-    fill_span(set);
-    work_.tau = work_.rows.tau;
-    for (Index j = 0; j < rank_; ++j) work_.tau -= work_.span.col(j).dot(work_.tau) * work_.span.col(j);
-  }
-
-  /// The `most` samples of a link that leave least (Y.10a) beside what is held, to work_.order, the best first.
-  std::span<const int> find_samples(int link, int most) {
-    const SampleBatch& batch = sensor_.links()[at(link)].batch;
-    project(work_.rows.J_w[at(link)], work_.J_w);
-    project(work_.rows.J_v[at(link)], work_.J_v);
-    work_.torque.assign(work_.J_w, work_.J_v, work_.tau, work_.scratch);
-    work_.torque.prior = problem_.prior;
-    calc_residuals(work_.torque, batch, options_.sense.cone, work_.residuals);
-    work_.order.clear();
-    for (int i = 0; i < static_cast<int>(batch.size); ++i) work_.order.push_back(i);
-    const auto n = std::min(work_.order.size(), static_cast<std::size_t>(most));
-    std::partial_sort(work_.order.begin(), work_.order.begin() + static_cast<std::ptrdiff_t>(n), work_.order.end(),
-                      [&](int a, int b) { return std::pair(work_.residuals[a], a) < std::pair(work_.residuals[b], b); });
-    return {work_.order.data(), n};
   }
 
   void evaluate_anew(ContactSet& set) {
@@ -184,11 +100,11 @@ class Search {
 
   /// Adds to a set, on every link, the `most` samples that leave least when its own forces may have any value.
   void extend(const ContactSet& set, int most) {
-    hold(set);
+    extension_.hold(set);
     for (int link = 0; link < static_cast<int>(sensor_.links().size()); ++link)
-      for (const int sample : find_samples(link, most)) {
+      for (const int sample : extension_.find_samples(link, most)) {
         ContactSet larger = set;
-        larger.contacts[at(larger.count++)] = sample_point(link, sample);
+        larger.contacts[at(larger.count++)] = extension_.sample_point(link, sample);
         arrange(larger);
         evaluate_anew(larger);
         work_.grown.push_back(larger);
@@ -206,10 +122,10 @@ class Search {
       for (int i = 0; i < set.count; ++i) {
         ContactSet next = set;
         std::swap(next.contacts[at(i)], next.contacts[at(--next.count)]);
-        hold(next);
+        extension_.hold(next);
         const int link = set.contacts[at(i)].link;
         next = set;
-        next.contacts[at(i)] = sample_point(link, find_samples(link, 1)[0]);
+        next.contacts[at(i)] = extension_.sample_point(link, extension_.find_samples(link, 1)[0]);
         descend_joint(next);
         if (next.objective < set.objective) set = next, lower = true;
       }
@@ -222,27 +138,11 @@ class Search {
     descend(problem_, options_.descent, out_.explained, work_.joint, set);
   }
 
-  /// By link, then by place, so that a set has one name.
-  static void arrange(ContactSet& set) {
-    const auto key = [](const ContactPoint& p) { return std::tuple(p.link, p.p_L.z(), p.p_L.y(), p.p_L.x()); };
-    std::sort(set.contacts.begin(), set.contacts.begin() + set.count,
-              [&](const ContactPoint& a, const ContactPoint& b) { return key(a) < key(b); });
-  }
-
-  /// Whether every contact of a set lies within `radius` spacings of that of the other one.
-  bool is_near(const ContactSet& a, const ContactSet& b, double radius) const {
-    for (int i = 0; i < a.count; ++i) {
-      const ContactPoint &p = a.contacts[at(i)], &q = b.contacts[at(i)];
-      if (p.link != q.link || (p.p_L - q.p_L).norm() > radius * sensor_.links()[at(p.link)].spacing) return false;
-    }
-    return true;
-  }
-
   /// Descends from the best sets of every combination of links, none of them near another one.
   void refine(int count) {
     work_.found.clear();
     std::sort(work_.grown.begin(), work_.grown.end(), [](const ContactSet& a, const ContactSet& b) {
-      return std::pair(links_of(a), rank_of(a)) < std::pair(links_of(b), rank_of(b));
+      return links_of(a) == links_of(b) ? is_better(a, b) : links_of(a) < links_of(b);
     });
     for (auto begin = work_.grown.begin(); begin != work_.grown.end();) {
       const auto end = std::find_if(begin, work_.grown.end(), [&](const ContactSet& s) { return links_of(s) != links_of(*begin); });
@@ -254,7 +154,7 @@ class Search {
   void refine_combination(std::span<ContactSet> sets, int count) {
     std::size_t tried = 0;
     for (std::size_t i = 0; i < sets.size() && tried < at(options_.descents); ++i) {
-      const auto repeats = [&](const ContactSet& other) { return is_near(sets[i], other, options_.sense.thin); };
+      const auto repeats = [&](const ContactSet& other) { return is_near(sensor_, sets[i], other, options_.sense.thin); };
       if (std::any_of(sets.begin(), sets.begin() + static_cast<std::ptrdiff_t>(tried), repeats)) continue;
       std::swap(sets[tried], sets[i]);
       descend_from(sets[tried++], count);
@@ -276,7 +176,7 @@ class Search {
   ContactSetWorkspace::Impl& work_;
   ContactSetResult& out_;
   JointProblem problem_;
-  Index rank_ = 0;
+  SetExtension extension_;
 };
 
 /// The set `best` and all after it on the same links become a group.
@@ -296,7 +196,7 @@ void add_group(const JointProblem& problem, JointWorkspace& joint, const std::ve
 
 /// The sets that explain, by combination of links, the best combination first; the best set where none does.
 void collect(const JointProblem& problem, JointWorkspace& joint, std::vector<ContactSet>& found, ContactSetResult& out) {
-  std::sort(found.begin(), found.end(), [](const ContactSet& a, const ContactSet& b) { return rank_of(a) < rank_of(b); });
+  std::sort(found.begin(), found.end(), is_better);
   const bool any = !found.empty() && found.front().objective <= out.explained;
   out.verdict = any ? Verdict::Explained : Verdict::Unexplained;
   if (any)
