@@ -191,6 +191,9 @@ void bind_results(nb::module_& m) {
           "torque", [](const StepResult& r) { return r.result.torque; },
           "of the springs (n_a), within Model.effort with effort_limits [N m, N]")
       .def_prop_ro(
+          "joint_friction", [](const StepResult& r) { return r.result.joint_friction; },
+          "of hinges and sliders on their coordinates (n_vu), empty where none has any [N m, N]")
+      .def_prop_ro(
           "saturated",
           [](const StepResult& r) {
             Eigen::Matrix<bool, Eigen::Dynamic, 1> out(static_cast<Eigen::Index>(r.result.saturated.size()));

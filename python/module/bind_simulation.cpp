@@ -12,13 +12,14 @@ using simulation::PlantOptions;
 std::shared_ptr<const Plant> make_plant(const ModelPtr& model, double timestep, double damping_ratio, double armature,
                                         double spring_resolution, double time_constant, double friction_time_constant, double impedance,
                                         double friction_stiffening, int noslip_iterations, double friction_scale, double ground_softness,
-                                        bool velocity_reference, bool effort_limits) {
+                                        bool velocity_reference, bool effort_limits, bool joint_friction) {
   const nb::gil_scoped_release unlocked;
   PlantOptions options;
   options.timestep = timestep;
   options.damping_ratio = damping_ratio;
   options.velocity_reference = velocity_reference;
   options.effort_limits = effort_limits;
+  options.joint_friction = joint_friction;
   options.armature = armature;
   options.spring_resolution = spring_resolution;
   options.contact = {time_constant,     friction_time_constant, impedance,      friction_stiffening,
@@ -93,6 +94,7 @@ void bind_simulation(nb::module_& m) {
   ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
   velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
   effort_limits: motors give Model.effort at most.
+  joint_friction: robot joints have the friction and damping of their files; objects always have theirs.
 
 Raises InvalidInput by the name of the argument.)")
       .def(nb::new_(&make_plant), "model"_a, nb::kw_only(), "timestep"_a = options.timestep, "damping_ratio"_a = options.damping_ratio,
@@ -100,7 +102,8 @@ Raises InvalidInput by the name of the argument.)")
            "friction_time_constant"_a = contact.friction_time_constant, "impedance"_a = contact.impedance,
            "friction_stiffening"_a = contact.friction_stiffening, "noslip_iterations"_a = contact.noslip_iterations,
            "friction_scale"_a = contact.friction_scale, "ground_softness"_a = contact.ground_softness,
-           "velocity_reference"_a = options.velocity_reference, "effort_limits"_a = options.effort_limits)
+           "velocity_reference"_a = options.velocity_reference, "effort_limits"_a = options.effort_limits,
+           "joint_friction"_a = options.joint_friction)
       .def_prop_ro(
           "timestep", [](const Plant& plant) { return plant.options().timestep; }, "[s]")
       .def_prop_ro("damping", &Plant::damping, nb::rv_policy::copy, "of the joint springs (n_a) [N s/m or N m s/rad]")

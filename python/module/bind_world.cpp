@@ -174,7 +174,9 @@ void bind_records(nb::module_& m) {
           "shape", [](const world::Geometry& g) { return std::visit(ShapeDict{}, g.shape); },
           nb::sig("def shape(self) -> dict[str, object]"),
           "its `type` and the numbers of that type, as in a plan file (docs/plan_file.md) [m]; arrays for those of a mesh")
-      .def_ro("friction", &world::Geometry::friction);
+      .def_ro("friction", &world::Geometry::friction)
+      .def_ro("max_force", &world::Geometry::max_force,
+              "Largest normal force that it bears from one other geometry [N], infinite where there is no limit");
   nb::class_<world::Pair>(m, "Pair", "Two geometries that may touch, as indices into Model.geometries.")
       .def_ro("geometry_a", &world::Pair::geometry_a)
       .def_ro("geometry_b", &world::Pair::geometry_b)
@@ -186,7 +188,10 @@ void bind_records(nb::module_& m) {
       .def_ro("lower", &world::Dof::lower, "[m or rad]")
       .def_ro("upper", &world::Dof::upper, "[m or rad]")
       .def_ro("stiffness", &world::Dof::stiffness, "K_a [N/m or N m/rad], 0 for objects")
-      .def_ro("effort", &world::Dof::effort, "Largest force or torque of the motor [N or N m], infinite where there is no limit");
+      .def_ro("effort", &world::Dof::effort, "Largest force or torque of the motor [N or N m], infinite where there is no limit")
+      .def_ro("friction", &world::Dof::friction, "Dry friction of a hinge, slider or robot joint [N m or N]; steps know that of objects")
+      .def_ro("damping", &world::Dof::damping,
+              "Viscous friction of a hinge, slider or robot joint [N m s/rad or N s/m], in simulation only");
   nb::class_<world::ObjectInfo>(m, "ObjectInfo", "Where the coordinates of an object stand in q and v.")
       .def_ro("name", &world::ObjectInfo::name)
       .def_ro("body", &world::ObjectInfo::body)

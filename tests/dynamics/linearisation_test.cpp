@@ -30,7 +30,7 @@ struct Outcome {
   std::vector<std::uint64_t> rows;  // contacts in the program
   std::vector<int> features;        // of their witness points
   std::vector<int> motions;         // of an exact step: 0 open, 1 sticking, 2 sliding; and joints
-  std::vector<int> motors;          // which springs saturate
+  std::vector<int> motors;          // which springs saturate, and to which side joints with friction slide
   bool clear = false, clear_motors = true;
   bool steady_frames = true;
 };
@@ -50,6 +50,13 @@ class System {
       const double share = std::abs(model->stiffness()[j] * (u[j] - result.q_next[model->n_qu() + j])) / model->effort()[j];
       out.motors.push_back(result.saturated[static_cast<std::size_t>(j)]);
       if (options.effort_limits && share > 0.9 && share < 1.1) out.clear_motors = false;
+    }
+    for (Eigen::Index v = 0; v < result.joint_friction.size(); ++v) {
+      const double friction = model->dofs()[static_cast<std::size_t>(v)].friction, force = result.joint_friction[v];
+      if (friction == 0) continue;
+      const bool slides = std::abs(force) > (1 - 1e-4) * friction;
+      out.motors.push_back(!slides ? 0 : force < 0 ? 1 : -1);
+      if (!slides && std::abs(force) > 0.9 * friction) out.clear_motors = false;
     }
     out.impulses.resize(3 * static_cast<Eigen::Index>(result.contacts.size()));
     if (with_features) world::calc_kinematics(*model, q, kinematics_work, kinematics);
@@ -459,7 +466,7 @@ INSTANTIATE_TEST_SUITE_P(Tasks, EveryTask, testing::Values("planar_pushing", "pl
                          [](const auto& test) { return std::string(test.param); });
 
 /// States near the neutral one of a scene made in code. @returns in how many a motor gave all it had
-int run_scene(const world::Scene& scene, const StepOptions& options, double damping, int least) {
+int run_scene(const world::Scene& scene, const StepOptions& options, double damping, int least, int* sliding = nullptr) {
   System s(Model::make(scene), options);
   s.damping = VectorXd::Constant(s.model->n_v(), damping);
   core::Random random(43, 0);
@@ -478,6 +485,10 @@ int run_scene(const world::Scene& scene, const StepOptions& options, double damp
     ++states;
     saturated += std::ranges::count(s.result.saturated, 1) > 0;
     expect_small(*e, attempts);
+    for (Eigen::Index v = 0; sliding != nullptr && v < s.result.joint_friction.size(); ++v) {
+      const double friction = s.model->dofs()[static_cast<std::size_t>(v)].friction;
+      *sliding += friction > 0 && std::abs(s.result.joint_friction[v]) > (1 - 1e-4) * friction;
+    }
   }
   EXPECT_EQ(states, least) << "of " << attempts;
   return saturated;
@@ -501,8 +512,7 @@ TEST(Linearisation, MotorsThatGiveAllTheyHave_MatchCentralDifferences) {
 }
 
 TEST(Linearisation, ObjectsWithOffsetCentres_MatchCentralDifferences) {
-  for (const auto joint :
-       {world::ObjectJoint::Hinge, world::ObjectJoint::Slider, world::ObjectJoint::PlanarYZ, world::ObjectJoint::Free}) {
+  for (const auto joint : {world::ObjectJoint::Hinge, world::ObjectJoint::Slider, world::ObjectJoint::PlanarYZ, world::ObjectJoint::Free}) {
     SCOPED_TRACE(static_cast<int>(joint));
     world::Scene scene = empty_scene();
     scene.gravity = {0, 1, -9};
@@ -551,6 +561,22 @@ TEST(Linearisation, ObjectsThatHangOnOthers_MatchCentralDifferences) {
     scene.robots[0].X_WBase.p = {0, 0.12, 0.13};
     (void)run_scene(scene, {.smoothing = Analytic{}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 30);
     (void)run_scene(scene, {.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true}, 0.0, 5);
+  }
+}
+
+TEST(Linearisation, JointsThatStickAndSlide_MatchCentralDifferences) {
+  world::Scene scene = make_chain("");
+  for (world::ObjectSpec& object : scene.objects) object.joint_friction = object.name == "flap" ? 0.6 : 0.3;
+  scene.robots = {wrist("hand_rust", world::Box{{0.03, 0.04, 0.05}})};
+  scene.robots[0].X_WBase.p = {0, 0.12, 0.13};
+  for (const bool smoothed : {true, false}) {
+    StepOptions options{.regularisation = FixedEpsilon{3}, .with_B = true, .with_A = true, .with_force_derivatives = true};
+    if (smoothed) options.smoothing = Analytic{.kappa = 1e4};
+    const int states = smoothed ? 30 : 10;
+    int sliding = 0;
+    (void)run_scene(scene, options, 0.0, states, &sliding);
+    EXPECT_GT(sliding, states / 2);
+    EXPECT_LT(sliding, 3 * states - states / 2);
   }
 }
 

@@ -41,6 +41,7 @@ inline Optimality recompute(const world::Model& model, const Eigen::VectorXd& q,
     residual[model.n_vu() + j] -= options.h * r.torque[j];
     out.motors = std::max(out.motors, std::abs(r.torque[j] - std::clamp(pull, -limit, limit)) / model.stiffness()[j]);
   }
+  if (r.joint_friction.size() > 0) residual.head(model.n_vu()) -= options.h * r.joint_friction;
   for (const auto& c : r.contacts) {
     const auto& variables = model.supports()[static_cast<std::size_t>(model.pairs()[static_cast<std::size_t>(c.contact.pair)].support)];
     const auto k = variables.size();

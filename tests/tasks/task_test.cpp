@@ -231,6 +231,23 @@ TEST(Tasks, SetGoal_WithAnyValues_MakesARegion) {
   EXPECT_FALSE(box.problem.goal.region) << "a pose again";
 }
 
+/// What has physics is in the text, and so in the hash; nothing is where nothing is said.
+TEST(TaskInMemory, FrictionOfJointsAndLargestForces_AreInTheSceneText) {
+  const auto text = [](const std::string& keys) {
+    return parse_task(
+               "name: t\nscene:\n  objects:\n    - {name: flap, joint: hinge, axis: [1, 0, 0], mass: 1, shapes: [{sphere: {radius: 0.1}}]" +
+                   keys + "}\nstart: {objects: {flap: {coordinates: [0]}}}\ngoal: {objects: {flap: {coordinates: [1]}}}\n",
+               kTasks)
+        .scene_text;
+  };
+  const std::string plain = text("");
+  EXPECT_EQ(plain.find("max_force"), std::string::npos);
+  EXPECT_EQ(plain, text(", joint_friction: 0, joint_damping: 0"));
+  for (const char* keys : {", joint_friction: 0.1", ", joint_damping: 0.1", ", max_force: 3"}) EXPECT_NE(text(keys), plain) << keys;
+  EXPECT_NE(text(", joint_friction: 0.1").find("friction: 0.1, damping: 0}"), std::string::npos);
+  EXPECT_NE(text(", max_force: 3").find(", max_force: 3}"), std::string::npos);
+}
+
 TEST(TaskInMemory, TextOfAFile_GivesTheTaskOfTheFile) {
   const Task in_file = load_task("planar_pushing");
   std::ifstream in(in_file.file);
@@ -326,7 +343,9 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing",
                 "planner: {sample_box: {box: {lower: [0, 9, 0], upper: [1, 1, 1]}}}\n",
                 {"planner.sample_box.box", "lower ≤ upper"}},
-        Mistake{"planar_pushing", "start: {joints: [0, 0, 0]}\n", {"start.joints: got a list of 3, expected a list of 2 numbers (hand/y, hand/z)"}},
+        Mistake{"planar_pushing",
+                "start: {joints: [0, 0, 0]}\n",
+                {"start.joints: got a list of 3, expected a list of 2 numbers (hand/y, hand/z)"}},
         Mistake{"planar_pushing", "start: {joints: {x: 0}}\n", {"mine.yaml:2", "start.joints.x", "y"}},
         Mistake{"planar_pushing",
                 "start: {objects: {ball: {coordinates: [0, 0, 0]}}}\n",

@@ -74,7 +74,8 @@ TEST_F(BadInput, UnknownKey_ListsTheAllowedOnesWithAHint) {
             "fixed, filters; "
             "did you mean 'gravity'?");
   EXPECT_EQ(message("fixed:\n  - name: floor\n    shapes:\n      - half_space: {}\n        frictoin: 1\n"),
-            "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, sphere, box, capsule, "
+            "scene.yaml:5: fixed[0].shapes[0].frictoin: got an unknown key, expected one of name, pose, friction, max_force, sphere, box, "
+            "capsule, "
             "cylinder, mesh, "
             "half_space; did you mean 'friction'?");
   EXPECT_EQ(message(ball("    wibble: 1\n")).substr(0, 62), "scene.yaml:6: objects[0].wibble: got an unknown key, expected ");
@@ -289,13 +290,13 @@ TEST_F(BadInput, SeveralFaults_AreNamedInOneRun) {
             "fixed, filters\n"
             "scene.yaml:1: gravity: got a list of 2, expected a list of 3 numbers\n"
             "scene.yaml:4: objects[0].shapes[0].sphere.radius: got 0, expected a number > 0\n"
-            "scene.yaml:4: objects[0].shapes[1].ball: got an unknown key, expected one of name, pose, friction, sphere, box, capsule, "
-            "cylinder, mesh, half_space\n"
+            "scene.yaml:4: objects[0].shapes[1].ball: got an unknown key, expected one of name, pose, friction, max_force, sphere, box, "
+            "capsule, cylinder, mesh, half_space\n"
             "scene.yaml:4: objects[0].mass: got -1, expected a number > 0\n"
             "scene.yaml:5: objects[1].colour: got an unknown key, expected one of name, parent, joint, axis, pose, mass, inertia, "
-            "center_of_mass, friction, limits, shapes\n"
+            "center_of_mass, friction, max_force, limits, joint_friction, joint_damping, shapes\n"
             "scene.yaml:5: objects[1].weight: got an unknown key, expected one of name, parent, joint, axis, pose, mass, inertia, "
-            "center_of_mass, friction, limits, shapes\n"
+            "center_of_mass, friction, max_force, limits, joint_friction, joint_damping, shapes\n"
             "scene.yaml:8: fixed[0].shapes[0].sphere.radius: got nothing, expected this key");
   write("arm.urdf",
         "<robot name='arm'>\n<link name='a'><collision><geometry><sphere radius='-1'/></geometry></collision></link>\n"

@@ -51,6 +51,10 @@ TEST(LoadScene, EveryKeyIsRead) {
   EXPECT_EQ(door.axis, Vector3d::UnitZ());
   EXPECT_EQ(door.p_BCom, Vector3d(0, 0.25, 0));
   EXPECT_EQ(door.limits, (std::array{0.0, 1.5}));
+  EXPECT_EQ(door.joint_friction, 0.4);
+  EXPECT_EQ(door.joint_damping, 0.1);
+  EXPECT_EQ(door.geometries[0].max_force, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(scene.objects[3].geometries[0].max_force, 20);
   EXPECT_NEAR(door.inertia(2, 2), 3 * (0.05 * 0.05 + 0.25) / 12, 1e-15);
   EXPECT_EQ(scene.objects[2].p_BCom, Vector3d(0.1, 0, 0));
   EXPECT_EQ(scene.objects[2].inertia.diagonal(), Vector3d(0.1, 0.2, 0.3));

@@ -120,6 +120,12 @@ class Geometry:
     @property
     def friction(self) -> float: ...
 
+    @property
+    def max_force(self) -> float:
+        """
+        Largest normal force that it bears from one other geometry [N], infinite where there is no limit
+        """
+
 class Pair:
     """Two geometries that may touch, as indices into Model.geometries."""
 
@@ -161,6 +167,18 @@ class Dof:
     def effort(self) -> float:
         """
         Largest force or torque of the motor [N or N m], infinite where there is no limit
+        """
+
+    @property
+    def friction(self) -> float:
+        """
+        Dry friction of a hinge, slider or robot joint [N m or N]; steps know that of objects
+        """
+
+    @property
+    def damping(self) -> float:
+        """
+        Viscous friction of a hinge, slider or robot joint [N m s/rad or N s/m], in simulation only
         """
 
 class ObjectInfo:
@@ -490,6 +508,12 @@ class StepResult:
     @property
     def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """of the springs (n_a), within Model.effort with effort_limits [N m, N]"""
+
+    @property
+    def joint_friction(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        of hinges and sliders on their coordinates (n_vu), empty where none has any [N m, N]
+        """
 
     @property
     def saturated(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C')]:
@@ -966,11 +990,12 @@ class Plant:
       ground_softness: factor of both time constants for objects on fixed geometry, >= 1.
       velocity_reference: damping acts on the difference of commanded and real velocity; else on the real one.
       effort_limits: motors give Model.effort at most.
+      joint_friction: robot joints have the friction and damping of their files; objects always have theirs.
 
     Raises InvalidInput by the name of the argument.
     """
 
-    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool = False, effort_limits: bool = False) -> None: ...
+    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool = False, effort_limits: bool = False, joint_friction: bool = False) -> None: ...
 
     @property
     def timestep(self) -> float:

@@ -167,7 +167,7 @@ void refine(const SolvedStep& step, const StepResult& out, LinearisationWorkspac
       const int v = step.bound_variables[i];
       const double D = cone::D_bound(step.solver, static_cast<int>(i));
       system.residual.row(v) -= D * system.X.row(v);
-      if (by_q) system.residual(v, v) -= D;
+      if (by_q && i < step.moving_bounds) system.residual(v, v) -= D;
     }
     system.correction = system.residual;
     cone::apply_inverse(step.solver, system.correction);
@@ -216,7 +216,7 @@ void calc_A(const SolvedStep& step, contact::Workspace& contact_work, Linearisat
   });
   out.A = work.by_q.fixed;
   add_first_impulses(step, out, work, out.A);
-  for (std::size_t i = 0; i < step.bound_variables.size(); ++i) {
+  for (std::size_t i = 0; i < step.moving_bounds; ++i) {
     const int v = step.bound_variables[i];
     out.A(v, v) -= cone::D_bound(step.solver, static_cast<int>(i));
   }

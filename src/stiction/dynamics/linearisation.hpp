@@ -26,8 +26,10 @@ struct SolvedStep {
   std::span<const char> included;         ///< per contact: its rows are in the program
   bool shares;                            ///< rims have shares of σ (S.17)
   std::span<const Eigen::Vector2d> rays;  ///< of the half-lines of a contact, none for second-order cones
-  std::span<const int> bound_variables;   ///< of the joint limits and motors in the program, in order of adding
-  std::span<const int> motor_bound;       ///< per robot joint: index among them of the row on which its spring saturates (S.15), or −1
+  std::span<const int>
+      bound_variables;               ///< of the joint limits, motors and sliding joints with friction in the program, in order of adding
+  std::size_t moving_bounds;         ///< the first of them, whose offsets move with q
+  std::span<const int> motor_bound;  ///< per robot joint: index among them of the row on which its spring saturates (S.15), or −1
   std::span<const QEntry> Q;
   const cone::Workspace& solver;
 };

@@ -6,6 +6,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
+#include "stiction/dynamics/joint_friction.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics {
@@ -110,6 +111,7 @@ StepWorkspace::Impl::Impl(std::shared_ptr<const Model> m)
   limit_included.resize(static_cast<std::size_t>(2 * model->n_v()));
   motor.resize(at(model->n_a()));
   motor_bound.assign(at(model->n_a()), -1);
+  friction_joints = detail::find_friction_joints(*model);
 }
 
 namespace detail {
@@ -159,6 +161,12 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
     fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.carried_mass));
   }
 
+  for (FrictionJoint& joint : work.friction_joints) {
+    const auto entry = std::ranges::find_if(work.Q, [&](const QEntry& e) { return e.row == joint.v && e.column == joint.v; });
+    joint.entry = static_cast<std::size_t>(entry - work.Q.begin());
+    joint.inertia = entry->value;
+    joint.drive = work.b[joint.v];
+  }
   work.springs = work.Q.size();
   for (int v = model.n_vu(); v < model.n_v(); ++v) work.Q.push_back({v, v, 0});
   return fall;

@@ -41,6 +41,17 @@ struct Sweep {
   std::vector<contact::Contact> contacts;
 };
 
+/// A hinge or slider with dry friction (S.19).
+struct FrictionJoint {
+  int v = -1;                     // velocity index
+  double friction = 0;            // τ_f [N·m or N]
+  double stiction = 0;            // k, of the spring with which it sticks [N·m/rad or N/m]
+  std::size_t entry = 0;          // of Q, on the diagonal
+  double inertia = 0, drive = 0;  // Q and b without the joint's friction
+  int side = 0;                   // ±1: its friction saturates on this side, and it slides to the other; 0: it sticks
+  int bound = -1;                 // index of its bound in the problem, −1 where there is none
+};
+
 }  // namespace detail
 
 struct StepWorkspace::Impl {
@@ -79,9 +90,11 @@ struct StepWorkspace::Impl {
   std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
   std::vector<char> limit_included;    // per limit_id
   double least_share = 0;              // of σ that a rim has (S.17); 1: it is a point as any other
-  std::vector<int> bound_variables;    // of the limits in the problem, in order of adding, and of the motors after them
+  std::vector<int> bound_variables;    // of the limits in the problem, in order of adding, of the motors and of friction_joints after them
+  std::size_t moving_bounds = 0;       // how many of them: limits and motors, whose offsets move with q
   std::vector<signed char> motor;      // per robot joint: the side, ±1, on which its spring saturates (S.15); 0: on none
   std::vector<int> motor_bound;        // per robot joint: index of its bound in the problem, −1 where there is none
+  std::vector<detail::FrictionJoint> friction_joints;
   detail::LinearisationWorkspace linearisation;
 };
 

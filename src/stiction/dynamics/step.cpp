@@ -6,6 +6,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
+#include "stiction/dynamics/joint_friction.hpp"
 #include "stiction/dynamics/rim.hpp"
 #include "stiction/dynamics/sample_step.hpp"
 #include "stiction/dynamics/sweep.hpp"
@@ -160,6 +161,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     work.margin_seen = -1;
   }
   const double fall = calc_objective(model, in, options, work, out.epsilon);
+  set_stiction(model, options, work);
 
   // An unsupported object must not fall through what it would have met: look as far as it can fall.
   const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
@@ -200,11 +202,13 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
       include_near(model, in, options, *guess, work);
     include_met(work);
     std::ranges::fill(work.motor, static_cast<signed char>(0));
+    for (FrictionJoint& joint : work.friction_joints) joint.side = 0;
     for (int round = 0;; ++round) {
       cone::Problem& problem = *work.problem;
       problem.clear();
       work.bound_variables.clear();
       set_springs(model, in, options, work);
+      set_friction(options, work);
       add_objective(work, options.h, problem);
       for (std::size_t i = 0; i < work.contacts.size(); ++i) {
         if (!work.included[i]) continue;
@@ -220,14 +224,17 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
         work.bound_variables.push_back(variable);
       });
       add_motors(model, in, options, work);
+      work.moving_bounds = work.bound_variables.size();
+      add_friction(options, work);
       out.status = cone::solve(problem, solver_options, *work.solver, work.solution);
       out.iterations += work.solution.iterations;
       if (out.status != Status::Solved) break;
       const bool rows = add_violated(model, in, options, solver_options.shift_by_tangent, work);
       const bool motors = options.effort_limits && saturate_motors(model, in, work);
-      if (!rows && !motors) break;
+      const bool slides = slide_joints(work);
+      if (!rows && !motors && !slides) break;
       if (round == kMaxRounds - 2) include_all(options, work);
-      if (round == kMaxRounds + 2 * model.n_a()) {
+      if (round == kMaxRounds + 2 * (model.n_a() + static_cast<int>(work.friction_joints.size()))) {
         out.status = Status::MaxIterations;
         break;
       }
@@ -260,6 +267,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     out.contacts.clear();
     out.torque.setZero(model.n_a());
     out.saturated.assign(static_cast<std::size_t>(model.n_a()), 0);
+    out.joint_friction.setZero(work.friction_joints.empty() ? 0 : model.n_vu());
     if (options.with_A) out.A.setZero(model.n_v(), model.n_v());
     if (options.with_B) out.B.setZero(model.n_v(), model.n_a());
     out.D_lambda_q.resize(0, 0);
@@ -270,6 +278,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   out.q_next.resize(model.n_q());
   world::retract(model, in.q, out.delta, out.q_next);
   read_motors(model, in, options, work, out);
+  read_friction(model, options, work, out);
   if (guess == nullptr || options.with_A) read_contacts(model, options, work, out.contacts);
   if (derivatives) {
     const detail::SolvedStep solved{model,
@@ -280,6 +289,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
                                     work.least_share < 1,
                                     work.rays,
                                     work.bound_variables,
+                                    work.moving_bounds,
                                     work.motor_bound,
                                     work.Q,
                                     *work.solver};

@@ -121,7 +121,9 @@ struct StepResult {
   std::vector<ContactImpulse> contacts;
   Eigen::VectorXd torque;       ///< of the springs (n_a), clamp(K_a(u − q⁺)) at Model::effort with effort_limits [N·m, N]
   std::vector<char> saturated;  ///< per robot joint (n_a): its motor gives all it has; 0 without effort_limits
-  Eigen::MatrixXd B;            ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
+  /// Of hinges and sliders on their coordinates (n_vu), within world::Dof::friction (S.19), 0 of all others; empty in a scene without [N·m, N].
+  Eigen::VectorXd joint_friction;
+  Eigen::MatrixXd B;  ///< D_qnext_u (n_v × n_a) in tangent coordinates, when asked for
   /// D_qnext_q (n_v × n_v): from the tangent space at q to the one at q_next, when asked for. At a kink (a contact that starts to carry,
   /// to slide or to leave its feature) one of the one-sided derivatives, or one between them.
   Eigen::MatrixXd A;
@@ -150,7 +152,7 @@ class StepWorkspace {
 
 /// One quasi-static step:  δq = argmin ½δqᵀQδq + bᵀδq  s.t.  J_c δq + φ e₁ ∈ K*_c,  Q = blkdiag(εM_u/h, hK_a),
 /// b = −h (τ_u ; K_a(u − qᵃ) + τ_a); planar models and polyhedral cones use half-lines (2.10); joint limits are rows; damping D adds
-/// D to Q. With effort_limits K_a saturates: ½hK_a e² of e = u − qᵃ − δqᵃ goes on linearly where K_a|e| > effort (S.15), exact steps and
+/// D to Q; a hinge or slider with dry friction sticks until it is loaded with more than that (S.19), which the step takes away from it. With effort_limits K_a saturates: ½hK_a e² of e = u − qᵃ − δqᵃ goes on linearly where K_a|e| > effort (S.15), exact steps and
 /// smoothed ones alike.
 /// Analytic: the central path at σ = θ h/κ, θ = 2 per cone and 1 per half-line (2.27).
 ///

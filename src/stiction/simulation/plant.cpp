@@ -71,7 +71,7 @@ void damp_objects(const Plant::Impl& plant, const Eigen::VectorXd& inertia) {
     if (plant.model->scene().objects[i].joint == world::ObjectJoint::Free) continue;
     const auto& object = plant.model->objects()[i];
     for (int v = object.v_begin; v < object.v_begin + object.n_v; ++v)
-      plant.mujoco->dof_damping[plant.v_address[at(v)]] = inertia[v] / plant.options.rest_time;
+      plant.mujoco->dof_damping[plant.v_address[at(v)]] += inertia[v] / plant.options.rest_time;
   }
 }
 

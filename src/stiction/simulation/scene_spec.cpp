@@ -23,6 +23,9 @@ namespace {
 constexpr double kLeastMass = 1e-6;     // [kg]
 constexpr double kLeastMoment = 1e-10;  // [kg m²]
 
+/// Impedance of dry friction in joints, MuJoCo's largest: what sticks creeps at (1 − this) of load/inertia · time constant/2, and no cone couples it with others.
+constexpr double kStiction = 0.9999;
+
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 void copy(const Vector3d& from, double* to) { std::copy_n(from.data(), 3, to); }
@@ -113,6 +116,12 @@ class SceneWriter {
     mjs_setName(joint->element, model_.dofs()[at(dof)].name.c_str());
     copy(axis, joint->axis);
     const world::Dof& limits = model_.dofs()[at(dof)];
+    if (limits.owner_kind == world::BodyKind::Object || options_.joint_friction) {
+      joint->frictionloss = limits.friction;
+      joint->damping[0] = limits.damping;
+      std::copy_n(solref_, mjNREF, joint->solref_friction);
+      joint->solimp_friction[0] = joint->solimp_friction[1] = kStiction;
+    }
     const bool limited = type != mjJNT_FREE && (std::isfinite(limits.lower) || std::isfinite(limits.upper));
     joint->limited = limited ? mjLIMITED_TRUE : mjLIMITED_FALSE;
     if (limited) {  // a range of one point is refused, and infinity is not a number there

@@ -40,6 +40,8 @@ struct PlantOptions {
   bool velocity_reference = false;
   bool effort_limits =
       false;  ///< motors give world::Model::effort at most, K_a(u − q) + D(u̇ − q̇) is cut off there; false: whatever that is
+  bool joint_friction =
+      false;  ///< robot joints have world::Dof::friction and damping, as their files state them; false: their servos overcome it. Objects always do
   double armature = 0.0;  ///< inertia of every motor as its joint sees it [kg or kg m²], ≥ 0
   double spring_resolution =
       1;  ///< armature is raised to K_a (timestep / this)²: then no joint spring turns faster than this per step [rad]

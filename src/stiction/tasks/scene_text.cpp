@@ -46,6 +46,12 @@ std::string_view joint_name(world::ObjectJoint joint) {
   return "";
 }
 
+/// Of a robot joint they stand in its file, whose digest is there.
+std::string joint_friction(const world::Dof& dof) {
+  if (dof.owner_kind != world::BodyKind::Object || (dof.friction == 0 && dof.damping == 0)) return "";
+  return fmt::format(", friction: {}, damping: {}", number(dof.friction), number(dof.damping));
+}
+
 struct ShapeText {
   std::string operator()(const world::Sphere& s) const { return fmt::format("{{sphere: {}}}", number(s.radius)); }
   std::string operator()(const world::Capsule& s) const {
@@ -92,13 +98,15 @@ std::string make_scene_text(const world::Model& model) {
   }
   out += "coordinates:\n";
   for (const auto& dof : model.dofs()) {
-    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}{}}}\n", dof.name, number(dof.lower), number(dof.upper),
-                       number(dof.stiffness), std::isfinite(dof.effort) ? fmt::format(", effort: {}", number(dof.effort)) : "");
+    out += fmt::format("- {{name: {}, lower: {}, upper: {}, stiffness: {}{}{}}}\n", dof.name, number(dof.lower), number(dof.upper),
+                       number(dof.stiffness), std::isfinite(dof.effort) ? fmt::format(", effort: {}", number(dof.effort)) : "",
+                       joint_friction(dof));
   }
   out += "geometries:\n";
   for (const auto& geometry : model.geometries()) {
-    out += fmt::format("- {{name: {}, shape: {}, pose: {}, friction: {}}}\n", geometry.name, std::visit(ShapeText{}, geometry.shape),
-                       pose(geometry.X_BG), number(geometry.friction));
+    out += fmt::format("- {{name: {}, shape: {}, pose: {}, friction: {}{}}}\n", geometry.name, std::visit(ShapeText{}, geometry.shape),
+                       pose(geometry.X_BG), number(geometry.friction),
+                       std::isfinite(geometry.max_force) ? fmt::format(", max_force: {}", number(geometry.max_force)) : "");
   }
   return out;
 }

@@ -22,6 +22,12 @@ int find_parent(const Model::Impl& m, const ObjectSpec& spec, int index) {
   core::throw_invalid("parent", fmt::format("'{}'", spec.parent), "an object listed before");
 }
 
+void require_no_joint_friction(const ObjectSpec& spec) {
+  for (const auto& [field, value] : {std::pair{"joint_friction", spec.joint_friction}, {"joint_damping", spec.joint_damping}}) {
+    if (value != 0) core::throw_invalid(field, fmt::format("{:g}", value), "it only for hinge and slider objects");
+  }
+}
+
 }  // namespace
 
 void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
@@ -29,6 +35,8 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
   parts.add_owner_name(spec.name);
   core::require_positive("mass", spec.mass);
   core::require_nonnegative("weight_share", spec.weight_share);
+  core::require_nonnegative("joint_friction", spec.joint_friction);
+  core::require_nonnegative("joint_damping", spec.joint_damping);
   core::require_finite("p_BCom", std::span(spec.p_BCom.data(), 3));
   if (!is_rotation(spec.X_WP.R) || !spec.X_WP.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
   const Eigen::LLT<Matrix3d> factor(spec.inertia);
@@ -56,6 +64,7 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
     dof(kAxes[second], DofKind::Prismatic);
     dof("theta", DofKind::Revolute);
   };
+  if (spec.joint != ObjectJoint::Hinge && spec.joint != ObjectJoint::Slider) require_no_joint_friction(spec);
   switch (spec.joint) {
     case ObjectJoint::Free:
       node.n_v = 6;
@@ -80,6 +89,7 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
       if (!(limits[0] <= limits[1])) core::throw_invalid("limits", fmt::format("[{}, {}]", limits[0], limits[1]), "lower ≤ upper");
       const bool hinge = spec.joint == ObjectJoint::Hinge;
       dof(hinge ? "angle" : "position", hinge ? DofKind::Revolute : DofKind::Prismatic, limits[0], limits[1]);
+      parts.set_joint_friction(spec.joint_friction, spec.joint_damping);
       break;
     }
   }
@@ -90,7 +100,7 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
   node.body = parts.add_body(spec.name, BodyKind::Object, index, std::move(dofs));
   m.inertias.back() = {spec.mass, spec.p_BCom, spec.inertia};
   for (const auto& geometry : spec.geometries)
-    parts.add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask);
+    parts.add_geometry(node.body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask, geometry.max_force);
   if (node.parent >= 0) parts.adjacent.insert({parts.group[at(m.object_nodes[at(node.parent)].body)], parts.group[at(node.body)]});
   m.objects.push_back({.name = spec.name,
                        .body = node.body,

@@ -160,6 +160,7 @@ class RobotAdder {
         chosen_.push_back(fmt::format("{} {:.3g}", joint->name, spring));
       }
       parts_.add_dof(name, kind, BodyKind::Robot, index_, joint->lower, joint->upper, spring, effort_of(*joint, effort));
+      parts_.set_joint_friction(joint->friction, joint->damping);
       parts_.reach.push_back(revolute ? calc_reach(tree, i) : 1.0);
       ++m_.n_v;
       ++m_.n_q;

@@ -197,6 +197,8 @@ class MjcfReader : private MjcfView {
     joint.upper = m_->jnt_limited[j] ? m_->jnt_range[2 * j + 1] : kInfinity;
     joint.stiffness = spring_[static_cast<std::size_t>(j)];
     joint.effort = effort_[static_cast<std::size_t>(j)];
+    joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];
+    joint.damping = m_->dof_damping[m_->jnt_dofadr[j]];
     return joint;
   }
 

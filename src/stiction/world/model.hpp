@@ -37,8 +37,9 @@ struct Geometry {
   Shape shape;
   Pose X_BG;
   double friction = 1.0;
-  Eigen::Vector3d p_BCenter = Eigen::Vector3d::Zero();  ///< centre of the bounding sphere in its body
-  double bounding_radius = 0;                           ///< [m]; infinite for a half-space
+  Eigen::Vector3d p_BCenter = Eigen::Vector3d::Zero();         ///< centre of the bounding sphere in its body
+  double bounding_radius = 0;                                  ///< [m]; infinite for a half-space
+  double max_force = std::numeric_limits<double>::infinity();  ///< largest normal force that it bears from one other geometry [N]
 };
 
 /// Two geometries that may touch: all of different bodies, unless neither moves, they are welded together, a joint of a robot links
@@ -50,6 +51,8 @@ struct Pair {
   double friction = 0;      ///< μ = 2 μ_a μ_b / (μ_a + μ_b)
   double max_distance = 0;  ///< [m]
   int support = -1;         ///< index into Model::supports()
+  /// Largest sum of the normal forces of its contacts, that of the weaker side [N]; infinite where neither has one.
+  double max_force = std::numeric_limits<double>::infinity();
 };
 
 enum class DofKind {
@@ -67,6 +70,9 @@ struct Dof {
   double lower = 0, upper = 0;                              ///< joint limits [rad or m]; infinite where there are none
   double stiffness = 0;                                     ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
   double effort = std::numeric_limits<double>::infinity();  ///< τ_max of a robot joint's motor [N or N·m]; infinite where there is no limit
+  /// Dry friction τ_f [N or N·m] and viscous damping [N·s/m or N·m·s/rad] of a hinge, a slider or a robot joint with what follows it. Steps know the dry friction
+  /// of objects (S.19), simulations also the damping; a robot's servos overcome those of its own joints, as they bear its weight.
+  double friction = 0, damping = 0;
 };
 
 /// A joint that follows another one: q = ratio·q_leader + offset. It turns or slides about an axis of its own, column n_v + i of

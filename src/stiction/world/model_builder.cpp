@@ -48,7 +48,7 @@ class Builder {
     const int body = parts_.add_body(spec.name, BodyKind::Fixed, -1, {});
     m_.constant_poses.emplace_back(body, spec.X_WB);
     for (const auto& geometry : spec.geometries)
-      parts_.add_geometry(body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask);
+      parts_.add_geometry(body, geometry.name, geometry.shape, geometry.X_BG, geometry.friction, geometry.mask, geometry.max_force);
   }
 
   void number_followers() {

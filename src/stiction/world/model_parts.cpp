@@ -25,23 +25,31 @@ int ModelParts::add_body(std::string name, BodyKind kind, int owner, std::vector
   return static_cast<int>(m.bodies.size()) - 1;
 }
 
-void ModelParts::add_geometry(int body, const std::string& name, const Shape& shape, const Pose& X_BG, double friction, ContactMask mask) {
+void ModelParts::add_geometry(int body, const std::string& name, const Shape& shape, const Pose& X_BG, double friction, ContactMask mask,
+                              double max_force) {
   const std::string full = fmt::format("{}/{}", m.bodies[at(body)].name, name);
   if (!geometry_names_.insert(full).second) core::throw_invalid("geometry", fmt::format("'{}' twice", full), "each name once");
   require_shape(name, shape);
   core::require_nonnegative(fmt::format("{}.friction", name), friction);
+  if (!(max_force > 0))
+    core::throw_invalid(fmt::format("{}.max_force", name), fmt::format("{}", max_force), "a number > 0, or infinity for none");
   if (!is_rotation(X_BG.R) || !X_BG.p.allFinite()) core::throw_invalid(fmt::format("{}.pose", name), "no rigid transform", "one");
   if (std::holds_alternative<HalfSpace>(shape) && m.bodies[at(body)].kind != BodyKind::Fixed) {
     core::throw_invalid(name, "a half-space", "half-spaces on fixed bodies only");
   }
   const BoundingSphere sphere = calc_bounding_sphere(shape);
-  m.geometries.push_back({full, body, shape, X_BG, friction, X_BG * sphere.center, sphere.radius});
+  m.geometries.push_back({full, body, shape, X_BG, friction, X_BG * sphere.center, sphere.radius, max_force});
   masks.push_back(mask);
 }
 
 void ModelParts::add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness,
                          double effort) {
   m.dofs.push_back({std::move(name), kind, owner_kind, owner, lower, upper, stiffness, effort});
+}
+
+void ModelParts::set_joint_friction(double friction, double damping) {
+  m.dofs.back().friction = friction;
+  m.dofs.back().damping = damping;
 }
 
 }  // namespace stiction::world

@@ -41,6 +41,7 @@ class PairFinder {
         }
         if (excluded || overlap_at_rest(a, b, rest)) continue;
         pair.friction = a.friction + b.friction > 0 ? 2 * a.friction * b.friction / (a.friction + b.friction) : 0.0;
+        pair.max_force = std::min(a.max_force, b.max_force);
         std::vector<int> support;
         const auto& dofs_a = m_.bodies[at(a.body)].dofs;
         const auto& dofs_b = m_.bodies[at(b.body)].dofs;

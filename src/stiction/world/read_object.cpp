@@ -75,10 +75,17 @@ std::vector<Shape> read_shape(const YamlNode& node, std::string_view kind, bool 
   return read_mesh(node);
 }
 
+/// What an entry of `objects` or `fixed` says of all its shapes.
+struct Surface {
+  explicit Surface(const YamlNode& owner)
+      : friction(owner.nonnegative_or("friction", 1.0)), max_force(owner.positive_or("max_force", GeometrySpec{}.max_force)) {}
+  double friction, max_force;
+};
+
 /// Adds the geometries of an entry of `shapes`. @param number  of the entry, for a name that is not given
-void add_geometries(const YamlNode& item, double friction, bool half_space_allowed, int number, std::vector<GeometrySpec>& out) {
+void add_geometries(const YamlNode& item, const Surface& surface, bool half_space_allowed, int number, std::vector<GeometrySpec>& out) {
   static constexpr std::string_view kKinds[] = {"sphere", "box", "capsule", "cylinder", "mesh", "half_space"};
-  item.require_map({"name", "pose", "friction", "sphere", "box", "capsule", "cylinder", "mesh", "half_space"});
+  item.require_map({"name", "pose", "friction", "max_force", "sphere", "box", "capsule", "cylinder", "mesh", "half_space"});
   std::vector<Shape> shapes;
   int found = 0;
   for (const std::string_view kind : kKinds) {
@@ -94,17 +101,19 @@ void add_geometries(const YamlNode& item, double friction, bool half_space_allow
       if (other.name == geometry.name) item.fail(fmt::format("the name '{}' twice", geometry.name), "each name once");
     }
     if (const auto pose = item.find("pose")) geometry.X_BG = read_pose(*pose);
-    geometry.friction = item.nonnegative_or("friction", friction);
+    geometry.friction = item.nonnegative_or("friction", surface.friction);
+    geometry.max_force = item.positive_or("max_force", surface.max_force);
     out.push_back(std::move(geometry));
   }
 }
 
-std::vector<GeometrySpec> read_geometries(const YamlNode& node, double friction, bool half_space_allowed) {
+std::vector<GeometrySpec> read_geometries(const YamlNode& node, bool half_space_allowed) {
+  const Surface surface(node);
   std::vector<GeometrySpec> out;
   core::Faults faults;
   int number = 0;
   for (const YamlNode& item : node.at("shapes").items())
-    faults.collect([&] { add_geometries(item, friction, half_space_allowed, number++, out); });
+    faults.collect([&] { add_geometries(item, surface, half_space_allowed, number++, out); });
   faults.raise();
   if (out.empty()) node.at("shapes").fail("at least one shape");
   return out;
@@ -124,7 +133,7 @@ void read_motion(const YamlNode& node, ObjectSpec& object) {
   object.parent = node.string_or("parent", "");
   const bool single = object.joint == ObjectJoint::Hinge || object.joint == ObjectJoint::Slider;
   if (single) object.axis = read_axis(node.at("axis"));
-  for (const std::string_view key : {"axis", "limits", "parent"}) {
+  for (const std::string_view key : {"axis", "limits", "parent", "joint_friction", "joint_damping"}) {
     if (!single && node.has(key)) node.at(key).fail(fmt::format("{} of a {} object", key, joint), "it only for hinge and slider objects");
   }
   if (const auto pose = node.find("pose")) {
@@ -136,6 +145,8 @@ void read_motion(const YamlNode& node, ObjectSpec& object) {
     if (!(range[0] <= range[1])) limits->fail(fmt::format("[{}, {}]", range[0], range[1]), "lower ≤ upper");
     object.limits = {range[0], range[1]};
   }
+  object.joint_friction = node.nonnegative_or("joint_friction", 0);
+  object.joint_damping = node.nonnegative_or("joint_damping", 0);
 }
 
 void read_mass(const YamlNode& node, ObjectSpec& object) {
@@ -197,11 +208,11 @@ Pose read_pose(const YamlNode& node) {
 }
 
 FixedSpec read_fixed(const YamlNode& node) {
-  node.require_map({"name", "pose", "friction", "shapes"});
+  node.require_map({"name", "pose", "friction", "max_force", "shapes"});
   FixedSpec fixed;
   fixed.name = read_name(node);
   if (const auto pose = node.find("pose")) fixed.X_WB = read_pose(*pose);
-  fixed.geometries = read_geometries(node, node.nonnegative_or("friction", 1.0), true);
+  fixed.geometries = read_geometries(node, true);
   return fixed;
 }
 
@@ -214,13 +225,14 @@ ObjectSpec read_object(const YamlNode& node) {
   node.require_map();
   core::Faults faults;
   faults.collect([&] {
-    node.require_map({"name", "parent", "joint", "axis", "pose", "mass", "inertia", "center_of_mass", "friction", "limits", "shapes"});
+    node.require_map({"name", "parent", "joint", "axis", "pose", "mass", "inertia", "center_of_mass", "friction", "max_force", "limits",
+                      "joint_friction", "joint_damping", "shapes"});
   });
   ObjectSpec object;
   faults.collect([&] { object.name = read_name(node); });
   faults.collect([&] { read_motion(node, object); });
   faults.collect([&] {
-    if (node.has("shapes") || !node.has("inertia")) object.geometries = read_geometries(node, node.nonnegative_or("friction", 1.0), false);
+    if (node.has("shapes") || !node.has("inertia")) object.geometries = read_geometries(node, false);
   });
   faults.collect([&] { read_mass(node, object); });
   faults.raise();

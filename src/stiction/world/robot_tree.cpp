@@ -169,6 +169,12 @@ void shorten_chains(RobotTree& tree) {
 
 void resolve_followers(RobotTree& tree) {
   shorten_chains(tree);
+  for (const auto& joint : tree.joints) {  // what a leader feels of them at the same power
+    if (joint.leader < 0) continue;
+    RobotJoint& leader = tree.joints[static_cast<std::size_t>(joint.leader)];
+    leader.friction += std::abs(joint.ratio) * joint.friction;
+    leader.damping += joint.ratio * joint.ratio * joint.damping;
+  }
   std::vector<std::string> outside;
   for (auto& joint : tree.joints) {
     if (joint.leader < 0 || joint.ratio == 0) continue;

@@ -45,6 +45,8 @@ struct RobotJoint {
   double ratio = 1, offset = 0;                     ///< [-], [rad or m]
   std::optional<double> effort{};                   ///< largest force or torque of the motor, where the file states it [N or N·m]
 
+  double friction = 0, damping = 0;  ///< dry [N or N·m] and viscous [N·s/m or N·m·s/rad], as the file states them
+
   bool moves() const { return kind != Kind::Fixed; }
   bool moves_by_itself() const { return moves() && leader < 0; }
 };

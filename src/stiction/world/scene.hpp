@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -71,6 +72,7 @@ struct GeometrySpec {
   Pose X_BG;              ///< geometry in body
   double friction = 1.0;  ///< μ of the surface, ≥ 0
   ContactMask mask{};
+  double max_force = std::numeric_limits<double>::infinity();  ///< largest normal force that it bears from one other geometry [N], > 0
 };
 
 /// How an object may move relative to the world (or, for hinges and sliders, about the placed frame).
@@ -94,6 +96,8 @@ struct ObjectSpec {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, body axes [kg m²]
   double weight_share = 1;                            ///< of its weight that acts on it; the rest is compensated (MJCF: gravcomp)
   std::optional<std::array<double, 2>> limits;        ///< hinge or slider range [rad or m]
+  double joint_friction = 0;                          ///< dry friction of a hinge or slider, ≥ 0 [N·m or N]
+  double joint_damping = 0;                           ///< viscous friction of a hinge or slider, ≥ 0 [N·m·s/rad or N·s/m]
   std::vector<GeometrySpec> geometries;
 };
 

@@ -175,6 +175,18 @@ void read_limits(const XmlReader& reader, const XMLElement& element, Source& sou
   joint.upper = kInfinity;
 }
 
+void read_dynamics(const XmlReader& reader, const XMLElement& element, RobotJoint& joint) {
+  const XMLElement* dynamics = element.FirstChildElement("dynamics");
+  if (dynamics == nullptr) return;
+  const auto read = [&](const char* name, double& value) {
+    if (dynamics->Attribute(name) == nullptr) return;
+    value = reader.number(*dynamics, name);
+    if (value < 0) reader.fail(*dynamics, fmt::format("{} {}", reader.label(element), name), fmt::format("{}", value), "a number ≥ 0");
+  };
+  read("friction", joint.friction);
+  read("damping", joint.damping);
+}
+
 /// The first element of xacro; a URDF that xacro made has none, though it may still name its namespace.
 const XMLElement* find_macro(const XMLElement& element) {
   if (std::string_view(element.Name()).starts_with("xacro:")) return &element;
@@ -209,6 +221,7 @@ RawJoint read_joint(const XmlReader& reader, const XMLElement& element, Source& 
     joint.axis.normalize();
   }
   read_limits(reader, element, source, joint, type == "continuous");
+  read_dynamics(reader, element, joint);
   return raw;
 }
 

@@ -1,0 +1,152 @@
+// Dry friction and damping of joints, and the largest force of a geometry: from scenes, URDF and MJCF.
+#include <fstream>
+#include <limits>
+
+#include "support/message_of.hpp"
+#include "world/test_scenes.hpp"
+
+namespace stiction::world::test {
+namespace {
+
+using stiction::test::message_of;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+class JointFriction : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              (std::string("joint_friction_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  std::shared_ptr<const Model> load(const std::string& scene) const { return Model::make(load_scene(write("scene.yaml", scene))); }
+
+  /// A valve that turns about z with more keys, in line 3.
+  static std::string valve(const std::string& keys, const std::string& joint = "joint: hinge, axis: [0, 0, 1]") {
+    return "objects:\n  - {name: valve, " + joint + ", mass: 1, shapes: [{sphere: {radius: 0.1}}],\n     " + keys + "}\n";
+  }
+
+  /// Two joints, of which b follows a at −2, with the elements of their dynamics.
+  void write_arm(const std::string& a, const std::string& b) const {
+    const auto joint = [](const std::string& name, int parent, const std::string& elements) {
+      return "<link name='l" + std::to_string(parent + 1) + "'/><joint name='" + name + "' type='revolute'><parent link='l" +
+             std::to_string(parent) + "'/><child link='l" + std::to_string(parent + 1) + "'/><axis xyz='1 0 0'/>" +
+             "<limit lower='-1' upper='1' effort='1' velocity='1'/>\n" + elements + "</joint>\n";
+    };
+    (void)write("arm.urdf", "<robot name='arm'><link name='l0'/>\n" + joint("a", 0, a) + joint("b", 1, b) + "</robot>");
+  }
+
+  std::filesystem::path folder_;
+  std::string arm_ = "robots: [{name: arm, urdf: arm.urdf, stiffness: 1}]\n";
+};
+
+TEST_F(JointFriction, OfScene_IsThatOfTheModel) {
+  const auto valve_model = load(valve("joint_friction: 0.3, joint_damping: 0.02"));
+  EXPECT_EQ(valve_model->dofs()[0].friction, 0.3);
+  EXPECT_EQ(valve_model->dofs()[0].damping, 0.02);
+  const auto drawer = load(valve("joint_friction: 4", "joint: slider, axis: [1, 0, 0]"));
+  EXPECT_EQ(drawer->dofs()[0].friction, 4);
+  EXPECT_EQ(drawer->dofs()[0].damping, 0);
+  EXPECT_EQ(load(valve("friction: 0.5"))->dofs()[0].friction, 0) << "the key of surfaces";
+}
+
+TEST_F(JointFriction, NegativeOrOfAnObjectWithoutAJoint_NamesFileLineAndField) {
+  const auto says = [&](const std::string& scene, const std::string& expected) {
+    const std::string message = message_of([&] { (void)load(scene); });
+    EXPECT_NE(message.find(expected), std::string::npos) << message;
+  };
+  says(valve("joint_friction: -1"), "scene.yaml:3: objects[0].joint_friction: got -1, expected a number ≥ 0");
+  says(valve("joint_damping: none"), "scene.yaml:3: objects[0].joint_damping: got 'none', expected a number");
+  says(valve("joint_friction: 1", "joint: free"),
+       "scene.yaml:3: objects[0].joint_friction: got joint_friction of a free object, expected it only for hinge and slider objects");
+  says(valve("joint_damping: 1", "joint: planar_xy"),
+       "scene.yaml:3: objects[0].joint_damping: got joint_damping of a planar_xy object, expected it only for hinge and slider objects");
+}
+
+TEST_F(JointFriction, OfSceneMadeInCode_IsCheckedToo) {
+  Scene scene = load_scene(write("scene.yaml", valve("friction: 1")));
+  const auto says = [&](auto&& change) {
+    Scene changed = scene;
+    change(changed.objects[0]);
+    return message_of([&] { (void)Model::make(changed); });
+  };
+  EXPECT_NE(says([](ObjectSpec& o) { o.joint_friction = -2; }).find("objects[0]: joint_friction: got -2"), std::string::npos);
+  EXPECT_NE(says([](ObjectSpec& o) { o.joint_damping = kInfinity; }).find("objects[0]: joint_damping: got inf"), std::string::npos);
+  EXPECT_NE(says([](ObjectSpec& o) {
+              o.joint = ObjectJoint::Free, o.joint_friction = 1;
+            }).find("objects[0]: joint_friction: got 1, expected it only for hinge and slider objects"),
+            std::string::npos);
+  EXPECT_NE(says([](ObjectSpec& o) {
+              o.geometries[0].max_force = 0;
+            }).find("sphere_0.max_force: got 0, expected a number > 0, or infinity for none"),
+            std::string::npos);
+}
+
+/// At the same power a leader feels |ratio| of the friction and ratio² of the damping of what follows it.
+TEST_F(JointFriction, OfUrdf_IsThatOfTheRobotsJoint) {
+  write_arm("<dynamics friction='0.2' damping='0.5'/>", "<dynamics damping='3'/>");
+  const auto two = load(arm_);
+  EXPECT_EQ(two->dofs()[0].friction, 0.2);
+  EXPECT_EQ(two->dofs()[0].damping, 0.5);
+  EXPECT_EQ(two->dofs()[1].friction, 0);
+  EXPECT_EQ(two->dofs()[1].damping, 3);
+  write_arm("<dynamics friction='0.2' damping='0.5'/>", "<mimic joint='a' multiplier='-2'/><dynamics friction='0.1' damping='3'/>");
+  const auto one = load(arm_);
+  ASSERT_EQ(one->n_a(), 1);
+  EXPECT_DOUBLE_EQ(one->dofs()[0].friction, 0.4);
+  EXPECT_DOUBLE_EQ(one->dofs()[0].damping, 12.5);
+}
+
+TEST_F(JointFriction, NegativeInUrdf_NamesFileLineAndJoint) {
+  write_arm("", "<dynamics friction='-0.2'/>");
+  const std::string message = message_of([&] { (void)load(arm_); });
+  EXPECT_NE(message.find("arm.urdf:5: joint 'b' friction: got -0.2, expected a number ≥ 0"), std::string::npos) << message;
+}
+
+TEST_F(JointFriction, OfMjcf_IsThatOfTheRobotsJoint) {
+  (void)write("arm.xml", R"(<mujoco model="arm"><worldbody><body name="l1"><joint name="a" axis="1 0 0" frictionloss="0.4" damping="2"/>
+  <geom size="0.1"/><body name="l2" pos="0 0 1"><joint name="b" type="slide" axis="1 0 0" damping="1"/><geom size="0.1"/></body></body>
+  </worldbody></mujoco>)");
+  const auto model = load("robots: [{name: arm, mjcf: arm.xml, stiffness: 1}]\n");
+  EXPECT_EQ(model->dofs()[0].friction, 0.4);
+  EXPECT_EQ(model->dofs()[0].damping, 2);
+  EXPECT_EQ(model->dofs()[1].friction, 0);
+  EXPECT_EQ(model->dofs()[1].damping, 1);
+}
+
+TEST_F(JointFriction, LargestForce_IsThatOfTheShapeElseOfItsOwner) {
+  const auto model = load(
+      "objects:\n  - {name: egg, joint: free, mass: 1, max_force: 6,\n"
+      "     shapes: [{name: shell, sphere: {radius: 0.1}}, {name: tip, sphere: {radius: 0.05}, max_force: 2}]}\n"
+      "  - {name: stone, joint: free, mass: 1, shapes: [{name: s, sphere: {radius: 0.1}}]}\n"
+      "fixed:\n  - {name: pane, max_force: 4, shapes: [{name: glass, half_space: {}}]}\n");
+  const auto geometries = model->geometries();
+  EXPECT_EQ(geometries[0].max_force, 6);
+  EXPECT_EQ(geometries[1].max_force, 2);
+  EXPECT_EQ(geometries[2].max_force, kInfinity);
+  EXPECT_EQ(geometries[3].max_force, 4);
+  for (const Pair& pair : model->pairs()) {
+    EXPECT_EQ(pair.max_force, std::min(geometries[static_cast<std::size_t>(pair.geometry_a)].max_force,
+                                       geometries[static_cast<std::size_t>(pair.geometry_b)].max_force));
+  }
+  EXPECT_EQ(model->pairs().size(), 5u);
+}
+
+TEST_F(JointFriction, LargestForceNotPositive_NamesFileLineAndField) {
+  const auto says = [&](const std::string& scene, const std::string& expected) {
+    const std::string message = message_of([&] { (void)load(scene); });
+    EXPECT_NE(message.find(expected), std::string::npos) << message;
+  };
+  says(valve("max_force: 0"), "scene.yaml:3: objects[0].max_force: got 0, expected a number > 0");
+  says("fixed:\n  - {name: pane, shapes: [{half_space: {}, max_force: -3}]}\n",
+       "scene.yaml:2: fixed[0].shapes[0].max_force: got -3, expected a number > 0");
+}
+
+}  // namespace
+}  // namespace stiction::world::test
