@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "sensing/robots.hpp"
-#include "stiction/contact/triangle.hpp"
+#include "stiction/world/triangle.hpp"
 #include "stiction/sensing/tessellate.hpp"
 #include "support/message_of.hpp"
 
@@ -42,7 +42,7 @@ TEST(TriangleTree, ClosestPoint_IsThatOfAllTriangles) {
       double least = std::numeric_limits<double>::infinity();
       for (int t = 0; t < n; ++t)
         least = std::min(
-            least, (contact::nearest_on_triangle(p, corners.col(3 * t), corners.col(3 * t + 1), corners.col(3 * t + 2)) - p).squaredNorm());
+            least, (world::nearest_on_triangle(p, corners.col(3 * t), corners.col(3 * t + 1), corners.col(3 * t + 2)) - p).squaredNorm());
       const TriangleTree::Closest found = tree.closest(p);
       EXPECT_EQ(found.squared_distance, least);
       EXPECT_EQ(tree.closest(p, random.index(n)).squared_distance, least) << "a guess changes no distance";
@@ -68,7 +68,7 @@ TEST(TriangleTree, ClosestOnTriangle_SatisfiesTheVariationalInequality) {
   core::Random random(2, 0);
   for (int i = 0; i < 2000; ++i) {
     const Matrix3Xd T = random_triangles(random, 1);
-    const Vector3d p = random_vector(random, 1), x = contact::nearest_on_triangle(p, T.col(0), T.col(1), T.col(2));
+    const Vector3d p = random_vector(random, 1), x = world::nearest_on_triangle(p, T.col(0), T.col(1), T.col(2));
     for (int k = 0; k < 3; ++k) EXPECT_LE((p - x).dot(T.col(k) - x), 1e-12);  // no corner lies on p's side of x
     const Eigen::Vector3d weights = (Eigen::Matrix4d() << T, Vector3d::Zero(), 1, 1, 1, 0)
                                         .finished()

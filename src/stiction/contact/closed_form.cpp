@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "stiction/contact/triangle.hpp"
+#include "stiction/world/triangle.hpp"
 
 namespace stiction::contact::detail {
 namespace {
@@ -151,7 +151,7 @@ PointDistance point_mesh(const Vector3d& p, const MeshData& mesh, const Vector3d
   Vector3d nearest = p;
   const auto visit = [&](Eigen::Index i) {
     const auto tri = mesh.triangles.col(mesh.face[i]);
-    const Vector3d q = nearest_on_triangle(p, mesh.vertices.col(tri[0]), mesh.vertices.col(tri[1]), mesh.vertices.col(tri[2]));
+    const Vector3d q = world::nearest_on_triangle(p, mesh.vertices.col(tri[0]), mesh.vertices.col(tri[1]), mesh.vertices.col(tri[2]));
     const double d2 = (p - q).squaredNorm();
     if (d2 < best2) {
       best2 = d2;

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "stiction/contact/triangle.hpp"
+#include "stiction/world/triangle.hpp"
 
 namespace stiction::sensing {
 
@@ -136,7 +136,7 @@ TriangleTree::TriangleTree(const Matrix3Xd& corners) {
 TriangleTree::Closest TriangleTree::closest(const Vector3d& p, int guess) const {
   Closest best;
   const auto look = [&](int t) {
-    const Vector3d point = contact::nearest_on_triangle(p, corner(t, 0), corner(t, 1), corner(t, 2));
+    const Vector3d point = world::nearest_on_triangle(p, corner(t, 0), corner(t, 1), corner(t, 2));
     const double squared = (point - p).squaredNorm();
     if (squared < best.squared_distance) best = {t, point, squared};
   };

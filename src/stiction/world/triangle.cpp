@@ -1,6 +1,6 @@
-#include "stiction/contact/triangle.hpp"
+#include "stiction/world/triangle.hpp"
 
-namespace stiction::contact {
+namespace stiction::world {
 
 using Eigen::Vector3d;
 
@@ -24,4 +24,4 @@ Vector3d nearest_on_triangle(const Vector3d& p, const Vector3d& a, const Vector3
   return a + ab * (vb * scale) + ac * (vc * scale);
 }
 
-}  // namespace stiction::contact
+}  // namespace stiction::world
