@@ -9,6 +9,7 @@
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/planning/planner.hpp"
+#include "stiction/planning/press_limits.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/optimize_options.hpp"
 #include "stiction/tasks/plan_file.hpp"
@@ -55,6 +56,8 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
   row("cost", fmt::format("{:.1f} s at joint speeds, with {:.0f} s per regrasp{}", r.cost, o.cost.regrasp,
                           r.improvements.size() > 1 ? fmt::format("; the first plan: {:.1f} s", r.improvements.front().cost) : ""));
+  if (const auto press = planning::largest_press(*task.model, r.plan))
+    row("pressed", fmt::format("with up to {:.0f} % of what the weaker side bears (max_force)", 100 * *press));
   row("tree", fmt::format("{} extensions, {} nodes", r.iterations, r.nodes));
   row("work", fmt::format("{} steps, {} local models, {} failed steps", r.steps, r.linearisations, r.failed_steps));
   row("given up", fmt::format("{} edges where half the sub-step gave something else", r.distrusted));
@@ -91,6 +94,8 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["improvements"] = nlohmann::ordered_json::array();
   for (const auto& i : r.improvements)
     out["improvements"].push_back({{"cost", i.cost}, {"iterations", i.iterations}, {"wall_s", i.wall_s}});
+  const auto press = planning::largest_press(*task.model, r.plan);
+  out["press"] = press ? nlohmann::ordered_json(*press) : nlohmann::ordered_json();
   out["segments"] = r.plan.segments.size();
   out["knots"] = counts.knots;
   out["warnings"] = nlohmann::ordered_json::array();

@@ -69,6 +69,32 @@ TEST_F(CheckTest, RegraspInContact_IsFoundAndOneInTheAirIsNot) {
   EXPECT_EQ(check(box_->task, plan).at("regrasp_contact").value, 0);
 }
 
+/// Judged by what the box bears, from the replay and from what the file says.
+TEST_F(CheckTest, BoxThatBearsLessThanThePush_IsFound) {
+  const auto with_limit = [&](double most) {
+    Task task = box_->task;
+    world::Scene scene = task.model->scene();
+    for (auto& geometry : scene.objects[0].geometries) geometry.max_force = most;
+    task.model = world::Model::make(scene);
+    return task;
+  };
+  EXPECT_EQ(check(box_->task, box_->file).at("max_force").value, 0);
+  const double force = check(with_limit(1), box_->file).at("max_force").value;
+  EXPECT_GT(force, 0.1);
+  EXPECT_TRUE(check(with_limit(1.01 * force), box_->file).at("max_force").pass);
+  const CheckReport broken = check(with_limit(0.99 * force), box_->file);
+  EXPECT_FALSE(broken.at("max_force").pass);
+  EXPECT_FALSE(broken.pass);
+  EXPECT_NE(broken.at("max_force").where.find("box"), std::string::npos) << broken.at("max_force").where;
+  PlanFile forged = box_->file;
+  for (auto& segment : forged.segments) {
+    for (auto& knot : segment.knots) {
+      for (auto& contact : knot.contacts) contact.force_W *= 3;
+    }
+  }
+  EXPECT_GT(check(with_limit(1), forged).at("max_force").value, 2.5 * force);
+}
+
 /// A stone of a hundred tons that nothing touches hides no force on the box.
 TEST_F(CheckTest, ForcesThatAreLookedAt_AreMeasuredByTheirOwnPair) {
   const auto threshold = [](const char* more) {

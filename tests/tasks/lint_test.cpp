@@ -79,6 +79,8 @@ TEST_F(Lint, Mistakes_AreNamedWithWhatAndHowMuch) {
        "goal: 'block/box_0' and 'ground/half_space_0' overlap by 30 mm"},
       {"position: [0, 0, 0.04]", "position: [0, 0, 0.34]", "unsupported", "'block' touches nothing"},
       {"fixed: [{name: ground, friction: 0.5, shapes: [{half_space: {}}]}]", "fixed: []", "unsupported", "'block' touches nothing"},
+      {"mass: 0.4", "mass: 0.4, max_force: 3", "force",
+       "start: 'block/box_0' and 'ground/half_space_0' press on each other with 3.92 N, of which they bear 3 N (max_force)"},
       {"position: [0.12, 0.04, 0.04]", "position: [0.12, 0.04, 0.24]", "hold", "nothing can hold it there"},
       {"position: [0.12, 0.04, 0.04]", "position: [1.2, 0.04, 0.04]", "reach", "goal: no robot reaches 'block'"},
       {"position: [0, 0, 0.04]", "position: [2, 0, 0.04]", "reach", "start: no robot reaches 'block'"},

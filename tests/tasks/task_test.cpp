@@ -236,7 +236,9 @@ TEST(TaskInMemory, FrictionOfJointsAndLargestForces_AreInTheSceneText) {
   const auto text = [](const std::string& keys) {
     return parse_task(
                "name: t\nscene:\n  objects:\n    - {name: flap, joint: hinge, axis: [1, 0, 0], mass: 1, shapes: [{sphere: {radius: 0.1}}]" +
-                   keys + "}\nstart: {objects: {flap: {coordinates: [0]}}}\ngoal: {objects: {flap: {coordinates: [1]}}}\n",
+                   keys +
+                   "}\nstart: {objects: {flap: {coordinates: [0]}}}\ngoal: {objects: {flap: {coordinates: [1]}}}\ntolerance: {position: "
+                   "0.01, angle: 0.1}\n",
                kTasks)
         .scene_text;
   };

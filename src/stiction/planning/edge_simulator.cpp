@@ -27,7 +27,12 @@ void set_edge(const std::vector<dynamics::Knot>& knots, const Model& model, Node
 }
 
 EdgeSimulator::EdgeSimulator(const Model& model, const PlannerOptions& options, const RobotChains& chains, const ObjectSpace& space)
-    : model_(model), options_(options), chains_(chains), space_(space), exact_(options.step_options()), cold_(exact_) {
+    : model_(model),
+      options_(options),
+      space_(space),
+      press_(model, chains, options.brace_force),
+      exact_(options.step_options()),
+      cold_(exact_) {
   cold_.warm_start = false;
 }
 
@@ -42,6 +47,7 @@ bool EdgeSimulator::move(const Node& from, const Eigen::VectorXd& u, ThreadScrat
       ++totals.failed_steps;
       return false;
     }
+    if (!spares(scratch.step_result.contacts)) return false;
     to.q = scratch.step_result.q_next;
     to.commands = to.u;
     to.states = to.q;
@@ -64,7 +70,8 @@ bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const d
   }
   const bool long_slips = options_.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
   const auto bad = [&](const dynamics::Knot& knot) {
-    return braces(knot) || (long_slips && calc_force_gap(model_, knot, scratch.geometry) > kMostForceGap);
+    return press_.braces(knot.contacts, options_.h) || !spares(knot.contacts) ||
+           (long_slips && calc_force_gap(model_, knot, scratch.geometry) > kMostForceGap);
   };
   r.knots.erase(std::find_if(r.knots.begin(), r.knots.end(), bad), r.knots.end());
   if (r.knots.empty() || r.penetration > kMostEdgePenetration) return false;
@@ -90,6 +97,7 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
       }
       q = scratch.step_result.q_next;
       if (!limit_gap) continue;
+      if (!spares(scratch.step_result.contacts)) return states.leftCols(k);
       if (calc_force_gap(model_, scratch.step_result, scratch.geometry) > kMostForceGap) return states.leftCols(k);
       const bool own = k > 0 || s == 1;  // what penetrates where an edge starts is not its doing
       if (own && calc_penetration(model_, scratch.step_result) > kMostFinePenetration) return states.leftCols(k);
@@ -110,13 +118,6 @@ bool EdgeSimulator::moves(const Node& from, const Node& to) const {
     if (std::abs(moved[v]) > (dof.kind == world::DofKind::Revolute ? kLeastTurn : kLeastMove * scale.length)) return true;
   }
   return false;
-}
-
-bool EdgeSimulator::braces(const dynamics::Knot& knot) const {
-  return std::any_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
-    const int pair = c.contact.pair;
-    return chains_.mask_of_pair(pair) != 0 && !chains_.touches_object(pair) && c.lambda[0] > options_.brace_force * options_.h;
-  });
 }
 
 }  // namespace stiction::planning

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "stiction/planning/expansion.hpp"
+#include "stiction/planning/press_limits.hpp"
 
 namespace stiction::planning {
 
@@ -24,13 +25,13 @@ class EdgeSimulator {
   bool moves(const Node& from, const Node& to) const;
 
  private:
-  /// The robot presses on itself or on what does not move with more than brace_force.
-  bool braces(const dynamics::Knot& knot) const;
+  /// A fragile thing bears it.
+  bool spares(std::span<const dynamics::ContactImpulse> contacts) const { return press_.share(contacts, options_.h) <= kMostPress; }
 
   const world::Model& model_;
   const PlannerOptions& options_;
-  const RobotChains& chains_;
   const ObjectSpace& space_;
+  PressLimits press_;
   dynamics::StepOptions exact_, cold_;
 };
 

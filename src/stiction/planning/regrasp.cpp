@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "stiction/planning/object_space.hpp"
+#include "stiction/planning/press_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -37,9 +38,19 @@ struct Allowance {
 /// Simulates the commands of a regrasp and watches the object.
 class RegraspRun {
  public:
-  RegraspRun(const world::Model& model, const PlannerOptions& options, const Eigen::VectorXd& q0, const Eigen::VectorXd& u0,
-             dynamics::StepWorkspace& steps, const core::RunControl* control, Regrasp& out)
-      : q(q0), u(u0), model_(model), options_(options), steps_(steps), control_(control), space_(model), q0_(q0), q_rest_(q0), out_(out) {
+  RegraspRun(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q0,
+             const Eigen::VectorXd& u0, dynamics::StepWorkspace& steps, const core::RunControl* control, Regrasp& out)
+      : q(q0),
+        u(u0),
+        model_(model),
+        options_(options),
+        press_(model, chains, options.brace_force),
+        steps_(steps),
+        control_(control),
+        space_(model),
+        q0_(q0),
+        q_rest_(q0),
+        out_(out) {
     step_ = options.step_options();
     out_.knots.clear();
     steps_.forget();
@@ -116,6 +127,9 @@ class RegraspRun {
     for (const auto& knot : result_.knots) {
       if (!objects_agree(model_, space_, q_rest_, knot.q, allowance.position, allowance.angle)) return Outcome::Moved;
     }
+    for (const auto& knot : result_.knots) {
+      if (press_.share(knot.contacts, step_.h) > kMostPress) return Outcome::Moved;
+    }
     if (result_.max_slide > options_.substep->slide) return Outcome::Moved;
     q = result_.knots.back().q;
     u = result_.knots.back().u;
@@ -125,6 +139,7 @@ class RegraspRun {
 
   const world::Model& model_;
   const PlannerOptions& options_;
+  PressLimits press_;
   dynamics::StepWorkspace& steps_;
   const core::RunControl* control_;
   ObjectSpace space_;
@@ -278,7 +293,7 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   path_options.clearance = options.regrasp_clearance;
   Outcome outcome = Outcome::Moved;
   for (const ChainMask relaxed : {draw.moved, chains.all()}) {
-    run.emplace(model, options, q, u, steps, geometry.control, out);
+    run.emplace(model, chains, options, q, u, steps, geometry.control, out);
     bool clear = false;
     outcome = let_go(model, chains, relaxed, draw.moved, path_options.clearance, geometry, *run, clear);
     if (!clear) {

@@ -62,6 +62,7 @@ struct CheckOptions {
 /// regrasp_contact                travel of a branch in contact between its first and its last moment one such unit away from everything, in a regrasp
 ///                                in which it goes elsewhere
 /// effort                         largest K_a|u − q| of a stored knot, in units of the motor's effort; judged where the plan's step bounds efforts
+/// max_force                      largest normal force of a pair, re-simulated or stored, in units of what its weaker side bears; 0 where nothing is fragile. brace: of the robot on itself or on what is fixed, in units of PlannerOptions::brace_force, not judged
 /// failed_steps                   steps that were not solved
 /// edited, status                 the file is as it was written (its digest), and of a plan that was solved
 /// quaternion_norm, start, goal, settings, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated

@@ -23,6 +23,7 @@ Replay::Replay(const Task& task, const PlanFile& plan, const CheckOptions& optio
   step_options_.smoothing = dynamics::Exact{};
   step_options_.with_B = false;
   step_options_.warm_start = false;  // every step depends on its input alone
+  brace_force_ = task.options.brace_force;
   goal_object_ = model_.object_index(plan_.goal_object);
   find_branches();
 }
@@ -37,6 +38,7 @@ Status Replay::run(const core::RunControl& control, CheckReport& out) {
       const StoredKnot& knot = plan_.segments[s].knots[k];
       place_ = {static_cast<int>(s), static_cast<int>(k)};
       see_effort(knot);
+      see_stored_press(knot);
       check_stored(*q_before, knot);
       half_step(0.5 * (*u_before + knot.u), q);
       half_step(knot.u, q);
@@ -71,6 +73,8 @@ void Replay::report(CheckReport& out) const {
   add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
   const bool bounded = step_options_.effort_limits && model_.effort().array().isFinite().any();
   add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
+  add(out, "max_force", max_force_, 1.0, "of what the weaker side bears");
+  add(out, "brace", brace_, std::nullopt, "of the force that ends a push");
   add(out, "failed_steps", plain(static_cast<double>(failed_steps_)), 0.0, "");
   add(out, "stored_position", stored_position_, limits_.stored_position, "of 0.1 % of the object's size");
   add(out, "stored_angle", stored_angle_, limits_.stored_angle, "rad");
@@ -176,6 +180,7 @@ bool Replay::step(const Eigen::VectorXd& q, const Eigen::VectorXd& u) {
 void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
   if (!step(q, u)) return;
   q = result_.q_next;
+  see_press();
   for (int j = 0; j < model_.n_a(); ++j) {
     const double x = q.tail(model_.n_a())[j];
     joint_limits_.see(std::max(model_.lower()[j] - x, x - model_.upper()[j]), [&] { return here(joint_name(j)); });
@@ -192,6 +197,37 @@ void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
     const double gap = phi / model_.scales().contact_tolerance(c.contact.pair);
     force_gap_.see(gap, [&] { return here(fmt::format("{} ({:.3g} N)", pair_name(c.contact.pair, gap), force.norm())); });
     slide_.see(c.displacement.tail<2>().norm(), [&] { return here(pair_name(c.contact.pair)); });
+  }
+}
+
+/// Normal forces of the last step, the contacts of a pair together, against what the pair bears; of the robot with itself or with what does not move also against
+/// the force at which the planner ends a push.
+void Replay::see_press() {
+  const auto is_object = [&](int geometry) {
+    return model_.bodies()[static_cast<std::size_t>(model_.geometries()[static_cast<std::size_t>(geometry)].body)].kind ==
+           world::BodyKind::Object;
+  };
+  for (const auto& first : result_.contacts) {
+    if (!first.active) continue;
+    const int pair = first.contact.pair;
+    const world::Pair& of = model_.pairs()[static_cast<std::size_t>(pair)];
+    double force = 0;
+    for (const auto& c : result_.contacts) force += c.contact.pair == pair ? c.lambda[0] / step_options_.h : 0;
+    max_force_.see(force / of.max_force, [&] { return here(fmt::format("{}, {:.3g} of {:.3g} N", pair_name(pair), force, of.max_force)); });
+    if (is_object(of.geometry_a) || is_object(of.geometry_b)) continue;
+    brace_.see(force / brace_force_, [&] { return here(fmt::format("{}, {:.3g} of {:.3g} N", pair_name(pair), force, brace_force_)); });
+  }
+}
+
+/// The same of the forces in the file.
+void Replay::see_stored_press(const StoredKnot& knot) {
+  for (int i = 0; i < static_cast<int>(model_.pairs().size()); ++i) {
+    const auto& pair = model_.pairs()[static_cast<std::size_t>(i)];
+    if (!std::isfinite(pair.max_force)) continue;
+    double force = 0;
+    for (const auto& c : knot.contacts) force += c.a == pair.geometry_a && c.b == pair.geometry_b ? c.normal_W.dot(c.force_W) : 0;
+    max_force_.see(force / pair.max_force,
+                   [&] { return here(fmt::format("stored {}, {:.3g} of {:.3g} N", pair_name(i), force, pair.max_force)); });
   }
 }
 
@@ -223,6 +259,7 @@ void Replay::check_stored(const Eigen::VectorXd& q_before, const StoredKnot& kno
   const auto [depth, pair] = deepest(q);
   penetration_.see(depth, [&] { return here("stored " + pair_name(pair, depth)); });
   if (!step(q_from, knot.u)) return;
+  see_press();
   compare_states(result_.q_next, q, stored_position_, stored_angle_);
   check_stored_contacts(knot);
   check_stored_forces(q_from, knot);

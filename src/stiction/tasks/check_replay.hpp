@@ -16,6 +16,7 @@ namespace stiction::tasks {
 ///   stored_position, stored_angle, stored_force, stored_contact   stored knots against the full sub-step
 ///   regrasp_contact                                               of stored regrasps
 ///   effort                                                        of stored knots
+///   max_force, brace                                              of the replay and of full sub-steps, max_force of stored forces as well
 /// Forces are looked at above a share of the force of the pair, so that a heavy thing that nothing touches hides nothing.
 class Replay {
  public:
@@ -47,6 +48,8 @@ class Replay {
   bool step(const Eigen::VectorXd& q, const Eigen::VectorXd& u);
   void half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q);
   void see_effort(const StoredKnot& knot);
+  void see_press();
+  void see_stored_press(const StoredKnot& knot);
   double effort_allowance() const;
   void check_stored(const Eigen::VectorXd& q_before, const StoredKnot& knot);
   void check_stored_contacts(const StoredKnot& knot);
@@ -65,6 +68,7 @@ class Replay {
   dynamics::StepOptions step_options_;
   dynamics::StepResult result_;
   int goal_object_ = 0;
+  double brace_force_ = 0;  ///< of the planner: how hard the robot may press on itself or on what does not move [N]
   std::vector<Branch> branches_;
   double start_penetration_ = 0;
   long steps_ = 0;
@@ -72,7 +76,7 @@ class Replay {
   Place place_;
   PoseError end_{0, 0};
   Worst penetration_, joint_limits_, force_cone_, force_gap_, regrasp_contact_, stored_position_, stored_angle_, stored_force_,
-      stored_contact_, path_position_, path_angle_, slide_, effort_;
+      stored_contact_, path_position_, path_angle_, slide_, effort_, max_force_, brace_;
 };
 
 }  // namespace stiction::tasks

@@ -129,7 +129,7 @@ class Linter {
     dynamics::StepResult result;
     const Eigen::VectorXd& q = task_.problem.q_start;
     const core::Status status = dynamics::step(model_, {q, q.tail(model_.n_a())}, task_.options.step_options(), work, result);
-    if (status == core::Status::Solved) return;
+    if (status == core::Status::Solved) return press(result, task_.options.h);
     place(q);
     int worst = -1;
     double depth = 0;
@@ -140,6 +140,19 @@ class Linter {
     say("stuck", "start: no step can be made from here ({}): nothing can undo that '{}' and '{}' overlap by {}", core::to_string(status),
         geometry(pair(worst).geometry_a).name, geometry(pair(worst).geometry_b).name, length(depth));
     place_finding("start", worst);
+  }
+
+  /// What is fragile is pressed by no more than it bears, in a step that holds the start.
+  void press(const dynamics::StepResult& step, double h) {
+    std::map<int, double> forces;
+    for (const auto& c : step.contacts) forces[c.contact.pair] += c.lambda[0] / h;
+    for (const auto& [i, force] : forces) {
+      if (force <= pair(i).max_force) continue;
+      place(task_.problem.q_start);
+      say("force", "start: '{}' and '{}' press on each other with {:.3g} N, of which they bear {:.3g} N (max_force)",
+          geometry(pair(i).geometry_a).name, geometry(pair(i).geometry_b).name, force, pair(i).max_force);
+      place_finding("start", i);
+    }
   }
 
   /// Gravity moves the object, which is not on a hinge, along a coordinate.

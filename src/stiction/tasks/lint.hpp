@@ -13,7 +13,7 @@ namespace stiction::tasks {
 /// Something in a task that can be read, and is hardly what was meant.
 struct Finding {
   std::string
-      kind;  ///< "overlap", "stuck", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "units", "quaternion", "sample_box", "goal"
+      kind;  ///< "overlap", "stuck", "force", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "units", "quaternion", "sample_box", "goal"
   std::string message;                   ///< field or body, what was found, what was likely meant
   std::string where{};                   ///< "start" or "goal", where it is a matter of one of them
   std::vector<std::string> names{};      ///< geometries ("body/geometry") or the object that it is about

@@ -176,7 +176,7 @@ class Builder {
     work_ += follower.work;
     at_.q = std::move(follower.q);
     at_.u = std::move(follower.u);
-    return followed && go_on_in_half_steps(problem_.model, std::span(built_.segments).subspan(first), sizes_.exact, problem_.allowed,
+    return followed && go_on_in_half_steps(problem_, std::span(built_.segments).subspan(first), sizes_.exact, problem_.allowed,
                                            problem_.control, scratch_, at_.fine, work_);
   }
 

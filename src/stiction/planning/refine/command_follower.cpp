@@ -37,6 +37,7 @@ bool CommandFollower::advance(const Eigen::VectorXd& command, Segment& segment) 
   const dynamics::StepResult& result = scratch_.result;
   const bool own = q != problem_.plan.q_start;  // what penetrates at the start is not its doing
   if (own && calc_penetration(problem_.model, result) > problem_.allowed.penetration) return false;
+  if (problem_.press.share(result.contacts, sizes_.exact.h) > problem_.allowed.press) return false;
   q = result.q_next;
   u = u_next;
   dynamics::Knot& knot = segment.knots.emplace_back();

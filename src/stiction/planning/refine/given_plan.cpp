@@ -37,7 +37,7 @@ GivenPlan look_at_given_plan(const Problem& problem, Scratch& scratch, Work& wor
   const Plan& plan = problem.plan;
   GivenPlan given{.fine = {.q = plan.q_start, .u = plan.u_start, .worst = {}}};
   const dynamics::StepOptions exact = StepSizes(problem, 1).exact;
-  if (!go_on_in_half_steps(problem.model, plan.segments, exact, {kAnything, kAnything}, {}, scratch, given.fine, work))
+  if (!go_on_in_half_steps(problem, plan.segments, exact, {kAnything, kAnything, kAnything}, {}, scratch, given.fine, work))
     given.fine.q = plan.q_start;
   given.reaches_goal = !plan.segments.empty() && problem.reaches_goal(end_of(plan), given.fine.q, 1.0);
   return given;

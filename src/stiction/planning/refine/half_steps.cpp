@@ -6,8 +6,9 @@
 
 namespace stiction::planning::refinement {
 
-bool go_on_in_half_steps(const world::Model& model, std::span<const Segment> segments, const dynamics::StepOptions& options,
+bool go_on_in_half_steps(const Problem& problem, std::span<const Segment> segments, const dynamics::StepOptions& options,
                          const Worst& allowed, const core::RunControl& control, Scratch& scratch, HalfSteps& at, Work& work) {
+  const world::Model& model = problem.model;
   scratch.half_steps.forget();
   for (const Segment& segment : segments) {
     for (const auto& knot : segment.knots) {
@@ -20,9 +21,11 @@ bool go_on_in_half_steps(const world::Model& model, std::span<const Segment> seg
         }
         if (at.started) at.worst.penetration = std::max(at.worst.penetration, calc_penetration(model, scratch.half_result));
         at.worst.force_gap = std::max(at.worst.force_gap, calc_force_gap(model, scratch.half_result, scratch.geometry));
+        at.worst.press = std::max(at.worst.press, problem.press.share(scratch.half_result.contacts, options.h));
         at.started = true;
         at.q = scratch.half_result.q_next;
-        if (at.worst.penetration > allowed.penetration || at.worst.force_gap > allowed.force_gap) return false;
+        if (at.worst.penetration > allowed.penetration || at.worst.force_gap > allowed.force_gap || at.worst.press > allowed.press)
+          return false;
       }
       at.u = knot.u;
     }

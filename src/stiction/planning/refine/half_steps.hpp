@@ -16,7 +16,7 @@ struct HalfSteps {
 
 /// Follows the commands of segments at half the sub-step of `options`, every step from its state alone.
 /// @returns false: a step was not solved, something worse than allowed was met, or the run is to stop; `at` is there
-bool go_on_in_half_steps(const world::Model& model, std::span<const Segment> segments, const dynamics::StepOptions& options,
+bool go_on_in_half_steps(const Problem& problem, std::span<const Segment> segments, const dynamics::StepOptions& options,
                          const Worst& allowed, const core::RunControl& control, Scratch& scratch, HalfSteps& at, Work& work);
 
 }  // namespace stiction::planning::refinement

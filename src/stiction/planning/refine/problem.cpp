@@ -25,6 +25,7 @@ Problem::Problem(std::shared_ptr<const world::Model> shared, const Plan& given, 
       space(model),
       motion(model, refine_options.motionless_position, refine_options.motionless_angle),
       chains(model),
+      press(model, chains, planner_options.brace_force),
       drag(model, given.q_start, planner_options.rest_time),
       weights(inverse_tolerances(model, given.goal)),
       q_goal(at_goal(model, end_of(given), given.goal)) {
@@ -32,7 +33,7 @@ Problem::Problem(std::shared_ptr<const world::Model> shared, const Plan& given, 
 }
 
 void Problem::set_allowed(const Worst& given) {
-  allowed = {std::max(kMostPenetration, given.penetration), std::max(kMostForceGap, given.force_gap)};
+  allowed = {std::max(kMostPenetration, given.penetration), std::max(kMostForceGap, given.force_gap), std::max(kMostPress, given.press)};
 }
 
 double Problem::miss(const Eigen::VectorXd& q_target, const Eigen::VectorXd& q) const {

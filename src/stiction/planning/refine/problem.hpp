@@ -5,6 +5,7 @@
 
 #include "stiction/planning/drag.hpp"
 #include "stiction/planning/object_space.hpp"
+#include "stiction/planning/press_limits.hpp"
 #include "stiction/planning/pushes.hpp"
 #include "stiction/planning/refine.hpp"
 
@@ -23,6 +24,7 @@ struct Work {
 /// The worst that is met at half sub-steps.
 struct Worst {
   double penetration = 0, force_gap = 0;  ///< in contact tolerances of their pairs
+  double press = 0;                       ///< PressLimits::share
 };
 
 /// A plan to be refined, and what is the same in all trials. Shared by the threads.
@@ -39,6 +41,7 @@ struct Problem {
   ObjectSpace space;
   Motion motion;
   RobotChains chains;
+  PressLimits press;
   Drag drag;
   Eigen::VectorXd weights;  ///< 1/tolerance of the goal (n_vu) [1/m or 1/rad]
   Eigen::VectorXd q_goal;   ///< the objects at the goal, in a whole configuration (n_q)

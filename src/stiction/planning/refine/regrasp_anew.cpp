@@ -134,7 +134,7 @@ class WatchedRegrasp {
       return false;
     }
     for (const auto& knot : rollout.knots) {
-      if (!stays(knot.q, allowance)) return false;
+      if (!stays(knot.q, allowance) || problem_.press.share(knot.contacts, sizes_.exact.h) > problem_.allowed.press) return false;
     }
     follower_.q = rollout.knots.back().q;
     follower_.u = rollout.knots.back().u;
