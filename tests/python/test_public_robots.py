@@ -98,4 +98,6 @@ def test_robot_loads_takes_a_step_and_has_its_geometry(file: Path) -> None:
         if (file.name, link) in CAPSULES:
             continue
         size = np.abs(h).max()
-        assert np.allclose(ours[link], h, rtol=0, atol=1e-6 * size), f"{link}: {np.abs(ours[link] - h).max()} m of {size}"
+        # Hulls of meshes are inside those of the files, by 0.2 % of a diagonal, that is of 2√3 size, at most (decision 25).
+        outside, inside = (ours[link] - h).max(), (h - ours[link]).max()
+        assert outside <= 1e-6 * size and inside <= 2e-3 * 2 * np.sqrt(3) * size, f"{link}: {outside} m outside, {inside} m inside, of {size}"
