@@ -13,6 +13,7 @@ from .problem import Problem
 TITLES = {
     "overlap": "overlap",
     "stuck": "stuck",
+    "force": "pressed too hard",
     "unsupported": "nothing supports it",
     "hold": "nothing holds it at the goal",
     "reach": "out of reach",
