@@ -170,9 +170,9 @@ void bind_result(nb::module_& m) {
       .def_ro("above_ticks", &R::above_ticks, "settled ones in which a force is above its bound by more than a fifth")
       .def_ro("slack_ticks", &R::slack_ticks, "in which a bound was given up by more than a thousandth of itself")
       .def_ro("unsolved_ticks", &R::unsolved_ticks)
-      .def_ro("tick_median_s", &R::tick_median_s, "wall time of update() [s]")
+      .def_ro("tick_median_s", &R::tick_median_s, "processor time of update() [s]")
       .def_ro("tick_p99_s", &R::tick_p99_s)
-      .def_ro("sense_median_s", &R::sense_median_s, "wall time of an estimate of contacts [s]; 0: none were made")
+      .def_ro("sense_median_s", &R::sense_median_s, "processor time of an estimate of contacts [s]; 0: none were made")
       .def_ro("sense_p99_s", &R::sense_p99_s)
       .def("__repr__", [](const R& r) {
         return fmt::format("<stiction.ControlRunResult: {}, {} ticks, settled forces up to {:.3g} N>", core::to_string(r.status),

@@ -156,6 +156,9 @@ TEST(ControlScenarioFile, BadInput_NamesFileAndField) {
   EXPECT_NE(message("start: [0,", "start: [9,").find("limits"), std::string::npos);
   EXPECT_NE(message("force_threshold: 5", "force_threshold: 20").find("force_threshold: got 20"), std::string::npos);
   EXPECT_NE(message("joint_1: 800", "joint_1: 0").find("joint_1"), std::string::npos);
+  EXPECT_NE(message("name: box_in_the_way", "name: box_in_the_way\nplant: {contact_time_constant: 1e-5}")
+                .find("contact.time_constant: got 1e-05 s"),
+            std::string::npos);
   const std::string estimator = "contacts: true, noise: 0.05";
   EXPECT_NE(message(estimator, "contacts: felt, noise: 0.05").find("estimator.contacts: got 'felt'"), std::string::npos);
   EXPECT_NE(message(estimator, "contacts: true, noise: 0").find("estimator.noise: got 0"), std::string::npos);

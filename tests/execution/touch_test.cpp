@@ -152,6 +152,20 @@ TEST(TouchRun, GoalWithinAnUnknownBlock_IsGivenUpWithAReasonAndHeldWithBoundedFo
   EXPECT_LT(out.run.samples.back().speed, 1e-2) << "it holds";
 }
 
+/// (G.3): the impact is over before a tick, and no command changes it; what touches does.
+TEST(TouchRun, SoftSkin_BoundsTheImpactAndTellsThePlaceAsWell) {
+  TouchScenario scenario = pillar();
+  scenario.max_touches = 1;
+  TouchRunResult stiff, soft;
+  ASSERT_EQ(run_touch(scenario, with_seed(2), stiff), Status::Solved);
+  scenario.arm.plant.contact.time_constant = 0.04;
+  ASSERT_EQ(run_touch(scenario, with_seed(2), soft), Status::Solved);
+  EXPECT_GT(stiff.run.peak_force, 100) << "the stiff arm hits as softly: the test says nothing";
+  EXPECT_LE(soft.run.peak_force, 18.0);
+  ASSERT_EQ(soft.touches.size(), 1u);
+  EXPECT_LT(soft.touches[0].error, 0.02);
+}
+
 TEST(TouchRun, SameSeed_GivesTheSameBitsAndAnotherDoesNot) {
   TouchScenario scenario = pillar();
   scenario.max_touches = 1;

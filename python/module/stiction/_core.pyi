@@ -2826,14 +2826,14 @@ class ControlRunResult:
 
     @property
     def tick_median_s(self) -> float:
-        """wall time of update() [s]"""
+        """processor time of update() [s]"""
 
     @property
     def tick_p99_s(self) -> float: ...
 
     @property
     def sense_median_s(self) -> float:
-        """wall time of an estimate of contacts [s]; 0: none were made"""
+        """processor time of an estimate of contacts [s]; 0: none were made"""
 
     @property
     def sense_p99_s(self) -> float: ...

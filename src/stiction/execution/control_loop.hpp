@@ -48,7 +48,7 @@ class ControlLoop {
   const std::string& message() const;
   double lag() const;          ///< of observer and low-pass of the estimator behind contacts [s]; 0 with simulated ones
   int unsolved_ticks() const;  ///< of the controller
-  const std::vector<double>& update_times() const;  ///< wall times of the controller's update() [s]
+  const std::vector<double>& update_times() const;  ///< processor times of the controller's update() [s]
   const std::vector<double>& sense_times() const;   ///< of the estimator's, in the ticks in which it was told of torques [s]
 
  private:

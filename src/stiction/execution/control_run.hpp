@@ -36,7 +36,7 @@ struct ControlRunResult {
   int above_ticks = 0;        ///< settled ones in which a force is above its bound by more than a fifth
   int slack_ticks = 0;        ///< in which a bound was given up by more than a thousandth of itself
   int unsolved_ticks = 0;
-  double tick_median_s = 0, tick_p99_s = 0;    ///< wall time of update()
+  double tick_median_s = 0, tick_p99_s = 0;    ///< processor time of update()
   double sense_median_s = 0, sense_p99_s = 0;  ///< of the estimator, over the ticks in which it was told of torques
 };
 
