@@ -381,6 +381,9 @@ struct Answer {
   Vector3d middle{0, 0, 0};    // between the witness points
   bool matched = false;        // two features meet there
 
+  // The points are as far apart as the separation, which no distance is below: nothing can be better.
+  bool is_certain() const { return matched && separation > 0; }
+
   void offer(const Pair& pair, const Vector3d& normal, bool points, const Vector3d& p_a, const Vector3d& p_b) {
     const double g = pair.separation(normal);
     // Where the two features are not the farthest ones along n, their own separation is larger than the true one.
@@ -410,6 +413,7 @@ Answer refine(const Pair& pair, const Vector3d& start) {
         const bool points = find_points(a, b, n, pair.scale, p_a, p_b);
         best.offer(pair, n, points, p_a, p_b);
       }
+      if (best.is_certain()) return best;
       const bool flat_a = is_flat_rim(a, start), flat_b = is_flat_rim(b, start);
       if (!(flat_a || flat_b) || a.n_dirs + a.rim == 0 || b.n_dirs + b.rim == 0 || a.n_dirs == 2 || b.n_dirs == 2) continue;
       Vector3d starts[2];
@@ -417,6 +421,7 @@ Answer refine(const Pair& pair, const Vector3d& start) {
       for (int k = 0; k < n_starts; ++k) {
         n = start;
         if (find_crossing(Curve(a), Curve(b), starts[k], n, p_a, p_b)) best.offer(pair, n, true, p_a, p_b);
+        if (best.is_certain()) return best;
       }
     }
   }
@@ -532,9 +537,11 @@ void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose
   }
   Answer best = refine(pair, d.nhat_BA_W);
   // Coal is sometimes wrong by millimetres. A direction that separates more than its answer does starts the search again.
-  double canonical = best.separation + 1e-12 * pair.scale;
-  const Vector3d start = find_canonical(pair, canonical);
-  if (start.squaredNorm() > 0) best = refine(pair, start);
+  if (!best.is_certain()) {
+    double canonical = best.separation + 1e-12 * pair.scale;
+    const Vector3d start = find_canonical(pair, canonical);
+    if (start.squaredNorm() > 0) best = refine(pair, start);
+  }
   d.phi = best.separation - r_a - r_b;
   d.nhat_BA_W = best.n;
   if (!best.matched) best.middle = find_common_point(pair, best, 0.5 * (d.p_WA + d.p_WB));
