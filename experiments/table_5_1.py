@@ -13,7 +13,7 @@ from .report import Result
 
 TITLE = "Table 5-1: acceptance of contact-aware control"
 SEEDS = 10
-SCENARIOS = ("box_in_the_way", "mug_placement", "mug_moving", "egg_under_tray", "plate", "push_along_arm")
+SCENARIOS = ("box_in_the_way", "mug_placement", "mug_moving", "egg_under_tray", "plate", "push_along_arm", "two_contacts", "three_contacts")
 BOUNDS = (8, 10, 15, 20, 30)  # λ_max [N]
 SWEPT = "mug_moving"  # one ball on a table: what torques tell is the force of one pair
 SETTLE = 0.3  # [s]
@@ -32,6 +32,10 @@ def add_steady(result: Result, ours: dict[str, list[Run]], free: dict[str, list[
         error, p95 = [r["bound_error"] for r in runs], [r["bound_p95"] for r in runs]
         result.add(f"1  {name}: mean | ‖f‖ − λ_max |, worst run", "≤ 2 N", largest(error), max(error) <= 2)
         result.add(f"1  {name}: 95th percentile of ‖f‖, worst run", "≤ 18 N", largest(p95), max(p95) <= 18)
+        above, settled = sum(r["above_ticks"] for r in runs), sum(r["settled_ticks"] for r in runs)
+        rise = max(runs, key=lambda r: r["peak_rise"])
+        note = f"{above} of {settled} ticks above 1.2 λ_max; largest rise in a tick {rise['peak_rise']:.1f} N, {abs(rise['commanded_rise']):.1f} N of it by the command"
+        result.add(f"1  {name}: settled force in a single tick, largest of a run, worst run", "–", f"{max(r['settled_peak'] for r in runs):.1f} N", None, note)
         tracking = [r["settled_peak"] for r in free[name]]
         result.add(f"1  {name}: settled force of tracking alone, largest of a run, least run", "> 2 λ_max", f"{min(tracking):.1f} N", min(tracking) > 2 * LAMBDA_MAX)
 
@@ -107,11 +111,11 @@ def add_chatter(result: Result, ours: dict[str, list[Run]], names: tuple[str, ..
 
 
 def add_timing(result: Result, ours: dict[str, list[Run]], judged: bool) -> None:
-    """7: wall time on the machine that made this page."""
+    """7: processor time on the machine that made this page."""
     tick = float(np.min([r["tick_p99_s"] for runs in ours.values() for r in runs]))
-    sense = float(np.min([r["sense_p99_s"] for runs in ours.values() for r in runs]))
+    sense = float(np.max([np.min([r["sense_p99_s"] for r in runs]) for runs in ours.values()]))
     result.add("7  99th percentile of a tick of the controller, run least disturbed by others", "≪ 5 ms", f"{1e6 * tick:.0f} µs", tick < 5e-4 if judged else None)
-    result.add("7  99th percentile of an estimate of contacts, run least disturbed by others", "≪ 5 ms", f"{1e6 * sense:.0f} µs", sense < 5e-3 if judged else None)
+    result.add("7  99th percentile of an estimate of contacts, run least disturbed by others of the scenario with the longest", "≪ 5 ms", f"{1e6 * sense:.0f} µs", sense < 5e-3 if judged else None)
 
 
 def run(quick: bool) -> Result:
