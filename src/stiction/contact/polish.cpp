@@ -9,7 +9,8 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kNear = 0.05;       // features within this angle of the first normal are tried [rad]
+constexpr double kNear = 0.05;       // features within this angle of the first normal are tried [rad],
+constexpr double kNearest = 1e-3;    // of meshes first those within this one: a round part has more than are tried within the other
 constexpr double kParallel = 1e-13;  // sine of the angle below which two edges are parallel [-]: what they lose is this share of them
 constexpr int kMostFeatures = 24;
 constexpr int kMostRounds = 60;            // of projections back and forth
@@ -105,15 +106,15 @@ void add_cap(const ShapeData& s, const Pose& X, const Vector3d& l, Features& out
   out.add(f);
 }
 
-void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, Features& out) {
+void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, double near, Features& out) {
   const MeshData& m = *s.mesh;
-  const double top = (l.transpose() * m.vertices).maxCoeff(), low = top - kNear * 2.0 * m.radius;
+  const double top = (l.transpose() * m.vertices).maxCoeff(), low = top - near * 2.0 * m.radius;
   const auto is_near = [&](int v) { return l.dot(m.vertices.col(v)) > low; };
   for (std::size_t i = 0; i < m.face.size(); ++i) {
     const Eigen::Vector3i tri = m.triangles.col(m.face[i]);
     const auto k = static_cast<Eigen::Index>(i);
     const Vector3d normal(m.nx[k], m.ny[k], m.nz[k]);
-    if (normal.cross(l).norm() < kNear && normal.dot(l) > 0) {
+    if (normal.dot(l) > 0 && normal.cross(l).squaredNorm() < near * near) {
       Feature f;
       f.normal = X.R * normal;
       f.point = X * m.vertices.col(tri[0]);
@@ -144,7 +145,7 @@ void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, Features& ou
   }
 }
 
-void find_features(const ShapeData& s, const Pose& X, const Vector3d& d, Features& out) {
+void find_features(const ShapeData& s, const Pose& X, const Vector3d& d, double near, Features& out) {
   const Vector3d l = X.R.transpose() * d;
   switch (s.kind) {
     case Kind::Capsule:
@@ -158,7 +159,7 @@ void find_features(const ShapeData& s, const Pose& X, const Vector3d& d, Feature
       add_cap(s, X, l, out);
       break;
     case Kind::Mesh:
-      add_mesh(s, X, l, out);
+      add_mesh(s, X, l, near, out);
       break;
     case Kind::Sphere:
     case Kind::HalfSpace:
@@ -400,10 +401,10 @@ struct Answer {
 
 // The best answer that pairs of features near `start` give. Every unit n gives a separation no larger than the distance: the largest
 // among the stationary ones is it.
-Answer refine(const Pair& pair, const Vector3d& start) {
+Answer refine(const Pair& pair, const Vector3d& start, double near) {
   Features features_a, features_b;
-  find_features(pair.a, pair.X_WA, -start, features_a);
-  find_features(pair.b, pair.X_WB, start, features_b);
+  find_features(pair.a, pair.X_WA, -start, near, features_a);
+  find_features(pair.b, pair.X_WB, start, near, features_b);
   Answer best{.n = start, .separation = pair.separation(start)};
   for (int i = 0; i < features_a.n; ++i) {
     for (int j = 0; j < features_b.n; ++j) {
@@ -426,6 +427,14 @@ Answer refine(const Pair& pair, const Vector3d& start) {
     }
   }
   return best;
+}
+
+Answer refine(const Pair& pair, const Vector3d& start) {
+  if (pair.a.kind == Kind::Mesh || pair.b.kind == Kind::Mesh) {
+    const Answer nearest = refine(pair, start, kNearest);
+    if (nearest.is_certain()) return nearest;
+  }
+  return refine(pair, start, kNear);
 }
 
 // Visits the outward normals of the flat faces of a shape, in W.
