@@ -34,6 +34,8 @@ struct Planes {
       offsets[t] = normals.col(t).dot(a);
     }
   }
+  /// How far a point is outside the face that it is farthest outside of, negative inside all of them.
+  double outside(const Vector3d& p, Index* face) const { return (normals.transpose() * p - offsets).maxCoeff(face); }
   static Vector3d corner(const ConvexMesh& hull, Index t, int k) { return hull.vertices.col(hull.triangles(k, t)); }
 };
 
@@ -65,14 +67,13 @@ std::optional<ConvexMesh> make_hull(const Matrix3Xd& corners, const std::vector<
 }
 
 /// Chooses the corners that are farthest outside faces, by more than the tolerance. @returns whether there were any
-bool choose_outside(const Matrix3Xd& corners, const ConvexMesh& hull, double tolerance, std::vector<char>& chosen) {
-  const Planes planes(hull);
+bool choose_outside(const Matrix3Xd& corners, const Planes& planes, double tolerance, std::vector<char>& chosen) {
   std::vector<std::pair<double, Index>> farthest(static_cast<std::size_t>(planes.offsets.size()), {0, -1});
   double most = 0;
   for (Index i = 0; i < corners.cols(); ++i) {
     if (chosen[static_cast<std::size_t>(i)]) continue;
     Index face = 0;
-    const double outside = (planes.normals.transpose() * corners.col(i) - planes.offsets).maxCoeff(&face);
+    const double outside = planes.outside(corners.col(i), &face);
     auto& best = farthest[static_cast<std::size_t>(face)];
     if (outside > best.first) best = {outside, i};
     most = std::max(most, outside);
@@ -93,12 +94,13 @@ double calc_distance(const ConvexMesh& hull, const Vector3d& p) {
 }
 
 /// At a sharp edge a corner is farther from the hull than from every plane: those are chosen here. @returns the largest distance of the others
-double choose_far(const Matrix3Xd& corners, const ConvexMesh& hull, double tolerance, std::vector<char>& chosen, bool& any) {
+double choose_far(const Matrix3Xd& corners, const ConvexMesh& hull, const Planes& planes, double tolerance, std::vector<char>& chosen,
+                  bool& any) {
   double error = 0;
   any = false;
-  const Planes planes(hull);
+  Index face = 0;
   for (Index i = 0; i < corners.cols(); ++i) {
-    if (chosen[static_cast<std::size_t>(i)] || (planes.normals.transpose() * corners.col(i) - planes.offsets).maxCoeff() <= 0) continue;
+    if (chosen[static_cast<std::size_t>(i)] || planes.outside(corners.col(i), &face) <= 0) continue;
     const double distance = calc_distance(hull, corners.col(i));
     if (distance > tolerance)
       chosen[static_cast<std::size_t>(i)] = 1, any = true;
@@ -116,9 +118,10 @@ SimplifiedHull simplify_hull(const ConvexMesh& mesh, double tolerance) {
   for (;;) {
     std::optional<ConvexMesh> hull = make_hull(mesh.vertices, chosen);
     if (!hull) return {mesh, 0};
-    if (choose_outside(mesh.vertices, *hull, tolerance, chosen)) continue;
+    const Planes planes(*hull);
+    if (choose_outside(mesh.vertices, planes, tolerance, chosen)) continue;
     bool any = false;
-    const double error = choose_far(mesh.vertices, *hull, tolerance, chosen, any);
+    const double error = choose_far(mesh.vertices, *hull, planes, tolerance, chosen, any);
     if (any) continue;
     hull->source = mesh.source;
     hull->surface = mesh.surface;
