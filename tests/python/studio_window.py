@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 import browser
 
 PATIENCE = 300  # [s] until something shows, on a machine that has much else to do
+MISSED = 30  # [s] after which a press has missed
 PANEL = 400  # [px] width of the controls, at the right
 FIND_FIELD = """(label) => {
   const word = [...document.querySelectorAll('label')].find((e) => e.textContent.trim() === label);
@@ -161,6 +163,30 @@ class Window:
             self.mouse("mouseMoved", (at[0] + by[0] * k / steps, at[1] + by[1] * k / steps))
         self.frames(2)
         self.mouse("mouseReleased", (at[0] + by[0], at[1] + by[1]))
+
+    def still(self, find: Callable[[np.ndarray], tuple[float, float] | None], what: str) -> tuple[float, float]:
+        """Where `find` sees something in the scene, once that stays while the page is drawn anew: a camera that is aimed late moves it."""
+
+        def same() -> tuple[float, float] | None:
+            before = find(self.scene())
+            self.frames(5)
+            return before if before == find(self.scene()) else None
+
+        return self.browser.wait_for(same, PATIENCE, what)
+
+    def pull(self, find: Callable[[np.ndarray], tuple[float, float] | None], by: tuple[float, float], moved: Callable[[], bool], what: str) -> None:
+        """Drags what `find` sees until something has moved. A press that misses turns the view, which is turned back."""
+
+        def pulled() -> bool:
+            at = self.still(find, what)
+            self.drag(at, by)
+            try:
+                return self.browser.wait_for(moved, MISSED, what)
+            except AssertionError:
+                self.drag((at[0] + by[0], at[1] + by[1]), (-by[0], -by[1]))
+                return moved()
+
+        self.browser.wait_for(pulled, PATIENCE, what)
 
     def frames(self, count: int) -> None:
         """Until the page was drawn that often."""

@@ -43,16 +43,15 @@ def test_task_is_picked_its_goal_dragged_planned_scrubbed_and_exported(window: W
     chromium.wait_for(lambda: (window.value("box/y [m]"), window.value("box/z [m]")) == goal, PATIENCE, "the goal in numbers")
     window.wait_text("Lint finds no fault")
 
-    grip = chromium.wait_for(lambda: square(window.scene(), GRIP), PATIENCE, "the handle of the goal")
-    window.drag(grip, (60, 30))
-    y, z = chromium.wait_for(lambda: (now := (window.value("box/y [m]"), window.value("box/z [m]"))) != goal and [float(x) for x in now], PATIENCE, "the goal to follow")
-    assert y > 0.05 and z < -0.52, "right and down, as the mouse went"
+    window.pull(lambda picture: square(picture, GRIP), (60, 30), lambda: (window.value("box/y [m]"), window.value("box/z [m]")) != goal, "the goal to follow its handle")
     window.wait_text("Lint finds no fault")
 
     window.fill("Time at most [s]", 300)  # on a busy machine a second is little
     window.press("Plan", "button")
     off, allowed = map(float, window.wait_text(r"solved in [\d.]+ s, ([\d.]+) mm of ([\d.]+) off the goal").groups())
     assert off <= allowed
+    y, z = (float(window.value(f"box/{axis} [m]")) for axis in "yz")
+    assert y > 0.05 and z < -0.52, "right and down, as the mouse went"
     window.turn_to("Export")
     words = window.wait_text(r"stiction plan planar_pushing --seed 0 --goal '([-\d.e]+) ([-\d.e]+) ").groups()
     np.testing.assert_allclose([float(w) for w in words], [y, z], atol=6e-4)  # the field shows millimetres
