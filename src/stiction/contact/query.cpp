@@ -14,8 +14,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kPadding = 8;  // vector loads may run past the last geometry
-
 void require_match(const Workspace::Impl& w, const world::Model& model, const world::Kinematics& kinematics) {
   core::require_size("work.pairs", static_cast<long>(w.pairs.size()), static_cast<long>(model.pairs().size()));
   core::require_size("kinematics.X_WB", static_cast<long>(kinematics.X_WB.size()), static_cast<long>(model.bodies().size()));
@@ -28,9 +26,6 @@ void require_pair(const Workspace::Impl& w, int pair) {
 }
 
 constexpr std::uint64_t make_id(int pair, int point = 0) { return (static_cast<std::uint64_t>(pair) << 8) + static_cast<unsigned>(point); }
-
-/// Room kept for contacts from the first query on, beyond one for each pair.
-constexpr std::size_t kReservedContacts = 4096;
 
 /// More than what Coal's distance of polytopes may be too small by [m]: a pair that is parted by this more is out of reach for Coal too.
 constexpr double kPartedBy = 1e-8;
@@ -49,166 +44,6 @@ void require_length(std::string_view field, double value) {
 }
 
 }  // namespace
-
-/// Runs of axes that move both bodies or one: of two that move a body the nearer to its root comes first.
-void Workspace::Impl::add_columns(const world::Model& model, const world::Pair& p, PairData& data) {
-  const auto axes_of = [&](int geometry) -> const std::vector<int>& { return model.bodies()[model.geometries()[geometry].body].axes; };
-  const std::vector<int>&axes_a = axes_of(p.geometry_a), &axes_b = axes_of(p.geometry_b), &support = model.supports()[p.support];
-  const auto has = [](const std::vector<int>& list, int axis) { return std::find(list.begin(), list.end(), axis) != list.end(); };
-  std::vector<int> all = axes_a;
-  for (const int axis : axes_b) {
-    if (!has(axes_a, axis)) all.push_back(axis);
-  }
-  data.n_columns = static_cast<int>(support.size());
-  data.n_axes = static_cast<int>(all.size());
-  data.folded = std::any_of(all.begin(), all.end(), [&](int axis) { return axis >= n_v; });
-  if (!data.folded) all = support;
-  data.run_begin = static_cast<int>(column_runs.size());
-  for (int c = 0; c < data.n_axes; ++c) {
-    const int axis = all[c];
-    const bool in_a = has(axes_a, axis), in_b = has(axes_b, axis);
-    const bool first = static_cast<int>(column_runs.size()) == data.run_begin;
-    if (!first && column_runs.back().axis + column_runs.back().count == axis && column_runs.back().moves_a == in_a &&
-        column_runs.back().moves_b == in_b) {
-      ++column_runs.back().count;
-    } else {
-      column_runs.push_back({c, axis, 1, in_a, in_b});
-    }
-  }
-  data.run_end = static_cast<int>(column_runs.size());
-  data.fold_begin = static_cast<int>(folds.size());
-  if (!data.folded) return;
-  for (const int axis : all) {
-    const auto column = std::lower_bound(support.begin(), support.end(), axes[axis].dof) - support.begin();
-    folds.push_back({static_cast<int>(column), axes[axis].ratio});
-  }
-  unfolded.resize(std::max(unfolded.size(), 3 * all.size()));
-}
-
-Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis(model.planar_axis()) {
-  if (planar_axis) context.planar = {true, Vector3d::Unit(*planar_axis)};
-  context.coal = &coal;
-  coincident_normal = detail::coincident_normal(context.planar);
-
-  const auto model_geometries = model.geometries();
-  const std::size_t n_g = model_geometries.size();
-  geometries.reserve(n_g);
-  for (const world::Geometry& g : model_geometries) {
-    GeometryData data{g.body, {}, g.X_BG, detail::find_shape_data(g.shape), {}};
-    data.p_BCenter = g.X_BG * data.shape.p_GCenter;
-    if (data.shape.kind != Kind::Sphere) posed.push_back(static_cast<int>(geometries.size()));
-    geometries.push_back(std::move(data));
-  }
-  center_x.assign(n_g + kPadding, 0.0);
-  center_y.assign(n_g + kPadding, 0.0);
-  center_z.assign(n_g + kPadding, 0.0);
-  X_WG.resize(n_g);
-
-  const auto model_pairs = model.pairs();
-  const auto bodies = model.bodies();
-  const int n_p = static_cast<int>(model_pairs.size());
-  for (int i = 0; i < n_v; ++i) axes.push_back({model.dofs()[i].kind == world::DofKind::Revolute, i, 1.0});
-  for (const world::Follower& f : model.followers()) axes.push_back({f.kind == world::DofKind::Revolute, f.dof, f.ratio});
-  pairs.reserve(n_p);
-  for (int i = 0; i < n_p; ++i) {
-    const world::Pair& p = model_pairs[i];
-    PairData data;
-    data.a = p.geometry_a;
-    data.b = p.geometry_b;
-    const detail::ShapeData &a = geometries[data.a].shape, &b = geometries[data.b].shape;
-    const bool swapped = b.kind < a.kind;
-    data.first = swapped ? data.b : data.a;
-    data.second = swapped ? data.a : data.b;
-    data.friction = p.friction;
-    data.radius_a = a.radius;
-    data.radius_b = b.radius;
-    data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
-    data.patch = detail::has_patch(geometries[data.first].shape, geometries[data.second].shape);
-    data.boxes = a.kind == Kind::Box && b.kind == Kind::Box;
-    const auto is_polytope = [](const detail::ShapeData& s) { return s.kind == Kind::Box || s.kind == Kind::Mesh; };
-    data.hulls = is_polytope(a) && is_polytope(b) && !data.boxes;
-    data.in_slabs = geometries[data.second].shape.kind == Kind::Box && !model.planar_axis();
-    if (a.kind != Kind::Sphere || b.kind != Kind::Sphere) {
-      data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
-      if (!data.kernel) {
-        core::throw_invalid(fmt::format("pairs[{}]", i),
-                            fmt::format("two half-spaces '{}' and '{}'", model_geometries[data.a].name, model_geometries[data.b].name),
-                            "at most one half-space in a pair");
-      }
-    }
-    radius_sum.push_back(a.bounding_radius + b.bounding_radius);
-    max_distance.push_back(p.max_distance);
-
-    const bool extends =
-        !broad_runs.empty() && broad_runs.back().fixed == data.a && broad_runs.back().other + broad_runs.back().count == data.b;
-    if (extends) {
-      ++broad_runs.back().count;
-    } else {
-      broad_runs.push_back({i, 1, data.a, data.b});
-    }
-
-    add_columns(model, p, data);
-    pairs.push_back(data);
-  }
-  parting.assign(n_p, Vector3d::UnitX());
-  if (planar_axis) find_planes(model);
-  reserve_scratch();
-  center_distance2.assign(n_p + kPadding, 0.0);
-  excess.assign(n_p + kPadding, 0.0);
-  candidates.assign(n_p + kPadding, 0);
-  center_distance.assign(n_p + kPadding, 0.0);
-  center_inverse.assign(n_p + kPadding, 0.0);
-  for (int i = 0; i < n_p; ++i) n_patch_points += static_cast<std::size_t>(slots(i) - 1);
-  nearest.reserve(n_p + std::min(n_patch_points, kReservedContacts));
-  screw.assign(8 * axes.size(), 0.0);
-}
-
-// In a planar model two shapes of one plane overlap as their sections do: the shortest way out never leaves the plane. Directions
-// across the plane keep theirs as bodies turn, so that one configuration tells which shapes are straight along it.
-void Workspace::Impl::find_planes(const world::Model& model) {
-  world::KinematicsWorkspace work(model);
-  world::Kinematics kinematics;
-  world::calc_kinematics(model, model.neutral(), work, kinematics);
-  set_kinematics(kinematics);
-  double longest = 0;
-  for (const GeometryData& g : geometries) {
-    if (g.shape.kind != Kind::HalfSpace) longest = std::max(longest, g.shape.bounding_radius);
-  }
-  for (const int i : posed) {
-    GeometryData& g = geometries[i];
-    g.extruded = g.shape;
-    for (int k = 0; k < 3; ++k) {
-      const bool straight = g.shape.kind == Kind::Box || (k == 2 && (g.shape.kind == Kind::Cylinder || g.shape.kind == Kind::Capsule));
-      if (straight && std::abs(X_WG[i].R(*planar_axis, k)) > 1.0 - 1e-9) g.extruded.half[k] += 10.0 * longest;
-    }
-    g.extruded.coal = detail::make_coal_shape(g.extruded);
-    g.extruded.polytope = detail::make_polytope(g.extruded);
-  }
-  const std::vector<double>& height = *planar_axis == 0 ? center_x : *planar_axis == 1 ? center_y : center_z;
-  for (PairData& p : pairs) {
-    p.in_plane = std::abs(height[p.a] - height[p.b]) < 1e-9 * longest;
-    if (!p.in_plane && p.half_space < 0) p.patch = false;
-  }
-}
-
-void Workspace::Impl::reserve_scratch() {
-  std::size_t most = 2 * detail::kCapPoints, vertices = 0;
-  for (const GeometryData& g : geometries) {
-    if (!g.shape.polytope) continue;
-    vertices = std::max(vertices, g.shape.polytope->vertices.size());
-    for (const detail::Polytope::Face& f : g.shape.polytope->faces) most = std::max(most, static_cast<std::size_t>(f.count));
-  }
-  patch_scratch.polygon.reserve(2 * most + 2);  // a convex polygon gains at most one corner from each side that cuts it
-  patch_scratch.clipped.reserve(2 * most + 2);
-  patch_scratch.corner_W.reserve(most);
-  patch_scratch.vertex.reserve(std::max(most, vertices));
-  for (auto* points : {&patch_scratch.gathered, &patch_scratch.kept}) points->reserve(2 * most + vertices + 4);
-  patch_scratch.order.reserve(2 * most + vertices + 4);
-}
-
-Workspace::Workspace(const world::Model& model) : impl_(std::make_unique<Impl>(model)) {}
-Workspace::~Workspace() = default;
-Workspace::Workspace(Workspace&&) noexcept = default;
 
 void Workspace::Impl::place(int geometry, const world::Kinematics& kinematics) {
   const GeometryData& g = geometries[geometry];
@@ -428,7 +263,7 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   lengths = lengths.sqrt();
   inverse_lengths = lengths.inverse();
 
-  out.reserve(w.pairs.size() + std::min(w.n_patch_points, kReservedContacts));
+  out.reserve(w.pairs.size() + std::min(w.n_patch_points, Workspace::Impl::kReservedContacts));
   auto slots = static_cast<std::size_t>(n);
   for (int k = 0; k < n && w.n_patch_points > 0; ++k) slots += static_cast<std::size_t>(w.slots(candidates[k]) - 1);
   out.resize(slots);

@@ -10,6 +10,9 @@
 namespace stiction::contact {
 
 struct Workspace::Impl {
+  /// Room kept for contacts from the first query on, beyond one for each pair.
+  static constexpr std::size_t kReservedContacts = 4096;
+
   explicit Impl(const world::Model& model);
 
   struct GeometryData {
