@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/check_figures.hpp"
 #include "support/paths.hpp"
 #include "tasks/scripted_plan.hpp"
 
@@ -198,6 +199,37 @@ TEST_F(CheckTest, BadQuaternion_IsCaughtAndSurvived) {
     const CheckReport report = check(ball_->task, forged);
     EXPECT_FALSE(report.at("quaternion_norm").pass);
   }
+}
+
+/// What the file says is simulated bit by bit: a quaternion that is off by rounding is not made another one, from which a contact may be found elsewhere.
+TEST_F(CheckTest, StateWithinRounding_IsSimulatedAsItIsStored) {
+  const CheckReport report = check(ball_->task, ball_->file);
+  EXPECT_EQ(report.at("stored_position").value, 0);
+  EXPECT_EQ(report.at("stored_angle").value, 0);
+  const world::Model& model = *ball_->task.model;
+  Eigen::VectorXd q = ball_->file.q_start;
+  q.segment(3, 4) = Eigen::Vector4d(0.5, 0.5, 0.5, 0.5 * (1 + 1e-14));
+  ASSERT_NE(q.segment(3, 4).normalized()[0], 0.5) << "rounding would change it";
+  EXPECT_EQ(normalised(model, q), q);
+  q.segment(3, 4) *= 1.001;
+  EXPECT_NEAR(normalised(model, q).segment(3, 4).norm(), 1, 1e-15);
+}
+
+/// A search that runs out of time computes no forces any more: that is no fault of the forces.
+TEST_F(CheckTest, UnsolvedPlanWithoutForces_FailsByItsStatusAlone) {
+  PlanFile unsolved = box_->file;
+  unsolved.status = core::Status::MaxIterations;
+  for (auto& segment : unsolved.segments) {
+    for (auto& knot : segment.knots) knot.contacts.clear();
+  }
+  unsolved.sha256 = content_sha256(unsolved);
+  const CheckReport report = check(box_->task, unsolved);
+  EXPECT_FALSE(report.at("status").pass);
+  EXPECT_TRUE(report.at("stored_force").pass) << failures(report);
+  EXPECT_FALSE(report.at("stored_force").limit.has_value()) << "reported, not judged";
+  for (const auto& item : report.items) EXPECT_TRUE(item.pass || item.name == "status") << failures(report);
+  unsolved.status = core::Status::Solved;
+  EXPECT_FALSE(check(box_->task, unsolved).at("stored_force").pass);
 }
 
 /// Largest K|u − q| of a stored knot over the effort, and its joint.

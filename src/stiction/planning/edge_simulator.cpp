@@ -71,7 +71,7 @@ bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const d
   const bool long_slips = options_.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
   const auto bad = [&](const dynamics::Knot& knot) {
     return press_.braces(knot.contacts, options_.h) || !spares(knot.contacts) ||
-           (long_slips && calc_force_gap(model_, knot, scratch.geometry) > kMostForceGap);
+           (long_slips && calc_force_gap(model_, knot.q, knot.contacts, scratch.geometry) > kMostForceGap);
   };
   r.knots.erase(std::find_if(r.knots.begin(), r.knots.end(), bad), r.knots.end());
   if (r.knots.empty() || r.penetration > kMostEdgePenetration) return false;
@@ -98,7 +98,8 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
       q = scratch.step_result.q_next;
       if (!limit_gap) continue;
       if (!spares(scratch.step_result.contacts)) return states.leftCols(k);
-      if (calc_force_gap(model_, scratch.step_result, scratch.geometry) > kMostForceGap) return states.leftCols(k);
+      if (calc_force_gap(model_, scratch.step_result.q_next, scratch.step_result.contacts, scratch.geometry) > kMostForceGap)
+        return states.leftCols(k);
       const bool own = k > 0 || s == 1;  // what penetrates where an edge starts is not its doing
       if (own && calc_penetration(model_, scratch.step_result) > kMostFinePenetration) return states.leftCols(k);
     }

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "stiction/dynamics/rollout.hpp"
+#include <span>
+
+#include "stiction/dynamics/step.hpp"
 #include "stiction/planning/contact_sampler.hpp"
 
 namespace stiction::planning {
@@ -15,10 +17,9 @@ inline constexpr double kMostFinePenetration = 0.95;
 inline constexpr double kMostPenetration = 0.9, kMostForceGap = 0.95;
 
 /// Largest gap across which a force acts after a step, which is the relaxation's (2.3.4) and not the world's: the distance of the pair itself, as the
-/// checker measures it. Over steps that turn things that is more than Anitescu's linear gap φ + J_n δq, by a fifth of the tolerance at most; gaps below 0.4 of
-/// it are taken from that, unless an object moved by more than 0.2 L or 0.02 rad or a contact slid by more than 3 tolerances.
-double calc_force_gap(const world::Model& model, const dynamics::StepResult& step, GeometryWorkspace& work);
-double calc_force_gap(const world::Model& model, const dynamics::Knot& knot, GeometryWorkspace& work);  ///< … but for how the object moved
+/// checker measures it. Anitescu's linear gap φ + J_n δq says nothing of it where a contact slides over an edge of a mesh.
+double calc_force_gap(const world::Model& model, const Eigen::VectorXd& q_next, std::span<const dynamics::ContactImpulse> contacts,
+                      GeometryWorkspace& work);
 
 /// Deepest penetration at the start of a step, ≥ 0.
 double calc_penetration(const world::Model& model, const dynamics::StepResult& step);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
@@ -37,6 +38,7 @@ Eigen::VectorXd normalised(const world::Model& model, Eigen::VectorXd q) {
   for (std::size_t i = 0; i < model.objects().size(); ++i) {
     if (model.scene().objects[i].joint != world::ObjectJoint::Free) continue;
     auto c = q.segment(model.objects()[i].q_begin + 3, 4);
+    if (std::abs(c.norm() - 1) <= CheckOptions{}.quaternion_norm) continue;  // the state that is judged is, bit by bit, the stored one
     if (c.norm() > 0) {
       c.normalize();
     } else {

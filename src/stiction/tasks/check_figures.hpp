@@ -49,7 +49,7 @@ struct PoseError {
 /// Distance from the goal that the file states.
 PoseError goal_error(const world::Model& model, const PlanFile& plan, const Eigen::VectorXd& q);
 
-/// The same state with unit quaternions, so that an edited file can be simulated on and is judged by quaternion_norm.
+/// The same state, with unit quaternions where it has others, so that an edited file can be simulated on and is judged by quaternion_norm.
 Eigen::VectorXd normalised(const world::Model& model, Eigen::VectorXd q);
 
 }  // namespace stiction::tasks

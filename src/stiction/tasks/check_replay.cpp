@@ -78,7 +78,7 @@ void Replay::report(CheckReport& out) const {
   add(out, "failed_steps", plain(static_cast<double>(failed_steps_)), 0.0, "");
   add(out, "stored_position", stored_position_, limits_.stored_position, "of 0.1 % of the object's size");
   add(out, "stored_angle", stored_angle_, limits_.stored_angle, "rad");
-  add(out, "stored_force", stored_force_, limits_.stored_force, "of the largest force");
+  add(out, "stored_force", stored_force_, tells_forces() ? std::optional(limits_.stored_force) : std::nullopt, "of the largest force");
   add(out, "stored_contact", stored_contact_, limits_.display, "m");
   add(out, "path_position", path_position_, std::nullopt, "m");
   add(out, "path_angle", path_angle_, std::nullopt, "rad");
@@ -103,6 +103,14 @@ double Replay::friction(int pair) const { return step_options_.friction_scale * 
 
 /// Smaller forces are not looked at [N].
 double Replay::least_force(int pair) const { return world::share::kForce * model_.scales().pair(pair).force; }
+
+/// A search that ends without a plan may have had no time for the forces of its best path: then there are none in the file.
+bool Replay::tells_forces() const {
+  if (plan_.status == Status::Solved) return true;
+  return std::ranges::any_of(plan_.segments, [](const auto& segment) {
+    return std::ranges::any_of(segment.knots, [](const StoredKnot& knot) { return !knot.contacts.empty(); });
+  });
+}
 
 void Replay::find_branches() {
   const auto body = [&](int geometry) -> const world::Body& {

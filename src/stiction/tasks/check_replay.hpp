@@ -13,7 +13,7 @@ namespace stiction::tasks {
 /// The physics of a plan: a replay from its start at half the sub-step, and one full sub-step from every stored knot to the next.
 ///   goal_position, goal_angle, path_…   where the replay comes to
 ///   penetration, force_cone, force_gap, slide, failed_steps   of the replay, penetration of the stored states too
-///   stored_position, stored_angle, stored_force, stored_contact   stored knots against the full sub-step
+///   stored_position, stored_angle, stored_force, stored_contact   stored knots against the full sub-step; forces of an unsolved plan where it has any
 ///   regrasp_contact                                               of stored regrasps
 ///   effort                                                        of stored knots
 ///   max_force, brace                                              of the replay and of full sub-steps, max_force of stored forces as well
@@ -41,6 +41,7 @@ class Replay {
   std::string pair_name(int pair, double share) const;
   double friction(int pair) const;
   double least_force(int pair) const;
+  bool tells_forces() const;
 
   void find_branches();
   void check_regrasp(std::size_t segment);

@@ -53,9 +53,13 @@ bool CommandFollower::advance_in_parts(const Eigen::VectorXd& command, Segment& 
 
 bool CommandFollower::ramp(const Eigen::VectorXd& command, int parts, Segment& segment) {
   const Eigen::VectorXd u_before = u;
+  bool behind = dynamics::count_substeps(problem_.model, u, command, sizes_.substep) > parts;
   for (int k = 1; k <= parts; ++k) {
     const double s = static_cast<double>(k) / parts;
-    if (!advance(k == parts ? command : Eigen::VectorXd((1 - s) * u_before + s * command), segment)) return false;
+    Eigen::VectorXd next = k == parts ? command : Eigen::VectorXd((1 - s) * u_before + s * command);
+    if (behind) next = u + (next - u).cwiseMax(-sizes_.limits).cwiseMin(sizes_.limits);
+    if (!advance(next, segment)) return false;
+    behind = behind || u != next;
   }
   return true;
 }

@@ -43,7 +43,8 @@ class CommandFollower {
  private:
   /// One sub-step, not stored, with the command drawn back where the motors cannot follow it.
   bool step_within_efforts(Eigen::VectorXd& command);
-  /// Moves the command in equal parts.
+  /// Moves the command in equal parts. Where a motor held its joint back the command follows by what a sub-step may, as in dynamics::rollout, and may end
+  /// before it is there.
   bool ramp(const Eigen::VectorXd& command, int parts, Segment& segment);
 
   const Problem& problem_;

@@ -20,7 +20,8 @@ bool go_on_in_half_steps(const Problem& problem, std::span<const Segment> segmen
           return false;
         }
         if (at.started) at.worst.penetration = std::max(at.worst.penetration, calc_penetration(model, scratch.half_result));
-        at.worst.force_gap = std::max(at.worst.force_gap, calc_force_gap(model, scratch.half_result, scratch.geometry));
+        at.worst.force_gap =
+            std::max(at.worst.force_gap, calc_force_gap(model, scratch.half_result.q_next, scratch.half_result.contacts, scratch.geometry));
         at.worst.press = std::max(at.worst.press, problem.press.share(scratch.half_result.contacts, options.h));
         at.started = true;
         at.q = scratch.half_result.q_next;
