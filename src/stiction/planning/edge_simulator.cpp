@@ -106,6 +106,8 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
     states.col(k) = q;
     u_last = commands.col(k);
   }
+  const bool ends_inside = limit_gap && commands.cols() > 0 && calc_penetration(model_, q, scratch.geometry) > kMostFinePenetration;
+  if (ends_inside) return states.leftCols(commands.cols() - 1);  // where no step has looked yet
   return states;
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/refine/feedback.hpp"
 #include "stiction/planning/refine/impc.hpp"
 #include "stiction/planning/refine/regrasp_anew.hpp"
@@ -41,7 +42,8 @@ class Builder {
   Attempt run() {
     Attempt out;
     out.came_through = build();
-    out.worked = out.came_through && !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q);
+    out.worked = out.came_through && !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q) &&
+                 calc_penetration(problem_.model, end_of(built_), scratch_.geometry) <= problem_.allowed.penetration;
     out.broke_soon = broke_ && problem_.cost(work_.steps) <= kLittleHope;
     out.work = work_;
     if (!out.worked) return out;

@@ -31,7 +31,9 @@ bool go_on_in_half_steps(const Problem& problem, std::span<const Segment> segmen
       at.u = knot.u;
     }
   }
-  return true;
+  if (at.started)
+    at.worst.penetration = std::max(at.worst.penetration, calc_penetration(model, at.q, scratch.geometry));  // no step has looked
+  return at.worst.penetration <= allowed.penetration;
 }
 
 }  // namespace stiction::planning::refinement

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "stiction/core/random.hpp"
+#include "stiction/planning/force_gap.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning::refinement {
@@ -133,6 +134,8 @@ class WatchedRegrasp {
       ++follower_.work.failed_steps;
       return false;
     }
+    const double depth = std::max(rollout.penetration, calc_penetration(problem_.model, rollout.knots.back().q, geometry()));
+    if (depth > problem_.allowed.penetration) return false;
     for (const auto& knot : rollout.knots) {
       if (!stays(knot.q, allowance) || problem_.press.share(knot.contacts, sizes_.exact.h) > problem_.allowed.press) return false;
     }
