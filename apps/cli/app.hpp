@@ -17,7 +17,7 @@ namespace CLI {
 class App;
 }
 
-namespace stiction::planning {
+namespace stiction::execution {
 struct Trajectory;
 }
 namespace stiction::tasks {
@@ -129,7 +129,7 @@ std::vector<std::optional<double>> parse_numbers(std::string_view option, const 
 void print_warnings(const std::vector<tasks::Finding>& findings);
 
 /// Times [s], commands and torques of the springs K_a(u − q) in the order of the joints, one knot per line.
-void write_trajectory(const std::filesystem::path& file, const world::Model& model, const planning::Trajectory& trajectory);
+void write_trajectory(const std::filesystem::path& file, const world::Model& model, const execution::Trajectory& trajectory);
 
 /// Names of the experiments: the files figure_*, table_* and errata_* of the package, figure_2_13.py as "figure-2.13".
 std::vector<std::string> list_experiments();

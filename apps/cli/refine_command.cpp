@@ -47,7 +47,7 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResul
 
 }  // namespace
 
-void write_trajectory(const fs::path& file, const world::Model& model, const planning::Trajectory& trajectory) {
+void write_trajectory(const fs::path& file, const world::Model& model, const execution::Trajectory& trajectory) {
   std::string text = "time_s";
   const auto joints = model.dofs().last(static_cast<std::size_t>(model.n_a()));
   for (const auto& joint : joints) text += "," + joint.name;
@@ -91,7 +91,7 @@ int run_refine(const RefineArguments& arguments) {
   task.goal_from_command_line = file.goal_from_command_line;
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
-  const planning::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, arguments.speed);
+  const execution::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, arguments.speed);
   write_trajectory(dir / "trajectory.csv", *task.model, trajectory);
   std::FILE* const to = people(arguments.json);
   print_summary(to, file, result, trajectory.duration(), target);

@@ -159,7 +159,7 @@ int run_simulate(const SimulateArguments& arguments) {
   const auto plant = simulation::Plant::make(task.model, plant_options);
   planning::Plan predicted;
   if (arguments.substeps > 0) {
-    if (planning::predict(*task.model, plan, arguments.substeps, predicted) != Status::Solved)
+    if (execution::predict(*task.model, plan, arguments.substeps, predicted) != Status::Solved)
       fmt::print(stderr, "stiction: the prediction with {} steps per edge ends in edge {}: a step was not solved\n", arguments.substeps,
                  predicted.segments.size());
     plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared

@@ -20,7 +20,7 @@ TransferResult transfer(const Plan& given, double speed, double pause, const std
   planning::Plan plan = tasks::to_plan(given.model(), given.file);
   planning::Plan predicted;
   if (substeps) {
-    (void)planning::predict(given.model(), plan, *substeps, predicted);
+    (void)execution::predict(given.model(), plan, *substeps, predicted);
     plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
   TransferOptions options;

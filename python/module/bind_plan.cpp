@@ -5,8 +5,8 @@
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/execution/run_timing.hpp"
+#include "stiction/execution/trajectory.hpp"
 #include "stiction/planning/refine.hpp"
-#include "stiction/planning/trajectory.hpp"
 #include "stiction/tasks/check.hpp"
 #include "stiction/tasks/plan_slice.hpp"
 #include "watcher.hpp"
@@ -135,7 +135,7 @@ std::unique_ptr<CheckReport> check_plan(const Plan& plan) {
   return out;
 }
 
-planning::Trajectory make_trajectory(const Plan& plan, double speed, double pause) {
+execution::Trajectory make_trajectory(const Plan& plan, double speed, double pause) {
   return execution::make_trajectory(plan.model(), tasks::to_plan(plan.model(), plan.file), speed, pause);
 }
 
@@ -214,7 +214,7 @@ void bind_refine(nb::module_& m) {
 }
 
 void bind_trajectory(nb::module_& m) {
-  using planning::Trajectory;
+  using execution::Trajectory;
   nb::class_<Trajectory>(m, "Trajectory", "Commands over time, linear between knots, and the configurations that the plan predicts.")
       .def_ro("times", &Trajectory::times, "of the knots, the first one 0 [s] (knots)")
       .def_prop_ro(
@@ -258,7 +258,7 @@ void bind_contact(nb::module_& m) {
 
 /// Files for others are written by the module stiction.exports.
 nb::object export_plan(nb::handle plan, const std::filesystem::path& file, const std::optional<std::string>& format,
-                       const std::optional<planning::Trajectory>& trajectory) {
+                       const std::optional<execution::Trajectory>& trajectory) {
   return nb::module_::import_("stiction.exports").attr("write")(plan, file, "format"_a = format, "trajectory"_a = trajectory);
 }
 

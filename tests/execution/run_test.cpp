@@ -271,10 +271,10 @@ TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
 
 TEST(ShareOffPath, LaggingObject_IsOnThePathAndOneAsideIsNot) {
   Rig rig;
-  const planning::Trajectory path = planning::make_trajectory(*rig.model, planning::test::push_up(rig.model), {});
+  const execution::Trajectory path = execution::make_trajectory(*rig.model, planning::test::push_up(rig.model), planning::SpeedLimits{});
   const double end = path.duration();
   VectorXd q(5);
-  planning::interpolate(*rig.model, path, 0.7 * end, q);
+  execution::interpolate(*rig.model, path, 0.7 * end, q);
   EXPECT_LT(share_off_path(*rig.model, path, 0.5 * end, end, 0.01, q, rig.problem.goal), 0.1) << "late, but on its way";
   q[0] += 3 * rig.problem.goal.tol_position;
   EXPECT_NEAR(share_off_path(*rig.model, path, 0.5 * end, end, 0.01, q, rig.problem.goal), 3, 0.05);

@@ -27,7 +27,7 @@ planning::Plan free_motion(const std::vector<Eigen::Vector2d>& corners, SegmentK
   return plan;
 }
 
-double speed_at(const planning::Trajectory& t, Eigen::Index k) {
+double speed_at(const execution::Trajectory& t, Eigen::Index k) {
   return ((t.u.col(k + 1) - t.u.col(k)) / (t.times[k + 1] - t.times[k])).cwiseAbs().maxCoeff();
 }
 

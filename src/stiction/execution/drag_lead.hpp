@@ -2,8 +2,8 @@
 
 #include <memory>
 
+#include "stiction/execution/trajectory.hpp"
 #include "stiction/planning/drag.hpp"
-#include "stiction/planning/trajectory.hpp"
 
 namespace stiction::execution {
 

@@ -51,12 +51,12 @@ Eigen::VectorXd ObjectWatch::mean(std::size_t begin, std::size_t end) const {
   return out;
 }
 
-double share_off_path(const world::Model& model, const planning::Trajectory& trajectory, double begin, double end, double interval,
+double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
                       const Eigen::VectorXd& q, const planning::Goal& goal) {
   Eigen::VectorXd planned(model.n_q());
   double least = std::numeric_limits<double>::infinity();
   for (double t = end;; t -= interval) {
-    planning::interpolate(model, trajectory, std::max(t, begin), planned);
+    interpolate(model, trajectory, std::max(t, begin), planned);
     least = std::min(least, share_between(model, goal.object, planned, q, goal));
     if (t <= begin) return least;
   }

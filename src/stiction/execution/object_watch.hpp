@@ -2,7 +2,7 @@
 
 #include <deque>
 
-#include "stiction/planning/trajectory.hpp"
+#include "stiction/execution/trajectory.hpp"
 
 namespace stiction::execution {
 
@@ -41,7 +41,7 @@ class ObjectWatch {
 
 /// How far the object of the goal is from where a trajectory had it at any time in [begin, end], in tolerances of the goal.
 /// @param interval  between the times that are looked at [s], > 0
-double share_off_path(const world::Model& model, const planning::Trajectory& trajectory, double begin, double end, double interval,
+double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
                       const Eigen::VectorXd& q, const planning::Goal& goal);
 
 }  // namespace stiction::execution

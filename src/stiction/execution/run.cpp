@@ -121,7 +121,7 @@ class Executor {
   }
 
   /// Objects may be as deep as they are, and as the plan has them.
-  void set_floor(const planning::Trajectory& trajectory) {
+  void set_floor(const Trajectory& trajectory) {
     floor_.assign(model_.objects().size(), std::numeric_limits<double>::infinity());
     for (int i = 0; i < static_cast<int>(floor_.size()); ++i) {
       const bool free = model_.scene().objects[static_cast<std::size_t>(i)].joint == world::ObjectJoint::Free;
@@ -187,7 +187,7 @@ class Executor {
   bool let_go() { return move_to(measured_.q.tail(model_.n_a())) && settle(); }
 
   /// From when on a plan counts as given: objects within kThere of it, joints as near as a push moves in a look.
-  bool starts_here(const planning::Trajectory& trajectory) const {
+  bool starts_here(const Trajectory& trajectory) const {
     const Eigen::VectorXd difference = trajectory.q.col(0).tail(model_.n_a()) - measured_.q.tail(model_.n_a());
     const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
     return joints && share_between(model_, problem_.goal.object, trajectory.q.col(0), watch_.mean(), problem_.goal) <= kThere;
@@ -201,7 +201,7 @@ class Executor {
     look();
     if (!settle()) return;
     std::string cause = "start";
-    std::optional<planning::Trajectory> trajectory;
+    std::optional<Trajectory> trajectory;
     if (first != nullptr) {
       trajectory = make_trajectory(model_, *first, speed_, &lead_);
       if (!starts_here(*trajectory)) trajectory.reset(), cause = "the given plan starts elsewhere";
@@ -233,7 +233,7 @@ class Executor {
   // ---- plans
 
   /// From what is measured; where there is none the springs are let go, and it is asked again. Nothing: the run is over.
-  std::optional<planning::Trajectory> make_plan(const std::string& cause) {
+  std::optional<Trajectory> make_plan(const std::string& cause) {
     for (int refused = 0; refused < how_.refusals; ++refused) {
       if (refused > 0 && !let_go()) return std::nullopt;
       planning::PlanResult result;
@@ -271,12 +271,12 @@ class Executor {
   // ---- pieces
 
   /// @returns why it ended, for the next plan
-  std::string carry_out(const planning::Trajectory& trajectory) {
+  std::string carry_out(const Trajectory& trajectory) {
     set_floor(trajectory);
     state_ = RunState::Push;
     if (!move_to(trajectory.u.col(0))) return {};
     double zero = now();  // of the trajectory
-    for (const planning::Piece& piece : trajectory.pieces) {
+    for (const Piece& piece : trajectory.pieces) {
       RunPiece& report = out_.pieces.emplace_back();
       report.kind = piece.kind;
       report.plan = static_cast<int>(out_.plans.size()) - 1;
@@ -295,14 +295,14 @@ class Executor {
   }
 
   /// A piece in time, watched. @param zero  time of the run at which the trajectory began
-  bool follow(const planning::Trajectory& trajectory, const planning::Piece& piece, double zero) {
+  bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
     const double trail = how_.settle_time + kFollowTimes * follow_time_;
     Eigen::VectorXd u(model_.n_a());
     while (now() - zero < end - 0.5 * how_.tick) {
       const double t = std::min(now() - zero + how_.tick, end);
-      planning::interpolate_command(trajectory, t, u);
-      planning::interpolate(model_, trajectory, t, q_plan_);
+      interpolate_command(trajectory, t, u);
+      interpolate(model_, trajectory, t, q_plan_);
       looked_ = false;
       if (!tick(u)) return false;
       if (!looked_) continue;
@@ -314,7 +314,7 @@ class Executor {
   }
 
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
-  bool arrive(const planning::Trajectory& trajectory, const planning::Piece& piece, double& zero) {
+  bool arrive(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const Eigen::VectorXd q_end = trajectory.q.col(piece.last_knot);
     const auto off = [&](const Eigen::VectorXd& q) { return off_ = share_between(model_, problem_.goal.object, q_end, q, problem_.goal); };
     if (off(measured_.q) <= kThere) return true;

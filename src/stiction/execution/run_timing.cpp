@@ -12,7 +12,6 @@ namespace stiction::execution {
 namespace {
 
 using planning::SegmentKind;
-using planning::Trajectory;
 using world::Model;
 
 constexpr double kLeastInterval = 1e-6;  // [s]
@@ -113,12 +112,12 @@ class Timer {
 
   Trajectory run(const Trajectory& in) {
     add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
-    for (const planning::Piece& piece : in.pieces) add_piece(in, piece);
+    for (const Piece& piece : in.pieces) add_piece(in, piece);
     return take();
   }
 
  private:
-  void add_piece(const Trajectory& in, const planning::Piece& piece) {
+  void add_piece(const Trajectory& in, const Piece& piece) {
     std::vector<Stretch> given;
     double whole = 0;
     for (Eigen::Index k = piece.first_knot; k < piece.last_knot; ++k) {
@@ -138,7 +137,7 @@ class Timer {
       const Eigen::VectorXd u = u_.back(), q = q_.back();
       add(u, q, segments_.back(), knots_.back(), times_.back() + pause_);
     }
-    planning::Piece& out = pieces_.emplace_back(piece);
+    Piece& out = pieces_.emplace_back(piece);
     out.first_knot = last();
     std::size_t i = 0;
     for (std::size_t k = 0; k < ends.size(); ++k) {
@@ -212,7 +211,7 @@ class Timer {
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
   std::vector<double> times_;
-  std::vector<planning::Piece> pieces_;
+  std::vector<Piece> pieces_;
 };
 
 }  // namespace
@@ -221,8 +220,8 @@ Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const
   speeds.validate(model);
   core::require_nonnegative("pause", pause);
   // At one unit a second, for the knots; their times follow.
-  const Trajectory knots = planning::make_trajectory(
-      model, plan, {.revolute = 1, .prismatic = 1, .regrasp_factor = 1, .landing_factor = 1, .load_time = 0, .pause = 0});
+  const Trajectory knots =
+      make_trajectory(model, plan, {.revolute = 1, .prismatic = 1, .regrasp_factor = 1, .landing_factor = 1, .load_time = 0, .pause = 0});
   return Timer(model, plan, speeds, lead, pause).run(knots);
 }
 
@@ -232,6 +231,8 @@ Trajectory make_trajectory(const Model& model, const planning::Plan& plan, doubl
   return make_trajectory(model, plan, calc_run_speeds(model, plan.goal.object, speed), &lead, pause);
 }
 
-Eigen::VectorXd start_of(const Model& model, const planning::Plan& plan) { return planning::make_trajectory(model, plan, {}).q.col(0); }
+Eigen::VectorXd start_of(const Model& model, const planning::Plan& plan) {
+  return make_trajectory(model, plan, planning::SpeedLimits{}).q.col(0);
+}
 
 }  // namespace stiction::execution

@@ -4,7 +4,7 @@
 
 #include "stiction/execution/drag_lead.hpp"
 #include "stiction/execution/run_speed.hpp"
-#include "stiction/planning/trajectory.hpp"
+#include "stiction/execution/trajectory.hpp"
 
 namespace stiction::execution {
 
@@ -12,17 +12,17 @@ namespace stiction::execution {
 /// what is damped from rest to rest and with their commands ahead of the plan by what the damping takes.                              (E.18), (E.13), (E.17)
 /// @param lead   of the model; null: commands are those of the plan
 /// @param pause  commands rest this long between pieces [s], ≥ 0
-/// @throws core::InvalidInput as planning::make_trajectory()
+/// @throws core::InvalidInput as make_trajectory()
 /// Tests: tests/execution/run_timing_test.cpp
-planning::Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const RunSpeeds& speeds,
-                                     DragLead* lead = nullptr, double pause = 0);
+Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead = nullptr,
+                           double pause = 0);
 
 /// … at the speeds that follow from the object of its goal and from the motors, and with that lead: what a robot is given that knows nothing of the object.
 /// @param speed  times those of pushes, > 0
-planning::Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, double speed = 1, double pause = 0);
+Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, double speed = 1, double pause = 0);
 
 /// Where carrying a plan out begins: at the end of settling (n_q).
-/// @throws core::InvalidInput as planning::make_trajectory()
+/// @throws core::InvalidInput as make_trajectory()
 Eigen::VectorXd start_of(const world::Model& model, const planning::Plan& plan);
 
 }  // namespace stiction::execution

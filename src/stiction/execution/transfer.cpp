@@ -14,9 +14,7 @@ namespace stiction::execution {
 namespace {
 
 using core::Status;
-using planning::Piece;
 using planning::SegmentKind;
-using planning::Trajectory;
 using world::Model;
 
 struct Distance {
@@ -60,7 +58,7 @@ class Transfer {
            const core::RunControl& control, TransferResult& out, const planning::Plan* predicted)
       : plant_(plant), model_(plant->model()), plan_(plan), options_(options), control_(control), out_(out) {
     trajectory_ = in_time(plan);
-    compared_ = predicted != nullptr ? planning::retime(in_time(*predicted), trajectory_) : trajectory_;
+    compared_ = predicted != nullptr ? retime(in_time(*predicted), trajectory_) : trajectory_;
   }
 
   Status run() {
@@ -78,7 +76,7 @@ class Transfer {
     return {.record_interval = options_.record_interval, .control = &control_, .stop = {}};
   }
   Trajectory in_time(const planning::Plan& plan) const {
-    if (options_.uniform) return planning::make_trajectory(model_, plan, *options_.uniform);
+    if (options_.uniform) return make_trajectory(model_, plan, *options_.uniform);
     return make_trajectory(model_, plan, options_.speed, options_.pause);
   }
   double time_of(Eigen::Index knot) const { return trajectory_.times[knot]; }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/planning/trajectory.hpp"
+#include "stiction/execution/trajectory.hpp"
 #include "stiction/simulation/simulation.hpp"
 
 // Open-loop execution of a plan in the second-order simulation (3.6). docs/theory/execution.md
@@ -86,7 +86,7 @@ PieceError measure(const world::Model& model, int object, VectorRef times, Eigen
 
 /// Runs the commands of a plan open loop, from the state after the settling of the start to the last knot and `hold` seconds beyond, and
 /// compares the object of the goal with the plan. Where an object is dropped the run ends: what comes after it would say nothing.
-/// @param predicted  the plan with states that were predicted anew (planning::predict), to be compared with instead of its own; the run is the same
+/// @param predicted  the plan with states that were predicted anew (predict), to be compared with instead of its own; the run is the same
 /// @returns Solved: run to the end, whatever came out; Cancelled, MaxIterations (deadline), NumericalFailure: `out` holds what was run
 /// @throws  core::InvalidInput: options, or a plan that does not fit the plant's model
 /// Tests: tests/execution

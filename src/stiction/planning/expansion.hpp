@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "stiction/planning/cone_least_squares.hpp"
+#include "stiction/cone/cone_least_squares.hpp"
 #include "stiction/planning/contact_sampler.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/planning/regrasp.hpp"
@@ -47,7 +47,7 @@ struct ThreadScratch {
   dynamics::StepWorkspace steps;
   dynamics::LocalModelWorkspace locals;
   GeometryWorkspace geometry;
-  ConeLeastSquares least_squares;
+  cone::ConeLeastSquares least_squares;
   dynamics::StepResult step_result;
   dynamics::RolloutResult rollout_result;
   dynamics::LocalModel local;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/cone/bounded_least_squares.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -54,7 +54,7 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
 }
 
 Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
-                                  const dynamics::StepResult* forces, ConeLeastSquares& least_squares) const {
+                                  const dynamics::StepResult* forces, cone::ConeLeastSquares& least_squares) const {
   const Eigen::VectorXd lower = (model_.lower() - q_a).cwiseMin(0.0).cwiseQuotient(units_),
                         upper = (model_.upper() - q_a).cwiseMax(0.0).cwiseQuotient(units_);
   Eigen::VectorXd y, w = weights_;  // δu in joint units, with which lengths mean the same to sliders and to hinges
@@ -63,7 +63,7 @@ Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd
   const Eigen::VectorXd we = w.cwiseProduct(e);
   if (forces != nullptr) add_force_cones(*forces, least_squares);
   if (forces == nullptr || !least_squares.solve(B, we, options_.gamma, lower, upper, y))
-    solve_bounded_least_squares(B, we, options_.gamma, lower, upper, y);
+    cone::solve_bounded_least_squares(B, we, options_.gamma, lower, upper, y);
   const double length = y.norm();
   if (length >= kNoMove) {
     if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
@@ -75,7 +75,7 @@ Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd
   return units_.cwiseProduct(y);
 }
 
-void Extend::add_force_cones(const dynamics::StepResult& step, ConeLeastSquares& least_squares) const {
+void Extend::add_force_cones(const dynamics::StepResult& step, cone::ConeLeastSquares& least_squares) const {
   least_squares.clear_cones();
   Eigen::MatrixXd G(3, model_.n_a());
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {

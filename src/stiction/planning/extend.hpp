@@ -17,11 +17,11 @@ class Extend {
   /// δu* of (P.2), cut or stretched to its length; with `forces`, the smoothed step that gave the local model, also (P.7).
   /// Towards a goal region, coordinates that it leaves free may go anywhere.
   Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
-                            const dynamics::StepResult* forces, ConeLeastSquares& least_squares) const;
+                            const dynamics::StepResult* forces, cone::ConeLeastSquares& least_squares) const;
 
  private:
   /// λ + D_λ_u δu in its friction cone, for every contact of the robot with an object that is nearer than kForceReach.
-  void add_force_cones(const dynamics::StepResult& step, ConeLeastSquares& least_squares) const;
+  void add_force_cones(const dynamics::StepResult& step, cone::ConeLeastSquares& least_squares) const;
 
   const world::Model& model_;
   const PlannerOptions& options_;

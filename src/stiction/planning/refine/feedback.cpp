@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/cone/bounded_least_squares.hpp"
 
 namespace stiction::planning::refinement {
 namespace {
@@ -30,7 +30,7 @@ bool calc_feedback(CommandFollower& follower, const Eigen::VectorXd& e, double g
   const Eigen::MatrixXd WB = problem.weights.asDiagonal() * scratch.smooth_result.B.topRows(model.n_vu()) * limits.asDiagonal();
   const Eigen::VectorXd lower = (model.lower() - follower.u).cwiseMin(0.0).cwiseQuotient(limits).cwiseMax(-kMostFeedback);
   const Eigen::VectorXd upper = (model.upper() - follower.u).cwiseMax(0.0).cwiseQuotient(limits).cwiseMin(kMostFeedback);
-  solve_bounded_least_squares(WB, problem.weights.cwiseProduct(e), gamma, lower, upper, delta);
+  cone::solve_bounded_least_squares(WB, problem.weights.cwiseProduct(e), gamma, lower, upper, delta);
   delta = delta.cwiseProduct(limits).eval();
   return true;
 }

@@ -9,14 +9,14 @@
 
 // Plans as functions of time: docs/theory/execution.md.
 
-namespace stiction::planning {
+namespace stiction::execution {
 
 using dynamics::VectorRef;
 
 /// A piece of a plan between contact samples: contact edges that follow each other, one regrasp, or the settling of the start. The pieces of
 /// contact edges are the segments of the thesis (3.6.1).
 struct Piece {
-  SegmentKind kind = SegmentKind::Contact;
+  planning::SegmentKind kind = planning::SegmentKind::Contact;
   int first_segment = 0, last_segment = 0;  ///< of the plan, both included
   Eigen::Index first_knot = 0;              ///< of the trajectory: the state from which it starts
   Eigen::Index last_knot = 0;               ///< … and that it reaches
@@ -37,7 +37,7 @@ struct Trajectory {
 /// moves at its limit and none faster, and later where springs are strained or let go (E.9); regrasps have other speeds (E.8), for which knots are put in between. Knots that come less than 1 µs later replace the one before them. The settling of the start is
 /// left out: the trajectory begins at its end, at rest on the constraints.
 /// @throws core::InvalidInput: limits out of range, a plan without knots or with sizes that are not those of the model
-Trajectory make_trajectory(const world::Model& model, const Plan& plan, const SpeedLimits& limits);
+Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const planning::SpeedLimits& limits);
 
 /// Segment of the plan that is under way at time t, with the pause after it.
 int segment_at(const Trajectory& trajectory, double t);
@@ -52,11 +52,11 @@ void interpolate(const world::Model& model, const Trajectory& trajectory, double
 /// the piece: 1 is the single step per extension of the thesis. Commands are the straight line from the first to the last of each edge.
 /// Regrasps and the start stay as they are.
 /// @returns Solved, or the status of the step that failed; `out` then holds what was predicted until there
-core::Status predict(const world::Model& model, const Plan& plan, int substeps, Plan& out);
+core::Status predict(const world::Model& model, const planning::Plan& plan, int substeps, planning::Plan& out);
 
 /// A trajectory of the same segments, each of which takes as long as in `timing`, so that states that were predicted anew can be compared with a run of the
 /// plan: by them springs would be let go at other times (E.9).
 /// @throws core::InvalidInput: the trajectories are not of the same pieces
 Trajectory retime(Trajectory trajectory, const Trajectory& timing);
 
-}  // namespace stiction::planning
+}  // namespace stiction::execution

@@ -1,9 +1,9 @@
-#include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/cone/bounded_least_squares.hpp"
 
 #include <Eigen/Cholesky>
 #include <vector>
 
-namespace stiction::planning {
+namespace stiction::cone {
 namespace {
 
 enum class Side : char {
@@ -79,4 +79,4 @@ bool solve_bounded_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& A, con
   return false;
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::cone

@@ -1,4 +1,4 @@
-#include "stiction/planning/bounded_least_squares.hpp"
+#include "stiction/cone/bounded_least_squares.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "stiction/core/random.hpp"
 
-namespace stiction::planning {
+namespace stiction::cone {
 namespace {
 
 Eigen::MatrixXd random_matrix(core::Random& random, Eigen::Index m, Eigen::Index n) {
@@ -61,4 +61,4 @@ TEST(BoundedLeastSquares, RandomProblems_SatisfyKktConditions) {
 }
 
 }  // namespace
-}  // namespace stiction::planning
+}  // namespace stiction::cone

@@ -5,7 +5,7 @@
 
 #include "stiction/cone/solver.hpp"
 
-namespace stiction::planning {
+namespace stiction::cone {
 
 /// Bounded least squares with Lorentz cones: x = argmin ‖A x − b‖² + γ‖x‖²  s.t.  lower ≤ x ≤ upper,  Gᵢx + gᵢ ∈ L³.
 class ConeLeastSquares {
@@ -35,4 +35,4 @@ class ConeLeastSquares {
   cone::Result result_;
 };
 
-}  // namespace stiction::planning
+}  // namespace stiction::cone

@@ -1,14 +1,14 @@
-#include "stiction/planning/cone_least_squares.hpp"
+#include "stiction/cone/cone_least_squares.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "stiction/cone/bounded_least_squares.hpp"
 #include "stiction/core/random.hpp"
-#include "stiction/planning/bounded_least_squares.hpp"
 
-namespace stiction::planning {
+namespace stiction::cone {
 namespace {
 
 const Eigen::Matrix3d kOne = Eigen::Matrix3d::Identity();
@@ -84,4 +84,4 @@ TEST(ConeLeastSquares, NoPointInTheCone_IsFalse) {
 }
 
 }  // namespace
-}  // namespace stiction::planning
+}  // namespace stiction::cone

@@ -1,11 +1,11 @@
-#include "stiction/planning/cone_least_squares.hpp"
+#include "stiction/cone/cone_least_squares.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-namespace stiction::planning {
+namespace stiction::cone {
 namespace {
 
 std::vector<int> all_variables(int n) {
@@ -59,4 +59,4 @@ bool ConeLeastSquares::solve(const Eigen::Ref<const Eigen::MatrixXd>& A, const E
   return true;
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::cone

@@ -1,4 +1,4 @@
-#include "stiction/planning/trajectory.hpp"
+#include "stiction/execution/trajectory.hpp"
 
 #include <numbers>
 
@@ -6,11 +6,16 @@
 #include "stiction/core/invalid_input.hpp"
 #include "support/message_of.hpp"
 
-namespace stiction::planning::test {
+namespace stiction::execution::test {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::VectorXd;
+using planning::Plan;
+using planning::Segment;
+using planning::SegmentKind;
+using planning::SpeedLimits;
+using namespace planning::test;
 using stiction::test::message_of;
 
 /// A plan for planar_pushing whose states are not simulated: only its commands count.
@@ -265,4 +270,4 @@ TEST(Trajectory, BadInput_NamesTheField) {
 }
 
 }  // namespace
-}  // namespace stiction::planning::test
+}  // namespace stiction::execution::test

@@ -1,4 +1,4 @@
-#include "stiction/planning/trajectory.hpp"
+#include "stiction/execution/trajectory.hpp"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,14 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/dynamics/step.hpp"
 
-namespace stiction::planning {
+namespace stiction::execution {
 namespace {
 
 using core::Status;
+using planning::calc_duration;
+using planning::Plan;
+using planning::SegmentKind;
+using planning::SpeedLimits;
 
 constexpr double kLeastInterval = 1e-6;  // [s]
 constexpr double kPartOfRamp = 0.2;      // in which the speed of a regrasp is constant
@@ -262,4 +266,4 @@ Trajectory retime(Trajectory trajectory, const Trajectory& timing) {
   return trajectory;
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::execution

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace stiction::planning {
+namespace stiction::cone {
 
 /// x = argmin ‖A x − b‖² + γ‖x‖²  subject to  lower ≤ x ≤ upper, for a flat A (m × n, m ≤ n, small m).
 ///
@@ -15,4 +15,4 @@ bool solve_bounded_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& A, con
                                  const Eigen::Ref<const Eigen::VectorXd>& lower, const Eigen::Ref<const Eigen::VectorXd>& upper,
                                  Eigen::VectorXd& x);
 
-}  // namespace stiction::planning
+}  // namespace stiction::cone
