@@ -56,6 +56,8 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
   row("cost", fmt::format("{:.1f} s at joint speeds, with {:.0f} s per regrasp{}", r.cost, o.cost.regrasp,
                           r.improvements.size() > 1 ? fmt::format("; the first plan: {:.1f} s", r.improvements.front().cost) : ""));
+  if (r.plan.step.friction_scale < o.friction)
+    row("friction", fmt::format("{:g} of that of the scene, in every step", r.plan.step.friction_scale));
   if (const auto press = planning::largest_press(*task.model, r.plan))
     row("pressed", fmt::format("with up to {:.0f} % of what the weaker side bears (max_force)", 100 * *press));
   row("tree", fmt::format("{} extensions, {} nodes", r.iterations, r.nodes));
@@ -91,6 +93,7 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
   out["cost"] = r.cost;
+  out["friction"] = r.plan.step.friction_scale;
   out["improvements"] = nlohmann::ordered_json::array();
   for (const auto& i : r.improvements)
     out["improvements"].push_back({{"cost", i.cost}, {"iterations", i.iterations}, {"wall_s", i.wall_s}});

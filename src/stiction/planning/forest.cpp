@@ -12,12 +12,15 @@ using core::Status;
 
 /// Keeps the seeds of later trees apart from the draws of the search.
 constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
+/// Every second tree plans with at most this share of the friction: what it pushes slips out of its fingers before they hold it aloft, where they
+/// could not let go of it any more (docs/lab/grasp_candidates.md).
+constexpr double kSlippery = 0.7;
 
 /// A tree that may go on to grow.
 struct GrowingTree {
   GrowingTree(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& given, std::uint64_t number,
               const core::RunControl& control, Crew& crew)
-      : options(with_seed(given, number)),
+      : options(of_tree(given, number)),
         search(problem, u_start, options, control, std::numeric_limits<double>::infinity(), crew, found) {}
   GrowingTree(const GrowingTree&) = delete;
   GrowingTree& operator=(const GrowingTree&) = delete;
@@ -27,8 +30,10 @@ struct GrowingTree {
   TreeSearch search;
 
  private:
-  static PlannerOptions with_seed(PlannerOptions options, std::uint64_t number) {
+  static PlannerOptions of_tree(PlannerOptions options, std::uint64_t number) {
     if (number > 0) options.seed = core::Random(options.seed ^ kTreeSeed, number).bits();
+    // By Anitescu's law what slides opens up, so that a plan that slips is another motion where it sticks in the world.
+    if (number % 2 == 1 && options.friction_law == dynamics::FrictionLaw::Coulomb) options.friction = std::min(options.friction, kSlippery);
     return options;
   }
 };
