@@ -1,7 +1,7 @@
 # Layers of the library, lowest first. A layer links to and includes from layers below it only; anything else stops the build.
 set(STICTION_LAYERS core cone world contact dynamics trajopt sensing control simulation planning execution tasks)
 # Libraries that only the named layers may include: library=layer or library=layer+layer.
-set(STICTION_OWNED_LIBRARIES pinocchio=world coal=contact mujoco=world+simulation)
+set(STICTION_OWNED_LIBRARIES pinocchio=world mujoco=world+simulation)
 set(STICTION_LAYER_CHECK ${CMAKE_CURRENT_LIST_DIR}/check_layer.cmake)
 
 add_library(stiction_flags INTERFACE)

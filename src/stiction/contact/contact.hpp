@@ -52,7 +52,7 @@ struct QueryOptions {
   double cutoff = 1e300;  ///< pairs farther than this are dropped even if their max_distance allows them [m]
 };
 
-/// Scratch of a query; one per thread. Holds the shapes of the model in flat form, Coal's storage and, of earlier answers, only directions
+/// Scratch of a query; one per thread. Holds the shapes of the model in flat form, and, of earlier answers, only directions
 /// that tell sooner that a pair is out of reach: equal configurations give equal bits, whatever was asked before.
 class Workspace {
  public:

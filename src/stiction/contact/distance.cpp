@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "stiction/contact/closed_form.hpp"
-#include "stiction/contact/coal_distance.hpp"
+#include "stiction/contact/core_distance.hpp"
 #include "stiction/contact/polytope.hpp"
 #include "stiction/core/invalid_input.hpp"
 
@@ -99,7 +99,6 @@ ShapeData make_shape_data(const world::Shape& shape) {
   Flatten flatten;
   std::visit(flatten, shape);
   flatten.out.polytope = make_polytope(flatten.out);
-  flatten.out.coal = make_coal_shape(flatten.out);
   return flatten.out;
 }
 
@@ -118,10 +117,10 @@ Kernel find_kernel(Kind first, Kind second) {
   // Rows and columns: sphere, capsule, box, cylinder, mesh, half-space.
   static constexpr std::array<std::array<Kernel, kKinds>, kKinds> table{{
       {sphere_sphere_kernel, sphere_capsule_kernel, sphere_box_kernel, sphere_cylinder_kernel, sphere_mesh_kernel, sphere_halfspace_kernel},
-      {nullptr, capsule_capsule_kernel, coal_kernel, coal_kernel, coal_kernel, capsule_halfspace_kernel},
-      {nullptr, nullptr, box_box_kernel, coal_kernel, coal_kernel, box_halfspace_kernel},
-      {nullptr, nullptr, nullptr, coal_kernel, coal_kernel, cylinder_halfspace_kernel},
-      {nullptr, nullptr, nullptr, nullptr, coal_kernel, mesh_halfspace_kernel},
+      {nullptr, capsule_capsule_kernel, core_distance, core_distance, core_distance, capsule_halfspace_kernel},
+      {nullptr, nullptr, box_box_kernel, core_distance, core_distance, box_halfspace_kernel},
+      {nullptr, nullptr, nullptr, core_distance, core_distance, cylinder_halfspace_kernel},
+      {nullptr, nullptr, nullptr, nullptr, core_distance, mesh_halfspace_kernel},
       {nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
   }};
   return table[static_cast<int>(first)][static_cast<int>(second)];
@@ -134,8 +133,7 @@ Distance calc_distance(const world::Shape& a, const world::Pose& X_WA, const wor
   const bool swapped = data_b.kind < data_a.kind;
   const detail::Kernel kernel = swapped ? find_kernel(data_b.kind, data_a.kind) : find_kernel(data_a.kind, data_b.kind);
   if (!kernel) core::throw_invalid("shapes", "two half-spaces", "at most one half-space in a pair");
-  detail::CoalScratch scratch;
-  const detail::KernelContext context{{}, &scratch};
+  const detail::KernelContext context;
   Distance out;
   if (swapped) {
     kernel(data_b, X_WB, data_a, X_WA, context, out);

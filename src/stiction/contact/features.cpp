@@ -67,7 +67,7 @@ void add_cap(const ShapeData& s, const Pose& X, const Vector3d& l, Features& out
 
 void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, double near, Features& out) {
   const MeshData& m = *s.mesh;
-  const double top = (l.transpose() * m.vertices).maxCoeff(), low = top - near * 2.0 * m.radius;
+  const double top = l.dot(m.vertices.col(find_vertex(m, l))), low = top - near * 2.0 * m.radius;
   const auto is_near = [&](int v) { return l.dot(m.vertices.col(v)) > low; };
   for (std::size_t i = 0; i < m.face.size(); ++i) {
     const Eigen::Vector3i tri = m.triangles.col(m.face[i]);

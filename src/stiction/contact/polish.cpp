@@ -166,35 +166,13 @@ Vector3d find_common_point(const Pair& pair, const Answer& best, const Vector3d&
   return y + 0.5 * (best.separation + pair.r_b - pair.r_a) * best.n;
 }
 
-/// Deeper than this is doubtful, as a share of the smaller body's radius [-]: an answer of a shallower overlap errs by less than that, for
-/// separations along all directions are lower bounds.
-constexpr double kDeep = 0.05;
-/// Largest difference between a distance and the separation along its normal, as a share of the sizes of both [-].
-constexpr double kConsistent = 1e-9;
-/// Coal rounds smaller distances to nothing, as a share of the same [-].
-constexpr double kTouching = 1e-7;
-
 }  // namespace
-
-bool is_doubtful(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const Distance& d) {
-  if (!std::isfinite(d.phi) || !d.nhat_BA_W.allFinite()) return true;
-  if (d.phi < -kDeep * std::min(a.bounding_radius, b.bounding_radius)) return true;
-  const double sizes = a.bounding_radius + b.bounding_radius;
-  if (std::abs(d.phi) < kTouching * sizes) return true;
-  const double separation = -support(a, X_WA, -d.nhat_BA_W) - support(b, X_WB, d.nhat_BA_W);
-  return std::abs(d.phi - separation) > kConsistent * sizes;
-}
 
 void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, Distance& d) {
   const double r_a = core_radius(a), r_b = core_radius(b);
   const Pair pair{a, X_WA, b, X_WB, r_a, r_b, a.bounding_radius + b.bounding_radius};
-  if (!std::isfinite(d.phi) || !d.nhat_BA_W.allFinite()) {  // Coal gave nothing: start anywhere
-    const Vector3d line = X_WA * a.p_GCenter - X_WB * b.p_GCenter;
-    d.nhat_BA_W = line.squaredNorm() > 0 ? Vector3d(line.normalized()) : Vector3d::UnitZ();
-    d.p_WA = d.p_WB = 0.5 * (X_WA * a.p_GCenter + X_WB * b.p_GCenter);
-  }
   Answer best = refine(pair, d.nhat_BA_W);
-  // Coal is sometimes wrong by millimetres. A direction that separates more than its answer does starts the search again.
+  // An answer may be that of another way out. A direction that separates more than its answer does starts the search again.
   if (!best.is_certain()) {
     double canonical = best.separation + 1e-12 * pair.scale;
     const Vector3d start = find_canonical(pair, canonical);

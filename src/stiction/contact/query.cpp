@@ -27,7 +27,7 @@ void require_pair(const Workspace::Impl& w, int pair) {
 
 constexpr std::uint64_t make_id(int pair, int point = 0) { return (static_cast<std::uint64_t>(pair) << 8) + static_cast<unsigned>(point); }
 
-/// More than what Coal's distance of polytopes may be too small by [m]: a pair that is parted by this more is out of reach for Coal too.
+/// More than what a distance of polytopes may be too small by [m]: a pair that is parted by this more is out of reach.
 constexpr double kPartedBy = 1e-8;
 
 /// Of an earlier contact in the same place: only points of a patch have anything in these fields.

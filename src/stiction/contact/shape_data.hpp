@@ -38,15 +38,13 @@ struct MeshData {
 /// @throws core::InvalidInput: no vertices or triangles, an index out of range, no triangle with an area
 std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh);
 
-struct CoalShape;  // coal_distance.cpp
-struct Polytope;   // polytope.hpp
+struct Polytope;  // polytope.hpp
 
 struct ShapeData {
   Kind kind = Kind::Sphere;
   double radius = 0;       // sphere, capsule, cylinder
   Vector3d half{0, 0, 0};  // box: half extents; capsule, cylinder: half length in z
   std::shared_ptr<const MeshData> mesh;
-  std::shared_ptr<const CoalShape> coal;     // of the kinds that need it
   std::shared_ptr<const Polytope> polytope;  // flat faces, of the kinds that have any
   Vector3d p_GCenter{0, 0, 0};               // bounding sphere in the geometry frame
   double bounding_radius = 0;
@@ -94,12 +92,9 @@ struct Planar {
   Vector3d axis_W{0, 0, 0};
 };
 
-class CoalScratch;  // coal_distance.hpp
-
 /// What a kernel may use besides its two shapes.
 struct KernelContext {
   Planar planar;
-  CoalScratch* coal = nullptr;
 };
 
 /// Signed distance of a before b, kind(a) ≤ kind(b).

@@ -57,7 +57,6 @@ void Workspace::Impl::add_columns(const world::Model& model, const world::Pair& 
 
 Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis(model.planar_axis()) {
   if (planar_axis) context.planar = {true, Vector3d::Unit(*planar_axis)};
-  context.coal = &coal;
   coincident_normal = detail::coincident_normal(context.planar);
 
   const auto model_geometries = model.geometries();
@@ -151,7 +150,6 @@ void Workspace::Impl::find_planes(const world::Model& model) {
       const bool straight = g.shape.kind == Kind::Box || (k == 2 && (g.shape.kind == Kind::Cylinder || g.shape.kind == Kind::Capsule));
       if (straight && std::abs(X_WG[i].R(*planar_axis, k)) > 1.0 - 1e-9) g.extruded.half[k] += 10.0 * longest;
     }
-    g.extruded.coal = detail::make_coal_shape(g.extruded);
     g.extruded.polytope = detail::make_polytope(g.extruded);
   }
   const std::vector<double>& height = *planar_axis == 0 ? center_x : *planar_axis == 1 ? center_y : center_z;

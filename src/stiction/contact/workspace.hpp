@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "stiction/contact/coal_distance.hpp"
 #include "stiction/contact/patch.hpp"
 
 // Internal to the layer: what a Workspace holds. docs/theory/contact.md §6.
@@ -32,7 +31,7 @@ struct Workspace::Impl {
     bool patch = false;              // may touch in several points
     bool boxes = false;              // two boxes, not of a planar model
     bool in_plane = false;           // planar models: both centres lie in one plane, so that only motion in it parts them
-    bool hulls = false;              // two polytopes that go to Coal: `parting` bounds phi from below
+    bool hulls = false;              // two polytopes, not two boxes: `parting` bounds phi from below
     bool in_slabs = false;           // the second is a box, not of a planar model: its slabs bound phi from below
     int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
@@ -113,7 +112,6 @@ struct Workspace::Impl {
   std::vector<double> center_distance, center_inverse;    // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
   std::vector<std::pair<double, std::uint64_t>> nearest;  // for max_contacts
   std::vector<double> screw;                              // 8 per coordinate, see jacobian.cpp
-  detail::CoalScratch coal;
   detail::PatchScratch patch_scratch;
   detail::Patch patch;
 };

@@ -1,0 +1,110 @@
+#include "stiction/contact/core_distance.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "stiction/contact/minkowski.hpp"
+#include "stiction/contact/polish.hpp"
+#include "stiction/contact/polytope.hpp"
+
+namespace stiction::contact::detail {
+namespace {
+
+constexpr double kTolerance = 1e-14;       // where GJK and EPA end, of the sizes [-]: polytopes end on an exact feature,
+constexpr double kCurvedTolerance = 1e-7;  // around a cylinder they only have to find where polish() starts
+constexpr double kConsistent = 1e-11;      // largest difference between the two bounds of an answer, of the sizes [-]
+constexpr double kParallel = 1e-13;        // sine of the angle below which two edges give no normal [-]
+
+/// Different corners of one of the cores in a simplex.
+template <class Index>
+int count(const Simplex& s, const Index& index) {
+  int n = 0;
+  for (int k = 0; k < s.n; ++k) {
+    bool seen = false;
+    for (int l = 0; l < k; ++l) seen = seen || index(s.corner[l]) == index(s.corner[k]);
+    n += !seen;
+  }
+  return n;
+}
+
+/// An edge of one of the cores, in the axes of A: between the first two of its corners that differ.
+template <class Index, class Point>
+Vector3d find_edge(const Simplex& s, const Index& index, const Point& point) {
+  for (int k = 1; k < s.n; ++k) {
+    if (index(s.corner[k]) != index(s.corner[0])) return point(s.corner[k]) - point(s.corner[0]);
+  }
+  return Vector3d::Zero();
+}
+
+/// A direction and the separation (1) along it.
+struct Best {
+  Vector3d n{0, 0, 1};
+  double g = -std::numeric_limits<double>::infinity();
+  void offer(const Minkowski& c, const Vector3d& normal) {
+    const double separation = -c.height(-normal);
+    if (separation > g) g = separation, n = normal;
+  }
+};
+
+/// The normal that two crossing edges or a face of the nearest features have: a short or rounded vector between points tells it with fewer digits.
+void refine(const Minkowski& c, const Simplex& s, Best& best) {
+  const auto of_a = [](const Corner& k) { return k.i; };
+  const auto of_b = [](const Corner& k) { return k.j; };
+  const int n_a = count(s, of_a), n_b = count(s, of_b);
+  if (s.n == 2) {
+    const Vector3d along = (s.corner[1].w - s.corner[0].w).normalized();
+    best.offer(c, (best.n - along * along.dot(best.n)).normalized());
+  }
+  const Vector3d n = best.n;
+  if (n_a >= 3 && c.a().polytope) best.offer(c, -c.a().polytope->faces[find_face(*c.a().polytope, -n)].normal);
+  if (n_b >= 3 && c.b().polytope) {
+    best.offer(c, c.R_AB() * c.b().polytope->faces[find_face(*c.b().polytope, c.R_AB().transpose() * n)].normal);
+  }
+  if (n_a < 2 || n_b < 2) return;
+  const Vector3d u = find_edge(s, of_a, [](const Corner& k) { return k.a; }).normalized();
+  Vector3d m = u.cross(find_edge(s, of_b, [](const Corner& k) { return k.b; }).normalized());
+  if (m.norm() < kParallel) return;
+  // Square to one of the edges m has an error that keeps it square to both.
+  m = (m - u * u.dot(m)).normalized();
+  m = (m - u * u.dot(m)).normalized();
+  best.offer(c, m.dot(n) < 0 ? Vector3d(-m) : m);
+}
+
+/// The answer about the cores in `simplex`, along best.n, in W and with the radii of the shapes.
+void set_answer(const Minkowski& c, const Pose& X_WA, const Simplex& simplex, const Best& best, Distance& out) {
+  const double r_a = core_radius(c.a()), r_b = core_radius(c.b());
+  Vector3d middle = 0.5 * (r_b - r_a) * best.n;
+  for (int k = 0; k < simplex.n; ++k) middle += 0.5 * simplex.weight[k] * (simplex.corner[k].a + simplex.corner[k].b);
+  out.phi = best.g - r_a - r_b;
+  out.nhat_BA_W = X_WA.R * best.n;
+  middle = X_WA * middle;
+  out.p_WA = middle + 0.5 * out.phi * out.nhat_BA_W;
+  out.p_WB = middle - 0.5 * out.phi * out.nhat_BA_W;
+}
+
+}  // namespace
+
+void core_distance(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext&, Distance& out) {
+  const Minkowski c(a, X_WA, b, X_WB);
+  const bool curved = a.kind == Kind::Cylinder || b.kind == Kind::Cylinder;
+  const double tolerance = (curved ? kCurvedTolerance : kTolerance) * c.size();
+  Simplex simplex;
+  Vector3d v;
+  Best best;
+  double bound = 0;  // of the answer: from above where the cores are apart, else from below
+  bool ends = true;
+  if (find_nearest(c, tolerance, simplex, v)) {
+    bound = v.norm();
+    best.offer(c, v / bound);
+  } else {
+    ends = find_way_out(c, tolerance, simplex, v);
+    bound = -v.dot(simplex.corner[0].w);
+    best.offer(c, -v);
+  }
+  if (!curved) refine(c, simplex, best);
+  set_answer(c, X_WA, simplex, best, out);
+  if (curved || !ends || !(std::abs(best.g - bound) <= kConsistent * c.size())) polish(a, X_WA, b, X_WB, out);
+}
+
+}  // namespace stiction::contact::detail

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "stiction/contact/shape_data.hpp"
+
+// Internal to the layer: pairs without a closed form, by GJK and EPA. docs/theory/distance.md §5.
+
+namespace stiction::contact::detail {
+
+/// Signed distance of two shapes whose cores are a segment, a box, a cylinder or a mesh; no heap use. Of polytopes and capsules it is the
+/// answer of GJK or EPA whose lower bound (1) and upper bound agree to rounding; else, and around a cylinder, what polish() makes of it.
+void core_distance(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext&, Distance& out);
+
+}  // namespace stiction::contact::detail

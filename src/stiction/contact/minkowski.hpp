@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+
+#include "stiction/contact/shape_data.hpp"
+
+// Internal to the layer: distance and depth of two convex cores by their Minkowski difference C = A − B. docs/theory/distance.md §5.
+
+namespace stiction::contact::detail {
+
+/// A point of C and the points of both cores whose difference it is, in the axes of A.
+struct Corner {
+  Vector3d w, a, b;  // w = a − b
+  int i = 0, j = 0;  // corners of the two cores; −1 on a rim
+  bool is(const Corner& o) const { return i >= 0 && j >= 0 ? i == o.i && j == o.j : w == o.w; }
+};
+
+/// The cores of two shapes, with both placed in the axes of A around its origin.
+class Minkowski {
+ public:
+  Minkowski(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB);
+
+  /// The corner of C that is farthest along d (not 0).
+  void find_farthest(const Vector3d& d, Corner& out) const;
+  /// max d·w over C.
+  double height(const Vector3d& d) const {
+    Corner c;
+    find_farthest(d, c);
+    return d.dot(c.w);
+  }
+  /// From the centre of B to that of A.
+  Vector3d line() const { return a_.p_GCenter - (R_ * b_.p_GCenter + p_); }
+  double size() const { return a_.bounding_radius + b_.bounding_radius; }
+
+  const ShapeData& a() const { return a_; }
+  const ShapeData& b() const { return b_; }
+  const Eigen::Matrix3d& R_AB() const { return R_; }
+
+ private:
+  const ShapeData &a_, &b_;
+  Eigen::Matrix3d R_;
+  Vector3d p_;
+};
+
+/// Up to four corners of C and the weights of a point of their hull.
+struct Simplex {
+  std::array<Corner, 4> corner;
+  std::array<double, 4> weight{1, 0, 0, 0};
+  int n = 0;
+};
+
+/// The point v ≠ 0 of C nearest to the origin, with the simplex that it lies in, until no point of C is nearer by more than `tolerance` [m]
+/// (GJK). False: the origin lies in C, in `simplex` to rounding.
+bool find_nearest(const Minkowski& c, double tolerance, Simplex& simplex, Vector3d& v);
+
+/// The shortest way out of C from the origin, which lies in `simplex` to rounding, until nothing of C lies beyond it by more than
+/// `tolerance` [m] (EPA): the place on the boundary, of which `simplex` has the corners, and the unit normal m there, outward.
+/// False: an end for want of room or digits, with the best so far.
+bool find_way_out(const Minkowski& c, double tolerance, Simplex& simplex, Vector3d& m);
+
+}  // namespace stiction::contact::detail
