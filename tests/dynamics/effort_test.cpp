@@ -119,18 +119,20 @@ TEST(Effort, StepWithinEfforts_FollowsFromTheCommandThatIsKept) {
   EXPECT_NEAR((again.q_next - cut.q_next).norm(), 0, 1e-9);
 }
 
+/// … and the step is that of the command that is kept, bit by bit.
 TEST(Effort, StepWithinEfforts_CommandALittleBeyondTheMotor_IsTakenBack) {
   System system(wall_scene(kInfinity, 3));
+  const StepOptions options{.effort_limits = true, .warm_start = false};
   const Eigen::Vector2d q(0, 0);
   for (const double beyond : {1e-5, 1e-4, 4e-4, 1e-3}) {
     Eigen::VectorXd u = Eigen::Vector2d(0.1, -0.03 * (1 + beyond));
     StepResult out;
     int steps = 0;
-    ASSERT_EQ(step_within_efforts(*system.model, q, u, {.effort_limits = true}, system.work, out, steps), Status::Solved);
+    ASSERT_EQ(step_within_efforts(*system.model, q, u, options, system.work, out, steps), Status::Solved);
+    EXPECT_EQ(system(q, u, options).q_next, out.q_next) << beyond;
     const double share = system.model->stiffness()[1] * std::abs(u[1] - out.q_next[1]) / system.model->effort()[1];
     EXPECT_LE(share, 1 + 1e-9) << beyond;
     EXPECT_GE(share, 1 - 1e-3) << beyond;
-    system.work.forget();
   }
 }
 

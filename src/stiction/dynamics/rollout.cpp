@@ -16,8 +16,9 @@ using core::Status;
 constexpr int kMaxHalvings = 4;
 /// With Coulomb's law a command that is cut may lead to another solution, in which another motor saturates.
 constexpr int kMostCuts = 8;
-/// Commands that differ by less than this of what strains the spring make the same step: what a step is exact to. It is not computed anew.
-constexpr double kSameCommand = 5e-4;
+/// A command is cut to so much less than what strains the spring, what a step is exact to: the step from it is then within the effort, and is kept as it is. One
+/// that is changed after its step, by however little, may lead elsewhere with Coulomb's law.
+constexpr double kCutShort = 5e-4;
 
 /// Largest μ·slip: what friction counts for, an object on a slippery floor may go far in a sub-step.
 double largest_slide(const StepResult& result) {
@@ -57,9 +58,10 @@ Status step_within_efforts(const world::Model& model, VectorRef q, Eigen::Vector
     bool cut = false;
     for (int j = 0; j < model.n_a(); ++j) {
       if (!out.saturated[static_cast<std::size_t>(j)]) continue;
-      const double strain = out.torque[j] / model.stiffness()[j], within = out.q_next[model.n_qu() + j] + strain;
-      cut |= std::abs(within - u[j]) > kSameCommand * std::abs(strain);
-      u[j] = within;  // the motor gives the same with either
+      const double strain = out.torque[j] / model.stiffness()[j], q_j = out.q_next[model.n_qu() + j];
+      if (std::abs(u[j] - q_j) <= std::abs(strain)) continue;
+      u[j] = q_j + (1 - kCutShort) * strain;
+      cut = true;
     }
     if (!cut) return status;
     if (round == kMostCuts) return Status::NumericalFailure;
