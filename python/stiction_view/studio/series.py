@@ -31,7 +31,7 @@ class Series:
         """The figures of one knot in words."""
         share, use, force, gap = self.effort_share()[knot], self.friction_use[knot], self.force[knot], self.gap[knot]
         worst = int(np.nanargmax(np.where(np.isfinite(self.effort), np.abs(self.torque[knot]) / self.effort, -1))) if np.isfinite(share) else -1
-        motor = f"{100 * share:.1f} % of its effort ({self.joints[worst]})" if worst >= 0 else "no motor has a limit"
+        motor = f"{100 * share:.1f} % of their effort ({self.joints[worst]})" if worst >= 0 else "no motor has a limit"
         touch = f"{force:.2f} N, friction used {100 * use:.0f} %, gap {round(1e3 * gap, 2) + 0.0:.2f} mm" if np.isfinite(force) else "nothing touches"
         return f"**motors** {motor}  \n**contacts** {touch}"
 

@@ -67,20 +67,23 @@ void ContactEstimator::reset() {
 }
 
 /// The nearest contact of the last tick on the same link, within reach of merging, that has not gone on as another one; null: none.
-const ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::ContactPoint& point) const {
+ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::ContactPoint& point) {
   const double reach = options_.sense.merge * sensor_->links()[at(point.link)].spacing;
-  const Tracked* nearest = nullptr;
+  Tracked* nearest = nullptr;
   double least = reach * reach;
-  for (const Tracked& t : tracked_before_) {
+  for (Tracked& t : tracked_before_) {
     const double squared = (t.point.p_L - point.p_L).squaredNorm();
     if (t.point.link == point.link && !t.taken && squared < least) least = squared, nearest = &t;
   }
   return nearest;
 }
 
+/// ρ of (C.12).
+double ContactEstimator::calc_rho() const { return std::pow(sense_.noise / options_.plausible_force, 2); }
+
 /// Single contacts as sets of one, by (C.12).
 void ContactEstimator::rank_singles() {
-  const double rho = std::pow(sense_.noise / options_.plausible_force, 2);
+  const double rho = calc_rho();
   told_.clear(), last_.clear();
   for (const sensing::Candidate& c : sensed_.candidates) {
     sensing::ContactSet& one = told_.emplace_back();
@@ -114,7 +117,7 @@ void ContactEstimator::find_sets() {
   if (sensed_.verdict == sensing::Verdict::BelowThreshold)
     for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
   if (trackers_.empty() || told_.empty() || !needs_more()) return;
-  const double sigma = sense_.noise, rho = std::pow(sigma / options_.plausible_force, 2);
+  const double sigma = sense_.noise, rho = calc_rho();
   const world::Model& model = sensor_->model();
   world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
   sensing::calc_contact_rows(model, kinematics_, bodies_, external_, nullptr, sigma, rows_work_, rows_);
@@ -201,9 +204,9 @@ void ContactEstimator::tell(VectorRef q_now) {
   for (int s = 0; s < static_cast<int>(told_.size()); ++s)
     for (int i = 0; i < told_[at(s)].count; ++i) {
       const sensing::ContactPoint& point = told_[at(s)].contacts[at(i)];
-      const Tracked* before = find_tracked(point);
+      Tracked* before = find_tracked(point);
       const int id = before != nullptr ? before->id : next_id_++;
-      if (before != nullptr) tracked_before_[static_cast<std::size_t>(before - tracked_before_.data())].taken = true;
+      if (before != nullptr) before->taken = true;
       tracked_.push_back({id, point});
       const world::Pose& X_WB = kinematics_.X_WB[at(bodies_[at(point.link)])];
       contacts_.push_back({.id = id,

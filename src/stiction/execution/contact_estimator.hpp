@@ -90,7 +90,8 @@ class ContactEstimator {
   std::span<const sensing::ContactSet> make_parents(std::size_t tracker);
   void choose_told();
   void tell(control::VectorRef q_now);
-  const Tracked* find_tracked(const sensing::ContactPoint& point) const;
+  Tracked* find_tracked(const sensing::ContactPoint& point);
+  double calc_rho() const;
 
   std::shared_ptr<const sensing::Sensor> sensor_;
   ContactEstimatorOptions options_;
