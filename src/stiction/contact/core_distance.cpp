@@ -11,10 +11,11 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kTolerance = 1e-14;       // where GJK and EPA end, of the sizes [-]: polytopes end on an exact feature,
-constexpr double kCurvedTolerance = 1e-7;  // around a cylinder they only have to find where polish() starts
-constexpr double kConsistent = 1e-11;      // largest difference between the two bounds of an answer, of the sizes [-]
-constexpr double kParallel = 1e-13;        // sine of the angle below which two edges give no normal [-]
+constexpr double kTolerance = 1e-14;  // where GJK and EPA end, of the sizes [-]: polytopes end on an exact feature,
+// around a cylinder they only have to find where polish() starts, n̂ to 1e-3 rad at gaps of a thousandth.
+constexpr double kCurvedGap = 1e-9, kCurvedDepth = 1e-11;
+constexpr double kConsistent = 1e-11;  // largest difference between the two bounds of an answer, of the sizes [-]
+constexpr double kParallel = 1e-13;    // sine of the angle below which two edges give no normal [-]
 
 /// Different corners of one of the cores in a simplex.
 template <class Index>
@@ -88,23 +89,22 @@ void set_answer(const Minkowski& c, const Pose& X_WA, const Simplex& simplex, co
 void core_distance(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext&, Distance& out) {
   const Minkowski c(a, X_WA, b, X_WB);
   const bool curved = a.kind == Kind::Cylinder || b.kind == Kind::Cylinder;
-  const double tolerance = (curved ? kCurvedTolerance : kTolerance) * c.size();
   Simplex simplex;
   Vector3d v;
   Best best;
-  double bound = 0;  // of the answer: from above where the cores are apart, else from below
+  double bound = 0;  // of phi from above: of two points, or of a polytope within C
   bool ends = true;
-  if (find_nearest(c, tolerance, simplex, v)) {
+  if (find_nearest(c, (curved ? kCurvedGap : kTolerance) * c.size(), simplex, v)) {
     bound = v.norm();
     best.offer(c, v / bound);
   } else {
-    ends = find_way_out(c, tolerance, simplex, v);
-    bound = -v.dot(simplex.corner[0].w);
+    ends = find_way_out(c, (curved ? kCurvedDepth : kTolerance) * c.size(), simplex, v);
+    bound = ends ? -v.dot(simplex.corner[0].w) : std::numeric_limits<double>::infinity();
     best.offer(c, -v);
   }
   if (!curved) refine(c, simplex, best);
   set_answer(c, X_WA, simplex, best, out);
-  if (curved || !ends || !(std::abs(best.g - bound) <= kConsistent * c.size())) polish(a, X_WA, b, X_WB, out);
+  if (curved || !ends || !(std::abs(best.g - bound) <= kConsistent * c.size())) polish(a, X_WA, b, X_WB, bound, out);
 }
 
 }  // namespace stiction::contact::detail

@@ -39,6 +39,15 @@ std::shared_ptr<const MeshData> make_mesh_data(const world::ConvexMesh& mesh) {
     planes.emplace_back(n.x(), n.y(), n.z(), n.dot(p));
     out->face.push_back(static_cast<int>(i));
   }
+  std::vector<std::vector<int>> around(static_cast<std::size_t>(n_v));
+  for (std::size_t k = 0; k < out->face.size(); ++k) {
+    for (int i = 0; i < 3; ++i) around[static_cast<std::size_t>(mesh.triangles(i, out->face[k]))].push_back(static_cast<int>(k));
+  }
+  out->begin = {0};
+  for (const std::vector<int>& planes_of : around) {
+    out->around.insert(out->around.end(), planes_of.begin(), planes_of.end());
+    out->begin.push_back(static_cast<int>(out->around.size()));
+  }
   const auto n_f = static_cast<Eigen::Index>(planes.size());
   if (n_f == 0) core::throw_invalid("mesh.triangles", "only triangles without area", "a closed convex surface");
   out->nx.resize(n_f);

@@ -1,11 +1,27 @@
 #include "stiction/contact/features.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kNear = 0.05;  // of all shapes but meshes: features within this angle are tried [rad]
+constexpr int kMostWalked = 64;  // corners of a mesh that are looked at
+constexpr double kNear = 0.05;   // of all shapes but meshes: features within this angle are tried [rad]
+
+// How far p is from a feature at least.
+double distance(const Feature& f, const Vector3d& p) {
+  const Vector3d d = p - f.point;
+  if (f.n_dirs == 2) {
+    const double height = std::abs(f.normal.dot(d)), x = std::abs(f.dir[0].dot(d)), y = std::abs(f.dir[1].dot(d));
+    if (f.mesh) return height;
+    return height + (f.disc ? std::max(0.0, std::hypot(x, y) - f.half[0]) : std::max({0.0, x - f.half[0], y - f.half[1]}));
+  }
+  if (f.n_dirs == 1) return std::abs((d - std::clamp(f.dir[0].dot(d), -f.half[0], f.half[0]) * f.dir[0]).norm() - f.rim);
+  if (f.rim <= 0) return d.norm();
+  const double height = f.rim_axis.dot(d);
+  return std::hypot(height, (d - height * f.rim_axis).norm() - f.rim);
+}
 
 // Along each axis a feature of a box extends (0) or lies at an end (±1); near 0 the sign of the slope cannot be trusted.
 void add_box(const ShapeData& s, const Pose& X, const Vector3d& l, Features& out) {
@@ -65,46 +81,75 @@ void add_cap(const ShapeData& s, const Pose& X, const Vector3d& l, Features& out
   out.add(f);
 }
 
+void add_face(const MeshData& m, int plane, const Pose& X, Features& out) {
+  const Eigen::Vector3i tri = m.triangles.col(m.face[plane]);
+  Feature f;
+  f.normal = X.R * Vector3d(m.nx[plane], m.ny[plane], m.nz[plane]);
+  f.point = X * m.vertices.col(tri[0]);
+  f.n_dirs = 2;
+  f.dir[0] = X.R * (m.vertices.col(tri[1]) - m.vertices.col(tri[0])).normalized();
+  f.dir[1] = f.normal.cross(f.dir[0]);
+  f.mesh = &m;  // the face may be larger than this triangle
+  f.X_WG = &X;
+  out.add(f);
+}
+
+void add_edge(const MeshData& m, int v, int w, const Pose& X, Features& out) {
+  const Vector3d along = m.vertices.col(w) - m.vertices.col(v);
+  Feature f;
+  f.point = X * Vector3d(0.5 * (m.vertices.col(v) + m.vertices.col(w)));
+  f.n_dirs = 1;
+  f.dir[0] = X.R * along.normalized();
+  f.half[0] = 0.5 * along.norm();
+  out.add(f);
+}
+
+// The corners near the top hang together: they are met on a walk over edges from the highest one.
 void add_mesh(const ShapeData& s, const Pose& X, const Vector3d& l, double near, Features& out) {
   const MeshData& m = *s.mesh;
-  const double top = l.dot(m.vertices.col(find_vertex(m, l))), low = top - near * 2.0 * m.radius;
+  const int highest = find_vertex(m, l);
+  const double low = l.dot(m.vertices.col(highest)) - near * 2.0 * m.radius;
   const auto is_near = [&](int v) { return l.dot(m.vertices.col(v)) > low; };
-  for (std::size_t i = 0; i < m.face.size(); ++i) {
-    const Eigen::Vector3i tri = m.triangles.col(m.face[i]);
-    const auto k = static_cast<Eigen::Index>(i);
-    const Vector3d normal(m.nx[k], m.ny[k], m.nz[k]);
-    if (normal.dot(l) > 0 && normal.cross(l).squaredNorm() < near * near) {
-      Feature f;
-      f.normal = X.R * normal;
-      f.point = X * m.vertices.col(tri[0]);
-      f.n_dirs = 2;
-      f.dir[0] = X.R * (m.vertices.col(tri[1]) - m.vertices.col(tri[0])).normalized();
-      f.dir[1] = f.normal.cross(f.dir[0]);
-      f.mesh = &m;  // the face may be larger than this triangle
-      f.X_WG = &X;
-      out.add(f);
+  std::array<int, kMostWalked> walked{highest};
+  int n = 1;
+  for (int at = 0; at < n; ++at) {
+    const int v = walked[at];
+    Feature corner;
+    corner.point = X * m.vertices.col(v);
+    out.add(corner);
+    for (int k = m.begin[v]; k < m.begin[v + 1]; ++k) {
+      const int plane = m.around[k];
+      const Eigen::Vector3i tri = m.triangles.col(m.face[plane]);
+      const int e = tri[0] == v ? 0 : tri[1] == v ? 1 : 2, w = tri[(e + 1) % 3], x = tri[(e + 2) % 3];
+      const Vector3d normal(m.nx[plane], m.ny[plane], m.nz[plane]);
+      const bool is_first = std::none_of(walked.begin(), walked.begin() + at, [&](int y) { return y == w || y == x; });
+      if (is_first && normal.dot(l) > 0 && normal.cross(l).squaredNorm() < near * near) add_face(m, plane, X, out);
+      if (!is_near(w)) continue;
+      const auto seen = std::find(walked.begin(), walked.begin() + n, w);
+      if (seen - walked.begin() > at) add_edge(m, v, w, X, out);  // each edge of two triangles from the corner that was met first
+      if (seen == walked.begin() + n && n < kMostWalked) walked[n++] = w;
     }
-    for (int e = 0; e < 3; ++e) {
-      const int v = tri[e], w = tri[(e + 1) % 3];
-      if (v > w || !is_near(v) || !is_near(w)) continue;  // each edge has one triangle with v < w
-      const Vector3d along = m.vertices.col(w) - m.vertices.col(v);
-      Feature f;
-      f.point = X * Vector3d(0.5 * (m.vertices.col(v) + m.vertices.col(w)));
-      f.n_dirs = 1;
-      f.dir[0] = X.R * along.normalized();
-      f.half[0] = 0.5 * along.norm();
-      out.add(f);
-    }
-  }
-  for (Eigen::Index v = 0; v < m.vertices.cols(); ++v) {
-    if (!is_near(static_cast<int>(v))) continue;
-    Feature f;
-    f.point = X * m.vertices.col(v);
-    out.add(f);
   }
 }
 
 }  // namespace
+
+double Features::rank(const Feature& f) const {
+  if (!sorted_) return 0;
+  const double off = distance(f, at_);
+  return off <= same_ ? f.n_dirs - 3 : off;
+}
+
+void Features::add(const Feature& f) {
+  const double rank = this->rank(f);
+  if (n_ == kMostFeatures && rank >= rank_[n_ - 1]) return;
+  const int place = n_ < kMostFeatures ? n_++ : place_[n_ - 1];
+  list_[place] = f;
+  int k = n_ - 1;
+  for (; k > 0 && rank < rank_[k - 1]; --k) rank_[k] = rank_[k - 1], place_[k] = place_[k - 1];
+  rank_[k] = rank;
+  place_[k] = place;
+}
 
 void find_features(const ShapeData& s, const Pose& X, const Vector3d& d, double near, Features& out) {
   const Vector3d l = X.R.transpose() * d;

@@ -32,12 +32,28 @@ struct Feature {
   Vector3d support(const Vector3d& d) const { return rim > 0 ? Vector3d(point + rim * radial(d)) : point; }
 };
 
-struct Features {
-  std::array<Feature, kMostFeatures> list;
-  int n = 0;
-  void add(const Feature& f) {
-    if (n < kMostFeatures) list[n++] = f;
-  }
+/// Features in the order in which they are tried: those that a point lies on first, of these corners and rims before edges before faces,
+/// then the others, the nearest first. Of too many the last are left out.
+class Features {
+ public:
+  Features() = default;
+  /// @param at  of the boundary of the core, to within `same` [m]
+  Features(const Vector3d& at, double same) : at_(at), same_(same), sorted_(true) {}
+
+  void add(const Feature& f);
+  int size() const { return n_; }
+  const Feature& operator[](int i) const { return list_[place_[i]]; }
+
+ private:
+  double rank(const Feature& f) const;
+
+  Vector3d at_{0, 0, 0};
+  double same_ = 0;
+  bool sorted_ = false;  // otherwise in the order of add()
+  int n_ = 0;
+  std::array<Feature, kMostFeatures> list_;
+  std::array<int, kMostFeatures> place_;
+  std::array<double, kMostFeatures> rank_;
 };
 
 inline double sign(double x) { return x < 0 ? -1.0 : 1.0; }

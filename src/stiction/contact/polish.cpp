@@ -9,8 +9,11 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kNear = 0.05;             // features within this angle of the first normal are tried [rad],
-constexpr double kNearest = 1e-3;          // of meshes first those within this one: a round part has more than are tried within the other
+constexpr double kNear = 0.05;      // features within this angle of the first normal are tried [rad],
+constexpr double kNearest = 1e-3;   // of meshes first those within this one: a round part has more than are tried within the other
+constexpr double kCertain = 2e-11;  // of a bound of phi, of the sizes
+constexpr double kSame =
+    1e-3;  // how far the first witness points are off at most, or some pairs of features are tried in vain, of the sizes
 constexpr int kMostRounds = 60;            // of projections back and forth
 constexpr std::size_t kMostVertices = 32;  // of a mesh whose edges are all tried
 
@@ -20,7 +23,7 @@ struct Pair {
   const Pose& X_WA;
   const ShapeData& b;
   const Pose& X_WB;
-  double r_a, r_b, scale;
+  double r_a, r_b, scale, bound;
 
   double separation(const Vector3d& n) const { return -core_support(a, X_WA, -n) - core_support(b, X_WB, n); }
 };
@@ -31,8 +34,8 @@ struct Answer {
   Vector3d middle{0, 0, 0};    // between the witness points
   bool matched = false;        // two features meet there
 
-  // The points are as far apart as the separation, which no distance is below: nothing can be better.
-  bool is_certain() const { return matched && separation > 0; }
+  // Apart, the points are as far from each other as the separation, which no distance is below: nothing can be better. Nor can it beyond the bound.
+  bool is_certain(const Pair& pair) const { return matched && (separation > 0 || separation >= pair.bound - kCertain * pair.scale); }
 
   void offer(const Pair& pair, const Vector3d& normal, bool points, const Vector3d& p_a, const Vector3d& p_b) {
     const double g = pair.separation(normal);
@@ -50,20 +53,19 @@ struct Answer {
 
 // The best answer that pairs of features near `start` give. Every unit n gives a separation no larger than the distance: the largest
 // among the stationary ones is it.
-Answer refine(const Pair& pair, const Vector3d& start, double near) {
-  Features features_a, features_b;
+Answer refine(const Pair& pair, const Vector3d& start, double near, Features features_a, Features features_b) {
   find_features(pair.a, pair.X_WA, -start, near, features_a);
   find_features(pair.b, pair.X_WB, start, near, features_b);
   Answer best{.n = start, .separation = pair.separation(start)};
-  for (int i = 0; i < features_a.n; ++i) {
-    for (int j = 0; j < features_b.n; ++j) {
-      const Feature &a = features_a.list[i], &b = features_b.list[j];
+  for (int i = 0; i < features_a.size(); ++i) {
+    for (int j = 0; j < features_b.size(); ++j) {
+      const Feature &a = features_a[i], &b = features_b[j];
       Vector3d n = start, p_a, p_b;
       if (find_normal(a, b, n)) {
         const bool points = find_points(a, b, n, pair.scale, p_a, p_b);
         best.offer(pair, n, points, p_a, p_b);
       }
-      if (best.is_certain()) return best;
+      if (best.is_certain(pair)) return best;
       const bool flat_a = is_flat_rim(a, start), flat_b = is_flat_rim(b, start);
       if (!(flat_a || flat_b) || a.n_dirs + a.rim == 0 || b.n_dirs + b.rim == 0 || a.n_dirs == 2 || b.n_dirs == 2) continue;
       Vector3d starts[2];
@@ -71,19 +73,19 @@ Answer refine(const Pair& pair, const Vector3d& start, double near) {
       for (int k = 0; k < n_starts; ++k) {
         n = start;
         if (find_crossing(a, b, starts[k], n, p_a, p_b)) best.offer(pair, n, true, p_a, p_b);
-        if (best.is_certain()) return best;
+        if (best.is_certain(pair)) return best;
       }
     }
   }
   return best;
 }
 
-Answer refine(const Pair& pair, const Vector3d& start) {
+Answer refine(const Pair& pair, const Vector3d& start, const Features& of_a, const Features& of_b) {
   if (pair.a.kind == Kind::Mesh || pair.b.kind == Kind::Mesh) {
-    const Answer nearest = refine(pair, start, kNearest);
-    if (nearest.is_certain()) return nearest;
+    const Answer nearest = refine(pair, start, kNearest, of_a, of_b);
+    if (nearest.is_certain(pair)) return nearest;
   }
-  return refine(pair, start, kNear);
+  return refine(pair, start, kNear, of_a, of_b);
 }
 
 // Visits the outward normals of the flat faces of a shape, in W.
@@ -168,15 +170,16 @@ Vector3d find_common_point(const Pair& pair, const Answer& best, const Vector3d&
 
 }  // namespace
 
-void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, Distance& d) {
+void polish(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, double bound, Distance& d) {
   const double r_a = core_radius(a), r_b = core_radius(b);
-  const Pair pair{a, X_WA, b, X_WB, r_a, r_b, a.bounding_radius + b.bounding_radius};
-  Answer best = refine(pair, d.nhat_BA_W);
+  const Pair pair{a, X_WA, b, X_WB, r_a, r_b, a.bounding_radius + b.bounding_radius, bound};
+  const double same = kSame * pair.scale;
+  Answer best = refine(pair, d.nhat_BA_W, Features(d.p_WA + r_a * d.nhat_BA_W, same), Features(d.p_WB - r_b * d.nhat_BA_W, same));
   // An answer may be that of another way out. A direction that separates more than its answer does starts the search again.
-  if (!best.is_certain()) {
+  if (!best.is_certain(pair)) {
     double canonical = best.separation + 1e-12 * pair.scale;
     const Vector3d start = find_canonical(pair, canonical);
-    if (start.squaredNorm() > 0) best = refine(pair, start);
+    if (start.squaredNorm() > 0) best = refine(pair, start, {}, {});
   }
   d.phi = best.separation - r_a - r_b;
   d.nhat_BA_W = best.n;

@@ -29,9 +29,10 @@ struct MeshData {
   Eigen::Matrix3Xd vertices;  // copy of the mesh's, so that the data outlives the scene
   SupportTable farthest;      // of the vertices
   Eigen::Matrix3Xi triangles;
-  Eigen::VectorXd nx, ny, nz, d;  // outward plane n·x = d of every triangle that has an area
-  std::vector<int> face;          // triangle of each plane
-  Vector3d p_GCenter;             // centre and radius of a bounding sphere
+  Eigen::VectorXd nx, ny, nz, d;   // outward plane n·x = d of every triangle that has an area
+  std::vector<int> face;           // triangle of each plane
+  std::vector<int> around, begin;  // planes around vertex v: around[begin[v]], …, before begin[v + 1]
+  Vector3d p_GCenter;              // centre and radius of a bounding sphere
   double radius = 0;
 };
 
