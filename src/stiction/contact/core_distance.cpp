@@ -86,17 +86,20 @@ void set_answer(const Minkowski& c, const Pose& X_WA, const Simplex& simplex, co
 
 }  // namespace
 
-void core_distance(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext&, Distance& out) {
+void core_distance(const ShapeData& a, const Pose& X_WA, const ShapeData& b, const Pose& X_WB, const KernelContext& context,
+                   Distance& out) {
   const Minkowski c(a, X_WA, b, X_WB);
   const bool curved = a.kind == Kind::Cylinder || b.kind == Kind::Cylinder;
+  const double slack = kConsistent * c.size(), enough = context.limit + core_radius(a) + core_radius(b) + slack;
   Simplex simplex;
   Vector3d v;
   Best best;
   double bound = 0;  // of phi from above: of two points, or of a polytope within C
   bool ends = true;
-  if (find_nearest(c, (curved ? kCurvedGap : kTolerance) * c.size(), simplex, v)) {
+  if (find_nearest(c, (curved ? kCurvedGap : kTolerance) * c.size(), enough + slack, simplex, v)) {
     bound = v.norm();
     best.offer(c, v / bound);
+    if (best.g >= enough) return set_answer(c, X_WA, simplex, best, out);
   } else {
     ends = find_way_out(c, (curved ? kCurvedDepth : kTolerance) * c.size(), simplex, v);
     bound = ends ? -v.dot(simplex.corner[0].w) : std::numeric_limits<double>::infinity();
@@ -104,7 +107,7 @@ void core_distance(const ShapeData& a, const Pose& X_WA, const ShapeData& b, con
   }
   if (!curved) refine(c, simplex, best);
   set_answer(c, X_WA, simplex, best, out);
-  if (curved || !ends || !(std::abs(best.g - bound) <= kConsistent * c.size())) polish(a, X_WA, b, X_WB, bound, out);
+  if (curved || !ends || !(std::abs(best.g - bound) <= slack)) polish(a, X_WA, b, X_WB, bound, out);
 }
 
 }  // namespace stiction::contact::detail

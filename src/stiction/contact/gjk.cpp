@@ -77,7 +77,7 @@ bool reduce(Simplex& s, double size, Vector3d& v) {
 
 }  // namespace
 
-bool find_nearest(const Minkowski& c, double tolerance, Simplex& simplex, Vector3d& v) {
+bool find_nearest(const Minkowski& c, double tolerance, double enough, Simplex& simplex, Vector3d& v) {
   const double size = c.size(), zero = kRounding * size;
   v = c.line();
   if (v.squaredNorm() <= zero * zero) v = Vector3d::UnitX();
@@ -91,7 +91,8 @@ bool find_nearest(const Minkowski& c, double tolerance, Simplex& simplex, Vector
     Corner& next = simplex.corner[simplex.n];
     c.find_farthest(-v, next);
     const double length = std::sqrt(v2);
-    if (length - v.dot(next.w) / length <= tolerance) return true;
+    const double separation = v.dot(next.w) / length;
+    if (length - separation <= tolerance || separation >= enough) return true;
     for (int k = 0; k < simplex.n; ++k) {
       if (next.is(simplex.corner[k])) return true;
     }

@@ -50,8 +50,8 @@ struct Simplex {
 };
 
 /// The point v ≠ 0 of C nearest to the origin, with the simplex that it lies in, until no point of C is nearer by more than `tolerance` [m]
-/// (GJK). False: the origin lies in C, in `simplex` to rounding.
-bool find_nearest(const Minkowski& c, double tolerance, Simplex& simplex, Vector3d& v);
+/// (GJK), or until C is at least `enough` [m] away in the direction of v. False: the origin lies in C, in `simplex` to rounding.
+bool find_nearest(const Minkowski& c, double tolerance, double enough, Simplex& simplex, Vector3d& v);
 
 /// The shortest way out of C from the origin, which lies in `simplex` to rounding, until nothing of C lies beyond it by more than
 /// `tolerance` [m] (EPA): the place on the boundary, of which `simplex` has the corners, and the unit normal m there, outward.

@@ -129,7 +129,8 @@ const world::Pose& Workspace::Impl::pose_of(int g) {
   return X_WG[g];
 }
 
-void Workspace::Impl::narrow(int pair, Distance& out) {
+void Workspace::Impl::narrow(int pair, double limit, Distance& out) {
+  context.limit = limit;
   const PairData& p = pairs[pair];
   if (!p.kernel) {
     detail::sphere_sphere({center_x[p.a], center_y[p.a], center_z[p.a]}, p.radius_a, {center_x[p.b], center_y[p.b], center_z[p.b]},
@@ -160,7 +161,7 @@ int Workspace::Impl::fill_patch(int pair, double limit, Contact* out) {
     done = calc_patch(first, second, d, certain, options, patch_scratch, patch);
   }
   if (!done) {
-    narrow(pair, d);
+    narrow(pair, limit, d);
     if (!(d.phi < limit)) return 0;
     if (swapped) detail::swap_roles(d);
     calc_patch(first, second, d, true, options, patch_scratch, patch);
@@ -192,7 +193,7 @@ int Workspace::Impl::fill(int pair, double limit, Contact* out) {
   if (is_beyond(pair, limit)) return 0;
   if (p.patch) return fill_patch(pair, limit, out);
   Distance d;
-  narrow(pair, d);
+  narrow(pair, limit, d);
   if (!(d.phi < limit)) return 0;
   out->pair = pair;
   out->id = make_id(pair);
@@ -317,7 +318,7 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
   // The pair of hulls that looks nearest is likely to put the others out of reach. In its turn, and not before, it may end the search:
   // the answer is that of the pairs in their order, whichever is asked first.
   const int nearest = w.guess_nearest_hulls(pair_indices);
-  if (nearest >= 0) w.narrow(nearest, d);
+  if (nearest >= 0) w.narrow(nearest, std::numeric_limits<double>::infinity(), d);
   const double phi_nearest = nearest >= 0 ? d.phi : best;
   best = phi_nearest;
   for (const int i : pair_indices) {
@@ -329,7 +330,7 @@ double calc_min_distance(const world::Model& model, const world::Kinematics& kin
       if (p.half_space < 0 && d2 > reach * std::abs(reach)) continue;
       if (p.kernel) {
         if (w.is_beyond(i, limit)) continue;
-        w.narrow(i, d);
+        w.narrow(i, limit, d);
         phi = d.phi;
       } else {
         phi = std::sqrt(d2) - w.radius_sum[i];
@@ -355,7 +356,7 @@ bool any_nearer(const world::Model& model, const world::Kinematics& kinematics, 
     if (p.half_space < 0 && d2 > reach * std::abs(reach)) return false;
     if (!p.kernel) return std::sqrt(d2) - w.radius_sum[i] < distance;
     if (w.is_beyond(i, distance)) return false;
-    w.narrow(i, d);
+    w.narrow(i, distance, d);
     return d.phi < distance;
   });
 }
@@ -366,7 +367,7 @@ Distance pair_distance(const world::Model& model, const world::Kinematics& kinem
   require_pair(w, pair);
   w.set_kinematics(kinematics, std::span(&pair, 1));
   Distance out;
-  w.narrow(pair, out);
+  w.narrow(pair, std::numeric_limits<double>::infinity(), out);
   return out;
 }
 

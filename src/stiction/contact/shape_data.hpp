@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "stiction/contact/contact.hpp"
@@ -96,6 +97,8 @@ struct Planar {
 /// What a kernel may use besides its two shapes.
 struct KernelContext {
   Planar planar;
+  double limit =
+      std::numeric_limits<double>::infinity();  // a separation of at least this is answer enough [m]: φ and points need not be more
 };
 
 /// Signed distance of a before b, kind(a) ≤ kind(b).

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stiction/contact/core_distance.hpp"
 #include "stiction/core/invalid_input.hpp"
 
 // What a Workspace knows of a model before the first query: shapes, pairs in runs, columns of their Jacobians, room for answers.
@@ -94,11 +95,10 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
     data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
     data.patch = detail::has_patch(geometries[data.first].shape, geometries[data.second].shape);
     data.boxes = a.kind == Kind::Box && b.kind == Kind::Box;
-    const auto is_polytope = [](const detail::ShapeData& s) { return s.kind == Kind::Box || s.kind == Kind::Mesh; };
-    data.hulls = is_polytope(a) && is_polytope(b) && !data.boxes;
     data.in_slabs = geometries[data.second].shape.kind == Kind::Box && !model.planar_axis();
     if (a.kind != Kind::Sphere || b.kind != Kind::Sphere) {
       data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
+      data.hulls = data.kernel == detail::core_distance;
       if (!data.kernel) {
         core::throw_invalid(fmt::format("pairs[{}]", i),
                             fmt::format("two half-spaces '{}' and '{}'", model_geometries[data.a].name, model_geometries[data.b].name),

@@ -31,7 +31,7 @@ struct Workspace::Impl {
     bool patch = false;              // may touch in several points
     bool boxes = false;              // two boxes, not of a planar model
     bool in_plane = false;           // planar models: both centres lie in one plane, so that only motion in it parts them
-    bool hulls = false;              // two polytopes, not two boxes: `parting` bounds phi from below
+    bool hulls = false;              // goes to core_distance(): `parting` bounds phi from below
     bool in_slabs = false;           // the second is a box, not of a planar model: its slabs bound phi from below
     int half_space = -1;             // 0 none, else the other geometry's distance to the plane bounds phi from below
     int run_begin = 0, run_end = 0;  // columns of its Jacobian in column_runs
@@ -74,7 +74,7 @@ struct Workspace::Impl {
   bool is_beyond(int pair, double limit) const;                      // by a bound of phi that is better than that of spheres
   double parted_by(int pair) const;                                  // separation along `parting`: of hulls, another lower bound
   int guess_nearest_hulls(std::span<const int> pair_indices) const;  // by the bounds; −1 without hulls
-  void narrow(int pair, Distance& out);
+  void narrow(int pair, double limit, Distance& out);                // phi ≥ limit may be a bound
   void flatten(const PairData& pair, Distance& out) const;
   void reserve_scratch();
   const detail::ShapeData& shape_of(const PairData& pair, int geometry) const;
