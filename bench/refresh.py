@@ -4,8 +4,9 @@
     build/release/stiction bench --json > bench.json
     bench/end_to_end.py --seeds 100 > end_to_end.json
     bench/cone_vs.py > cone_vs.json
+    bench/mesh_steps.py > mesh_steps.json
     build/release/bench/growth_bench planar_hand allegro_ball_table_3_2 > growth.txt
-    bench/refresh.py [--steps bench.json] [--end-to-end end_to_end.json] [--cones cone_vs.json] [--growth growth.txt]
+    bench/refresh.py [--steps bench.json] [--end-to-end end_to_end.json] [--meshes mesh_steps.json] [--cones cone_vs.json] [--growth growth.txt]
 """
 
 import argparse
@@ -129,6 +130,22 @@ def cones_section(data):
     ]
 
 
+def meshes_section(data):
+    lines = ["| row | contacts | median [ms] | p95 [ms] | of its twin's | allocations |", "|---|---|---|---|---|---|"]
+    for row in data["results"]:
+        ratio = f"{row['ratio_to_twin']:.2f}" if "ratio_to_twin" in row else "–"
+        lines.append(
+            f"| `{row['name']}` | {row['contacts']:.0f} | {milliseconds(row['median_s'])} | {milliseconds(row['p95_s'])} | {ratio} | {row['allocations']} |"
+        )
+    return [
+        "## Meshes beside primitives",
+        "",
+        f"`bench/mesh_steps.py`: exact steps of robots with their meshes, and of the same robots made of capsules (arms) or boxes (hand), one run. Commit: {data['commit']}.",
+        "",
+        *lines,
+    ]
+
+
 def growth_section(text):
     return [
         "## Size of the tree",
@@ -158,6 +175,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=pathlib.Path, help="of stiction bench --json")
     parser.add_argument("--end-to-end", type=pathlib.Path, help="of bench/end_to_end.py")
+    parser.add_argument("--meshes", type=pathlib.Path, help="of bench/mesh_steps.py")
     parser.add_argument("--cones", type=pathlib.Path, help="of bench/cone_vs.py")
     parser.add_argument("--growth", type=pathlib.Path, help="of growth_bench")
     arguments = parser.parse_args()
@@ -169,12 +187,14 @@ def main():
         new.append(steps_section(json.loads(arguments.steps.read_text())))
     if arguments.end_to_end:
         new.append(end_to_end_section(json.loads(arguments.end_to_end.read_text()), sections.get("## End to end", [])))
+    if arguments.meshes:
+        new.append(meshes_section(json.loads(arguments.meshes.read_text())))
     if arguments.cones:
         new.append(cones_section(json.loads(arguments.cones.read_text())))
     if arguments.growth:
         new.append(growth_section(arguments.growth.read_text()))
     if not new:
-        parser.error("nothing given: at least one of --steps, --end-to-end, --cones, --growth")
+        parser.error("nothing given: at least one of --steps, --end-to-end, --meshes, --cones, --growth")
     for lines in new:
         sections[lines[0]] = lines
     target.write_text("\n\n".join("\n".join(lines) for lines in sections.values()) + "\n", encoding="utf-8")

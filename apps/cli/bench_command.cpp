@@ -30,7 +30,11 @@ nlohmann::ordered_json number(std::optional<double> value) { return value ? nloh
 int run_bench(const BenchArguments& arguments) {
   catch_signals();
   BenchTable table(arguments);
-  for (const auto add : {add_step_rows, add_cone_rows, add_plan_rows, add_sensing_rows, add_control_rows}) add(table);
+  if (arguments.tasks.empty()) {
+    for (const auto add : {add_step_rows, add_cone_rows, add_plan_rows, add_sensing_rows, add_control_rows}) add(table);
+  } else {
+    add_task_rows(table);
+  }
   table.line().clear();
   const auto& rows = table.rows();
   if (rows.empty() && !interrupted()) core::throw_invalid("--filter", fmt::format("'{}'", arguments.filter), "part of the name of a row");
@@ -64,6 +68,7 @@ Run declare_bench(CLI::App& command) {
   BenchArguments& a = *arguments;
   add_json(command, a.json);
   command.add_option("--filter", a.filter, "Only the rows whose name contains this");
+  command.add_option("--task", a.tasks, "Only steps of this task, a built-in one or a file (.yaml); may be given again");
   command.add_option("--repeat", a.repeat, "Repetitions of each timing")->capture_default_str()->check(CLI::Range(1, 1000));
   return [arguments] { return run_bench(*arguments); };
 }

@@ -17,15 +17,16 @@
 namespace stiction::app {
 namespace {
 
+namespace fs = std::filesystem;
 using core::Status;
 
 /// Figures of others [s]. Published: T. Pang, PhD thesis, MIT 2023, section 2.3 (69 coordinates with a commercial cone solver: below 10 ms). Peer: the thesis's
 /// research code (quasistatic_simulator c917755, Drake 1.26 with Clarabel) measured on two cores of an AMD EPYC, medians.
 struct TaskReference {
-  const char* task;
+  std::string task;  ///< name or file
   Reference exact_B, smoothed_B, smoothed_AB;
 };
-constexpr TaskReference kSteps[] = {
+const TaskReference kSteps[] = {
     {"planar_pushing", {{}, 0.15e-3}, {{}, 0.18e-3}, {}},
     {"planar_hand", {{}, 0.64e-3}, {{}, 0.75e-3}, {}},
     {"allegro_ball", {{}, 0.90e-3}, {{}, 1.38e-3}, {{}, 4.2e-3}},
@@ -127,7 +128,7 @@ void steps(BenchTable& table, const TaskReference& entry, bool main_rows_only) {
   Scenario scenario;
   for (const auto& kind : kinds) {
     for (const bool warm : {false, true}) {
-      const std::string name = std::string(kind.prefix) + entry.task + (warm ? "/warm" : "");
+      const std::string name = kind.prefix + fs::path(entry.task).stem().string() + (warm ? "/warm" : "");
       if (!table.wanted(name) || (main_rows_only && (warm || !kind.main_row)) || (kind.coulomb && warm)) continue;
       if (!task) task = tasks::load_task(entry.task, table.task_dirs());
       if (kind.coulomb && task->options.friction_law != dynamics::FrictionLaw::Coulomb) continue;
@@ -201,6 +202,10 @@ void randomized(BenchTable& table, const std::string& name) {
 }
 
 }  // namespace
+
+void add_task_rows(BenchTable& table) {
+  for (const auto& task : table.tasks()) steps(table, {task, {}, {}, {}}, false);
+}
 
 void add_step_rows(BenchTable& table) {
   for (const auto& entry : kSteps) steps(table, entry, false);

@@ -27,6 +27,7 @@ struct Row {
 
 struct BenchArguments {
   std::string filter;
+  std::vector<std::string> tasks;  ///< to time steps of, in place of all rows; names of built-in ones, or files
   int repeat = 5;
   bool json = false;
 };
@@ -44,6 +45,7 @@ class BenchTable {
 
   /// The name has the filter in it, and nobody has asked to stop.
   bool wanted(std::string_view name) const { return name.find(arguments_.filter) != std::string_view::npos && !interrupted(); }
+  const std::vector<std::string>& tasks() const { return arguments_.tasks; }
   int repeat() const { return arguments_.repeat; }
   const std::vector<std::filesystem::path>& task_dirs() const { return dirs_; }
   /// The folder of robots and scenes beside that of the tasks. @throws core::InvalidInput
@@ -62,6 +64,7 @@ class BenchTable {
 
 /// Each adds the rows of its part that are wanted.
 void add_step_rows(BenchTable& table);
+void add_task_rows(BenchTable& table);  ///< steps of BenchTable::tasks
 void add_cone_rows(BenchTable& table);
 void add_plan_rows(BenchTable& table);
 void add_sensing_rows(BenchTable& table);

@@ -469,3 +469,14 @@ def test_bench_prints_the_agreed_object(rows):
     for row in data["results"]:
         assert list(row) == ["name", "median_s", "p95_s", "p99_s", "published_s", "peer_s", "ratio", "allocations", "contacts"]
         assert row["median_s"] > 0
+
+
+def test_bench_times_steps_of_a_task(tmp_path):
+    path = task_file(tmp_path, "planar_pushing").rename(tmp_path / "mine.yaml")
+    done = run("bench", "--task", path, "--task", "planar_pushing", "--filter", "step_exact/", "--repeat", 1, "--json")
+    assert done.returncode == 0, done.stderr
+    rows = {row["name"]: row for row in json.loads(done.stdout)["results"]}
+    assert list(rows) == [f"step_exact/{task}{warm}" for task in ("mine", "planar_pushing") for warm in ("", "/warm")]
+    assert rows["step_exact/mine"]["contacts"] == rows["step_exact/planar_pushing"]["contacts"]
+    assert rows["step_exact/mine/warm"]["allocations"] == 0
+    refused(run("bench", "--task", tmp_path / "other.yaml"), "other.yaml")
