@@ -16,8 +16,6 @@ constexpr double kTie = 1e-13;            // rounding of a separation, of the si
 constexpr double kSame = 1e-12;           // distances this near are one, of the sizes
 constexpr double kShort = 1e-7;           // a vector between two points this long has too few digits for a normal, of the sizes
 
-double sign(double x) { return x < 0 ? -1.0 : 1.0; }
-
 /// Largest separation over the axes met so far; n points from B to A.
 struct Best {
   double s = -1e300;

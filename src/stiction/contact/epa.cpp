@@ -10,8 +10,7 @@
 namespace stiction::contact::detail {
 namespace {
 
-constexpr double kSame = 1e-13;  // heights over a plane and lengths this small are rounding, of the sizes [-]
-
+constexpr double kSame = 1e-13;   // heights over a plane and lengths this small are rounding, of the sizes [-]
 constexpr double kFlat = 1e-9;    // thinner differences count as flat, of the sizes [-]
 constexpr double kLevel = 1e-12;  // 1 − cosine of the angle between normals of one plane [-]
 

@@ -56,8 +56,6 @@ class Features {
   std::array<double, kMostFeatures> rank_;
 };
 
-inline double sign(double x) { return x < 0 ? -1.0 : 1.0; }
-
 /// Features of the core of a shape whose normals lie within `near` [rad] of d: of a mesh; of the other shapes within 0.05 rad.
 void find_features(const ShapeData& s, const Pose& X, const Vector3d& d, double near, Features& out);
 

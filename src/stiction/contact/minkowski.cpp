@@ -5,13 +5,12 @@ namespace {
 
 /// The farthest point of a core along d, both in its own frame.
 int find_corner(const ShapeData& s, const Vector3d& d, Vector3d& p) {
-  const auto end = [](double x) { return x < 0 ? -1.0 : 1.0; };
   switch (s.kind) {
     case Kind::Capsule:
-      p = {0, 0, end(d.z()) * s.half.z()};
+      p = {0, 0, sign(d.z()) * s.half.z()};
       return d.z() < 0;
     case Kind::Box:
-      p = {end(d.x()) * s.half.x(), end(d.y()) * s.half.y(), end(d.z()) * s.half.z()};
+      p = {sign(d.x()) * s.half.x(), sign(d.y()) * s.half.y(), sign(d.z()) * s.half.z()};
       return (d.x() < 0) + 2 * (d.y() < 0) + 4 * (d.z() < 0);
     case Kind::Mesh: {
       const int i = find_vertex(*s.mesh, d);
@@ -20,7 +19,7 @@ int find_corner(const ShapeData& s, const Vector3d& d, Vector3d& p) {
     }
     case Kind::Cylinder: {
       const double length = std::hypot(d.x(), d.y()), scale = length > 0 ? s.radius / length : 0.0;
-      p = {scale * d.x(), scale * d.y(), end(d.z()) * s.half.z()};
+      p = {scale * d.x(), scale * d.y(), sign(d.z()) * s.half.z()};
       return -1;
     }
     case Kind::Sphere:

@@ -14,6 +14,8 @@ namespace stiction::contact::detail {
 using Eigen::Vector3d;
 using world::Pose;
 
+inline double sign(double x) { return x < 0 ? -1.0 : 1.0; }
+
 /// Order in which the kernels take their two arguments.
 enum class Kind : unsigned char {
   Sphere,
