@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "contact/shapes.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::contact::test {
 
@@ -28,7 +29,7 @@ inline world::ObjectSpec make_object(const std::string& name, const world::Shape
 /// @param following  the outer hinge of the left finger and the joints of the right one follow the inner one of the left and the trunk
 inline std::filesystem::path write_gripper_urdf(bool following = false) {
   const std::filesystem::path file =
-      std::filesystem::path(::testing::TempDir()) / (following ? "stiction_following_gripper.urdf" : "stiction_gripper.urdf");
+      stiction::test::folder_of_the_process() / (following ? "stiction_following_gripper.urdf" : "stiction_gripper.urdf");
   const auto link = [](const std::string& name, const std::string& geometry) {
     return "<link name='" + name + "'><collision><origin xyz='0.01 0.02 0.06' rpy='0.2 0.1 0'/><geometry>" + geometry +
            "</geometry></collision></link>";

@@ -5,6 +5,8 @@
 
 #include <fstream>
 
+#include "support/temporary_folder.hpp"
+
 namespace stiction::core {
 namespace {
 
@@ -31,9 +33,9 @@ TEST(FindUpwards, ProgramItself_IsFoundInItsOwnFolder) { EXPECT_EQ(find_upwards(
 
 TEST(FindUpwards, FolderOfTheWorkingDirectory_IsNotLookedInto) {
   const fs::path before = fs::current_path();
-  const Folder elsewhere(fs::temp_directory_path() / unique("find-upwards-elsewhere"));
-  std::ofstream(elsewhere.path / "only_here.txt") << "x";
-  fs::current_path(elsewhere.path);
+  const test::TemporaryFolder elsewhere;
+  std::ofstream(elsewhere.path() / "only_here.txt") << "x";
+  fs::current_path(elsewhere.path());
   EXPECT_TRUE(fs::exists("only_here.txt"));
   EXPECT_EQ(find_upwards("only_here.txt", 0), fs::path());
   fs::current_path(before);

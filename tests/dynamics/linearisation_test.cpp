@@ -7,6 +7,7 @@
 #include "contact/features.hpp"
 #include "dynamics/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::dynamics::test {
 namespace {
@@ -204,7 +205,7 @@ void expect_small(const Errors& e, int attempt) {
 
 /// A hand that carries a shape on three sliders and three hinges.
 world::RobotSpec wrist(const std::string& name, const world::Shape& shape) {
-  const std::filesystem::path folder = testing::TempDir();
+  const std::filesystem::path& folder = stiction::test::folder_of_the_process();
   std::string geometry;
   const auto number = [](double x) { return std::to_string(x); };
   if (const auto* p = std::get_if<world::Sphere>(&shape)) geometry = "<sphere radius='" + number(p->radius) + "'/>";

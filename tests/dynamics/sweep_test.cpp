@@ -6,6 +6,7 @@
 #include "dynamics/systems.hpp"
 #include "stiction/world/scales.hpp"
 #include "stiction/world/shapes.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::dynamics::test {
 namespace {
@@ -31,7 +32,7 @@ world::RobotSpec one_joint(const std::string& geometry, const std::string& type,
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
   std::string file = std::string(test->test_suite_name()) + "_" + test->name();
   std::ranges::replace(file, '/', '_');
-  robot.urdf = std::filesystem::path(testing::TempDir()) / (file + ".urdf");
+  robot.urdf = stiction::test::folder_of_the_process() / (file + ".urdf");
   std::ofstream(robot.urdf) << "<robot name='finger'><link name='base'/><link name='tip'><collision><origin xyz='" << at << "'/><geometry>"
                             << geometry << "</geometry></collision></link><joint name='j' type='" << type
                             << "'><parent link='base'/><child link='tip'/><axis xyz='" << axis

@@ -10,6 +10,7 @@
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::execution::test {
 namespace {
@@ -183,7 +184,7 @@ TEST(TouchScenarioFile, BadInput_NamesFileAndField) {
   std::string good((std::istreambuf_iterator<char>(in)), {});
   const std::string relative = "../models";
   good.replace(good.find(relative), relative.size(), (source_dir() / "models").string());
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "touch_test_bad.yaml";
+  const std::filesystem::path file = stiction::test::folder_of_the_process() / "touch_test_bad.yaml";
   const auto message = [&](const std::string& from, const std::string& to) {
     std::string text = good;
     const auto at = text.find(from);

@@ -7,6 +7,7 @@
 
 #include "planning/systems.hpp"
 #include "stiction/planning/default_options.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::planning::test {
 namespace {
@@ -18,7 +19,7 @@ std::filesystem::path pusher_of(double radius) {
   std::ifstream in(stiction::test::source_dir() / "models" / "planar_pusher.urdf");
   std::stringstream text;
   text << in.rdbuf();
-  const auto file = std::filesystem::path(testing::TempDir()) / ("pusher_" + std::to_string(radius) + ".urdf");
+  const auto file = stiction::test::folder_of_the_process() / ("pusher_" + std::to_string(radius) + ".urdf");
   std::ofstream(file) << std::regex_replace(text.str(), std::regex("radius=\"0.1\""), "radius=\"" + std::to_string(radius) + "\"");
   return file;
 }

@@ -134,6 +134,13 @@ def test_pages_and_equations_that_the_code_cites_are_there() -> None:
     assert cited > 20
 
 
+def test_cpp_tests_write_into_folders_of_their_own() -> None:
+    """They run side by side: a place with a fixed name is removed by one test while another reads from it."""
+    for source in (ROOT / "tests").rglob("*.?pp"):
+        if source.name != "temporary_folder.hpp":
+            assert not re.search(r"TempDir\(|temp_directory_path", source.read_text(encoding="utf-8")), relative(source)
+
+
 LAYERS = sorted(path.parent for path in (ROOT / "src" / "stiction").glob("*/CMakeLists.txt"))
 
 

@@ -1,7 +1,6 @@
 #include "sensing/robots.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,17 +8,17 @@
 
 #include "stiction/world/read.hpp"
 #include "support/paths.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::sensing::test {
 
 namespace fs = std::filesystem;
 
 std::shared_ptr<const world::Model> make_robot(const std::string& urdf) {
-  const fs::path dir = fs::path(testing::TempDir()) / ("sensing_" + std::to_string(getpid()));
-  fs::create_directories(dir);
+  const stiction::test::TemporaryFolder folder;
+  const fs::path& dir = folder.path();
   std::ofstream(dir / "robot.urdf") << urdf;
   auto model = world::Model::make(world::parse_scene("robots: [{name: robot, urdf: robot.urdf}]", dir));
-  fs::remove_all(dir);
   return model;
 }
 

@@ -1,7 +1,6 @@
 #include "stiction/sensing/surface.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -11,9 +10,10 @@
 #include <utility>
 
 #include "sensing/robots.hpp"
-#include "stiction/world/triangle.hpp"
 #include "stiction/sensing/tessellate.hpp"
+#include "stiction/world/triangle.hpp"
 #include "support/message_of.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::sensing::test {
 namespace {
@@ -229,8 +229,7 @@ TEST(Surface, MeshesOfArms_AreThoseOfTheirFilesWithoutHiddenFaces) {
 TEST(Surface, CachedFaces_AreThoseThatAreSeen) {
   const auto model = make_robot(kTwoBoxes);
   const std::array<int, 1> arm{body_index(*model, "robot/arm")};
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("faces_" + std::to_string(getpid()));
-  std::filesystem::remove_all(folder);
+  const std::filesystem::path folder = stiction::test::folder_of_the_process() / "faces";
   SurfaceOptions kept;
   kept.cache_dir = folder;
   const auto is_fresh = [&] {
@@ -248,7 +247,7 @@ TEST(Surface, CachedFaces_AreThoseThatAreSeen) {
 }
 
 TEST(Surface, OpenMesh_IsNamedAndUsed) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / ("open_" + std::to_string(getpid()) + ".obj");
+  const std::filesystem::path file = stiction::test::folder_of_the_process() / "open.obj";
   std::ofstream(file)
       << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 0 0.5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 2 5\n";  // a tetrahedron without a face, and no triangle
   const auto model =

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "stiction/tasks/lint.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -24,12 +25,6 @@ struct Units {
 /// A ball on three crossed slides that give 30 N each, beside a block of 8 cm on the ground.
 class MotorLint : public testing::Test {
  protected:
-  void SetUp() override {
-    dir_ = fs::temp_directory_path() / ("stiction-motors-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::create_directories(dir_);
-  }
-  void TearDown() override { fs::remove_all(dir_); }
-
   Task task(double mass, double goal_height, const Units& units = {}, const std::string& shape = "box: {size: [S, S, S]}",
             double effort = 30) const {
     const double s = units.length;
@@ -70,7 +65,8 @@ tolerance: {{position: {}, angle: 0.1}}
     return std::nullopt;
   }
 
-  fs::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& dir_ = temporary_.path();
 };
 
 /// (needed, given) of a message [N].

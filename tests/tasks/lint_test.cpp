@@ -12,6 +12,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/dynamics/step.hpp"
 #include "stiction/tasks/reach.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -39,12 +40,7 @@ planner: {sample_box: {block: {lower: [-0.2, -0.2, 0.04, 0, 0, -0.5], upper: [0.
 
 class Lint : public testing::Test {
  protected:
-  void SetUp() override {
-    dir_ = fs::temp_directory_path() / ("stiction-lint-test-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::create_directories(dir_);
-    std::ofstream(dir_ / "slides.urdf") << kRobot;
-  }
-  void TearDown() override { fs::remove_all(dir_); }
+  void SetUp() override { std::ofstream(dir_ / "slides.urdf") << kRobot; }
 
   /// The task with one thing written differently.
   Task task(const std::string& from, const std::string& to) const {
@@ -55,7 +51,8 @@ class Lint : public testing::Test {
     return parse_task(text, dir_);
   }
 
-  fs::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& dir_ = temporary_.path();
 };
 
 std::string all(const std::vector<Finding>& findings) {

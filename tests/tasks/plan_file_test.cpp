@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "stiction/core/invalid_input.hpp"
+#include "support/temporary_folder.hpp"
 #include "tasks/scripted_plan.hpp"
 
 namespace stiction::tasks {
@@ -26,11 +27,6 @@ class PlanFiles : public testing::Test {
     delete box_;
     delete ball_;
   }
-  void SetUp() override {
-    dir_ = fs::temp_directory_path() / ("stiction-plan-test-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(dir_);
-  }
-  void TearDown() override { fs::remove_all(dir_); }
 
   static void expect_refused(const std::string& text, const std::vector<std::string>& parts) {
     try {
@@ -45,7 +41,8 @@ class PlanFiles : public testing::Test {
 
   static inline ScriptedPlan* box_ = nullptr;
   static inline ScriptedPlan* ball_ = nullptr;
-  fs::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const fs::path dir_ = temporary_.path() / "plan";  // made where a plan is written
 };
 
 TEST_F(PlanFiles, WriteAndRead_GivesTheSameBits) {

@@ -6,6 +6,7 @@
 
 #include "stiction/tasks/task.hpp"
 #include "support/message_of.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -17,8 +18,6 @@ using stiction::test::message_of;
 class StartSection : public testing::Test {
  protected:
   void SetUp() override {
-    dir_ = fs::path(testing::TempDir()) / "stiction_start_section";
-    fs::create_directories(dir_);
     std::ofstream(dir_ / "gripper.urdf") << R"(<robot name="gripper">
   <link name="palm"/>
   <link name="a"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>
@@ -30,7 +29,6 @@ class StartSection : public testing::Test {
 </robot>
 )";
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   Task task(const std::string& joints) const {
     return parse_task(R"(
@@ -51,7 +49,8 @@ tolerance: {position: 0.01, angle: 0.1}
     return message_of([&] { (void)task(joints); });
   }
 
-  fs::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& dir_ = temporary_.path();
 };
 
 TEST_F(StartSection, ListWithFollowers_IsThatWithoutThem) {

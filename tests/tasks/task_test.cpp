@@ -16,6 +16,7 @@
 #include "stiction/tasks/options.hpp"
 #include "stiction/world/yaml.hpp"
 #include "support/paths.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -36,19 +37,14 @@ void expect_refused(const std::function<void()>& call, const std::vector<std::st
 /// Writes a task that is built on a built-in one.
 class TaskFile : public testing::Test {
  protected:
-  void SetUp() override {
-    dir_ = fs::temp_directory_path() / ("stiction-task-test-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::create_directories(dir_);
-  }
-  void TearDown() override { fs::remove_all(dir_); }
-
   fs::path write(const std::string& base, const std::string& text) const {
     const fs::path file = dir_ / "mine.yaml";
     std::ofstream(file) << "base: " << (kTasks / (base + ".yaml")).string() << "\n" << text;
     return file;
   }
 
-  fs::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& dir_ = temporary_.path();
 };
 
 /// The base says the start as a quaternion and the goal as angles.
@@ -320,8 +316,6 @@ class Mistakes : public TaskFile, public testing::WithParamInterface<Mistake> {}
 
 TEST_P(Mistakes, AreNamed) {
   const auto& [base, text, message] = GetParam();
-  dir_ += std::to_string(std::hash<std::string>{}(text));
-  fs::create_directories(dir_);
   const fs::path file = write(base, text);
   expect_refused([&] { (void)load_task(file.string()); }, message);
 }

@@ -1,11 +1,11 @@
 // What a caller is told about each mistake. Every message has the form "FILE:LINE: field: got …, expected …".
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
+#include "support/temporary_folder.hpp"
 #include "world/test_scenes.hpp"
 
 namespace stiction::world {
@@ -17,9 +17,6 @@ namespace fs = std::filesystem;
 class BadInput : public testing::Test {
  protected:
   void SetUp() override {
-    dir_ = fs::temp_directory_path() /
-           ("stiction_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + std::to_string(::getpid()));
-    fs::create_directories(dir_);
     write("arm.urdf", R"(<robot name="arm">
   <link name="base"/>
   <link name="tip"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
@@ -27,7 +24,6 @@ class BadInput : public testing::Test {
 </robot>
 )");
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   fs::path write(const std::string& name, const std::string& text) {
     std::ofstream(dir_ / name, std::ios::binary) << text;
@@ -53,7 +49,8 @@ class BadInput : public testing::Test {
     return "";
   }
 
-  fs::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& dir_ = temporary_.path();
 };
 
 std::string ball(const std::string& more) {

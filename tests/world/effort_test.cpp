@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "support/message_of.hpp"
+#include "support/temporary_folder.hpp"
 #include "world/test_scenes.hpp"
 
 namespace stiction::world::test {
@@ -14,12 +15,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class Effort : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("effort_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-
   std::filesystem::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
     return folder_ / name;
@@ -42,7 +37,8 @@ class Effort : public testing::Test {
     return Model::make(load_scene(write("scene.yaml", "robots:\n  - name: arm\n    " + robot + "\n    stiffness: 1\n" + keys)));
   }
 
-  std::filesystem::path folder_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
 };
 
 TEST_F(Effort, OfUrdf_IsThatOfTheModel) {

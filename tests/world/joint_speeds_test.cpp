@@ -6,13 +6,14 @@
 #include <fstream>
 
 #include "support/message_of.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::world {
 namespace {
 
 /// A cart whose joint has the given limits.
 std::shared_ptr<const Model> cart(const std::string& limit) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "cart_with_speed.urdf";
+  const std::filesystem::path file = stiction::test::folder_of_the_process() / "cart_with_speed.urdf";
   std::ofstream(file)
       << "<robot name='cart'><link name='rail'/><link name='body'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>"
          "<joint name='x' type='prismatic'><parent link='rail'/><child link='body'/><axis xyz='1 0 0'/>"

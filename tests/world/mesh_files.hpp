@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <Eigen/Core>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include <string>
 #include <utility>
 #include <vector>
+#include "support/temporary_folder.hpp"
 
 namespace stiction::world::test {
 
@@ -113,9 +113,6 @@ class MeshFiles : public testing::Test {
  protected:
   void SetUp() override {
     if (const char* before = std::getenv("XDG_CACHE_HOME")) before_ = before;
-    dir_ = std::filesystem::temp_directory_path() /
-           ("stiction_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + "_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(dir_);
     ::setenv("XDG_CACHE_HOME", (dir_ / "cache").c_str(), 1);
   }
   void TearDown() override {
@@ -123,7 +120,6 @@ class MeshFiles : public testing::Test {
       ::setenv("XDG_CACHE_HOME", before_->c_str(), 1);
     else
       ::unsetenv("XDG_CACHE_HOME");
-    std::filesystem::remove_all(dir_);
   }
 
   std::filesystem::path write(const std::string& name, const std::string& text) {
@@ -143,7 +139,8 @@ class MeshFiles : public testing::Test {
     return text;
   }
 
-  std::filesystem::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& dir_ = temporary_.path();
 
  private:
   std::optional<std::string> before_;

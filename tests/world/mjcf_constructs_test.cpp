@@ -1,6 +1,7 @@
 #include <regex>
 #include <tuple>
 
+#include "support/temporary_folder.hpp"
 #include "world/mjcf_oracle.hpp"
 
 // What of MJCF is read and what is refused: files written here, one construct each, and all models that MuJoCo's wheel brings. Both are
@@ -185,7 +186,7 @@ class MjcfRefuses : public testing::TestWithParam<Construct> {};
 
 TEST_P(MjcfReads, File_StandsWhereMujocoHasIt) {
   EXPECT_TRUE(loads_or_names_why_not(write_mjcf(GetParam().content, std::string(GetParam().name) + ".xml")))
-      << message_of_file(fs::path(testing::TempDir()) / (std::string(GetParam().name) + ".xml"));
+      << message_of_file(stiction::test::folder_of_the_process() / (std::string(GetParam().name) + ".xml"));
 }
 
 TEST_P(MjcfRefuses, File_IsRefusedByItsElements) {
@@ -326,7 +327,7 @@ TEST(MjcfOfTheWheel, ModelWithoutWhatIsRefused_StandsWhereMujocoHasIt) {
   for_each(spec.get(), mjOBJ_KEY, [&](mjsElement* e) { removed.push_back(e); });
   for (mjsElement* e : removed) ASSERT_EQ(mjs_delete(spec.get(), e), 0);
 
-  const fs::path file = fs::path(testing::TempDir()) / "model_without.xml";
+  const fs::path file = stiction::test::folder_of_the_process() / "model_without.xml";
   char error[1000] = "";
   const Owned<mjModel> compiled(mj_compile(spec.get(), nullptr));
   ASSERT_NE(compiled, nullptr) << mjs_getError(spec.get());

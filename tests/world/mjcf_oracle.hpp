@@ -13,6 +13,7 @@
 #include "stiction/world/call_mujoco.hpp"
 #include "stiction/world/mjcf.hpp"
 #include "support/message_of.hpp"
+#include "support/temporary_folder.hpp"
 #include "world/test_scenes.hpp"
 
 // What MuJoCo makes of a file, to compare with what is read from it.
@@ -37,7 +38,7 @@ inline Owned<mjModel> load_mujoco(const std::filesystem::path& file) {
 
 /// A file with the given content of <mujoco>.
 inline std::filesystem::path write_mjcf(const std::string& content, const std::string& name = "written.xml") {
-  const auto file = std::filesystem::path(testing::TempDir()) / name;
+  const auto file = stiction::test::folder_of_the_process() / name;
   std::ofstream(file) << "<mujoco>" << content << "</mujoco>";
   return file;
 }

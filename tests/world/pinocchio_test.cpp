@@ -1,12 +1,12 @@
 // Poses of robots against Pinocchio's own URDF reader and forward kinematics: nothing is shared but the file.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 
 #include "stiction/world/urdf.hpp"
+#include "support/temporary_folder.hpp"
 #include "world/test_scenes.hpp"
 
 namespace stiction::world {
@@ -48,7 +48,7 @@ TEST_P(AgainstPinocchio, EveryLinkHasTheSamePose) {
     for (const auto& joint : joints) questions << joint << ' ' << samples.back()[model->joint_index(joint)] << '\n';
     questions << "end\n";
   }
-  const auto input = std::filesystem::temp_directory_path() / ("stiction_pinocchio_" + std::to_string(::getpid()) + ".txt");
+  const auto input = stiction::test::folder_of_the_process() / "configurations.txt";
   std::ofstream(input) << questions.str();
   std::istringstream answers(run(std::string(STICTION_PINOCCHIO_ORACLE) + " '" + file.string() + "' < '" + input.string() + "'"));
   std::filesystem::remove(input);

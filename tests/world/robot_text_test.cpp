@@ -1,6 +1,5 @@
 // Robots that a scene has as a text in place of a file.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <sstream>
@@ -10,6 +9,7 @@
 #include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/model.hpp"
 #include "stiction/world/read.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace stiction::world {
 namespace {
@@ -33,14 +33,12 @@ constexpr const char* kArmMjcf = R"(<mujoco model="arm"><compiler meshdir="meshe
 class RobotText : public testing::Test {
  protected:
   void SetUp() override {
-    dir_ = fs::temp_directory_path() / ("stiction_robot_text_" + std::to_string(::getpid()));
     fs::create_directories(dir_ / "meshes");
     write("meshes/tip.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
     write("assets.xml", "<mujoco><asset><mesh name='tip' file='tip.obj'/></asset></mujoco>");
     write("arm.urdf", kArm);
     write("arm.xml", kArmMjcf);
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   void write(const std::string& name, const std::string& text) const { std::ofstream(dir_ / name, std::ios::binary) << text; }
 
@@ -63,7 +61,8 @@ class RobotText : public testing::Test {
     return "";
   }
 
-  fs::path dir_;
+  const stiction::test::TemporaryFolder temporary_;
+  const std::filesystem::path& dir_ = temporary_.path();
 };
 
 TEST_F(RobotText, IsTheRobotOfTheFile) {
