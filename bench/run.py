@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs tasks in closed loop with many seeds: how often the goal is reached, in what time, and why not where it is not.
 
-    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--threads 2] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
+    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--processor-seconds 40] [--threads 2] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
                                   [--rows FILE] TASK … > run.json
 
 One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a run failed as a program, else 0: this measures, it does not judge.
@@ -31,27 +31,37 @@ class World:
 @dataclasses.dataclass(frozen=True)
 class Run:
     timeout_s: float
+    processor_seconds: float | None
     threads: int
     world: World
 
-    taken: typing.ClassVar = ("reached", "message", "duration_s", "planning_s", "pushes", "regrasps", "replans", "dropped", "largest_effort")
-    columns: typing.ClassVar = ("end", *taken, "plans", "true_position", "true_angle", "causes", "again")
+    taken: typing.ClassVar = ("reached", "duration_s", "planning_s", "pushes", "regrasps", "replans", "dropped", "largest_effort")
+    columns: typing.ClassVar = ("end", "why", *taken, "planning_processor_s", "ended_in", "plans", "true_position", "true_angle", "causes", "again")
 
     def __call__(self, case):
         world = {"friction_scale": self.world.friction, "mass_scale": self.world.mass, "pose_noise": self.world.noise, "pose_delay": self.world.delay}
-        out = st.run(st.load_task(case.task), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **world)
+        budget = {"plan_timeout_s": self.timeout_s, "plan_processor_s": self.processor_seconds} if self.processor_seconds else {}
+        out = st.run(st.load_task(case.task), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **budget, **world)
         row = {key: getattr(out, key) for key in self.taken}
-        row |= {"status": out.status.name, "end": out.end.name, "plans": len(out.plans)}
+        row |= {"status": out.status.name, "end": out.end.name, "why": out.message, "plans": len(out.plans)}
         row |= {"true_position": out.true_error.position, "true_angle": out.true_error.angle}
         row["causes"] = [plan.cause for plan in out.plans[1:]]
-        row["again"] = [{"solved": plan.status == st.Status.Solved, "wall_s": plan.wall_s} for plan in out.plans[1:]]
+        row["again"] = [{"solved": plan.status == st.Status.Solved, "processor_s": plan.processor_s} for plan in out.plans[1:]]
+        row["planning_processor_s"] = sum(plan.processor_s for plan in out.plans)
+        row["ended_in"] = ended_in(out)
         return [row]
 
 
+def ended_in(run):
+    """The kind of the piece in which a run ended, or rest."""
+    within = run.pieces and run.pieces[-1].end_s >= run.times[-1]
+    return run.pieces[-1].kind.name if within else "rest"
+
+
 def describe(row):
-    end = "reached" if row["reached"] else f"{row['end']} ({row['message']})"
+    end = "reached" if row["reached"] else f"{row['end']} in {row['ended_in']} ({row['why']})"
     return (
-        f"{end}, {row['duration_s']:.1f} s, {row['planning_s']:.1f} s planning, {row['plans']} plans, {row['pushes']} pushes, {row['regrasps']} regrasps, "
+        f"{end}, {row['duration_s']:.1f} s, {row['planning_processor_s']:.1f} s of processors for {row['plans']} plans, {row['pushes']} pushes, {row['regrasps']} regrasps, "
         f"{1e3 * row['true_position']:.1f} mm {row['true_angle']:.3f} rad"
     )
 
@@ -70,24 +80,25 @@ def summarise(task, rows):
         "task": task,
         "plans_again": len(again),
         "plans_again_solved": sum(plan["solved"] for plan in again),
-        "median_plan_again_s": statistics.median(plan["wall_s"] for plan in again) if again else None,
+        "median_plan_again_s": statistics.median(plan["processor_s"] for plan in again) if again else None,
         "runs": len(rows),
         "reached": len(reached),
         "dropped": sum(row["dropped"] is not None for row in rows),
         "ends": dict(collections.Counter(row["end"] for row in rows)),
+        "dropped_in": dict(collections.Counter(row["ended_in"] for row in rows if row["dropped"] is not None)),
         "causes": dict(causes.most_common()),
         "largest_effort": max(row["largest_effort"] for row in rows),
-        **{f"median_{key}": median(key) for key in ("duration_s", "planning_s", "pushes", "regrasps", "replans")},
+        **{f"median_{key}": median(key) for key in ("duration_s", "planning_processor_s", "pushes", "regrasps", "replans")},
     }
 
 
 def table(results):
     number = lambda value, digits=0: "–" if value is None else f"{value:.{digits}f}"
-    lines = ["| task | reached | dropped | simulated | planning | pushes | regrasps | replans | plans anew: found, median | called for by |", "|---|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| task | reached | dropped | simulated | planning (processors) | pushes | regrasps | replans | plans anew: found, median | called for by |", "|---|---|---|---|---|---|---|---|---|---|"]
     for r in results:
         causes = ", ".join(f"{count} × {cause}" for cause, count in list(r["causes"].items())[:3]) or "–"
         lines.append(
-            f"| `{r['task']}` | {r['reached']} of {r['runs']} | {r['dropped']} | {number(r['median_duration_s'], 1)} s | {number(r['median_planning_s'], 1)} s | "
+            f"| `{r['task']}` | {r['reached']} of {r['runs']} | {r['dropped']} | {number(r['median_duration_s'], 1)} s | {number(r['median_planning_processor_s'], 1)} s | "
             f"{number(r['median_pushes'])} | {number(r['median_regrasps'])} | {number(r['median_replans'])} | {r['plans_again_solved']} of {r['plans_again']}, {number(r['median_plan_again_s'], 2)} s | {causes} |"
         )
     return "\n".join(lines)
@@ -96,6 +107,7 @@ def table(results):
 def main():
     parser = make_parser(__doc__.splitlines()[0])
     parser.add_argument("--timeout", type=float, default=300, help="of a run [s]")
+    parser.add_argument("--processor-seconds", type=float, help="budget of one plan in place of 20 s: seconds of processors, 40 are 20 s of two cores")
     parser.add_argument("--threads", type=int, default=1, help="of the planner")
     parser.add_argument("--processes", type=int, default=1, help="runs at a time")
     parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
@@ -104,7 +116,7 @@ def main():
     parser.add_argument("--delay", type=float, default=0, help="of poses [s]")
     arguments = parser.parse_args()
     world = World(arguments.friction, arguments.mass, arguments.noise, arguments.delay)
-    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.threads, world), processes=arguments.processes)
+    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, world), processes=arguments.processes)
 
 
 if __name__ == "__main__":

@@ -145,6 +145,7 @@ json report(const Given& given, const RunArguments& arguments, const execution::
   for (const auto& plan : r.plans) {
     out["plans"].push_back({{"time_s", plan.time},
                             {"wall_s", plan.wall_s},
+                            {"processor_s", plan.processor_s},
                             {"status", core::to_string(plan.status)},
                             {"cause", plan.cause},
                             {"reason", plan.reason.empty() ? json() : json(plan.reason)}});

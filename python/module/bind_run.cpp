@@ -45,7 +45,8 @@ WorldOptions world_of(int object, double friction, double mass, std::pair<double
 std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plant, const std::optional<OptionsLike>& options,
                                 std::optional<std::uint64_t> seed, double speed, int replans, double duration, double friction_scale,
                                 double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
-                                const std::vector<PushLike>& pushes, int threads, double timeout_s, const Callback& on_progress) {
+                                const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
+                                std::optional<double> plan_processor_s, const Callback& on_progress) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   const world::Model& model = *task.model;
@@ -64,6 +65,8 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   RunOptions how;
   how.replans = replans;
   how.duration = duration;
+  how.plan_timeout = plan_timeout_s;
+  how.plan_processor_time = plan_processor_s;
   how.speed = execution::calc_run_speeds(model, object, speed);
   execution::SimulatedPlant simulated(task.model, q_start,
                                       world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
@@ -114,6 +117,7 @@ void bind_parts(nb::module_& m) {
   nb::class_<RunPlan>(m, "RunPlan", "One call of the planner.")
       .def_ro("time", &RunPlan::time, "of the run, when it was asked [s]")
       .def_ro("wall_s", &RunPlan::wall_s, "that it took")
+      .def_ro("processor_s", &RunPlan::processor_s, "... of all cores of the process [s]")
       .def_ro("status", &RunPlan::status)
       .def_ro("cause", &RunPlan::cause, "why it was asked")
       .def_ro("reason", &RunPlan::reason, "what the planner said, where it found nothing");
@@ -171,7 +175,7 @@ void bind_run(nb::module_& m) {
   m.def("run", &run, "target"_a, nb::kw_only(), "plant"_a = nb::none(), "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0,
         "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
-        "on_progress"_a = nb::none(),
+        "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "on_progress"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
@@ -186,6 +190,8 @@ void bind_run(nb::module_& m) {
   pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
   pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
   threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
+  plan_timeout_s: of one plan [s], > 0. plan_processor_s: ... or this much time of all cores of the process [s], > 0, which other work
+    on the machine does not shorten; None: plan_timeout_s alone.
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds.
 

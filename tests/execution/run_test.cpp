@@ -218,6 +218,21 @@ TEST(Run, FallingObject_EndsTheRun) {
   EXPECT_FALSE(rig.out.reached());
 }
 
+/// A plan without the time for one is a plan that found nothing, and nobody's wish to stop.
+TEST(Run, PlansHaveTheirTimeOfProcessorsAndNoMore) {
+  Rig rig;
+  rig.how.plan_processor_time = 1e-9;
+  EXPECT_EQ(rig.run(), Status::MaxIterations);
+  EXPECT_EQ(rig.out.end, RunEnd::NoPlan) << rig.out.message;
+  ASSERT_EQ(rig.out.plans.size(), static_cast<std::size_t>(rig.how.refusals));
+  for (const RunPlan& plan : rig.out.plans) EXPECT_EQ(plan.status, Status::MaxIterations);
+
+  Rig enough;
+  enough.how.plan_processor_time = 1e3;
+  ASSERT_EQ(enough.run(), Status::Solved) << enough.out.message;
+  EXPECT_GT(enough.out.plans.front().processor_s, 0);
+}
+
 TEST(Run, Mistakes_AreNamed) {
   Rig rig;
   SimulatedPlant plant(rig.model, rig.problem.q_start, {});
@@ -230,6 +245,7 @@ TEST(Run, Mistakes_AreNamed) {
   EXPECT_EQ(complaint([](Rig& r) { r.how.watch_interval = 1e-4; }), "watch_interval: got 0.0001 s, expected at least a tick of 0.001 s");
   EXPECT_EQ(complaint([](Rig& r) { r.how.plan_fraction = 1.5; }), "plan_fraction: got 1.5, expected a number in (0, 1]");
   EXPECT_EQ(complaint([](Rig& r) { r.how.friction = 0; }), "friction: got 0, expected a number in (0, 1]");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.plan_processor_time = 0; }), "plan_processor_time: got 0, expected a finite number > 0");
   EXPECT_EQ(complaint([](Rig& r) { r.how.replans = -1; }), "replans: got -1, expected 0 or more");
   EXPECT_EQ(complaint([](Rig& r) { r.problem.goal.object = 3; }), "goal.object: got 3, expected the index of an object");
   const auto world = [&](const WorldOptions& options) { return message_of([&] { (void)make_world(rig.model, options); }); };

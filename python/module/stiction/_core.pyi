@@ -2201,6 +2201,10 @@ class RunPlan:
         """that it took"""
 
     @property
+    def processor_s(self) -> float:
+        """... of all cores of the process [s]"""
+
+    @property
     def status(self) -> Status: ...
 
     @property
@@ -2360,7 +2364,7 @@ class RunResult:
 
     def __repr__(self) -> str: ...
 
-def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
@@ -2376,6 +2380,8 @@ def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOpt
       pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
       pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
       threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
+      plan_timeout_s: of one plan [s], > 0. plan_processor_s: ... or this much time of all cores of the process [s], > 0, which other work
+        on the machine does not shorten; None: plan_timeout_s alone.
       on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
         run, and the robot holds.
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/processor_time.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/execution/object_watch.hpp"
 #include "stiction/execution/plant_link.hpp"
@@ -238,7 +239,7 @@ class Executor {
       if (refused > 0 && !let_go()) return std::nullopt;
       planning::PlanResult result;
       ask_planner(refused == 0 ? cause : "no plan from where springs were strained", result);
-      if (result.status == Status::Cancelled || control_.stop()) {
+      if (control_.stop()) {
         end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
         return std::nullopt;
       }
@@ -263,8 +264,15 @@ class Executor {
     const auto budget = core::RunControl::Clock::now() +
                         std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
     control.deadline = control_.deadline ? std::min(*control_.deadline, budget) : budget;
+    const double before = core::processor_time();
+    if (how_.plan_processor_time) {
+      control.abandoned = [this, before] {
+        return (control_.abandoned && control_.abandoned()) || core::processor_time() - before > *how_.plan_processor_time;
+      };
+    }
     result.status = planning::plan_from(problem, u_, options, control, result);
-    out_.plans.push_back({now(), result.wall_s, result.status, cause, result.reason});
+    if (result.status == Status::Cancelled && !control_.cancelled()) result.status = Status::MaxIterations;
+    out_.plans.push_back({now(), result.wall_s, core::processor_time() - before, result.status, cause, result.reason});
     out_.planning_s += result.wall_s;
   }
 

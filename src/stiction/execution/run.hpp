@@ -56,10 +56,12 @@ struct RunOptions {
   double plan_fraction = 0.5;    ///< plans go to this share of the tolerances of the goal: the rest is left to execution, in (0, 1]
   double friction = 0.7;         ///< every μ of the plans times this, in (0, 1]: what slips in the world then slips in the plan as well
   double plan_timeout = 20;      ///< for one plan [s], > 0
-  int refusals = 5;              ///< plans in a row that may fail before the run ends, ≥ 1
-  int replans = 60;              ///< after the first plan, ≥ 0
-  double duration = 600;         ///< of the run, without planning [s], > 0
-  double silence = 0.5;          ///< objects that were not seen for so long are not seen any more [s], > 0
+  /// … or this much time of all cores of the process [s], > 0, which other work on the machine does not shorten; nothing: plan_timeout alone.
+  std::optional<double> plan_processor_time;
+  int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
+  int replans = 60;                                        ///< after the first plan, ≥ 0
+  double duration = 600;                                   ///< of the run, without planning [s], > 0
+  double silence = 0.5;                                    ///< objects that were not seen for so long are not seen any more [s], > 0
   std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds
   std::function<void(const RunSample& sample)> on_sample;  ///< at every look, from the thread of the run
   void validate() const;                                   ///< @throws core::InvalidInput naming the field
@@ -76,8 +78,9 @@ struct RunPiece {
 
 /// One call of the planner.
 struct RunPlan {
-  double time = 0;    ///< of the run, when it was asked [s]
-  double wall_s = 0;  ///< that it took
+  double time = 0;         ///< of the run, when it was asked [s]
+  double wall_s = 0;       ///< that it took
+  double processor_s = 0;  ///< … of all cores of the process
   core::Status status = core::Status::NumericalFailure;
   std::string cause;   ///< why it was asked
   std::string reason;  ///< what the planner said, where it found nothing

@@ -55,6 +55,7 @@ void RunOptions::validate() const {
     if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{:g}", value), "a number in (0, 1]");
   }
   core::require_positive("plan_timeout", plan_timeout);
+  if (plan_processor_time) core::require_positive("plan_processor_time", *plan_processor_time);
   if (refusals < 1) core::throw_invalid("refusals", std::to_string(refusals), "at least 1");
   if (replans < 0) core::throw_invalid("replans", std::to_string(replans), "0 or more");
   core::require_positive("duration", duration);
