@@ -1,5 +1,4 @@
 #include "stiction/planning/planner.hpp"
-#include "stiction/planning/drag.hpp"
 
 #include "planning/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -111,36 +110,6 @@ TEST(Planner, EdgesThatDisagree_AreBuiltOnUpToWhereTheyDo) {
     const double share = largest_share(*problem.model, after - before, problem.goal.tol_position, problem.goal.tol_angle);
     EXPECT_LE(share, options.fidelity_edge * (1 + 1e-3)) << "edge " << part.segments.size();
     before = after;
-  }
-}
-
-TEST(Planner, EdgeFriction_EveryPushDoesTheSameWithLessAndAgainstDrag) {
-  const PlanningProblem problem = hand_problem();
-  PlannerOptions options = hand_options();
-  options.edge_friction = 0.65;
-  const ObjectSpace space(*problem.model);
-  dynamics::StepWorkspace work(problem.model);
-  dynamics::StepResult r;
-  for (std::uint64_t seed = 0; seed < 3; ++seed) {
-    options.seed = seed;
-    PlanResult result;
-    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
-    dynamics::StepOptions slippery = result.plan.step;
-    slippery.friction_scale = 0.65;
-    const Drag drag(*problem.model, problem.q_start, options.rest_time);
-    long steps = 0;
-    Eigen::VectorXd q_begin = result.plan.q_start, u_begin = result.plan.u_start;
-    for (const auto& segment : result.plan.segments) {
-      Eigen::VectorXd q = q_begin, u = u_begin;
-      Eigen::MatrixXd commands(problem.model->n_a(), static_cast<Eigen::Index>(segment.knots.size()));
-      for (Eigen::Index k = 0; k < commands.cols(); ++k) commands.col(k) = segment.knots[static_cast<std::size_t>(k)].u;
-      q_begin = segment.knots.back().q;
-      u_begin = segment.knots.back().u;
-      if (segment.kind != SegmentKind::Contact) continue;
-      ASSERT_EQ(drag.push(commands, slippery, work, r, q, u, steps), Status::Solved);
-      const double share = options.fidelity_edge + 1e-3;
-      EXPECT_TRUE(objects_agree(*problem.model, space, q_begin, q, share * problem.goal.tol_position, share * problem.goal.tol_angle));
-    }
   }
 }
 
@@ -570,12 +539,9 @@ TEST(Planner, BadOptions_NameTheField) {
   EXPECT_EQ(message([](auto& o) { o.refined_fraction = 0.5; }),
             "planner.refined_fraction: got 0.5, expected a number in [0.9, 1]: tolerance_fraction or more");
   EXPECT_EQ(message([](auto& o) { o.edge_tilt = -1; }), "planner.edge_tilt: got -1, expected an angle in [0, π/2) [rad]");
-  EXPECT_EQ(message([](auto& o) { o.rest_time = 0; }), "planner.rest_time: got 0, expected a finite number > 0");
-  EXPECT_EQ(message([](auto& o) { o.edge_friction = 1.1; }), "planner.edge_friction: got 1.1, expected a number in (0, 1]");
   EXPECT_EQ(message([](auto& o) { o.friction_law = dynamics::FrictionLaw::Coulomb; }),
             "planner.friction_law: got coulomb, expected anitescu for a planar model");
   EXPECT_EQ(message([](auto& o) { o.friction = 0; }), "planner.friction: got 0, expected a number in (0, 1]");
-  EXPECT_EQ(message([](auto& o) { o.squeeze = -1; }).substr(0, 15), "planner.squeeze");
   EXPECT_EQ(message([](auto& o) { o.grip_force = -1; }), "planner.grip_force: got -1, expected a finite number ≥ 0");
   EXPECT_EQ(message([](auto& o) { o.regrasp_friction = 0; }), "planner.regrasp_friction: got 0, expected a number in (0, 1]");
 }

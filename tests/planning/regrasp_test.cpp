@@ -237,8 +237,8 @@ TEST(FreeOnItsWay, TouchOnTheWayCountsAtItsEndsNot) {
 TEST(TryRegrasp, AcceptedOnes_HoldTheObjectForAsLongAsCommandsRest) {
   HandRegrasps hand("planar_hand_fixed_y");
   const ObjectSpace space(*hand.model);
-  hand.options.squeeze = 0.03;
   hand.q = (Eigen::VectorXd(6) << 0.35, 0, hand_problem().q_start.tail(4)).finished();
+  const double resting_move = kRestingMove * hand.model->scales().robots().length;  // in a step, when it was taken to rest
   RegraspCounts counts;
   for (int attempt = 0; attempt < 100; ++attempt) {
     core::Random random(13, static_cast<std::uint64_t>(attempt));
@@ -249,9 +249,9 @@ TEST(TryRegrasp, AcceptedOnes_HoldTheObjectForAsLongAsCommandsRest) {
     hand.steps.forget();
     for (int k = 0; k < 100; ++k) {
       ASSERT_EQ(dynamics::step(*hand.model, {now, regrasp.knots.back().u}, {}, hand.steps, result), core::Status::Solved);
+      EXPECT_TRUE(objects_agree(*hand.model, space, now, result.q_next, 2 * resting_move, 2 * kRestingTurn)) << attempt << ", step " << k;
       now = result.q_next;
     }
-    EXPECT_TRUE(objects_agree(*hand.model, space, regrasp.knots.back().q, now, 1e-4, 1e-3)) << "attempt " << attempt;
   }
   EXPECT_GT(counts.accepted, 10);
 }
@@ -285,25 +285,6 @@ TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
   }
   EXPECT_GT(counts.accepted, 10);
   EXPECT_GT(best_taken, counts.accepted * 3 / 4) << "the others had no path";
-}
-
-TEST(TryRegrasp, Squeeze_LeavesCommandsAheadOfTheJointsThatTouch) {
-  HandRegrasps hand;
-  hand.options.squeeze = 0.02;
-  RegraspCounts counts;
-  int squeezed = 0;
-  for (int attempt = 0; attempt < 40; ++attempt) {
-    core::Random random(11, static_cast<std::uint64_t>(attempt));
-    Regrasp regrasp;
-    if (!hand.attempt({}, random, regrasp, counts)) continue;
-    const auto& last = regrasp.knots.back();
-    const Eigen::VectorXd ahead = last.u - last.q.tail(4);
-    EXPECT_LT(ahead.cwiseAbs().maxCoeff(), 2 * hand.options.squeeze) << "the squeeze, and what the other arm pushes back";
-    if (ahead.cwiseAbs().maxCoeff() < 1e-3) continue;
-    ++squeezed;
-    EXPECT_FALSE(last.contacts.empty()) << "the joints are held back by what they touch";
-  }
-  EXPECT_GT(squeezed, 5);
 }
 
 }  // namespace

@@ -31,6 +31,22 @@ std::shared_ptr<const world::Model> make_stiff(const world::Model& model) {
   return world::Model::make(scene);
 }
 
+/// D_i = M_ii/τ (E.7) of objects on joints: what they rest on, which is not in the scene, stops them in τ.
+Eigen::VectorXd calc_support_damping(const world::Model& model) {
+  Eigen::VectorXd damping = Eigen::VectorXd::Zero(model.n_v());
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, model.neutral(), work, kinematics);
+  for (std::size_t i = 0; i < model.objects().size(); ++i) {
+    if (model.scene().objects[i].joint == world::ObjectJoint::Free) continue;
+    const auto& object = model.objects()[i];
+    Eigen::MatrixXd M(object.n_v, object.n_v);
+    world::calc_object_mass(model, kinematics, static_cast<int>(i), M);
+    damping.segment(object.v_begin, object.n_v) = M.diagonal() / planning::kRestTime;
+  }
+  return damping;
+}
+
 }  // namespace
 
 bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
@@ -39,13 +55,10 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
 }
 
 DragLead::DragLead(std::shared_ptr<const world::Model> model)
-    : model_(std::move(model)),
-      drag_(*model_, model_->neutral(), planning::kRestTime),
-      stiff_(drag_.acts() ? make_stiff(*model_) : model_),
-      work_(stiff_) {}
+    : model_(std::move(model)), damping_(calc_support_damping(*model_)), stiff_(acts() ? make_stiff(*model_) : model_), work_(stiff_) {}
 
 bool DragLead::follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const {
-  const auto norm = [&](const Eigen::VectorXd& x) { return x.dot(drag_.damping().cwiseProduct(x)); };
+  const auto norm = [&](const Eigen::VectorXd& x) { return x.dot(damping_.cwiseProduct(x)); };
   const Eigen::VectorXd off = delta - planned;
   return norm(off) <= kOff * kOff * norm(planned) || moves_nothing(*model_, off);
 }
@@ -77,7 +90,7 @@ DragLead::Lead DragLead::calc(const planning::Plan& plan, const Eigen::VectorXd&
   if (!step(nullptr)) return out;
   const Eigen::VectorXd free = result_.delta;
   for (int k = 0; k <= kHalvings; ++k, out.speed /= 2) {
-    const Eigen::VectorXd damping = out.speed * options.h / duration * drag_.damping();
+    const Eigen::VectorXd damping = out.speed * options.h / duration * damping_;
     if (!step(&damping)) continue;
     out.strain = kStiffer * (free - result_.delta).tail(model_->n_a()) / out.speed;
     if (follows(result_.delta, free)) break;

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "stiction/execution/trajectory.hpp"
-#include "stiction/planning/drag.hpp"
 
 namespace stiction::execution {
 
@@ -20,7 +19,7 @@ class DragLead {
  public:
   explicit DragLead(std::shared_ptr<const world::Model> model);
 
-  bool acts() const { return drag_.acts(); }  ///< there is an object that is damped
+  bool acts() const { return !damping_.isZero(0); }  ///< there is an object that is damped
 
   struct Lead {
     Eigen::VectorXd strain;  ///< Δu for the speed given (n_a) [rad or m]
@@ -36,7 +35,7 @@ class DragLead {
   double speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const;
 
   std::shared_ptr<const world::Model> model_;
-  planning::Drag drag_;
+  Eigen::VectorXd damping_;                    ///< D of (E.7) (n_v), 0 but for objects on joints [N·s/m, N·m·s/rad]
   std::shared_ptr<const world::Model> stiff_;  ///< the robot of (E.17); model_ where nothing is damped, for which it would be read in vain
   dynamics::StepWorkspace work_;
   dynamics::StepResult result_;

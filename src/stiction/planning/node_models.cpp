@@ -44,14 +44,11 @@ bool NodeModels::linearise_with_forces(Node& node, ThreadScratch& scratch, Total
 }
 
 Eigen::VectorXd NodeModels::preloaded_command(const Node& node) const {
-  Eigen::VectorXd u = node.q.tail(model_.n_a());
-  if (options_.grip_force > 0) {
-    const Eigen::ArrayXd strain = (node.u - u).array();
-    const double force = (strain * model_.stiffness().array() / model_.reach().array()).abs().maxCoeff();
-    return u + std::min(1.0, options_.grip_force / std::max(force, 1e-9)) * strain.matrix();
-  }
-  if (options_.squeeze > 0) u += (node.u - u).cwiseMax(-options_.squeeze).cwiseMin(options_.squeeze);
-  return u;
+  const Eigen::VectorXd u = node.q.tail(model_.n_a());
+  if (options_.grip_force == 0) return u;
+  const Eigen::ArrayXd strain = (node.u - u).array();
+  const double force = (strain * model_.stiffness().array() / model_.reach().array()).abs().maxCoeff();
+  return u + std::min(1.0, options_.grip_force / std::max(force, 1e-9)) * strain.matrix();
 }
 
 dynamics::LocalModelScheme NodeModels::scheme_at(const Node& node, std::uint64_t stream) const {

@@ -13,7 +13,7 @@ class NodeModels {
   bool linearise(Node& node, std::uint64_t stream, ThreadScratch& scratch, Totals& totals) const;
   /// The same by the analytic scheme; leaves the forces and their derivatives in the scratch's step result.
   bool linearise_with_forces(Node& node, ThreadScratch& scratch, Totals& totals) const;
-  /// Where the command of an extension starts from: the joints, and what is left of the grip (P.11) or of the squeeze of the command.
+  /// Where the command of an extension starts from: the joints, and what is left of the grip (P.11).
   Eigen::VectorXd preloaded_command(const Node& node) const;
 
  private:

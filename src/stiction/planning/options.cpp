@@ -27,7 +27,6 @@ void PlannerOptions::set_margins(bool on) {
   start_noise = on ? kStartNoise : 0;
   edge_tilt = on ? kEdgeTilt : 0;
   friction_noise = on ? kFrictionNoise : 0;
-  edge_friction = 1;
 }
 
 dynamics::LocalModelScheme PlannerOptions::local_model_scheme(std::uint64_t stream, double sharpening) const {
@@ -82,16 +81,12 @@ void PlannerOptions::validate(const Model& model) const {
   if (substep) substep->validate();
   if (!(regrasp_friction > 0 && regrasp_friction <= 1))
     core::throw_invalid("planner.regrasp_friction", fmt::format("{}", regrasp_friction), "a number in (0, 1]");
-  core::require_positive("planner.rest_time", rest_time);
   core::require_nonnegative("planner.start_noise", start_noise);
   if (!(edge_tilt >= 0 && edge_tilt < std::numbers::pi / 2))
     core::throw_invalid("planner.edge_tilt", fmt::format("{}", edge_tilt), "an angle in [0, π/2) [rad]");
   if (!(friction_noise >= 0 && friction_noise < 1))
     core::throw_invalid("planner.friction_noise", fmt::format("{}", friction_noise), "a share in [0, 1)");
-  for (const auto& [name, value] : {std::pair("planner.friction", friction), {"planner.edge_friction", edge_friction}}) {
-    if (!(value > 0 && value <= 1)) core::throw_invalid(name, fmt::format("{}", value), "a number in (0, 1]");
-  }
-  core::require_nonnegative("planner.squeeze", squeeze);
+  if (!(friction > 0 && friction <= 1)) core::throw_invalid("planner.friction", fmt::format("{}", friction), "a number in (0, 1]");
   core::require_nonnegative("planner.grip_force", grip_force);
   if (!(brace_force > 0)) core::throw_invalid("planner.brace_force", fmt::format("{:g}", brace_force), "a number > 0");
   core::require_positive("planner.regrasp_clearance", regrasp_clearance);

@@ -78,12 +78,8 @@ struct PlannerOptions {
   bool real_regrasps = true;  ///< false: the robot jumps to its contact sample, as in the thesis's trees
   dynamics::FrictionLaw friction_law = dynamics::FrictionLaw::Anitescu;  ///< of every exact step of the plan
   double friction = 1.0;  ///< every μ of the plan is that of the scene times this: what slips in the world then slips in the plan as well
-  double edge_friction = 1.0;  ///< a node is built on only if its edge does the same with every μ times this; 1: not looked at
-  double rest_time =
-      kRestTime;         ///< … where objects on joints rest on what stops them in this time when nothing pushes them [s], > 0 (Drag)
-  double squeeze = 0.0;  ///< commands stay up to this far ahead of the joints that push, so that a grasp keeps its force [rad or m], ≥ 0
-  /// Extensions start with the springs as strained as they are, up to this at the reach of a joint (P.11), in place of `squeeze` [N], ≥ 0; 0: `squeeze` it is.
-  double grip_force = 0.0;
+  double grip_force =
+      0.0;  ///< extensions start with the springs as strained as they are, up to this at the reach of a joint (P.11) [N], ≥ 0
   /// Pushes end before the robot presses on itself or on what does not move with more than this [N], > 0.
   double brace_force = std::numeric_limits<double>::infinity();
   double regrasp_friction = 0.8;       ///< regrasps must hold with every μ times this
@@ -112,8 +108,8 @@ struct PlannerOptions {
   /// Single steps or jumps, as in the thesis: edges that nothing but the checker of that chapter looks at.
   bool thesis_edges() const { return !substep || !real_regrasps; }
   /// Pushes hold with objects a little off, gravity a little aside or less friction.
-  bool margins() const { return start_noise > 0 || edge_tilt > 0 || friction_noise > 0 || edge_friction < 1; }
-  void set_margins(bool on);  ///< start_noise, edge_tilt, friction_noise and edge_friction: the defaults, or none
+  bool margins() const { return start_noise > 0 || edge_tilt > 0 || friction_noise > 0; }
+  void set_margins(bool on);  ///< start_noise, edge_tilt and friction_noise: the defaults, or none
   /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
   dynamics::StepOptions step_options() const;  ///< of every exact step of the plan

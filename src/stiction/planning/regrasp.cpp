@@ -151,7 +151,7 @@ class RegraspRun {
   dynamics::StepResult step_result_;
 };
 
-/// Command with which the branches in `relaxed` stop pushing: their springs are unloaded, the others keep their squeeze.
+/// Command with which the branches in `relaxed` stop pushing: their springs are unloaded, the others keep their grip.
 Eigen::VectorXd relaxed_command(const world::Model& model, const RobotChains& chains, ChainMask relaxed, const Eigen::VectorXd& q,
                                 Eigen::VectorXd u) {
   for (const int j : chains.joints_of(relaxed)) u[j] = q[model.n_qu() + j];
@@ -162,27 +162,6 @@ Eigen::VectorXd relaxed_command(const world::Model& model, const RobotChains& ch
 Eigen::VectorXd command_of(const RobotChains& chains, ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
   for (const int j : chains.joints_of(moving)) u[j] = posture[j];
   return u;
-}
-
-/// The command u with every branch in `moving` that touches an object ahead of its posture by `squeeze` against the gap.
-Eigen::VectorXd squeezing_command(const world::Model& model, const RobotChains& chains, ChainMask moving, double squeeze,
-                                  const Eigen::VectorXd& q, const Eigen::VectorXd& u, GeometryWorkspace& geometry) {
-  const double near = world::share::kContact * model.scales().robots().length;  // a gap that is closed by the squeeze
-  Eigen::VectorXd out = u;
-  world::calc_kinematics(model, q, geometry.kinematics_work, geometry.kinematics);
-  for (int c = 0; c < chains.size(); ++c) {
-    if (!(moving >> c & 1)) continue;
-    const auto pairs = chains.object_pairs(c);
-    contact::query_pairs(model, geometry.kinematics, pairs, near, geometry.contact_work, geometry.contacts);
-    Eigen::VectorXd closing = Eigen::VectorXd::Zero(model.n_a());
-    const auto contacts = geometry.contacts;
-    for (const auto& contact : contacts) {
-      if (contact.phi < near) closing -= gap_gradient(model, contact, chains.joints(c), geometry);
-    }
-    const double largest = closing.cwiseAbs().maxCoeff();
-    if (largest > 1e-9) out += squeeze / largest * closing;
-  }
-  return out.cwiseMax(model.lower()).cwiseMin(model.upper());
 }
 
 /// The branches in `relaxed` stop pushing, those in `moving` back off, and the object settles: Moved where it goes too far, or after
@@ -287,7 +266,7 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
     return false;
   };
 
-  // First with the squeeze of the branches that hold, then with everything let go.
+  // First with the grip of the branches that hold, then with everything let go.
   std::optional<RegraspRun> run;
   PathOptions path_options;
   path_options.clearance = options.regrasp_clearance;
@@ -320,10 +299,6 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   }
   for (const auto& posture : path) {  // commands: the moving joints follow the path, the others hold
     outcome = run->move(command_of(chains, draw.moved, posture, run->u));
-    if (outcome != Outcome::Held) return count_failure(outcome);
-  }
-  if (options.squeeze > 0) {
-    outcome = run->move(squeezing_command(model, chains, draw.moved, options.squeeze, run->q, run->u, geometry));
     if (outcome != Outcome::Held) return count_failure(outcome);
   }
   outcome = run->keep();

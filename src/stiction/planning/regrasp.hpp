@@ -74,7 +74,7 @@ inline constexpr int kMostHeld = 20;
 /// Tries one regrasp at (q, u): the branches of `draw` let go and back off, a contact sample is drawn where the object comes to rest, and
 /// they move there and hold until the object rests in the new grip; all simulated with the exact dynamics, at full friction and at
 /// options.regrasp_friction of it. The object must stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of
-/// where it came to rest from then on. Branches that do not move keep their squeeze; where the object does not stay with that, everything
+/// where it came to rest from then on. Branches that do not move keep their grip; where the object does not stay with that, everything
 /// lets go first.
 /// @param judge   of options.grasp_candidates postures the one that promises most and has a path is taken; options.grasp_trials of those that
 ///                promise most are simulated before, and the others come after them

@@ -24,12 +24,7 @@ bool starts_push(const Node& parent, const Node& node) { return node.edge == Seg
 
 EdgeVerifier::EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const RobotChains& chains,
                            const GoalMeasure& goal, const EdgeSimulator& simulator)
-    : model_(*problem.model),
-      problem_(problem),
-      options_(options),
-      goal_(goal),
-      simulator_(simulator),
-      drag_(model_, problem.q_start, options.rest_time) {
+    : model_(*problem.model), problem_(problem), options_(options), goal_(goal), simulator_(simulator) {
   for (int i = 0; i < kDisturbances; ++i) friction_.push_back(calc_friction_factors(model_, chains, options.friction_noise, i));
 }
 
@@ -46,7 +41,7 @@ bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_repl
     return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
   };
   const auto holds = [&](const Node& edge, Eigen::MatrixXd& disturbed) {
-    return holds_slippery(edge, parent, scratch, totals) && holds_disturbed(edge, parent, parent_replay, scratch, totals, disturbed);
+    return holds_disturbed(edge, parent, parent_replay, scratch, totals, disturbed);
   };
   const Eigen::Index n = node.commands.cols();
   if (fine.cols() == n && agrees(n - 1)) {
@@ -98,18 +93,6 @@ bool EdgeVerifier::cut_edge(const Node& parent, const Node& node, Eigen::Index n
   return simulator_.moves(parent, out);
 }
 
-bool EdgeVerifier::holds_slippery(const Node& node, const Node& parent, ThreadScratch& scratch, Totals& totals) const {
-  if (node.edge != SegmentKind::Contact || options_.edge_friction == 1) return true;
-  dynamics::StepOptions slippery = simulator_.exact();
-  slippery.friction_scale *= options_.edge_friction;
-  Eigen::VectorXd q = parent.q, u = parent.u;
-  if (drag_.push(node.commands, slippery, scratch.steps, scratch.step_result, q, u, totals.steps) != Status::Solved) {
-    ++totals.failed_steps;
-    return false;
-  }
-  return goal_.share_of_tolerances(node.q, q) <= options_.fidelity_edge;
-}
-
 bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const EdgeReplay& parent_replay, ThreadScratch& scratch,
                                    Totals& totals, Eigen::MatrixXd& disturbed) const {
   if (!disturbs()) return true;
@@ -128,8 +111,7 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
     for (Eigen::Index k = 0; k < n + held; ++k) {
       if (scratch.stop()) return false;
       const Eigen::VectorXd weights = calc_weights_aside(model_, q, options_.edge_tilt, static_cast<int>(i));
-      const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &weights, nullptr,
-                                      &friction_[static_cast<std::size_t>(i)]};
+      const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &weights, nullptr, &friction_[static_cast<std::size_t>(i)]};
       ++totals.steps;
       if (dynamics::step(model_, input, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
         ++totals.failed_steps;

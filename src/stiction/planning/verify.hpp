@@ -3,7 +3,6 @@
 #include <array>
 
 #include "stiction/planning/disturbances.hpp"
-#include "stiction/planning/drag.hpp"
 #include "stiction/planning/edge_simulator.hpp"
 
 namespace stiction::planning {
@@ -18,8 +17,7 @@ class EdgeVerifier {
                const EdgeSimulator& simulator);
 
   /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
-  /// finger about to slip off would not survive the check of the plan; where slippery contacts do not the same; and where a disturbed
-  /// path goes elsewhere. Done once, when the node is first built on.
+  /// finger about to slip off would not survive the check of the plan; and where a disturbed path goes elsewhere. Done once, when the node is first built on.
   /// @param left  of an edge that the resolutions disagree on, what comes before; no q where that is nothing
   bool verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch, Totals& totals,
                    EdgeReplay& replay, Node* left = nullptr) const;
@@ -31,8 +29,6 @@ class EdgeVerifier {
  private:
   /// The first n sub-steps of an edge. False where they move nothing.
   bool cut_edge(const Node& parent, const Node& node, Eigen::Index n, Eigen::VectorXd q_fine, Node& out) const;
-  /// A push does the same with every μ at edge_friction of it, against what objects on joints rest on.
-  bool holds_slippery(const Node& node, const Node& parent, ThreadScratch& scratch, Totals& totals) const;
   /// The objects off by up to start_noise of the tolerances wherever a push starts, by two draws of errors either way, the same in all n-th pushes; gravity
   /// edge_tilt aside; less friction: after every edge they still are within the tolerances of where the tree has them. Pushes that multiply errors, and those
   /// that hold an object by less than that, are left before others are built on them.
@@ -46,7 +42,6 @@ class EdgeVerifier {
   const PlannerOptions& options_;
   const GoalMeasure& goal_;
   const EdgeSimulator& simulator_;
-  Drag drag_;
   std::vector<Eigen::VectorXd> friction_;  ///< of each disturbance: factors of μ (pairs)
 };
 

@@ -7,26 +7,6 @@
 namespace stiction::planning::refinement {
 namespace {
 
-/// Of a plan with a margin of friction: a push does the same with every μ at regrasp_friction of it, against what objects on joints rest on.
-bool has_margin(const Start& start, Scratch& scratch, Run& run) {
-  const Problem& problem = start.problem;
-  if (problem.options.edge_friction == 1) return true;
-  Eigen::Index n = 0;
-  for (const Segment& segment : run.segments) n += static_cast<Eigen::Index>(segment.knots.size());
-  Eigen::MatrixXd commands(problem.model.n_a(), n);
-  for (Eigen::Index k = 0; const Segment& segment : run.segments) {
-    for (const auto& knot : segment.knots) commands.col(k++) = knot.u;
-  }
-  dynamics::StepOptions slippery = start.sizes.exact;
-  slippery.friction_scale = start.sizes.exact.friction_scale * problem.options.regrasp_friction;
-  Eigen::VectorXd q = start.at.q, u = start.at.u;
-  if (problem.drag.push(commands, slippery, scratch.steps, scratch.result, q, u, run.work.steps) != core::Status::Solved) {
-    ++run.work.failed_steps;
-    return false;
-  }
-  return problem.miss(run.end.q, q) <= problem.refine.mpc_miss;
-}
-
 /// Finished at once where it ends near enough.
 void try_run(const Start& start, const Eigen::VectorXd& q_target, double enough, const Simulate& simulate, const Turn& turn,
              Scratch& scratch, Run& run) {
@@ -46,8 +26,7 @@ void finish(const Start& start, const Eigen::VectorXd& q_target, Scratch& scratc
   const Problem& problem = start.problem;
   run.end.fine = start.at.fine;
   run.holds =
-      go_on_in_half_steps(problem, run.segments, start.sizes.exact, problem.allowed, problem.control, scratch, run.end.fine, run.work) &&
-      (run.gamma == 0 || has_margin(start, scratch, run));
+      go_on_in_half_steps(problem, run.segments, start.sizes.exact, problem.allowed, problem.control, scratch, run.end.fine, run.work);
   run.missed = std::max(run.whole, problem.miss(q_target, run.end.fine.q));
 }
 

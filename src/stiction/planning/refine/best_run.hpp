@@ -29,7 +29,7 @@ struct Run {
   bool holds = false;    ///< at half sub-steps as well
   double whole = 0;      ///< missed at its end, in tolerances of the goal, at whole sub-steps
   double missed = 0;     ///< the worse of whole and half sub-steps, once finished
-  double gamma = 0;      ///< of the feedback on a push; 0: a regrasp
+  double gamma = 0;      ///< of the feedback on a push
   Way* way = nullptr;    ///< of a push: shared by the runs that end at rest and those that do not
   bool rests = false;    ///< a push ends at rest
   double clearance = 0;  ///< of a regrasp that was planned anew [m]
@@ -54,7 +54,7 @@ using Simulate = std::function<bool(CommandFollower&, Run&)>;
 std::optional<Run> best_of(const Start& start, std::vector<Run> runs, const Eigen::VectorXd& q_target, double enough,
                            const Simulate& simulate, Crew& crew, Work& work);
 
-/// Half sub-steps: `holds` is false where it penetrates there, pulls across a gap, or is a push that needs all of its friction. The work counts as the run's.
+/// Half sub-steps: `holds` is false where it penetrates there or pulls across a gap. The work counts as the run's.
 void finish(const Start& start, const Eigen::VectorXd& q_target, Scratch& scratch, Run& run);
 
 }  // namespace stiction::planning::refinement

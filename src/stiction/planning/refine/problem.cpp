@@ -26,7 +26,6 @@ Problem::Problem(std::shared_ptr<const world::Model> shared, const Plan& given, 
       motion(model, refine_options.motionless_position, refine_options.motionless_angle),
       chains(model),
       press(model, chains, planner_options.brace_force),
-      drag(model, given.q_start, planner_options.rest_time),
       weights(inverse_tolerances(model, given.goal)),
       q_goal(at_goal(model, end_of(given), given.goal)) {
   set_allowed({});

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "stiction/planning/drag.hpp"
 #include "stiction/planning/object_space.hpp"
 #include "stiction/planning/press_limits.hpp"
 #include "stiction/planning/pushes.hpp"
@@ -42,7 +41,6 @@ struct Problem {
   Motion motion;
   RobotChains chains;
   PressLimits press;
-  Drag drag;
   Eigen::VectorXd weights;  ///< 1/tolerance of the goal (n_vu) [1/m or 1/rad]
   Eigen::VectorXd q_goal;   ///< the objects at the goal, in a whole configuration (n_q)
   Worst allowed;            ///< at half sub-steps; set_allowed
