@@ -18,7 +18,7 @@ struct RandomTree {
       node.q.resize(model->n_q());
       world::retract(*model, model->neutral(), delta, node.q);
       const Eigen::MatrixXd B = Eigen::MatrixXd::NullaryExpr(model->n_v(), model->n_a(), [&] { return random.normal(); });
-      node.local.set(node.q, B, model->n_qu(), model->n_vu(), 1e-4);
+      node.local.set(node.q, B, model->n_qu(), Eigen::VectorXd::Constant(model->n_vu(), 1e-4));
       node.goal_distance = i == 0 ? 10 : 0.9 * tree[node.parent].goal_distance;  // every edge brought the object nearer
       tree.add(node, goal);
     }
@@ -79,7 +79,8 @@ TEST(Tree, ExtensionWithoutProgress_IsNotTakenToTheGoalButStaysInTheTree) {
     Node node = t.tree[0];
     node.parent = 0;
     node.goal_distance = share * t.tree[0].goal_distance;
-    node.local.set(node.q, Eigen::MatrixXd::Identity(t.model->n_v(), t.model->n_a()), t.model->n_qu(), t.model->n_vu(), 1e-4);
+    node.local.set(node.q, Eigen::MatrixXd::Identity(t.model->n_v(), t.model->n_a()), t.model->n_qu(),
+                   Eigen::VectorXd::Constant(t.model->n_vu(), 1e-4));
     node.local.c_u = t.goal;  // at distance 0: it would be the first to be taken
     const int added = t.tree.add(node, t.goal);
     EXPECT_EQ(t.tree.take_nearest_to_goal() == added, share < 0.95);
@@ -149,7 +150,7 @@ TEST(Tree, GraspsForASubgoal_StartWhereTheObjectIsNearest) {
   grasp.edge = SegmentKind::Regrasp;
   grasp.q = t.tree[0].q;
   grasp.local = t.tree[0].local;
-  grasp.local.set(grasp.q, t.tree[0].local.B_u, t.model->n_qu(), t.model->n_vu(), 1e-4);
+  grasp.local.set(grasp.q, t.tree[0].local.B_u, t.model->n_qu(), Eigen::VectorXd::Constant(t.model->n_vu(), 1e-4));
   const int regrasp = t.tree.add(grasp, t.goal);
   for (int query = 0; query < 50; ++query) {
     const Eigen::VectorXd q_u = Eigen::VectorXd::NullaryExpr(3, [&] { return t.random.normal(); });

@@ -96,7 +96,7 @@ TEST(GlobalMetric, NearestIsByWeightedSquares) {
     Node out;
     out.q = Eigen::VectorXd::Zero(7);
     out.q.head<3>() = q_u;
-    out.local.set(out.q, reach * Eigen::MatrixXd::Identity(7, 4), 3, 3, 1e-6);
+    out.local.set(out.q, reach * Eigen::MatrixXd::Identity(7, 4), 3, Eigen::Vector3d::Constant(1e-6));
     return out;
   };
   const Eigen::VectorXd goal = Eigen::Vector3d::Zero();

@@ -14,6 +14,8 @@ constexpr double kForceReach = 0.1;
 /// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
 /// is not tried again from the same node.
 constexpr double kSameCommand = 0.1;
+/// What a command of a joint unit counts for, beside the error that it leaves of the objects [L].
+constexpr double kWorth = 0.02;
 /// A shorter extension is none [joint units].
 constexpr double kNoMove = 1e-9;
 
@@ -23,7 +25,8 @@ Extend::Extend(const world::Model& model, const PlannerOptions& options, const R
                const NodeModels& models, const EdgeSimulator& simulator)
     : model_(model), options_(options), chains_(chains), goal_(goal), models_(models), simulator_(simulator) {
   units_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_a()) : model.scales().joints();
-  weights_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_vu()) : goal.relative_weights();
+  weights_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_vu()) : goal.lengths();
+  damping_ = options.thesis_edges() ? options.gamma : std::pow(kWorth * model.scales().object(goal.object()).length, 2);
 }
 
 bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Eigen::VectorXd& u, Node& out) const {
@@ -62,8 +65,8 @@ Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd
   const Eigen::MatrixXd B = w.asDiagonal() * local.B_u * units_.asDiagonal();
   const Eigen::VectorXd we = w.cwiseProduct(e);
   if (forces != nullptr) add_force_cones(*forces, least_squares);
-  if (forces == nullptr || !least_squares.solve(B, we, options_.gamma, lower, upper, y))
-    cone::solve_bounded_least_squares(B, we, options_.gamma, lower, upper, y);
+  if (forces == nullptr || !least_squares.solve(B, we, damping_, lower, upper, y))
+    cone::solve_bounded_least_squares(B, we, damping_, lower, upper, y);
   const double length = y.norm();
   if (length >= kNoMove) {
     if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {

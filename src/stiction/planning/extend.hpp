@@ -31,6 +31,7 @@ class Extend {
   const EdgeSimulator& simulator_;
   Eigen::VectorXd units_;    // of the joints
   Eigen::VectorXd weights_;  ///< W of (P.2) (n_vu)
+  double damping_ = 0;       ///< ρ of (P.2)
 };
 
 }  // namespace stiction::planning

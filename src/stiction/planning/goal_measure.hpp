@@ -13,6 +13,7 @@ class GoalMeasure {
   explicit GoalMeasure(const PlanningProblem& problem);
 
   const ObjectSpace& space() const { return space_; }
+  int object() const { return goal_.object; }
   const Eigen::VectorXd& q_goal() const { return q_goal_; }  ///< qᵘ of the goal (n_qu)
 
   /// Of a goal region the place nearest to q_u, else that of the goal (n_qu).
@@ -26,8 +27,8 @@ class GoalMeasure {
   double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
   /// 1/tolerance per coordinate of the objects (n_vu).
   const Eigen::VectorXd& inverse_tolerances() const { return inverse_tolerances_; }
-  /// The same with 1 for angles (n_vu) [rad/m].
-  Eigen::VectorXd relative_weights() const { return goal_.tol_angle * inverse_tolerances_; }
+  /// The same with 1 for positions: the length that an angle counts for (n_vu) [m/rad].
+  Eigen::VectorXd lengths() const { return goal_.tol_position * inverse_tolerances_; }
   /// 1 per coordinate that a goal region bounds, else 0; all 1 without a region (n_vu).
   const Eigen::VectorXd& bounded() const { return bounded_; }
 

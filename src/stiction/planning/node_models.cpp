@@ -1,6 +1,7 @@
 #include "stiction/planning/node_models.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "stiction/world/scales.hpp"
 
@@ -13,6 +14,17 @@ using world::Model;
 /// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves; a fifth faster.
 constexpr double kSampleComplementarity = 1e-6;
 
+/// Diagonal of Γ: γ for what moves, and for what turns that of the way that it makes at its length L. The thesis has one number.
+Eigen::VectorXd calc_gamma(const Model& model, const PlannerOptions& options) {
+  Eigen::VectorXd gamma = Eigen::VectorXd::Constant(model.n_vu(), options.gamma);
+  if (options.thesis_edges()) return gamma;
+  for (int v = 0; v < model.n_vu(); ++v) {
+    const world::Dof& dof = model.dofs()[static_cast<std::size_t>(v)];
+    if (dof.kind == world::DofKind::Revolute) gamma[v] /= std::pow(model.scales().object(dof.owner).length, 2);
+  }
+  return gamma;
+}
+
 }  // namespace
 
 NodeModels::NodeModels(const Model& model, const PlannerOptions& options, const GoalMeasure& goal)
@@ -20,6 +32,7 @@ NodeModels::NodeModels(const Model& model, const PlannerOptions& options, const 
       options_(options),
       goal_(goal),
       joint_units_(options.thesis_edges() ? Eigen::VectorXd() : model.scales().joints()),
+      gamma_(calc_gamma(model, options)),
       smoothed_(options.step_options()) {
   smoothed_.warm_start = false;
   if (options.scheme == Scheme::RandomizedFirst || options.scheme == Scheme::RandomizedZeroth)
@@ -61,7 +74,7 @@ bool NodeModels::take_model(Status status, const Eigen::VectorXd& q_next, const 
     ++totals.failed_steps;
     return false;
   }
-  node.local.set(q_next, B, model_.n_qu(), model_.n_vu(), options_.gamma, joint_units_);
+  node.local.set(q_next, B, model_.n_qu(), gamma_, joint_units_);
   return true;
 }
 

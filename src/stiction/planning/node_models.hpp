@@ -24,7 +24,7 @@ class NodeModels {
   const world::Model& model_;
   const PlannerOptions& options_;
   const GoalMeasure& goal_;
-  Eigen::VectorXd joint_units_;  // D of the metric
+  Eigen::VectorXd joint_units_, gamma_;  // D and the diagonal of Γ (P.1)
   dynamics::StepOptions smoothed_;
 };
 

@@ -29,7 +29,7 @@ Eigen::VectorXd calc_packing_ratio(const world::Model& model, const std::vector<
   LocalModel local;
   Eigen::VectorXd e(space.n_v());
   for (std::size_t i = 0; i < tree.size(); ++i) {
-    local.set(tree[i].c_u, tree[i].B_u, space.n_q(), space.n_v(), options.gamma);
+    local.set(tree[i].c_u, tree[i].B_u, space.n_q(), Eigen::VectorXd::Constant(space.n_v(), options.gamma));
     std::erase_if(outside, [&](const Eigen::VectorXd& q_u) {
       space.error(local.c_u.data(), q_u.data(), e.data());
       return (local.L_inv.triangularView<Eigen::Lower>() * e).squaredNorm() <= options.threshold;

@@ -14,17 +14,17 @@ constexpr double kWear = 0.2;
 
 }  // namespace
 
-void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma,
+void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, const Eigen::VectorXd& gamma,
                      const Eigen::VectorXd& joint_units) {
   c_u = q_next.head(n_qu);
-  B_u = B.topRows(n_vu);
+  B_u = B.topRows(gamma.size());
   if (joint_units.size() == 0) {
     S = B_u * B_u.transpose();
   } else {
     S = B_u * joint_units.cwiseAbs2().asDiagonal() * B_u.transpose();
   }
-  S.diagonal().array() += gamma;
-  L_inv.setIdentity(n_vu, n_vu);
+  S.diagonal() += gamma;
+  L_inv.setIdentity(gamma.size(), gamma.size());
   S.llt().matrixL().solveInPlace(L_inv);
 }
 

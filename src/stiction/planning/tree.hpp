@@ -14,11 +14,11 @@ namespace stiction::planning {
 struct LocalModel {
   Eigen::VectorXd c_u;    ///< smoothed next configuration of the objects (n_qu)
   Eigen::MatrixXd B_u;    ///< (n_vu × n_a)
-  Eigen::MatrixXd S;      ///< B_u D²B_uᵀ + γI, the inverse of the metric (n_vu × n_vu); empty once in a tree, like L_inv
+  Eigen::MatrixXd S;      ///< B_u D²B_uᵀ + Γ, the inverse of the metric (P.1) (n_vu × n_vu); empty once in a tree, like L_inv
   Eigen::MatrixXd L_inv;  ///< inverse of its Cholesky factor, lower triangular
 
-  /// Factorises the metric. @param gamma > 0  @param joint_units  the diagonal of D (n_a); empty: 1, as in the thesis
-  void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, int n_vu, double gamma,
+  /// Factorises the metric. @param gamma  the diagonal of Γ, > 0 (n_vu)  @param joint_units  the diagonal of D (n_a); empty: 1, as in the thesis
+  void set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, const Eigen::VectorXd& gamma,
            const Eigen::VectorXd& joint_units = {});
 };
 
