@@ -4,10 +4,10 @@
 
 namespace stiction::core {
 
-/// Of all threads of this process [s]: what other work on the machine does not lengthen.
-inline double processor_time() {
+/// Of all threads of this process, or with CLOCK_THREAD_CPUTIME_ID of this one [s]: what other work on the machine does not lengthen.
+inline double processor_time(clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
   timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 

@@ -3,11 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <deque>
 #include <optional>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/processor_time.hpp"
 #include "stiction/simulation/driven_plant.hpp"
 
 namespace stiction::execution {
@@ -33,19 +33,12 @@ control::ControllerOptions make_controller_options(const ControlScenario& scenar
   return out;
 }
 
-/// Processor time of this thread [s]: what others do on the machine is not in it.
-double processor_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// What f() takes [s].
+/// What f() takes of this thread [s].
 template <class F>
 double time_of(F&& f) {
-  const double started = processor_time();
+  const double started = core::processor_time(CLOCK_THREAD_CPUTIME_ID);
   f();
-  return processor_time() - started;
+  return core::processor_time(CLOCK_THREAD_CPUTIME_ID) - started;
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ Eigen::VectorXd NodeModels::preloaded_command(const Node& node) const {
   if (options_.grip_force == 0) return u;
   const Eigen::ArrayXd strain = (node.u - u).array();
   const double force = (strain * model_.stiffness().array() / model_.reach().array()).abs().maxCoeff();
-  return u + std::min(1.0, options_.grip_force / std::max(force, 1e-9)) * strain.matrix();
+  return u + (force > options_.grip_force ? options_.grip_force / force : 1.0) * strain.matrix();
 }
 
 dynamics::LocalModelScheme NodeModels::scheme_at(const Node& node, std::uint64_t stream) const {
