@@ -25,7 +25,7 @@ struct SimulateArguments {
   double pause_s = 0;  ///< between pieces
   bool uniform = false;
   int substeps = 0;  ///< predict each edge in this many steps; 0: as the plan does
-  double rest_time_s = planning::kRestTime;
+  double rest_time_s = execution::kRestTime;
   double friction_scale = 1;
   bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs
   bool whole_only = false;         ///< pushes are not run by themselves as well

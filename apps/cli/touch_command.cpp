@@ -99,7 +99,7 @@ json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_
   for (const auto& touch : r.touches) out["touches"].push_back(to_json(scenario, touch));
   for (const auto& planned : r.routes)
     out["routes"].push_back({{"time_s", planned.time},
-                             {"found", planned.route.outcome == planning::PathOutcome::Found},
+                             {"found", planned.route.outcome == contact::PathOutcome::Found},
                              {"share", planned.route.share},
                              {"postures", planned.route.postures.size()},
                              {"travel", planned.route.travel},

@@ -8,9 +8,9 @@ namespace {
 
 using execution::PieceError;
 using execution::PieceReport;
+using execution::SpeedLimits;
 using execution::TransferOptions;
 using execution::TransferResult;
-using planning::SpeedLimits;
 
 TransferResult transfer(const Plan& given, double speed, double pause, const std::optional<SpeedLimits>& uniform,
                         std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
@@ -112,7 +112,7 @@ void bind_execution(nb::module_& m) {
       .def_ro("load_time", &SpeedLimits::load_time, "[s]")
       .def_ro("pause", &SpeedLimits::pause, "[s]");
   m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = 0.0, "uniform"_a = nb::none(),
-        "substeps"_a = nb::none(), "rest_time"_a = planning::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true,
+        "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true,
         "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
         R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 

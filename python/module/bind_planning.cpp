@@ -7,8 +7,8 @@
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/planning/default_options.hpp"
-#include "stiction/planning/growth.hpp"
 #include "stiction/planning/packing.hpp"
+#include "stiction/planning/planner.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {

@@ -112,7 +112,7 @@ void bind_parts(nb::module_& m) {
       .def("__repr__", [](const Touch& t) { return fmt::format("<stiction.Touch: {}, {:.3g} N>", t.link, t.values.force); });
   nb::class_<execution::PlannedRoute>(m, "TouchRoute", "A way to the goal among what was known then.")
       .def_ro("time", &execution::PlannedRoute::time, "when it was found [s]")
-      .def_prop_ro("found", [](const execution::PlannedRoute& r) { return r.route.outcome == planning::PathOutcome::Found; })
+      .def_prop_ro("found", [](const execution::PlannedRoute& r) { return r.route.outcome == contact::PathOutcome::Found; })
       .def_prop_ro(
           "postures",
           [](const execution::PlannedRoute& r) {

@@ -287,7 +287,7 @@ TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
 
 TEST(ShareOffPath, LaggingObject_IsOnThePathAndOneAsideIsNot) {
   Rig rig;
-  const execution::Trajectory path = execution::make_trajectory(*rig.model, planning::test::push_up(rig.model), planning::SpeedLimits{});
+  const execution::Trajectory path = execution::make_trajectory(*rig.model, planning::test::push_up(rig.model), execution::SpeedLimits{});
   const double end = path.duration();
   VectorXd q(5);
   execution::interpolate(*rig.model, path, 0.7 * end, q);

@@ -15,10 +15,10 @@
 namespace stiction::execution::test {
 namespace {
 
+using contact::PathOutcome;
 using core::Status;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using planning::PathOutcome;
 using stiction::test::message_of;
 using stiction::test::source_dir;
 

@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::VectorXd;
+using execution::SpeedLimits;
 using planning::Plan;
 using planning::Segment;
 using planning::SegmentKind;
-using planning::SpeedLimits;
 using namespace planning::test;
 using stiction::test::message_of;
 

@@ -35,7 +35,7 @@ TEST(CommandFollower, CommandHeldBackByAMotor_FollowsWithinTheSubStep) {
   const RefineOptions refine_options;
   const core::RunControl control;
   const Problem problem(model, plan, options, refine_options, control);
-  Scratch scratch(model);
+  Scratch scratch(model, control);
   const StepSizes sizes(problem, 2);
   CommandFollower follower(problem, sizes, plan.q_start, plan.u_start, nullptr, scratch);
   Segment segment;

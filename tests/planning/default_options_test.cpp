@@ -73,13 +73,13 @@ TEST(DefaultSampleBoxes, TheShortWayAroundAndTheRangesOfJoints) {
   door.model = world::Model::make(scene);
   door.q_start = Eigen::VectorXd::Zero(1);
   door.q_goal = Eigen::VectorXd::Ones(1);
-  const SampleBox hinge = default_sample_boxes(door).at(0);
+  const world::SampleBox hinge = default_sample_boxes(door).at(0);
   EXPECT_EQ(hinge.lower[0], -1);
   EXPECT_EQ(hinge.upper[0], 2);
   PlanningProblem hand = hand_problem();  // a ball in a plane, turned from 0 to −3 rad by way of −π
   hand.q_start[2] = 3;
   hand.goal.X_WG.R = Eigen::AngleAxisd(-3, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  const SampleBox ball = default_sample_boxes(hand).at(0);
+  const world::SampleBox ball = default_sample_boxes(hand).at(0);
   EXPECT_NEAR(ball.lower[2], 3 - 0.2, 1e-9);
   EXPECT_NEAR(ball.upper[2], 2 * std::numbers::pi - 3 + 0.2, 1e-9);
 }

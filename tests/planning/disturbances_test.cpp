@@ -19,7 +19,8 @@ TEST(WeightsAside, FreeObject_FromFourSidesAtRightAngles) {
     EXPECT_NEAR(f.norm(), force, 1e-12);
     EXPECT_NEAR(f.z(), 0, 1e-12);
     EXPECT_NEAR(tau.norm(), force, 1e-12) << "nothing but that force";
-    const Eigen::Vector3d next = calc_weights_aside(*model, model->neutral(), angle, (draw + 1) % kDisturbances).segment<3>(model->objects()[0].v_begin);
+    const Eigen::Vector3d next =
+        calc_weights_aside(*model, model->neutral(), angle, (draw + 1) % kDisturbances).segment<3>(model->objects()[0].v_begin);
     EXPECT_NEAR(f.dot(next), 0, 1e-12);
     sum += tau;
   }
@@ -61,7 +62,7 @@ TEST(WeightsAside, ObjectOnJoints_FeelsNothing) {
 // Left arm, right arm and floor: each has less in two draws, any two differ in two.
 TEST(FrictionFactors, TwoArmsAndAFloor_AreTriedAgainstEachOther) {
   const auto model = load_model("iiwa_bimanual");
-  const RobotChains chains(*model);
+  const world::RobotChains chains(*model);
   ASSERT_EQ(chains.size(), 2);
   std::array<Eigen::Vector4d, 3> less;  // of the left arm, the right one, and the can on the floor, per draw
   for (int draw = 0; draw < kDisturbances; ++draw) {

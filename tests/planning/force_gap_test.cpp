@@ -36,7 +36,7 @@ TEST(ForceGap, EdgeThatSlidesOverAnEnd_IsAsFarAwayAsItIs) {
   const auto model = world::Model::make(cube_on_block());
   dynamics::StepWorkspace work(model);
   dynamics::StepResult step;
-  GeometryWorkspace geometry(*model);
+  contact::GeometryWorkspace geometry(*model);
   VectorXd q = model->neutral(), aside = VectorXd::Zero(model->n_v());
   q.head(3) << -1e-3, 0.05 * std::numbers::sqrt2, 0;
   q.tail(2) << 2, 2;

@@ -3,7 +3,7 @@
 #include <Eigen/SVD>
 #include "planning/systems.hpp"
 #include "stiction/core/random.hpp"
-#include "stiction/planning/object_space.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::planning::test {
 namespace {
@@ -14,6 +14,16 @@ Eigen::Quaterniond rotation(double roll, double pitch, double yaw) {
   using Eigen::AngleAxisd;
   using Eigen::Vector3d;
   return AngleAxisd(yaw, Vector3d::UnitZ()) * AngleAxisd(pitch, Vector3d::UnitY()) * AngleAxisd(roll, Vector3d::UnitX());
+}
+
+TEST(GoalError, IsDistanceAndGeodesicAngle) {
+  const auto model = load_model("allegro_ball");
+  Goal goal;
+  goal.X_WG.R = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  goal.X_WG.p = {0.3, 0, 0.4};
+  const GoalError error = goal_error(*model, model->neutral(), goal);
+  EXPECT_NEAR(error.position, 0.5, 1e-12);
+  EXPECT_NEAR(error.angle, 0.4, 1e-9);
 }
 
 TEST(GoalRegion, PlanarObject_EachCoordinateOnItsOwn) {
@@ -117,7 +127,7 @@ TEST(GoalRegion, ProjectedTwice_StaysAndHasNoError) {
       EXPECT_LT(error.position, 1e-12);
       EXPECT_LT(error.angle, 1e-7);
       project(*model, *goal.region, q.head(model->n_qu()));
-      EXPECT_TRUE(objects_agree(*model, ObjectSpace(*model), once, q, 1e-9, 1e-7)) << task;
+      EXPECT_TRUE(world::objects_agree(*model, world::ObjectSpace(*model), once, q, 1e-9, 1e-7)) << task;
     }
   }
 }

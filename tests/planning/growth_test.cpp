@@ -1,4 +1,4 @@
-#include "stiction/planning/growth.hpp"
+#include "stiction/planning/planner.hpp"
 
 #include <map>
 

@@ -1,19 +1,15 @@
 // What is met at half sub-steps.
-#include "stiction/planning/refine/half_steps.hpp"
+#include "stiction/planning/edge_simulator.hpp"
 
 #include <gtest/gtest.h>
-
-#include <limits>
 
 #include "planning/systems.hpp"
 #include "stiction/planning/force_gap.hpp"
 
-namespace stiction::planning::refinement {
+namespace stiction::planning {
 namespace {
 
 using Eigen::VectorXd;
-
-constexpr double kAnything = std::numeric_limits<double>::infinity();
 
 /// The hand comes to the end of the box in the first half of a sub-step and turns it in the second: a side that turns over a ball ends inside it, by ½ θ² of its
 /// radius. No step starts from there, and the checker looks all the same.
@@ -29,23 +25,24 @@ TEST(HalfSteps, LastState_IsLookedAt) {
   dynamics::Knot up;
   up.u = (VectorXd(2) << 0.45, 0.5).finished();
   const std::vector<Segment> segments{{SegmentKind::Contact, {up}}};
-  const PlannerOptions options;
-  const RefineOptions refine_options;
+  const world::RobotChains chains(*model);
+  const PressLimits press(*model, chains, kUnlimited);
   const core::RunControl control;
-  const Problem problem(model, plan, options, refine_options, control);
-  Scratch scratch(model);
+  SimulationScratch scratch(model, control);
+  dynamics::StepOptions cold = plan.step;
+  cold.warm_start = false;
   const auto go = [&](double penetration) {
-    HalfSteps at{.q = plan.q_start, .u = plan.u_start, .worst = {}};
+    HalfSteps at{.q = plan.q_start, .u = plan.u_start};
     Work work;
-    const bool good = go_on_in_half_steps(problem, segments, plan.step, {penetration, kAnything, kAnything}, {}, scratch, at, work);
+    const bool good = go_on_in_half_steps(press, segments, cold, {penetration, kUnlimited, kUnlimited}, control, scratch, at, work);
     EXPECT_EQ(work.steps, 2);
     EXPECT_GT(at.q[2], 0.5) << "the box turns";
     EXPECT_EQ(at.worst.penetration > penetration, !good);
     return at.worst.penetration;
   };
-  EXPECT_GT(go(kAnything), kMostPenetration);
+  EXPECT_GT(go(kUnlimited), kMostPenetration);
   EXPECT_GT(go(kMostPenetration), kMostPenetration);
 }
 
 }  // namespace
-}  // namespace stiction::planning::refinement
+}  // namespace stiction::planning

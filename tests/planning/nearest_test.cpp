@@ -42,7 +42,7 @@ struct Points {
     return best;
   }
   std::shared_ptr<const world::Model> model;
-  ObjectSpace space;
+  world::ObjectSpace space;
   NearestPoints nearest;
   core::Random random;
 };

@@ -21,7 +21,7 @@ NodeRecord node(const Eigen::Vector3d& c, const Eigen::Matrix3d& B) {
   return out;
 }
 
-std::vector<SampleBox> unit_cube() { return {{0, Eigen::Vector3d::Constant(-0.5), Eigen::Vector3d::Constant(0.5)}}; }
+std::vector<world::SampleBox> unit_cube() { return {{0, Eigen::Vector3d::Constant(-0.5), Eigen::Vector3d::Constant(0.5)}}; }
 
 /// Four standard errors of a ratio.
 double spread(double ratio, int samples) { return 4 * std::sqrt(ratio * (1 - ratio) / samples); }
@@ -45,7 +45,7 @@ TEST(Packing, Ellipsoids_HaveTheirVolume) {
 
 TEST(Packing, AngleIsWrapped) {
   const auto model = load_model("planar_hand");
-  const std::vector<SampleBox> boxes = {
+  const std::vector<world::SampleBox> boxes = {
       {0, Eigen::Vector3d(0, 0, -std::numbers::pi), Eigen::Vector3d(0, 0, std::numbers::pi)}};  // all angles at one place
   const PackingOptions options{.threshold = 1, .gamma = 1e-12, .samples = 20000};
   const double half = 0.25 * std::numbers::pi;  // of the angles on either side of the seam

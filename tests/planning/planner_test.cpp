@@ -2,7 +2,7 @@
 
 #include "planning/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/object_space.hpp"
+#include "stiction/world/object_space.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::planning::test {
@@ -100,14 +100,14 @@ TEST(Planner, EdgesThatDisagree_AreBuiltOnUpToWhereTheyDo) {
   PlanResult result;
   ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
   EXPECT_GT(result.distrusted, 0);
-  const ObjectSpace space(*problem.model);
+  const world::ObjectSpace space(*problem.model);
   Plan part = result.plan;
   part.segments.clear();
   Eigen::VectorXd before = Eigen::VectorXd::Zero(3), after(3);
   for (const Segment& segment : result.plan.segments) {
     part.segments.push_back(segment);
     space.error(segment.knots.back().q.data(), simulate(problem, part, 2).data(), after.data());
-    const double share = largest_share(*problem.model, after - before, problem.goal.tol_position, problem.goal.tol_angle);
+    const double share = world::largest_share(*problem.model, after - before, problem.goal.tol_position, problem.goal.tol_angle);
     EXPECT_LE(share, options.fidelity_edge * (1 + 1e-3)) << "edge " << part.segments.size();
     before = after;
   }
@@ -206,7 +206,7 @@ Status push_over_the_floor(const PlanningProblem& problem, double edge_tilt, dou
   options.goal_bias = 0.7;
   options.edge_tilt = edge_tilt;
   options.friction_noise = friction_noise;
-  SampleBox box;
+  world::SampleBox box;
   box.lower = (Eigen::VectorXd(6) << -0.1, 0.3, 0.2, 0, 0, 0).finished();
   box.upper = (Eigen::VectorXd(6) << 0.1, 0.6, 0.2, 0, 0, 0).finished();
   options.sample_boxes.push_back(box);

@@ -27,7 +27,7 @@ std::shared_ptr<const world::Model> fragile_hand(double max_force) {
 
 TEST(PressLimits, ContactsOfAPair_BearTogetherWhatTheWeakerSideBears) {
   const auto model = fragile_hand(4);
-  const RobotChains chains(*model);
+  const world::RobotChains chains(*model);
   const PressLimits press(*model, chains, 1);
   int ball = -1, other = -1;
   for (int i = 0; i < static_cast<int>(model->pairs().size()); ++i) (chains.touches_object(i) ? ball : other) = i;
@@ -44,7 +44,7 @@ TEST(PressLimits, ContactsOfAPair_BearTogetherWhatTheWeakerSideBears) {
 double largest_force(const world::Model& model, const std::shared_ptr<const world::Model>& shared, const Plan& plan) {
   dynamics::StepWorkspace work(shared);
   dynamics::StepResult result;
-  const RobotChains chains(model);
+  const world::RobotChains chains(model);
   const PressLimits press(model, chains, 1);
   double most = 0;
   Eigen::VectorXd q = plan.q_start, u = plan.u_start;

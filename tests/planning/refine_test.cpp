@@ -6,6 +6,7 @@
 #include "planning/systems.hpp"
 #include "stiction/contact/contact.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/planning/regrasp.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::planning::test {
@@ -87,7 +88,7 @@ void expect_consistent(const world::Model& model, const std::shared_ptr<const wo
 
 /// Smallest gap of any pair of the hand over the middle of a regrasp, between the first and the last moment `clearance` away from it all.
 double least_gap(const world::Model& model, const Segment& segment, double clearance) {
-  GeometryWorkspace work(model);
+  contact::GeometryWorkspace work(model);
   std::vector<int> pairs;
   for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) pairs.push_back(i);
   std::vector<double> gaps;
@@ -280,8 +281,8 @@ Pushing push_with_hit() {
 
 TEST(IsFreeOnItsWay, BoxThatIsHit_IsInTheWay) {
   const Pushing detour = push_with_detour(), hit = push_with_hit();
-  GeometryWorkspace work(*hit.model);
-  const RobotChains chains(*hit.model);
+  contact::GeometryWorkspace work(*hit.model);
+  const world::RobotChains chains(*hit.model);
   EXPECT_TRUE(is_free_on_its_way(*detour.model, chains, detour.plan.segments[1].knots, work));
   EXPECT_FALSE(is_free_on_its_way(*hit.model, chains, hit.plan.segments[1].knots, work));
 }

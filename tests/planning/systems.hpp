@@ -9,6 +9,7 @@
 #include "stiction/planning/planner.hpp"
 #include "stiction/world/model.hpp"
 #include "support/paths.hpp"
+#include "world/allegro.hpp"
 
 namespace stiction::planning::test {
 
@@ -16,13 +17,7 @@ inline std::shared_ptr<const world::Model> load_model(const std::string& task) {
   return world::Model::make(world::load_scene(stiction::test::source_dir() / "tasks" / (task + ".yaml")));
 }
 
-/// The ball in the open palm of the Allegro hand, fingers around it.
-inline Eigen::VectorXd allegro_start() {
-  Eigen::VectorXd q(23);
-  q << -0.081, 0.001, 0.071, 0, 0, 0, 1, 0.03501504, 0.75276565, 0.74146232, 0.83261002, -0.1438725, 0.74696812, 0.61908827, 0.70064279,
-      -0.06922541, 0.78533142, 0.82942863, 0.90415436, 0.63256269, 1.02378254, 0.64089555, 0.82444782;
-  return q;
-}
+using world::test::allegro_start;
 
 inline PlanningProblem hand_problem() {
   PlanningProblem problem;
@@ -39,7 +34,7 @@ inline PlannerOptions hand_options() {
   options.threads = 2;
   options.grasp_probability = 0.2;
   options.gamma = 1e-4;
-  SampleBox box;
+  world::SampleBox box;
   box.lower = Eigen::Vector3d(-0.3, 0.3, -0.01);
   box.upper = Eigen::Vector3d(0.3, 0.5, 3.15);
   options.sample_boxes.push_back(box);

@@ -36,7 +36,7 @@ struct RandomTree {
     return e_u.dot(S.inverse() * e_u);
   }
   std::shared_ptr<const world::Model> model;
-  ObjectSpace space;
+  world::ObjectSpace space;
   Tree tree;
   core::Random random;
   Eigen::VectorXd goal;

@@ -3,8 +3,8 @@
 
 #include "planning/systems.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/object_space.hpp"
 #include "stiction/planning/tree.hpp"
+#include "stiction/world/object_space.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::planning::test {
@@ -89,7 +89,7 @@ TEST(Schemes, BadSettings_NameTheField) {
 
 TEST(GlobalMetric, NearestIsByWeightedSquares) {
   const auto model = load_model("planar_hand");
-  const ObjectSpace space(*model);
+  const world::ObjectSpace space(*model);
   const Eigen::Vector3d w(10, 10, 1);
   Tree global(space, w), local(space);
   const auto node = [&](const Eigen::Vector3d& q_u, double reach) {

@@ -12,8 +12,8 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
 #include "stiction/dynamics/step.hpp"
-#include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
+#include "stiction/world/object_space.hpp"
 #include "stiction/world/yaml.hpp"
 #include "support/paths.hpp"
 #include "support/temporary_folder.hpp"
@@ -120,14 +120,14 @@ TEST(Tasks, BuiltIn_ObjectsRestWhereTheyStart) {
     dynamics::StepOptions options;
     options.h = task.options.h;
     options.regularisation = task.options.regularisation;
-    const planning::ObjectSpace space(model);
+    const world::ObjectSpace space(model);
     Eigen::VectorXd q = task.problem.q_start;
     const Eigen::VectorXd u = q.tail(model.n_a());
     for (int k = 0; k < 100; ++k) {
       ASSERT_EQ(dynamics::step(model, {q, u}, options, work, result), core::Status::Solved);
       q = result.q_next;
     }
-    EXPECT_TRUE(planning::objects_agree(model, space, task.problem.q_start, q, 2e-3, 0.02));
+    EXPECT_TRUE(world::objects_agree(model, space, task.problem.q_start, q, 2e-3, 0.02));
   }
 }
 

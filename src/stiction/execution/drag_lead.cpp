@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "stiction/planning/object_space.hpp"
+#include "stiction/world/object_space.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -42,7 +42,7 @@ Eigen::VectorXd calc_support_damping(const world::Model& model) {
     const auto& object = model.objects()[i];
     Eigen::MatrixXd M(object.n_v, object.n_v);
     world::calc_object_mass(model, kinematics, static_cast<int>(i), M);
-    damping.segment(object.v_begin, object.n_v) = M.diagonal() / planning::kRestTime;
+    damping.segment(object.v_begin, object.n_v) = M.diagonal() / kRestTime;
   }
   return damping;
 }
@@ -51,7 +51,7 @@ Eigen::VectorXd calc_support_damping(const world::Model& model) {
 
 bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
   const double least = world::share::kMotionless;
-  return planning::largest_share(model, delta.head(model.n_vu()), least * model.scales().robots().length, least) < 1;
+  return world::largest_share(model, delta.head(model.n_vu()), least * model.scales().robots().length, least) < 1;
 }
 
 DragLead::DragLead(std::shared_ptr<const world::Model> model)

@@ -35,7 +35,7 @@ void PlantLink::keep_objects_in_place() {
       const world::ObjectInfo& object = model_.objects()[static_cast<std::size_t>(i)];
       Eigen::VectorXd alone = Eigen::VectorXd::Zero(model_.n_vu());
       alone.segment(object.v_begin, object.n_v) = moved.segment(object.v_begin, object.n_v);
-      jump_ = std::max(jump_, planning::largest_share(model_, alone, model_.scales().object(i).length, std::numbers::pi / 2));
+      jump_ = std::max(jump_, world::largest_share(model_, alone, model_.scales().object(i).length, std::numbers::pi / 2));
     }
     if (jump_ > 1) {
       measured_.q.head(n) = seen_;

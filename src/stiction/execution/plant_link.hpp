@@ -3,7 +3,7 @@
 #include <string>
 
 #include "stiction/execution/plant.hpp"
-#include "stiction/planning/object_space.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::execution {
 
@@ -32,7 +32,7 @@ class PlantLink {
 
   Plant& plant_;
   const world::Model& model_;
-  planning::ObjectSpace space_;
+  world::ObjectSpace space_;
   double tick_, silence_;
   Measurement measured_;
   Eigen::VectorXd seen_;  ///< objects, where they were seen and can have been (n_qu); empty: not yet

@@ -12,7 +12,7 @@
 #include "stiction/execution/object_watch.hpp"
 #include "stiction/execution/plant_link.hpp"
 #include "stiction/execution/run_timing.hpp"
-#include "stiction/planning/plan_from.hpp"
+#include "stiction/planning/planner.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -177,7 +177,7 @@ class Executor {
   /// Commands go straight to u at the speed of pushes.
   bool move_to(const Eigen::VectorXd& u) {
     const Eigen::VectorXd from = u_;
-    const double begin = now(), duration = planning::calc_duration(from, u, speed_.push);
+    const double begin = now(), duration = calc_duration(from, u, speed_.push);
     while (now() - begin < duration) {
       if (!tick(from + std::min(1.0, (now() - begin + how_.tick) / duration) * (u - from))) return false;
     }

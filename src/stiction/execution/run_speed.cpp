@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/speed_limits.hpp"
+#include "stiction/execution/speed_limits.hpp"
 #include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -47,7 +47,7 @@ double least_friction(const Model& model, int object) {
 double calc_object_speed(const Model& model, int object) {
   const double way = kCoast * model.scales().object(object).length;
   if (is_free(model, object)) return std::sqrt(2 * least_friction(model, object) * kGravity * way);
-  return way / (planning::kRestTime + kUnknownDrag * calc_follow_time(model, object));
+  return way / (kRestTime + kUnknownDrag * calc_follow_time(model, object));
 }
 
 /// Springs K_a on the inertia M of their joint trail by M q̈/K_a, at most by the clearance of a regrasp at the reach of the joint, and after a jump Δq̇ of the
@@ -81,18 +81,18 @@ void RunSpeeds::validate(const Model& model) const {
 
 double calc_follow_time(const Model& model, int object) {
   if (is_free(model, object)) return 0;
-  return model.objects()[static_cast<std::size_t>(object)].carried_mass / (planning::kRestTime * model.scales().softest_stiffness());
+  return model.objects()[static_cast<std::size_t>(object)].carried_mass / (kRestTime * model.scales().softest_stiffness());
 }
 
 RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   core::require_positive("speed", factor);
   const double speed = factor * calc_object_speed(model, object), way = kCoast * model.scales().object(object).length;
-  planning::SpeedLimits limits;
+  SpeedLimits limits;
   limits.load_time = std::sqrt(2 * way / kGravity);
   RunSpeeds out;
   out.most = world::read_joint_speeds(model);
   out.springs = limits.of_springs(model);
-  out.start_time = is_free(model, object) ? 0 : kStartTimes * planning::kRestTime;
+  out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;
   out.push.resize(model.n_a());
   for (int j = 0; j < model.n_a(); ++j) {
     const bool turns = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;

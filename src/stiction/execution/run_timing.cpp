@@ -57,7 +57,7 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, const Trajectory& t,
   const Eigen::VectorXd u0 = t.u.col(k), u1 = t.u.col(k + 1);
   Stretch out;
   out.free = free;
-  out.way = std::max(planning::calc_duration(u0, u1, speeds.push), kLeastInterval);
+  out.way = std::max(calc_duration(u0, u1, speeds.push), kLeastInterval);
   out.slope = (u1 - u0) / out.way;
   if (free) {
     out.most = least_ratio(speeds.most, out.slope);
@@ -65,7 +65,7 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, const Trajectory& t,
   } else {
     out.acceleration = speeds.start_time > 0 ? 1 / speeds.start_time : infinite();
   }
-  if (const double load = planning::calc_duration(strain_at(t, k), strain_at(t, k + 1), speeds.springs); load > 0)
+  if (const double load = calc_duration(strain_at(t, k), strain_at(t, k + 1), speeds.springs); load > 0)
     out.most = std::min(out.most, out.way / load);
   return out;
 }
@@ -231,8 +231,6 @@ Trajectory make_trajectory(const Model& model, const planning::Plan& plan, doubl
   return make_trajectory(model, plan, calc_run_speeds(model, plan.goal.object, speed), &lead, pause);
 }
 
-Eigen::VectorXd start_of(const Model& model, const planning::Plan& plan) {
-  return make_trajectory(model, plan, planning::SpeedLimits{}).q.col(0);
-}
+Eigen::VectorXd start_of(const Model& model, const planning::Plan& plan) { return make_trajectory(model, plan, SpeedLimits{}).q.col(0); }
 
 }  // namespace stiction::execution

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/speed_limits.hpp"
+#include "stiction/execution/speed_limits.hpp"
 
 namespace stiction::execution {
 namespace {
@@ -40,7 +40,7 @@ std::shared_ptr<const simulation::Plant> make_world(const std::shared_ptr<const 
   if (!model) core::throw_invalid("model", "nothing", "a model");
   options.validate(*model);
   simulation::PlantOptions plant;
-  plant.rest_time = planning::kRestTime;
+  plant.rest_time = kRestTime;
   plant.velocity_reference = true;
   plant.effort_limits = true;
   plant.contact.friction_scale = options.friction;

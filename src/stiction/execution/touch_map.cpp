@@ -7,13 +7,13 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/joint_path.hpp"
-#include "stiction/planning/robot_chains.hpp"
+#include "stiction/world/robot_chains.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
 
+using contact::PathOutcome;
 using Eigen::VectorXd;
-using planning::PathOutcome;
 
 namespace {
 
@@ -29,7 +29,7 @@ world::FixedSpec make_ball(const std::string& name, const TouchedPlace& place, d
 class Room {
  public:
   Room(const world::Model& model, bool fixed_alone) : model_(model), work_(model), q_(model.neutral()) {
-    const planning::RobotChains chains(model);
+    const world::RobotChains chains(model);
     std::vector<int> pairs;
     chains.pairs_of(chains.all(), pairs);
     for (const int p : pairs) {
@@ -47,7 +47,7 @@ class Room {
 
  private:
   const world::Model& model_;
-  planning::GeometryWorkspace work_;
+  contact::GeometryWorkspace work_;
   VectorXd q_;
   std::vector<int> pairs_;
 };
@@ -56,24 +56,24 @@ class Room {
 constexpr int kPaths = 8;
 
 /// Room that is kept: the share of the length of the robots that regrasps keep as well.
-planning::PathOptions make_path_options(const world::Model& known) {
-  planning::PathOptions out;
+contact::PathOptions make_path_options(const world::Model& known) {
+  contact::PathOptions out;
   out.clearance = world::share::kClearance * known.scales().robots().length;
   out.max_extensions = 1000;
   out.shortcuts = 60;
   return out;
 }
 
-void find_shortest(const world::Model& model, const VectorXd& goal, const planning::PathOptions& options, core::Random& random,
+void find_shortest(const world::Model& model, const VectorXd& goal, const contact::PathOptions& options, core::Random& random,
                    const core::RunControl& control, Route& out) {
-  const planning::RobotChains chains(model);
-  planning::GeometryWorkspace work(model);
+  const world::RobotChains chains(model);
+  contact::GeometryWorkspace work(model);
   work.control = &control;
   VectorXd q = model.neutral();
   q.tail(model.n_a()) = out.retreat.back();
   for (int k = 0; k < kPaths; ++k) {
     std::vector<VectorXd> path;
-    const PathOutcome outcome = planning::find_path(model, chains, chains.all(), q, goal, options, random, work, path);
+    const PathOutcome outcome = contact::find_path(model, chains, chains.all(), q, goal, options, random, work, path);
     if (outcome != PathOutcome::Found) {
       if (out.outcome != PathOutcome::Found) out.outcome = outcome;
       if (outcome != PathOutcome::NotFound) return;
@@ -121,7 +121,7 @@ std::shared_ptr<const world::Model> TouchMap::make_model(double share) const {
 
 Route find_route(const TouchMap& map, std::span<const VectorXd> way, const VectorXd& goal, core::Random& random,
                  const core::RunControl& control) {
-  const planning::PathOptions options = make_path_options(map.known());
+  const contact::PathOptions options = make_path_options(map.known());
   Route out;
   for (int k = 0; k <= TouchMap::kHalves && !control.stop(); ++k) {
     out = {};

@@ -8,7 +8,7 @@
 
 #include "stiction/core/random.hpp"
 #include "stiction/core/run_control.hpp"
-#include "stiction/planning/regrasp.hpp"
+#include "stiction/contact/free_path.hpp"
 #include "stiction/world/model.hpp"
 
 namespace stiction::execution {
@@ -53,7 +53,7 @@ class TouchMap {
 
 /// A way to a goal among what is known.
 struct Route {
-  planning::PathOutcome outcome = planning::PathOutcome::NotFound;
+  contact::PathOutcome outcome = contact::PathOutcome::NotFound;
   double share = 0;                       ///< of the radii of the balls at which it was found
   std::vector<Eigen::VectorXd> retreat;   ///< back along the way that the arm came, until there is room; the first is where it is (n_a)
   std::vector<Eigen::VectorXd> postures;  ///< from there to the goal, both included
@@ -68,6 +68,6 @@ Route find_route(const TouchMap& map, std::span<const Eigen::VectorXd> way, cons
                  const core::RunControl& control);
 
 /// In words, of an outcome that is not Found.
-std::string describe(planning::PathOutcome outcome);
+std::string describe(contact::PathOutcome outcome);
 
 }  // namespace stiction::execution

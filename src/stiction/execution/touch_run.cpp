@@ -153,7 +153,7 @@ class Errand {
     const Route& found = out_.routes.back().route;
     if (options_.control.cancelled()) go_on_ = Status::Cancelled;
     if (options_.control.expired()) go_on_ = Status::MaxIterations;
-    if (found.outcome == planning::PathOutcome::Found) return true;
+    if (found.outcome == contact::PathOutcome::Found) return true;
     give_up(TouchOutcome::NoRoute, describe(found.outcome));
     return false;
   }

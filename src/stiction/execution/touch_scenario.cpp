@@ -6,11 +6,11 @@
 #include <algorithm>
 
 #include "stiction/contact/contact.hpp"
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
-#include "stiction/planning/contact_sampler.hpp"
-#include "stiction/planning/robot_chains.hpp"
 #include "stiction/world/read.hpp"
+#include "stiction/world/robot_chains.hpp"
 
 namespace stiction::execution {
 
@@ -46,11 +46,11 @@ std::vector<std::string> names_of(const world::Scene& scene) {
 
 /// The first fixed body that the arm touches at `q_a`; empty: none.
 std::string find_touched(const world::Model& model, const Eigen::VectorXd& q_a) {
-  planning::GeometryWorkspace work(model);
+  contact::GeometryWorkspace work(model);
   Eigen::VectorXd q = model.neutral();
   q.tail(model.n_a()) = q_a;
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
-  const planning::RobotChains chains(model);
+  const world::RobotChains chains(model);
   chains.pairs_of(chains.all(), work.pairs);
   contact::query_pairs(model, work.kinematics, work.pairs, 0, work.contact_work, work.contacts);
   if (work.contacts.empty()) return "";

@@ -12,10 +12,8 @@ namespace stiction::execution {
 namespace {
 
 using core::Status;
-using planning::calc_duration;
 using planning::Plan;
 using planning::SegmentKind;
-using planning::SpeedLimits;
 
 constexpr double kLeastInterval = 1e-6;  // [s]
 constexpr double kPartOfRamp = 0.2;      // in which the speed of a regrasp is constant

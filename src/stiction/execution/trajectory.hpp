@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "stiction/execution/speed_limits.hpp"
 #include "stiction/planning/plan.hpp"
-#include "stiction/planning/speed_limits.hpp"
 #include "stiction/world/model.hpp"
 
 // Plans as functions of time: docs/theory/execution.md.
@@ -37,7 +37,7 @@ struct Trajectory {
 /// moves at its limit and none faster, and later where springs are strained or let go (E.9); regrasps have other speeds (E.8), for which knots are put in between. Knots that come less than 1 µs later replace the one before them. The settling of the start is
 /// left out: the trajectory begins at its end, at rest on the constraints.
 /// @throws core::InvalidInput: limits out of range, a plan without knots or with sizes that are not those of the model
-Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const planning::SpeedLimits& limits);
+Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const SpeedLimits& limits);
 
 /// Segment of the plan that is under way at time t, with the pause after it.
 int segment_at(const Trajectory& trajectory, double t);

@@ -14,7 +14,6 @@
 namespace stiction::execution {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
-using planning::SpeedLimits;
 
 struct TransferOptions {
   double speed = 1;                    ///< of joints, times what follows from the object and the motors (E.13), > 0

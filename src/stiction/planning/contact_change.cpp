@@ -11,8 +11,8 @@ constexpr int kDraws = 30;
 
 }  // namespace
 
-ContactChange::ContactChange(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
-                             const NodeModels& models, const EdgeSimulator& simulator, const Extend& extend)
+ContactChange::ContactChange(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains,
+                             const GoalMeasure& goal, const NodeModels& models, const EdgeSimulator& simulator, const Extend& extend)
     : model_(model), options_(options), chains_(chains), goal_(goal), models_(models), simulator_(simulator), extend_(extend) {}
 
 void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random) const {
@@ -21,8 +21,8 @@ void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random)
   x.grasp = false;
   if (near.cannot_release) return;
   for (int k = 0; k < kDraws && !x.grasp; ++k) {
-    x.draw = draw_grasp(chains_, options_.sampler, random);
-    x.grasp = std::find(near.failed_releases.begin(), near.failed_releases.end(), x.draw.moved) == near.failed_releases.end();
+    x.draw = contact::draw_grasp(chains_, options_.sampler, random);
+    x.grasp = std::find(near.failed_releases.begin(), near.failed_releases.end(), x.draw) == near.failed_releases.end();
   }
   if (!x.grasp) x.cannot_release = x.near;
 }
@@ -31,7 +31,7 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   const Node& near = tree[x.near];
   if (!options_.real_regrasps) {
     ++x.totals.regrasps.tried;
-    const auto sample = sample_contact(model_, chains_, options_.sampler, x.draw, near.q, random, scratch.geometry);
+    const auto sample = contact::sample_contact(model_, chains_, options_.sampler, x.draw, near.q, random, scratch.geometry);
     if (!sample) {
       ++x.totals.regrasps.no_sample;
       return false;

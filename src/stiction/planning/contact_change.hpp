@@ -7,7 +7,7 @@ namespace stiction::planning {
 /// A change of contacts as an edge of the tree (3.4.3): which branches let go, and where they grasp anew.
 class ContactChange {
  public:
-  ContactChange(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
+  ContactChange(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains, const GoalMeasure& goal,
                 const NodeModels& models, const EdgeSimulator& simulator, const Extend& extend);
 
   /// Where a regrasp starts, and the branches that let go. A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from
@@ -23,7 +23,7 @@ class ContactChange {
 
   const world::Model& model_;
   const PlannerOptions& options_;
-  const RobotChains& chains_;
+  const world::RobotChains& chains_;
   const GoalMeasure& goal_;
   const NodeModels& models_;
   const EdgeSimulator& simulator_;

@@ -48,16 +48,16 @@ PlannerOptions default_options(const world::Model& model, int object) {
   return out;
 }
 
-std::vector<SampleBox> default_sample_boxes(const PlanningProblem& problem) {
+std::vector<world::SampleBox> default_sample_boxes(const PlanningProblem& problem) {
   const world::Model& model = *problem.model;
-  const ObjectSpace space(model);
+  const world::ObjectSpace space(model);
   Eigen::VectorXd q_goal = problem.q_start;
   q_goal.head(model.n_qu()) = goal_configuration(problem, space);
-  std::vector<SampleBox> boxes;
+  std::vector<world::SampleBox> boxes;
   for (int o = problem.goal.object; o >= 0; o = model.objects()[static_cast<std::size_t>(o)].parent) {
     const world::ObjectInfo& object = model.objects()[static_cast<std::size_t>(o)];
     const Eigen::VectorXd start = box_coordinates(object, problem.q_start), goal = box_coordinates(object, q_goal);
-    SampleBox& box = boxes.emplace_back();
+    world::SampleBox& box = boxes.emplace_back();
     box.object = o;
     box.lower = box.upper = start;
     for (Eigen::Index i = 0; i < start.size(); ++i) {
@@ -68,7 +68,7 @@ std::vector<SampleBox> default_sample_boxes(const PlanningProblem& problem) {
         continue;
       }
       const bool revolute = dof.kind == world::DofKind::Revolute;
-      const double to = revolute && object.n_v > 1 ? nearest_turn(goal[i], start[i]) : goal[i];
+      const double to = revolute && object.n_v > 1 ? world::nearest_turn(goal[i], start[i]) : goal[i];
       const double beyond = std::max(kWayBeyond * std::abs(to - start[i]), revolute ? kBeyond : 0.5 * model.scales().object(o).length);
       box.lower[i] = std::min(start[i], to) - beyond;
       box.upper[i] = std::max(start[i], to) + beyond;

@@ -26,13 +26,13 @@ Eigen::VectorXd calc_weights_aside(const world::Model& model, const Eigen::Vecto
   return tau;
 }
 
-Eigen::VectorXd calc_friction_factors(const world::Model& model, const RobotChains& chains, double share, int draw) {
+Eigen::VectorXd calc_friction_factors(const world::Model& model, const world::RobotChains& chains, double share, int draw) {
   using Draws = std::array<bool, kDisturbances>;
   constexpr Draws kNoRobot{false, false, true, true}, kEven{false, true, false, true}, kOdd{false, true, true, false};
-  constexpr ChainMask kEvenBranches = 0x5555555555555555;
+  constexpr world::ChainMask kEvenBranches = 0x5555555555555555;
   Eigen::VectorXd factors(static_cast<Eigen::Index>(model.pairs().size()));
   for (int pair = 0; pair < factors.size(); ++pair) {
-    const ChainMask branches = chains.mask_of_pair(pair);
+    const world::ChainMask branches = chains.mask_of_pair(pair);
     const Draws& less = branches == 0 ? kNoRobot : (branches & kEvenBranches) != 0 ? kEven : kOdd;
     factors[pair] = less[static_cast<std::size_t>(draw)] ? 1 - share : 1;
   }

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "stiction/planning/robot_chains.hpp"
 #include "stiction/world/model.hpp"
+#include "stiction/world/robot_chains.hpp"
 
 // What an edge of the tree has to stand, four times over: docs/theory/verification.md.
 
@@ -22,6 +22,6 @@ Eigen::VectorXd calc_weights_aside(const world::Model& model, const Eigen::Vecto
 /// the smaller one in two of the draws each, and any two of them differ in two draws: a half fraction of a two-level design.
 /// @param share  in [0, 1)  @param draw  in [0, kDisturbances)
 /// @returns      (pairs of the model)
-Eigen::VectorXd calc_friction_factors(const world::Model& model, const RobotChains& chains, double share, int draw);
+Eigen::VectorXd calc_friction_factors(const world::Model& model, const world::RobotChains& chains, double share, int draw);
 
 }  // namespace stiction::planning

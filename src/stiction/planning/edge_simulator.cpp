@@ -1,6 +1,8 @@
 #include "stiction/planning/edge_simulator.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/world/scales.hpp"
@@ -26,7 +28,59 @@ void set_edge(const std::vector<dynamics::Knot>& knots, const Model& model, Node
   }
 }
 
-EdgeSimulator::EdgeSimulator(const Model& model, const PlannerOptions& options, const RobotChains& chains, const ObjectSpace& space)
+bool go_on_in_half_steps(const PressLimits& press, const Eigen::VectorXd& u, const dynamics::StepOptions& options, const Worst& allowed,
+                         SimulationScratch& scratch, HalfSteps& at, Work& work) {
+  const Model& model = scratch.steps.model();
+  const dynamics::StepResult& step = scratch.step_result;
+  for (const Eigen::VectorXd& half : {Eigen::VectorXd(0.5 * (at.u + u)), u}) {
+    ++work.steps;
+    if (dynamics::step(model, {at.q, half}, options, scratch.steps, scratch.step_result) != Status::Solved) {
+      ++work.failed_steps;
+      return false;
+    }
+    if (at.started) at.worst.penetration = std::max(at.worst.penetration, calc_penetration(model, step));
+    at.worst.force_gap = std::max(at.worst.force_gap, calc_force_gap(model, step.q_next, step.contacts, scratch.geometry));
+    at.worst.press = std::max(at.worst.press, press.share(step.contacts, options.h));
+    at.started = true;
+    at.q = step.q_next;
+    if (!at.worst.within(allowed)) return false;
+  }
+  at.u = u;
+  return true;
+}
+
+bool go_on_in_half_steps(const PressLimits& press, std::span<const Segment> segments, const dynamics::StepOptions& options,
+                         const Worst& allowed, const core::RunControl& control, SimulationScratch& scratch, HalfSteps& at, Work& work) {
+  for (const Segment& segment : segments) {
+    for (const auto& knot : segment.knots) {
+      if (control.stop() || !go_on_in_half_steps(press, knot.u, options, allowed, scratch, at, work)) return false;
+    }
+  }
+  return ends_well(scratch.steps.model(), allowed, scratch.geometry, at);
+}
+
+bool ends_well(const Model& model, const Worst& allowed, contact::GeometryWorkspace& geometry, HalfSteps& at) {
+  if (at.started) at.worst.penetration = std::max(at.worst.penetration, calc_penetration(model, at.q, geometry));
+  return at.worst.within(allowed);
+}
+
+void add_forces(const Model& model, const dynamics::StepOptions& options, Eigen::VectorXd q, Segment& segment, SimulationScratch& scratch,
+                Work& work) {
+  for (dynamics::Knot& knot : segment.knots) {
+    ++work.steps;
+    knot.contacts.clear();
+    if (dynamics::step(model, {q, knot.u}, options, scratch.steps, scratch.step_result) == Status::Solved) {
+      const auto& contacts = scratch.step_result.contacts;
+      std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(knot.contacts), [](const auto& c) { return c.active; });
+    } else {
+      ++work.failed_steps;
+    }
+    q = knot.q;
+  }
+}
+
+EdgeSimulator::EdgeSimulator(const Model& model, const PlannerOptions& options, const world::RobotChains& chains,
+                             const world::ObjectSpace& space)
     : model_(model),
       options_(options),
       space_(space),
@@ -84,31 +138,15 @@ bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const d
 
 Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands,
                                                     bool limit_gap, ThreadScratch& scratch, Totals& totals) const {
+  const Worst allowed = limit_gap ? Worst{kMostFinePenetration, kMostForceGap, kMostPress} : kAnything;
   Eigen::MatrixXd states(model_.n_q(), commands.cols());
-  scratch.steps.forget();
+  HalfSteps at{.q = std::move(q), .u = std::move(u_last)};
   for (Eigen::Index k = 0; k < commands.cols(); ++k) {
-    for (const double s : {0.5, 1.0}) {
-      const Eigen::VectorXd u = (1 - s) * u_last + s * commands.col(k);
-      if (scratch.stop()) return states.leftCols(k);
-      ++totals.steps;
-      if (dynamics::step(model_, {q, u}, cold_, scratch.steps, scratch.step_result) != Status::Solved) {
-        ++totals.failed_steps;
-        return states.leftCols(k);
-      }
-      q = scratch.step_result.q_next;
-      if (!limit_gap) continue;
-      if (!spares(scratch.step_result.contacts)) return states.leftCols(k);
-      if (calc_force_gap(model_, scratch.step_result.q_next, scratch.step_result.contacts, scratch.geometry) > kMostForceGap)
-        return states.leftCols(k);
-      const bool own = k > 0 || s == 1;  // what penetrates where an edge starts is not its doing
-      if (own && calc_penetration(model_, scratch.step_result) > kMostFinePenetration) return states.leftCols(k);
-    }
-    states.col(k) = q;
-    u_last = commands.col(k);
+    if (scratch.stop() || !go_on_in_half_steps(press_, commands.col(k), cold_, allowed, scratch, at, totals)) return states.leftCols(k);
+    states.col(k) = at.q;
   }
-  const bool ends_inside = limit_gap && commands.cols() > 0 && calc_penetration(model_, q, scratch.geometry) > kMostFinePenetration;
-  if (ends_inside) return states.leftCols(commands.cols() - 1);  // where no step has looked yet
-  return states;
+  if (!limit_gap || ends_well(model_, allowed, scratch.geometry, at)) return states;
+  return states.leftCols(commands.cols() - 1);
 }
 
 bool EdgeSimulator::moves(const Node& from, const Node& to) const {

@@ -1,14 +1,50 @@
 #pragma once
 
+#include <limits>
+#include <span>
+
 #include "stiction/planning/expansion.hpp"
 #include "stiction/planning/press_limits.hpp"
 
 namespace stiction::planning {
 
+/// What is met along commands, and how much of it is allowed.
+struct Worst {
+  double penetration = 0, force_gap = 0;  ///< in contact tolerances of their pairs
+  double press = 0;                       ///< PressLimits::share
+
+  bool within(const Worst& most) const { return penetration <= most.penetration && force_gap <= most.force_gap && press <= most.press; }
+};
+inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+inline constexpr Worst kAnything{kUnlimited, kUnlimited, kUnlimited};
+
+/// Where commands lead at half the sub-step, and the worst that was met on the way.
+struct HalfSteps {
+  Eigen::VectorXd q, u;
+  Worst worst{};
+  bool started = false;  ///< what is given may penetrate
+};
+
+/// On to a command in two halves, as the checker goes, every step from its state alone: the one such loop of tree and refinement.
+/// @param options  of whole sub-steps, without warm start
+/// @returns false: a step was not solved, or something worse than allowed was met; `at` is there
+bool go_on_in_half_steps(const PressLimits& press, const Eigen::VectorXd& u, const dynamics::StepOptions& options, const Worst& allowed,
+                         SimulationScratch& scratch, HalfSteps& at, Work& work);
+/// The same along all commands of segments. @returns false also where the run is to stop
+bool go_on_in_half_steps(const PressLimits& press, std::span<const Segment> segments, const dynamics::StepOptions& options,
+                         const Worst& allowed, const core::RunControl& control, SimulationScratch& scratch, HalfSteps& at, Work& work);
+/// Looks at the end of the commands, where no step has looked yet.
+bool ends_well(const world::Model& model, const Worst& allowed, contact::GeometryWorkspace& geometry, HalfSteps& at);
+
+/// The contact forces of every sub-step of a segment that starts at q.
+void add_forces(const world::Model& model, const dynamics::StepOptions& options, Eigen::VectorXd q, Segment& segment,
+                SimulationScratch& scratch, Work& work);
+
 /// Follows commands from a node with the exact dynamics.
 class EdgeSimulator {
  public:
-  EdgeSimulator(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const ObjectSpace& space);
+  EdgeSimulator(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains,
+                const world::ObjectSpace& space);
 
   const dynamics::StepOptions& exact() const { return exact_; }
 
@@ -17,8 +53,7 @@ class EdgeSimulator {
   /// Sub-steps up to where a contact would slip far at once.
   bool roll_out(const Node& from, const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, ThreadScratch& scratch, Totals& totals,
                 Node& to) const;
-  /// The states after the commands of an edge at half its sub-step (n_q × commands), every step from its state alone, as the checker does; fewer columns
-  /// where it ended before.
+  /// The states after the commands of an edge at half its sub-step (n_q × commands); fewer columns where it ended before.
   Eigen::MatrixXd follow_in_half_steps(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_gap,
                                        ThreadScratch& scratch, Totals& totals) const;
   /// Nodes that came to nothing only slow the search down.
@@ -30,7 +65,7 @@ class EdgeSimulator {
 
   const world::Model& model_;
   const PlannerOptions& options_;
-  const ObjectSpace& space_;
+  const world::ObjectSpace& space_;
   PressLimits press_;
   dynamics::StepOptions exact_, cold_;
 };

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "stiction/cone/cone_least_squares.hpp"
-#include "stiction/planning/contact_sampler.hpp"
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/planning/regrasp.hpp"
 #include "stiction/planning/tree.hpp"
@@ -22,34 +22,39 @@ inline RegraspCounts& operator+=(RegraspCounts& sum, const RegraspCounts& o) {
   return sum;
 }
 
-struct Totals {
-  long steps = 0, linearisations = 0, failed_steps = 0, distrusted = 0;
+struct Totals : Work {
+  long linearisations = 0, distrusted = 0;
   RegraspCounts regrasps;
 
   Totals& operator+=(const Totals& o) {
-    steps += o.steps;
+    Work::operator+=(o);
     linearisations += o.linearisations;
-    failed_steps += o.failed_steps;
     distrusted += o.distrusted;
     regrasps += o.regrasps;
     return *this;
   }
 };
 
-/// Everything one thread needs.
-struct ThreadScratch {
-  ThreadScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control)
-      : steps(model), locals(model), geometry(*model), least_squares(model->n_a()) {
+/// What one thread needs to follow commands.
+struct SimulationScratch {
+  SimulationScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control) : steps(model), geometry(*model) {
     geometry.control = &control;
   }
   bool stop() const { return geometry.stop(); }
 
   dynamics::StepWorkspace steps;
-  dynamics::LocalModelWorkspace locals;
-  GeometryWorkspace geometry;
-  cone::ConeLeastSquares least_squares;
   dynamics::StepResult step_result;
   dynamics::RolloutResult rollout_result;
+  contact::GeometryWorkspace geometry;
+};
+
+/// Everything one thread needs to grow a tree.
+struct ThreadScratch : SimulationScratch {
+  ThreadScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control)
+      : SimulationScratch(model, control), locals(model), least_squares(model->n_a()) {}
+
+  dynamics::LocalModelWorkspace locals;
+  cone::ConeLeastSquares least_squares;
   dynamics::LocalModel local;
   Regrasp regrasp;
   Node candidate;
@@ -67,7 +72,7 @@ struct Expansion {
   EdgeReplay near_replay;       ///< of `near`, when this expansion computed it
   int refined = -1;             ///< the node that it belongs to
   bool rejected = false;        ///< it is too far from q to build on; the chain then is what is left of the node's edge
-  GraspDraw draw;               ///< of a regrasp
+  world::ChainMask draw = 0;    ///< branches that a regrasp moves
   bool release_failed = false;  ///< its branches cannot let go of the object at `near`
   int cannot_release = -1;      ///< a node at which no branches can
   Eigen::VectorXd command;      ///< that `near` was extended to (n_a); empty: it was not

@@ -21,7 +21,7 @@ constexpr double kNoMove = 1e-9;
 
 }  // namespace
 
-Extend::Extend(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
+Extend::Extend(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains, const GoalMeasure& goal,
                const NodeModels& models, const EdgeSimulator& simulator)
     : model_(model), options_(options), chains_(chains), goal_(goal), models_(models), simulator_(simulator) {
   units_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_a()) : model.scales().joints();

@@ -8,7 +8,7 @@ namespace stiction::planning {
 /// Algorithm 3.
 class Extend {
  public:
-  Extend(const world::Model& model, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
+  Extend(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains, const GoalMeasure& goal,
          const NodeModels& models, const EdgeSimulator& simulator);
 
   /// Alg. 3 with joint limits, rolled out exactly.
@@ -25,7 +25,7 @@ class Extend {
 
   const world::Model& model_;
   const PlannerOptions& options_;
-  const RobotChains& chains_;
+  const world::RobotChains& chains_;
   const GoalMeasure& goal_;
   const NodeModels& models_;
   const EdgeSimulator& simulator_;

@@ -8,7 +8,7 @@
 namespace stiction::planning {
 
 double calc_force_gap(const world::Model& model, const Eigen::VectorXd& q_next, std::span<const dynamics::ContactImpulse> contacts,
-                      GeometryWorkspace& work) {
+                      contact::GeometryWorkspace& work) {
   double worst = 0;
   int pair = -1;  // seen last: the contacts of a pair follow each other
   for (const auto& c : contacts) {
@@ -27,7 +27,7 @@ double calc_penetration(const world::Model& model, const dynamics::StepResult& s
   return share;
 }
 
-double calc_penetration(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
+double calc_penetration(const world::Model& model, const Eigen::VectorXd& q, contact::GeometryWorkspace& work) {
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
   contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
   double share = 0;

@@ -2,8 +2,8 @@
 
 #include <span>
 
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/dynamics/step.hpp"
-#include "stiction/planning/contact_sampler.hpp"
 
 namespace stiction::planning {
 
@@ -19,11 +19,11 @@ inline constexpr double kMostPenetration = 0.9, kMostForceGap = 0.95;
 /// Largest gap across which a force acts after a step, which is the relaxation's (2.3.4) and not the world's: the distance of the pair itself, as the
 /// checker measures it. Anitescu's linear gap φ + J_n δq says nothing of it where a contact slides over an edge of a mesh.
 double calc_force_gap(const world::Model& model, const Eigen::VectorXd& q_next, std::span<const dynamics::ContactImpulse> contacts,
-                      GeometryWorkspace& work);
+                      contact::GeometryWorkspace& work);
 
 /// Deepest penetration at the start of a step, ≥ 0.
 double calc_penetration(const world::Model& model, const dynamics::StepResult& step);
 /// The same at q itself.
-double calc_penetration(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work);
+double calc_penetration(const world::Model& model, const Eigen::VectorXd& q, contact::GeometryWorkspace& work);
 
 }  // namespace stiction::planning

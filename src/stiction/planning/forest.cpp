@@ -16,12 +16,36 @@ constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 /// could not let go of it any more (docs/lab/grasp_candidates.md).
 constexpr double kSlippery = 0.7;
 
+/// Extensions after which the search for a cheaper path turns to the next tree, as a multiple of those of the first solution …
+constexpr long kPatience = 4;
+constexpr long kLeastPatience = 1000;  ///< … or so many
+
+/// What a tree reports, as part of a run that had so many extensions before it.
+void place_in_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start, long before,
+                  core::Progress& progress) {
+  progress.iteration += before;
+  progress.elapsed_s = core::seconds_since(start);
+  progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
+  if (!control.deadline) return;
+  const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
+  progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
+}
+
+void add(const Counts& counts, PlanResult& out) {
+  out.iterations += counts.iterations;
+  out.nodes += counts.nodes;
+  out.steps += counts.totals.steps;
+  out.linearisations += counts.totals.linearisations;
+  out.failed_steps += counts.totals.failed_steps;
+  out.distrusted += counts.totals.distrusted;
+  out.regrasps += counts.totals.regrasps;
+}
+
 /// A tree that may go on to grow.
 struct GrowingTree {
   GrowingTree(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& given, std::uint64_t number,
               const core::RunControl& control, Crew& crew)
-      : options(of_tree(given, number)),
-        search(problem, u_start, options, control, std::numeric_limits<double>::infinity(), crew, found) {}
+      : options(of_tree(given, number)), search(problem, u_start, options, control, std::numeric_limits<double>::infinity(), crew, found) {}
   GrowingTree(const GrowingTree&) = delete;
   GrowingTree& operator=(const GrowingTree&) = delete;
 
@@ -63,7 +87,7 @@ class Forest {
   void run(PlanResult& out) {
     const int n = options_.stop_at_goal ? options_.trees : 1;
     for (int i = 0; i < n; ++i) lanes_.push_back({(options_.max_iterations + n - 1 - i) / n});
-    run_lanes(crew_.pool, n, [this](int lane, TreeTask* ended, long clock) {
+    core::run_lanes(crew_.pool, n, [this](int lane, core::LaneTask* ended, long clock) {
       return next(lanes_[static_cast<std::size_t>(lane)], ended != nullptr, clock);
     });
 
@@ -92,7 +116,7 @@ class Forest {
   };
 
   /// The next tree of a lane; what is known of others is what had ended by the same clock.
-  TreeTask* next(Lane& lane, bool ended, long clock) {
+  core::LaneTask* next(Lane& lane, bool ended, long clock) {
     if (crew_.over) return nullptr;  // a tree that would have ended later
     if (ended) take_end(lane, clock);
     if (crew_.over || lane.left <= 0 || (control_.stop() && !trees_.empty())) return nullptr;
@@ -160,30 +184,42 @@ class Forest {
 
 }  // namespace
 
-/// What a tree reports, as part of a run that had so many extensions before it.
-void place_in_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start, long before,
-                  core::Progress& progress) {
-  progress.iteration += before;
-  progress.elapsed_s = core::seconds_since(start);
-  progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
-  if (!control.deadline) return;
-  const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
-  progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
-}
-
-void add(const Counts& counts, PlanResult& out) {
-  out.iterations += counts.iterations;
-  out.nodes += counts.nodes;
-  out.steps += counts.totals.steps;
-  out.linearisations += counts.totals.linearisations;
-  out.failed_steps += counts.totals.failed_steps;
-  out.distrusted += counts.totals.distrusted;
-  out.regrasps += counts.totals.regrasps;
-}
-
 void grow_forest(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
                  const core::RunControl& control, core::RunControl::Clock::time_point start, const GrowthSink& grown, PlanResult& out) {
   Forest(problem, u_start, options, control, start, grown).run(out);
+}
+
+void improve(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
+             core::RunControl::Clock::time_point start, PlanResult& best) {
+  const long patience = std::max(kLeastPatience, kPatience * best.iterations);
+  core::RunControl following = control;
+  if (control.on_progress) {
+    following.on_progress = [&](core::Progress progress) {
+      progress.best = best.plan.error.share(best.plan.goal);
+      progress.cost = best.cost;
+      place_in_run(options, control, start, best.iterations, progress);
+      control.on_progress(progress);
+    };
+  }
+  Crew crew(problem.model, options.threads, control);
+  for (std::uint64_t tree = 1; best.iterations < options.max_iterations && !control.stop(); ++tree) {
+    PlannerOptions next = options;
+    next.seed = core::Random(options.seed, ~tree).bits();
+    next.trees = 1;
+    next.record_tree = false;
+    next.max_iterations = static_cast<int>(std::min(patience, options.max_iterations - best.iterations));
+    PlanResult found;
+    TreeSearch search(problem, u_start, next, following, best.cost, crew, found);
+    search.grow_to(next.max_iterations);
+    core::run_lanes(crew.pool, 1, [&search](int, core::LaneTask* ended, long) { return ended == nullptr ? &search : nullptr; });
+    add(search.counts(), best);
+    if (found.status == Status::NumericalFailure) break;
+    if (found.status != Status::Solved || found.cost >= best.cost) continue;
+    best.plan = std::move(found.plan);
+    best.cost = found.cost;
+    best.improvements.push_back({found.cost, best.iterations, core::seconds_since(start)});
+  }
+  best.status = control.cancelled() ? Status::Cancelled : Status::Solved;
 }
 
 }  // namespace stiction::planning

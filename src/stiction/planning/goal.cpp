@@ -137,6 +137,15 @@ Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const 
   return out;
 }
 
+Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal) {
+  Eigen::VectorXd out(model.n_vu());
+  for (int i = 0; i < model.n_vu(); ++i) {
+    const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+    out[i] = 1 / (revolute ? goal.tol_angle : goal.tol_position);
+  }
+  return out;
+}
+
 void PathCost::validate() const {
   core::require_positive("planner.cost.joint_speed", joint_speed);
   core::require_positive("planner.cost.travel_speed", travel_speed);

@@ -17,7 +17,7 @@ Eigen::VectorXd bounded_coordinates(const world::Model& model, const GoalRegion&
 
 }  // namespace
 
-Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectSpace& space) {
+Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const world::ObjectSpace& space) {
   if (problem.q_goal.size() > 0) return problem.q_goal;
   const auto& object = problem.model->objects()[static_cast<std::size_t>(problem.goal.object)];
   Eigen::VectorXd q_goal = problem.q_start.head(problem.model->n_qu());
@@ -51,7 +51,7 @@ double GoalMeasure::distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_
 double GoalMeasure::share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
   Eigen::VectorXd e(model_.n_vu());
   space_.error(from.data(), to.data(), e.data());
-  return largest_share(model_, e, goal_.tol_position, goal_.tol_angle);
+  return world::largest_share(model_, e, goal_.tol_position, goal_.tol_angle);
 }
 
 }  // namespace stiction::planning

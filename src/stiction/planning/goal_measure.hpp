@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "stiction/planning/object_space.hpp"
 #include "stiction/planning/planner.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::planning {
 
@@ -12,7 +12,7 @@ class GoalMeasure {
  public:
   explicit GoalMeasure(const PlanningProblem& problem);
 
-  const ObjectSpace& space() const { return space_; }
+  const world::ObjectSpace& space() const { return space_; }
   int object() const { return goal_.object; }
   const Eigen::VectorXd& q_goal() const { return q_goal_; }  ///< qᵘ of the goal (n_qu)
 
@@ -35,11 +35,11 @@ class GoalMeasure {
  private:
   const world::Model& model_;
   const Goal& goal_;
-  ObjectSpace space_;
+  world::ObjectSpace space_;
   Eigen::VectorXd q_goal_, inverse_tolerances_, bounded_;
 };
 
 /// qᵘ of the goal: as given, or from the pose of its object (n_qu).
-Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const ObjectSpace& space);
+Eigen::VectorXd goal_configuration(const PlanningProblem& problem, const world::ObjectSpace& space);
 
 }  // namespace stiction::planning

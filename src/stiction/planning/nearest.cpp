@@ -13,7 +13,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kFresh = 64;  // points that wait for a part
 constexpr double kMixed = 0.25;     // 1/λ_max of a ball differ by more: it is split by them
 constexpr int kLeaf = 8;            // points of a ball that is not split
-/// Rotation vectors are right to 4e-8 of their length (ObjectSpace::error): bounds give that much away and more.
+/// Rotation vectors are right to 4e-8 of their length (world::ObjectSpace::error): bounds give that much away and more.
 constexpr double kTrust = 1 - 1e-6;
 constexpr int kStackDofs = 64;
 
@@ -47,7 +47,7 @@ struct NearestPoints::Search {
   long evaluated = 0;
 };
 
-NearestPoints::NearestPoints(const ObjectSpace& space) : space_(&space), n_form_(space.n_v() * (space.n_v() + 1) / 2) {}
+NearestPoints::NearestPoints(const world::ObjectSpace& space) : space_(&space), n_form_(space.n_v() * (space.n_v() + 1) / 2) {}
 
 void NearestPoints::add(const Eigen::VectorXd& c, const Eigen::MatrixXd& S, const Eigen::MatrixXd& L_inv) {
   const int n_v = space_->n_v();

@@ -3,18 +3,18 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "stiction/planning/object_space.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::planning {
 
 /// Points c_i of the object space, each with a metric of its own, and the nearest of them under d_i(q) = eᵀS_i⁻¹e, e = q ⊖ c_i (3.5), (3.8).
 ///
 /// The answer is that of the linear scan, ties by number. No form is evaluated where a bound already loses (docs/theory/planning.md, N.1, N.2):
-/// points lie in balls of ObjectSpace::chord, a metric of the space that is at most ‖De‖, and d_i(q) ≥ ‖De‖²/λ_max(D S_i D). Balls are built once
+/// points lie in balls of world::ObjectSpace::chord, a metric of the space that is at most ‖De‖, and d_i(q) ≥ ‖De‖²/λ_max(D S_i D). Balls are built once
 /// and never changed; those of like size are merged (Bentley and Saxe 1980), so that adding costs O(log² n).
 class NearestPoints {
  public:
-  explicit NearestPoints(const ObjectSpace& space);
+  explicit NearestPoints(const world::ObjectSpace& space);
 
   /// The next number gets the point c and the metric S = L Lᵀ.
   /// @param c  (n_q)  @param S  (n_v × n_v) positive definite  @param L_inv  inverse of its Cholesky factor, lower triangular
@@ -56,7 +56,7 @@ class NearestPoints {
   void descend(const Part& part, int ball, Search& search) const;
   void consider(int i, Search& search) const;
 
-  const ObjectSpace* space_;
+  const world::ObjectSpace* space_;
   int n_form_;                       // numbers of a triangle, n_v (n_v + 1)/2
   std::vector<double> centres_;      // n_q per point
   std::vector<double> covariances_;  // S, lower triangle by rows

@@ -2,8 +2,8 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"
-#include "stiction/planning/object_space.hpp"
 #include "stiction/planning/tree.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::planning {
 
@@ -13,14 +13,14 @@ void PackingOptions::validate() const {
   if (samples < 1) core::throw_invalid("packing.samples", std::to_string(samples), "at least 1");
 }
 
-Eigen::VectorXd calc_packing_ratio(const world::Model& model, const std::vector<SampleBox>& boxes, const std::vector<NodeRecord>& tree,
-                                   const PackingOptions& options) {
+Eigen::VectorXd calc_packing_ratio(const world::Model& model, const std::vector<world::SampleBox>& boxes,
+                                   const std::vector<NodeRecord>& tree, const PackingOptions& options) {
   options.validate();
   if (boxes.empty()) core::throw_invalid("planner.sample_box", "none", "a box for at least one object");
   Eigen::VectorXd ratio(static_cast<Eigen::Index>(tree.size()));
   if (tree.empty()) return ratio;
 
-  const ObjectSpace space(model);
+  const world::ObjectSpace space(model);
   std::vector<Eigen::VectorXd> outside;  // samples that no node so far has reached
   for (int i = 0; i < options.samples; ++i) {
     core::Random random(options.seed, static_cast<std::uint64_t>(i));

@@ -21,7 +21,7 @@ struct PackingOptions {
 /// @returns one number per node; empty for an empty tree
 /// @throws  InvalidInput: η, γ ≤ 0, N < 1, no box
 /// Tests: tests/planning/packing_test.cpp (ellipsoids of known volume)
-Eigen::VectorXd calc_packing_ratio(const world::Model& model, const std::vector<SampleBox>& boxes, const std::vector<NodeRecord>& tree,
-                                   const PackingOptions& options = {});
+Eigen::VectorXd calc_packing_ratio(const world::Model& model, const std::vector<world::SampleBox>& boxes,
+                                   const std::vector<NodeRecord>& tree, const PackingOptions& options = {});
 
 }  // namespace stiction::planning

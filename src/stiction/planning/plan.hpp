@@ -52,6 +52,9 @@ GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goa
 /// @param q  near the goal (n_q)
 Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
 
+/// 1/tolerance of the goal per coordinate of the objects (n_vu) [1/m or 1/rad].
+Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal);
+
 enum class SegmentKind {
   Settle,   ///< from the given start to rest on the constraints (first segment only)
   Contact,  ///< an extension: the robot pushes

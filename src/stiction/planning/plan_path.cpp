@@ -24,25 +24,11 @@ Plan PathWriter::empty_plan(const Tree& tree) const {
 
 Segment PathWriter::describe_edge(const Tree& tree, const Node& node, bool forces, ThreadScratch& scratch, Totals& totals) const {
   Segment segment{node.edge, {}};
-  Eigen::VectorXd q = node.parent < 0 ? problem_.q_start : tree[node.parent].q;
+  for (Eigen::Index k = 0; k < node.commands.cols(); ++k)
+    segment.knots.push_back({.u = node.commands.col(k), .q = node.states.col(k), .contacts = {}});
+  if (!forces || (node.edge == SegmentKind::Regrasp && !options_.real_regrasps)) return segment;
   scratch.steps.forget();
-  for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {
-    dynamics::Knot knot;
-    knot.u = node.commands.col(k);
-    knot.q = node.states.col(k);
-    if (forces && (node.edge != SegmentKind::Regrasp || options_.real_regrasps)) {
-      ++totals.steps;
-      if (dynamics::step(model_, {q, knot.u}, simulator_.exact(), scratch.steps, scratch.step_result) != core::Status::Solved) {
-        ++totals.failed_steps;
-      } else {
-        for (const auto& c : scratch.step_result.contacts) {
-          if (c.active) knot.contacts.push_back(c);
-        }
-      }
-    }
-    q = knot.q;
-    segment.knots.push_back(std::move(knot));
-  }
+  add_forces(model_, simulator_.exact(), node.parent < 0 ? problem_.q_start : tree[node.parent].q, segment, scratch, totals);
   return segment;
 }
 

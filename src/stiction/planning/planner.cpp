@@ -3,12 +3,8 @@
 #include <span>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/anytime.hpp"
 #include "stiction/planning/default_options.hpp"
 #include "stiction/planning/forest.hpp"
-#include "stiction/planning/growth.hpp"
-#include "stiction/planning/plan_from.hpp"
-#include "stiction/planning/problem.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -16,7 +12,7 @@ namespace {
 core::Status run(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
                  const core::RunControl& control, const GrowthSink& grown, PlanResult& result) {
   const auto start = core::RunControl::Clock::now();
-  validate(problem);
+  problem.validate();
   if (u_start.size() > 0) {
     core::require_size("u_start", u_start.size(), problem.model->n_a());
     core::require_finite("u_start", std::span(u_start.data(), static_cast<std::size_t>(u_start.size())));

@@ -1,15 +1,17 @@
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/core/run_control.hpp"
 #include "stiction/dynamics/local_model.hpp"
 #include "stiction/planning/plan.hpp"
-#include "stiction/planning/speed_limits.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::planning {
 
@@ -37,21 +39,6 @@ struct CappedLength {
   double length = 0.3;
 };  ///< at most this, with joints that slide measured by L of the robots (world::Scales::joint)
 using LengthRule = std::variant<CappedLength, FixedLength>;
-
-/// Contact sampler that works for any robot: branches are drawn and brought to the object one by one.
-struct GenericSampler {
-  double whole_probability = 0.5;  ///< probability that all branches move; otherwise one or two of them
-  double near_probability = 0.3;   ///< probability that a branch is drawn around its present posture
-  double near_std = 0.4;           ///< spread of such draws [rad, L of the robots]
-  int tries = 20;                  ///< draws per branch
-};
-
-/// Box from which subgoals are drawn: per object position [m] and rotation [rad] relative to the world, or coordinates for
-/// planar, hinged and sliding objects.
-struct SampleBox {
-  int object = 0;
-  Eigen::VectorXd lower, upper;  ///< free object: x y z roll pitch yaw; others: their coordinates
-};
 
 struct PlannerOptions {
   std::uint64_t seed = 0;
@@ -88,11 +75,11 @@ struct PlannerOptions {
   double regrasp_tol_angle = 0.02;     ///< [rad]
   double release_tol_position = 5e-3;  ///< … and this much while they let go of it before: it settles on what is left [m]
   double release_tol_angle = 0.1;      ///< [rad]
-  GenericSampler sampler;
-  std::vector<SampleBox> sample_boxes;  ///< none: default_sample_boxes
-  double fidelity_edge = 0.15;          ///< a node is built on only if half the sub-step moves the object to the same place, up to this
-                                        ///< share of the goal's tolerances on its own edge …
-  double fidelity_path = 0.8;           ///< … and up to this share on the whole path from the start
+  contact::GenericSampler sampler;
+  std::vector<world::SampleBox> sample_boxes;  ///< none: default_sample_boxes
+  double fidelity_edge = 0.15;  ///< a node is built on only if half the sub-step moves the object to the same place, up to this
+                                ///< share of the goal's tolerances on its own edge …
+  double fidelity_path = 0.8;   ///< … and up to this share on the whole path from the start
   double start_noise = 0;  ///< nodes that are built on are reached, and so is the goal, when pushes start with the objects off by up to
                            ///< this share of the goal's tolerances, ≥ 0 …
   /// … when gravity comes from this far aside, from another side in each of these four paths [rad], in [0, π/2): what a hand balances at a rim swings out …
@@ -123,6 +110,8 @@ struct PlanningProblem {
   Eigen::VectorXd
       q_goal;  ///< configuration of the objects at the goal (n_qu); empty: it follows from goal.X_WG, if the object moves freely
                ///< or relative to the world
+  /// @throws core::InvalidInput: sizes, tolerances, a goal inside a fixed body or outside the range of the object's joint
+  void validate() const;
 };
 
 /// How regrasp attempts ended.
@@ -188,5 +177,31 @@ struct PlanResult {
 ///          NumericalFailure: the objects do not come to rest at the start. `result.plan` is the best path found in any case.
 /// @throws  InvalidInput, also for a goal inside a fixed body or outside the range of the object's joint
 core::Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result);
+
+/// plan() from a start at which the robots are commanded elsewhere than where they are, as they were measured: their springs keep their strain, and a grip its
+/// force. Overlaps are moved apart, and commands beyond the motors taken back, before the search begins (settle_start.hpp).
+/// @param u_start  commands at the start (n_a) [rad or m]; empty: joints are commanded where they are
+/// @returns as plan(); NumericalFailure: the start does not come to rest, `result.reason` says why
+/// @throws  core::InvalidInput, as plan()
+core::Status plan_from(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                       const core::RunControl& control, PlanResult& result);
+
+/// Nodes that a tree gained since it was last told of.
+struct Growth {
+  int tree = 0;              ///< of the run, counted from 0: trees grow side by side, and one that stalls makes room for the next
+  int first = 0;             ///< number of the first of these nodes in their tree
+  std::vector<int> parents;  ///< numbers of nodes in the tree, -1 of the root
+  Eigen::MatrixXd q;         ///< (n_q × nodes) [m, rad]
+  int best = -1;             ///< node of the tree that is nearest the goal
+  double best_ratio = 0;     ///< how far that one is, in tolerances
+};
+using GrowthSink = std::function<void(const Growth&)>;
+
+/// plan_from(), told between rounds how its trees grow, by the thread that called it. Trees that look for a cheaper path (anytime) are not told of.
+/// Every node of the tree whose path is the plan is told of once; the plan is that of plan_from(), to the last bit.
+/// @param u_start  commands at the start (n_a) [rad or m]; empty: joints are commanded where they are
+/// @throws core::InvalidInput, as plan_from()
+core::Status plan_watched(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
+                          const core::RunControl& control, const GrowthSink& grown, PlanResult& result);
 
 }  // namespace stiction::planning

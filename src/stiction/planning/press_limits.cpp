@@ -6,7 +6,7 @@
 
 namespace stiction::planning {
 
-PressLimits::PressLimits(const world::Model& model, const RobotChains& chains, double brace_force)
+PressLimits::PressLimits(const world::Model& model, const world::RobotChains& chains, double brace_force)
     : model_(model), brace_force_(brace_force) {
   for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
     fragile_ = fragile_ || std::isfinite(model.pairs()[static_cast<std::size_t>(i)].max_force);
@@ -34,7 +34,7 @@ bool PressLimits::braces(std::span<const dynamics::ContactImpulse> contacts, dou
 }
 
 std::optional<double> largest_press(const world::Model& model, const Plan& plan) {
-  const RobotChains chains(model);
+  const world::RobotChains chains(model);
   const PressLimits press(model, chains, std::numeric_limits<double>::infinity());
   if (!press.fragile()) return std::nullopt;
   double worst = 0;

@@ -6,7 +6,7 @@
 
 #include "stiction/dynamics/step.hpp"
 #include "stiction/planning/plan.hpp"
-#include "stiction/planning/robot_chains.hpp"
+#include "stiction/world/robot_chains.hpp"
 
 namespace stiction::planning {
 
@@ -16,7 +16,7 @@ inline constexpr double kMostPress = 0.95;
 /// How hard a plan may press: one verdict of tree, regrasps and refinement.
 class PressLimits {
  public:
-  PressLimits(const world::Model& model, const RobotChains& chains, double brace_force);
+  PressLimits(const world::Model& model, const world::RobotChains& chains, double brace_force);
 
   /// Largest sum of the normal forces of a pair as a share of what it bears (world::Pair::max_force); 0 where nothing is fragile.
   /// @param h  of the step that the impulses are of [s]

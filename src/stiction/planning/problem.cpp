@@ -1,11 +1,10 @@
-#include "stiction/planning/problem.hpp"
+#include "stiction/planning/planner.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/contact_sampler.hpp"
 #include "stiction/planning/force_gap.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/world/scales.hpp"
@@ -41,7 +40,7 @@ void require_reachable_goal(const PlanningProblem& problem) {
   const Model& model = *problem.model;
   const Goal& goal = problem.goal;
   if (goal.region) require_region(model, *goal.region);
-  const Eigen::VectorXd q_goal = goal_configuration(problem, ObjectSpace(model));
+  const Eigen::VectorXd q_goal = goal_configuration(problem, world::ObjectSpace(model));
   for (int i = 0; i < model.n_vu(); ++i) {
     const auto& dof = model.dofs()[static_cast<std::size_t>(i)];
     if (!std::isfinite(dof.lower) && !std::isfinite(dof.upper)) continue;
@@ -51,7 +50,7 @@ void require_reachable_goal(const PlanningProblem& problem) {
   if (goal.region) return;
   Eigen::VectorXd q = problem.q_start;
   q.head(model.n_qu()) = q_goal;
-  GeometryWorkspace work(model);
+  contact::GeometryWorkspace work(model);
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
   contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
   const int body = model.objects()[static_cast<std::size_t>(goal.object)].body;
@@ -69,16 +68,16 @@ void require_reachable_goal(const PlanningProblem& problem) {
 
 }  // namespace
 
-void validate(const PlanningProblem& problem) {
-  if (!problem.model) core::throw_invalid("problem.model", "nothing", "a model");
-  world::require_configuration(*problem.model, "start", problem.q_start);
-  if (problem.goal.object < 0 || problem.goal.object >= static_cast<int>(problem.model->objects().size())) {
-    core::throw_invalid("goal.object", std::to_string(problem.goal.object), "the index of an object");
+void PlanningProblem::validate() const {
+  if (!model) core::throw_invalid("problem.model", "nothing", "a model");
+  world::require_configuration(*model, "start", q_start);
+  if (goal.object < 0 || goal.object >= static_cast<int>(model->objects().size())) {
+    core::throw_invalid("goal.object", std::to_string(goal.object), "the index of an object");
   }
-  core::require_positive("goal.tol_position", problem.goal.tol_position);
-  core::require_positive("goal.tol_angle", problem.goal.tol_angle);
-  if (problem.q_goal.size() > 0) core::require_size("problem.q_goal", problem.q_goal.size(), problem.model->n_qu());
-  require_reachable_goal(problem);
+  core::require_positive("goal.tol_position", goal.tol_position);
+  core::require_positive("goal.tol_angle", goal.tol_angle);
+  if (q_goal.size() > 0) core::require_size("problem.q_goal", q_goal.size(), model->n_qu());
+  require_reachable_goal(*this);
 }
 
 }  // namespace stiction::planning

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "stiction/planning/object_space.hpp"
 #include "stiction/planning/plan.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::planning {
 
@@ -31,7 +31,7 @@ class Motion {
 
  private:
   const world::Model& model_;
-  ObjectSpace space_;
+  world::ObjectSpace space_;
   double position_, angle_;
 };
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "stiction/contact/free_path.hpp"
 #include "stiction/planning/planner.hpp"
-#include "stiction/planning/regrasp.hpp"
 
 // Refinement of a plan (3.4.5). docs/theory/refinement.md
 
@@ -26,7 +26,7 @@ struct RefineOptions {
   bool reconnect = true;   ///< regrasps are planned anew; without it they are kept as they are
   double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
   double motionless_angle = 1e-3;     ///< … and [rad]
-  PathOptions path;                   ///< of the searches; its clearance is not used
+  contact::PathOptions path;          ///< of the searches; its clearance is not used
   void validate() const;              ///< @throws core::InvalidInput naming the field
 };
 

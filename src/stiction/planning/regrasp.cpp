@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "stiction/planning/object_space.hpp"
+#include "stiction/contact/free_path.hpp"
 #include "stiction/planning/press_limits.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -18,16 +18,32 @@ bool fits_cones(const dynamics::Knot& knot, double friction_scale) {
   });
 }
 
+Outcome holds_slippery(const world::Model& model, const world::ObjectSpace& space, const PlannerOptions& options, Eigen::VectorXd q,
+                       std::span<const dynamics::Knot> knots, const dynamics::StepOptions& full, dynamics::StepWorkspace& steps,
+                       dynamics::StepResult& step, const core::RunControl* control, Work& work) {
+  dynamics::StepOptions slippery = full;
+  slippery.friction_scale *= options.regrasp_friction;
+  std::size_t k = 0;
+  while (k < knots.size() && fits_cones(knots[k], slippery.friction_scale)) ++k;
+  if (k > 0) q = knots[k - 1].q;
+  steps.forget();
+  for (; k < knots.size(); ++k) {
+    if (control != nullptr && control->stop()) return Outcome::Failed;
+    ++work.steps;
+    if (dynamics::step(model, {q, knots[k].u}, slippery, steps, step) != core::Status::Solved) {
+      ++work.failed_steps;
+      return Outcome::Failed;
+    }
+    q = step.q_next;
+    if (!world::objects_agree(model, space, knots[k].q, q, options.regrasp_tol_position, options.regrasp_tol_angle)) return Outcome::Moved;
+  }
+  return Outcome::Held;
+}
+
 namespace {
 
 using core::Status;
 using Posture = Eigen::VectorXd;
-
-enum class Outcome {
-  Held,
-  Moved,
-  Failed
-};
 
 /// How far an object may be from where it should be.
 struct Allowance {
@@ -38,7 +54,7 @@ struct Allowance {
 /// Simulates the commands of a regrasp and watches the object.
 class RegraspRun {
  public:
-  RegraspRun(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q0,
+  RegraspRun(const world::Model& model, const world::RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q0,
              const Eigen::VectorXd& u0, dynamics::StepWorkspace& steps, const core::RunControl* control, Regrasp& out)
       : q(q0),
         u(u0),
@@ -79,27 +95,8 @@ class RegraspRun {
   /// Moves the command to u_next while the object rests.
   Outcome move(const Eigen::VectorXd& u_next) { return follow(u_next, {options_.regrasp_tol_position, options_.regrasp_tol_angle}); }
 
-  /// The object does the same with less friction. A step whose forces lie in the smaller cones already is the solution of the step
-  /// with less friction (it stays feasible, since v_n ≥ μ‖v_t‖ only gets weaker, and complementary), so the simulation starts at the
-  /// first knot whose forces do not.
   Outcome follow_slippery() {
-    std::size_t k = 0;
-    while (k < out_.knots.size() && fits_cones(out_.knots[k], options_.friction * options_.regrasp_friction)) ++k;
-    Eigen::VectorXd q_slippery = k == 0 ? q0_ : out_.knots[k - 1].q;
-    dynamics::StepOptions slippery = step_;
-    slippery.friction_scale = options_.friction * options_.regrasp_friction;
-    steps_.forget();
-    for (; k < out_.knots.size(); ++k) {
-      ++out_.steps;
-      if (dynamics::step(model_, {q_slippery, out_.knots[k].u}, slippery, steps_, step_result_) != Status::Solved) {
-        ++out_.failed_steps;
-        return Outcome::Failed;
-      }
-      q_slippery = step_result_.q_next;
-      if (!objects_agree(model_, space_, out_.knots[k].q, q_slippery, options_.regrasp_tol_position, options_.regrasp_tol_angle))
-        return Outcome::Moved;
-    }
-    return Outcome::Held;
+    return holds_slippery(model_, space_, options_, q0_, out_.knots, step_, steps_, step_result_, control_, out_);
   }
 
  private:
@@ -109,7 +106,7 @@ class RegraspRun {
       const Eigen::VectorXd before = q;
       const Outcome outcome = follow(u, allowance);
       if (outcome != Outcome::Held) return outcome;
-      rests = objects_agree(model_, space_, before, q, kRestingMove * model_.scales().robots().length, kRestingTurn);
+      rests = world::objects_agree(model_, space_, before, q, kRestingMove * model_.scales().robots().length, kRestingTurn);
     }
     return Outcome::Held;
   }
@@ -125,7 +122,7 @@ class RegraspRun {
       return Outcome::Failed;
     }
     for (const auto& knot : result_.knots) {
-      if (!objects_agree(model_, space_, q_rest_, knot.q, allowance.position, allowance.angle)) return Outcome::Moved;
+      if (!world::objects_agree(model_, space_, q_rest_, knot.q, allowance.position, allowance.angle)) return Outcome::Moved;
     }
     for (const auto& knot : result_.knots) {
       if (press_.share(knot.contacts, step_.h) > kMostPress) return Outcome::Moved;
@@ -142,7 +139,7 @@ class RegraspRun {
   PressLimits press_;
   dynamics::StepWorkspace& steps_;
   const core::RunControl* control_;
-  ObjectSpace space_;
+  world::ObjectSpace space_;
   const Eigen::VectorXd& q0_;
   Eigen::VectorXd q_rest_;
   Regrasp& out_;
@@ -152,28 +149,28 @@ class RegraspRun {
 };
 
 /// Command with which the branches in `relaxed` stop pushing: their springs are unloaded, the others keep their grip.
-Eigen::VectorXd relaxed_command(const world::Model& model, const RobotChains& chains, ChainMask relaxed, const Eigen::VectorXd& q,
-                                Eigen::VectorXd u) {
+Eigen::VectorXd relaxed_command(const world::Model& model, const world::RobotChains& chains, world::ChainMask relaxed,
+                                const Eigen::VectorXd& q, Eigen::VectorXd u) {
   for (const int j : chains.joints_of(relaxed)) u[j] = q[model.n_qu() + j];
   return u;
 }
 
 /// The command u with the joints of the branches in `moving` at a posture.
-Eigen::VectorXd command_of(const RobotChains& chains, ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
+Eigen::VectorXd command_of(const world::RobotChains& chains, world::ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
   for (const int j : chains.joints_of(moving)) u[j] = posture[j];
   return u;
 }
 
 /// The branches in `relaxed` stop pushing, those in `moving` back off, and the object settles: Moved where it goes too far, or after
 /// them so that they would touch it on their way. False in `clear` when they cannot back off.
-Outcome let_go(const world::Model& model, const RobotChains& chains, ChainMask relaxed, ChainMask moving, double clearance,
-               GeometryWorkspace& geometry, RegraspRun& run, bool& clear) {
+Outcome let_go(const world::Model& model, const world::RobotChains& chains, world::ChainMask relaxed, world::ChainMask moving,
+               double clearance, contact::GeometryWorkspace& geometry, RegraspRun& run, bool& clear) {
   Outcome outcome = run.release(relaxed_command(model, chains, relaxed, run.q, run.u));
   clear = true;
   if (outcome != Outcome::Held) return outcome;
   std::vector<Posture> path;
   Eigen::VectorXd q_clear = run.q;
-  clear = retreat(model, chains, moving, clearance, q_clear, geometry, path);
+  clear = contact::retreat(model, chains, moving, clearance, q_clear, geometry, path);
   if (!clear) return Outcome::Moved;
   for (const auto& posture : path) {
     outcome = run.release(command_of(chains, moving, posture, run.u));
@@ -206,13 +203,13 @@ void simulate_best(const GraspJudge& judge, std::size_t n, Eigen::VectorXd q, st
 }
 
 /// Best first.
-std::vector<Candidate> draw_candidates(const world::Model& model, const RobotChains& chains, const PlannerOptions& options,
-                                       const GraspDraw& draw, const Eigen::VectorXd& q, const GraspJudge& judge, core::Random& random,
-                                       GeometryWorkspace& geometry) {
+std::vector<Candidate> draw_candidates(const world::Model& model, const world::RobotChains& chains, const PlannerOptions& options,
+                                       world::ChainMask draw, const Eigen::VectorXd& q, const GraspJudge& judge, core::Random& random,
+                                       contact::GeometryWorkspace& geometry) {
   std::vector<Candidate> out;
   Eigen::VectorXd q_grasp = q;
   for (int k = 0; k < options.grasp_candidates && !geometry.stop(); ++k) {
-    const auto sample = sample_contact(model, chains, options.sampler, draw, q, random, geometry);
+    const auto sample = contact::sample_contact(model, chains, options.sampler, draw, q, random, geometry);
     if (!sample) continue;
     q_grasp.tail(model.n_a()) = sample->q_a;
     out.push_back({judge.promise ? judge.promise(q_grasp) : Promise{}, sample->q_a});
@@ -224,8 +221,8 @@ std::vector<Candidate> draw_candidates(const world::Model& model, const RobotCha
 
 }  // namespace
 
-bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, const std::vector<dynamics::Knot>& knots,
-                        GeometryWorkspace& work) {
+bool is_free_on_its_way(const world::Model& model, const world::RobotChains& chains, const std::vector<dynamics::Knot>& knots,
+                        contact::GeometryWorkspace& work) {
   constexpr double kElsewhere = 0.1;  // [rad, L]
   const double free = world::share::kContact * model.scales().robots().length;
   const double touching = 0.1 * free;  // what is pushed away keeps a gap of some micrometres
@@ -250,14 +247,14 @@ bool is_free_on_its_way(const world::Model& model, const RobotChains& chains, co
   return true;
 }
 
-bool try_regrasp(const world::Model& model, const RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, const GraspDraw& draw, const GraspJudge& judge, core::Random& random,
-                 GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
+bool try_regrasp(const world::Model& model, const world::RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
+                 const Eigen::VectorXd& u, world::ChainMask draw, const GraspJudge& judge, core::Random& random,
+                 contact::GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
   out.steps = 0;
   out.failed_steps = 0;
   out.stuck = true;
   ++counts.tried;
-  if (draw.moved == 0) {
+  if (draw == 0) {
     ++counts.no_sample;
     return false;
   }
@@ -268,13 +265,13 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
 
   // First with the grip of the branches that hold, then with everything let go.
   std::optional<RegraspRun> run;
-  PathOptions path_options;
+  contact::PathOptions path_options;
   path_options.clearance = options.regrasp_clearance;
   Outcome outcome = Outcome::Moved;
-  for (const ChainMask relaxed : {draw.moved, chains.all()}) {
+  for (const world::ChainMask relaxed : {draw, chains.all()}) {
     run.emplace(model, chains, options, q, u, steps, geometry.control, out);
     bool clear = false;
-    outcome = let_go(model, chains, relaxed, draw.moved, path_options.clearance, geometry, *run, clear);
+    outcome = let_go(model, chains, relaxed, draw, path_options.clearance, geometry, *run, clear);
     if (!clear) {
       ++counts.no_path;
       return false;
@@ -291,14 +288,15 @@ bool try_regrasp(const world::Model& model, const RobotChains& chains, const Pla
   }
   std::vector<Posture> path;
   const bool found = std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
-    return find_path(model, chains, draw.moved, run->q, candidate.q_a, path_options, random, geometry, path) == PathOutcome::Found;
+    return contact::find_path(model, chains, draw, run->q, candidate.q_a, path_options, random, geometry, path) ==
+           contact::PathOutcome::Found;
   });
   if (!found) {
     ++counts.no_path;
     return false;
   }
   for (const auto& posture : path) {  // commands: the moving joints follow the path, the others hold
-    outcome = run->move(command_of(chains, draw.moved, posture, run->u));
+    outcome = run->move(command_of(chains, draw, posture, run->u));
     if (outcome != Outcome::Held) return count_failure(outcome);
   }
   outcome = run->keep();

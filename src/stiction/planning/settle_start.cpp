@@ -31,7 +31,7 @@ std::string deepest_pair(const Model& model, const dynamics::StepResult& step) {
 }  // namespace
 
 std::optional<SettledStart> settle_start(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const EdgeSimulator& simulator,
-                                         const ObjectSpace& space, ThreadScratch& scratch, Totals& totals, PlanResult& result) {
+                                         const world::ObjectSpace& space, ThreadScratch& scratch, Totals& totals, PlanResult& result) {
   const Model& model = *problem.model;
   const double length = model.scales().robots().length;
   SettledStart out{problem.q_start, u_start.size() > 0 ? u_start : problem.q_start.tail(model.n_a()), {}};
@@ -52,16 +52,17 @@ std::optional<SettledStart> settle_start(const PlanningProblem& problem, const E
     if (k == 0) {
       for (const auto& c : r.contacts) result.start_penetration = std::max(result.start_penetration, -c.contact.phi);
     }
-    rests = largest_share(model, r.delta, kSettledMove * length, kSettledTurn) < 1;
+    rests = world::largest_share(model, r.delta, kSettledMove * length, kSettledTurn) < 1;
     if (rests) break;
-    if (k == 0 && largest_share(model, r.delta, world::share::kContact * length, world::share::kContact) > 1) result.start_projected = true;
+    if (k == 0 && world::largest_share(model, r.delta, world::share::kContact * length, world::share::kContact) > 1)
+      result.start_projected = true;
     out.knots.push_back({.u = out.u, .q = r.q_next, .contacts = {}});
     out.q = r.q_next;
   }
   Eigen::VectorXd e(model.n_vu());
   space.error(problem.q_start.data(), out.q.data(), e.data());
-  result.start_moved = largest_share(model, e, 1, 1);
-  if (rests || largest_share(model, e, kFallenMove * length, kFallenTurn) <= 1) return out;
+  result.start_moved = world::largest_share(model, e, 1, 1);
+  if (rests || world::largest_share(model, e, kFallenMove * length, kFallenTurn) <= 1) return out;
   result.reason = fmt::format(
       "the objects do not come to rest at the start: after {} steps one has moved by {:.3g} (m or rad); "
       "is it supported?",

@@ -16,6 +16,6 @@ struct SettledStart {
 /// air by little comes down, and commands beyond what the motors bear are taken back.
 /// @returns nothing where it does not come to rest: result.reason says why
 std::optional<SettledStart> settle_start(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const EdgeSimulator& simulator,
-                                         const ObjectSpace& space, ThreadScratch& scratch, Totals& totals, PlanResult& result);
+                                         const world::ObjectSpace& space, ThreadScratch& scratch, Totals& totals, PlanResult& result);
 
 }  // namespace stiction::planning

@@ -6,7 +6,7 @@
 
 #include "stiction/planning/nearest.hpp"
 #include "stiction/planning/plan.hpp"
-#include "stiction/planning/robot_chains.hpp"
+#include "stiction/world/robot_chains.hpp"
 
 namespace stiction::planning {
 
@@ -39,14 +39,14 @@ struct Node {
   Eigen::MatrixXd commands;  ///< of the edge's sub-steps, one column each (n_a × steps)
   Eigen::MatrixXd states;    ///< after each of them (n_q × steps)
   LocalModel local;
-  double goal_ratio = 0;                     ///< worst of position and angle error, divided by the tolerance
-  double goal_distance = 0;                  ///< of all objects from the goal, in tolerances
-  int pushes = 0;                            ///< that started on the path from the root
-  EdgeReplay replay{};                       ///< empty until asked for
-  double cost = 0;                           ///< of the path from the root [s]
-  std::vector<Eigen::VectorXd> tried{};      ///< commands of extensions from here (n_a each)
-  std::vector<ChainMask> failed_releases{};  ///< branches that cannot let go of the object together
-  bool cannot_release = false;               ///< none can
+  double goal_ratio = 0;                            ///< worst of position and angle error, divided by the tolerance
+  double goal_distance = 0;                         ///< of all objects from the goal, in tolerances
+  int pushes = 0;                                   ///< that started on the path from the root
+  EdgeReplay replay{};                              ///< empty until asked for
+  double cost = 0;                                  ///< of the path from the root [s]
+  std::vector<Eigen::VectorXd> tried{};             ///< commands of extensions from here (n_a each)
+  std::vector<world::ChainMask> failed_releases{};  ///< branches that cannot let go of the object together
+  bool cannot_release = false;                      ///< none can
 };
 
 /// Nodes, and the orders in which the search takes them. No choice scans all nodes.
@@ -54,7 +54,7 @@ class Tree {
  public:
   /// @param global_weights  diagonal of a metric that is the same everywhere (n_v); empty: every node has its own
   /// @param place_weights   w of nearest_for_regrasp (n_v); empty: 1
-  explicit Tree(const ObjectSpace& space, Eigen::VectorXd global_weights = {}, Eigen::VectorXd place_weights = {})
+  explicit Tree(const world::ObjectSpace& space, Eigen::VectorXd global_weights = {}, Eigen::VectorXd place_weights = {})
       : nearest_(space), places_(space), global_weights_(std::move(global_weights)), place_weights_(std::move(place_weights)) {
     if (place_weights_.size() == 0) place_weights_.setOnes(space.n_v());
   }
@@ -82,7 +82,7 @@ class Tree {
   int take_for_push();
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
-  void add_failed_release(int i, ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
+  void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
   void set_cannot_release(int i) {
     nodes_[static_cast<std::size_t>(i)].cannot_release = true;
     places_.remove(i);

@@ -3,10 +3,9 @@
 #include <atomic>
 #include <limits>
 
+#include "stiction/core/lanes.hpp"
 #include "stiction/core/parallel.hpp"
 #include "stiction/planning/contact_change.hpp"
-#include "stiction/planning/growth.hpp"
-#include "stiction/planning/lanes.hpp"
 #include "stiction/planning/plan_path.hpp"
 #include "stiction/planning/subgoal.hpp"
 #include "stiction/planning/verify.hpp"
@@ -39,8 +38,8 @@ struct Crew {
   std::atomic<bool> over{false};    ///< what is still under way comes too late
 };
 
-/// Algorithm 2: one tree, grown in rounds so that it does not depend on the number of threads (TreeTask).
-class TreeSearch final : public TreeTask {
+/// Algorithm 2: one tree, grown in rounds so that it does not depend on the number of threads (core::LaneTask).
+class TreeSearch final : public core::LaneTask {
  public:
   /// @param u_start  commands at the start (n_a); empty: joints are commanded where they are
   /// @param bound    nodes that cost as much to come to are left out [s]
@@ -110,7 +109,7 @@ class TreeSearch final : public TreeTask {
   GrowthSink grown_;
   int told_ = 0;  ///< nodes that it was told of
   PlanResult& result_;
-  RobotChains chains_;
+  world::RobotChains chains_;
   GoalMeasure goal_;
   EdgeSimulator simulator_;
   NodeModels models_;

@@ -22,7 +22,7 @@ constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
 
 bool starts_push(const Node& parent, const Node& node) { return node.edge == SegmentKind::Contact && parent.edge != SegmentKind::Contact; }
 
-EdgeVerifier::EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const RobotChains& chains,
+EdgeVerifier::EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const world::RobotChains& chains,
                            const GoalMeasure& goal, const EdgeSimulator& simulator)
     : model_(*problem.model), problem_(problem), options_(options), goal_(goal), simulator_(simulator) {
   for (int i = 0; i < kDisturbances; ++i) friction_.push_back(calc_friction_factors(model_, chains, options.friction_noise, i));
@@ -35,7 +35,7 @@ bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_repl
   const Goal& goal = problem_.goal;
   Eigen::VectorXd before(model_.n_vu()), after(model_.n_vu());
   goal_.space().error(parent.q.data(), parent_replay.q_fine.data(), before.data());
-  const auto share = [&](const Eigen::VectorXd& e) { return largest_share(model_, e, goal.tol_position, goal.tol_angle); };
+  const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(model_, e, goal.tol_position, goal.tol_angle); };
   const auto agrees = [&](Eigen::Index k) {
     goal_.space().error(node.states.col(k).data(), fine.col(k).data(), after.data());
     return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;

@@ -13,7 +13,7 @@ constexpr int kOnPath = -1;
 /// What an edge has to stand before others are built on it (docs/theory/verification.md).
 class EdgeVerifier {
  public:
-  EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const RobotChains& chains, const GoalMeasure& goal,
+  EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const world::RobotChains& chains, const GoalMeasure& goal,
                const EdgeSimulator& simulator);
 
   /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a

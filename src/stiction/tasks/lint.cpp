@@ -10,10 +10,10 @@
 
 #include "stiction/contact/contact.hpp"
 #include "stiction/dynamics/step.hpp"
-#include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/lint_motors.hpp"
 #include "stiction/tasks/lint_numbers.hpp"
 #include "stiction/tasks/reach.hpp"
+#include "stiction/world/object_space.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::tasks {
@@ -262,7 +262,7 @@ class Linter {
   }
 
   /// The goal, and the nearest place in the box that subgoals are drawn from.
-  void sample_box(const planning::SampleBox& box) {
+  void sample_box(const world::SampleBox& box) {
     if (goal().region) return;
     const auto& info = object(box.object);
     planning::GoalRegion region{Eigen::VectorXd::Constant(model_.n_vu(), -std::numeric_limits<double>::infinity()),

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "stiction/contact/contact.hpp"
-#include "stiction/planning/contact_sampler.hpp"
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::tasks {
@@ -135,8 +135,8 @@ class MotorLinter {
     int postures = 0;
     for (int k = 0; k < kPostures && given < need.force && !work_.stop(); ++k) {
       core::Random random(0, static_cast<std::uint64_t>(k));
-      const auto draw = planning::draw_grasp(chains_, task_.options.sampler, random);
-      const auto sample = planning::sample_contact(model_, chains_, task_.options.sampler, draw, *need.at, random, work_);
+      const auto draw = contact::draw_grasp(chains_, task_.options.sampler, random);
+      const auto sample = contact::sample_contact(model_, chains_, task_.options.sampler, draw, *need.at, random, work_);
       if (!sample) continue;
       VectorXd q = *need.at;
       q.tail(model_.n_a()) = sample->q_a;
@@ -157,7 +157,7 @@ class MotorLinter {
     world::calc_kinematics(model_, q, work_.kinematics_work, work_.kinematics);
     const double near = world::share::kContact * model_.scales().object(o_).length;
     contact::query_pairs(model_, work_.kinematics, hands_, near, work_.contact_work, work_.contacts);
-    std::map<planning::ChainMask, double> best;  // of every branch, or of every set that moves a link together
+    std::map<world::ChainMask, double> best;  // of every branch, or of every set that moves a link together
     for (const auto& c : work_.contacts) {
       double& force = best[chains_.mask_of_pair(c.pair)];
       force = std::max(force, calc_most(c, along));
@@ -195,8 +195,8 @@ class MotorLinter {
 
   const Task& task_;
   const Model& model_;
-  planning::RobotChains chains_;
-  planning::GeometryWorkspace work_;
+  world::RobotChains chains_;
+  contact::GeometryWorkspace work_;
   VectorXd q_goal_;
   int o_ = 0;
   Vector3d up_;

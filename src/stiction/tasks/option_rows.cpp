@@ -53,14 +53,14 @@ std::string map_schema(std::initializer_list<std::pair<std::string_view, std::st
   return out + "}}";
 }
 
-std::vector<planning::SampleBox> read_sample_boxes(const YamlNode& node, const Model& model) {
-  std::vector<planning::SampleBox> out;
+std::vector<world::SampleBox> read_sample_boxes(const YamlNode& node, const Model& model) {
+  std::vector<world::SampleBox> out;
   std::vector<std::string> known;
   for (const auto& object : model.objects()) known.push_back(object.name);
   for (const auto& [name, value] : node.entries()) {
     const auto found = std::find(known.begin(), known.end(), name);
     if (found == known.end()) value.fail_unknown("object", name, known);
-    planning::SampleBox box;
+    world::SampleBox box;
     box.object = static_cast<int>(found - known.begin());
     const int n = model.objects()[static_cast<std::size_t>(box.object)].n_v;
     value.require_map({"lower", "upper"});
@@ -246,7 +246,7 @@ OptionRow sampler_row() {
           map_schema({{"whole_probability", kProbability}, {"near_probability", kProbability}, {"near_std", kPositive}, {"tries", kCount}}),
           [](const YamlNode& node, const Model&, PlannerOptions& options) {
             node.require_map({"whole_probability", "near_probability", "near_std", "tries"});
-            planning::GenericSampler& out = options.sampler;
+            contact::GenericSampler& out = options.sampler;
             if (const auto v = given(node, "whole_probability")) out.whole_probability = probability(*v);
             if (const auto v = given(node, "near_probability")) out.near_probability = probability(*v);
             if (const auto v = given(node, "near_std")) out.near_std = v->positive();

@@ -24,7 +24,7 @@ class Solver {
       : task_(task), options_(options), pool_(options.threads > 0 ? options.threads : core::hardware_threads()) {
     for (const double friction : options.friction) {
       simulation::PlantOptions plant;
-      plant.rest_time = planning::kRestTime;
+      plant.rest_time = execution::kRestTime;
       plant.velocity_reference = true;
       plant.effort_limits = true;
       plant.contact.friction_scale = friction;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
+#include "stiction/execution/speed_limits.hpp"
 #include "stiction/planning/planner.hpp"
-#include "stiction/planning/speed_limits.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::tasks {

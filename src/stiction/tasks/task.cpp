@@ -11,10 +11,10 @@
 #include "stiction/core/sha256.hpp"
 #include "stiction/planning/default_options.hpp"
 #include "stiction/planning/goal_measure.hpp"
-#include "stiction/planning/object_space.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
 #include "stiction/tasks/task_sections.hpp"
+#include "stiction/world/object_space.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -135,11 +135,11 @@ trajopt::OptimizeInput make_optimize_input(const Task& task) {
   if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
   const Model& model = *task.model;
   Eigen::VectorXd goal = task.problem.q_start;
-  goal.head(model.n_qu()) = planning::goal_configuration(task.problem, planning::ObjectSpace(model));
+  goal.head(model.n_qu()) = planning::goal_configuration(task.problem, world::ObjectSpace(model));
   for (const auto& object : model.objects()) {
     if (object.n_q != 3) continue;  // the angle of an object in a plane: of those that are the same pose the nearest
     const int angle = object.q_begin + 2;
-    goal[angle] = planning::nearest_turn(goal[angle], task.problem.q_start[angle]);
+    goal[angle] = world::nearest_turn(goal[angle], task.problem.q_start[angle]);
   }
   if (task.optimize->joints_reference.size() > 0) goal.tail(model.n_a()) = task.optimize->joints_reference;
   const int T = task.optimize->horizon;

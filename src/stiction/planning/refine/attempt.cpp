@@ -32,7 +32,7 @@ class Builder {
         scratch_(crew.of(worker)),
         turn_(turn),
         built_(problem.plan),
-        at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start, .worst = {}}} {
+        at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}} {
     built_.step.h = sizes_.exact.h;
     built_.substep = sizes_.free_substep;
     built_.segments.clear();
@@ -70,7 +70,6 @@ class Builder {
 
   /// What the plan does before its first push.
   bool settle() {
-    scratch_.steps.forget();
     return replay([&](CommandFollower& follower) {
       return std::all_of(problem_.plan.segments.begin(), problem_.plan.segments.end(), [&](const Segment& segment) {
         return segment.kind != SegmentKind::Settle || follower.replay(segment, built_.segments.emplace_back(Segment{segment.kind, {}}));
@@ -159,7 +158,6 @@ class Builder {
 
   /// A push with the commands of the plan.
   bool replay(const Push& push) {
-    scratch_.steps.forget();
     return replay([&](CommandFollower& follower) {
       for (const Segment& edge : push.edges) {
         if (!follower.replay(edge, built_.segments.emplace_back(Segment{edge.kind, {}}))) return false;
@@ -178,7 +176,7 @@ class Builder {
     work_ += follower.work;
     at_.q = std::move(follower.q);
     at_.u = std::move(follower.u);
-    return followed && go_on_in_half_steps(problem_, std::span(built_.segments).subspan(first), sizes_.exact, problem_.allowed,
+    return followed && go_on_in_half_steps(problem_.press, std::span(built_.segments).subspan(first), sizes_.exact, problem_.allowed,
                                            problem_.control, scratch_, at_.fine, work_);
   }
 

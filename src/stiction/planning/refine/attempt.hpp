@@ -1,9 +1,19 @@
 #pragma once
 
 #include "stiction/planning/refine/crew.hpp"
-#include "stiction/planning/refine/trial.hpp"
+#include "stiction/planning/refine/problem.hpp"
 
 namespace stiction::planning::refinement {
+
+/// One way to refine a plan.
+struct Trial {
+  const char* name;
+  const std::vector<Push>* pushes;
+  bool rest;  ///< pushes end at rest; those in small steps where that does
+  int cuts;   ///< sub-steps for each of the plan's
+  bool after_break =
+      false;  ///< only where the one before ended with a push that does not hold, and took little: one that is lost is lost again
+};
 
 /// What came of a trial.
 struct Attempt {

@@ -25,8 +25,8 @@ void try_run(const Start& start, const Eigen::VectorXd& q_target, double enough,
 void finish(const Start& start, const Eigen::VectorXd& q_target, Scratch& scratch, Run& run) {
   const Problem& problem = start.problem;
   run.end.fine = start.at.fine;
-  run.holds =
-      go_on_in_half_steps(problem, run.segments, start.sizes.exact, problem.allowed, problem.control, scratch, run.end.fine, run.work);
+  run.holds = go_on_in_half_steps(problem.press, run.segments, start.sizes.exact, problem.allowed, problem.control, scratch, run.end.fine,
+                                  run.work);
   run.missed = std::max(run.whole, problem.miss(q_target, run.end.fine.q));
 }
 

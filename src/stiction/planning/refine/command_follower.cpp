@@ -11,17 +11,10 @@ Eigen::VectorXd CommandFollower::within_limits(const Eigen::VectorXd& command) c
   return command.cwiseMax(problem_.model.lower()).cwiseMin(problem_.model.upper());
 }
 
-bool CommandFollower::step(const Eigen::VectorXd& command, const dynamics::StepOptions& options) {
-  ++work.steps;
-  if (dynamics::step(problem_.model, {q, command}, options, scratch_.steps, scratch_.result) == core::Status::Solved) return true;
-  ++work.failed_steps;
-  return false;
-}
-
 bool CommandFollower::step_within_efforts(Eigen::VectorXd& command) {
   int steps = 0;
   const core::Status status =
-      dynamics::step_within_efforts(problem_.model, q, command, sizes_.exact, scratch_.steps, scratch_.result, steps);
+      dynamics::step_within_efforts(problem_.model, q, command, sizes_.exact, scratch_.steps, scratch_.step_result, steps);
   work.steps += steps;
   if (status == core::Status::Solved) return true;
   ++work.failed_steps;
@@ -34,7 +27,7 @@ bool CommandFollower::advance(const Eigen::VectorXd& command, Segment& segment) 
   if (stop() || !step_within_efforts(u_next)) return false;
   const bool recoils = u_next != wanted && dynamics::count_substeps(problem_.model, u, u_next, sizes_.substep) > 1;
   if (recoils) return false;
-  const dynamics::StepResult& result = scratch_.result;
+  const dynamics::StepResult& result = scratch_.step_result;
   const bool own = q != problem_.plan.q_start;  // what penetrates at the start is not its doing
   if (own && calc_penetration(problem_.model, result) > problem_.allowed.penetration) return false;
   if (problem_.press.share(result.contacts, sizes_.exact.h) > problem_.allowed.press) return false;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "stiction/planning/refine/half_steps.hpp"
-#include "stiction/planning/refine/trial.hpp"
+#include "stiction/planning/refine/crew.hpp"
+#include "stiction/planning/refine/problem.hpp"
 
 namespace stiction::planning::refinement {
 
@@ -29,8 +29,6 @@ class CommandFollower {
   bool stop() const { return stops(problem_.control, turn_); }
   Eigen::VectorXd within_limits(const Eigen::VectorXd& command) const;
 
-  /// One sub-step, which is not stored: scratch().result.
-  bool step(const Eigen::VectorXd& command, const dynamics::StepOptions& options);
   /// One sub-step.
   bool advance(const Eigen::VectorXd& command, Segment& segment);
   /// In so many sub-steps or more, which keep the limits of the plan.

@@ -23,11 +23,9 @@ bool calc_feedback(CommandFollower& follower, const Eigen::VectorXd& e, double g
   dynamics::StepOptions smooth = follower.sizes().exact;
   smooth.smoothing = problem.options.smoothing;
   smooth.with_B = true;
-  scratch.smooth_steps.forget();
   ++follower.work.steps;
-  if (dynamics::step(model, {follower.q, follower.u}, smooth, scratch.smooth_steps, scratch.smooth_result) != core::Status::Solved)
-    return false;
-  const Eigen::MatrixXd WB = problem.weights.asDiagonal() * scratch.smooth_result.B.topRows(model.n_vu()) * limits.asDiagonal();
+  if (dynamics::step(model, {follower.q, follower.u}, smooth, scratch.steps, scratch.step_result) != core::Status::Solved) return false;
+  const Eigen::MatrixXd WB = problem.weights.asDiagonal() * scratch.step_result.B.topRows(model.n_vu()) * limits.asDiagonal();
   const Eigen::VectorXd lower = (model.lower() - follower.u).cwiseMin(0.0).cwiseQuotient(limits).cwiseMax(-kMostFeedback);
   const Eigen::VectorXd upper = (model.upper() - follower.u).cwiseMax(0.0).cwiseQuotient(limits).cwiseMin(kMostFeedback);
   cone::solve_bounded_least_squares(WB, problem.weights.cwiseProduct(e), gamma, lower, upper, delta);
@@ -39,7 +37,6 @@ bool calc_feedback(CommandFollower& follower, const Eigen::VectorXd& e, double g
 bool go_along(CommandFollower& follower, const Push& push, const Eigen::VectorXd& q_target, double gamma, Way& way) {
   const Problem& problem = follower.problem();
   const world::Model& model = problem.model;
-  follower.scratch().steps.forget();
   const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
   Eigen::VectorXd shift(model.n_vu()), e(model.n_vu()), added = Eigen::VectorXd::Zero(model.n_a()), delta;
   problem.space.error(q_planned.data(), q_target.data(), shift.data());
@@ -77,7 +74,6 @@ bool lead(CommandFollower& follower, const Eigen::VectorXd& q_target, const Run&
       segment.knots.resize(size);
       follower.q = q;
       follower.u = u;
-      follower.scratch().steps.forget();
       return true;
     }
   }
@@ -101,7 +97,6 @@ bool push_with_feedback(CommandFollower& follower, const Push& push, const Eigen
   run.segments = way.segments;
   follower.q = way.q;
   follower.u = way.u;
-  follower.scratch().steps.forget();
   if (run.rests && !follower.come_to_rest(run.segments.back())) return false;
   return run.gamma == kNoFeedback || lead(follower, q_target, run, run.segments.back());
 }

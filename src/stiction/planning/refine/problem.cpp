@@ -38,7 +38,7 @@ void Problem::set_allowed(const Worst& given) {
 double Problem::miss(const Eigen::VectorXd& q_target, const Eigen::VectorXd& q) const {
   Eigen::VectorXd e(model.n_vu());
   space.error(q_target.data(), q.data(), e.data());
-  return largest_share(model, e, plan.goal.tol_position, plan.goal.tol_angle);
+  return world::largest_share(model, e, plan.goal.tol_position, plan.goal.tol_angle);
 }
 
 bool Problem::reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine, double fraction) const {
@@ -49,6 +49,27 @@ bool Problem::reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fi
 }
 
 double Problem::cost(long steps) const { return static_cast<double>(steps) * std::pow(model.n_v() + model.n_a() + kOverhead, 3); }
+
+StepSizes::StepSizes(const Problem& problem, int parts)
+    : cuts(parts), exact(problem.plan.step), substep(problem.plan.substep), limits(problem.model.n_a()) {
+  exact.smoothing = dynamics::Exact{};
+  exact.with_A = exact.with_B = false;
+  exact.warm_start = false;
+  exact.h = problem.plan.step.h / cuts;
+  coarse = exact.h > problem.refine.h * (1 + 1e-9);
+  substep.joint_angle /= cuts;
+  substep.joint_travel /= cuts;
+  substep.slide /= cuts;
+  substep.max_substeps *= cuts;
+  free_substep = substep;
+  free_substep.joint_angle = problem.plan.substep.joint_angle;
+  free_substep.joint_travel = problem.plan.substep.joint_travel;
+  const world::Model& model = problem.model;
+  for (int j = 0; j < model.n_a(); ++j) {
+    const bool revolute = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
+    limits[j] = revolute ? substep.joint_angle : substep.joint_travel;
+  }
+}
 
 const Eigen::VectorXd& end_of(const Plan& plan) { return plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q; }
 

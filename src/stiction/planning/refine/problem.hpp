@@ -3,28 +3,11 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "stiction/planning/object_space.hpp"
-#include "stiction/planning/press_limits.hpp"
+#include "stiction/planning/edge_simulator.hpp"
 #include "stiction/planning/pushes.hpp"
 #include "stiction/planning/refine.hpp"
 
 namespace stiction::planning::refinement {
-
-/// Dynamics steps that were computed.
-struct Work {
-  long steps = 0, failed_steps = 0;
-  Work& operator+=(const Work& more) {
-    steps += more.steps;
-    failed_steps += more.failed_steps;
-    return *this;
-  }
-};
-
-/// The worst that is met at half sub-steps.
-struct Worst {
-  double penetration = 0, force_gap = 0;  ///< in contact tolerances of their pairs
-  double press = 0;                       ///< PressLimits::share
-};
 
 /// A plan to be refined, and what is the same in all trials. Shared by the threads.
 struct Problem {
@@ -37,9 +20,9 @@ struct Problem {
   const PlannerOptions& options;
   const RefineOptions& refine;
   const core::RunControl& control;
-  ObjectSpace space;
+  world::ObjectSpace space;
   Motion motion;
-  RobotChains chains;
+  world::RobotChains chains;
   PressLimits press;
   Eigen::VectorXd weights;  ///< 1/tolerance of the goal (n_vu) [1/m or 1/rad]
   Eigen::VectorXd q_goal;   ///< the objects at the goal, in a whole configuration (n_q)
@@ -62,6 +45,17 @@ struct Problem {
 inline constexpr double kLittleHope = 5e8;
 /// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.
 inline constexpr double kSamePlace = 0.05;
+
+/// Every sub-step of the plan in so many of the same length.
+struct StepSizes {
+  StepSizes(const Problem& problem, int parts);
+
+  int cuts;                     ///< parts of a step of the plan
+  bool coarse;                  ///< longer than asked for: the last resort, where pushes end as planned and iMPC only makes things worse
+  dynamics::StepOptions exact;  ///< every knot follows from the one before it alone
+  dynamics::SubstepLimits substep, free_substep;  ///< … and where the branches that move touch nothing, in commands as far as in the plan
+  Eigen::VectorXd limits;                         ///< of the change of the command in a sub-step (n_a) [rad or m]
+};
 
 /// Where a plan ends (n_q).
 const Eigen::VectorXd& end_of(const Plan& plan);

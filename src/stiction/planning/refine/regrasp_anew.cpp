@@ -30,9 +30,7 @@ class WatchedRegrasp {
         push_(push),
         q_rest_(follower.q),
         release_{problem_.options.release_tol_position, problem_.options.release_tol_angle},
-        regrasp_{problem_.options.regrasp_tol_position, problem_.options.regrasp_tol_angle} {
-    follower.scratch().steps.forget();
-  }
+        regrasp_{problem_.options.regrasp_tol_position, problem_.options.regrasp_tol_angle} {}
 
   /// To a command while the objects are let go of.
   bool release(const Eigen::VectorXd& u, Segment& segment) { return roll_to(u, sizes_.substep, release_, segment); }
@@ -40,7 +38,7 @@ class WatchedRegrasp {
   /// Lets go, and goes to the posture and the command from which the push starts.
   bool go(const Moves& moves, double clearance, core::Random& random, Segment& segment) {
     const world::Model& model = problem_.model;
-    const RobotChains& chains = problem_.chains;
+    const world::RobotChains& chains = problem_.chains;
     Eigen::VectorXd u = follower_.u;  // springs of moving branches are unloaded where they are
     for (const int j : chains.joints_of(moves.moving)) u[j] = follower_.q[model.n_qu() + j];
     for (const int j : chains.joints_of(moves.relaxed)) u[j] = push_.u_entry[j];
@@ -51,10 +49,11 @@ class WatchedRegrasp {
     Eigen::VectorXd goal = follower_.q.tail(model.n_a());
     const auto joints = chains.joints_of(moves.moving);
     for (const int j : joints) goal[j] = push_.q_entry[model.n_qu() + j];
-    PathOptions path_options = problem_.refine.path;
+    contact::PathOptions path_options = problem_.refine.path;
     path_options.clearance = clearance;
     std::vector<Eigen::VectorXd> path;
-    if (find_path(model, chains, moves.moving, follower_.q, goal, path_options, random, geometry(), path) != PathOutcome::Found)
+    if (contact::find_path(model, chains, moves.moving, follower_.q, goal, path_options, random, geometry(), path) !=
+        contact::PathOutcome::Found)
       return false;
     bool was_clear = false;
     for (std::size_t k = 0; k < path.size(); ++k) {
@@ -71,30 +70,14 @@ class WatchedRegrasp {
     return planning::is_free_on_its_way(problem_.model, problem_.chains, segment.knots, geometry());
   }
 
-  /// The objects do the same with every μ at regrasp_friction of it. Steps whose forces lie in those cones are the same, so that the first ones that do are
-  /// not simulated again.
   bool holds_slippery(const Eigen::VectorXd& q_before, const Segment& segment) {
-    dynamics::StepOptions slippery = sizes_.exact;
-    slippery.friction_scale = sizes_.exact.friction_scale * problem_.options.regrasp_friction;
-    const auto& knots = segment.knots;
-    std::size_t k = 0;
-    while (k < knots.size() && fits_cones(knots[k], slippery.friction_scale)) ++k;
-    const Eigen::VectorXd q_end = follower_.q;
-    follower_.q = k == 0 ? q_before : knots[k - 1].q;
-    follower_.scratch().steps.forget();
-    bool held = true;
-    for (; held && k < knots.size(); ++k) {
-      held = !follower_.stop() && follower_.step(knots[k].u, slippery);
-      if (held) follower_.q = follower_.scratch().result.q_next;
-      held = held && objects_agree(problem_.model, problem_.space, knots[k].q, follower_.q, regrasp_.position, regrasp_.angle);
-    }
-    follower_.q = q_end;
-    follower_.scratch().steps.forget();
-    return held;
+    Scratch& scratch = follower_.scratch();
+    return planning::holds_slippery(problem_.model, problem_.space, problem_.options, q_before, segment.knots, sizes_.exact, scratch.steps,
+                                    scratch.step_result, &problem_.control, follower_.work) == Outcome::Held;
   }
 
  private:
-  GeometryWorkspace& geometry() { return follower_.scratch().geometry; }
+  contact::GeometryWorkspace& geometry() { return follower_.scratch().geometry; }
 
   /// Holds the command until the objects rest in the new grip. @returns false where they slide out of it
   bool hold(Segment& segment) {
@@ -103,19 +86,19 @@ class WatchedRegrasp {
     for (int k = 0; k < kMostHeld * sizes_.cuts; ++k) {
       const Eigen::VectorXd before = follower_.q;
       if (!follower_.advance(follower_.u, segment) || !stays(follower_.q, regrasp_)) return false;
-      if (objects_agree(problem_.model, problem_.space, before, follower_.q, resting_move, resting_turn)) return true;
+      if (world::objects_agree(problem_.model, problem_.space, before, follower_.q, resting_move, resting_turn)) return true;
     }
     return false;
   }
 
   /// The objects are where they rested before, or where they are wanted.
   bool stays(const Eigen::VectorXd& q, const Allowance& allowance) const {
-    return objects_agree(problem_.model, problem_.space, q_rest_, q, allowance.position, allowance.angle) ||
+    return world::objects_agree(problem_.model, problem_.space, q_rest_, q, allowance.position, allowance.angle) ||
            problem_.miss(push_.q_entry, q) <= problem_.refine.mpc_miss;
   }
 
   /// Nothing is nearer than so much to the branches in `moving` at a posture.
-  bool is_clear(ChainMask moving, const Eigen::VectorXd& q_a, double clearance) {
+  bool is_clear(world::ChainMask moving, const Eigen::VectorXd& q_a, double clearance) {
     Eigen::VectorXd q = follower_.q;
     q.tail(problem_.model.n_a()) = q_a;
     problem_.chains.pairs_of(moving, geometry().pairs);
@@ -126,7 +109,7 @@ class WatchedRegrasp {
   /// @returns false where the objects neither stay nor are where they are wanted
   bool roll_to(const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, const Allowance& allowance, Segment& segment) {
     if ((u - follower_.u).cwiseAbs().maxCoeff() == 0) return true;
-    dynamics::RolloutResult& rollout = follower_.scratch().rollout;
+    dynamics::RolloutResult& rollout = follower_.scratch().rollout_result;
     const core::Status status = dynamics::rollout(problem_.model, follower_.q, follower_.u, u, sizes_.exact, limits,
                                                   follower_.scratch().steps, rollout, dynamics::Overrun::Accept, &problem_.control);
     follower_.work.steps += rollout.steps;
@@ -165,9 +148,9 @@ Moves moves_to(const Problem& problem, const Cursor& at, const Push& push) {
       command = std::max(command, std::abs(push.u_entry[j] - at.u[j]));
     }
     if (posture > kMoved) {
-      out.moving |= ChainMask{1} << c;
+      out.moving |= world::ChainMask{1} << c;
     } else if (command > 0) {
-      out.relaxed |= ChainMask{1} << c;
+      out.relaxed |= world::ChainMask{1} << c;
     }
   }
   return out;

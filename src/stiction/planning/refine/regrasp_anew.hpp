@@ -6,8 +6,8 @@ namespace stiction::planning::refinement {
 
 /// What the branches of the robot do on their way to a push.
 struct Moves {
-  ChainMask moving = 0;   ///< branches that go to another posture
-  ChainMask relaxed = 0;  ///< branches that stay and only change how they push
+  world::ChainMask moving = 0;   ///< branches that go to another posture
+  world::ChainMask relaxed = 0;  ///< branches that stay and only change how they push
 };
 Moves moves_to(const Problem& problem, const Cursor& at, const Push& push);
 

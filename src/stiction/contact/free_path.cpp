@@ -1,16 +1,20 @@
-#include "stiction/planning/regrasp.hpp"
+#include "stiction/contact/free_path.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
-#include <span>
 #include <utility>
 #include <vector>
 
+#include "stiction/contact/gap_gradient.hpp"
 #include "stiction/world/scales.hpp"
 
-namespace stiction::planning {
+namespace stiction::contact {
+
+using world::ChainMask;
+using world::RobotChains;
+
 namespace {
 
 using Posture = Eigen::VectorXd;
@@ -18,14 +22,13 @@ using Posture = Eigen::VectorXd;
 /// Postures that differ by less are one [joint units].
 constexpr double kNoMove = 1e-12;
 
-/// Collision queries of the moving branches among objects at rest, wherever they may be.
+/// Collision queries of the moving branches among objects at rest.
 class FreeSpace {
  public:
-  FreeSpace(const world::Model& model, const RobotChains& chains, ChainMask moving, std::span<const Eigen::VectorXd> places,
-            double clearance, GeometryWorkspace& work)
-      : model_(model), work_(work), places_(places.begin(), places.end()), clearance_(clearance), joints_(chains.joints_of(moving)) {
+  FreeSpace(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q, double clearance,
+            GeometryWorkspace& work)
+      : model_(model), work_(work), q_(q), clearance_(clearance), joints_(chains.joints_of(moving)) {
     chains.pairs_of(moving, pairs_);
-    std::copy_if(pairs_.begin(), pairs_.end(), std::back_inserter(object_pairs_), [&](int pair) { return chains.touches_object(pair); });
   }
 
   const std::vector<int>& joints() const { return joints_; }
@@ -40,15 +43,9 @@ class FreeSpace {
 
   /// Smallest gap minus the clearance.
   double room(const Posture& q_a) {
-    double least = std::numeric_limits<double>::infinity();
-    for (Eigen::VectorXd& q : places_) {
-      const auto& pairs = &q == &places_.front() ? pairs_ : object_pairs_;  // the others are the same at all places
-      q.tail(model_.n_a()) = q_a;
-      world::calc_kinematics(model_, q, work_.kinematics_work, work_.kinematics);
-      least = std::min(least, contact::calc_min_distance(model_, work_.kinematics, pairs, clearance_, work_.contact_work) - clearance_);
-      if (least < 0) break;
-    }
-    return least;
+    q_.tail(model_.n_a()) = q_a;
+    world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
+    return calc_min_distance(model_, work_.kinematics, pairs_, clearance_, work_.contact_work) - clearance_;
   }
 
   /// The straight line is free. Advances by what the room at each posture allows: no point of the moving branches travels farther
@@ -70,10 +67,9 @@ class FreeSpace {
  private:
   const world::Model& model_;
   GeometryWorkspace& work_;
-  std::vector<Eigen::VectorXd> places_;
+  Eigen::VectorXd q_;
   double clearance_;
-  std::vector<int> joints_;
-  std::vector<int> pairs_, object_pairs_;
+  std::vector<int> joints_, pairs_;
 };
 
 struct PathTree {
@@ -165,18 +161,20 @@ void shortcut(const PathOptions& options, core::Random& random, FreeSpace& space
 
 }  // namespace
 
-PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, std::span<const Eigen::VectorXd> places,
-                      const Eigen::VectorXd& q_a_start, const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random,
-                      GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
+PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q,
+                      const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random, GeometryWorkspace& work,
+                      std::vector<Eigen::VectorXd>& path) {
   path.clear();
-  Posture start = q_a_start, goal = q_a_goal;
-  if (!retreat(model, chains, moving, options.clearance, places, start, work, path)) return PathOutcome::StartBlocked;
+  const int n_a = model.n_a();
+  Eigen::VectorXd start = q, goal = q;
+  goal.tail(n_a) = q_a_goal;
+  if (!retreat(model, chains, moving, options.clearance, start, work, path)) return PathOutcome::StartBlocked;
   std::vector<Posture> approach;
-  if (!retreat(model, chains, moving, options.clearance, places, goal, work, approach)) return PathOutcome::GoalBlocked;
+  if (!retreat(model, chains, moving, options.clearance, goal, work, approach)) return PathOutcome::GoalBlocked;
 
-  FreeSpace space(model, chains, moving, places, options.clearance * (1 - 1e-6), work);
+  FreeSpace space(model, chains, moving, q, options.clearance * (1 - 1e-6), work);
   std::vector<Posture> middle;
-  if (!connect(model, start, goal, options, random, space, middle)) return PathOutcome::NotFound;
+  if (!connect(model, start.tail(n_a), goal.tail(n_a), options, random, space, middle)) return PathOutcome::NotFound;
   shortcut(options, random, space, middle);
   path.insert(path.end(), middle.begin() + 1, middle.end());
   for (auto it = approach.rbegin(); it != approach.rend(); ++it) {
@@ -186,10 +184,41 @@ PathOutcome find_path(const world::Model& model, const RobotChains& chains, Chai
   return PathOutcome::Found;
 }
 
-PathOutcome find_path(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q,
-                      const Eigen::VectorXd& q_a_goal, const PathOptions& options, core::Random& random, GeometryWorkspace& work,
-                      std::vector<Eigen::VectorXd>& path) {
-  return find_path(model, chains, moving, std::span(&q, 1), q.tail(model.n_a()), q_a_goal, options, random, work, path);
+bool retreat(const world::Model& model, const RobotChains& chains, ChainMask moving, double clearance, Eigen::VectorXd& q,
+             GeometryWorkspace& work, std::vector<Eigen::VectorXd>& path) {
+  constexpr int kRounds = 30;
+  constexpr double kStep = 0.04;     // per round and joint, so that the straight line between rounds stays clear [rad, L]
+  constexpr double kDamping = 1e-4;  // ρ [L²]
+  const int n_a = model.n_a();
+  const auto joints = joint_flags(model, chains.joints_of(moving));
+  chains.pairs_of(moving, work.pairs);
+  const double length = model.scales().robots().length;
+  const Eigen::VectorXd unit = model.scales().joints();
+  for (int round = 0; round < kRounds && !work.stop(); ++round) {
+    // δ = argmin ‖δ‖², in joint units, with every short gap brought to 1.5 × clearance: δ = Gᵀ(GGᵀ + ρI)⁻¹r
+    world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+    query_pairs(model, work.kinematics, work.pairs, clearance, work.contact_work, work.contacts);
+    std::erase_if(work.contacts, [&](const auto& c) { return c.phi >= clearance; });
+    const auto m = static_cast<Eigen::Index>(work.contacts.size());
+    if (m == 0) return true;
+    Eigen::MatrixXd G(n_a, m);
+    Eigen::VectorXd r(m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const Contact& contact = work.contacts[static_cast<std::size_t>(i)];
+      calc_gap_gradient(model, contact, joints, work.kinematics, G.col(i));
+      r[i] = 1.5 * clearance - contact.phi;
+    }
+    G = unit.asDiagonal() * G;
+    Eigen::MatrixXd S = G.transpose() * G;
+    S.diagonal().array() += kDamping * length * length;
+    Eigen::VectorXd delta = G * S.ldlt().solve(r);
+    const double largest = delta.cwiseAbs().maxCoeff();
+    if (!(largest > 1e-9)) return false;
+    delta *= std::min(1.0, kStep / largest);
+    q.tail(n_a) = (q.tail(n_a) + delta.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
+    path.push_back(q.tail(n_a));
+  }
+  return false;
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::contact

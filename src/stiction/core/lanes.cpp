@@ -1,10 +1,10 @@
-#include "stiction/planning/lanes.hpp"
+#include "stiction/core/lanes.hpp"
 
 #include <condition_variable>
 #include <mutex>
 #include <vector>
 
-namespace stiction::planning {
+namespace stiction::core {
 namespace {
 
 struct Lane {
@@ -16,8 +16,8 @@ struct Lane {
     Closed
   };
   Stage stage = Stage::Ended;
-  TreeTask* growth = nullptr;
-  long start = 0, clock = 0;  ///< of the growth when it had cost nothing, and now
+  LaneTask* task = nullptr;
+  long start = 0, clock = 0;  ///< of the task when it had cost nothing, and now
   int items = 0, begun = 0, done = 0;
 
   bool open() const { return stage != Stage::Closed; }
@@ -26,7 +26,7 @@ struct Lane {
 
 class Lanes {
  public:
-  Lanes(int lanes, const std::function<TreeTask*(int, TreeTask*, long)>& next) : next_(next), lanes_(static_cast<std::size_t>(lanes)) {
+  Lanes(int lanes, const std::function<LaneTask*(int, LaneTask*, long)>& next) : next_(next), lanes_(static_cast<std::size_t>(lanes)) {
     for (Lane& lane : lanes_) follow_end(lane);
   }
 
@@ -69,9 +69,9 @@ class Lanes {
   }
 
   void follow_end(Lane& lane) {
-    lane.growth = next_(static_cast<int>(&lane - lanes_.data()), lane.growth, lane.clock);
-    lane.stage = lane.growth == nullptr ? Lane::Stage::Closed : Lane::Stage::Turn;
-    if (lane.growth != nullptr) lane.start = lane.clock - lane.growth->cost();
+    lane.task = next_(static_cast<int>(&lane - lanes_.data()), lane.task, lane.clock);
+    lane.stage = lane.task == nullptr ? Lane::Stage::Closed : Lane::Stage::Turn;
+    if (lane.task != nullptr) lane.start = lane.clock - lane.task->cost();
     changed_.notify_all();
   }
 
@@ -79,8 +79,8 @@ class Lanes {
     if (lane.stage == Lane::Stage::Turn) {
       lane.stage = Lane::Stage::InTurn;
       lock.unlock();
-      const int items = lane.growth->turn(worker);
-      const long cost = lane.growth->cost();
+      const int items = lane.task->turn(worker);
+      const long cost = lane.task->cost();
       lock.lock();
       lane.clock = lane.start + cost;
       lane.items = items;
@@ -90,7 +90,7 @@ class Lanes {
     } else {
       const int item = lane.begun++;
       lock.unlock();
-      lane.growth->work(item, worker);
+      lane.task->work(item, worker);
       lock.lock();
       if (++lane.done < lane.items) return;
       lane.stage = Lane::Stage::Turn;
@@ -98,7 +98,7 @@ class Lanes {
     }
   }
 
-  const std::function<TreeTask*(int, TreeTask*, long)>& next_;
+  const std::function<LaneTask*(int, LaneTask*, long)>& next_;
   std::vector<Lane> lanes_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -107,9 +107,9 @@ class Lanes {
 
 }  // namespace
 
-void run_lanes(core::ThreadPool& pool, int lanes, const std::function<TreeTask*(int lane, TreeTask* ended, long clock)>& next) {
+void run_lanes(ThreadPool& pool, int lanes, const std::function<LaneTask*(int lane, LaneTask* ended, long clock)>& next) {
   Lanes run(lanes, next);
   pool.run(pool.size(), [&run](int, int worker) { run.work(worker); });
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::core

@@ -5,15 +5,21 @@
 #include <vector>
 
 #include "stiction/core/random.hpp"
-#include "stiction/planning/planner.hpp"
 #include "stiction/world/model.hpp"
 
-namespace stiction::planning {
+namespace stiction::world {
+
+/// Box from which configurations are drawn: per object position [m] and rotation [rad] relative to the world, or coordinates for
+/// planar, hinged and sliding objects.
+struct SampleBox {
+  int object = 0;
+  Eigen::VectorXd lower, upper;  ///< free object: x y z roll pitch yaw; others: their coordinates
+};
 
 /// The configurations qᵘ of the objects as a space to measure and sample in.
 class ObjectSpace {
  public:
-  explicit ObjectSpace(const world::Model& model);
+  explicit ObjectSpace(const Model& model);
 
   int n_q() const { return n_q_; }
   int n_v() const { return n_v_; }
@@ -32,16 +38,16 @@ class ObjectSpace {
   double chord(const double* from, const double* to, const Eigen::VectorXd& weights) const;
 
   /// Coordinates of one object that give it the pose X_WB; nothing is lost for free objects, others are projected.
-  Eigen::VectorXd coordinates(int object, const world::Pose& X_WB) const;
+  Eigen::VectorXd coordinates(int object, const Pose& X_WB) const;
 
   /// A configuration of all objects drawn from the boxes; objects without a box stay where q_u has them.
   void sample(const std::vector<SampleBox>& boxes, core::Random& random, Eigen::Ref<Eigen::VectorXd> q_u) const;
 
  private:
   struct Block {
-    world::ObjectJoint joint;
+    ObjectJoint joint;
     int q_begin, v_begin;
-    world::Pose X_WP;
+    Pose X_WP;
     Eigen::Vector3d axis;
   };
   std::vector<Block> blocks_;
@@ -51,14 +57,11 @@ class ObjectSpace {
 /// Of the angles that are the same modulo 2π the nearest to `reference` [rad].
 double nearest_turn(double angle, double reference);
 
-/// 1/tolerance of the goal per coordinate of the objects (n_vu) [1/m or 1/rad].
-Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal);
-
 /// Worst displacement of an object in e (n_vu, tangent) as a share of the given distance [m] and angle [rad].
-double largest_share(const world::Model& model, const Eigen::VectorXd& e, double position, double angle);
+double largest_share(const Model& model, const Eigen::VectorXd& e, double position, double angle);
 
 /// Every object is at q1 within the given distance [m] and angle [rad] of where it is at q0.
-bool objects_agree(const world::Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
-                   double position, double angle);
+bool objects_agree(const Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, double position,
+                   double angle);
 
-}  // namespace stiction::planning
+}  // namespace stiction::world

@@ -1,11 +1,11 @@
-#include "stiction/planning/speed_limits.hpp"
+#include "stiction/execution/speed_limits.hpp"
 
 #include <algorithm>
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
 
-namespace stiction::planning {
+namespace stiction::execution {
 
 void SpeedLimits::validate() const {
   core::require_positive("speed.revolute", revolute);
@@ -39,4 +39,4 @@ double calc_duration(const Eigen::VectorXd& u_before, const Eigen::VectorXd& u, 
   return (u - u_before).cwiseAbs().cwiseQuotient(speeds).maxCoeff();
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::execution

@@ -1,4 +1,4 @@
-#include "stiction/planning/lanes.hpp"
+#include "stiction/core/lanes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,11 @@
 #include <thread>
 #include <vector>
 
-namespace stiction::planning {
+namespace stiction::core {
 namespace {
 
 /// Rounds of given costs; items take some time, less in the first thread.
-class Fake : public TreeTask {
+class Fake : public LaneTask {
  public:
   explicit Fake(std::vector<long> costs, int items = 2) : costs_(std::move(costs)), items_(items) {}
 
@@ -45,21 +45,21 @@ class Fake : public TreeTask {
   std::atomic<int> inside_{0}, done_{0};
 };
 
-/// The order in which growths of given costs end, each taken by the lane that is free: "growth@clock".
+/// The order in which tasks of given costs end, each taken by the lane that is free: "task@clock".
 std::string order_of_ends(const std::vector<std::vector<long>>& costs, int lanes, int threads) {
-  core::ThreadPool pool(threads);
-  std::vector<std::unique_ptr<Fake>> growths;
+  ThreadPool pool(threads);
+  std::vector<std::unique_ptr<Fake>> tasks;
   std::vector<std::size_t> in_lane(static_cast<std::size_t>(lanes));
   std::string out;
-  run_lanes(pool, lanes, [&](int lane, TreeTask* ended, long clock) -> TreeTask* {
+  run_lanes(pool, lanes, [&](int lane, LaneTask* ended, long clock) -> LaneTask* {
     auto& number = in_lane[static_cast<std::size_t>(lane)];
     if (ended != nullptr) {
-      EXPECT_EQ(ended, growths[number].get());
+      EXPECT_EQ(ended, tasks[number].get());
       out += std::to_string(number) + "@" + std::to_string(clock) + " ";
     }
-    if (growths.size() == costs.size()) return nullptr;
-    number = growths.size();
-    return growths.emplace_back(std::make_unique<Fake>(costs[number])).get();
+    if (tasks.size() == costs.size()) return nullptr;
+    number = tasks.size();
+    return tasks.emplace_back(std::make_unique<Fake>(costs[number])).get();
   });
   return out;
 }
@@ -77,20 +77,20 @@ TEST(Lanes, EndsComeInTheOrderOfTheClocks_ForAnyNumberOfThreads) {
 TEST(Lanes, EqualClocks_FirstLaneFirst) { EXPECT_EQ(order_of_ends({{5, 5}, {10}, {2, 8}}, 3, 3), "0@10 1@10 2@10 "); }
 
 TEST(Lanes, NothingToGrow_Ends) {
-  core::ThreadPool pool(2);
+  ThreadPool pool(2);
   int asked = 0;
-  run_lanes(pool, 3, [&](int, TreeTask*, long) -> TreeTask* { return ++asked, nullptr; });
+  run_lanes(pool, 3, [&](int, LaneTask*, long) -> LaneTask* { return ++asked, nullptr; });
   EXPECT_EQ(asked, 3);
 }
 
-TEST(Lanes, GrowthThatGoesOn_KeepsItsCost) {
-  core::ThreadPool pool(2);
-  Fake growth({4, 4});
+TEST(Lanes, TaskThatGoesOn_KeepsItsCost) {
+  ThreadPool pool(2);
+  Fake task({4, 4});
   std::vector<long> clocks;
-  run_lanes(pool, 1, [&](int, TreeTask* ended, long clock) -> TreeTask* {
+  run_lanes(pool, 1, [&](int, LaneTask* ended, long clock) -> LaneTask* {
     clocks.push_back(clock);
     if (clocks.size() == 3) return nullptr;
-    return ended == nullptr ? &growth : ended;  // has ended, and ends again at once
+    return ended == nullptr ? &task : ended;  // has ended, and ends again at once
   });
   EXPECT_EQ(clocks, (std::vector<long>{0, 8, 8}));
 }
@@ -101,16 +101,16 @@ TEST(Lanes, Exception_EndsTheRun) {
     void work(int, int) override { throw std::runtime_error("broken"); }
   };
   for (int threads = 1; threads <= 3; ++threads) {
-    core::ThreadPool pool(threads);
+    ThreadPool pool(threads);
     Throws bad({1});
     Fake good(std::vector<long>(20, 1));
-    std::vector<TreeTask*> growths{&bad, &good};
+    std::vector<LaneTask*> tasks{&bad, &good};
     EXPECT_THROW(
         run_lanes(pool, 2,
-                  [&](int lane, TreeTask* ended, long) { return ended == nullptr ? growths[static_cast<std::size_t>(lane)] : nullptr; }),
+                  [&](int lane, LaneTask* ended, long) { return ended == nullptr ? tasks[static_cast<std::size_t>(lane)] : nullptr; }),
         std::runtime_error);
   }
 }
 
 }  // namespace
-}  // namespace stiction::planning
+}  // namespace stiction::core

@@ -1,21 +1,23 @@
-#include "stiction/planning/object_space.hpp"
+#include "stiction/world/object_space.hpp"
 
-#include "planning/systems.hpp"
+#include <numbers>
 
-namespace stiction::planning::test {
+#include "world/test_scenes.hpp"
+
+namespace stiction::world::test {
 namespace {
 
 TEST(ObjectSpace, FreeObject_ErrorIsLocalOfTheModel) {
-  const auto model = load_model("allegro_ball");
+  const auto model = load_task("allegro_ball");
   const ObjectSpace space(*model);
   core::Random random(3, 0);
   for (const double scale : {0.0, 1e-6, 0.3, 3.0}) {
     for (int sample = 0; sample < 200; ++sample) {
       Eigen::VectorXd delta(22), e(22), q1(23), q2(23);
       for (int i = 0; i < 22; ++i) delta[i] = scale * random.normal();
-      world::retract(*model, model->neutral(), Eigen::VectorXd::NullaryExpr(22, [&] { return random.normal(); }), q1);
-      world::retract(*model, q1, delta, q2);
-      world::local(*model, q1, q2, e);
+      retract(*model, model->neutral(), Eigen::VectorXd::NullaryExpr(22, [&] { return random.normal(); }), q1);
+      retract(*model, q1, delta, q2);
+      local(*model, q1, q2, e);
       Eigen::VectorXd ours(6);
       space.error(q1.data(), q2.data(), ours.data());
       if (e.segment<3>(3).norm() > 3.1) continue;  // at π the sign is a choice
@@ -28,7 +30,7 @@ TEST(ObjectSpace, FreeObject_ErrorIsLocalOfTheModel) {
 }
 
 TEST(ObjectSpace, PlanarAngle_IsWrapped) {
-  const auto model = load_model("planar_hand");
+  const auto model = load_task("planar_hand");
   const ObjectSpace space(*model);
   const Eigen::Vector3d from(0, 0, 3.0), to(0.1, -0.2, -3.0);
   Eigen::Vector3d e;
@@ -40,23 +42,23 @@ TEST(ObjectSpace, PlanarAngle_IsWrapped) {
 TEST(ObjectSpace, CoordinatesOfPose_GiveThatPose) {
   core::Random random(4, 0);
   for (const char* task : {"allegro_ball", "planar_hand", "planar_pushing"}) {
-    const auto model = load_model(task);
+    const auto model = load_task(task);
     const ObjectSpace space(*model);
     for (int sample = 0; sample < 100; ++sample) {
       Eigen::VectorXd q = model->neutral();
       Eigen::VectorXd delta = Eigen::VectorXd::Zero(model->n_v());
       for (int i = 0; i < model->n_vu(); ++i) delta[i] = random.normal();
-      world::retract(*model, q, delta, q);
-      const world::Pose X = world::object_pose(*model, q, 0);
+      retract(*model, q, delta, q);
+      const Pose X = object_pose(*model, q, 0);
       q.head(model->n_qu()) = space.coordinates(0, X);
-      const world::Pose Y = world::object_pose(*model, q, 0);
+      const Pose Y = object_pose(*model, q, 0);
       EXPECT_LT((X.p - Y.p).norm() + (X.R - Y.R).norm(), 1e-12);
     }
   }
 }
 
 TEST(ObjectSpace, Samples_StayInTheBox) {
-  const auto model = load_model("allegro_ball");
+  const auto model = load_task("allegro_ball");
   const ObjectSpace space(*model);
   SampleBox box;
   box.lower = (Eigen::VectorXd(6) << -0.1, -0.2, 0, 0, 0, 1).finished();
@@ -74,15 +76,5 @@ TEST(ObjectSpace, Samples_StayInTheBox) {
   }
 }
 
-TEST(GoalError, IsDistanceAndGeodesicAngle) {
-  const auto model = load_model("allegro_ball");
-  Goal goal;
-  goal.X_WG.R = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
-  goal.X_WG.p = {0.3, 0, 0.4};
-  const GoalError error = goal_error(*model, model->neutral(), goal);
-  EXPECT_NEAR(error.position, 0.5, 1e-12);
-  EXPECT_NEAR(error.angle, 0.4, 1e-9);
-}
-
 }  // namespace
-}  // namespace stiction::planning::test
+}  // namespace stiction::world::test

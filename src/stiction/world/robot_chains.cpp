@@ -1,13 +1,13 @@
-#include "stiction/planning/robot_chains.hpp"
+#include "stiction/world/robot_chains.hpp"
 
 #include <algorithm>
 #include <string>
 
 #include "stiction/core/invalid_input.hpp"
 
-namespace stiction::planning {
+namespace stiction::world {
 
-RobotChains::RobotChains(const world::Model& model) {
+RobotChains::RobotChains(const Model& model) {
   std::vector<int> chain_of(static_cast<std::size_t>(model.n_v()), -1);
   for (const auto& robot : model.robots()) {
     for (const auto& chain : robot.chains) {
@@ -23,18 +23,18 @@ RobotChains::RobotChains(const world::Model& model) {
 
   object_pairs_.resize(joints_.size());
   against_.resize(joints_.size());
-  const auto body_of = [&](int geometry) -> const world::Body& {
+  const auto body_of = [&](int geometry) -> const Body& {
     return model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(geometry)].body)];
   };
-  const auto mask_of = [&](const world::Body& body) {
+  const auto mask_of = [&](const Body& body) {
     ChainMask mask = 0;
-    if (body.kind != world::BodyKind::Robot) return mask;
+    if (body.kind != BodyKind::Robot) return mask;
     for (const int v : body.dofs) mask |= ChainMask{1} << chain_of[static_cast<std::size_t>(v)];
     return mask;
   };
   depth_.assign(joints_.size(), 0);
-  for (const world::Body& body : model.bodies()) {
-    if (body.kind != world::BodyKind::Robot || body.dofs.empty()) continue;
+  for (const Body& body : model.bodies()) {
+    if (body.kind != BodyKind::Robot || body.dofs.empty()) continue;
     int depth = 0;
     for (std::size_t i = 1; i < body.dofs.size(); ++i) {
       depth += chain_of[static_cast<std::size_t>(body.dofs[i])] != chain_of[static_cast<std::size_t>(body.dofs[i - 1])];
@@ -43,13 +43,13 @@ RobotChains::RobotChains(const world::Model& model) {
   }
   const auto pairs = model.pairs();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const world::Body& a = body_of(pairs[i].geometry_a);
-    const world::Body& b = body_of(pairs[i].geometry_b);
+    const Body& a = body_of(pairs[i].geometry_a);
+    const Body& b = body_of(pairs[i].geometry_b);
     // A trunk moves everything it carries: a pair of two fingers of the same trunk does not change with it.
     const ChainMask mask = mask_of(a) ^ mask_of(b);
     const ChainMask both = mask_of(a) & mask_of(b);
     pair_mask_.push_back(mask != 0 ? mask : both);
-    const bool object = a.kind == world::BodyKind::Object || b.kind == world::BodyKind::Object;
+    const bool object = a.kind == BodyKind::Object || b.kind == BodyKind::Object;
     object_pair_.push_back(object ? 1 : 0);
     for (int c = 0; c < size(); ++c) {
       if (!(mask >> c & 1)) continue;
@@ -76,4 +76,4 @@ void RobotChains::pairs_of(ChainMask mask, std::vector<int>& pairs) const {
   }
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::world

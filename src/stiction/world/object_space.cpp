@@ -1,14 +1,12 @@
-#include "stiction/planning/object_space.hpp"
+#include "stiction/world/object_space.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-namespace stiction::planning {
+namespace stiction::world {
 namespace {
-
-using world::ObjectJoint;
 
 /// Axes (first, second, normal) of a planar joint, in cyclic order.
 std::array<int, 3> planar_axes(ObjectJoint joint) {
@@ -56,7 +54,7 @@ void rotation_between(const double* a, const double* b, double* e) {
 
 }  // namespace
 
-ObjectSpace::ObjectSpace(const world::Model& model) : n_q_(model.n_qu()), n_v_(model.n_vu()) {
+ObjectSpace::ObjectSpace(const Model& model) : n_q_(model.n_qu()), n_v_(model.n_vu()) {
   const auto objects = model.objects();
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const auto& spec = model.scene().objects[i];
@@ -108,14 +106,14 @@ double ObjectSpace::chord(const double* from, const double* to, const Eigen::Vec
   return std::sqrt(sum);
 }
 
-Eigen::VectorXd ObjectSpace::coordinates(int object, const world::Pose& X_WB) const {
+Eigen::VectorXd ObjectSpace::coordinates(int object, const Pose& X_WB) const {
   const Block& b = blocks_[static_cast<std::size_t>(object)];
   if (b.joint == ObjectJoint::Free) {
     Eigen::VectorXd q(7);
     q << X_WB.p, Eigen::Quaterniond(X_WB.R).normalized().coeffs();
     return q;
   }
-  const world::Pose X_PB = b.X_WP.inverse() * X_WB;
+  const Pose X_PB = b.X_WP.inverse() * X_WB;
   if (is_planar(b.joint)) {
     const auto axes = planar_axes(b.joint);
     // x × z = −y: the angle of the xz plane is about +y all the same (docs/notation.md)
@@ -150,21 +148,12 @@ double nearest_turn(double angle, double reference) {
   return angle - kTurn * std::round((angle - reference) / kTurn);
 }
 
-Eigen::VectorXd inverse_tolerances(const world::Model& model, const Goal& goal) {
-  Eigen::VectorXd out(model.n_vu());
-  for (int i = 0; i < model.n_vu(); ++i) {
-    const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
-    out[i] = 1 / (revolute ? goal.tol_angle : goal.tol_position);
-  }
-  return out;
-}
-
-double largest_share(const world::Model& model, const Eigen::VectorXd& e, double position, double angle) {
+double largest_share(const Model& model, const Eigen::VectorXd& e, double position, double angle) {
   double share = 0;
   for (const auto& object : model.objects()) {
     double position2 = 0, angle2 = 0;
     for (int i = object.v_begin; i < object.v_begin + object.n_v; ++i) {
-      const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      const bool revolute = model.dofs()[static_cast<std::size_t>(i)].kind == DofKind::Revolute;
       (revolute ? angle2 : position2) += e[i] * e[i];
     }
     share = std::max({share, std::sqrt(position2) / position, std::sqrt(angle2) / angle});
@@ -172,11 +161,11 @@ double largest_share(const world::Model& model, const Eigen::VectorXd& e, double
   return share;
 }
 
-bool objects_agree(const world::Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
-                   double position, double angle) {
+bool objects_agree(const Model& model, const ObjectSpace& space, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, double position,
+                   double angle) {
   Eigen::VectorXd e(model.n_vu());
   space.error(q0.data(), q1.data(), e.data());
   return largest_share(model, e, position, angle) <= 1;
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::world

@@ -6,7 +6,7 @@
 
 #include "stiction/world/model.hpp"
 
-namespace stiction::planning {
+namespace stiction::world {
 
 /// Set of branches of the robots, one bit each.
 using ChainMask = std::uint64_t;
@@ -14,7 +14,7 @@ using ChainMask = std::uint64_t;
 /// The branches (fingers, arms, trunks) of all robots and the pairs that each of them moves.
 class RobotChains {
  public:
-  explicit RobotChains(const world::Model& model);
+  explicit RobotChains(const Model& model);
 
   int size() const { return static_cast<int>(joints_.size()); }
   ChainMask all() const { return all_; }
@@ -45,4 +45,4 @@ class RobotChains {
   ChainMask all_ = 0;
 };
 
-}  // namespace stiction::planning
+}  // namespace stiction::world

@@ -4,7 +4,7 @@
 
 #include "stiction/world/model.hpp"
 
-namespace stiction::planning {
+namespace stiction::execution {
 
 /// In which what objects on joints rest on stops them [s]: that gives the box of planar_pushing its published damping.
 inline constexpr double kRestTime = 0.05;
@@ -31,4 +31,4 @@ struct SpeedLimits {
 /// Δt = max_j |u_j − u_before,j| / v_j  (E.1) [s]
 double calc_duration(const Eigen::VectorXd& u_before, const Eigen::VectorXd& u, const Eigen::VectorXd& speeds);
 
-}  // namespace stiction::planning
+}  // namespace stiction::execution

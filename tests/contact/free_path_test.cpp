@@ -1,0 +1,97 @@
+// Postures in contact, and paths from one to another.
+#include "stiction/contact/free_path.hpp"
+
+#include "stiction/contact/contact_sampler.hpp"
+#include "stiction/world/scales.hpp"
+#include "world/allegro.hpp"
+
+namespace stiction::contact {
+namespace {
+
+/// Smallest gap of the pairs that the branches move, and the smallest one to an object.
+std::pair<double, double> gaps(const world::Model& model, const world::RobotChains& chains, world::ChainMask moving,
+                               const Eigen::VectorXd& q, GeometryWorkspace& work) {
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  std::vector<int> pairs;
+  chains.pairs_of(moving, pairs);
+  double all = 1e9, object = 1e9;
+  for (const int pair : pairs) {
+    const double phi = pair_distance(model, work.kinematics, pair, work.contact_work).phi;
+    all = std::min(all, phi);
+    if (chains.touches_object(pair)) object = std::min(object, phi);
+  }
+  return {all, object};
+}
+
+TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
+  for (const char* task : {"planar_pushing", "planar_hand", "allegro_ball"}) {
+    const auto model = world::test::load_task(task);
+    const world::RobotChains chains(*model);
+    GeometryWorkspace work(*model);
+    Eigen::VectorXd q = model->neutral();
+    if (model->n_a() == 16) q = world::test::allegro_start();
+    if (model->n_a() == 4) q[1] = 0.35;
+    core::Random random(7, 0);
+    int found = 0;
+    for (int draw = 0; draw < 100; ++draw) {
+      const world::ChainMask grasp = draw_grasp(chains, GenericSampler{}, random);
+      const auto sample = sample_contact(*model, chains, GenericSampler{}, grasp, q, random, work);
+      if (!sample) continue;
+      ++found;
+      EXPECT_EQ(sample->moved & ~grasp, 0u);
+      Eigen::VectorXd touching = q;
+      touching.tail(model->n_a()) = sample->q_a;
+      const auto [all, object] = gaps(*model, chains, sample->moved, touching, work);
+      const double touching_gap = 0.101 * world::share::kContact * model->scales().robots().length;
+      EXPECT_GE(all, -touching_gap);
+      EXPECT_LE(object, touching_gap);
+      EXPECT_TRUE((sample->q_a.array() >= model->lower().array()).all() && (sample->q_a.array() <= model->upper().array()).all());
+      for (int c = 0; c < chains.size(); ++c) {
+        if (sample->moved >> c & 1) continue;
+        for (const int j : chains.joints(c)) EXPECT_EQ(sample->q_a[j], q[model->n_qu() + j]);
+      }
+    }
+    EXPECT_GT(found, 60) << task;
+  }
+}
+
+TEST(FindPath, KeepsItsClearanceBetweenTheContacts) {
+  const auto model = world::test::load_task("allegro_ball");
+  const world::RobotChains chains(*model);
+  GeometryWorkspace work(*model);
+  const Eigen::VectorXd q = world::test::allegro_start();
+  core::Random random(8, 0);
+  int found = 0;
+  for (int draw = 0; draw < 60 && found < 15; ++draw) {
+    const world::ChainMask grasp = draw_grasp(chains, GenericSampler{}, random);
+    const auto sample = sample_contact(*model, chains, GenericSampler{}, grasp, q, random, work);
+    if (!sample) continue;
+    std::vector<Eigen::VectorXd> path;
+    const PathOptions options;
+    if (find_path(*model, chains, sample->moved, q, sample->q_a, options, random, work, path) != PathOutcome::Found) continue;
+    ++found;
+    EXPECT_EQ(path.back(), sample->q_a);
+    // Once clear of its first contacts a finger stays clear until it comes back: fine samples of the whole path.
+    Eigen::VectorXd at = q, from = q.tail(16);
+    bool clear = false, back = false;
+    for (const auto& posture : path) {
+      for (int k = 1; k <= 25; ++k) {
+        at.tail(16) = from + k / 25.0 * (posture - from);
+        const double gap = gaps(*model, chains, sample->moved, at, work).first;
+        EXPECT_GT(gap, -5e-4) << "leaving or reaching a contact";
+        if (gap > 0.9 * options.clearance) {
+          EXPECT_FALSE(back) << "touched something on the way";
+          clear = true;
+        } else if (clear) {
+          back = true;
+        }
+      }
+      from = posture;
+    }
+    EXPECT_TRUE(clear);
+  }
+  EXPECT_GE(found, 15);
+}
+
+}  // namespace
+}  // namespace stiction::contact
