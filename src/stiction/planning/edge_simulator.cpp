@@ -79,23 +79,16 @@ void add_forces(const Model& model, const dynamics::StepOptions& options, Eigen:
   }
 }
 
-EdgeSimulator::EdgeSimulator(const Model& model, const PlannerOptions& options, const world::RobotChains& chains,
-                             const world::ObjectSpace& space)
-    : model_(model),
-      options_(options),
-      space_(space),
-      press_(model, chains, options.brace_force),
-      exact_(options.step_options()),
-      cold_(exact_) {
+EdgeSimulator::EdgeSimulator(const Setting& setting) : setting_(setting), exact_(setting.options.step_options()), cold_(exact_) {
   cold_.warm_start = false;
 }
 
 bool EdgeSimulator::move(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
-  if (!options_.substep) {
+  if (!setting_.options.substep) {
     scratch.steps.forget();
     to.u = u;
     int steps = 0;
-    const Status status = dynamics::step_within_efforts(model_, from.q, to.u, exact_, scratch.steps, scratch.step_result, steps);
+    const Status status = dynamics::step_within_efforts(setting_.model, from.q, to.u, exact_, scratch.steps, scratch.step_result, steps);
     totals.steps += steps;
     if (status != Status::Solved) {
       ++totals.failed_steps;
@@ -107,55 +100,57 @@ bool EdgeSimulator::move(const Node& from, const Eigen::VectorXd& u, ThreadScrat
     to.states = to.q;
     return true;
   }
-  return roll_out(from, u, *options_.substep, scratch, totals, to);
+  return roll_out(from, u, *setting_.options.substep, scratch, totals, to);
 }
 
 bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, ThreadScratch& scratch,
                              Totals& totals, Node& to) const {
   scratch.steps.forget();
   auto& r = scratch.rollout_result;
-  const Status status =
-      dynamics::rollout(model_, from.q, from.u, u, exact_, limits, scratch.steps, r, dynamics::Overrun::Stop, scratch.geometry.control);
+  const Status status = dynamics::rollout(setting_.model, from.q, from.u, u, exact_, limits, scratch.steps, r, dynamics::Overrun::Stop,
+                                          scratch.geometry.control);
   totals.steps += r.steps;
   if (scratch.stop()) return false;
   if (status != Status::Solved && status != Status::MaxIterations) {
     ++totals.failed_steps;
     return false;
   }
-  const bool long_slips = options_.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
+  const bool long_slips = setting_.options.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
   const auto bad = [&](const dynamics::Knot& knot) {
-    return press_.braces(knot.contacts, options_.h) || !spares(knot.contacts) ||
-           (long_slips && calc_force_gap(model_, knot.q, knot.contacts, scratch.geometry) > kMostForceGap);
+    return setting_.press.braces(knot.contacts, setting_.options.h) || !spares(knot.contacts) ||
+           (long_slips && calc_force_gap(setting_.model, knot.q, knot.contacts, scratch.geometry) > kMostForceGap);
   };
   r.knots.erase(std::find_if(r.knots.begin(), r.knots.end(), bad), r.knots.end());
   if (r.knots.empty() || r.penetration > kMostEdgePenetration) return false;
-  if (calc_penetration(model_, r.knots.back().q, scratch.geometry) > kMostFinePenetration) return false;  // where no step has looked yet
+  if (calc_penetration(setting_.model, r.knots.back().q, scratch.geometry) > kMostFinePenetration)
+    return false;  // where no step has looked yet
   to.q = r.knots.back().q;
   to.u = r.knots.back().u;
-  set_edge(r.knots, model_, to);
+  set_edge(r.knots, setting_.model, to);
   return true;
 }
 
 Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands,
                                                     bool limit_gap, ThreadScratch& scratch, Totals& totals) const {
   const Worst allowed = limit_gap ? Worst{kMostFinePenetration, kMostForceGap, kMostPress} : kAnything;
-  Eigen::MatrixXd states(model_.n_q(), commands.cols());
+  Eigen::MatrixXd states(setting_.model.n_q(), commands.cols());
   HalfSteps at{.q = std::move(q), .u = std::move(u_last)};
   for (Eigen::Index k = 0; k < commands.cols(); ++k) {
-    if (scratch.stop() || !go_on_in_half_steps(press_, commands.col(k), cold_, allowed, scratch, at, totals)) return states.leftCols(k);
+    if (scratch.stop() || !go_on_in_half_steps(setting_.press, commands.col(k), cold_, allowed, scratch, at, totals))
+      return states.leftCols(k);
     states.col(k) = at.q;
   }
-  if (!limit_gap || ends_well(model_, allowed, scratch.geometry, at)) return states;
+  if (!limit_gap || ends_well(setting_.model, allowed, scratch.geometry, at)) return states;
   return states.leftCols(commands.cols() - 1);
 }
 
 bool EdgeSimulator::moves(const Node& from, const Node& to) const {
-  Eigen::VectorXd moved(model_.n_v());
-  space_.error(from.q.data(), to.q.data(), moved.data());
-  moved.tail(model_.n_a()) = (to.q - from.q).tail(model_.n_a());
-  for (int v = 0; v < model_.n_v(); ++v) {
-    const world::Dof& dof = model_.dofs()[static_cast<std::size_t>(v)];
-    const world::Scale& scale = v < model_.n_vu() ? model_.scales().object(dof.owner) : model_.scales().robots();
+  Eigen::VectorXd moved(setting_.model.n_v());
+  setting_.goal.space().error(from.q.data(), to.q.data(), moved.data());
+  moved.tail(setting_.model.n_a()) = (to.q - from.q).tail(setting_.model.n_a());
+  for (int v = 0; v < setting_.model.n_v(); ++v) {
+    const world::Dof& dof = setting_.model.dofs()[static_cast<std::size_t>(v)];
+    const world::Scale& scale = v < setting_.model.n_vu() ? setting_.model.scales().object(dof.owner) : setting_.model.scales().robots();
     if (std::abs(moved[v]) > (dof.kind == world::DofKind::Revolute ? kLeastTurn : kLeastMove * scale.length)) return true;
   }
   return false;

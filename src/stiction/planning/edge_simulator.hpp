@@ -4,7 +4,6 @@
 #include <span>
 
 #include "stiction/planning/expansion.hpp"
-#include "stiction/planning/press_limits.hpp"
 
 namespace stiction::planning {
 
@@ -43,8 +42,7 @@ void add_forces(const world::Model& model, const dynamics::StepOptions& options,
 /// Follows commands from a node with the exact dynamics.
 class EdgeSimulator {
  public:
-  EdgeSimulator(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains,
-                const world::ObjectSpace& space);
+  explicit EdgeSimulator(const Setting& setting);
 
   const dynamics::StepOptions& exact() const { return exact_; }
 
@@ -61,12 +59,11 @@ class EdgeSimulator {
 
  private:
   /// A fragile thing bears it.
-  bool spares(std::span<const dynamics::ContactImpulse> contacts) const { return press_.share(contacts, options_.h) <= kMostPress; }
+  bool spares(std::span<const dynamics::ContactImpulse> contacts) const {
+    return setting_.press.share(contacts, setting_.options.h) <= kMostPress;
+  }
 
-  const world::Model& model_;
-  const PlannerOptions& options_;
-  const world::ObjectSpace& space_;
-  PressLimits press_;
+  const Setting& setting_;
   dynamics::StepOptions exact_, cold_;
 };
 

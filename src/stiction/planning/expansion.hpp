@@ -6,8 +6,8 @@
 
 #include "stiction/cone/cone_least_squares.hpp"
 #include "stiction/contact/contact_sampler.hpp"
-#include "stiction/planning/goal_measure.hpp"
 #include "stiction/planning/regrasp.hpp"
+#include "stiction/planning/setting.hpp"
 #include "stiction/planning/tree.hpp"
 
 namespace stiction::planning {
@@ -33,19 +33,6 @@ struct Totals : Work {
     regrasps += o.regrasps;
     return *this;
   }
-};
-
-/// What one thread needs to follow commands.
-struct SimulationScratch {
-  SimulationScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control) : steps(model), geometry(*model) {
-    geometry.control = &control;
-  }
-  bool stop() const { return geometry.stop(); }
-
-  dynamics::StepWorkspace steps;
-  dynamics::StepResult step_result;
-  dynamics::RolloutResult rollout_result;
-  contact::GeometryWorkspace geometry;
 };
 
 /// Everything one thread needs to grow a tree.

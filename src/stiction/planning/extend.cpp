@@ -21,23 +21,24 @@ constexpr double kNoMove = 1e-9;
 
 }  // namespace
 
-Extend::Extend(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains, const GoalMeasure& goal,
-               const NodeModels& models, const EdgeSimulator& simulator)
-    : model_(model), options_(options), chains_(chains), goal_(goal), models_(models), simulator_(simulator) {
-  units_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_a()) : model.scales().joints();
-  weights_ = options.thesis_edges() ? Eigen::VectorXd::Ones(model.n_vu()) : goal.lengths();
-  damping_ = options.thesis_edges() ? options.gamma : std::pow(kWorth * model.scales().object(goal.object()).length, 2);
+Extend::Extend(const Setting& setting, const NodeModels& models, const EdgeSimulator& simulator)
+    : setting_(setting), models_(models), simulator_(simulator) {
+  const world::Model& model = setting.model;
+  const bool thesis = setting.options.thesis_edges();
+  units_ = thesis ? Eigen::VectorXd::Ones(model.n_a()) : model.scales().joints();
+  weights_ = thesis ? Eigen::VectorXd::Ones(model.n_vu()) : setting.goal.lengths();
+  damping_ = thesis ? setting.options.gamma : std::pow(kWorth * model.scales().object(setting.goal.object()).length, 2);
 }
 
 bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Eigen::VectorXd& u, Node& out) const {
   const Eigen::VectorXd q_a = models_.preloaded_command(near);
-  Eigen::VectorXd e(model_.n_vu()), delta_u;
-  const Eigen::VectorXd subgoal = x.target(goal_, near.local.c_u);
-  goal_.space().error(near.local.c_u.data(), subgoal.data(), e.data());
+  Eigen::VectorXd e(setting_.model.n_vu()), delta_u;
+  const Eigen::VectorXd subgoal = x.target(setting_.goal, near.local.c_u);
+  setting_.goal.space().error(near.local.c_u.data(), subgoal.data(), e.data());
   // Aim with the mean of the two resolutions. A node that is new to the second has only the first: its next command is another one then.
   if (!near.replay.empty()) {
-    Eigen::VectorXd difference(model_.n_vu());
-    goal_.space().error(near.q.data(), near.replay.q_fine.data(), difference.data());
+    Eigen::VectorXd difference(setting_.model.n_vu());
+    setting_.goal.space().error(near.q.data(), near.replay.q_fine.data(), difference.data());
     e -= 0.5 * difference;
   }
   if (x.in_cones) {  // the tree keeps no forces
@@ -47,10 +48,10 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
   }
   delta_u = extension(near.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   if (delta_u.cwiseQuotient(units_).norm() < kNoMove) return false;
-  const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(model_.lower()).cwiseMin(model_.upper());
+  const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper());
   const double same = kSameCommand * (wanted - q_a).norm();
   if (std::any_of(near.tried.begin(), near.tried.end(), [&](const auto& tried) { return (tried - wanted).norm() < same; })) return false;
-  if (!options_.thesis_edges()) u = wanted;
+  if (!setting_.options.thesis_edges()) u = wanted;
   if (!simulator_.move(near, wanted, scratch, x.totals, out)) return false;
   out.edge = SegmentKind::Contact;
   return simulator_.moves(near, out);
@@ -58,10 +59,10 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
 
 Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
                                   const dynamics::StepResult* forces, cone::ConeLeastSquares& least_squares) const {
-  const Eigen::VectorXd lower = (model_.lower() - q_a).cwiseMin(0.0).cwiseQuotient(units_),
-                        upper = (model_.upper() - q_a).cwiseMax(0.0).cwiseQuotient(units_);
+  const Eigen::VectorXd lower = (setting_.model.lower() - q_a).cwiseMin(0.0).cwiseQuotient(units_),
+                        upper = (setting_.model.upper() - q_a).cwiseMax(0.0).cwiseQuotient(units_);
   Eigen::VectorXd y, w = weights_;  // δu in joint units, with which lengths mean the same to sliders and to hinges
-  if (to_goal) w = w.cwiseProduct(goal_.bounded()).eval();
+  if (to_goal) w = w.cwiseProduct(setting_.goal.bounded()).eval();
   const Eigen::MatrixXd B = w.asDiagonal() * local.B_u * units_.asDiagonal();
   const Eigen::VectorXd we = w.cwiseProduct(e);
   if (forces != nullptr) add_force_cones(*forces, least_squares);
@@ -69,10 +70,10 @@ Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd
     cone::solve_bounded_least_squares(B, we, damping_, lower, upper, y);
   const double length = y.norm();
   if (length >= kNoMove) {
-    if (const auto* fixed = std::get_if<FixedLength>(&options_.length)) {
+    if (const auto* fixed = std::get_if<FixedLength>(&setting_.options.length)) {
       y *= fixed->length / length;
     } else {
-      y *= std::min(1.0, std::get<CappedLength>(options_.length).length / length);
+      y *= std::min(1.0, std::get<CappedLength>(setting_.options.length).length / length);
     }
   }
   return units_.cwiseProduct(y);
@@ -80,12 +81,12 @@ Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd
 
 void Extend::add_force_cones(const dynamics::StepResult& step, cone::ConeLeastSquares& least_squares) const {
   least_squares.clear_cones();
-  Eigen::MatrixXd G(3, model_.n_a());
+  Eigen::MatrixXd G(3, setting_.model.n_a());
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const auto& c = step.contacts[i];
     const double mu = c.contact.friction * simulator_.exact().friction_scale;
-    if (c.contact.phi > kForceReach * model_.scales().pair(c.contact.pair).length || mu <= 0 || !chains_.touches_object(c.contact.pair) ||
-        chains_.mask_of_pair(c.contact.pair) == 0)
+    if (c.contact.phi > kForceReach * setting_.model.scales().pair(c.contact.pair).length || mu <= 0 ||
+        !setting_.chains.touches_object(c.contact.pair) || setting_.chains.mask_of_pair(c.contact.pair) == 0)
       continue;
     const auto D = step.D_lambda_u[i];
     G.row(0) = mu * D.row(0);

@@ -8,8 +8,7 @@ namespace stiction::planning {
 /// Algorithm 3.
 class Extend {
  public:
-  Extend(const world::Model& model, const PlannerOptions& options, const world::RobotChains& chains, const GoalMeasure& goal,
-         const NodeModels& models, const EdgeSimulator& simulator);
+  Extend(const Setting& setting, const NodeModels& models, const EdgeSimulator& simulator);
 
   /// Alg. 3 with joint limits, rolled out exactly.
   /// @param u  the command that is tried; empty where none was worth it, or one like it was tried from this node before
@@ -23,10 +22,7 @@ class Extend {
   /// λ + D_λ_u δu in its friction cone, for every contact of the robot with an object that is nearer than kForceReach.
   void add_force_cones(const dynamics::StepResult& step, cone::ConeLeastSquares& least_squares) const;
 
-  const world::Model& model_;
-  const PlannerOptions& options_;
-  const world::RobotChains& chains_;
-  const GoalMeasure& goal_;
+  const Setting& setting_;
   const NodeModels& models_;
   const EdgeSimulator& simulator_;
   Eigen::VectorXd units_;    // of the joints

@@ -48,10 +48,10 @@ double GoalMeasure::distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_
   return inverse_tolerances_.cwiseProduct(e).norm();
 }
 
-double GoalMeasure::share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+double GoalMeasure::share(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double position, double angle) const {
   Eigen::VectorXd e(model_.n_vu());
   space_.error(from.data(), to.data(), e.data());
-  return world::largest_share(model_, e, goal_.tol_position, goal_.tol_angle);
+  return world::largest_share(model_, e, position, angle);
 }
 
 }  // namespace stiction::planning

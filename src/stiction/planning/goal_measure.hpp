@@ -23,8 +23,12 @@ class GoalMeasure {
   /// Of all coordinates, so that an object that is turned first and brought back later gets nearer all the time.
   double distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const;
   double distance(const Eigen::VectorXd& q) const { return distance(q, nearest_to(q.head(model_.n_qu()))); }
-  /// Worst displacement of an object between two configurations, in tolerances of the goal.
-  double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
+  /// Worst displacement of an object between two configurations, as a share of the given distance [m] and angle [rad] …
+  double share(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double position, double angle) const;
+  /// … or of the tolerances of the goal.
+  double share_of_tolerances(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+    return share(from, to, goal_.tol_position, goal_.tol_angle);
+  }
   /// 1/tolerance per coordinate of the objects (n_vu).
   const Eigen::VectorXd& inverse_tolerances() const { return inverse_tolerances_; }
   /// The same with 1 for positions: the length that an angle counts for (n_vu) [m/rad].

@@ -27,22 +27,20 @@ Eigen::VectorXd calc_gamma(const Model& model, const PlannerOptions& options) {
 
 }  // namespace
 
-NodeModels::NodeModels(const Model& model, const PlannerOptions& options, const GoalMeasure& goal)
-    : model_(model),
-      options_(options),
-      goal_(goal),
-      joint_units_(options.thesis_edges() ? Eigen::VectorXd() : model.scales().joints()),
-      gamma_(calc_gamma(model, options)),
-      smoothed_(options.step_options()) {
+NodeModels::NodeModels(const Setting& setting)
+    : setting_(setting),
+      joint_units_(setting.options.thesis_edges() ? Eigen::VectorXd() : setting.model.scales().joints()),
+      gamma_(calc_gamma(setting.model, setting.options)),
+      smoothed_(setting.options.step_options()) {
   smoothed_.warm_start = false;
-  if (options.scheme == Scheme::RandomizedFirst || options.scheme == Scheme::RandomizedZeroth)
-    smoothed_.tol_complementarity = kSampleComplementarity;
+  const Scheme scheme = setting.options.scheme;
+  if (scheme == Scheme::RandomizedFirst || scheme == Scheme::RandomizedZeroth) smoothed_.tol_complementarity = kSampleComplementarity;
 }
 
 bool NodeModels::linearise(Node& node, std::uint64_t stream, ThreadScratch& scratch, Totals& totals) const {
   const Eigen::VectorXd u = preloaded_command(node);
   const Status status =
-      dynamics::calc_local_model(model_, {node.q, u}, scheme_at(node, stream), smoothed_, false, scratch.locals, scratch.local);
+      dynamics::calc_local_model(setting_.model, {node.q, u}, scheme_at(node, stream), smoothed_, false, scratch.locals, scratch.local);
   return take_model(status, scratch.local.c, scratch.local.B, node, totals);
 }
 
@@ -52,20 +50,21 @@ bool NodeModels::linearise_with_forces(Node& node, ThreadScratch& scratch, Total
   smoothed.with_B = true;
   smoothed.with_force_derivatives = true;
   const Eigen::VectorXd u = preloaded_command(node);
-  const Status status = dynamics::step(model_, {node.q, u}, smoothed, scratch.steps, scratch.step_result);
+  const Status status = dynamics::step(setting_.model, {node.q, u}, smoothed, scratch.steps, scratch.step_result);
   return take_model(status, scratch.step_result.q_next, scratch.step_result.B, node, totals);
 }
 
 Eigen::VectorXd NodeModels::preloaded_command(const Node& node) const {
-  const Eigen::VectorXd u = node.q.tail(model_.n_a());
-  if (options_.grip_force == 0) return u;
+  const Eigen::VectorXd u = node.q.tail(setting_.model.n_a());
+  if (setting_.options.grip_force == 0) return u;
   const Eigen::ArrayXd strain = (node.u - u).array();
-  const double force = (strain * model_.stiffness().array() / model_.reach().array()).abs().maxCoeff();
-  return u + (force > options_.grip_force ? options_.grip_force / force : 1.0) * strain.matrix();
+  const double force = (strain * setting_.model.stiffness().array() / setting_.model.reach().array()).abs().maxCoeff();
+  return u + (force > setting_.options.grip_force ? setting_.options.grip_force / force : 1.0) * strain.matrix();
 }
 
 dynamics::LocalModelScheme NodeModels::scheme_at(const Node& node, std::uint64_t stream) const {
-  return options_.local_model_scheme(stream, std::clamp(options_.goal_sharpening / goal_.ratio(node.q), 1.0, options_.goal_sharpening));
+  return setting_.options.local_model_scheme(
+      stream, std::clamp(setting_.options.goal_sharpening / setting_.goal.ratio(node.q), 1.0, setting_.options.goal_sharpening));
 }
 
 bool NodeModels::take_model(Status status, const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, Node& node, Totals& totals) const {
@@ -74,7 +73,7 @@ bool NodeModels::take_model(Status status, const Eigen::VectorXd& q_next, const 
     ++totals.failed_steps;
     return false;
   }
-  node.local.set(q_next, B, model_.n_qu(), gamma_, joint_units_);
+  node.local.set(q_next, B, setting_.model.n_qu(), gamma_, joint_units_);
   return true;
 }
 

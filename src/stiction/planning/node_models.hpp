@@ -7,7 +7,7 @@ namespace stiction::planning {
 /// Smoothed local models of nodes (3.3), c_u and B_u around the command that a node's extensions start from.
 class NodeModels {
  public:
-  NodeModels(const world::Model& model, const PlannerOptions& options, const GoalMeasure& goal);
+  explicit NodeModels(const Setting& setting);
 
   /// Local model of a node. @param stream  of the samples of a randomised scheme
   bool linearise(Node& node, std::uint64_t stream, ThreadScratch& scratch, Totals& totals) const;
@@ -21,9 +21,7 @@ class NodeModels {
   dynamics::LocalModelScheme scheme_at(const Node& node, std::uint64_t stream) const;
   bool take_model(core::Status status, const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, Node& node, Totals& totals) const;
 
-  const world::Model& model_;
-  const PlannerOptions& options_;
-  const GoalMeasure& goal_;
+  const Setting& setting_;
   Eigen::VectorXd joint_units_, gamma_;  // D and the diagonal of Γ (P.1)
   dynamics::StepOptions smoothed_;
 };

@@ -8,17 +8,17 @@ Plan PathWriter::to_plan(const Tree& tree, const std::vector<int>& path, bool fo
   }
   cut_motionless_tail(plan);
   const Eigen::VectorXd& q_end = plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q;
-  plan.error = goal_error(model_, q_end, problem_.goal);
+  plan.error = goal_error(setting_.model, q_end, setting_.problem.goal);
   return plan;
 }
 
 Plan PathWriter::empty_plan(const Tree& tree) const {
   Plan plan;
-  plan.q_start = problem_.q_start;
+  plan.q_start = setting_.problem.q_start;
   plan.u_start = tree[0].u;
-  plan.goal = problem_.goal;
+  plan.goal = setting_.problem.goal;
   plan.step = simulator_.exact();
-  if (options_.substep) plan.substep = *options_.substep;
+  if (setting_.options.substep) plan.substep = *setting_.options.substep;
   return plan;
 }
 
@@ -26,20 +26,21 @@ Segment PathWriter::describe_edge(const Tree& tree, const Node& node, bool force
   Segment segment{node.edge, {}};
   for (Eigen::Index k = 0; k < node.commands.cols(); ++k)
     segment.knots.push_back({.u = node.commands.col(k), .q = node.states.col(k), .contacts = {}});
-  if (!forces || (node.edge == SegmentKind::Regrasp && !options_.real_regrasps)) return segment;
+  if (!forces || (node.edge == SegmentKind::Regrasp && !setting_.options.real_regrasps)) return segment;
   scratch.steps.forget();
-  add_forces(model_, simulator_.exact(), node.parent < 0 ? problem_.q_start : tree[node.parent].q, segment, scratch, totals);
+  add_forces(setting_.model, simulator_.exact(), node.parent < 0 ? setting_.problem.q_start : tree[node.parent].q, segment, scratch,
+             totals);
   return segment;
 }
 
 void PathWriter::cut_motionless_tail(Plan& plan) const {
   if (plan.segments.empty()) return;
-  Eigen::VectorXd e(model_.n_vu());
+  Eigen::VectorXd e(setting_.model.n_vu());
   const Eigen::VectorXd q_end = plan.segments.back().knots.back().q;
   while (!plan.segments.empty()) {
     auto& knots = plan.segments.back().knots;
     while (knots.size() > 1) {
-      goal_.space().error(knots[knots.size() - 2].q.data(), q_end.data(), e.data());
+      setting_.goal.space().error(knots[knots.size() - 2].q.data(), q_end.data(), e.data());
       if (e.cwiseAbs().maxCoeff() > 1e-6) break;
       knots.pop_back();
     }

@@ -7,8 +7,7 @@ namespace stiction::planning {
 /// Makes a plan of a path of the tree.
 class PathWriter {
  public:
-  PathWriter(const PlanningProblem& problem, const PlannerOptions& options, const GoalMeasure& goal, const EdgeSimulator& simulator)
-      : model_(*problem.model), problem_(problem), options_(options), goal_(goal), simulator_(simulator) {}
+  PathWriter(const Setting& setting, const EdgeSimulator& simulator) : setting_(setting), simulator_(simulator) {}
 
   /// Without what follows the last motion of an object.
   /// @param forces  with those of every sub-step, which take a step each
@@ -21,10 +20,7 @@ class PathWriter {
   /// 3.4.5 (ii): what follows the last motion of the object is dropped.
   void cut_motionless_tail(Plan& plan) const;
 
-  const world::Model& model_;
-  const PlanningProblem& problem_;
-  const PlannerOptions& options_;
-  const GoalMeasure& goal_;
+  const Setting& setting_;
   const EdgeSimulator& simulator_;
 };
 

@@ -33,12 +33,6 @@ std::vector<Push> split_at_regrasps(const Plan& plan) {
   return pushes;
 }
 
-double Motion::share(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) const {
-  Eigen::VectorXd e(model_.n_vu());
-  space_.error(q0.data(), q1.data(), e.data());
-  return world::largest_share(model_, e, position_, angle_);
-}
-
 void cut_tails(const Motion& motion, std::vector<Push>& pushes) {
   constexpr double kStill = 0.1;
   for (Push& push : pushes) {

@@ -4,8 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "stiction/planning/plan.hpp"
-#include "stiction/world/object_space.hpp"
+#include "stiction/planning/goal_measure.hpp"
 
 namespace stiction::planning {
 
@@ -22,17 +21,11 @@ struct Push {
 std::vector<Push> split_at_regrasps(const Plan& plan);
 
 /// What counts as a motion of the objects.
-class Motion {
- public:
-  /// @param position, angle  that count as none [m, rad]
-  Motion(const world::Model& model, double position, double angle) : model_(model), space_(model), position_(position), angle_(angle) {}
+struct Motion {
+  const GoalMeasure& objects;
+  double position, angle;  ///< that count as none [m, rad]
   /// Worst displacement of an object between two configurations, as a share of what counts as none.
-  double share(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) const;
-
- private:
-  const world::Model& model_;
-  world::ObjectSpace space_;
-  double position_, angle_;
+  double share(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) const { return objects.share(q0, q1, position, angle); }
 };
 
 /// 3.4.5 (ii): what follows the last motion of the objects is dropped.

@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
-#include "stiction/planning/press_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -18,24 +18,24 @@ bool fits_cones(const dynamics::Knot& knot, double friction_scale) {
   });
 }
 
-Outcome holds_slippery(const world::Model& model, const world::ObjectSpace& space, const PlannerOptions& options, Eigen::VectorXd q,
-                       std::span<const dynamics::Knot> knots, const dynamics::StepOptions& full, dynamics::StepWorkspace& steps,
-                       dynamics::StepResult& step, const core::RunControl* control, Work& work) {
+Outcome holds_slippery(const Setting& setting, Eigen::VectorXd q, std::span<const dynamics::Knot> knots, const dynamics::StepOptions& full,
+                       SimulationScratch& scratch, Work& work) {
+  const PlannerOptions& options = setting.options;
   dynamics::StepOptions slippery = full;
   slippery.friction_scale *= options.regrasp_friction;
   std::size_t k = 0;
   while (k < knots.size() && fits_cones(knots[k], slippery.friction_scale)) ++k;
   if (k > 0) q = knots[k - 1].q;
-  steps.forget();
+  scratch.steps.forget();
   for (; k < knots.size(); ++k) {
-    if (control != nullptr && control->stop()) return Outcome::Failed;
+    if (scratch.stop()) return Outcome::Failed;
     ++work.steps;
-    if (dynamics::step(model, {q, knots[k].u}, slippery, steps, step) != core::Status::Solved) {
+    if (dynamics::step(setting.model, {q, knots[k].u}, slippery, scratch.steps, scratch.step_result) != core::Status::Solved) {
       ++work.failed_steps;
       return Outcome::Failed;
     }
-    q = step.q_next;
-    if (!world::objects_agree(model, space, knots[k].q, q, options.regrasp_tol_position, options.regrasp_tol_angle)) return Outcome::Moved;
+    q = scratch.step_result.q_next;
+    if (setting.goal.share(knots[k].q, q, options.regrasp_tol_position, options.regrasp_tol_angle) > 1) return Outcome::Moved;
   }
   return Outcome::Held;
 }
@@ -54,22 +54,10 @@ struct Allowance {
 /// Simulates the commands of a regrasp and watches the object.
 class RegraspRun {
  public:
-  RegraspRun(const world::Model& model, const world::RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q0,
-             const Eigen::VectorXd& u0, dynamics::StepWorkspace& steps, const core::RunControl* control, Regrasp& out)
-      : q(q0),
-        u(u0),
-        model_(model),
-        options_(options),
-        press_(model, chains, options.brace_force),
-        steps_(steps),
-        control_(control),
-        space_(model),
-        q0_(q0),
-        q_rest_(q0),
-        out_(out) {
-    step_ = options.step_options();
+  RegraspRun(const Setting& setting, const Eigen::VectorXd& q0, const Eigen::VectorXd& u0, SimulationScratch& scratch, Regrasp& out)
+      : q(q0), u(u0), setting_(setting), options_(setting.options), scratch_(scratch), q0_(q0), q_rest_(q0), out_(out) {
     out_.knots.clear();
-    steps_.forget();
+    scratch_.steps.forget();
   }
 
   Eigen::VectorXd q, u;  ///< state and command reached
@@ -95,9 +83,7 @@ class RegraspRun {
   /// Moves the command to u_next while the object rests.
   Outcome move(const Eigen::VectorXd& u_next) { return follow(u_next, {options_.regrasp_tol_position, options_.regrasp_tol_angle}); }
 
-  Outcome follow_slippery() {
-    return holds_slippery(model_, space_, options_, q0_, out_.knots, step_, steps_, step_result_, control_, out_);
-  }
+  Outcome follow_slippery() { return holds_slippery(setting_, q0_, out_.knots, step_, scratch_, out_); }
 
  private:
   /// Holds the command for up to kMostHeld steps, or until the object rests.
@@ -106,7 +92,7 @@ class RegraspRun {
       const Eigen::VectorXd before = q;
       const Outcome outcome = follow(u, allowance);
       if (outcome != Outcome::Held) return outcome;
-      rests = world::objects_agree(model_, space_, before, q, kRestingMove * model_.scales().robots().length, kRestingTurn);
+      rests = setting_.goal.share(before, q, kRestingMove * setting_.model.scales().robots().length, kRestingTurn) <= 1;
     }
     return Outcome::Held;
   }
@@ -114,46 +100,33 @@ class RegraspRun {
   /// At full friction; appends the knots. While the object rests it is judged against the place where it came to rest, else against the
   /// start.
   Outcome follow(const Eigen::VectorXd& u_next, const Allowance& allowance) {
-    const Status status =
-        dynamics::rollout(model_, q, u, u_next, step_, *options_.substep, steps_, result_, dynamics::Overrun::Accept, control_);
-    out_.steps += result_.steps;
+    auto& rolled = scratch_.rollout_result;
+    const Status status = dynamics::rollout(setting_.model, q, u, u_next, step_, *options_.substep, scratch_.steps, rolled,
+                                            dynamics::Overrun::Accept, scratch_.geometry.control);
+    out_.steps += rolled.steps;
     if (status != Status::Solved) {
       ++out_.failed_steps;
       return Outcome::Failed;
     }
-    for (const auto& knot : result_.knots) {
-      if (!world::objects_agree(model_, space_, q_rest_, knot.q, allowance.position, allowance.angle)) return Outcome::Moved;
+    for (const auto& knot : rolled.knots) {
+      if (setting_.goal.share(q_rest_, knot.q, allowance.position, allowance.angle) > 1) return Outcome::Moved;
+      if (setting_.press.share(knot.contacts, step_.h) > kMostPress) return Outcome::Moved;
     }
-    for (const auto& knot : result_.knots) {
-      if (press_.share(knot.contacts, step_.h) > kMostPress) return Outcome::Moved;
-    }
-    if (result_.max_slide > options_.substep->slide) return Outcome::Moved;
-    q = result_.knots.back().q;
-    u = result_.knots.back().u;
-    out_.knots.insert(out_.knots.end(), std::make_move_iterator(result_.knots.begin()), std::make_move_iterator(result_.knots.end()));
+    if (rolled.max_slide > options_.substep->slide) return Outcome::Moved;
+    q = rolled.knots.back().q;
+    u = rolled.knots.back().u;
+    out_.knots.insert(out_.knots.end(), std::make_move_iterator(rolled.knots.begin()), std::make_move_iterator(rolled.knots.end()));
     return Outcome::Held;
   }
 
-  const world::Model& model_;
+  const Setting& setting_;
   const PlannerOptions& options_;
-  PressLimits press_;
-  dynamics::StepWorkspace& steps_;
-  const core::RunControl* control_;
-  world::ObjectSpace space_;
+  SimulationScratch& scratch_;
   const Eigen::VectorXd& q0_;
   Eigen::VectorXd q_rest_;
   Regrasp& out_;
-  dynamics::StepOptions step_;
-  dynamics::RolloutResult result_;
-  dynamics::StepResult step_result_;
+  const dynamics::StepOptions step_ = options_.step_options();
 };
-
-/// Command with which the branches in `relaxed` stop pushing: their springs are unloaded, the others keep their grip.
-Eigen::VectorXd relaxed_command(const world::Model& model, const world::RobotChains& chains, world::ChainMask relaxed,
-                                const Eigen::VectorXd& q, Eigen::VectorXd u) {
-  for (const int j : chains.joints_of(relaxed)) u[j] = q[model.n_qu() + j];
-  return u;
-}
 
 /// The command u with the joints of the branches in `moving` at a posture.
 Eigen::VectorXd command_of(const world::RobotChains& chains, world::ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
@@ -163,22 +136,25 @@ Eigen::VectorXd command_of(const world::RobotChains& chains, world::ChainMask mo
 
 /// The branches in `relaxed` stop pushing, those in `moving` back off, and the object settles: Moved where it goes too far, or after
 /// them so that they would touch it on their way. False in `clear` when they cannot back off.
-Outcome let_go(const world::Model& model, const world::RobotChains& chains, world::ChainMask relaxed, world::ChainMask moving,
-               double clearance, contact::GeometryWorkspace& geometry, RegraspRun& run, bool& clear) {
-  Outcome outcome = run.release(relaxed_command(model, chains, relaxed, run.q, run.u));
+Outcome let_go(const Setting& setting, world::ChainMask relaxed, world::ChainMask moving, contact::GeometryWorkspace& geometry,
+               RegraspRun& run, bool& clear) {
+  const world::Model& model = setting.model;
+  const double clearance = setting.options.regrasp_clearance;
   clear = true;
+  // Springs of branches that stop pushing are unloaded, the others keep their grip.
+  Outcome outcome = run.release(command_of(setting.chains, relaxed, run.q.tail(model.n_a()), run.u));
   if (outcome != Outcome::Held) return outcome;
   std::vector<Posture> path;
   Eigen::VectorXd q_clear = run.q;
-  clear = contact::retreat(model, chains, moving, clearance, q_clear, geometry, path);
+  clear = contact::retreat(model, setting.chains, moving, clearance, q_clear, geometry, path);
   if (!clear) return Outcome::Moved;
   for (const auto& posture : path) {
-    outcome = run.release(command_of(chains, moving, posture, run.u));
+    outcome = run.release(command_of(setting.chains, moving, posture, run.u));
     if (outcome != Outcome::Held) return outcome;
   }
   outcome = run.settle();
   if (outcome != Outcome::Held) return outcome;
-  chains.pairs_of(moving, geometry.pairs);
+  setting.chains.pairs_of(moving, geometry.pairs);
   world::calc_kinematics(model, run.q, geometry.kinematics_work, geometry.kinematics);
   const bool touched = contact::any_nearer(model, geometry.kinematics, geometry.pairs, 0.5 * clearance, geometry.contact_work);
   return touched ? Outcome::Moved : Outcome::Held;
@@ -190,32 +166,30 @@ struct Candidate {
   Posture q_a;
 };
 
-/// The first n become what the simulation says, best first: a local model sees forces across gaps that the exact dynamics does not make.
-void simulate_best(const GraspJudge& judge, std::size_t n, Eigen::VectorXd q, std::vector<Candidate>& candidates) {
-  if (!judge.simulated) return;
-  n = std::min(n, candidates.size());
-  const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(n);
-  for (auto it = candidates.begin(); it != end; ++it) {
-    q.tail(it->q_a.size()) = it->q_a;
-    it->promise.distance = judge.simulated(q, it->promise.command);
-  }
-  std::stable_sort(candidates.begin(), end, [](const Candidate& a, const Candidate& b) { return a.promise.distance < b.promise.distance; });
-}
-
-/// Best first.
-std::vector<Candidate> draw_candidates(const world::Model& model, const world::RobotChains& chains, const PlannerOptions& options,
-                                       world::ChainMask draw, const Eigen::VectorXd& q, const GraspJudge& judge, core::Random& random,
-                                       contact::GeometryWorkspace& geometry) {
+/// Best first. Of those that promise most, some become what the simulation says: a local model sees forces across gaps that the exact dynamics does not make.
+std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask draw, Eigen::VectorXd q, const GraspJudge& judge,
+                                       core::Random& random, contact::GeometryWorkspace& geometry) {
+  const PlannerOptions& options = setting.options;
   std::vector<Candidate> out;
-  Eigen::VectorXd q_grasp = q;
+  const Eigen::VectorXd q_before = q;
   for (int k = 0; k < options.grasp_candidates && !geometry.stop(); ++k) {
-    const auto sample = contact::sample_contact(model, chains, options.sampler, draw, q, random, geometry);
+    const auto sample = contact::sample_contact(setting.model, setting.chains, options.sampler, draw, q_before, random, geometry);
     if (!sample) continue;
-    q_grasp.tail(model.n_a()) = sample->q_a;
-    out.push_back({judge.promise ? judge.promise(q_grasp) : Promise{}, sample->q_a});
+    q.tail(sample->q_a.size()) = sample->q_a;
+    out.push_back({judge.promise ? judge.promise(q) : Promise{}, sample->q_a});
   }
-  std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) { return a.promise.distance < b.promise.distance; });
-  simulate_best(judge, static_cast<std::size_t>(options.grasp_trials), q, out);
+  const auto sort = [&](std::size_t n) {
+    std::stable_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(n),
+                     [](const Candidate& a, const Candidate& b) { return a.promise.distance < b.promise.distance; });
+  };
+  sort(out.size());
+  if (!judge.simulated) return out;
+  const std::size_t trials = std::min(static_cast<std::size_t>(options.grasp_trials), out.size());
+  for (Candidate& candidate : std::span(out).first(trials)) {
+    q.tail(candidate.q_a.size()) = candidate.q_a;
+    candidate.promise.distance = judge.simulated(q, candidate.promise.command);
+  }
+  sort(trials);
   return out;
 }
 
@@ -247,9 +221,11 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
   return true;
 }
 
-bool try_regrasp(const world::Model& model, const world::RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, world::ChainMask draw, const GraspJudge& judge, core::Random& random,
-                 contact::GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts) {
+bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, world::ChainMask draw, const GraspJudge& judge,
+                 core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts) {
+  const world::Model& model = setting.model;
+  const world::RobotChains& chains = setting.chains;
+  contact::GeometryWorkspace& geometry = scratch.geometry;
   out.steps = 0;
   out.failed_steps = 0;
   out.stuck = true;
@@ -266,12 +242,12 @@ bool try_regrasp(const world::Model& model, const world::RobotChains& chains, co
   // First with the grip of the branches that hold, then with everything let go.
   std::optional<RegraspRun> run;
   contact::PathOptions path_options;
-  path_options.clearance = options.regrasp_clearance;
+  path_options.clearance = setting.options.regrasp_clearance;
   Outcome outcome = Outcome::Moved;
   for (const world::ChainMask relaxed : {draw, chains.all()}) {
-    run.emplace(model, chains, options, q, u, steps, geometry.control, out);
+    run.emplace(setting, q, u, scratch, out);
     bool clear = false;
-    outcome = let_go(model, chains, relaxed, draw, path_options.clearance, geometry, *run, clear);
+    outcome = let_go(setting, relaxed, draw, geometry, *run, clear);
     if (!clear) {
       ++counts.no_path;
       return false;
@@ -281,7 +257,7 @@ bool try_regrasp(const world::Model& model, const world::RobotChains& chains, co
   if (outcome != Outcome::Held) return count_failure(outcome);
   out.stuck = false;
 
-  const auto candidates = draw_candidates(model, chains, options, draw, run->q, judge, random, geometry);
+  const auto candidates = draw_candidates(setting, draw, run->q, judge, random, geometry);
   if (candidates.empty()) {
     ++counts.no_sample;
     return false;

@@ -5,26 +5,13 @@
 #include <span>
 #include <vector>
 
-#include "stiction/contact/geometry_workspace.hpp"
-#include "stiction/planning/planner.hpp"
-#include "stiction/world/object_space.hpp"
+#include "stiction/planning/setting.hpp"
 
 namespace stiction::planning {
 
 /// All forces of a sub-step lie in friction cones with every μ times this. It is then the solution with those cones too: it stays feasible, since v_n ≥ μ‖v_t‖
 /// only gets weaker, and complementary.
 bool fits_cones(const dynamics::Knot& knot, double friction_scale);
-
-/// Dynamics steps that were computed.
-struct Work {
-  long steps = 0, failed_steps = 0;
-
-  Work& operator+=(const Work& o) {
-    steps += o.steps;
-    failed_steps += o.failed_steps;
-    return *this;
-  }
-};
 
 /// How objects come through a part of a regrasp.
 enum class Outcome {
@@ -36,9 +23,8 @@ enum class Outcome {
 /// The objects do the same with every μ at options.regrasp_friction of it, up to options.regrasp_tol_*. Steps that fit the smaller cones are the same, so that
 /// the first ones that do are not simulated again.
 /// @param q, knots  a regrasp from q (n_q), simulated with `full`
-Outcome holds_slippery(const world::Model& model, const world::ObjectSpace& space, const PlannerOptions& options, Eigen::VectorXd q,
-                       std::span<const dynamics::Knot> knots, const dynamics::StepOptions& full, dynamics::StepWorkspace& steps,
-                       dynamics::StepResult& step, const core::RunControl* control, Work& work);
+Outcome holds_slippery(const Setting& setting, Eigen::VectorXd q, std::span<const dynamics::Knot> knots, const dynamics::StepOptions& full,
+                       SimulationScratch& scratch, Work& work);
 
 /// Every branch that goes elsewhere in a regrasp, 0.1 rad or L, touches nothing from when it first is 0.01 L away from everything to when it last is, as the
 /// checker demands. A path keeps its clearance; springs that give way do not follow it exactly.
@@ -75,8 +61,7 @@ inline constexpr int kMostHeld = 20;
 /// @param judge   of options.grasp_candidates postures the one that promises most and has a path is taken; options.grasp_trials of those that
 ///                promise most are simulated before, and the others come after them
 /// @param counts  the outcome is counted by cause
-bool try_regrasp(const world::Model& model, const world::RobotChains& chains, const PlannerOptions& options, const Eigen::VectorXd& q,
-                 const Eigen::VectorXd& u, world::ChainMask draw, const GraspJudge& judge, core::Random& random,
-                 contact::GeometryWorkspace& geometry, dynamics::StepWorkspace& steps, Regrasp& out, RegraspCounts& counts);
+bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, world::ChainMask draw, const GraspJudge& judge,
+                 core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts);
 
 }  // namespace stiction::planning

@@ -30,11 +30,12 @@ std::string deepest_pair(const Model& model, const dynamics::StepResult& step) {
 
 }  // namespace
 
-std::optional<SettledStart> settle_start(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const EdgeSimulator& simulator,
-                                         const world::ObjectSpace& space, ThreadScratch& scratch, Totals& totals, PlanResult& result) {
-  const Model& model = *problem.model;
+std::optional<SettledStart> settle_start(const Setting& setting, const Eigen::VectorXd& u_start, const EdgeSimulator& simulator,
+                                         ThreadScratch& scratch, Totals& totals, PlanResult& result) {
+  const Model& model = setting.model;
+  const Eigen::VectorXd& q_start = setting.problem.q_start;
   const double length = model.scales().robots().length;
-  SettledStart out{problem.q_start, u_start.size() > 0 ? u_start : problem.q_start.tail(model.n_a()), {}};
+  SettledStart out{q_start, u_start.size() > 0 ? u_start : q_start.tail(model.n_a()), {}};
   out.u = out.u.cwiseMax(model.lower()).cwiseMin(model.upper()).eval();
   scratch.steps.forget();
   bool rests = false;
@@ -60,7 +61,7 @@ std::optional<SettledStart> settle_start(const PlanningProblem& problem, const E
     out.q = r.q_next;
   }
   Eigen::VectorXd e(model.n_vu());
-  space.error(problem.q_start.data(), out.q.data(), e.data());
+  setting.goal.space().error(q_start.data(), out.q.data(), e.data());
   result.start_moved = world::largest_share(model, e, 1, 1);
   if (rests || world::largest_share(model, e, kFallenMove * length, kFallenTurn) <= 1) return out;
   result.reason = fmt::format(

@@ -15,7 +15,7 @@ struct SettledStart {
 /// The given start under the exact dynamics, with the commands u_start (n_a) held, or where the joints are if that is empty, until no object moves. What overlaps is moved apart, what hangs in the
 /// air by little comes down, and commands beyond what the motors bear are taken back.
 /// @returns nothing where it does not come to rest: result.reason says why
-std::optional<SettledStart> settle_start(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const EdgeSimulator& simulator,
-                                         const world::ObjectSpace& space, ThreadScratch& scratch, Totals& totals, PlanResult& result);
+std::optional<SettledStart> settle_start(const Setting& setting, const Eigen::VectorXd& u_start, const EdgeSimulator& simulator,
+                                         ThreadScratch& scratch, Totals& totals, PlanResult& result);
 
 }  // namespace stiction::planning

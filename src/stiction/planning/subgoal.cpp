@@ -16,18 +16,18 @@ constexpr double kFromFront = 0.5, kFrontToGoal = 0.5;
 Expansion SubgoalSampler::draw(Tree& tree, long iteration) const {
   Expansion x;
   x.stream = static_cast<std::uint64_t>(iteration) + 1;
-  core::Random random(options_.seed, x.stream << 1);
-  x.grasp = random.chance(options_.grasp_probability);
-  x.in_cones = !options_.thesis_edges() && options_.scheme == Scheme::Analytic && random.chance(kInCones);
-  x.by_place = x.grasp && !options_.thesis_edges() && random.chance(kByPlace);
-  x.subgoal = goal_.q_goal();
-  x.to_goal = random.chance(options_.goal_bias);
+  core::Random random(setting_.options.seed, x.stream << 1);
+  x.grasp = random.chance(setting_.options.grasp_probability);
+  x.in_cones = !setting_.options.thesis_edges() && setting_.options.scheme == Scheme::Analytic && random.chance(kInCones);
+  x.by_place = x.grasp && !setting_.options.thesis_edges() && random.chance(kByPlace);
+  x.subgoal = setting_.goal.q_goal();
+  x.to_goal = random.chance(setting_.options.goal_bias);
   if (x.to_goal) x.near = x.grasp ? tree.take_for_regrasp() : tree.take_nearest_to_goal();
   if (x.near >= 0) return x;
-  if (!x.grasp && !options_.thesis_edges() && random.chance(kFromFront)) x.near = tree.take_for_push();
+  if (!x.grasp && !setting_.options.thesis_edges() && random.chance(kFromFront)) x.near = tree.take_for_push();
   x.to_goal = x.near >= 0 && random.chance(kFrontToGoal);
   if (x.to_goal) return x;
-  goal_.space().sample(options_.sample_boxes, random, x.subgoal);
+  setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
   return x;
 }
 

@@ -47,22 +47,18 @@ Eigen::VectorXd global_weights(const Model& model, const Metric& metric) {
 TreeSearch::TreeSearch(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
                        const core::RunControl& control, double bound, Crew& crew, PlanResult& result)
     : bound_(bound),
-      model_(*problem.model),
-      problem_(problem),
+      setting_(problem, options),
       u_start_(u_start),
-      options_(options),
       control_(control),
       result_(result),
-      chains_(model_),
-      goal_(problem),
-      simulator_(model_, options, chains_, goal_.space()),
-      models_(model_, options, goal_),
-      extend_(model_, options, chains_, goal_, models_, simulator_),
-      contact_change_(model_, options, chains_, goal_, models_, simulator_, extend_),
-      verifier_(problem, options, chains_, goal_, simulator_),
-      subgoals_(options, goal_),
-      writer_(problem, options, goal_, simulator_),
-      tree_(goal_.space(), global_weights(model_, options.metric), goal_.inverse_tolerances().cwiseAbs2()),
+      simulator_(setting_),
+      models_(setting_),
+      extend_(setting_, models_, simulator_),
+      contact_change_(setting_, models_, simulator_, extend_),
+      verifier_(setting_, simulator_),
+      subgoals_(setting_),
+      writer_(setting_, simulator_),
+      tree_(setting_.goal.space(), global_weights(setting_.model, options.metric), setting_.goal.inverse_tolerances().cwiseAbs2()),
       crew_(crew),
       round_(static_cast<std::size_t>(round_size(options))) {}
 
@@ -95,7 +91,7 @@ void TreeSearch::tell_growth() {
   growth.first = told_;
   growth.best = best_;
   growth.best_ratio = goal_ratio();
-  growth.q.resize(model_.n_q(), tree_.size() - told_);
+  growth.q.resize(setting_.model.n_q(), tree_.size() - told_);
   for (int i = told_; i < tree_.size(); ++i) {
     growth.parents.push_back(tree_[i].parent);
     growth.q.col(i - told_) = tree_[i].q;
@@ -106,7 +102,7 @@ void TreeSearch::tell_growth() {
 
 void TreeSearch::finish() {
   for (int i = 0; i < tree_.size(); ++i) {
-    result_.tree.push_back({tree_[i].parent, tree_[i].edge, world::object_pose(model_, tree_[i].q, problem_.goal.object)});
+    result_.tree.push_back({tree_[i].parent, tree_[i].edge, world::object_pose(setting_.model, tree_[i].q, setting_.problem.goal.object)});
   }
   if (best_ >= 0 && result_.status != Status::Solved) keep(tree_.path_to(best_), !control_.stop(), crew_.scratch[0]);
 }
@@ -117,28 +113,29 @@ Counts TreeSearch::counts_at(long cost) const {
 }
 
 bool TreeSearch::stalled() const {
-  return options_.stop_at_goal && !options_.thesis_edges() && iterations_ - last_gain_ > std::max(kLeastStall, iterations_ / 2);
+  return setting_.options.stop_at_goal && !setting_.options.thesis_edges() &&
+         iterations_ - last_gain_ > std::max(kLeastStall, iterations_ / 2);
 }
 
 bool TreeSearch::plant_root(ThreadScratch& scratch) {
-  const auto settled = settle_start(problem_, u_start_, simulator_, goal_.space(), scratch, totals_, result_);
+  const auto settled = settle_start(setting_, u_start_, simulator_, scratch, totals_, result_);
   if (!settled) return false;
   Node root;
   root.edge = SegmentKind::Settle;
   root.q = settled->q;
   root.u = settled->u;
-  set_edge(settled->knots, model_, root);
+  set_edge(settled->knots, setting_.model, root);
   if (!models_.linearise(root, 0, scratch, totals_)) {
     result_.reason = "the start has no local model: its smoothed step is not solved";
     return false;
   }
-  if (!options_.thesis_edges()) {
-    const Eigen::MatrixXd fine = simulator_.follow_in_half_steps(problem_.q_start, root.u, root.commands, false, scratch, totals_);
+  if (!setting_.options.thesis_edges()) {
+    const Eigen::MatrixXd fine = simulator_.follow_in_half_steps(setting_.problem.q_start, root.u, root.commands, false, scratch, totals_);
     if (fine.cols() < root.commands.cols()) {
       if (!control_.stop()) result_.reason = "the start cannot be settled: a step of half the length is not solved";
       return false;
     }
-    root.replay.q_fine = problem_.q_start;
+    root.replay.q_fine = setting_.problem.q_start;
     if (fine.cols() > 0) root.replay.q_fine = fine.rightCols(1);
     root.replay.disturbed = root.q.replicate(1, verifier_.disturbs() ? kDisturbances : 0);
   }
@@ -150,7 +147,7 @@ Status TreeSearch::take_in(ThreadScratch& scratch) {
   if (crew_.over) return Status::MaxIterations;
   if (best_ < 0) {
     if (!plant_root(scratch)) return Status::NumericalFailure;
-    if (options_.stop_at_goal && reaches_goal(best_, scratch)) return Status::Solved;
+    if (setting_.options.stop_at_goal && reaches_goal(best_, scratch)) return Status::Solved;
   }
   const int n = std::exchange(drawn_, 0);
   iterations_ += n;
@@ -182,7 +179,7 @@ int TreeSearch::draw_round() {
 
 bool TreeSearch::cannot_touch() {
   bool any = false;
-  for (int c = 0; c < chains_.size(); ++c) any |= !chains_.object_pairs(c).empty();
+  for (int c = 0; c < setting_.chains.size(); ++c) any |= !setting_.chains.object_pairs(c).empty();
   const RegraspCounts& r = totals_.regrasps;
   const bool hopeless = r.tried >= kHopelessSamples && r.no_sample == r.tried;
   if (any && !hopeless) return false;
@@ -195,7 +192,7 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) {
   if (scratch.stop()) return;
   if (x.near < 0 && x.by_place) x.near = tree_.nearest_for_regrasp(x.subgoal);
   if (x.near < 0) x.near = tree_.nearest(x.subgoal);  // Alg. 2: Nearest, (3.8)
-  if (!options_.thesis_edges() && tree_[x.near].replay.empty()) {
+  if (!setting_.options.thesis_edges() && tree_[x.near].replay.empty()) {
     x.refined = x.near;
     const Node& node = tree_[x.near];
     const Node& parent = tree_[node.parent];
@@ -207,7 +204,7 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) {
       return;
     }
   }
-  core::Random random(options_.seed, (x.stream << 1) + 1);
+  core::Random random(setting_.options.seed, (x.stream << 1) + 1);
   if (x.grasp) contact_change_.choose(tree_, x, random);
   const Node& near = tree_[x.near];
   Node node;
@@ -217,13 +214,13 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) {
   if (!grown || !complete(near, x, scratch, node)) return;
   x.chain.push_back(std::move(node));
   const EdgeReplay& near_replay = near.replay.empty() ? x.near_replay : near.replay;
-  while (!options_.thesis_edges() && goes_on(x, near) && lengthen(x, near, near_replay, scratch)) {
+  while (!setting_.options.thesis_edges() && goes_on(x, near) && lengthen(x, near, near_replay, scratch)) {
   }
 }
 
 bool TreeSearch::complete(const Node& parent, Expansion& x, ThreadScratch& scratch, Node& node) {
   node.pushes = parent.pushes + starts_push(parent, node);
-  node.cost = cost_to(model_, options_.cost, parent, node);
+  node.cost = cost_to(setting_.model, setting_.options.cost, parent, node);
   return node.cost < bound_ && models_.linearise(node, x.stream, scratch, x.totals);
 }
 
@@ -233,9 +230,10 @@ bool TreeSearch::goes_on(const Expansion& x, const Node& near) const {
   const Node& last = chain.back();
   if (last.edge == SegmentKind::Regrasp) return true;
   const Node& before = chain.size() > 1 ? chain[chain.size() - 2] : near;
-  const double distance = x.distance(goal_, last.q);
-  if (x.to_goal && distance <= options_.tolerance_fraction) return true;  // lengthen() looks whether the finer state is there as well
-  return distance > options_.tolerance_fraction && distance < kChainProgress * x.distance(goal_, before.q);
+  const double distance = x.distance(setting_.goal, last.q);
+  if (x.to_goal && distance <= setting_.options.tolerance_fraction)
+    return true;  // lengthen() looks whether the finer state is there as well
+  return distance > setting_.options.tolerance_fraction && distance < kChainProgress * x.distance(setting_.goal, before.q);
 }
 
 bool TreeSearch::lengthen(Expansion& x, const Node& near, const EdgeReplay& near_replay, ThreadScratch& scratch) {
@@ -250,10 +248,12 @@ bool TreeSearch::lengthen(Expansion& x, const Node& near, const EdgeReplay& near
     if (left.q.size() > 0 && complete(first ? near : chain.back(), x, scratch, left)) chain.push_back(std::move(left));
     return false;
   }
-  if (x.to_goal && goal_.ratio(last.q) <= options_.tolerance_fraction) {
+  if (x.to_goal && setting_.goal.ratio(last.q) <= setting_.options.tolerance_fraction) {
     // It is there, or the two resolutions are too far apart for one more push to bring both there.
-    if (goal_.ratio(last.replay.q_fine) <= options_.share_when_refined()) return false;
-    if (goal_.share_of_tolerances(last.q, last.replay.q_fine) > options_.tolerance_fraction + options_.share_when_refined()) return false;
+    if (setting_.goal.ratio(last.replay.q_fine) <= setting_.options.share_when_refined()) return false;
+    if (setting_.goal.share_of_tolerances(last.q, last.replay.q_fine) >
+        setting_.options.tolerance_fraction + setting_.options.share_when_refined())
+      return false;
   }
   x.taken = chain.size();
   Node next;
@@ -281,7 +281,7 @@ bool TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
   for (std::size_t k = 0; k < x.chain.size() && !tree_.pruned(parent); ++k) {
     x.chain[k].parent = parent;
     parent = insert(std::move(x.chain[k]), x.to_goal && k < x.taken);
-    if (options_.stop_at_goal && reaches_goal(parent, scratch)) return true;
+    if (setting_.options.stop_at_goal && reaches_goal(parent, scratch)) return true;
   }
   return false;
 }
@@ -293,17 +293,18 @@ int TreeSearch::insert(Node node, bool taken) {
     least_distance_ = node.goal_distance;
     last_gain_ = iterations_;
   }
-  if (options_.record_tree) result_.records.push_back({node.parent, node.edge, iterations_, node.q, node.local.c_u, node.local.B_u});
-  const Eigen::VectorXd goal = goal_.nearest_to(node.local.c_u);
+  if (setting_.options.record_tree)
+    result_.records.push_back({node.parent, node.edge, iterations_, node.q, node.local.c_u, node.local.B_u});
+  const Eigen::VectorXd goal = setting_.goal.nearest_to(node.local.c_u);
   const int i = tree_.add(std::move(node), goal, taken);
   if (best_ < 0 || ratio < tree_[best_].goal_ratio) best_ = i;
   return i;
 }
 
 std::pair<double, double> TreeSearch::how_far(const Eigen::VectorXd& q, const EdgeReplay& replay) const {
-  const double ratio = goal_.ratio(q), distance = goal_.distance(q);
+  const double ratio = setting_.goal.ratio(q), distance = setting_.goal.distance(q);
   if (replay.empty()) return {ratio, distance};
-  return {std::max(ratio, goal_.ratio(replay.q_fine)), std::max(distance, goal_.distance(replay.q_fine))};
+  return {std::max(ratio, setting_.goal.ratio(replay.q_fine)), std::max(distance, setting_.goal.distance(replay.q_fine))};
 }
 
 void TreeSearch::set_replay(int i, EdgeReplay replay) {
@@ -317,10 +318,10 @@ void TreeSearch::set_replay(int i, EdgeReplay replay) {
 
 bool TreeSearch::reaches_goal(int node, ThreadScratch& scratch) {
   if (tree_[node].edge == SegmentKind::Regrasp) return false;
-  if (goal_.ratio(tree_[node].q) > options_.tolerance_fraction) return false;
-  if (!options_.thesis_edges() && !verify_at_goal(node, scratch)) return false;
+  if (setting_.goal.ratio(tree_[node].q) > setting_.options.tolerance_fraction) return false;
+  if (!setting_.options.thesis_edges() && !verify_at_goal(node, scratch)) return false;
   const std::vector<int> path = tree_.path_to(node);
-  if (!options_.thesis_edges() && !survives_noise(path, scratch)) return false;
+  if (!setting_.options.thesis_edges() && !survives_noise(path, scratch)) return false;
   keep(path, true, scratch);
   return true;
 }
@@ -332,11 +333,11 @@ bool TreeSearch::verify_at_goal(int node, ThreadScratch& scratch) {
     const Node& parent = tree_[tree_[node].parent];
     holds = verifier_.verify_edge(parent, parent.replay, tree_[node], scratch, totals_, replay);
   }
-  if (holds && goal_.ratio(replay.q_fine) > options_.share_when_refined()) {
+  if (holds && setting_.goal.ratio(replay.q_fine) > setting_.options.share_when_refined()) {
     set_replay(node, std::move(replay));
     return false;
   }
-  for (const auto& q : replay.disturbed.colwise()) holds = holds && goal_.ratio(q) <= 1;
+  for (const auto& q : replay.disturbed.colwise()) holds = holds && setting_.goal.ratio(q) <= 1;
   if (holds) {
     set_replay(node, std::move(replay));
   } else if (!control_.stop()) {
@@ -354,7 +355,7 @@ bool TreeSearch::survives_noise(const std::vector<int>& path, ThreadScratch& scr
 
 void TreeSearch::keep(const std::vector<int>& path, bool forces, ThreadScratch& scratch) {
   result_.plan = writer_.to_plan(tree_, path, forces, scratch, totals_);
-  result_.cost = path_cost(model_, result_.plan, options_.cost);
+  result_.cost = path_cost(setting_.model, result_.plan, setting_.options.cost);
 }
 
 }  // namespace stiction::planning

@@ -101,16 +101,12 @@ class TreeSearch final : public core::LaneTask {
   void keep(const std::vector<int>& path, bool forces, ThreadScratch& scratch);
 
   double bound_;
-  const world::Model& model_;
-  const PlanningProblem& problem_;
+  const Setting setting_;
   const Eigen::VectorXd& u_start_;
-  const PlannerOptions& options_;
   const core::RunControl& control_;
   GrowthSink grown_;
   int told_ = 0;  ///< nodes that it was told of
   PlanResult& result_;
-  world::RobotChains chains_;
-  GoalMeasure goal_;
   EdgeSimulator simulator_;
   NodeModels models_;
   Extend extend_;

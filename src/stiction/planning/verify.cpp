@@ -22,23 +22,22 @@ constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
 
 bool starts_push(const Node& parent, const Node& node) { return node.edge == SegmentKind::Contact && parent.edge != SegmentKind::Contact; }
 
-EdgeVerifier::EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const world::RobotChains& chains,
-                           const GoalMeasure& goal, const EdgeSimulator& simulator)
-    : model_(*problem.model), problem_(problem), options_(options), goal_(goal), simulator_(simulator) {
-  for (int i = 0; i < kDisturbances; ++i) friction_.push_back(calc_friction_factors(model_, chains, options.friction_noise, i));
+EdgeVerifier::EdgeVerifier(const Setting& setting, const EdgeSimulator& simulator) : setting_(setting), simulator_(simulator) {
+  for (int i = 0; i < kDisturbances; ++i)
+    friction_.push_back(calc_friction_factors(setting.model, setting.chains, setting.options.friction_noise, i));
 }
 
 bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch,
                                Totals& totals, EdgeReplay& replay, Node* left) const {
   replay.q_fine = node.q;  // says that it was tried, whatever comes out
   const Eigen::MatrixXd fine = simulator_.follow_in_half_steps(parent_replay.q_fine, parent.u, node.commands, true, scratch, totals);
-  const Goal& goal = problem_.goal;
-  Eigen::VectorXd before(model_.n_vu()), after(model_.n_vu());
-  goal_.space().error(parent.q.data(), parent_replay.q_fine.data(), before.data());
-  const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(model_, e, goal.tol_position, goal.tol_angle); };
+  const Goal& goal = setting_.problem.goal;
+  Eigen::VectorXd before(setting_.model.n_vu()), after(setting_.model.n_vu());
+  setting_.goal.space().error(parent.q.data(), parent_replay.q_fine.data(), before.data());
+  const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(setting_.model, e, goal.tol_position, goal.tol_angle); };
   const auto agrees = [&](Eigen::Index k) {
-    goal_.space().error(node.states.col(k).data(), fine.col(k).data(), after.data());
-    return share(after) <= options_.fidelity_path && share(after - before) <= options_.fidelity_edge;
+    setting_.goal.space().error(node.states.col(k).data(), fine.col(k).data(), after.data());
+    return share(after) <= setting_.options.fidelity_path && share(after - before) <= setting_.options.fidelity_edge;
   };
   const auto holds = [&](const Node& edge, Eigen::MatrixXd& disturbed) {
     return holds_disturbed(edge, parent, parent_replay, scratch, totals, disturbed);
@@ -57,28 +56,30 @@ bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_repl
   return false;
 }
 
-bool EdgeVerifier::disturbs() const { return options_.start_noise > 0 || options_.edge_tilt > 0 || options_.friction_noise > 0; }
+bool EdgeVerifier::disturbs() const {
+  return setting_.options.start_noise > 0 || setting_.options.edge_tilt > 0 || setting_.options.friction_noise > 0;
+}
 
 int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
-  core::Random random(options_.seed, 0);
-  Eigen::VectorXd q = problem_.q_start, u = tree[0].u;
+  core::Random random(setting_.options.seed, 0);
+  Eigen::VectorXd q = setting_.problem.q_start, u = tree[0].u;
   int astray = kOnPath;
   const auto lost = [&astray](int otherwise) { return astray == kOnPath ? otherwise : astray; };
   for (const int i : path) {
     const Node& node = tree[i];
     Eigen::MatrixXd commands = node.commands;
     for (auto command : commands.colwise()) {
-      for (int j = 0; j < model_.n_a(); ++j) command[j] += model_.scales().joint(j) * random.uniform(-kNoise, kNoise);
+      for (int j = 0; j < setting_.model.n_a(); ++j) command[j] += setting_.model.scales().joint(j) * random.uniform(-kNoise, kNoise);
     }
     const Eigen::MatrixXd states = simulator_.follow_in_half_steps(q, u, commands, node.edge != SegmentKind::Settle, scratch, totals);
     const bool whole = states.cols() == commands.cols();
     if (states.cols() > 0) q = states.rightCols(1);
     if (commands.cols() > 0) u = commands.rightCols(1);
-    const bool held = whole && goal_.share_of_tolerances(node.replay.q_fine, q) <= options_.fidelity_edge;
+    const bool held = whole && setting_.goal.share_of_tolerances(node.replay.q_fine, q) <= setting_.options.fidelity_edge;
     if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
     if (!whole) return lost(path.back());
   }
-  return goal_.ratio(q) <= options_.share_when_refined() ? kOnPath : lost(path.back());
+  return setting_.goal.ratio(q) <= setting_.options.share_when_refined() ? kOnPath : lost(path.back());
 }
 
 bool EdgeVerifier::cut_edge(const Node& parent, const Node& node, Eigen::Index n, Eigen::VectorXd q_fine, Node& out) const {
@@ -97,31 +98,31 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
                                    Totals& totals, Eigen::MatrixXd& disturbed) const {
   if (!disturbs()) return true;
   disturbed = parent_replay.disturbed;
-  const Eigen::VectorXd most = options_.start_noise * goal_.inverse_tolerances().cwiseInverse();
-  Eigen::VectorXd error = Eigen::VectorXd::Zero(model_.n_v());
-  const Eigen::Index n = node.commands.cols(), held = n > 0 && options_.edge_tilt > 0 ? kTiltHeld : 0;
+  const Eigen::VectorXd most = setting_.options.start_noise * setting_.goal.inverse_tolerances().cwiseInverse();
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(setting_.model.n_v());
+  const Eigen::Index n = node.commands.cols(), held = n > 0 && setting_.options.edge_tilt > 0 ? kTiltHeld : 0;
   for (const Eigen::Index i : farthest_first(parent, disturbed)) {
     Eigen::VectorXd q = disturbed.col(i);
     if (starts_push(parent, node)) {
-      core::Random random(options_.seed ^ kDisturbanceSeed, static_cast<std::uint64_t>(kDisturbances * parent.pushes + i / 2));
-      for (int k = 0; k < model_.n_vu(); ++k) error[k] = (i % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
-      world::retract(model_, q, error, q);
+      core::Random random(setting_.options.seed ^ kDisturbanceSeed, static_cast<std::uint64_t>(kDisturbances * parent.pushes + i / 2));
+      for (int k = 0; k < setting_.model.n_vu(); ++k) error[k] = (i % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
+      world::retract(setting_.model, q, error, q);
     }
     scratch.steps.forget();
     for (Eigen::Index k = 0; k < n + held; ++k) {
       if (scratch.stop()) return false;
-      const Eigen::VectorXd weights = calc_weights_aside(model_, q, options_.edge_tilt, static_cast<int>(i));
+      const Eigen::VectorXd weights = calc_weights_aside(setting_.model, q, setting_.options.edge_tilt, static_cast<int>(i));
       const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &weights, nullptr, &friction_[static_cast<std::size_t>(i)]};
       ++totals.steps;
-      if (dynamics::step(model_, input, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
+      if (dynamics::step(setting_.model, input, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
         ++totals.failed_steps;
         return false;
       }
-      const bool rests = k >= n && goal_.share_of_tolerances(q, scratch.step_result.q_next) < kRests;
+      const bool rests = k >= n && setting_.goal.share_of_tolerances(q, scratch.step_result.q_next) < kRests;
       q = scratch.step_result.q_next;
       if (rests) break;
     }
-    if (goal_.share_of_tolerances(node.q, q) > 1) return false;
+    if (setting_.goal.share_of_tolerances(node.q, q) > 1) return false;
     disturbed.col(i) = q;
   }
   return true;
@@ -132,7 +133,7 @@ std::array<Eigen::Index, kDisturbances> EdgeVerifier::farthest_first(const Node&
   std::array<Eigen::Index, kDisturbances> order{};
   for (Eigen::Index i = 0; i < kDisturbances; ++i) {
     order[static_cast<std::size_t>(i)] = i;
-    off[static_cast<std::size_t>(i)] = goal_.share_of_tolerances(node.q, disturbed.col(i));
+    off[static_cast<std::size_t>(i)] = setting_.goal.share_of_tolerances(node.q, disturbed.col(i));
   }
   std::ranges::stable_sort(order, std::greater<>{}, [&off](Eigen::Index i) { return off[static_cast<std::size_t>(i)]; });
   return order;

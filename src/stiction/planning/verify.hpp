@@ -13,8 +13,7 @@ constexpr int kOnPath = -1;
 /// What an edge has to stand before others are built on it (docs/theory/verification.md).
 class EdgeVerifier {
  public:
-  EdgeVerifier(const PlanningProblem& problem, const PlannerOptions& options, const world::RobotChains& chains, const GoalMeasure& goal,
-               const EdgeSimulator& simulator);
+  EdgeVerifier(const Setting& setting, const EdgeSimulator& simulator);
 
   /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
   /// finger about to slip off would not survive the check of the plan; and where a disturbed path goes elsewhere. Done once, when the node is first built on.
@@ -37,10 +36,7 @@ class EdgeVerifier {
   /// Disturbed paths in the order in which they are likely to go elsewhere.
   std::array<Eigen::Index, kDisturbances> farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const;
 
-  const world::Model& model_;
-  const PlanningProblem& problem_;
-  const PlannerOptions& options_;
-  const GoalMeasure& goal_;
+  const Setting& setting_;
   const EdgeSimulator& simulator_;
   std::vector<Eigen::VectorXd> friction_;  ///< of each disturbance: factors of μ (pairs)
 };

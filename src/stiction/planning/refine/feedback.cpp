@@ -25,10 +25,11 @@ bool calc_feedback(CommandFollower& follower, const Eigen::VectorXd& e, double g
   smooth.with_B = true;
   ++follower.work.steps;
   if (dynamics::step(model, {follower.q, follower.u}, smooth, scratch.steps, scratch.step_result) != core::Status::Solved) return false;
-  const Eigen::MatrixXd WB = problem.weights.asDiagonal() * scratch.step_result.B.topRows(model.n_vu()) * limits.asDiagonal();
+  const Eigen::MatrixXd WB =
+      problem.goal.inverse_tolerances().asDiagonal() * scratch.step_result.B.topRows(model.n_vu()) * limits.asDiagonal();
   const Eigen::VectorXd lower = (model.lower() - follower.u).cwiseMin(0.0).cwiseQuotient(limits).cwiseMax(-kMostFeedback);
   const Eigen::VectorXd upper = (model.upper() - follower.u).cwiseMax(0.0).cwiseQuotient(limits).cwiseMin(kMostFeedback);
-  cone::solve_bounded_least_squares(WB, problem.weights.cwiseProduct(e), gamma, lower, upper, delta);
+  cone::solve_bounded_least_squares(WB, problem.goal.inverse_tolerances().cwiseProduct(e), gamma, lower, upper, delta);
   delta = delta.cwiseProduct(limits).eval();
   return true;
 }
@@ -39,14 +40,14 @@ bool go_along(CommandFollower& follower, const Push& push, const Eigen::VectorXd
   const world::Model& model = problem.model;
   const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
   Eigen::VectorXd shift(model.n_vu()), e(model.n_vu()), added = Eigen::VectorXd::Zero(model.n_a()), delta;
-  problem.space.error(q_planned.data(), q_target.data(), shift.data());
+  problem.goal.space().error(q_planned.data(), q_target.data(), shift.data());
   std::size_t n = 0, k = 0;
   for (const Segment& edge : push.edges) n += edge.knots.size();
   for (const Segment& edge : push.edges) {
     Segment& segment = way.segments.emplace_back(Segment{edge.kind, {}});
     for (const auto& knot : edge.knots) {
       if (!follower.advance_in_parts(follower.within_limits(knot.u + added), segment, follower.sizes().cuts)) return false;
-      problem.space.error(follower.q.data(), knot.q.data(), e.data());
+      problem.goal.space().error(follower.q.data(), knot.q.data(), e.data());
       if (problem.miss(knot.q, follower.q) > kStrayed) return false;
       e += static_cast<double>(++k) / static_cast<double>(n) * shift;
       if (gamma != kNoFeedback && calc_feedback(follower, e, gamma, delta)) added += delta;
@@ -61,7 +62,7 @@ bool lead(CommandFollower& follower, const Eigen::VectorXd& q_target, const Run&
   Eigen::VectorXd e(problem.model.n_vu()), delta;
   double missed = problem.miss(q_target, follower.q);
   for (int k = 0; k < kMostLeading && missed > problem.refine.miss; ++k) {
-    problem.space.error(follower.q.data(), q_target.data(), e.data());
+    problem.goal.space().error(follower.q.data(), q_target.data(), e.data());
     if (!calc_feedback(follower, e, run.gamma, delta)) return true;
     const Eigen::VectorXd q = follower.q, u = follower.u;
     const std::size_t size = segment.knots.size();

@@ -15,7 +15,7 @@ trajopt::OptimizeOptions impc_options(const Problem& problem, const StepSizes& s
   options.iterations = problem.refine.mpc_iterations;
   options.qp_tolerance = 1e-3;  // the step is judged by the dynamics
   options.weights.Qd = Eigen::VectorXd::Zero(problem.model.n_v());
-  options.weights.Qd.head(problem.model.n_vu()) = problem.weights.cwiseAbs2();
+  options.weights.Qd.head(problem.model.n_vu()) = problem.goal.inverse_tolerances().cwiseAbs2();
   options.weights.Q = kWay * options.weights.Qd;
   options.weights.R = kChange * sizes.limits.cwiseAbs2().cwiseInverse();
   return options;
@@ -38,7 +38,7 @@ bool correct_by_impc(const Start& start, const Eigen::VectorXd& q_target, Scratc
   const double more = problem.cost(static_cast<long>(u.size()));
   if (spent + more > problem.refine.mpc_work) return false;
   spent += more;
-  if (!scratch.optimizer) scratch.optimizer.emplace(problem.shared_model, threads);
+  if (!scratch.optimizer) scratch.optimizer.emplace(problem.problem.model, threads);
   const core::Status status =
       trajopt::optimize(problem.model, {start.at.q, u, reference, &start.at.u}, impc_options(problem, start.sizes, threads),
                         problem.control, *scratch.optimizer, scratch.optimized);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <memory>
 
 #include "stiction/planning/edge_simulator.hpp"
@@ -10,32 +11,27 @@
 namespace stiction::planning::refinement {
 
 /// A plan to be refined, and what is the same in all trials. Shared by the threads.
-struct Problem {
-  Problem(std::shared_ptr<const world::Model> shared, const Plan& given, const PlannerOptions& planner_options,
+struct Problem : Setting {
+  Problem(const std::shared_ptr<const world::Model>& shared, const Plan& given, const PlannerOptions& planner_options,
           const RefineOptions& refine_options, const core::RunControl& run_control);
 
-  std::shared_ptr<const world::Model> shared_model;
-  const world::Model& model;
   const Plan& plan;
-  const PlannerOptions& options;
   const RefineOptions& refine;
   const core::RunControl& control;
-  world::ObjectSpace space;
   Motion motion;
-  world::RobotChains chains;
-  PressLimits press;
-  Eigen::VectorXd weights;  ///< 1/tolerance of the goal (n_vu) [1/m or 1/rad]
-  Eigen::VectorXd q_goal;   ///< the objects at the goal, in a whole configuration (n_q)
-  Worst allowed;            ///< at half sub-steps; set_allowed
+  Eigen::VectorXd q_goal;  ///< the objects at the goal, in a whole configuration (n_q)
+  Worst allowed;           ///< at half sub-steps; set_allowed
 
   /// A refined plan may be as bad as the given one.
   void set_allowed(const Worst& given);
 
   /// Distance of the objects from where they should be, in tolerances of the goal.
-  double miss(const Eigen::VectorXd& q_target, const Eigen::VectorXd& q) const;
+  double miss(const Eigen::VectorXd& q_target, const Eigen::VectorXd& q) const { return goal.share_of_tolerances(q_target, q); }
 
   /// The verdict on an end at whole and at half sub-steps: both are at the goal within a fraction of its tolerances.
-  bool reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine, double fraction) const;
+  bool reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine, double fraction) const {
+    return std::max(goal.ratio(q), goal.ratio(q_fine)) <= fraction;
+  }
 
   /// Time that so many steps take, in the unit of RefineOptions::mpc_work.
   double cost(long steps) const;

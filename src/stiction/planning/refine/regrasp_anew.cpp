@@ -71,9 +71,7 @@ class WatchedRegrasp {
   }
 
   bool holds_slippery(const Eigen::VectorXd& q_before, const Segment& segment) {
-    Scratch& scratch = follower_.scratch();
-    return planning::holds_slippery(problem_.model, problem_.space, problem_.options, q_before, segment.knots, sizes_.exact, scratch.steps,
-                                    scratch.step_result, &problem_.control, follower_.work) == Outcome::Held;
+    return planning::holds_slippery(problem_, q_before, segment.knots, sizes_.exact, follower_.scratch(), follower_.work) == Outcome::Held;
   }
 
  private:
@@ -86,14 +84,14 @@ class WatchedRegrasp {
     for (int k = 0; k < kMostHeld * sizes_.cuts; ++k) {
       const Eigen::VectorXd before = follower_.q;
       if (!follower_.advance(follower_.u, segment) || !stays(follower_.q, regrasp_)) return false;
-      if (world::objects_agree(problem_.model, problem_.space, before, follower_.q, resting_move, resting_turn)) return true;
+      if (problem_.goal.share(before, follower_.q, resting_move, resting_turn) <= 1) return true;
     }
     return false;
   }
 
   /// The objects are where they rested before, or where they are wanted.
   bool stays(const Eigen::VectorXd& q, const Allowance& allowance) const {
-    return world::objects_agree(problem_.model, problem_.space, q_rest_, q, allowance.position, allowance.angle) ||
+    return problem_.goal.share(q_rest_, q, allowance.position, allowance.angle) <= 1 ||
            problem_.miss(push_.q_entry, q) <= problem_.refine.mpc_miss;
   }
 

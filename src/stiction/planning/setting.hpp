@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "stiction/contact/geometry_workspace.hpp"
+#include "stiction/planning/goal_measure.hpp"
+#include "stiction/planning/press_limits.hpp"
+
+namespace stiction::planning {
+
+/// A problem, options and what follows from them once: the same for every part of a search, and of a refinement.
+struct Setting {
+  Setting(PlanningProblem given, const PlannerOptions& planner_options)
+      : problem(std::move(given)),
+        model(*problem.model),
+        options(planner_options),
+        chains(model),
+        goal(problem),
+        press(model, chains, options.brace_force) {}
+  Setting(const Setting&) = delete;
+  Setting& operator=(const Setting&) = delete;
+
+  const PlanningProblem problem;
+  const world::Model& model;
+  const PlannerOptions& options;
+  const world::RobotChains chains;
+  const GoalMeasure goal;
+  const PressLimits press;
+};
+
+/// Dynamics steps that were computed.
+struct Work {
+  long steps = 0, failed_steps = 0;
+
+  Work& operator+=(const Work& o) {
+    steps += o.steps;
+    failed_steps += o.failed_steps;
+    return *this;
+  }
+};
+
+/// What one thread needs to follow commands.
+struct SimulationScratch {
+  SimulationScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control) : steps(model), geometry(*model) {
+    geometry.control = &control;
+  }
+  bool stop() const { return geometry.stop(); }
+
+  dynamics::StepWorkspace steps;
+  dynamics::StepResult step_result;
+  dynamics::RolloutResult rollout_result;
+  contact::GeometryWorkspace geometry;
+};
+
+}  // namespace stiction::planning
