@@ -43,8 +43,7 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
     const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
                            [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); }};
     const bool held = try_regrasp(setting_, near.q, near.u, x.draw, judge, random, scratch, scratch.regrasp, x.totals.regrasps);
-    x.totals.steps += scratch.regrasp.steps;
-    x.totals.failed_steps += scratch.regrasp.failed_steps;
+    static_cast<Work&>(x.totals) += scratch.regrasp;
     x.release_failed = scratch.regrasp.stuck;
     if (!held) return false;
     node.q = scratch.regrasp.knots.back().q;
@@ -63,8 +62,7 @@ Promise ContactChange::predict(const Eigen::VectorXd& q, Expansion& x, ThreadScr
       x.in_cones ? models_.linearise_with_forces(node, scratch, x.totals) : models_.linearise(node, x.stream, scratch, x.totals);
   if (!solved) return {std::numeric_limits<double>::infinity(), node.u};
   const Eigen::VectorXd q_a = q.tail(setting_.model.n_a());
-  Eigen::VectorXd e(setting_.model.n_vu());
-  setting_.goal.space().error(node.local.c_u.data(), x.target(setting_.goal, node.local.c_u).data(), e.data());
+  Eigen::VectorXd e = setting_.goal.difference(node.local.c_u, x.target(setting_.goal, node.local.c_u));
   const Eigen::VectorXd delta_u =
       extend_.extension(node.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   e -= node.local.B_u * delta_u;
@@ -80,8 +78,7 @@ double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::
   from.u = q.tail(setting_.model.n_a());
   Totals totals;
   const bool moved = simulator_.move(from, command, scratch, totals, to);
-  scratch.regrasp.steps += totals.steps;
-  scratch.regrasp.failed_steps += totals.failed_steps;
+  scratch.regrasp += totals;
   scratch.steps.forget();  // the regrasp goes on from elsewhere
   return x.distance(setting_.goal, moved ? to.q : q);
 }

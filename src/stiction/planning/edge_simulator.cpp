@@ -33,11 +33,7 @@ bool go_on_in_half_steps(const PressLimits& press, const Eigen::VectorXd& u, con
   const Model& model = scratch.steps.model();
   const dynamics::StepResult& step = scratch.step_result;
   for (const Eigen::VectorXd& half : {Eigen::VectorXd(0.5 * (at.u + u)), u}) {
-    ++work.steps;
-    if (dynamics::step(model, {at.q, half}, options, scratch.steps, scratch.step_result) != Status::Solved) {
-      ++work.failed_steps;
-      return false;
-    }
+    if (!work.add(1, dynamics::step(model, {at.q, half}, options, scratch.steps, scratch.step_result))) return false;
     if (at.started) at.worst.penetration = std::max(at.worst.penetration, calc_penetration(model, step));
     at.worst.force_gap = std::max(at.worst.force_gap, calc_force_gap(model, step.q_next, step.contacts, scratch.geometry));
     at.worst.press = std::max(at.worst.press, press.share(step.contacts, options.h));
@@ -67,13 +63,10 @@ bool ends_well(const Model& model, const Worst& allowed, contact::GeometryWorksp
 void add_forces(const Model& model, const dynamics::StepOptions& options, Eigen::VectorXd q, Segment& segment, SimulationScratch& scratch,
                 Work& work) {
   for (dynamics::Knot& knot : segment.knots) {
-    ++work.steps;
     knot.contacts.clear();
-    if (dynamics::step(model, {q, knot.u}, options, scratch.steps, scratch.step_result) == Status::Solved) {
+    if (work.add(1, dynamics::step(model, {q, knot.u}, options, scratch.steps, scratch.step_result))) {
       const auto& contacts = scratch.step_result.contacts;
       std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(knot.contacts), [](const auto& c) { return c.active; });
-    } else {
-      ++work.failed_steps;
     }
     q = knot.q;
   }
@@ -89,11 +82,7 @@ bool EdgeSimulator::move(const Node& from, const Eigen::VectorXd& u, ThreadScrat
     to.u = u;
     int steps = 0;
     const Status status = dynamics::step_within_efforts(setting_.model, from.q, to.u, exact_, scratch.steps, scratch.step_result, steps);
-    totals.steps += steps;
-    if (status != Status::Solved) {
-      ++totals.failed_steps;
-      return false;
-    }
+    if (!totals.add(steps, status)) return false;
     if (!spares(scratch.step_result.contacts)) return false;
     to.q = scratch.step_result.q_next;
     to.commands = to.u;
@@ -146,8 +135,7 @@ Eigen::MatrixXd EdgeSimulator::follow_in_half_steps(Eigen::VectorXd q, Eigen::Ve
 
 bool EdgeSimulator::moves(const Node& from, const Node& to) const {
   Eigen::VectorXd moved(setting_.model.n_v());
-  setting_.goal.space().error(from.q.data(), to.q.data(), moved.data());
-  moved.tail(setting_.model.n_a()) = (to.q - from.q).tail(setting_.model.n_a());
+  moved << setting_.goal.difference(from.q, to.q), (to.q - from.q).tail(setting_.model.n_a());
   for (int v = 0; v < setting_.model.n_v(); ++v) {
     const world::Dof& dof = setting_.model.dofs()[static_cast<std::size_t>(v)];
     const world::Scale& scale = v < setting_.model.n_vu() ? setting_.model.scales().object(dof.owner) : setting_.model.scales().robots();

@@ -32,21 +32,16 @@ Extend::Extend(const Setting& setting, const NodeModels& models, const EdgeSimul
 
 bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Eigen::VectorXd& u, Node& out) const {
   const Eigen::VectorXd q_a = models_.preloaded_command(near);
-  Eigen::VectorXd e(setting_.model.n_vu()), delta_u;
-  const Eigen::VectorXd subgoal = x.target(setting_.goal, near.local.c_u);
-  setting_.goal.space().error(near.local.c_u.data(), subgoal.data(), e.data());
+  Eigen::VectorXd e = setting_.goal.difference(near.local.c_u, x.target(setting_.goal, near.local.c_u));
   // Aim with the mean of the two resolutions. A node that is new to the second has only the first: its next command is another one then.
-  if (!near.replay.empty()) {
-    Eigen::VectorXd difference(setting_.model.n_vu());
-    setting_.goal.space().error(near.q.data(), near.replay.q_fine.data(), difference.data());
-    e -= 0.5 * difference;
-  }
+  if (!near.replay.empty()) e -= 0.5 * setting_.goal.difference(near.q, near.replay.q_fine);
   if (x.in_cones) {  // the tree keeps no forces
     scratch.candidate.q = near.q;
     scratch.candidate.u = near.u;
     if (!models_.linearise_with_forces(scratch.candidate, scratch, x.totals)) return false;
   }
-  delta_u = extension(near.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
+  const Eigen::VectorXd delta_u =
+      extension(near.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   if (delta_u.cwiseQuotient(units_).norm() < kNoMove) return false;
   const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper());
   const double same = kSameCommand * (wanted - q_a).norm();

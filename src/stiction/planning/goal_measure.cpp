@@ -43,15 +43,17 @@ Eigen::VectorXd GoalMeasure::nearest_to(const Eigen::VectorXd& q_u) const {
 double GoalMeasure::ratio(const Eigen::VectorXd& q) const { return goal_error(model_, q, goal_).share(goal_); }
 
 double GoalMeasure::distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const {
+  return inverse_tolerances_.cwiseProduct(difference(q, q_u)).norm();
+}
+
+Eigen::VectorXd GoalMeasure::difference(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
   Eigen::VectorXd e(model_.n_vu());
-  space_.error(q.data(), q_u.data(), e.data());
-  return inverse_tolerances_.cwiseProduct(e).norm();
+  space_.error(from.data(), to.data(), e.data());
+  return e;
 }
 
 double GoalMeasure::share(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double position, double angle) const {
-  Eigen::VectorXd e(model_.n_vu());
-  space_.error(from.data(), to.data(), e.data());
-  return world::largest_share(model_, e, position, angle);
+  return world::largest_share(model_, difference(from, to), position, angle);
 }
 
 }  // namespace stiction::planning

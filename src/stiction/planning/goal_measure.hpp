@@ -23,6 +23,8 @@ class GoalMeasure {
   /// Of all coordinates, so that an object that is turned first and brought back later gets nearer all the time.
   double distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const;
   double distance(const Eigen::VectorXd& q) const { return distance(q, nearest_to(q.head(model_.n_qu()))); }
+  /// to ⊖ from, of the objects (n_vu).
+  Eigen::VectorXd difference(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const;
   /// Worst displacement of an object between two configurations, as a share of the given distance [m] and angle [rad] …
   double share(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double position, double angle) const;
   /// … or of the tolerances of the goal.

@@ -35,13 +35,11 @@ Segment PathWriter::describe_edge(const Tree& tree, const Node& node, bool force
 
 void PathWriter::cut_motionless_tail(Plan& plan) const {
   if (plan.segments.empty()) return;
-  Eigen::VectorXd e(setting_.model.n_vu());
   const Eigen::VectorXd q_end = plan.segments.back().knots.back().q;
   while (!plan.segments.empty()) {
     auto& knots = plan.segments.back().knots;
     while (knots.size() > 1) {
-      setting_.goal.space().error(knots[knots.size() - 2].q.data(), q_end.data(), e.data());
-      if (e.cwiseAbs().maxCoeff() > 1e-6) break;
+      if (setting_.goal.difference(knots[knots.size() - 2].q, q_end).cwiseAbs().maxCoeff() > 1e-6) break;
       knots.pop_back();
     }
     if (knots.size() > 1 || plan.segments.back().kind != SegmentKind::Regrasp) break;

@@ -29,11 +29,7 @@ Outcome holds_slippery(const Setting& setting, Eigen::VectorXd q, std::span<cons
   scratch.steps.forget();
   for (; k < knots.size(); ++k) {
     if (scratch.stop()) return Outcome::Failed;
-    ++work.steps;
-    if (dynamics::step(setting.model, {q, knots[k].u}, slippery, scratch.steps, scratch.step_result) != core::Status::Solved) {
-      ++work.failed_steps;
-      return Outcome::Failed;
-    }
+    if (!work.add(1, dynamics::step(setting.model, {q, knots[k].u}, slippery, scratch.steps, scratch.step_result))) return Outcome::Failed;
     q = scratch.step_result.q_next;
     if (setting.goal.share(knots[k].q, q, options.regrasp_tol_position, options.regrasp_tol_angle) > 1) return Outcome::Moved;
   }
@@ -103,11 +99,7 @@ class RegraspRun {
     auto& rolled = scratch_.rollout_result;
     const Status status = dynamics::rollout(setting_.model, q, u, u_next, step_, *options_.substep, scratch_.steps, rolled,
                                             dynamics::Overrun::Accept, scratch_.geometry.control);
-    out_.steps += rolled.steps;
-    if (status != Status::Solved) {
-      ++out_.failed_steps;
-      return Outcome::Failed;
-    }
+    if (!out_.add(rolled.steps, status)) return Outcome::Failed;
     for (const auto& knot : rolled.knots) {
       if (setting_.goal.share(q_rest_, knot.q, allowance.position, allowance.angle) > 1) return Outcome::Moved;
       if (setting_.press.share(knot.contacts, step_.h) > kMostPress) return Outcome::Moved;
@@ -226,8 +218,7 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
   const world::Model& model = setting.model;
   const world::RobotChains& chains = setting.chains;
   contact::GeometryWorkspace& geometry = scratch.geometry;
-  out.steps = 0;
-  out.failed_steps = 0;
+  static_cast<Work&>(out) = {};
   out.stuck = true;
   ++counts.tried;
   if (draw == 0) {

@@ -33,6 +33,12 @@ struct Setting {
 struct Work {
   long steps = 0, failed_steps = 0;
 
+  /// So many steps, the last of which ended like this. @returns it was solved
+  bool add(long n, core::Status last) {
+    steps += n;
+    failed_steps += last != core::Status::Solved;
+    return last == core::Status::Solved;
+  }
   Work& operator+=(const Work& o) {
     steps += o.steps;
     failed_steps += o.failed_steps;

@@ -42,9 +42,7 @@ std::optional<SettledStart> settle_start(const Setting& setting, const Eigen::Ve
   for (int k = 0; k < kMaxSettleSteps && !rests; ++k) {
     int steps = 0;
     const Status status = dynamics::step_within_efforts(model, out.q, out.u, simulator.exact(), scratch.steps, scratch.step_result, steps);
-    totals.steps += steps;
-    if (status != Status::Solved) {
-      ++totals.failed_steps;
+    if (!totals.add(steps, status)) {
       result.reason = fmt::format("the start cannot be settled: step {} of the exact dynamics ends in {}{}", k + 1, core::to_string(status),
                                   deepest_pair(model, scratch.step_result));
       return std::nullopt;
@@ -60,8 +58,7 @@ std::optional<SettledStart> settle_start(const Setting& setting, const Eigen::Ve
     out.knots.push_back({.u = out.u, .q = r.q_next, .contacts = {}});
     out.q = r.q_next;
   }
-  Eigen::VectorXd e(model.n_vu());
-  setting.goal.space().error(q_start.data(), out.q.data(), e.data());
+  const Eigen::VectorXd e = setting.goal.difference(q_start, out.q);
   result.start_moved = world::largest_share(model, e, 1, 1);
   if (rests || world::largest_share(model, e, kFallenMove * length, kFallenTurn) <= 1) return out;
   result.reason = fmt::format(

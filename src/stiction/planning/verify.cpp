@@ -32,11 +32,10 @@ bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_repl
   replay.q_fine = node.q;  // says that it was tried, whatever comes out
   const Eigen::MatrixXd fine = simulator_.follow_in_half_steps(parent_replay.q_fine, parent.u, node.commands, true, scratch, totals);
   const Goal& goal = setting_.problem.goal;
-  Eigen::VectorXd before(setting_.model.n_vu()), after(setting_.model.n_vu());
-  setting_.goal.space().error(parent.q.data(), parent_replay.q_fine.data(), before.data());
+  const Eigen::VectorXd before = setting_.goal.difference(parent.q, parent_replay.q_fine);
   const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(setting_.model, e, goal.tol_position, goal.tol_angle); };
   const auto agrees = [&](Eigen::Index k) {
-    setting_.goal.space().error(node.states.col(k).data(), fine.col(k).data(), after.data());
+    const Eigen::VectorXd after = setting_.goal.difference(node.states.col(k), fine.col(k));
     return share(after) <= setting_.options.fidelity_path && share(after - before) <= setting_.options.fidelity_edge;
   };
   const auto holds = [&](const Node& edge, Eigen::MatrixXd& disturbed) {
@@ -113,11 +112,7 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
       if (scratch.stop()) return false;
       const Eigen::VectorXd weights = calc_weights_aside(setting_.model, q, setting_.options.edge_tilt, static_cast<int>(i));
       const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &weights, nullptr, &friction_[static_cast<std::size_t>(i)]};
-      ++totals.steps;
-      if (dynamics::step(setting_.model, input, simulator_.exact(), scratch.steps, scratch.step_result) != Status::Solved) {
-        ++totals.failed_steps;
-        return false;
-      }
+      if (!totals.add(1, dynamics::step(setting_.model, input, simulator_.exact(), scratch.steps, scratch.step_result))) return false;
       const bool rests = k >= n && setting_.goal.share_of_tolerances(q, scratch.step_result.q_next) < kRests;
       q = scratch.step_result.q_next;
       if (rests) break;

@@ -15,10 +15,7 @@ bool CommandFollower::step_within_efforts(Eigen::VectorXd& command) {
   int steps = 0;
   const core::Status status =
       dynamics::step_within_efforts(problem_.model, q, command, sizes_.exact, scratch_.steps, scratch_.step_result, steps);
-  work.steps += steps;
-  if (status == core::Status::Solved) return true;
-  ++work.failed_steps;
-  return false;
+  return work.add(steps, status);
 }
 
 bool CommandFollower::advance(const Eigen::VectorXd& command, Segment& segment) {

@@ -39,17 +39,16 @@ bool go_along(CommandFollower& follower, const Push& push, const Eigen::VectorXd
   const Problem& problem = follower.problem();
   const world::Model& model = problem.model;
   const Eigen::VectorXd& q_planned = push.edges.back().knots.back().q;
-  Eigen::VectorXd shift(model.n_vu()), e(model.n_vu()), added = Eigen::VectorXd::Zero(model.n_a()), delta;
-  problem.goal.space().error(q_planned.data(), q_target.data(), shift.data());
+  const Eigen::VectorXd shift = problem.goal.difference(q_planned, q_target);
+  Eigen::VectorXd added = Eigen::VectorXd::Zero(model.n_a()), delta;
   std::size_t n = 0, k = 0;
   for (const Segment& edge : push.edges) n += edge.knots.size();
   for (const Segment& edge : push.edges) {
     Segment& segment = way.segments.emplace_back(Segment{edge.kind, {}});
     for (const auto& knot : edge.knots) {
       if (!follower.advance_in_parts(follower.within_limits(knot.u + added), segment, follower.sizes().cuts)) return false;
-      problem.goal.space().error(follower.q.data(), knot.q.data(), e.data());
       if (problem.miss(knot.q, follower.q) > kStrayed) return false;
-      e += static_cast<double>(++k) / static_cast<double>(n) * shift;
+      const Eigen::VectorXd e = problem.goal.difference(follower.q, knot.q) + static_cast<double>(++k) / static_cast<double>(n) * shift;
       if (gamma != kNoFeedback && calc_feedback(follower, e, gamma, delta)) added += delta;
     }
   }
@@ -59,11 +58,10 @@ bool go_along(CommandFollower& follower, const Push& push, const Eigen::VectorXd
 /// On from the end of a push, for as long as that brings the objects nearer.
 bool lead(CommandFollower& follower, const Eigen::VectorXd& q_target, const Run& run, Segment& segment) {
   const Problem& problem = follower.problem();
-  Eigen::VectorXd e(problem.model.n_vu()), delta;
+  Eigen::VectorXd delta;
   double missed = problem.miss(q_target, follower.q);
   for (int k = 0; k < kMostLeading && missed > problem.refine.miss; ++k) {
-    problem.goal.space().error(follower.q.data(), q_target.data(), e.data());
-    if (!calc_feedback(follower, e, run.gamma, delta)) return true;
+    if (!calc_feedback(follower, problem.goal.difference(follower.q, q_target), run.gamma, delta)) return true;
     const Eigen::VectorXd q = follower.q, u = follower.u;
     const std::size_t size = segment.knots.size();
     if (!follower.advance_in_parts(follower.within_limits(follower.u + delta), segment, follower.sizes().cuts)) return false;

@@ -110,11 +110,7 @@ class WatchedRegrasp {
     dynamics::RolloutResult& rollout = follower_.scratch().rollout_result;
     const core::Status status = dynamics::rollout(problem_.model, follower_.q, follower_.u, u, sizes_.exact, limits,
                                                   follower_.scratch().steps, rollout, dynamics::Overrun::Accept, &problem_.control);
-    follower_.work.steps += rollout.steps;
-    if (status != core::Status::Solved) {
-      ++follower_.work.failed_steps;
-      return false;
-    }
+    if (!follower_.work.add(rollout.steps, status)) return false;
     const double depth = std::max(rollout.penetration, calc_penetration(problem_.model, rollout.knots.back().q, geometry()));
     if (depth > problem_.allowed.penetration) return false;
     for (const auto& knot : rollout.knots) {
