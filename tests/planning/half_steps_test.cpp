@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "planning/systems.hpp"
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 
 namespace stiction::planning {
 namespace {

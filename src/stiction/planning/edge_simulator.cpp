@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -77,27 +77,25 @@ EdgeSimulator::EdgeSimulator(const Setting& setting) : setting_(setting), exact_
 }
 
 bool EdgeSimulator::move(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
-  if (!setting_.options.substep) {
-    scratch.steps.forget();
-    to.u = u;
-    int steps = 0;
-    const Status status = dynamics::step_within_efforts(setting_.model, from.q, to.u, exact_, scratch.steps, scratch.step_result, steps);
-    if (!totals.add(steps, status)) return false;
-    if (!spares(scratch.step_result.contacts)) return false;
-    to.q = scratch.step_result.q_next;
-    to.commands = to.u;
-    to.states = to.q;
-    return true;
-  }
-  return roll_out(from, u, *setting_.options.substep, scratch, totals, to);
+  scratch.steps.forget();
+  return setting_.options.substep ? roll_out(from, u, scratch, totals, to) : step_once(from, u, scratch, totals, to);
 }
 
-bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, ThreadScratch& scratch,
-                             Totals& totals, Node& to) const {
-  scratch.steps.forget();
+bool EdgeSimulator::step_once(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
+  to.u = u;
+  int steps = 0;
+  const Status status = dynamics::step_within_efforts(setting_.model, from.q, to.u, exact_, scratch.steps, scratch.step_result, steps);
+  if (!totals.add(steps, status) || !spares(scratch.step_result.contacts)) return false;
+  to.q = scratch.step_result.q_next;
+  to.commands = to.u;
+  to.states = to.q;
+  return true;
+}
+
+bool EdgeSimulator::roll_out(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
   auto& r = scratch.rollout_result;
-  const Status status = dynamics::rollout(setting_.model, from.q, from.u, u, exact_, limits, scratch.steps, r, dynamics::Overrun::Stop,
-                                          scratch.geometry.control);
+  const Status status = dynamics::rollout(setting_.model, from.q, from.u, u, exact_, *setting_.options.substep, scratch.steps, r,
+                                          dynamics::Overrun::Stop, scratch.geometry.control);
   totals.steps += r.steps;
   if (scratch.stop()) return false;
   if (status != Status::Solved && status != Status::MaxIterations) {

@@ -48,9 +48,6 @@ class EdgeSimulator {
 
   /// Exact dynamics from a node towards the command u: sub-steps up to where a contact would slip far at once, or one step as in the thesis.
   bool move(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const;
-  /// Sub-steps up to where a contact would slip far at once.
-  bool roll_out(const Node& from, const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, ThreadScratch& scratch, Totals& totals,
-                Node& to) const;
   /// The states after the commands of an edge at half its sub-step (n_q × commands); fewer columns where it ended before.
   Eigen::MatrixXd follow_in_half_steps(Eigen::VectorXd q, Eigen::VectorXd u_last, const Eigen::MatrixXd& commands, bool limit_gap,
                                        ThreadScratch& scratch, Totals& totals) const;
@@ -58,6 +55,9 @@ class EdgeSimulator {
   bool moves(const Node& from, const Node& to) const;
 
  private:
+  bool roll_out(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const;
+  /// As in the thesis.
+  bool step_once(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const;
   /// A fragile thing bears it.
   bool spares(std::span<const dynamics::ContactImpulse> contacts) const {
     return setting_.press.share(contacts, setting_.options.h) <= kMostPress;

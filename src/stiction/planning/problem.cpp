@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/world/scales.hpp"
 

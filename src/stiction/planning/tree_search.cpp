@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/planning/settle_start.hpp"
 #include "stiction/world/scales.hpp"
 

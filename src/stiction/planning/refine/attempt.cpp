@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/planning/refine/feedback.hpp"
 #include "stiction/planning/refine/impc.hpp"
 #include "stiction/planning/refine/regrasp_anew.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "stiction/core/random.hpp"
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning::refinement {

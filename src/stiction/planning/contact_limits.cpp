@@ -1,4 +1,4 @@
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 
 #include <algorithm>
 #include <span>

@@ -1,5 +1,5 @@
 // Gaps across which forces act, as `check` measures them.
-#include "stiction/planning/force_gap.hpp"
+#include "stiction/planning/contact_limits.hpp"
 
 #include <gtest/gtest.h>
 
