@@ -35,11 +35,12 @@ struct PlanArguments {
 };
 
 struct Counts {
-  long knots = 0, regrasps = 0, contact_segments = 0;
+  long knots = 0, regrasps = 0, loose = 0, contact_segments = 0;
   explicit Counts(const planning::Plan& plan) {
     for (const auto& segment : plan.segments) {
       knots += static_cast<long>(segment.knots.size());
       regrasps += segment.kind == planning::SegmentKind::Regrasp;
+      loose += segment.loose;
       contact_segments += segment.kind == planning::SegmentKind::Contact;
     }
   }
@@ -54,6 +55,8 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
+  if (counts.loose > 0)
+    row("loose", fmt::format("{} of the regrasps: meanwhile an object would not stay with gravity a little aside", counts.loose));
   row("cost", fmt::format("{:.1f} s at joint speeds, with {:.0f} s per regrasp{}", r.cost, o.cost.regrasp,
                           r.improvements.size() > 1 ? fmt::format("; the first plan: {:.1f} s", r.improvements.front().cost) : ""));
   if (r.plan.step.friction_scale < o.friction)
@@ -87,8 +90,13 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["linearisations"] = r.linearisations;
   out["failed_steps"] = r.failed_steps;
   out["distrusted"] = r.distrusted;
-  out["regrasps"] = {{"in_plan", counts.regrasps},           {"tried", r.regrasps.tried},     {"accepted", r.regrasps.accepted},
-                     {"no_sample", r.regrasps.no_sample},    {"no_path", r.regrasps.no_path}, {"object_moved", r.regrasps.object_moved},
+  out["regrasps"] = {{"in_plan", counts.regrasps},
+                     {"loose", counts.loose},
+                     {"tried", r.regrasps.tried},
+                     {"accepted", r.regrasps.accepted},
+                     {"no_sample", r.regrasps.no_sample},
+                     {"no_path", r.regrasps.no_path},
+                     {"object_moved", r.regrasps.object_moved},
                      {"failed_step", r.regrasps.failed_step}};
   out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};

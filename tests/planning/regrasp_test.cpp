@@ -32,8 +32,8 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(9, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    if (!try_regrasp(setting, q, q.tail(16), contact::draw_grasp(setting.chains, options.sampler, random), {}, random, scratch, regrasp,
-                     counts))
+    if (!try_regrasp(setting, q, q.tail(16), {contact::draw_grasp(setting.chains, options.sampler, random), true}, {}, random, scratch,
+                     regrasp, counts))
       continue;
     for (const double friction : {1.0, options.regrasp_friction}) {  // an own simulation of every knot
       dynamics::StepOptions step_options;
@@ -53,6 +53,27 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   EXPECT_EQ(counts.accepted + counts.no_sample + counts.no_path + counts.object_moved + counts.failed_step, 40);
 }
 
+/// Four fingers leave a ball on a palm, where it stays as long as gravity is straight.
+TEST(TryRegrasp, BallThatIsFreeToRoll_IsLeftAsTheLastResortOnly) {
+  const auto model = load_model("allegro_ball");
+  const PlannerOptions options;
+  const Setting setting{{.model = model, .q_start = model->neutral(), .goal = {}, .q_goal = {}}, options};
+  const core::RunControl control;
+  SimulationScratch scratch{model, control};
+  const Eigen::VectorXd q = allegro_start();
+  for (const bool last_resort : {false, true}) {
+    RegraspCounts counts;
+    for (int attempt = 0; attempt < 10; ++attempt) {
+      core::Random random(3, static_cast<std::uint64_t>(attempt));
+      Regrasp regrasp;
+      try_regrasp(setting, q, q.tail(16), {setting.chains.all(), last_resort}, {}, random, scratch, regrasp, counts);
+      EXPECT_FALSE(regrasp.stuck);
+      EXPECT_TRUE(regrasp.loose);
+    }
+    EXPECT_EQ(counts.accepted > 0, last_resort);
+  }
+}
+
 /// Regrasps of the planar hand at its start.
 struct HandRegrasps {
   explicit HandRegrasps(const std::string& task = "planar_hand") : model(load_model(task)) {}
@@ -66,7 +87,7 @@ struct HandRegrasps {
 
   bool attempt(const GraspJudge& judge, core::Random& random, Regrasp& out, RegraspCounts& counts) {
     const world::ChainMask draw = contact::draw_grasp(setting.chains, options.sampler, random);
-    return try_regrasp(setting, q, q.tail(4), draw, judge, random, scratch, out, counts);
+    return try_regrasp(setting, q, q.tail(4), {draw}, judge, random, scratch, out, counts);
   }
 };
 

@@ -418,6 +418,16 @@ def test_forged_plans_fail_the_check(plan, tmp_path, change):
     assert {item["name"] for item in report["checks"] if not item["pass"]} - before, "no check fails that did not fail before"
 
 
+def test_regrasps_of_a_cube_on_a_palm_are_not_loose(tmp_path):
+    done = run("plan", "allegro_cube", "--seed", 0, "-o", tmp_path, "--json")
+    assert done.returncode == 0, done.stderr
+    regrasps = json.loads(done.stdout)["regrasps"]
+    assert regrasps["in_plan"] > 0 and regrasps["loose"] == 0
+    assert "\n  loose" not in done.stderr
+    report = json.loads(run("check", tmp_path, "--json").stdout)
+    assert next(item["value"] for item in report["checks"] if item["name"] == "loose_regrasps") == 0
+
+
 def test_contacts_of_a_plan_by_coulombs_law_stay_closed(tmp_path):
     """Of a thing pushed over a table: it slides in every plan, whatever the search found."""
     done = run("plan", "ur5_mesh_push", "--seed", 0, "-o", tmp_path / "out", "--json")

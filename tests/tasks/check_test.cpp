@@ -70,6 +70,37 @@ TEST_F(CheckTest, RegraspInContact_IsFoundAndOneInTheAirIsNot) {
   EXPECT_EQ(check(box_->task, plan).at("regrasp_contact").value, 0);
 }
 
+/// A hand goes from one place to another beside a thing on the ground: a box stays there by itself, a ball is free to roll, and not where walls are about it.
+TEST_F(CheckTest, RegraspThatLeavesABallFreeToRoll_IsLoose) {
+  const auto loose = [](const std::string& shape, const std::string& fixed) {
+    const Task task = parse_task(
+        "scene:\n  robots: [{name: hand, urdf: planar_pusher.urdf, stiffness: 100}]\n"
+        "  fixed:\n  - {name: ground, shapes: [{half_space: {}}]}\n" +
+            fixed + "  objects: [{name: thing, joint: free, mass: 0.5, shapes: [" + shape +
+            "]}]\n"
+            "start: {joints: [-0.5, 0.5], objects: {thing: {position: [0, 0, 0.05]}}}\n"
+            "goal: {objects: {thing: {position: [0, 0.5, 0.05]}}}\ntolerance: {position: 0.01, angle: 0.1}\n",
+        test::source_dir() / "models");
+    const Eigen::Vector2d u = task.problem.q_start.tail(2);
+    const PlanFile plan = run_script(task, {u, u + Eigen::Vector2d(0, 0.3)}).file;
+    PlanFile regrasp = plan;
+    regrasp.segments.back().kind = planning::SegmentKind::Regrasp;
+    const CheckReport report = check(task, regrasp);
+    EXPECT_EQ(report.at("regrasp_contact").value, 0);
+    EXPECT_TRUE(report.at("loose_regrasps").pass) << "told, not judged";
+    EXPECT_EQ(check(task, plan).at("loose_regrasps").value, 0) << "no regrasp";
+    return report.at("loose_regrasps").value;
+  };
+  const std::string walls = R"(  - {name: west, pose: {position: [-0.06, 0, 0.05]}, shapes: [{box: {size: [0.02, 0.2, 0.1]}}]}
+  - {name: east, pose: {position: [0.06, 0, 0.05]}, shapes: [{box: {size: [0.02, 0.2, 0.1]}}]}
+  - {name: south, pose: {position: [0, -0.06, 0.05]}, shapes: [{box: {size: [0.1, 0.02, 0.1]}}]}
+  - {name: north, pose: {position: [0, 0.06, 0.05]}, shapes: [{box: {size: [0.1, 0.02, 0.1]}}]}
+)";
+  EXPECT_EQ(loose("{box: {size: [0.1, 0.1, 0.1]}}", ""), 0);
+  EXPECT_EQ(loose("{sphere: {radius: 0.05}}", ""), 1);
+  EXPECT_EQ(loose("{sphere: {radius: 0.05}}", walls), 0);
+}
+
 /// Judged by what the box bears, from the replay and from what the file says.
 TEST_F(CheckTest, BoxThatBearsLessThanThePush_IsFound) {
   const auto with_limit = [&](double most) {

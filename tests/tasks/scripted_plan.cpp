@@ -5,7 +5,6 @@
 #include "stiction/dynamics/rollout.hpp"
 
 namespace stiction::tasks {
-namespace {
 
 ScriptedPlan run_script(Task task, const std::vector<Eigen::VectorXd>& commands) {
   ScriptedPlan out;
@@ -39,8 +38,6 @@ ScriptedPlan run_script(Task task, const std::vector<Eigen::VectorXd>& commands)
   out.file = make_plan_file(out.task, out.task.options, out.result, "plan.json");
   return out;
 }
-
-}  // namespace
 
 ScriptedPlan push_box() {
   Task task = load_task("planar_pushing");

@@ -12,6 +12,9 @@ struct ScriptedPlan {
   PlanFile file;
 };
 
+/// Moves the commands from one to the next, in a contact segment each. The goal of the task becomes where its object ends.
+ScriptedPlan run_script(Task task, const std::vector<Eigen::VectorXd>& commands);
+
 /// planar_pushing: the hand moves below the box and pushes it.
 ScriptedPlan push_box();
 

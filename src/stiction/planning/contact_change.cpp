@@ -8,6 +8,8 @@ namespace {
 
 /// Draws of the branches of a regrasp, until some may be able to let go of the object.
 constexpr int kDraws = 30;
+/// Extensions of a tree after which a loose regrasp is as good as any: of a ball in an open hand no other may lead to the goal.
+constexpr std::uint64_t kHeldExtensions = 1000;
 
 }  // namespace
 
@@ -16,9 +18,16 @@ void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random)
   const Node& near = tree[x.near];
   x.grasp = false;
   if (near.cannot_release) return;
+  const auto failed = [&](world::ChainMask moved) { return moved == x.release.moved; };
+  // Where some leave it loose, these and others do.
+  const auto loose = [&](world::ChainMask moved) { return (moved & x.release.moved) == moved; };
   for (int k = 0; k < kDraws && !x.grasp; ++k) {
-    x.draw = contact::draw_grasp(setting_.chains, setting_.options.sampler, random);
-    x.grasp = std::find(near.failed_releases.begin(), near.failed_releases.end(), x.draw) == near.failed_releases.end();
+    x.release = {contact::draw_grasp(setting_.chains, setting_.options.sampler, random), x.stream >= kHeldExtensions};
+    x.grasp = std::ranges::none_of(near.failed_releases, failed) && (x.release.loose || std::ranges::none_of(near.loose_releases, loose));
+  }
+  if (!x.grasp && !near.loose_releases.empty()) {  // the last resort
+    x.release = {near.loose_releases[static_cast<std::size_t>(random.index(static_cast<int>(near.loose_releases.size())))], true};
+    x.grasp = true;
   }
   if (!x.grasp) x.cannot_release = x.near;
 }
@@ -27,8 +36,8 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   const Node& near = tree[x.near];
   if (!setting_.options.real_regrasps) {
     ++x.totals.regrasps.tried;
-    const auto sample =
-        contact::sample_contact(setting_.model, setting_.chains, setting_.options.sampler, x.draw, near.q, random, scratch.geometry);
+    const auto sample = contact::sample_contact(setting_.model, setting_.chains, setting_.options.sampler, x.release.moved, near.q, random,
+                                                scratch.geometry);
     if (!sample) {
       ++x.totals.regrasps.no_sample;
       return false;
@@ -42,9 +51,11 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   } else {
     const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
                            [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); }};
-    const bool held = try_regrasp(setting_, near.q, near.u, x.draw, judge, random, scratch, scratch.regrasp, x.totals.regrasps);
+    const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, scratch.regrasp, x.totals.regrasps);
     static_cast<Work&>(x.totals) += scratch.regrasp;
     x.release_failed = scratch.regrasp.stuck;
+    x.release_loose = scratch.regrasp.loose && !x.release.loose;
+    node.loose = scratch.regrasp.loose;
     if (!held) return false;
     node.q = scratch.regrasp.knots.back().q;
     node.u = scratch.regrasp.knots.back().u;

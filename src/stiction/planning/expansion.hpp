@@ -59,8 +59,9 @@ struct Expansion {
   EdgeReplay near_replay;       ///< of `near`, when this expansion computed it
   int refined = -1;             ///< the node that it belongs to
   bool rejected = false;        ///< it is too far from q to build on; the chain then is what is left of the node's edge
-  world::ChainMask draw = 0;    ///< branches that a regrasp moves
+  Release release;              ///< of a regrasp
   bool release_failed = false;  ///< its branches cannot let go of the object at `near`
+  bool release_loose = false;   ///< or not without leaving it loose
   int cannot_release = -1;      ///< a node at which no branches can
   Eigen::VectorXd command;      ///< that `near` was extended to (n_a); empty: it was not
   std::vector<Node> chain;      ///< new nodes, each the parent of the next

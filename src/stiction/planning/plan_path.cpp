@@ -23,7 +23,7 @@ Plan PathWriter::empty_plan(const Tree& tree) const {
 }
 
 Segment PathWriter::describe_edge(const Tree& tree, const Node& node, bool forces, ThreadScratch& scratch, Totals& totals) const {
-  Segment segment{node.edge, {}};
+  Segment segment{node.edge, {}, node.loose};
   for (Eigen::Index k = 0; k < node.commands.cols(); ++k)
     segment.knots.push_back({.u = node.commands.col(k), .q = node.states.col(k), .contacts = {}});
   if (!forces || (node.edge == SegmentKind::Regrasp && !setting_.options.real_regrasps)) return segment;

@@ -8,6 +8,7 @@
 
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
+#include "stiction/planning/disturbances.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -76,19 +77,47 @@ class RegraspRun {
     return outcome == Outcome::Held && !rests ? Outcome::Moved : outcome;
   }
 
+  /// The objects stay where they rest with gravity aside, from four sides.
+  bool stays_with_gravity_aside() {
+    bool stays = true;
+    for (int draw = 0; draw < kDisturbances && stays; ++draw) stays = stays_with_gravity_aside(draw);
+    scratch_.steps.forget();
+    return stays;
+  }
+
   /// Moves the command to u_next while the object rests.
   Outcome move(const Eigen::VectorXd& u_next) { return follow(u_next, {options_.regrasp_tol_position, options_.regrasp_tol_angle}); }
 
   Outcome follow_slippery() { return holds_slippery(setting_, q0_, out_.knots, step_, scratch_, out_); }
 
  private:
+  bool stays_with_gravity_aside(int draw) {
+    Eigen::VectorXd q_aside = q;
+    bool rests = false;
+    scratch_.steps.forget();
+    for (int k = 0; k < kMostHeld && !rests; ++k) {
+      const Eigen::VectorXd aside = calc_weights_aside(setting_.model, q_aside, kAside, draw);
+      const dynamics::StepInput input{q_aside, u, &aside};
+      if (!out_.add(1, dynamics::step(setting_.model, input, step_, scratch_.steps, scratch_.step_result))) return false;
+      rests = rest(q_aside, scratch_.step_result.q_next);
+      q_aside = scratch_.step_result.q_next;
+      if (setting_.goal.share(q, q_aside, options_.regrasp_tol_position, options_.regrasp_tol_angle) > 1) return false;
+    }
+    return true;
+  }
+
+  /// The objects, from one step to the next.
+  bool rest(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const {
+    return setting_.goal.share(before, after, kRestingMove * setting_.model.scales().robots().length, kRestingTurn) <= 1;
+  }
+
   /// Holds the command for up to kMostHeld steps, or until the object rests.
   Outcome hold(const Allowance& allowance, bool& rests) {
     for (int k = 0; k < kMostHeld && !rests; ++k) {
       const Eigen::VectorXd before = q;
       const Outcome outcome = follow(u, allowance);
       if (outcome != Outcome::Held) return outcome;
-      rests = setting_.goal.share(before, q, kRestingMove * setting_.model.scales().robots().length, kRestingTurn) <= 1;
+      rests = rest(before, q);
     }
     return Outcome::Held;
   }
@@ -213,15 +242,17 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
   return true;
 }
 
-bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, world::ChainMask draw, const GraspJudge& judge,
-                 core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts) {
+bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
+                 const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts) {
   const world::Model& model = setting.model;
   const world::RobotChains& chains = setting.chains;
   contact::GeometryWorkspace& geometry = scratch.geometry;
   static_cast<Work&>(out) = {};
   out.stuck = true;
+  out.loose = false;
   ++counts.tried;
-  if (draw == 0) {
+  const world::ChainMask moved = release.moved;
+  if (moved == 0) {
     ++counts.no_sample;
     return false;
   }
@@ -235,10 +266,10 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
   contact::PathOptions path_options;
   path_options.clearance = setting.options.regrasp_clearance;
   Outcome outcome = Outcome::Moved;
-  for (const world::ChainMask relaxed : {draw, chains.all()}) {
+  for (const world::ChainMask relaxed : {moved, chains.all()}) {
     run.emplace(setting, q, u, scratch, out);
     bool clear = false;
-    outcome = let_go(setting, relaxed, draw, geometry, *run, clear);
+    outcome = let_go(setting, relaxed, moved, geometry, *run, clear);
     if (!clear) {
       ++counts.no_path;
       return false;
@@ -247,15 +278,17 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
   }
   if (outcome != Outcome::Held) return count_failure(outcome);
   out.stuck = false;
+  out.loose = !run->stays_with_gravity_aside();
+  if (out.loose && !release.loose) return count_failure(Outcome::Moved);
 
-  const auto candidates = draw_candidates(setting, draw, run->q, judge, random, geometry);
+  const auto candidates = draw_candidates(setting, moved, run->q, judge, random, geometry);
   if (candidates.empty()) {
     ++counts.no_sample;
     return false;
   }
   std::vector<Posture> path;
   const bool found = std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
-    return contact::find_path(model, chains, draw, run->q, candidate.q_a, path_options, random, geometry, path) ==
+    return contact::find_path(model, chains, moved, run->q, candidate.q_a, path_options, random, geometry, path) ==
            contact::PathOutcome::Found;
   });
   if (!found) {
@@ -263,7 +296,7 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
     return false;
   }
   for (const auto& posture : path) {  // commands: the moving joints follow the path, the others hold
-    outcome = run->move(command_of(chains, draw, posture, run->u));
+    outcome = run->move(command_of(chains, moved, posture, run->u));
     if (outcome != Outcome::Held) return count_failure(outcome);
   }
   outcome = run->keep();

@@ -34,6 +34,7 @@ struct EdgeReplay {
 struct Node {
   int parent = -1;
   SegmentKind edge = SegmentKind::Contact;
+  bool loose = false;        ///< see Segment
   Eigen::VectorXd q;         ///< (n_q)
   Eigen::VectorXd u;         ///< command at q (n_a)
   Eigen::MatrixXd commands;  ///< of the edge's sub-steps, one column each (n_a × steps)
@@ -46,6 +47,7 @@ struct Node {
   double cost = 0;                                  ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};             ///< commands of extensions from here (n_a each)
   std::vector<world::ChainMask> failed_releases{};  ///< branches that cannot let go of the object together
+  std::vector<world::ChainMask> loose_releases{};   ///< branches that can, but leave it loose
   bool cannot_release = false;                      ///< none can
 };
 
@@ -83,6 +85,7 @@ class Tree {
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
+  void add_loose_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].loose_releases.push_back(branches); }
   void set_cannot_release(int i) {
     nodes_[static_cast<std::size_t>(i)].cannot_release = true;
     places_.remove(i);

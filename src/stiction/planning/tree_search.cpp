@@ -156,7 +156,8 @@ Status TreeSearch::take_in(ThreadScratch& scratch) {
     Expansion& x = round_[static_cast<std::size_t>(i)];
     totals_ += x.totals;
     if (x.refined >= 0 && !control_.stop()) record_verdict(x);  // else it may have come to nothing for want of time
-    if (x.release_failed) tree_.add_failed_release(x.near, x.draw);
+    if (x.release_failed) tree_.add_failed_release(x.near, x.release.moved);
+    if (x.release_loose) tree_.add_loose_release(x.near, x.release.moved);
     if (x.cannot_release >= 0) tree_.set_cannot_release(x.cannot_release);
     totals_.distrusted += x.broken;
     if (x.command.size() > 0) tree_.add_tried(x.near, std::move(x.command));

@@ -24,6 +24,7 @@ Replay::Replay(const Task& task, const PlanFile& plan, const CheckOptions& optio
   step_options_.with_B = false;
   step_options_.warm_start = false;  // every step depends on its input alone
   brace_force_ = task.options.brace_force;
+  stays_ = {task.options.regrasp_tol_position, task.options.regrasp_tol_angle};
   goal_object_ = model_.object_index(plan_.goal_object);
   find_branches();
 }
@@ -72,6 +73,7 @@ void Replay::report(CheckReport& out) const {
   add(out, "force_gap", force_gap_, limits_.force_gap, std::string(tolerance));
   add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
   const bool bounded = step_options_.effort_limits && model_.effort().array().isFinite().any();
+  add(out, "loose_regrasps", loose_regrasps_, std::nullopt, "");
   add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
   add(out, "max_force", max_force_, 1.0, "of what the weaker side bears");
   add(out, "brace", brace_, std::nullopt, "of the force that ends a push");
@@ -139,6 +141,8 @@ void Replay::check_regrasp(std::size_t segment) {
   constexpr double kGoesElsewhere = 0.1;  // [rad, L]: a finger that only stops pushing stays where it is
   const int first_joint = model_.n_q() - model_.n_a();
   const auto& knots = plan_.segments[segment].knots;
+  std::vector<double> clear(knots.size(), std::numeric_limits<double>::infinity());  // the least gap of the branches that go elsewhere
+  bool any = false;
   for (const Branch& branch : branches_) {
     std::vector<double> gap(knots.size()), travel(knots.size(), 0.0);
     double all = 0, excursion = 0;
@@ -153,7 +157,9 @@ void Replay::check_regrasp(std::size_t segment) {
     for (std::size_t k = 0; k < knots.size(); ++k) {
       world::calc_kinematics(model_, normalised(model_, knots[k].q), kinematics_work_, kinematics_);
       gap[k] = contact::calc_min_distance(model_, kinematics_, branch.pairs, -std::numeric_limits<double>::infinity(), contact_work_);
+      clear[k] = std::min(clear[k], gap[k]);
     }
+    any = true;
     const auto is_free = [free](double x) { return x >= free; };
     const auto first = std::find_if(gap.begin(), gap.end(), is_free);
     const auto last = std::find_if(gap.rbegin(), gap.rend(), is_free).base();
@@ -162,6 +168,7 @@ void Replay::check_regrasp(std::size_t segment) {
     regrasp_contact_.see(in_contact,
                          [&] { return fmt::format("{} in segment {}", joint_name(branch.joints.front() - first_joint), segment); });
   }
+  if (any) see_hold(segment, knots[static_cast<std::size_t>(std::max_element(clear.begin(), clear.end()) - clear.begin())]);
 }
 
 /// Deepest penetration at q, ≥ 0, in contact tolerances of its pair, and that pair (−1: none).
