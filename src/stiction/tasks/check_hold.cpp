@@ -34,7 +34,6 @@ std::optional<PoseError> Replay::slip_aside(const StoredKnot& away, int side) {
   PoseError slip{0, 0};
   for (int k = 0; k < kMostSteps && slip.position <= stays_.position && slip.angle <= stays_.angle; ++k) {
     const Eigen::VectorXd aside = calc_gravity_aside(q, side);
-    ++steps_;
     if (dynamics::step(model_, {q, away.u, &aside}, step_options_, step_work_, result_) != core::Status::Solved) return std::nullopt;
     PoseError moved{0, 0};
     for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
