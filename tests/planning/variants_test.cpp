@@ -55,7 +55,7 @@ TEST(Schemes, OnlyTheExactOneSeesNothingBeforeContact) {
     (void)plan(problem, options, {}, result);
     const double seen = result.records.at(0).B_u.norm();
     if (scheme == Scheme::Exact) {
-      EXPECT_EQ(seen, 0);
+      EXPECT_LT(seen, 1e-5) << "a row with room, to the complementarity that steps with B are centred to";
     } else {
       EXPECT_GT(seen, 0.01);
     }

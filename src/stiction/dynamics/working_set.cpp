@@ -11,13 +11,11 @@ namespace {
 
 using world::Model;
 
-/// An exact step first looks at the rows that it may reach: contacts with objects nearer than this plus a share of the commanded motion, contacts among robot
-/// parts that the command brings nearer than this (S.6), and joint limits likewise. Rows left out that the solution violates are added and the step is solved
-/// again, so that the result is that of the full problem: a row that holds with room has no multiplier.
-constexpr double kNearContact = 0.02;  // of L of the pair (world::Scales)
+/// An exact step first looks at the rows that it may reach: contacts with objects nearer than this, contacts among robot parts that the command brings nearer
+/// than this (S.6), and joint limits likewise. Rows left out that the solution violates are added and the step is solved again, so that the result is that of
+/// the full problem: a row that holds with room has no multiplier.
+constexpr double kNearContact = 0.05;  // of L of the pair (world::Scales)
 constexpr double kNearLimit = 0.02;    // of the unit of the joint
-constexpr double kMotionShare = 0.25;
-constexpr double kFallShare = 0.5;  // Coulomb's law: and by this share of what gravity can move an object by in the step
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
 constexpr double kGuessContact = 0.01;  // of L
 constexpr double kGuessLimit = 0.01;    // of the unit of the joint
@@ -116,14 +114,14 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
 }
 
-void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall,
-                          StepWorkspace::Impl& work) {
-  const double motion = (coulomb ? kFallShare * fall : 0) + kMotionShare * commanded_motion(model, in);
+void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
+  const double approach = 2 * commanded_motion(model, in);  // of two branches
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const int pair = work.contacts[i].pair;
-    const double near = kNearContact * model.scales().pair(pair).length;
-    work.included[i] =
-        work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) < near : work.contacts[i].phi < near + motion;
+    const contact::Contact& contact = work.contacts[i];
+    const double near = kNearContact * model.scales().pair(contact.pair).length;
+    const bool self = work.self_contact[at(contact.pair)] != 0;
+    const double motion = self ? (1 + contact.friction * options.friction_scale) * approach : 0.0;
+    work.included[i] = contact.phi < near + motion && (!self || least_commanded_gap(model, options, i, work) < near);
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();

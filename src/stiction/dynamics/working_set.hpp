@@ -23,11 +23,8 @@ void include_smoothed(const world::Model& model, const StepInput& in, const Step
 /// Contacts that the last solution met on its way have their rows in the program.
 void include_met(StepWorkspace::Impl& work);
 
-/// Rows that an exact step looks at first. Coulomb's law may have several solutions, and which one is found depends on the rows: with contacts of objects that a fall
-/// may reach it is one by which more plans hold (docs/decisions/0017-shifts-that-look-ahead.md).
-/// @param fall  what gravity can move an object by in the step when nothing holds it [m]
-void include_within_reach(const world::Model& model, const StepInput& in, const StepOptions& options, bool coulomb, double fall,
-                          StepWorkspace::Impl& work);
+/// Rows that an exact step looks at first.
+void include_within_reach(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work);
 
 /// The same where δq is known roughly.
 void include_near(const world::Model& model, const StepInput& in, const StepOptions& options, const Eigen::VectorXd& guess,
