@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from . import links, meshes
+from . import charts, links, meshes
 from .bodies import FIXED, FORCE, GOAL, GOAL_AXES, KIND_COLOR, KIND_TEXT, OBJECT, OBJECT_AXES, ROBOT, ROBOT_BASE, ROBOT_OPACITY, ROBOT_REGRASP, TREE, BodyMesh, Color, body_meshes, in_world, pose_at, pose_in, slug
 from .camera import View, choose_view
 from .frames import choose_frames, frame_times
@@ -278,6 +278,7 @@ class Drawing:
             *region,
             ("at the goal", f"{1000 * plan.error_position:.1f} mm, {plan.error_angle:.3f} rad off"),
             ("longest arrow", f"{self.largest_force():.{0 if self.largest_force() >= 10 else 2}f} N"),
+            *(charts.summary(plan.loads, [f"{KIND_TEXT[kinds[s]]} {s + 1}" for s in plan.segment]) if plan.loads else []),
         ]
 
     def keys(self) -> list[tuple[Color, str]]:

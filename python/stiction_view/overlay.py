@@ -68,6 +68,7 @@ def _read(plan: Plan, data: dict[str, Any]) -> Simulation:
         segment=np.asarray(piece),
         segment_kinds=kinds,
         tree_parents=np.empty(0, dtype=int),
+        loads=None,  # those of the plan are not of the run
     )
     return Simulation(simulated, planned, np.array([frame["t"] for frame in frames], dtype=float), report)
 

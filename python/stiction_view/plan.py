@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from .loads import Loads, read_loads
+
 FORMAT = "stiction-plan"
 FORMAT_VERSION = 1
 SEGMENT_KINDS = ("settle", "contact", "regrasp")
@@ -73,6 +75,7 @@ class Plan:
     segment_kinds: list[str]
     tree_parents: np.ndarray  # (nodes), -1 for the root
     tree_poses: np.ndarray  # (nodes, 7) of the goal's object: x, y, z, qw, qx, qy, qz in W
+    loads: Loads | None = None  # None: of a motion that is no plan
 
 
 COORDINATES = {
@@ -222,4 +225,5 @@ def read_plan_object(data: dict[str, Any]) -> Plan:
         segment_kinds=kinds,
         tree_parents=parents,
         tree_poses=tree,
+        loads=read_loads(data),
     )

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 
 import viser
 
+from . import charts
 from .bodies import Color
 from .drawing import Drawing, light, look
 from .plan import Plan
@@ -57,7 +58,7 @@ def record(make_drawing: Callable[[viser.ViserServer], Drawing]) -> str:
 
 
 def _with_overlay(page: str, drawing: Drawing) -> str:
-    """Adds a title, figures and a key to viser's page, and colours its time bar by kind of segment."""
+    """Adds a title, figures, charts and a key to viser's page, and colours its time bar by kind of segment."""
     task = html.escape(drawing.plan.task)
     rows = "".join(f"<tr><td>{html.escape(k)}</td><td>{html.escape(v)}</td></tr>" for k, v in drawing.summary())
 
@@ -65,18 +66,20 @@ def _with_overlay(page: str, drawing: Drawing) -> str:
         return f'<span><i style="background:rgb{color}"></i>{text}</span>'
 
     keys = "".join(key(color, text) for color, text in drawing.keys())
+    found = charts.charts(drawing.plan.loads, drawing.frames) if drawing.plan.loads else []
+    chart_style, chart_panel = charts.as_html(found, drawing.times)
     style = f"""<style>
-#stiction {{ position: fixed; bottom: 56px; left: 14px; z-index: 2; pointer-events: none; color: #23262d; padding: 8px 12px;
+#stiction {{ position: fixed; bottom: 56px; left: 14px; z-index: 2; pointer-events: none; max-width: 440px; color: #23262d; padding: 8px 12px;
   background: rgba(255, 255, 255, 0.8); border-radius: 8px;
   font: 13px/1.45 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }}
 #stiction h1 {{ font-size: 19px; margin: 0 0 4px; font-weight: 650; }}
-#stiction td {{ padding: 0 14px 0 0; }} #stiction td:first-child {{ color: #767c88; }}
-#stiction p {{ margin: 8px 0 0; display: flex; gap: 14px; }}
+#stiction td {{ padding: 0 14px 0 0; vertical-align: top; }} #stiction td:first-child {{ color: #767c88; white-space: nowrap; }}
+#stiction p {{ margin: 8px 0 0; display: flex; flex-wrap: wrap; gap: 0 14px; }}
 #stiction i {{ display: inline-block; width: 10px; height: 10px; border-radius: 3px; margin-right: 5px; }}
 .mantine-Slider-track::before {{ background: {drawing.timeline()} !important; }}
 .mantine-Slider-bar {{ background: rgba(20, 22, 28, 0.42) !important; }}
-</style>"""
-    panel = f'<div id="stiction"><h1>{task}</h1><table>{rows}</table><p>{keys}</p></div>'
+</style>{chart_style}"""
+    panel = f'<div id="stiction"><h1>{task}</h1><table>{rows}</table>{chart_panel}<p>{keys}</p></div>'
     page = page.replace("<title>Viser</title>", f"<title>{task} · stiction</title>", 1)
     head, rest = page.split("</head>", 1)
     body, end = rest.rsplit("</body>", 1)

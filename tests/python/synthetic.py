@@ -10,6 +10,18 @@ def _quaternion_z(angle: float) -> list[float]:
     return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
 
 
+def make_scene_text(effort: float | None = 2.0, max_force: float | None = None) -> str:
+    """The lines that a picture needs, in the form of the program: a spring of 10 N m/rad, and a ball that bears max_force."""
+    motor = "" if effort is None else f", effort: {effort:.12g}"
+    bears = "" if max_force is None else f", max_force: {max_force:.12g}"
+    return (
+        "coordinates:\n- {name: ball/x, lower: -inf, upper: inf, stiffness: 0, friction: 0.1, damping: 0.2}\n"
+        f"- {{name: hand/sweep, lower: -3, upper: 1e+03, stiffness: 10{motor}}}\n"
+        "geometries:\n- {name: table/top, shape: {half_space: true}, pose: {p: [0, 0, 0], R: [1, 0, 0, 0, 1, 0, 0, 0, 1]}, friction: 0.8}\n"
+        f"- {{name: ball/ball, shape: {{sphere: 0.06}}, pose: {{p: [0, 0, 0], R: [1, 0, 0, 0, 1, 0, 0, 0, 1]}}, friction: 0.8{bears}}}\n"
+    )
+
+
 def make_plan(knots_per_segment: int = 12, kinds: tuple[str, ...] = ("settle", "contact", "regrasp", "contact")) -> dict[str, Any]:
     radius, distance = 0.06, 0.075
     bodies = [
@@ -80,7 +92,7 @@ def make_plan(knots_per_segment: int = 12, kinds: tuple[str, ...] = ("settle", "
         "code_version": "0.1.0",
         "task": {"name": "two fingers & a ball", "builtin": False, "file": "task.yaml"},
         "scene_sha256": "0" * 64,
-        "scene_text": "",
+        "scene_text": make_scene_text(),
         "status": "Solved",
         "seed": 7,
         "options": {},

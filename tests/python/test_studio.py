@@ -14,7 +14,6 @@ import sys
 import threading
 import zipfile
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -295,8 +294,8 @@ def test_friction_use_of_a_known_force() -> None:
     contact = {"force": [0.3, 0.0, 1.0], "normal": [0, 0, 1], "friction": 0.5, "gap": 0.002}
     knot = {"u": [0.2], "joints": [0.1], "contacts": [contact]}
     free = {"u": [0.2], "joints": [0.2], "contacts": []}
-    model = SimpleNamespace(stiffness=np.array([10.0]), effort=np.array([4.0]), joint_names=["arm/a"])
-    made = series.make_series(model, {"segments": [{"knots": [knot, free]}]})
+    scene = "- {name: arm/a, lower: -1, upper: 1, stiffness: 10, effort: 4}\n"
+    made = series.make_series({"joints": ["arm/a"], "geometries": [], "scene_text": scene, "segments": [{"knots": [knot, free]}]})
     np.testing.assert_allclose(made.friction_use[0], 0.6)
     np.testing.assert_allclose(made.force[0], np.sqrt(1.09))
     np.testing.assert_allclose(made.effort_share(), [0.25, 0.0], atol=1e-12)

@@ -67,6 +67,8 @@ class Result:
         share = self.series.effort_share()
         if np.isfinite(share).any():
             rows.append(f"motors give up to {100 * np.nanmax(share):.1f} % of their efforts")
+        if self.series.fragile:
+            rows.append(f"max_force used up to {100 * self.series.press_share().max():.1f} %")
         if np.isfinite(self.series.force).any():
             rows.append(f"contacts up to {np.nanmax(self.series.force):.2f} N")
         return "  \n".join([*rows, *([self.verdict] if self.verdict else []), *([self.run.words] if self.run else [])])
@@ -75,7 +77,7 @@ class Result:
 def make_result(number: int, plan: st.Plan, pictures: Pictures, command: str, task_file: str | None, reason: str, seconds: float, files: dict[str, bytes] | None = None) -> Result:
     """Raises ValueError where there is nothing to draw."""
     data = json.loads(plan.to_text())
-    return Result(number, plan, read_plan_object(data), make_series(plan.task.model, data), command, task_file, reason, seconds, pictures, files or {})
+    return Result(number, plan, read_plan_object(data), make_series(data), command, task_file, reason, seconds, pictures, files or {})
 
 
 def make_run(result: Result, timeout_s: float) -> Run:

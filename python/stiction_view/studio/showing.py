@@ -155,6 +155,7 @@ class Showing(Posing):
         if run is None:
             charts = [
                 ("effort used", "%", 100 * series.effort_share(), BLUE),
+                ("max_force used", "%", 100 * series.press_share(), RED),
                 ("friction used", "%", 100 * series.friction_use, ORANGE),
                 ("largest contact force", "N", series.force, RED),
                 ("smallest gap", "mm", 1e3 * series.gap, GREEN),
