@@ -300,6 +300,18 @@ def test_friction_use_of_a_known_force() -> None:
     np.testing.assert_allclose(made.force[0], np.sqrt(1.09))
     np.testing.assert_allclose(made.effort_share(), [0.25, 0.0], atol=1e-12)
     assert np.isnan(made.friction_use[1]) and "nothing touches" in made.line(1)
+    assert "**motors** 25.0 % of their effort (arm/a)" in made.line(0) and "max_force" not in made.line(0)
+
+
+def test_fragile_thing_is_in_the_figures_of_a_knot() -> None:
+    contact = {"a": 0, "b": 1, "force": [0.0, 0.3, -1.5], "normal": [0, 0, -1], "friction": 0.5, "gap": 0.0}
+    knots = [{"u": [0.2], "joints": [0.1], "contacts": contacts} for contacts in ([contact], [])]
+    scene = "- {name: arm/a, lower: -1, upper: 1, stiffness: 10}\n- {name: egg/shell, shape: {sphere: 0.02}, pose: {p: [0, 0, 0]}, friction: 1, max_force: 6}\n"
+    made = series.make_series({"joints": ["arm/a"], "geometries": [{"name": "arm/tip/ball"}, {"name": "egg/shell"}], "scene_text": scene, "segments": [{"knots": knots}]})
+    assert "no motor has a limit" in made.line(0) and np.isnan(made.effort_share()).all()
+    assert "**max_force** 25.0 % (arm/tip/ball – egg/shell: 1.5 of 6 N)" in made.line(0)
+    assert "**max_force** 0.0 %, nothing touches" in made.line(1)
+    np.testing.assert_allclose(made.press_share(), [0.25, 0.0])
 
 
 def test_everything_holds_what_the_program_reads(planned: results.Result, tmp_path: Path, stiction) -> None:
