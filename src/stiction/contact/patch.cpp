@@ -3,15 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <numeric>
+
+#include "stiction/contact/patch_reduction.hpp"
 
 namespace stiction::contact::detail {
 namespace {
 
-/// Rounding of a distance, of the bounding radii [-]: points and normals this near count as one.
-constexpr double kSame = 1e-9;
 /// Side planes are moved outwards by this share of the reference's radius, so that faces of equal size on each other keep their own
 /// corners and do not trade them for the crossings beside them. Less the more the faces are tilted, none from kSlackTilt on [rad]:
 /// heights err by at most a quarter of the product.
@@ -21,10 +19,8 @@ constexpr double kReferenceCosine = 0.95;
 /// Cosine of the angle up to which a face or an edge looks at a plane (60°, so that a box has such a face in every orientation).
 constexpr double kLooks = 0.5;
 constexpr double kLevel = 1e-7;  // as in closed_form.cpp: height differences that count as level, of the bounding radius
-/// Which of many points stay: those that would touch first if the bodies tilted by this on each other [rad].
-constexpr double kTilt = 0.1;
 
-constexpr int kLowestCode = 250, kWitnessCode = 255;
+constexpr int kLowestCode = 250;
 enum class Owner {
   First,
   Second
@@ -59,7 +55,7 @@ class Gatherer {
 
   void half_space();
   bool faces(bool certain);
-  void choose(Patch& out);
+  void reduce(Patch& out) { reduce_patch({e1_, e2_, m_, kSame * scale_}, options_, scratch_, out); }
 
  private:
   bool find_reference();
@@ -76,11 +72,7 @@ class Gatherer {
   void add_witness();
   bool is_attained() const;
   bool is_inside(double x, double y) const;
-  void flatten();
-  void keep_extremes_of_section();
-  void keep_most();
 
-  const Patch::Point& point(int i) const { return points_[static_cast<std::size_t>(i)]; }
   Owner incident() const { return owner_ == Owner::First ? Owner::Second : Owner::First; }
   const Placed& placed(Owner owner) const { return owner == Owner::First ? a_ : b_; }
   Vector3d to_local(const Vector3d& p_W) const {
@@ -368,100 +360,6 @@ void Gatherer::half_space() {
   if (points_.empty()) add_witness();
 }
 
-/// Takes what is left across the plane of a planar model out of the points: there a face is an edge and an edge a corner.
-void Gatherer::flatten() {
-  const int k = options_.planar_axis;
-  for (Patch::Point& p : points_) {
-    Vector3d& n = p.at.nhat_BA_W;
-    if (std::abs(n[k]) > 1e-5) continue;  // a mesh that is not straight across the plane
-    n[k] = 0;
-    n.normalize();
-    Vector3d middle = 0.5 * (p.at.p_WA + p.at.p_WB);
-    middle[k] = options_.planar_level;
-    p.at.p_WA = middle + 0.5 * p.at.phi * n;
-    p.at.p_WB = middle - 0.5 * p.at.phi * n;
-  }
-  std::sort(points_.begin(), points_.end(), [](const Patch::Point& p, const Patch::Point& q) { return p.code < q.code; });
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    bool seen = false;
-    for (std::size_t j = 0; j < n && !seen; ++j) {
-      seen = (points_[i].at.p_WA - points_[j].at.p_WA).norm() + (points_[i].at.p_WB - points_[j].at.p_WB).norm() <= kSame * scale_;
-    }
-    if (!seen) points_[n++] = points_[i];
-  }
-  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(n), points_.end());
-  if (points_.size() > 2) keep_extremes_of_section();
-}
-
-/// The two ends of what is left along the reference, and the lowest point.
-void Gatherer::keep_extremes_of_section() {
-  const Vector3d t = Vector3d::Unit(options_.planar_axis).cross(m_);
-  const auto along = [&](const Patch::Point& p) { return t.dot(p.at.p_WA); };
-  const auto lower = [&](const Patch::Point& p, const Patch::Point& q) { return p.at.phi < q.at.phi - kSame * scale_; };
-  const auto shorter = [&](const Patch::Point& p, const Patch::Point& q) { return along(p) < along(q) - kSame * scale_; };
-  // By place, not by code: codes of large meshes may coincide.
-  const auto least = std::min_element(points_.begin(), points_.end(), shorter);
-  const auto most = std::max_element(points_.begin(), points_.end(), shorter);
-  const auto lowest = std::min_element(points_.begin(), points_.end(), lower);
-  const double level = lowest->at.phi + kSame * scale_;
-  const bool is_end = least->at.phi <= level || most->at.phi <= level;
-  auto end = points_.begin();
-  for (auto p = points_.begin(); p != points_.end(); ++p) {
-    if (p != least && p != most && (is_end || p != lowest)) continue;
-    if (p != end) *end = *p;
-    ++end;
-  }
-  points_.erase(end, points_.end());
-}
-
-/// The lowest point, and those that would be the lowest if the bodies tilted a little on each other, in evenly spread directions that
-/// are fixed in the reference. At a tie the lower code, so that rounding does not choose.
-void Gatherer::keep_most() {
-  std::vector<int>& order = scratch_.order;  // by code; those that stay come first
-  order.resize(points_.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [this](int i, int j) { return point(i).code < point(j).code; });
-  const double tie = kSame * scale_;
-  std::ptrdiff_t kept = 0;
-  const auto keep_lowest = [&](const Vector3d& tilt) {
-    std::ptrdiff_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::ptrdiff_t k = 0; k < std::ssize(order); ++k) {
-      const Distance& at = point(order[static_cast<std::size_t>(k)]).at;
-      const double height = at.phi - tilt.dot(at.p_WA);
-      if (height < least - tie) least = height, best = k;
-    }
-    if (best < kept) return;
-    std::rotate(order.begin() + kept, order.begin() + best, order.begin() + best + 1);
-    ++kept;
-  };
-  keep_lowest(Vector3d::Zero());
-  for (int k = 1; k < Patch::kMost; ++k) {
-    const double angle = 2 * std::numbers::pi * k / (Patch::kMost - 1);
-    keep_lowest(kTilt * (std::cos(angle) * e1_ + std::sin(angle) * e2_));
-  }
-  scratch_.kept.clear();
-  for (std::ptrdiff_t k = 0; k < kept; ++k) scratch_.kept.push_back(point(order[static_cast<std::size_t>(k)]));
-  points_.swap(scratch_.kept);
-}
-
-void Gatherer::choose(Patch& out) {
-  if (options_.planar_axis >= 0) flatten();
-  if (points_.size() > Patch::kMost) keep_most();  // whatever came before: Patch has no room for more
-  out.n = 0;
-  for (Patch::Point& p : points_) {
-    // Codes of large meshes may coincide.
-    const auto is_taken = [&] {
-      return std::any_of(out.points.begin(), out.points.begin() + out.n, [&](const Patch::Point& q) { return q.code == p.code; });
-    };
-    while (is_taken()) p.code = (p.code + 1) % kWitnessCode;
-    int at = out.n++;
-    for (; at > 0 && out.points[at - 1].code > p.code; --at) out.points[at] = out.points[at - 1];
-    out.points[at] = p;
-  }
-}
-
 }  // namespace
 
 bool has_patch(const ShapeData& a, const ShapeData& b) {
@@ -477,7 +375,7 @@ bool calc_patch(const Placed& a, const Placed& b, const Distance& d, bool certai
   } else if (!gatherer.faces(certain)) {
     return false;
   }
-  gatherer.choose(out);
+  gatherer.reduce(out);
   return true;
 }
 
