@@ -1,6 +1,5 @@
 #include "stiction/trajopt/optimize.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -8,9 +7,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
 #include "stiction/core/parallel.hpp"
-#include "stiction/core/random.hpp"
-#include "stiction/dynamics/so3.hpp"
-#include "stiction/trajopt/box_lq.hpp"
+#include "stiction/trajopt/stage_model.hpp"
 
 namespace stiction::trajopt {
 
@@ -31,17 +28,11 @@ int thread_count(int threads) { return threads == 0 ? core::hardware_threads() :
 
 struct OptimizeWorkspace::Impl {
   Impl(const std::shared_ptr<const Model>& model, int threads) : pool(threads), rollout(model) {
-    for (int i = 0; i < threads; ++i) {
-      models.emplace_back(model, 1);
-      steps.emplace_back(model);
-    }
-    smooth.resize(static_cast<std::size_t>(threads));
+    for (int i = 0; i < threads; ++i) models.emplace_back(model);
   }
   core::ThreadPool pool;
-  std::vector<dynamics::LocalModelWorkspace> models;  // per thread
-  std::vector<dynamics::StepWorkspace> steps;         // the same for smoothed steps with the derivatives of their forces
-  std::vector<dynamics::StepResult> smooth;
-  std::vector<dynamics::LocalModel> local;  // per time
+  std::vector<StageModelWorkspace> models;  // per thread
+  std::vector<Status> solved;               // of the local models, per time
   dynamics::StepWorkspace rollout;
   dynamics::StepResult step;
   Trajectory nominal, trial, best;
@@ -201,134 +192,24 @@ class Optimizer {
 
   // ---- local models
 
-  /// The scheme with its κ or Σ of this iteration; samples of every time from their own seed.
-  dynamics::LocalModelScheme scheme(int i, std::size_t t) const {
-    dynamics::LocalModelScheme out = options_.scheme;
-    const auto sharpen = [&](dynamics::Sampling& s) {
-      const double share = std::pow(i + 1, -options_.std_decay);
-      s.std_u *= share, s.std_q *= share;
-      s.seed = core::Random(s.seed, static_cast<std::uint64_t>(i) * T_ + t).bits();
-    };
-    std::visit(
-        core::Overloaded{[](dynamics::Exact&) {}, [&](dynamics::Analytic& s) { s.kappa *= std::pow(options_.kappa_growth, i); },
-                         [&](dynamics::RandomizedFirstOrder& s) { sharpen(s); }, [&](dynamics::RandomizedZerothOrder& s) { sharpen(s); }},
-        out);
-    return out;
-  }
-
-  static double sharpness(const dynamics::LocalModelScheme& scheme) {
-    return std::visit(core::Overloaded{[](const dynamics::Exact&) { return 0.0; }, [](const dynamics::Analytic& s) { return s.kappa; },
-                                       [](const dynamics::Sampling& s) { return s.std_u.maxCoeff(); }},
-                      scheme);
-  }
-
   /// Local models along the nominal trajectory, carried to the exact states, and the expansion of the cost.
   void linearise(int i, IterationLog& entry) {
-    entry.sharpness = sharpness(scheme(i, 0));
-    w_.local.resize(T_);
+    entry.sharpness = sharpness(scheme_of(options_, i, 0, T_));
+    w_.solved.resize(T_);
     w_.qp.stages.resize(T_);
     w_.pool.run(static_cast<int>(T_), [&](int item, int worker) {
       const auto t = static_cast<std::size_t>(item);
       if (control_.stop()) return;
       const Trajectory& n = w_.nominal;
-      dynamics::LocalModel& local = w_.local[t];
-      if (options_.forces) {
-        calc_with_forces(std::get<dynamics::Analytic>(scheme(i, t)), t, static_cast<std::size_t>(worker));
-      } else {
-        (void)dynamics::calc_local_model(model_, {n.q[t], n.u[t]}, scheme(i, t), options_.step, options_.use_A,
-                                         w_.models[static_cast<std::size_t>(worker)], local);
-        fill_rows({}, t);
-      }
-      fill_dynamics(local.status, local, t);
       LqStage& stage = w_.qp.stages[t];
+      w_.solved[t] = calc_stage_model(model_, {n.q[t], n.u[t], n.q[t + 1]}, scheme_of(options_, i, t, T_), options_,
+                                      w_.models[static_cast<std::size_t>(worker)], stage);
       expand_state_cost(model_, t + 1 < T_ ? weights_.Q : weights_.Qd, in_.reference[t + 1], n.q[t + 1], stage.q, stage.Q);
     });
     if (control_.stop()) return;
     out_.linearisations += static_cast<long>(T_);
-    for (const auto& local : w_.local) entry.failed_models += local.status == Status::Solved ? 0 : 1;
+    for (const Status solved : w_.solved) entry.failed_models += solved == Status::Solved ? 0 : 1;
     w_.qp.R = 2 * weights_.R;
-  }
-
-  /// A and B from the tangent space at q̄_t to the one at the exact q̄_{t+1}; the smoothed c lies beside it, and increments of free
-  /// rotations are carried over in the world.
-  void fill_dynamics(Status status, const dynamics::LocalModel& local, std::size_t t) {
-    LqStage& stage = w_.qp.stages[t];
-    const bool solved = status == Status::Solved;
-    if (solved && options_.use_A) {
-      stage.A = local.A;
-    } else {
-      stage.A.setZero(n_, n_);
-      stage.A.topLeftCorner(model_.n_vu(), model_.n_vu()).setIdentity();
-    }
-    if (solved) {
-      stage.B = local.B;
-    } else {
-      stage.B.setZero(n_, m_);
-    }
-    if (!solved || !options_.use_A) stage.B.bottomRows(m_).setIdentity();
-    if (!solved) return;
-    VectorXd offset(n_);
-    world::local(model_, w_.nominal.q[t + 1], local.c, offset);
-    dynamics::for_each_free_rotation(model_, [&](int row) {
-      const Eigen::Matrix3d carry = dynamics::exp_so3(offset.segment<3>(row));
-      if (options_.use_A) stage.A.middleRows<3>(row) = (carry * stage.A.middleRows<3>(row)).eval();
-      stage.B.middleRows<3>(row) = (carry * stage.B.middleRows<3>(row)).eval();
-    });
-  }
-
-  // ---- forces
-
-  /// The analytic local model together with the derivatives of its forces.
-  void calc_with_forces(const dynamics::Analytic& scheme, std::size_t t, std::size_t worker) {
-    dynamics::StepOptions options = options_.step;
-    options.smoothing = scheme;
-    options.with_A = options.with_B = options.with_force_derivatives = true;
-    dynamics::StepResult& step = w_.smooth[worker];
-    w_.steps[worker].forget();
-    dynamics::LocalModel& local = w_.local[t];
-    local.status = dynamics::step(model_, {w_.nominal.q[t], w_.nominal.u[t]}, options, w_.steps[worker], step);
-    if (local.status == Status::Solved) local.c = step.q_next, local.A = step.A, local.B = step.B;
-    fill_rows(local.status == Status::Solved ? force_rows(step) : std::vector<ForceRow>{}, t, &step);
-  }
-
-  /// μ λ_n − dᵀλ_t ≥ 0 of one contact, as a share of its λ_n.
-  struct ForceRow {
-    std::size_t contact;
-    Eigen::RowVector3d weights;
-  };
-
-  /// Rows of the near contacts that carry a smoothed force, (T.7).
-  std::vector<ForceRow> force_rows(const dynamics::StepResult& step) const {
-    const bool planar = model_.planar_axis().has_value();
-    const int rays = planar ? 2 : options_.forces->rays;
-    std::vector<ForceRow> out;
-    for (std::size_t c = 0; c < step.contacts.size(); ++c) {
-      const auto& contact = step.contacts[c];
-      if (contact.contact.phi > options_.forces->max_distance || !(contact.lambda[0] > 0)) continue;
-      const double mu = contact.contact.friction * options_.step.friction_scale * options_.forces->friction;
-      const int n = mu > 0 ? rays : 1;
-      for (int k = 0; k < n; ++k) {
-        const double angle = 2 * M_PI * k / n;
-        Eigen::RowVector3d row(mu, -std::cos(angle), -std::sin(angle));
-        if (planar) row[2] = 0;
-        if (!(mu > 0)) row = Eigen::RowVector3d::UnitX();
-        row /= contact.lambda[0];
-        if (row.dot(contact.lambda) > 0) out.push_back({c, row});
-      }
-    }
-    return out;
-  }
-
-  void fill_rows(const std::vector<ForceRow>& rows, std::size_t t, const dynamics::StepResult* step = nullptr) {
-    LqStage& stage = w_.qp.stages[t];
-    const auto k = static_cast<Eigen::Index>(rows.size());
-    stage.Gx.resize(k, n_), stage.Gu.resize(k, m_), stage.g.resize(k);
-    for (Eigen::Index i = 0; i < k; ++i) {
-      const ForceRow& row = rows[static_cast<std::size_t>(i)];
-      stage.Gx.row(i).noalias() = row.weights * step->D_lambda_q[row.contact];
-      stage.Gu.row(i).noalias() = row.weights * step->D_lambda_u[row.contact];
-      stage.g[i] = row.weights.dot(step->contacts[row.contact].lambda);
-    }
   }
 
   // ---- bounds
