@@ -6,6 +6,7 @@
 #include <string>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/trajopt/riccati.hpp"
 
 namespace stiction::trajopt {
 namespace {
@@ -82,7 +83,7 @@ class Solver {
       }
     }
     if (out.status == Status::MaxIterations) out.gap = gap();
-    if (out.iterations == 0 && !factorise()) out.status = Status::NumericalFailure;
+    if (out.iterations == 0 && !factorise(p_, w_)) out.status = Status::NumericalFailure;
     store(out);
     return out.status;
   }
@@ -98,7 +99,7 @@ class Solver {
   }
   /// One step: predicted without centring, then corrected. @returns false: no factor, or no way to go
   bool improve() {
-    if (!factorise()) return false;
+    if (!factorise(p_, w_)) return false;
     const double mu = complementarity();
     aim(0, false);
     const double to_boundary = try_step();
@@ -149,7 +150,7 @@ class Solver {
         s.z_lower[i] = mu / s.s_lower[i];
         s.z_upper[i] = mu / s.s_upper[i];
       }
-      row_value(d, t, s.s_row);
+      row_value(p_, w_, t, s.s_row);
       const double unit = d.g.size() > 0 ? d.g.cwiseAbs().mean() + 1e-12 : 1.0;
       s.s_row = s.s_row.cwiseMax(0.1 * unit);
       s.y_row = mu * s.s_row.cwiseInverse();
@@ -157,20 +158,11 @@ class Solver {
     unbalanced_ = calc_imbalance();
   }
 
-  const VectorXd& state(std::size_t t) const { return t == 0 ? p_.x0 : w_.stages[t - 1].x_next; }
-
   void simulate() {
     each([&](const LqStage& d, Stage& s, std::size_t t) {
-      s.x_next.noalias() = d.A * state(t);
+      s.x_next.noalias() = d.A * state(p_, w_, t);
       s.x_next.noalias() += d.B * s.u;
     });
-  }
-
-  void row_value(const LqStage& d, std::size_t t, VectorXd& out) {
-    if (d.g.size() == 0) return;
-    out = d.g;
-    out.noalias() += d.Gx * state(t);
-    out.noalias() += d.Gu * w_.stages[t].u;
   }
 
   /// Gradient of the Lagrangian to u_t at the present point, by the costates, without the multipliers of the boxes.
@@ -181,10 +173,10 @@ class Solver {
       Stage& s = w_.stages[t];
       w_.costate += d.q;
       w_.costate.noalias() += d.Q * s.x_next;
-      change(t, w_.change);
+      change(p_, w_, t, w_.change);
       s.gradient = p_.R.cwiseProduct(w_.change);
       if (t + 1 < T_) {
-        change(t + 1, w_.change);
+        change(p_, w_, t + 1, w_.change);
         s.gradient -= p_.R.cwiseProduct(w_.change);
       }
       s.gradient.noalias() += d.B.transpose() * w_.costate;
@@ -201,16 +193,10 @@ class Solver {
     double out = 0;
     each([&](const LqStage& d, Stage& s, std::size_t t) {
       w_.x.noalias() = d.Q * s.x_next;
-      change(t, w_.change);
+      change(p_, w_, t, w_.change);
       out += 0.5 * s.x_next.dot(w_.x) + d.q.dot(s.x_next) + 0.5 * w_.change.cwiseAbs2().dot(p_.R);
     });
     return out;
-  }
-
-  /// r_t + u_t − u_{t−1}.
-  void change(std::size_t t, VectorXd& out) const {
-    out = p_.stages[t].r + w_.stages[t].u;
-    if (t > 0) out -= w_.stages[t - 1].u;
   }
 
   /// f(u) − f* ≤ Σ s·z + Σ |residual| · width, since f is convex and every input lies in its box; rows that do not hold yet count with
@@ -224,7 +210,7 @@ class Solver {
     each([&](const LqStage& d, Stage& s, std::size_t t) {
       for (Eigen::Index i = 0; i < m_; ++i) out += std::abs(s.gradient[i] - s.z_lower[i] + s.z_upper[i]) * (high(t, i) - low(t, i));
       if (d.g.size() == 0) return;
-      row_value(d, t, w_.row);
+      row_value(p_, w_, t, w_.row);
       out += (w_.row - s.s_row).cwiseAbs().dot(s.y_row);
     });
     return out;
@@ -257,60 +243,10 @@ class Solver {
     });
   }
 
-  /// Riccati recursion for the Hessian of (T.3) plus z/s on the boxes and Gᵀ diag(y/s) G of the rows: cost to go in (x_t, u_{t−1}).
-  bool factorise() {
-    for (std::size_t t = T_; t-- > 0;) {
-      const LqStage& d = p_.stages[t];
-      Stage& s = w_.stages[t];
-      s.S_xx = d.Q;
-      if (t + 1 < T_) {
-        const Stage& next = w_.stages[t + 1];
-        s.S_xx += next.P_xx;
-        s.S_xu = next.P_xu, s.S_uu = next.P_uu;
-      } else {
-        s.S_xu.setZero(n_, m_), s.S_uu.setZero(m_, m_);
-      }
-      s.M = s.S_xu;
-      s.M.noalias() += s.S_xx * d.B;
-      s.W_xu.noalias() = d.A.transpose() * s.M;
-      s.H = s.S_uu;
-      s.H.noalias() += d.B.transpose() * s.M;
-      s.H.noalias() += s.S_xu.transpose() * d.B;
-      w_.S_A.noalias() = s.S_xx * d.A;
-      s.P_xx.noalias() = d.A.transpose() * w_.S_A;
-      add_rows(d, s);
-      for (Eigen::Index i = 0; i < m_; ++i) {
-        s.H(i, i) += p_.R[i] + s.z_lower[i] / s.s_lower[i] + s.z_upper[i] / s.s_upper[i];
-      }
-      s.llt.compute(s.H);
-      if (s.llt.info() != Eigen::Success) return false;
-      s.gains.K_x = -s.W_xu.transpose();
-      s.llt.solveInPlace(s.gains.K_x);
-      s.gains.K_u = p_.R.asDiagonal().toDenseMatrix();
-      s.llt.solveInPlace(s.gains.K_u);
-      s.P_xx.noalias() += s.W_xu * s.gains.K_x;
-      s.P_xu.noalias() = s.W_xu * s.gains.K_u;
-      s.P_uu = -(p_.R.asDiagonal() * s.gains.K_u);
-      s.P_uu.diagonal() += p_.R;
-    }
-    return true;
-  }
-
-  void add_rows(const LqStage& d, Stage& s) {
-    if (d.g.size() == 0) return;
-    const auto weights = s.y_row.cwiseQuotient(s.s_row);
-    w_.weighted_x = weights.asDiagonal() * d.Gx;
-    w_.weighted_u = weights.asDiagonal() * d.Gu;
-    s.P_xx.noalias() += d.Gx.transpose() * w_.weighted_x;
-    s.W_xu.noalias() += d.Gx.transpose() * w_.weighted_u;
-    s.H.noalias() += d.Gu.transpose() * w_.weighted_u;
-  }
-
   /// The Newton step to the centres, with the factors at hand; all its parts. @returns the longest step that keeps everything
   /// positive; NaN where the step is not finite: unstable dynamics have used up all digits
   double try_step() {
-    backward();
-    forward();
+    calc_newton_step(p_, w_);
     double limit = std::numeric_limits<double>::infinity();
     bool finite = true;
     const auto see = [&limit](double value, double change) {
@@ -331,54 +267,6 @@ class Solver {
       }
     });
     return finite ? limit : std::numeric_limits<double>::quiet_NaN();
-  }
-
-  /// Linear terms of the cost to go, in increments from the present point: absolute inputs would lose the digits of small slacks.
-  void backward() {
-    w_.costate.setZero(n_);  // those of (x_{t+1}, u_t)
-    w_.u_before.setZero(m_);
-    for (std::size_t t = T_; t-- > 0;) {
-      const LqStage& d = p_.stages[t];
-      Stage& s = w_.stages[t];
-      w_.costate += d.q;
-      w_.costate.noalias() += d.Q * s.x_next;
-      change(t, w_.change);
-      s.k = w_.u_before + p_.R.cwiseProduct(w_.change);
-      s.k -= s.center_lower.cwiseQuotient(s.s_lower) - s.center_upper.cwiseQuotient(s.s_upper);
-      s.k.noalias() += d.B.transpose() * w_.costate;
-      s.p_x.noalias() = d.A.transpose() * w_.costate;
-      if (d.g.size() > 0) {
-        row_value(d, t, w_.row);
-        w_.row = (s.y_row.cwiseProduct(w_.row - s.s_row) - s.center_row).cwiseQuotient(s.s_row);
-        s.k.noalias() += d.Gu.transpose() * w_.row;
-        s.p_x.noalias() += d.Gx.transpose() * w_.row;
-      }
-      s.llt.solveInPlace(s.k);
-      s.k = -s.k;
-      s.p_x.noalias() += s.W_xu * s.k;
-      w_.u_before = -p_.R.cwiseProduct(w_.change + s.k);
-      w_.costate = s.p_x;
-    }
-  }
-
-  void forward() {
-    w_.x.setZero(n_);
-    w_.u_before.setZero(m_);
-    each([&](const LqStage& d, Stage& s, std::size_t t) {
-      s.du = s.k;
-      s.du.noalias() += s.gains.K_x * w_.x;
-      s.du.noalias() += s.gains.K_u * w_.u_before;
-      if (d.g.size() > 0) {
-        row_value(d, t, s.ds_row);
-        s.ds_row -= s.s_row;
-        s.ds_row.noalias() += d.Gx * w_.x;
-        s.ds_row.noalias() += d.Gu * s.du;
-      }
-      s.dx_next.noalias() = d.A * w_.x;
-      s.dx_next.noalias() += d.B * s.du;
-      w_.x = s.dx_next;
-      w_.u_before = s.du;
-    });
   }
 
   bool take(double alpha) {
