@@ -8,6 +8,7 @@
 #include <string>
 
 #include "stiction/control/baseline.hpp"
+#include "stiction/control/contact_tracker.hpp"
 #include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
 
@@ -63,17 +64,7 @@ struct ContactController::Impl {
   };
   std::vector<Predicted> predicted;  // contacts of the last tick
 
-  struct Known {
-    ContactForce contact{};
-    Vector3d p_BC = Vector3d::Zero();
-    bool seen = false;
-    bool counts = false;                                    ///< it is in the model
-    double unseen_for = 0;                                  ///< [s]
-    double demand = 0;                                      ///< when it was last seen [N]
-    std::optional<double> at_rest{};                        ///< what springs at rest would press it with, after the low-pass [N]
-    Vector3d u = Vector3d::Zero(), p_W = Vector3d::Zero();  ///< direction and place when it was last seen
-  };
-  std::vector<Known> known;
+  ContactTracker tracker;
   double release_damping = 0;  // w while a lost contact is let go, and after (C.17)
   bool touched = false;        // a contact was in the model of the last tick
   std::vector<char> seen;      // of the contacts taken
@@ -90,7 +81,7 @@ struct ContactController::Impl {
   Eigen::VectorXd e;
 
   explicit Impl(std::shared_ptr<const world::Model> made, const ControllerOptions& given)
-      : model(std::move(made)), options(given), damping(given.damping), kinematics_work(*model) {
+      : model(std::move(made)), options(given), damping(given.damping), tracker(options), kinematics_work(*model) {
     const Index n = model->n_a(), m = options.max_contacts;
     robot = {.stiffness = model->stiffness(),
              .rate = Eigen::VectorXd::Ones(n),
@@ -110,7 +101,6 @@ struct ContactController::Impl {
     J_u.setZero(m, n), J_point.setZero(6, n), E.setZero(6, n), e.setZero(6), H.setZero(n, n);
     lambda.setZero(m), lambda_max.setZero(m), null_command.setZero(n), wanted.setZero(n);
     command.taken.reserve(static_cast<std::size_t>(m));
-    known.reserve(static_cast<std::size_t>(m));
     groups.assign(static_cast<std::size_t>(m), 0), seen.assign(static_cast<std::size_t>(m), 0);
     predicted.reserve(static_cast<std::size_t>(m));
   }
@@ -136,55 +126,6 @@ struct ContactController::Impl {
       core::throw_invalid(field, std::to_string(body), "the index of a robot's link");
   }
 
-  /// Forces after the low-pass. New contacts start at what is measured, those that are not seen decay; of too many the strongest are known.
-  void track_contacts(const ControllerState& state, double dt) {
-    const double gain = dt / (options.force_time_constant + dt);
-    command.left_out = 0;
-    for (Known& k : known) k.seen = false;
-    for (const ContactForce& measured : state.contacts) {
-      if (!(measured.force_W.norm() > 0)) continue;
-      auto entry = std::find_if(known.begin(), known.end(), [&](const Known& k) { return k.contact.id == measured.id; });
-      const bool is_new = entry == known.end() || entry->contact.body != measured.body;
-      if (entry == known.end()) entry = make_room(measured);
-      if (entry == known.end()) continue;
-      see(*entry, measured, is_new ? 1 : gain);
-    }
-    for (Known& k : known) {
-      if (k.seen) continue;
-      k.contact.force_W *= 1 - gain;
-      if (k.at_rest) *k.at_rest *= 1 - gain;
-      k.contact.p_WC = kinematics.X_WB[static_cast<std::size_t>(k.contact.body)] * k.p_BC;
-      k.unseen_for += dt;
-    }
-  }
-
-  /// The force after the low-pass, and the point of the link at which it acts: the mean of the measured ones, each with its share of the force. What rests on an
-  /// edge or a face is borne by one corner in this tick and by another in the next. (C.5)
-  void see(Known& k, const ContactForce& measured, double gain) {
-    const world::Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(measured.body)];
-    const Vector3d before = k.contact.force_W, p_BC = X_WB.inverse() * measured.p_WC;
-    const double size = measured.force_W.norm(), share = gain * size / ((1 - gain) * before.norm() + gain * size);
-    k.contact = measured;
-    k.contact.force_W = before + gain * (measured.force_W - before);
-    k.p_BC += share * (p_BC - k.p_BC);
-    k.contact.p_WC = k.p_W = X_WB * k.p_BC;
-    k.seen = true;
-    k.unseen_for = 0;
-    k.u = k.contact.force_W.normalized();
-  }
-
-  /// A place for a new contact, that of the weakest where all are taken and it is weaker.
-  std::vector<Known>::iterator make_room(const ContactForce& measured) {
-    if (static_cast<int>(known.size()) < options.max_contacts) return known.insert(known.end(), Known{.contact = measured});
-    if (measured.force_W.norm() >= options.force_threshold) ++command.left_out;
-    const auto weakest = std::min_element(known.begin(), known.end(), [](const Known& a, const Known& b) {
-      return a.contact.force_W.squaredNorm() < b.contact.force_W.squaredNorm();
-    });
-    if (weakest == known.end() || !(weakest->contact.force_W.norm() < measured.force_W.norm())) return known.end();
-    *weakest = {.contact = measured};
-    return weakest;
-  }
-
   /// Softness of the arm at a contact, J_u K⁻¹ J_uᵀ [m/N]. @param row  of J_u
   double calc_softness(Index row) const {
     double out = 0;
@@ -206,7 +147,7 @@ struct ContactController::Impl {
     bool holds = false;  ///< tracking alone would press it harder
   };
   /// @param row  of J_u    @param bound  λ_max [N]
-  Wall calc_wall(Known& k, Index row, const ControllerState& state, double bound) const {
+  Wall calc_wall(KnownContact& k, Index row, const ControllerState& state, double bound) const {
     Wall out;
     const double softness = calc_softness(row);
     if (!(softness > 0)) return out;
@@ -219,7 +160,7 @@ struct ContactController::Impl {
   }
 
   /// What a contact is pressed with beside springs at rest: by joints that move, and by contacts too weak to count [N].                  (C.18)
-  double calc_excess(Known& k, double dt) {
+  double calc_excess(KnownContact& k, double dt) {
     const auto last = std::find_if(predicted.begin(), predicted.end(), [&](const Predicted& p) { return p.id == k.contact.id; });
     if (last == predicted.end()) return 0;
     const double before = k.at_rest.value_or(last->at_rest);
@@ -231,7 +172,7 @@ struct ContactController::Impl {
   void take_contacts(const ControllerState& state, double dt) {
     command.taken.clear();
     const bool gradual = options.law == Law::ContactAware && solve_tracking(state) == Status::Solved;
-    for (Known& k : known) {
+    for (KnownContact& k : tracker.known) {
       const double force = k.contact.force_W.norm(), bound = k.contact.lambda_max.value_or(options.lambda_max);
       const auto row = static_cast<Index>(command.taken.size());
       calc_point_jacobian(*model, kinematics, k.contact.body, k.contact.p_WC, J_point);
@@ -249,7 +190,7 @@ struct ContactController::Impl {
       lambda_max[row] = is_wall ? std::max(wall.allowed - wall.beyond, kLeastBound * wall.allowed) : bound - excess;
     }
     command.bound = lambda_max.head(static_cast<Index>(command.taken.size()));
-    std::erase_if(known, [&](const Known& k) { return !k.seen && !k.counts; });
+    std::erase_if(tracker.known, [&](const KnownContact& k) { return !k.seen && !k.counts; });
   }
 
   /// ‖λ_pred − λ_est‖_∞ over the contacts that are there and were there a tick ago.
@@ -366,7 +307,7 @@ void ContactController::configure(VectorRef q) {
   impl_->release_damping = 0;
   impl_->touched = false;
   impl_->predicted.clear();
-  impl_->known.clear();
+  impl_->tracker.known.clear();
   impl_->last_time = -std::numeric_limits<double>::infinity();
 }
 
@@ -379,7 +320,7 @@ const ControllerCommand& ContactController::update(const ControllerState& state,
   c.robot.rate = dt * c.speed;
   c.q_full.tail(c.model->n_a()) = state.q;
   calc_kinematics(*c.model, c.q_full, c.kinematics_work, c.kinematics);
-  c.track_contacts(state, dt);
+  c.command.left_out = c.tracker.update(state.contacts, c.kinematics, dt);
   c.calc_wanted(state, dt);
   if (state.tool != nullptr) c.calc_task(*state.tool);
   c.take_contacts(state, dt);
