@@ -68,6 +68,7 @@ def test_a_row_for_each_run(starts: Path, tmp_path: Path) -> None:
             assert (row["status"], row["message"], row["attempts"], row["value"]) == ("Failed", "ValueError: this one cannot", 1, None)
         else:
             assert (row["status"], row["value"], row["text"], row["items"]) == ("Solved", row["seed"], 'a "quoted", word', [1, None])
+    assert [row for p in seen for row in p.rows] == rows, "rows that are told of have every column, as those that are returned"
     assert [p.done for p in seen] == sorted(p.done for p in seen) and seen[-1].done == seen[-1].total == 16
     assert seen[0].left_s is None and seen[-1].left_s == 0 and all(p.left_s >= 0 for p in seen[1:])
 

@@ -103,13 +103,15 @@ class Table:
         self._out.write(to_line(cells))
         self._out.flush()
 
-    def add(self, rows: Sequence[dict[str, Any]]) -> None:
+    def add(self, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+        """Writes rows. Returns them as they are kept, with every column."""
         for row in rows:
             if unknown := set(row) - set(self._columns):
                 raise ValueError(f"columns: a row has {', '.join(sorted(unknown))} as well")
             cells = [to_cell(row.get(name)) for name in self._columns]
             self.rows.append({name: from_cell(cell) for name, cell in zip(self._columns, cells)})
             self._write(cells)
+        return self.rows[len(self.rows) - len(rows) :]
 
     def close(self) -> None:
         self._out.close()

@@ -284,8 +284,7 @@ def _run(table: Table, backend: Any, run: Run, cases: list[Case], total: int, on
     if not cases:
         return
     for case, attempts, result in run_all(backend, run, cases):
-        rows = rows_of(case, attempts, result)
-        table.add(rows)
+        rows = table.add(rows_of(case, attempts, result))
         cases_done += 1
         elapsed = time.monotonic() - start
         tell(Progress(len(table.rows), total, elapsed, elapsed / cases_done * (len(cases) - cases_done), rows))
