@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "control/arm_scene.hpp"
-#include "stiction/control/point_jacobian.hpp"
+#include "control/pressed_arm.hpp"
 #include "stiction/core/random.hpp"
 #include "support/message_of.hpp"
 
@@ -14,89 +13,6 @@ using core::Status;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using stiction::test::message_of;
-
-constexpr double kTick = 0.005;
-
-/// The arm, a force that pushes its last link back, and a reference that presses on.
-struct Bench {
-  explicit Bench(const ControllerOptions& options = {})
-      : model(make_arm()), controller(model, options), link(find_body(*model, "arm/link_7")) {
-    controller.configure(q);
-    contacts.push_back({.id = 3, .body = link, .p_WC = Vector3d(0.6, 0.03, 0.36), .force_W = Vector3d(0, -12, 0)});
-  }
-
-  const ControllerCommand& update() {
-    time += kTick;
-    return controller.update({.time = time, .q = q, .q_ref = q_ref, .contacts = contacts}, kTick);
-  }
-
-  std::shared_ptr<const world::Model> model;
-  ContactController controller;
-  int link;
-  double time = 0;
-  VectorXd q = posture(), q_ref = posture();
-  std::vector<ContactForce> contacts;
-};
-
-TEST(PointJacobian, RandomPostures_AgreeWithDifferences) {
-  const auto model = make_arm();
-  core::Random random(1, 0);
-  world::KinematicsWorkspace work(*model);
-  world::Kinematics at, ahead, behind;
-  RowMatrix J(6, 7);
-  for (int trial = 0; trial < 20; ++trial) {
-    VectorXd q(7);
-    for (double& x : q) x = random.uniform(-2, 2);
-    const int body = find_body(*model, "arm/link_" + std::to_string(1 + random.index(7)));
-    const Vector3d p_BP(random.normal(), random.normal(), random.normal());
-    calc_kinematics(*model, q, work, at);
-    const auto b = static_cast<std::size_t>(body);
-    calc_point_jacobian(*model, at, body, at.X_WB[b] * p_BP, J);
-    for (int j = 0; j < 7; ++j) {
-      const double h = 1e-5;  // central: error h² of third derivatives of lengths ~ 3 m, rounding 1e-16 / h
-      VectorXd q_h = q;
-      q_h[j] += h;
-      calc_kinematics(*model, q_h, work, ahead);
-      q_h[j] -= 2 * h;
-      calc_kinematics(*model, q_h, work, behind);
-      const Vector3d v = (ahead.X_WB[b] * p_BP - behind.X_WB[b] * p_BP) / (2 * h);
-      const Eigen::Matrix3d W = (ahead.X_WB[b].R - behind.X_WB[b].R) / (2 * h) * at.X_WB[b].R.transpose();
-      EXPECT_LE((J.col(j).head<3>() - v).norm(), 1e-8);
-      EXPECT_LE((J.col(j).tail<3>() - Vector3d(W(2, 1), W(0, 2), W(1, 0))).norm(), 1e-8);
-    }
-  }
-}
-
-TEST(ForceDamping, ConstantError_ApproachesTheValueOfTheText) {
-  ForceDamping damping({.largest = 2, .force_scale = 5, .forget_rate = 0.3});
-  double w = 0;
-  for (int k = 0; k < 200; ++k) w = damping.update(5, kTick);
-  EXPECT_NEAR(w, 2 * (1 - std::exp(-1.0)), 1e-12);  // (5.28) with its sign corrected: near 1 for large errors
-  EXPECT_NEAR(damping.update(0, kTick), 0.7 * w, 1e-12);
-}
-
-/// A command that moves to a reference at rest, (q_ref − q_cmd)/(1 + w) a tick, is slowed down as much per second by short ticks.
-TEST(ForceDamping, ShortTicks_SlowDownAsMuchPerSecond) {
-  const auto left_after = [](int ticks) {
-    ForceDamping damping({.largest = 40, .force_scale = 5});
-    const double dt = 0.1 / ticks;
-    double left = 1;
-    for (int k = 0; k < 10 * ticks; ++k) (void)damping.update(5, dt);
-    for (int k = 0; k < ticks; ++k) left *= 1 - 1 / (1 + damping.update(5, dt));
-    return left;
-  };
-  // 1/(1 + w) of a tick with w = 25 or, of a fifth of it, 126: −log(1 − 1/(1 + w)) = 1/w up to 1/w².
-  EXPECT_NEAR(std::log(left_after(20)) / std::log(left_after(100)), 1, 0.03);
-}
-
-TEST(ForceDamping, PrintedFilter_ForgetsInTwoTicks) {
-  ForceDamping recursive({.largest = 1, .forget_rate = 0.3}), printed({.largest = 1, .forget_rate = 0.3, .printed = true});
-  (void)recursive.update(1e9, kTick), (void)printed.update(1e9, kTick);
-  EXPECT_NEAR(printed.update(0, kTick), 0.7, 1e-12);
-  EXPECT_NEAR(printed.update(0, kTick), 0, 1e-12);
-  EXPECT_NEAR(recursive.update(0, kTick), 0.3 * 0.7, 1e-12);
-  EXPECT_NEAR(recursive.update(0, kTick), 0.3 * 0.49, 1e-12);
-}
 
 TEST(Controller, NoContact_FollowsTheReferenceAtItsSpeed) {
   Bench bench;
@@ -154,107 +70,6 @@ TEST(Controller, CornersThatBearInTurn_ActAsOnePointBetweenThem) {
     for (int k = 0; k < 400; ++k) at_corner[corner] = alone.update().q_cmd;
   }
   EXPECT_LT(moved, 0.2 * (at_corner[0] - at_corner[1]).cwiseAbs().maxCoeff()) << "the command jumps between corners";
-}
-
-/// The contact of a Bench: row of J_u, softness, and how hard q_to would press it.
-struct Row {
-  explicit Row(const Bench& bench) {
-    world::KinematicsWorkspace work(*bench.model);
-    world::Kinematics kinematics;
-    calc_kinematics(*bench.model, bench.q, work, kinematics);
-    RowMatrix J(6, 7);
-    calc_point_jacobian(*bench.model, kinematics, bench.link, bench.contacts[0].p_WC, J);
-    J_u = -J.row(1);
-    softness = (J_u.array().square() / bench.model->stiffness().array()).sum();
-  }
-  double calc_force(const VectorXd& q_to, const VectorXd& q) const { return -J_u.dot(q_to - q) / softness; }
-  VectorXd J_u;
-  double softness;
-};
-
-/// q does not move: what the reference asks for stays, and the bound grows to it in T (demand / λ_max − 1), the predicted force with it.
-TEST(Controller, LostContact_IsKeptUntilItsBoundHoldsNothingBack) {
-  Bench bench({.release_time = 0.1});
-  bench.q_ref[0] = 0.3;
-  for (int k = 0; k < 100; ++k) (void)bench.update();
-  const Row row(bench);
-  const double demand = row.calc_force(bench.q_ref, bench.q);
-  ASSERT_GT(demand, 3 * 15) << "the bound holds nothing back";
-  bench.contacts.clear();
-  int kept = 0;
-  while (!bench.update().taken.empty()) {
-    ++kept;
-    const double allowed = 15 * (1 + kept * kTick / 0.1);
-    ASSERT_LE(
-        row.calc_force(bench.controller.update({.time = -1, .q = bench.q, .q_ref = bench.q_ref, .contacts = {}}, kTick).q_cmd, bench.q),
-        1.02 * allowed)
-        << "a jump in tick " << kept;
-  }
-  EXPECT_NEAR(kept * kTick, 0.1 * (demand / 15 - 1), 2 * kTick);
-}
-
-/// Nothing is there any more and the arm is where it was commanded to be: it gets on by the preload, and then by λ_max/(k T) a second.
-TEST(Controller, LostContact_ArmThatMeetsNothing_ClosesTheGapSlowly) {
-  Bench bench;
-  bench.q_ref[0] = 0.3;
-  for (int k = 0; k < 200; ++k) (void)bench.update();
-  const Row row(bench);
-  const VectorXd lost_at = bench.q;
-  bench.contacts.clear();
-  double advance = 0;
-  for (int k = 1; k <= 200; ++k) {
-    bench.q = bench.update().q_cmd;
-    advance = row.calc_force(bench.q, lost_at);
-    ASSERT_LE(advance, 1.1 * 15 * (1 + k * kTick / 0.5)) << "tick " << k << ", up to curvature";
-  }
-  EXPECT_GT(advance, 0.9 * 15 * (1 + 200 * kTick / 0.5)) << "it does not close";
-}
-
-/// A reference that goes on against a contact that is lost is followed at its own speed.
-TEST(Controller, LostContact_ReferenceThatGoesOn_IsFollowedAtItsSpeed) {
-  Bench bench;
-  bench.q_ref[0] = 0.3;
-  for (int k = 0; k < 200; ++k) (void)bench.update();
-  const Row row(bench);
-  bench.contacts.clear();
-  const double behind = row.calc_force(bench.q_ref, bench.q);
-  for (int k = 0; k < 100; ++k) {
-    bench.q_ref[0] += 2e-3;
-    bench.q = bench.update().q_cmd;
-  }
-  EXPECT_LT(row.calc_force(bench.q_ref, bench.q), behind) << "0.2 rad farther";
-}
-
-TEST(Controller, ContactThatTheReferenceLeaves_IsForgottenAtOnce) {
-  Bench bench;
-  bench.q_ref[0] = 0.3;
-  for (int k = 0; k < 100; ++k) (void)bench.update();
-  bench.q_ref[0] = -0.3;
-  EXPECT_EQ(bench.update().taken.size(), 1u) << "it is felt";
-  bench.contacts.clear();
-  EXPECT_TRUE(bench.update().taken.empty());
-}
-
-/// What was held back is made up for in the release time instead of in ticks, although the reference leaves and no wall is kept: of w, T/h at first, each tick
-/// leaves the share h/(T + h) less.
-TEST(Controller, ArmThatGotFree_MakesUpForWhatItWasHeldBackInTheReleaseTime) {
-  Bench bench({.release_time = 0.2});
-  bench.q_ref[0] = 0.3;
-  for (int k = 0; k < 200; ++k) (void)bench.update();
-  bench.contacts.clear();
-  bench.q_ref[0] = -0.1;
-  VectorXd last = bench.update().q_cmd;
-  double w = 0.2 / kTick, left = (bench.q_ref - last).norm(), fastest = 0;
-  const double start = left;
-  for (int k = 0; k < 400; ++k) {
-    const VectorXd q_cmd = bench.update().q_cmd;
-    fastest = std::max(fastest, (q_cmd - last).norm() / kTick);
-    last = q_cmd;
-    w /= 1 + kTick / 0.2, left *= 1 - 1 / (1 + w);
-    ASSERT_NEAR((bench.q_ref - q_cmd).norm(), left, 1e-9) << "tick " << k;
-  }
-  EXPECT_LE(fastest, 1.05 * start / 0.2);
-  EXPECT_LT(left, 1e-9) << "it ends";
 }
 
 /// A force that the springs do not explain, here of joints that move, is taken off the bound, up to half of it.
