@@ -22,22 +22,6 @@ constexpr double kGuessLimit = 0.01;    // of the unit of the joint
 /// Coulomb's law: a solution that leaves a contact nearer to or farther from its obstacle than this is not its fixed point.
 constexpr double kClosed = 3e-3;  // of L
 
-/// Largest Σ_j reach_j |u_j − q_j| over the branches of the robots: how far a finger may be commanded to travel [m].
-double commanded_motion(const Model& model, const StepInput& in) {
-  double motion = 0;
-  for (const auto& robot : model.robots()) {
-    for (const auto& chain : robot.chains) {
-      double sum = 0;
-      for (const int v : chain) {
-        const int j = v - model.n_vu();
-        sum += model.reach()[j] * std::abs(in.u[j] - in.q[model.n_qu() + j]);
-      }
-      motion = std::max(motion, sum);
-    }
-  }
-  return motion;
-}
-
 }  // namespace
 
 double object_travel(const Model& model, const StepWorkspace::Impl& work, std::size_t o, const Eigen::VectorXd& delta) {
@@ -115,13 +99,10 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
 }
 
 void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
-  const double approach = 2 * commanded_motion(model, in);  // of two branches
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    const contact::Contact& contact = work.contacts[i];
-    const double near = kNearContact * model.scales().pair(contact.pair).length;
-    const bool self = work.self_contact[at(contact.pair)] != 0;
-    const double motion = self ? (1 + contact.friction * options.friction_scale) * approach : 0.0;
-    work.included[i] = contact.phi < near + motion && (!self || least_commanded_gap(model, options, i, work) < near);
+    const int pair = work.contacts[i].pair;
+    const double gap = work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) : work.contacts[i].phi;
+    work.included[i] = gap < kNearContact * model.scales().pair(pair).length;
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();
