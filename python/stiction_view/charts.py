@@ -39,11 +39,11 @@ def summary(loads: Loads, place: list[str]) -> list[tuple[str, str]]:
     if loads.limited().any():
         knot = int(loads.effort_share().argmax())
         rows.append(("effort used", f"at most {loads.effort_words(knot)}, {place[knot]}"))
+        if free := loads.unlimited_joints():
+            more = f" and {len(free) - NAMED} more" if len(free) > NAMED else ""
+            rows.append(("no effort limit", ", ".join(free[:NAMED]) + more))
     elif loads.joints:
         rows.append(("effort used", loads.effort_words(0)))
-    if loads.limited().any() and (free := loads.unlimited_joints()):
-        more = f" and {len(free) - NAMED} more" if len(free) > NAMED else ""
-        rows.append(("no effort limit", ", ".join(free[:NAMED]) + more))
     if loads.fragile:
         knot = int(loads.press_share().argmax())
         rows.append(("max_force used", f"at most {loads.press_words(knot)}" + (f", {place[knot]}" if any(loads.presser[knot]) else "")))
