@@ -1,26 +1,8 @@
 // Queries, distances and Jacobians use no heap after the first call. Every malloc of this program is counted.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-
+#include "cone_allocations.hpp"
 #include "contact/scenes.hpp"
-
-namespace {
-
-std::atomic<long> allocations{0};
-}  // namespace
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-constexpr bool kCountsAllocations = true;
-extern "C" void* __libc_malloc(std::size_t);
-extern "C" void* malloc(std::size_t size) {  // NOLINT: takes the place of the C library's
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
-#else
-constexpr bool kCountsAllocations = false;
-#endif
 
 namespace stiction::contact {
 namespace {
@@ -29,7 +11,7 @@ using test::Fixture;
 using test::Random;
 
 TEST(Query, AfterTheFirstCall_NothingIsAllocated) {
-  if (!kCountsAllocations) GTEST_SKIP() << "malloc cannot be counted here";
+  if (bench::allocations() == 0) GTEST_SKIP() << "mallocs are not counted under sanitizers";
   Fixture s(test::make_busy_scene());
   ASSERT_GT(s.model->pairs().size(), 20u);
   Random random(8);
@@ -56,16 +38,16 @@ TEST(Query, AfterTheFirstCall_NothingIsAllocated) {
   long inside = 0;
   for (const Eigen::VectorXd& q : configurations) {
     world::calc_kinematics(*s.model, q, s.kinematics_work, s.kinematics);
-    const long before = allocations.load();
+    const long before = bench::allocations();
     everything();
-    inside += allocations.load() - before;
+    inside += bench::allocations() - before;
   }
   EXPECT_EQ(inside, 0);
   EXPECT_NE(sum, 0);
 }
 
 TEST(Query, TwoBoxesInAnyPose_NothingIsAllocated) {
-  if (!kCountsAllocations) GTEST_SKIP() << "malloc cannot be counted here";
+  if (bench::allocations() == 0) GTEST_SKIP() << "mallocs are not counted under sanitizers";
   world::Scene scene;
   scene.contact_distance = 1;
   scene.objects = {test::make_object("a", world::Box{{0.05, 0.03, 0.08}}), test::make_object("b", world::Box{{0.05, 0.06, 0.02}})};
@@ -82,10 +64,10 @@ TEST(Query, TwoBoxesInAnyPose_NothingIsAllocated) {
     }
     s.move_to(q);
     query(*s.model, s.kinematics, {}, s.work, out);
-    const long before = allocations.load();
+    const long before = bench::allocations();
     query(*s.model, s.kinematics, {}, s.work, out);
     (void)pair_distance(*s.model, s.kinematics, 0, s.work);
-    inside += allocations.load() - before;
+    inside += bench::allocations() - before;
     single += out.size() == 1;
   }
   EXPECT_EQ(inside, 0);

@@ -14,8 +14,9 @@ using world::Model;
 /// An exact step first looks at the rows that it may reach: contacts with objects nearer than this, contacts among robot parts that the command brings nearer
 /// than this (S.6), and joint limits likewise. Rows left out that the solution violates are added and the step is solved again, so that the result is that of
 /// the full problem: a row that holds with room has no multiplier.
-constexpr double kNearContact = 0.05;  // of L of the pair (world::Scales)
-constexpr double kNearLimit = 0.02;    // of the unit of the joint
+/// Coulomb's law looks farther: a row that comes late moves its fixed point, and each shift costs a solution (docs/lab/coulomb_rows.md).
+constexpr double kNearContact = 0.02, kNearContactCoulomb = 0.05;  // of L of the pair (world::Scales)
+constexpr double kNearLimit = 0.02;                                // of the unit of the joint
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
 constexpr double kGuessContact = 0.01;  // of L
 constexpr double kGuessLimit = 0.01;    // of the unit of the joint
@@ -99,10 +100,11 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
 }
 
 void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
+  const double reach = options.friction_law == FrictionLaw::Coulomb ? kNearContactCoulomb : kNearContact;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const int pair = work.contacts[i].pair;
     const double gap = work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) : work.contacts[i].phi;
-    work.included[i] = gap < kNearContact * model.scales().pair(pair).length;
+    work.included[i] = gap < reach * model.scales().pair(pair).length;
   }
   for_each_limit(model, in, [&](int variable, double sign, double offset) {
     const int j = variable - model.n_vu();

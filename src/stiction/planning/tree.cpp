@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 
 namespace stiction::planning {
 namespace {
@@ -9,8 +10,8 @@ namespace {
 /// An extension that left the object farther from the goal than this share of before is not taken on towards the goal: its direction is
 /// used up, and chains of such nodes once swallowed the whole budget.
 constexpr double kProgress = 0.95;
-/// A node tried five times counts as twice as far from the goal.
-constexpr double kWear = 0.2;
+/// Objects nearer than this share of their distance from the goal, and of a tolerance, to those of a cell are in it.
+constexpr double kCell = 0.1;
 
 }  // namespace
 
@@ -53,9 +54,17 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
   const bool stalled =
       added.parent >= 0 && added.edge == SegmentKind::Contact && added.goal_distance > kProgress * (*this)[added.parent].goal_distance;
   if (!stalled && !taken) to_goal_.push({nearest_.distance(i, q_goal.data()), i});
-  if (added.edge != SegmentKind::Regrasp) add_worn(to_regrasp_, i);
-  add_worn(to_push_, i);
+  const int cell = cell_of(added);
+  if (added.edge != SegmentKind::Regrasp) to_regrasp_.add(i, cell, added.goal_distance);
+  to_push_.add(i, cell, added.goal_distance);
   return i;
+}
+
+int Tree::cell_of(const Node& node) {
+  const int cell = cells_.nearest(node.q.data());
+  if (cell >= 0 && std::sqrt(cells_.distance(cell, node.q.data())) < kCell * (1 + node.goal_distance)) return cell;
+  add_weighted(cells_, node.q.head(node.local.c_u.size()), place_weights_);
+  return cells_.size() - 1;
 }
 
 void Tree::prune(int i) {
@@ -86,30 +95,13 @@ int Tree::take_nearest_to_goal() {
   return -1;
 }
 
-void Tree::add_worn(WornQueue& worn, int i) const {
-  worn.taken.resize(nodes_.size(), 0);
-  worn.queue.push({(1 + (*this)[i].goal_distance) * (1 + kWear * worn.taken[static_cast<std::size_t>(i)]), i});
-}
-
-template <class Usable>
-int Tree::take_worn(WornQueue& worn, const Usable& usable) const {
-  while (!worn.queue.empty()) {
-    const int i = worn.queue.top().node;
-    worn.queue.pop();
-    if (nearest_.removed(i) || !usable((*this)[i])) continue;
-    ++worn.taken[static_cast<std::size_t>(i)];
-    add_worn(worn, i);
-    return i;
-  }
-  return -1;
-}
-
 int Tree::take_for_regrasp() {
-  return take_worn(to_regrasp_, [](const Node& node) { return !node.cannot_release; });
+  return to_regrasp_.take([this](int i) { return !nearest_.removed(i) && !(*this)[i].cannot_release; },
+                          [this](int i) { return (*this)[i].goal_distance; });
 }
 
 int Tree::take_for_push() {
-  return take_worn(to_push_, [](const Node&) { return true; });
+  return to_push_.take([this](int i) { return !nearest_.removed(i); }, [this](int i) { return (*this)[i].goal_distance; });
 }
 
 std::vector<int> Tree::path_to(int i) const {

@@ -4,6 +4,7 @@
 #include <queue>
 #include <vector>
 
+#include "stiction/planning/front.hpp"
 #include "stiction/planning/nearest.hpp"
 #include "stiction/planning/plan.hpp"
 #include "stiction/world/robot_chains.hpp"
@@ -57,7 +58,11 @@ class Tree {
   /// @param global_weights  diagonal of a metric that is the same everywhere (n_v); empty: every node has its own
   /// @param place_weights   w of nearest_for_regrasp (n_v); empty: 1
   explicit Tree(const world::ObjectSpace& space, Eigen::VectorXd global_weights = {}, Eigen::VectorXd place_weights = {})
-      : nearest_(space), places_(space), global_weights_(std::move(global_weights)), place_weights_(std::move(place_weights)) {
+      : nearest_(space),
+        places_(space),
+        cells_(space),
+        global_weights_(std::move(global_weights)),
+        place_weights_(std::move(place_weights)) {
     if (place_weights_.size() == 0) place_weights_.setOnes(space.n_v());
   }
 
@@ -115,22 +120,16 @@ class Tree {
   };
   using Queue = std::priority_queue<Choice, std::vector<Choice>, std::greater<>>;
 
-  /// By the distance of the objects from the goal; a node taken comes back with a higher cost.
-  struct WornQueue {
-    Queue queue;
-    std::vector<int> taken{};  // times, by node
-  };
-
-  void add_worn(WornQueue& worn, int i) const;
-  template <class Usable>
-  int take_worn(WornQueue& worn, const Usable& usable) const;
+  /// Number of the cell of a node; a new one where no other is near.
+  int cell_of(const Node& node);
 
   std::vector<Node> nodes_;
   NearestPoints nearest_;
   NearestPoints places_;  // of the objects at the nodes
+  NearestPoints cells_;   // a place each, for Front
   Eigen::VectorXd global_weights_, place_weights_;
   Queue to_goal_;  // by d(q_goal; node); a node taken is gone
-  WornQueue to_regrasp_, to_push_;
+  Front to_regrasp_, to_push_;
 };
 
 }  // namespace stiction::planning
