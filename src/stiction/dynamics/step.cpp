@@ -197,7 +197,7 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     if (!exact)
       include_smoothed(model, in, options, analytic->self_sharpness, work);
     else if (guess == nullptr)
-      include_within_reach(model, in, options, work);
+      include_within_reach(model, in, options, solver_options.shift_by_tangent, work);
     else
       include_near(model, in, options, *guess, work);
     include_met(work);

@@ -99,8 +99,8 @@ void include_smoothed(const Model& model, const StepInput& in, const StepOptions
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
 }
 
-void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
-  const double reach = options.friction_law == FrictionLaw::Coulomb ? kNearContactCoulomb : kNearContact;
+void include_within_reach(const Model& model, const StepInput& in, const StepOptions& options, bool closed, StepWorkspace::Impl& work) {
+  const double reach = closed ? kNearContactCoulomb : kNearContact;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const int pair = work.contacts[i].pair;
     const double gap = work.self_contact[at(pair)] != 0 ? least_commanded_gap(model, options, i, work) : work.contacts[i].phi;

@@ -23,8 +23,9 @@ void include_smoothed(const world::Model& model, const StepInput& in, const Step
 /// Contacts that the last solution met on its way have their rows in the program.
 void include_met(StepWorkspace::Impl& work);
 
-/// Rows that an exact step looks at first.
-void include_within_reach(const world::Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work);
+/// Rows that an exact step looks at first. @param closed  contacts may slide without opening (Coulomb)
+void include_within_reach(const world::Model& model, const StepInput& in, const StepOptions& options, bool closed,
+                          StepWorkspace::Impl& work);
 
 /// The same where δq is known roughly.
 void include_near(const world::Model& model, const StepInput& in, const StepOptions& options, const Eigen::VectorXd& guess,
