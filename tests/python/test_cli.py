@@ -428,21 +428,23 @@ def test_regrasps_of_a_cube_on_a_palm_are_not_loose(tmp_path):
     assert next(item["value"] for item in report["checks"] if item["name"] == "loose_regrasps") == 0
 
 
-def test_contacts_of_a_plan_by_coulombs_law_stay_closed(tmp_path):
-    """Of a thing pushed over a table: it slides in every plan, whatever the search found."""
-    done = run("plan", "ur5_mesh_push", "--seed", 0, "-o", tmp_path / "out", "--json")
-    assert done.returncode == 0, done.stderr
-    report = json.loads(run("check", tmp_path / "out", "--json").stdout)
-    assert report["status"] == "Passed"
-    gap = next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
-    data = json.loads((tmp_path / "out/plan.json").read_text())
-    assert data["step"]["friction_law"] == "coulomb"
-    data["step"]["friction_law"] = "anitescu"
-    (tmp_path / "forged.json").write_text(json.dumps(data))
-    report = json.loads(run("check", tmp_path / "forged.json", "--json").stdout)
-    assert {"dynamics", "stored_position"} <= {item["name"] for item in report["checks"] if not item["pass"]}
-    opened = next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
-    assert gap < 0.2 * opened, "anitescu, the same commands: a contact opens by μ times what it slides"
+def test_contacts_of_plans_by_coulombs_law_stay_closed(tmp_path):
+    """Of a thing pushed over a table: it slides in every plan, by how much is up to the search."""
+    gaps = opened = 0.0
+    for seed in range(3):
+        done = run("plan", "ur5_mesh_push", "--seed", seed, "-o", tmp_path / "out", "--json")
+        assert done.returncode == 0, done.stderr
+        report = json.loads(run("check", tmp_path / "out", "--json").stdout)
+        assert report["status"] == "Passed"
+        gaps += next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
+        data = json.loads((tmp_path / "out/plan.json").read_text())
+        assert data["step"]["friction_law"] == "coulomb"
+        data["step"]["friction_law"] = "anitescu"
+        (tmp_path / "forged.json").write_text(json.dumps(data))
+        report = json.loads(run("check", tmp_path / "forged.json", "--json").stdout)
+        assert {"dynamics", "stored_position"} <= {item["name"] for item in report["checks"] if not item["pass"]}
+        opened += next(item["value"] for item in report["checks"] if item["name"] == "force_gap")
+    assert gaps < 0.2 * opened, "anitescu, the same commands: a contact opens by μ times what it slides"
 
 
 def test_every_second_tree_plans_with_less_friction_and_says_so(tmp_path):

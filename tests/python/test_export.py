@@ -310,7 +310,7 @@ def blocks(page: Path, language: str) -> list[str]:
 def test_the_script_of_the_tutorial_sends_the_trajectory(stiction, real_plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With a stand-in for ROS that decodes what it is given."""
     page = ROOT / "docs/tutorials/ros2_control.md"
-    assert stiction("export", real_plan, "-o", tmp_path / "out/refined/motion.mcap").returncode == 0
+    assert stiction("export", real_plan, "-o", tmp_path / "out/motion.mcap").returncode == 0
     sent = []
 
     class Node:

@@ -166,10 +166,12 @@ def test_charts_follow_the_time_bar(made, tmp_path: Path) -> None:
         window.open(file)
         window.wait_for(lambda: window.evaluate("document.querySelector('.mantine-Slider-track') !== null"), 90, "the time bar")
 
-        def at_peak() -> bool:
+        def at_peak() -> bool:  # or beside it: a pixel of the bar may be more than a frame
             window.scrub((data["times"][peak] + 0.01) / data["end"])
+            time = window.evaluate("Number(document.querySelector('.mantine-Slider-thumb').getAttribute('aria-valuenow'))")
+            frame = int(np.searchsorted(data["times"], time + 1e-3, side="right")) - 1
             words = window.evaluate("document.querySelector('#stiction .now').textContent")
-            return words == f"{effort[peak]:.1f} % hand/z"
+            return abs(time - data["times"][peak]) < 0.01 * data["end"] and words == f"{effort[frame]:.1f} % hand/z"
 
         window.wait_for(at_peak, 180, "the figures of that moment")
         cursor = window.evaluate("Number(document.querySelector('#stiction svg line:last-of-type').getAttribute('x1'))")

@@ -39,7 +39,7 @@ def test_tries_side_by_side_give_the_plan_of_one_after_the_other(stiction, tmp_p
 
 def test_plan_that_does_not_hold_is_kept_and_said_so(stiction, tmp_path: Path) -> None:
     """Without friction no finger carries a ball round."""
-    done = stiction("solve", "planar_hand", "--friction", "1,0", "--tries", 4, "-o", tmp_path, "--json")
+    done = stiction("solve", "planar_hand", "--friction", "1,0", "--tries", 4, "--speed", 0.3, "-o", tmp_path, "--json")
     assert done.returncode == 3, done.stderr
     out = json.loads(done.stdout)
     assert out["status"] == "NotHeld" and len(out["tries"]) == 4
