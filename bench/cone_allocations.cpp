@@ -9,11 +9,18 @@ namespace {
 std::atomic<long> count{0};
 }
 
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define STICTION_COUNTS_ALLOCATIONS 1
+#else
+#define STICTION_COUNTS_ALLOCATIONS 0
+#endif
+
 namespace stiction::bench {
 long allocations() { return count.load(std::memory_order_relaxed); }
+bool counts_allocations() { return STICTION_COUNTS_ALLOCATIONS != 0; }
 }  // namespace stiction::bench
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if STICTION_COUNTS_ALLOCATIONS
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);

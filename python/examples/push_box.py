@@ -36,22 +36,14 @@ task = st.Task(
 step = st.step(task.model, task.q_start, [0.1, 0.0], smoothing=st.Analytic(kappa=100), with_B=True)
 print(f"D_qnext_u:\n{step.B}")
 
-for seed in range(20):  # until a plan holds open loop; st.solve does the same in one call
-    result = st.plan(task, seed=seed, timeout_s=30)
-    if result.status != st.Status.Solved:
-        raise SystemExit(f"no plan: {result.status.name} {result.reason}")
-    print(result)
+found = st.solve(task, seed=0)  # plans, refines, checks and simulates, seed after seed, until a plan holds open loop
+if found.status != st.Status.Solved:
+    raise SystemExit(f"no plan holds: {found.status.name}")
+plan = found.best.plan
+print(plan, st.check_plan(plan))
 
-    refined = st.refine(result.plan)
-    report = st.check_plan(refined.plan)
-    print(refined, report)
-    if not report.pass_:
-        raise SystemExit(f"the plan is not as it should be: {[item for item in report.items if not item.pass_]}")
+run = st.transfer(plan, alone=False)  # open loop, in a second-order simulation
+print(f"simulated for {run.duration_s:.0f} s: {run.error}, goal {'reached' if run.reached else 'missed'}")
 
-    run = st.transfer(refined.plan, alone=False)  # open loop, in a second-order simulation
-    print(f"simulated for {run.duration_s:.0f} s: {run.error}, goal {'reached' if run.reached else 'missed'}")
-    if run.reached:
-        break
-
-trajectory = st.make_trajectory(refined.plan)  # what a robot would be sent
+trajectory = st.make_trajectory(plan)  # what a robot would be sent
 print(f"{len(trajectory.times)} commands of {trajectory.u.shape[1]} joints in {trajectory.duration:.0f} s")

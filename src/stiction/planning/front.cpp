@@ -34,7 +34,7 @@ int Front::take(const std::function<bool(int)>& usable, const std::function<doub
     const auto [before, node] = queue_.top();
     queue_.pop();
     if (!usable(node)) continue;
-    const double now = cost(node, distance(node));
+    const double d = distance(node), now = cost(node, d);
     if (now > before && !queue_.empty() && now > queue_.top().cost) {
       queue_.push({now, node});
       continue;
@@ -42,7 +42,7 @@ int Front::take(const std::function<bool(int)>& usable, const std::function<doub
     ++taken_[at(node)];
     ++taken_in_[at(cell_[at(node)])];
     ++choices_;
-    queue_.push({cost(node, distance(node)), node});
+    queue_.push({cost(node, d), node});
     return node;
   }
   return -1;

@@ -6,6 +6,14 @@
 
 namespace stiction::planning {
 
+/// A node that may be taken, the cheapest first.
+struct Choice {
+  double cost;
+  int node;
+  bool operator>(const Choice& o) const { return cost != o.cost ? cost > o.cost : node > o.node; }
+};
+using Choices = std::priority_queue<Choice, std::vector<Choice>, std::greater<>>;
+
 /// The order in which nodes near the goal are taken to grow from, for one purpose: pushes or regrasps.
 ///
 /// A node costs 1 + its distance from the goal; each choice wears it, and more so its *cell*, the nodes whose objects are at one place: where a search is
@@ -21,16 +29,10 @@ class Front {
   int take(const std::function<bool(int)>& usable, const std::function<double(int)>& distance);
 
  private:
-  struct Choice {
-    double cost;
-    int node;
-    bool operator>(const Choice& o) const { return cost != o.cost ? cost > o.cost : node > o.node; }
-  };
-
   double cost(int node, double distance) const;
 
   /// Costs may be those of an earlier time: they grow with every choice in the cell.
-  std::priority_queue<Choice, std::vector<Choice>, std::greater<>> queue_;
+  Choices queue_;
   std::vector<int> cell_, taken_;  // by node
   std::vector<int> taken_in_;      // by cell
   long choices_ = 0;

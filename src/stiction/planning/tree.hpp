@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <queue>
 #include <vector>
 
 #include "stiction/planning/front.hpp"
@@ -113,13 +112,6 @@ class Tree {
   std::vector<int> path_to(int i) const;
 
  private:
-  struct Choice {
-    double cost;
-    int node;
-    bool operator>(const Choice& o) const { return cost != o.cost ? cost > o.cost : node > o.node; }
-  };
-  using Queue = std::priority_queue<Choice, std::vector<Choice>, std::greater<>>;
-
   /// Number of the cell of a node; a new one where no other is near.
   int cell_of(const Node& node);
 
@@ -128,7 +120,7 @@ class Tree {
   NearestPoints places_;  // of the objects at the nodes
   NearestPoints cells_;   // a place each, for Front
   Eigen::VectorXd global_weights_, place_weights_;
-  Queue to_goal_;  // by d(q_goal; node); a node taken is gone
+  Choices to_goal_;  // by d(q_goal; node); a node taken is gone
   Front to_regrasp_, to_push_;
 };
 
