@@ -1,3 +1,5 @@
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <set>
 
@@ -156,6 +158,22 @@ TEST(Mjcf, WeightOfABodyThatGravcompHolds_IsNotThere) {
   Eigen::VectorXd tau(6);
   calc_gravity(*model, kinematics, tau);
   EXPECT_NEAR(tau[2], -0.25 * 2 * 9.81, 1e-12);
+}
+
+TEST(Mjcf, MeshesOfLinks_LoseCornersAndThoseOfObjectsKeepThem) {
+  const MjcfModel model = read_mjcf(write_mjcf(
+      R"(<asset><mesh name="round" builtin="sphere" params="4" scale=".1 .1 .1"/></asset><worldbody>
+         <body name="link"><joint/><geom type="mesh" mesh="round"/></body><body name="o"><freejoint/><geom type="mesh" mesh="round"/></body></worldbody>)",
+      "round.xml"));
+  const auto corners = [](const Shape& shape) { return std::get<Mesh>(shape).mesh->vertices; };
+  const auto of_link = corners(model.robot.links[1].collisions.at(0).shape), of_object = corners(model.objects.at(0).geometries.at(0).shape);
+  EXPECT_LT(of_link.cols(), of_object.cols() / 2);
+  for (const auto& corner : of_link.colwise())
+    EXPECT_LT((of_object.colwise() - corner).colwise().norm().minCoeff(), 1e-12) << "is one of the file";
+  const auto& notes = model.robot.notes;
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+    return note.starts_with("corners of the hulls") && note.ends_with(": round");
+  })) << fmt::format("{}", fmt::join(notes, "; "));
 }
 
 TEST(Mjcf, FilesThatMujocoRefuses_AreNamedWithItsReason) {

@@ -16,6 +16,7 @@
 #include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
+#include "stiction/world/simplify_hull.hpp"
 
 namespace stiction::world {
 
@@ -102,6 +103,7 @@ class MjcfReader : private MjcfView {
     }
     read_equalities();
     read_geoms(0, Pose{}, nullptr);
+    hulls_.add_note(out_.robot.notes);
     for (int i = 0; i < m_->nexclude; ++i) {
       const int signature = m_->exclude_signature[i];
       const auto is_there = [&](int body) { return !is_free(m_->body_weldid[body]) || object_collides(m_->body_weldid[body]); };
@@ -284,6 +286,8 @@ class MjcfReader : private MjcfView {
       const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
       if (plane && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);
       if (link != nullptr && !plane) {
+        if (const auto* mesh = std::get_if<Mesh>(&c.shape); mesh != nullptr && !is_free(m_->body_weldid[body]))
+          c.shape = Mesh{hulls_.add(*mesh->mesh, given_name(mjOBJ_MESH, m_->geom_dataid[g]))};
         link->collisions.push_back(std::move(c));
         continue;
       }
@@ -325,6 +329,7 @@ class MjcfReader : private MjcfView {
   std::vector<std::optional<double>> spring_, effort_;  ///< per joint of the file
   std::vector<std::size_t> joint_of_;                   ///< of the robot, per joint of the file
   std::set<std::string> link_names_;
+  LinkHulls hulls_;
 };
 
 }  // namespace

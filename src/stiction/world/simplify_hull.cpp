@@ -1,5 +1,7 @@
 #include "stiction/world/simplify_hull.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -8,6 +10,7 @@
 #include <vector>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/robot_tree.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/triangle.hpp"
 
@@ -127,6 +130,20 @@ SimplifiedHull simplify_hull(const ConvexMesh& mesh, double tolerance) {
     hull->surface = mesh.surface;
     return {std::move(*hull), error};
   }
+}
+
+std::shared_ptr<const ConvexMesh> LinkHulls::add(const ConvexMesh& part, const std::string& name) {
+  const double diagonal = (part.vertices.rowwise().maxCoeff() - part.vertices.rowwise().minCoeff()).norm();
+  SimplifiedHull hull = simplify_hull(part, kHullTolerance * diagonal);
+  if (hull.error > 0 && std::find(simplified_.begin(), simplified_.end(), name) == simplified_.end()) simplified_.push_back(name);
+  error_ = std::max(error_, hull.error);
+  return std::make_shared<const ConvexMesh>(std::move(hull.mesh));
+}
+
+void LinkHulls::add_note(std::vector<std::string>& notes) const {
+  if (simplified_.empty()) return;
+  notes.push_back(fmt::format("corners of the hulls of meshes are left out, which moves their surfaces by up to {:.2g} mm: {}",
+                              1e3 * error_, list_some(simplified_)));
 }
 
 }  // namespace stiction::world

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "stiction/world/scene.hpp"
 
 namespace stiction::world {
@@ -19,5 +23,19 @@ struct SimplifiedHull {
 /// @throws core::InvalidInput: tolerance negative or not finite
 /// Tests: tests/world/simplify_hull_test.cpp
 SimplifiedHull simplify_hull(const ConvexMesh& mesh, double tolerance);
+
+/// The hulls of one robot's links, with kHullTolerance.
+class LinkHulls {
+ public:
+  /// @param name  of the mesh, for the note
+  std::shared_ptr<const ConvexMesh> add(const ConvexMesh& part, const std::string& name);
+
+  /// How far which surfaces moved; nothing where none did.
+  void add_note(std::vector<std::string>& notes) const;
+
+ private:
+  std::vector<std::string> simplified_;
+  double error_ = 0;  ///< the largest [m]
+};
 
 }  // namespace stiction::world

@@ -35,8 +35,8 @@ struct Source {
   bool is_file = true;           ///< and no text in memory
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
-  std::vector<std::string> filled{}, simplified{}, impossible{}, unlimited{}, reversed{};
-  double simplified_by = 0;  ///< farthest that a hull is from that of its file [m]
+  std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{};
+  LinkHulls hulls{};
 
   std::vector<std::string> notes() const {
     std::vector<std::string> out;
@@ -44,8 +44,7 @@ struct Source {
       if (!names.empty()) out.push_back(fmt::format("{}: {}", what, list_some(names)));
     };
     add(filled, "collision meshes that are not convex are their convex hulls");
-    add(simplified,
-        fmt::format("corners of the hulls of meshes are left out, which moves their surfaces by up to {:.2g} mm", 1e3 * simplified_by));
+    hulls.add_note(out);
     add(impossible, "inertias that no body can have are those of the collision geometry with the mass of the file, of links");
     add(unlimited, "no limits in the file, so that these joints have none");
     add(reversed, "a lower limit above the upper one, so that these joints have none");
@@ -66,13 +65,7 @@ std::vector<Shape> read_mesh(const XmlReader& reader, const XMLElement& element,
   try {
     LoadedMesh mesh = load_mesh(path, scale, source.options);
     if (mesh.filled) add_once(source.filled, path.filename().string());
-    for (const ConvexMesh& part : mesh.parts) {
-      const double diagonal = (part.vertices.rowwise().maxCoeff() - part.vertices.rowwise().minCoeff()).norm();
-      SimplifiedHull hull = simplify_hull(part, kHullTolerance * diagonal);
-      if (hull.error > 0) add_once(source.simplified, path.filename().string());
-      source.simplified_by = std::max(source.simplified_by, hull.error);
-      shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(std::move(hull.mesh))});
-    }
+    for (const ConvexMesh& part : mesh.parts) shapes.emplace_back(Mesh{source.hulls.add(part, path.filename().string())});
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", source.file.string(), element.GetLineNum(), e.what()));
   }
