@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "simulation/scenes.hpp"
 
 namespace stiction::simulation::test {
@@ -152,6 +154,31 @@ TEST(Contact, BallOfTheAllegroTask_RestsInThePalmWithoutSinkingIn) {
   EXPECT_NEAR((impulse / duration / mass - gained / duration - Vector3d(0, 0, 10)).norm(), 0, 0.01) << "0.1 % of the weight";
   EXPECT_LT(depth, 1e-4);
   EXPECT_GT(depth, 1e-7);
+}
+
+/// A link that turns about its centre of mass presses on a wall: no force on that centre moves it, but contacts with it are as soft as (M.2) has them.
+TEST(Contact, LinkThatTurnsAboutItsCentre_IsAsSoftAsOthers) {
+  constexpr double kArm = 0.1, kRadius = 0.02, kInertia = 1e-4, kStiffness = 2, kTurn = 0.5;
+  world::Scene scene = empty_scene(Vector3d::Zero());
+  world::RobotSpec robot = pusher(0);
+  robot.text = fmt::format(
+      R"(<robot name="p"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><origin xyz="{1} 0 0"/><geometry><sphere radius="{2}"/></geometry></collision></link>
+      <joint name="turn" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="1"/></joint></robot>)",
+      kInertia, kArm, kRadius);
+  robot.urdf = source_dir() / "";
+  robot.stiffness = {{"turn", kStiffness}};
+  scene.robots.push_back(robot);
+  const world::Pose X_WB{Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitX()).toRotationMatrix(), Vector3d(0, kRadius, 0)};
+  scene.fixed.push_back(ground(1, X_WB));
+  Rig rig(scene);
+  ASSERT_EQ(rig.hold(Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, kTurn), 1.0), Status::Solved) << rig.result.message;
+  const double force = kStiffness * kTurn / kArm;
+  EXPECT_NEAR(rig.force().normal, force, 0.01 * force);
+  const ContactOptions& c = rig.plant->options().contact;
+  const double moved = 2.0 / 3 * (kArm + kRadius) * (kArm + kRadius) / (3 * kInertia);  // by a force on the surface: means over directions and axes [1/kg]
+  const double depth = (1 - c.impedance) * moved * force * c.time_constant * c.time_constant;
+  EXPECT_NEAR(rig.q_end()[0] * kArm, depth, 0.1 * depth);
 }
 
 TEST(Contact, FrictionlessSlope_SlidesFreely) {

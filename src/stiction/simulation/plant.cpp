@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
@@ -65,6 +66,21 @@ Eigen::VectorXd calc_inertia(const Plant::Impl& plant) {
   return (E.transpose() * M * E).diagonal();
 }
 
+/// MuJoCo takes the softness of a contact from how its bodies are moved by forces on their centres of mass, averaged over directions. A body whose centre lies on its
+/// axes is not moved by these: a contact of two such links, or of one with the ground, is rigid then, takes any force, and leaves equations that no solver solves.
+/// They are given how a force on their surface moves them.
+void weigh_surfaces(mjModel* m) {
+  constexpr double kRounding = 1e-9;
+  for (int body = 1; body < m->nbody; ++body) {
+    double radius = 0;  // of the farthest surface [m]
+    for (int g = m->body_geomadr[body]; g >= 0 && g < m->body_geomadr[body] + m->body_geomnum[body]; ++g)
+      radius = std::max(radius, mju_dist3(m->geom_pos + 3 * g, m->body_ipos + 3 * body) + m->geom_rbound[g]);
+    mjtNum* weight = m->body_invweight0 + 2 * body;
+    const double at_surface = 2.0 / 3 * weight[1] * radius * radius;  // ‖ω × r‖², averaged over directions
+    if (weight[0] < kRounding * at_surface) weight[0] = at_surface;
+  }
+}
+
 /// What an object on a joint rests on brings it to rest within rest_time.
 void damp_objects(const Plant::Impl& plant, const Eigen::VectorXd& inertia) {
   for (std::size_t i = 0; i < plant.model->objects().size(); ++i) {
@@ -120,6 +136,7 @@ std::shared_ptr<const Plant> Plant::make(std::shared_ptr<const world::Model> mod
   const double period = options.timestep / options.spring_resolution;
   impl->armature = (stiffness * period * period).cwiseMax(options.armature);
   impl->mujoco = compile_scene(*impl->model, options, impl->armature);
+  weigh_surfaces(impl->mujoco.get());
   find_addresses(*impl);
   const Eigen::VectorXd inertia = calc_inertia(*impl);
   impl->damping = 2 * options.damping_ratio * stiffness.cwiseProduct(inertia.tail(impl->model->n_a())).cwiseSqrt();
