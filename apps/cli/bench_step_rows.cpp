@@ -135,6 +135,7 @@ void steps(BenchTable& table, const TaskReference& entry, bool main_rows_only) {
       if (!scenario.model) {
         step_options.h = task->options.h;
         step_options.regularisation = task->options.regularisation;
+        step_options.contacts_within_reach = true;  // as the planner's steps
         scenario = {task->model, contact_rich_states(*task, step_options, main_rows_only ? kShortPlan_s : kPlanTimeout_s, table.line())};
       }
       if (scenario.states.empty()) {

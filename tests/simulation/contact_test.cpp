@@ -176,7 +176,8 @@ TEST(Contact, LinkThatTurnsAboutItsCentre_IsAsSoftAsOthers) {
   const double force = kStiffness * kTurn / kArm;
   EXPECT_NEAR(rig.force().normal, force, 0.01 * force);
   const ContactOptions& c = rig.plant->options().contact;
-  const double moved = 2.0 / 3 * (kArm + kRadius) * (kArm + kRadius) / (3 * kInertia);  // by a force on the surface: means over directions and axes [1/kg]
+  const double moved =
+      2.0 / 3 * (kArm + kRadius) * (kArm + kRadius) / (3 * kInertia);  // by a force on the surface: means over directions and axes [1/kg]
   const double depth = (1 - c.impedance) * moved * force * c.time_constant * c.time_constant;
   EXPECT_NEAR(rig.q_end()[0] * kArm, depth, 0.1 * depth);
 }

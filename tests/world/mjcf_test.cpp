@@ -166,7 +166,8 @@ TEST(Mjcf, MeshesOfLinks_LoseCornersAndThoseOfObjectsKeepThem) {
          <body name="link"><joint/><geom type="mesh" mesh="round"/></body><body name="o"><freejoint/><geom type="mesh" mesh="round"/></body></worldbody>)",
       "round.xml"));
   const auto corners = [](const Shape& shape) { return std::get<Mesh>(shape).mesh->vertices; };
-  const auto of_link = corners(model.robot.links[1].collisions.at(0).shape), of_object = corners(model.objects.at(0).geometries.at(0).shape);
+  const auto of_link = corners(model.robot.links[1].collisions.at(0).shape),
+             of_object = corners(model.objects.at(0).geometries.at(0).shape);
   EXPECT_LT(of_link.cols(), of_object.cols() / 2);
   for (const auto& corner : of_link.colwise())
     EXPECT_LT((of_object.colwise() - corner).colwise().norm().minCoeff(), 1e-12) << "is one of the file";

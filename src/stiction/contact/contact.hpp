@@ -50,6 +50,8 @@ struct Contact {
 struct QueryOptions {
   double margin = 0.0;    ///< added to every pair's max_distance [m], ≥ 0
   double cutoff = 1e300;  ///< pairs farther than this are dropped even if their max_distance allows them [m]
+  /// Per pair [m], or empty: a pair that is at least this far apart is left out, whatever its max_distance; one that is nearer has the same contacts as without.
+  std::span<const double> near{};
 };
 
 /// Scratch of a query; one per thread. Holds the shapes of the model in flat form, and, of earlier answers, only directions

@@ -143,7 +143,7 @@ void Workspace::Impl::narrow(int pair, double limit, Distance& out) {
   if (p.in_plane) flatten(p, out);
 }
 
-int Workspace::Impl::fill_patch(int pair, double limit, Contact* out) {
+int Workspace::Impl::fill_patch(int pair, double limit, double near, Contact* out) {
   const PairData& p = pairs[pair];
   const detail::Placed first{shape_of(p, p.first), X_WG[p.first], geometries[p.first].shape};
   const detail::Placed second{shape_of(p, p.second), X_WG[p.second], geometries[p.second].shape};
@@ -156,13 +156,13 @@ int Workspace::Impl::fill_patch(int pair, double limit, Contact* out) {
   Distance d;
   bool done = false;
   if (p.boxes) {
-    const bool certain = box_box(first.shape, first.X_W, second.shape, second.X_W, limit, d);
-    if (!(d.phi < limit)) return 0;
+    const bool certain = box_box(first.shape, first.X_W, second.shape, second.X_W, near, d);
+    if (!(d.phi < near)) return 0;
     done = calc_patch(first, second, d, certain, options, patch_scratch, patch);
   }
   if (!done) {
-    narrow(pair, limit, d);
-    if (!(d.phi < limit)) return 0;
+    narrow(pair, near, d);
+    if (!(d.phi < near)) return 0;
     if (swapped) detail::swap_roles(d);
     calc_patch(first, second, d, true, options, patch_scratch, patch);
   }
@@ -188,13 +188,13 @@ int Workspace::Impl::fill_patch(int pair, double limit, Contact* out) {
   return patch.n;
 }
 
-int Workspace::Impl::fill(int pair, double limit, Contact* out) {
+int Workspace::Impl::fill(int pair, double limit, double near, Contact* out) {
   const PairData& p = pairs[pair];
-  if (is_beyond(pair, limit)) return 0;
-  if (p.patch) return fill_patch(pair, limit, out);
+  if (is_beyond(pair, near)) return 0;
+  if (p.patch) return fill_patch(pair, limit, near, out);
   Distance d;
-  narrow(pair, limit, d);
-  if (!(d.phi < limit)) return 0;
+  narrow(pair, near, d);
+  if (!(d.phi < near)) return 0;
   out->pair = pair;
   out->id = make_id(pair);
   out->phi = d.phi;
@@ -229,6 +229,7 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   Workspace::Impl& w = work.impl();
   require_match(w, model, kinematics);
   core::require_nonnegative("margin", options.margin);
+  if (!options.near.empty()) core::require_size("near", static_cast<long>(options.near.size()), static_cast<long>(w.pairs.size()));
   require_length("cutoff", options.cutoff);
   w.set_kinematics(kinematics);
 
@@ -246,10 +247,12 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   }
   const int n_p = static_cast<int>(w.pairs.size());
   const double *sum = w.radius_sum.data(), *max_distance = w.max_distance.data();
-  double* excess = w.excess.data();
+  double *excess = w.excess.data(), *near = w.left_out.data();
   const double margin = options.margin, cutoff = options.cutoff;
+  for (int i = 0; i < n_p; ++i) near[i] = std::min(max_distance[i] + margin, cutoff);
+  for (std::size_t i = 0; i < options.near.size(); ++i) near[i] = std::min(near[i], options.near[i]);
   for (int i = 0; i < n_p; ++i) {
-    const double reach = (sum[i] + std::min(max_distance[i] + margin, cutoff)) * (1.0 + 1e-12);
+    const double reach = (sum[i] + near[i]) * (1.0 + 1e-12);
     excess[i] = d2[i] - reach * std::abs(reach);
   }
   int* candidates = w.candidates.data();
@@ -272,7 +275,7 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   for (int k = 0; k < n; ++k) {
     const int i = candidates[k];
     const double limit = std::min(max_distance[i] + margin, cutoff);
-    next += w.pairs[i].kernel ? w.fill(i, limit, next) : w.fill_spheres(i, limit, length[k], inverse_lengths[k], *next);
+    next += w.pairs[i].kernel ? w.fill(i, limit, near[i], next) : w.fill_spheres(i, near[i], length[k], inverse_lengths[k], *next);
   }
   out.resize(static_cast<std::size_t>(next - out.data()));
 
@@ -301,7 +304,7 @@ void query_pairs(const world::Model& model, const world::Kinematics& kinematics,
   Contact* next = out.data();
   for (const int i : pair_indices) {
     const double reach = (w.radius_sum[i] + cutoff) * (1.0 + 1e-12);
-    if (w.distance2(i) <= reach * std::abs(reach)) next += w.fill(i, cutoff, next);
+    if (w.distance2(i) <= reach * std::abs(reach)) next += w.fill(i, cutoff, cutoff, next);
   }
   out.resize(static_cast<std::size_t>(next - out.data()));
 }

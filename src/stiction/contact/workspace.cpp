@@ -124,6 +124,7 @@ Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis
   reserve_scratch();
   center_distance2.assign(n_p + kPadding, 0.0);
   excess.assign(n_p + kPadding, 0.0);
+  left_out.assign(n_p, 0.0);
   candidates.assign(n_p + kPadding, 0);
   center_distance.assign(n_p + kPadding, 0.0);
   center_inverse.assign(n_p + kPadding, 0.0);

@@ -79,8 +79,9 @@ struct Workspace::Impl {
   void reserve_scratch();
   const detail::ShapeData& shape_of(const PairData& pair, int geometry) const;
   const world::Pose& pose_of(int geometry);
-  int fill(int pair, double limit, Contact* out);  // number of points with phi < limit, at most slots(pair)
-  int fill_patch(int pair, double limit, Contact* out);
+  /// Number of points with phi < limit, at most slots(pair); 0 where the pair is at least `near` apart, near ≤ limit.
+  int fill(int pair, double limit, double near, Contact* out);
+  int fill_patch(int pair, double limit, double near, Contact* out);
   int slots(int pair) const { return pairs[pair].patch ? detail::Patch::kMost : 1; }
   bool fill_spheres(int pair, double limit, double length, double inverse_length, Contact& out);
 
@@ -108,6 +109,7 @@ struct Workspace::Impl {
   std::vector<world::Pose> X_WG;                     // of `posed` only
   std::vector<double> center_distance2;              // per pair
   std::vector<double> excess;                        // per pair: squared distance beyond which it is out of reach, taken off
+  std::vector<double> left_out;                      // per pair: distance from which on it is left out
   std::vector<int> candidates;
   std::vector<double> center_distance, center_inverse;    // per candidate: ‖p_A − p_B‖ of the centres and 1 over it
   std::vector<std::pair<double, std::uint64_t>> nearest;  // for max_contacts

@@ -41,6 +41,17 @@ struct Sweep {
   std::vector<contact::Contact> contacts;
 };
 
+/// Which pairs an exact step looks at (reach.hpp).
+struct Reach {
+  explicit Reach(const world::Model& model);
+
+  std::vector<int> pairs;               // whose contacts cost more than to tell that there are none: of meshes, and of flat sides
+  std::vector<double> near;             // per pair: nearer ones have their contacts [m]
+  std::vector<Eigen::Vector3d> v, w;    // twists per body, at the origin of W
+  std::vector<Eigen::Vector3d> center;  // of the bounding sphere per geometry, in W
+  double margin = 0;                    // beyond max_distance, within which all contacts would be looked for [m]
+};
+
 /// A hinge or slider with dry friction (S.19).
 struct FrictionJoint {
   int v = -1;                     // velocity index
@@ -67,6 +78,7 @@ struct StepWorkspace::Impl {
   std::vector<contact::Contact> contacts;
   std::size_t near_contacts = 0;  // the first of them, found by their distance at q; the others by what δq meets
   std::optional<detail::Sweep> sweep;
+  detail::Reach reach{*model};
   Eigen::VectorXd q_seen;   // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
   double margin_seen = -1;  // of contacts and J [m]; < 0: there are none at q_seen
   std::optional<cone::Problem> problem;

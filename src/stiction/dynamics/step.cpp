@@ -7,6 +7,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
 #include "stiction/dynamics/joint_friction.hpp"
+#include "stiction/dynamics/reach.hpp"
 #include "stiction/dynamics/rim.hpp"
 #include "stiction/dynamics/sample_step.hpp"
 #include "stiction/dynamics/sweep.hpp"
@@ -55,7 +56,7 @@ StepWorkspace::~StepWorkspace() = default;
 StepWorkspace::StepWorkspace(StepWorkspace&&) noexcept = default;
 void StepWorkspace::forget() {
   impl_->solver->forget();
-  impl_->q_seen.resize(0);
+  impl_->q_seen.setConstant(std::numeric_limits<double>::quiet_NaN());  // no q is that
 }
 const Model& StepWorkspace::model() const { return *impl_->model; }
 namespace {
@@ -81,8 +82,9 @@ bool has_fixed_gap(const Model& model, const StepWorkspace::Impl& work, std::siz
   return J.col(0).lpNorm<Eigen::Infinity>() <= kRounding * J.lpNorm<Eigen::Infinity>();
 }
 
-void find_contacts(const Model& model, double margin, StepWorkspace::Impl& work) {
-  contact::query(model, work.kinematics, {.margin = margin}, work.contact_work, work.contacts);
+/// @param near  distances from which on pairs are left out, or nothing
+void find_contacts(const Model& model, double margin, std::span<const double> near, StepWorkspace::Impl& work) {
+  contact::query(model, work.kinematics, {.margin = margin, .near = near}, work.contact_work, work.contacts);
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
@@ -165,15 +167,16 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
 
   // An unsupported object must not fall through what it would have met: look as far as it can fall.
   const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
-  if (work.margin_seen != margin) {
-    find_contacts(model, margin, work);
-    work.margin_seen = margin;
-    work.near_contacts = work.contacts.size();
-  }
-  if (in.friction) {
-    for (auto& contact : work.contacts) contact.friction *= (*in.friction)[contact.pair];
-    work.margin_seen = -1;  // no other step takes these over
-  }
+  const auto look = [&](std::span<const double> near) {
+    if (work.margin_seen != margin) {
+      find_contacts(model, margin, near, work);
+      work.margin_seen = margin;
+      work.near_contacts = work.contacts.size();
+    }
+    if (in.friction)
+      for (auto& contact : work.contacts) contact.friction *= (*in.friction)[contact.pair];
+    if (in.friction || !near.empty()) work.margin_seen = -1;  // no other step takes these over
+  };
 
   const bool exact = analytic == nullptr;
   const bool derivatives = options.with_A || options.with_B;
@@ -181,6 +184,10 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   const double sigma_self = exact ? 0.0 : sigma / analytic->self_sharpness;
   const double sigma_limit = exact ? 0.0 : sigma / analytic->limit_sharpness;
   work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
+  const bool within_reach =
+      options.contacts_within_reach && exact && guess == nullptr && !work.reach.pairs.empty() && !model.scene().max_contacts;
+  if (within_reach) guess_reach(model, in, options, margin, work);
+  look(within_reach ? std::span<const double>(work.reach.near) : std::span<const double>());
 
   cone::Options solver_options;
   solver_options.mode = exact ? cone::Mode::Exact : cone::Mode::Smoothed;
@@ -251,13 +258,21 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
     solver_options.shift_by_tangent = false;
     solve_rounds();  // from the rows it would start with by itself: Anitescu's step to the last digit
   };
-  work.least_share = kLeastShare;
-  solve_program();
-  for (int look = 0; out.status == Status::Solved && add_met(model, in, margin, work); ++look) {
-    if (look < kMaxLooks)
-      solve_program();
-    else
-      out.status = Status::MaxIterations;
+  const auto solve_to_the_end = [&] {
+    work.least_share = kLeastShare;
+    solve_program();
+    for (int looks = 0; out.status == Status::Solved && add_met(model, in, margin, work); ++looks) {
+      if (looks < kMaxLooks)
+        solve_program();
+      else
+        out.status = Status::MaxIterations;
+    }
+  };
+  solve_to_the_end();
+  if (within_reach && !(out.status == Status::Solved && stays_within_reach(model, in, options, work))) {
+    work.margin_seen = -1;
+    look({});
+    solve_to_the_end();
   }
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;

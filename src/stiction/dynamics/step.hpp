@@ -65,6 +65,8 @@ struct StepOptions {
   bool with_force_derivatives = false;               ///< also D_lambda_q with A, D_lambda_u with B; needs one of them
   bool joint_limits = true;
   bool effort_limits = false;  ///< robot joints push with world::Model::effort at most (S.15); off, springs have no limit
+  bool contacts_within_reach =
+      false;  ///< of exact steps: contacts of meshes and flat sides are listed only where the step may reach them (S.22)
   bool warm_start = true;
   double tol_complementarity = 1e-10;  ///< worst |vᵀλ|/(5 L·F·h) if exact (world::Scales) [-], 1e-8 or more with A or B; in [1e-12, 1e-2]
   void validate() const;               ///< @throws InvalidInput naming the field

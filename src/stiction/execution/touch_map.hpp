@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "stiction/contact/free_path.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/core/run_control.hpp"
-#include "stiction/contact/free_path.hpp"
 #include "stiction/world/model.hpp"
 
 namespace stiction::execution {

@@ -45,8 +45,12 @@ dynamics::LocalModelScheme PlannerOptions::local_model_scheme(std::uint64_t stre
 }
 
 dynamics::StepOptions PlannerOptions::step_options() const {
-  dynamics::StepOptions step{
-      .h = h, .regularisation = regularisation, .friction_law = friction_law, .friction_scale = friction, .effort_limits = true};
+  dynamics::StepOptions step{.h = h,
+                             .regularisation = regularisation,
+                             .friction_law = friction_law,
+                             .friction_scale = friction,
+                             .effort_limits = true,
+                             .contacts_within_reach = true};
   if (friction_law == dynamics::FrictionLaw::Coulomb) step.tol_complementarity = kCoulombComplementarity;
   return step;
 }

@@ -1,0 +1,115 @@
+#include "stiction/dynamics/reach.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "stiction/dynamics/working_set.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::dynamics::detail {
+namespace {
+
+using world::Model;
+
+/// Besides what the command asks for: objects turn as they are pushed. Not less than what include_within_reach() takes.
+constexpr double kNear = 0.05;  // of L of the pair (world::Scales)
+
+/// Twists of all bodies under δq, as at the origin of W, to first order: what rows see.
+void calc_twists(const Model& model, const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Reach& reach) {
+  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
+    Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = v;
+    for (const int axis : model.bodies()[b].axes) {
+      const bool own = axis < model.n_v();
+      const world::Follower* follower = own ? nullptr : &model.followers()[at(axis - model.n_v())];
+      const bool turns = (own ? model.dofs()[at(axis)].kind : follower->kind) == world::DofKind::Revolute;
+      const Eigen::Vector3d move = (own ? delta[axis] : follower->ratio * delta[follower->dof]) * kinematics.axis_W.col(axis);
+      v += turns ? kinematics.origin_W.col(axis).cross(move) : move;
+      if (turns) w += move;
+    }
+    reach.v[b] = v, reach.w[b] = w;
+  }
+}
+
+/// A bound of ‖J_c δq‖ of every contact of a pair with distance φ: travel + turn φ.
+struct Travel {
+  double travel, turn;  ///< [m], [rad]
+};
+
+/// The geometry with the smaller bounding sphere moves in the frame of the other one; between the witness points, φ apart, that turns.
+Travel calc_travel(const Model& model, int pair, const Reach& reach) {
+  const world::Pair& p = model.pairs()[at(pair)];
+  const world::Geometry *small = &model.geometries()[at(p.geometry_a)], *other = &model.geometries()[at(p.geometry_b)];
+  int g = p.geometry_a;
+  if (small->bounding_radius > other->bounding_radius) std::swap(small, other), g = p.geometry_b;
+  const std::size_t a = at(small->body), b = at(other->body);
+  const Eigen::Vector3d w = reach.w[a] - reach.w[b];
+  const Eigen::Vector3d v = reach.v[a] - reach.v[b] + w.cross(reach.center[at(g)]);
+  return {v.norm() + w.norm() * small->bounding_radius, reach.w[b].norm()};
+}
+
+double friction_of(const Model& model, int pair, const StepInput& in, const StepOptions& options) {
+  return model.pairs()[at(pair)].friction * options.friction_scale * (in.friction ? (*in.friction)[pair] : 1.0);
+}
+
+/// Hulls, and patches of flat sides; the distance of round shapes costs no more than a bound of it.
+bool is_costly(const world::Shape& a, const world::Shape& b) {
+  const auto round = [](const world::Shape& s) {
+    return std::holds_alternative<world::Sphere>(s) || std::holds_alternative<world::Capsule>(s);
+  };
+  const auto mesh = [](const world::Shape& s) { return std::holds_alternative<world::Mesh>(s); };
+  return mesh(a) || mesh(b) || !(round(a) || round(b));
+}
+
+}  // namespace
+
+Reach::Reach(const Model& model)
+    : near(model.pairs().size(), std::numeric_limits<double>::infinity()),
+      v(model.bodies().size()),
+      w(v.size()),
+      center(model.geometries().size()) {
+  for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
+    const world::Pair& p = model.pairs()[at(i)];
+    if (is_costly(model.geometries()[at(p.geometry_a)].shape, model.geometries()[at(p.geometry_b)].shape)) pairs.push_back(i);
+  }
+  if (pairs.size() < v.size()) pairs.clear();  // the twists of all bodies would cost more
+}
+
+void guess_reach(const Model& model, const StepInput& in, const StepOptions& options, double margin, StepWorkspace::Impl& work) {
+  Reach& reach = work.reach;
+  for (std::size_t g = 0; g < reach.center.size(); ++g)
+    reach.center[g] = work.kinematics.X_WB[at(model.geometries()[g].body)] * model.geometries()[g].p_BCenter;
+  reach.margin = margin;
+  calc_twists(model, work.kinematics, work.commanded, reach);
+  double farthest = 0;  // that the command takes a surface: as far as it takes objects
+  for (std::size_t g = 0; g < reach.center.size(); ++g) {
+    const world::Geometry& geometry = model.geometries()[g];
+    const std::size_t b = at(geometry.body);
+    if (model.bodies()[b].kind != world::BodyKind::Robot) continue;
+    const double travel = (reach.v[b] + reach.w[b].cross(reach.center[g])).norm() + reach.w[b].norm() * geometry.bounding_radius;
+    farthest = std::max(farthest, travel);
+  }
+  for (const int i : reach.pairs) {
+    const world::Pair& p = model.pairs()[at(i)];
+    const bool object =
+        model.bodies()[at(model.geometries()[at(p.geometry_a)].body)].kind == world::BodyKind::Object;  // the first, where one is
+    const double travel = calc_travel(model, i, reach).travel + (object ? farthest : 0.0);
+    const double mu = friction_of(model, i, in, options);
+    const double seen = p.max_distance + margin;
+    reach.near[at(i)] = std::min(seen, kNear * model.scales().pair(i).length + (1 + mu) * travel);
+  }
+}
+
+bool stays_within_reach(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
+  Reach& reach = work.reach;
+  calc_twists(model, work.kinematics, work.solution.x, reach);
+  for (const int i : reach.pairs) {
+    if (reach.near[at(i)] >= model.pairs()[at(i)].max_distance + reach.margin) continue;
+    const Travel most = calc_travel(model, i, reach);
+    const double mu = friction_of(model, i, in, options);
+    if ((1 + mu) * (most.travel + most.turn * reach.near[at(i)]) > reach.near[at(i)] || (1 + mu) * most.turn >= 1) return false;
+  }
+  return true;
+}
+
+}  // namespace stiction::dynamics::detail
