@@ -46,6 +46,7 @@ struct Reach {
   explicit Reach(const world::Model& model);
 
   std::vector<int> pairs;               // whose contacts cost more than to tell that there are none: of meshes, and of flat sides
+  std::vector<int> close;               // those of them whose bounding spheres are within the contact distance
   std::vector<double> near;             // per pair: nearer ones have their contacts [m]
   std::vector<Eigen::Vector3d> v, w;    // twists per body, at the origin of W
   std::vector<Eigen::Vector3d> center;  // of the bounding sphere per geometry, in W

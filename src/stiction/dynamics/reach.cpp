@@ -52,13 +52,15 @@ double friction_of(const Model& model, int pair, const StepInput& in, const Step
   return model.pairs()[at(pair)].friction * options.friction_scale * (in.friction ? (*in.friction)[pair] : 1.0);
 }
 
+template <class S>
+bool either(const world::Shape& a, const world::Shape& b) {
+  return std::holds_alternative<S>(a) || std::holds_alternative<S>(b);
+}
+
 /// Hulls, and patches of flat sides; the distance of round shapes costs no more than a bound of it.
 bool is_costly(const world::Shape& a, const world::Shape& b) {
-  const auto round = [](const world::Shape& s) {
-    return std::holds_alternative<world::Sphere>(s) || std::holds_alternative<world::Capsule>(s);
-  };
-  const auto mesh = [](const world::Shape& s) { return std::holds_alternative<world::Mesh>(s); };
-  return mesh(a) || mesh(b) || !(round(a) || round(b));
+  const bool flat = either<world::Box>(a, b) || either<world::Cylinder>(a, b);
+  return either<world::Mesh>(a, b) || (flat && !either<world::Sphere>(a, b));
 }
 
 }  // namespace
@@ -73,6 +75,7 @@ Reach::Reach(const Model& model)
     if (is_costly(model.geometries()[at(p.geometry_a)].shape, model.geometries()[at(p.geometry_b)].shape)) pairs.push_back(i);
   }
   if (pairs.size() < v.size()) pairs.clear();  // the twists of all bodies would cost more
+  close.reserve(pairs.size());
 }
 
 void guess_reach(const Model& model, const StepInput& in, const StepOptions& options, double margin, StepWorkspace::Impl& work) {
@@ -89,8 +92,13 @@ void guess_reach(const Model& model, const StepInput& in, const StepOptions& opt
     const double travel = (reach.v[b] + reach.w[b].cross(reach.center[g])).norm() + reach.w[b].norm() * geometry.bounding_radius;
     farthest = std::max(farthest, travel);
   }
+  reach.close.clear();
   for (const int i : reach.pairs) {
     const world::Pair& p = model.pairs()[at(i)];
+    const double radii = model.geometries()[at(p.geometry_a)].bounding_radius + model.geometries()[at(p.geometry_b)].bounding_radius;
+    const double most = radii + p.max_distance + margin;
+    if ((reach.center[at(p.geometry_a)] - reach.center[at(p.geometry_b)]).squaredNorm() > most * most) continue;
+    reach.close.push_back(i);
     const bool object =
         model.bodies()[at(model.geometries()[at(p.geometry_a)].body)].kind == world::BodyKind::Object;  // the first, where one is
     const double travel = calc_travel(model, i, reach).travel + (object ? farthest : 0.0);
@@ -103,7 +111,7 @@ void guess_reach(const Model& model, const StepInput& in, const StepOptions& opt
 bool stays_within_reach(const Model& model, const StepInput& in, const StepOptions& options, StepWorkspace::Impl& work) {
   Reach& reach = work.reach;
   calc_twists(model, work.kinematics, work.solution.x, reach);
-  for (const int i : reach.pairs) {
+  for (const int i : reach.close) {
     if (reach.near[at(i)] >= model.pairs()[at(i)].max_distance + reach.margin) continue;
     const Travel most = calc_travel(model, i, reach);
     const double mu = friction_of(model, i, in, options);
