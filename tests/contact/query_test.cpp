@@ -189,6 +189,28 @@ TEST(Query, PairDistanceAndLowerBound_AgreeWithTheShapes) {
   }
 }
 
+/// A pair keeps all its contacts or none, by the distance of its nearest points.
+TEST(Query, NearDistances_LeaveOutWholePairs) {
+  Fixture s(test::make_busy_scene());
+  Random random(7);
+  std::vector<double> near(s.model->pairs().size());
+  std::size_t kept = 0, left_out = 0;
+  for (int i = 0; i < 200; ++i) {
+    s.move_to_random(random);
+    for (double& d : near) d = random.uniform(-0.02, 0.06);
+    const auto all = s.query_contacts();
+    std::vector<Contact> want;
+    for (const Contact& c : all) {
+      const Distance d = s.distance(c.pair);
+      if (d.phi < near[static_cast<std::size_t>(c.pair)]) want.push_back(c);
+    }
+    expect_identical(s.query_contacts({.near = near}), want);
+    kept += want.size(), left_out += all.size() - want.size();
+  }
+  EXPECT_GT(kept, 200u);
+  EXPECT_GT(left_out, 200u);
+}
+
 TEST(QueryPairs, Subset_IsInTheGivenOrderAndIgnoresMaxDistance) {
   Fixture s(test::make_busy_scene());
   Random random(5);
@@ -347,6 +369,8 @@ TEST(Query, BadInput_IsNamed) {
   std::vector<Contact> out;
   EXPECT_NE(message_of([&] { query(*s.model, s.kinematics, {.margin = -1}, s.work, out); }).find("margin"), std::string::npos);
   EXPECT_NE(message_of([&] { query(*s.model, s.kinematics, {.cutoff = std::nan("")}, s.work, out); }).find("cutoff"), std::string::npos);
+  const double one[] = {0.1};
+  EXPECT_NE(message_of([&] { query(*s.model, s.kinematics, {.near = one}, s.work, out); }).find("near"), std::string::npos);
   EXPECT_NE(message_of([&] { query(*s.model, s.kinematics, {}, other.work, out); }).find("work.pairs"), std::string::npos);
   EXPECT_NE(message_of([&] { query(*s.model, other.kinematics, {}, s.work, out); }).find("kinematics.X_WB"), std::string::npos);
   EXPECT_NE(message_of([&] { (void)pair_distance(*s.model, s.kinematics, 9999, s.work); }).find("9999"), std::string::npos);
