@@ -8,7 +8,7 @@
 
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
-#include "stiction/planning/disturbances.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
@@ -80,7 +80,7 @@ class RegraspRun {
   /// The objects stay where they rest with gravity aside, from four sides.
   bool stays_with_gravity_aside() {
     bool stays = true;
-    for (int draw = 0; draw < kDisturbances && stays; ++draw) stays = stays_with_gravity_aside(draw);
+    for (int draw = 0; draw < dynamics::kDisturbances && stays; ++draw) stays = stays_with_gravity_aside(draw);
     scratch_.steps.forget();
     return stays;
   }
@@ -96,7 +96,7 @@ class RegraspRun {
     bool rests = false;
     scratch_.steps.forget();
     for (int k = 0; k < kMostHeld && !rests; ++k) {
-      const Eigen::VectorXd aside = calc_weights_aside(setting_.model, q_aside, kAside, draw);
+      const Eigen::VectorXd aside = dynamics::calc_weights_aside(setting_.model, q_aside, kAside, draw);
       const dynamics::StepInput input{q_aside, u, &aside};
       if (!out_.add(1, dynamics::step(setting_.model, input, step_, scratch_.steps, scratch_.step_result))) return false;
       rests = rest(q_aside, scratch_.step_result.q_next);

@@ -137,7 +137,7 @@ bool TreeSearch::plant_root(ThreadScratch& scratch) {
     }
     root.replay.q_fine = setting_.problem.q_start;
     if (fine.cols() > 0) root.replay.q_fine = fine.rightCols(1);
-    root.replay.disturbed = root.q.replicate(1, verifier_.disturbs() ? kDisturbances : 0);
+    root.replay.disturbed = root.q.replicate(1, verifier_.disturbs() ? dynamics::kDisturbances : 0);
   }
   insert(std::move(root), false);
   return true;

@@ -23,8 +23,8 @@ constexpr std::uint64_t kDisturbanceSeed = 0xd157a2bed;
 bool starts_push(const Node& parent, const Node& node) { return node.edge == SegmentKind::Contact && parent.edge != SegmentKind::Contact; }
 
 EdgeVerifier::EdgeVerifier(const Setting& setting, const EdgeSimulator& simulator) : setting_(setting), simulator_(simulator) {
-  for (int i = 0; i < kDisturbances; ++i)
-    friction_.push_back(calc_friction_factors(setting.model, setting.chains, setting.options.friction_noise, i));
+  for (int i = 0; i < dynamics::kDisturbances; ++i)
+    friction_.push_back(dynamics::calc_friction_factors(setting.model, setting.chains, setting.options.friction_noise, i));
 }
 
 bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch,
@@ -103,14 +103,15 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
   for (const Eigen::Index i : farthest_first(parent, disturbed)) {
     Eigen::VectorXd q = disturbed.col(i);
     if (starts_push(parent, node)) {
-      core::Random random(setting_.options.seed ^ kDisturbanceSeed, static_cast<std::uint64_t>(kDisturbances * parent.pushes + i / 2));
+      core::Random random(setting_.options.seed ^ kDisturbanceSeed,
+                          static_cast<std::uint64_t>(dynamics::kDisturbances * parent.pushes + i / 2));
       for (int k = 0; k < setting_.model.n_vu(); ++k) error[k] = (i % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
       world::retract(setting_.model, q, error, q);
     }
     scratch.steps.forget();
     for (Eigen::Index k = 0; k < n + held; ++k) {
       if (scratch.stop()) return false;
-      const Eigen::VectorXd weights = calc_weights_aside(setting_.model, q, setting_.options.edge_tilt, static_cast<int>(i));
+      const Eigen::VectorXd weights = dynamics::calc_weights_aside(setting_.model, q, setting_.options.edge_tilt, static_cast<int>(i));
       const dynamics::StepInput input{q, node.commands.col(std::min(k, n - 1)), &weights, nullptr, &friction_[static_cast<std::size_t>(i)]};
       if (!totals.add(1, dynamics::step(setting_.model, input, simulator_.exact(), scratch.steps, scratch.step_result))) return false;
       const bool rests = k >= n && setting_.goal.share_of_tolerances(q, scratch.step_result.q_next) < kRests;
@@ -123,10 +124,10 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
   return true;
 }
 
-std::array<Eigen::Index, kDisturbances> EdgeVerifier::farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const {
-  std::array<double, kDisturbances> off{};
-  std::array<Eigen::Index, kDisturbances> order{};
-  for (Eigen::Index i = 0; i < kDisturbances; ++i) {
+std::array<Eigen::Index, dynamics::kDisturbances> EdgeVerifier::farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const {
+  std::array<double, dynamics::kDisturbances> off{};
+  std::array<Eigen::Index, dynamics::kDisturbances> order{};
+  for (Eigen::Index i = 0; i < dynamics::kDisturbances; ++i) {
     order[static_cast<std::size_t>(i)] = i;
     off[static_cast<std::size_t>(i)] = setting_.goal.share_of_tolerances(node.q, disturbed.col(i));
   }

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "stiction/planning/disturbances.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 #include "stiction/planning/edge_simulator.hpp"
 
 namespace stiction::planning {
@@ -34,7 +34,7 @@ class EdgeVerifier {
   bool holds_disturbed(const Node& node, const Node& parent, const EdgeReplay& parent_replay, ThreadScratch& scratch, Totals& totals,
                        Eigen::MatrixXd& disturbed) const;
   /// Disturbed paths in the order in which they are likely to go elsewhere.
-  std::array<Eigen::Index, kDisturbances> farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const;
+  std::array<Eigen::Index, dynamics::kDisturbances> farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const;
 
   const Setting& setting_;
   const EdgeSimulator& simulator_;

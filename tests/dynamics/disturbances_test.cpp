@@ -1,16 +1,16 @@
-#include "stiction/planning/disturbances.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 
 #include <array>
 #include <tuple>
 
-#include "planning/systems.hpp"
+#include "dynamics/systems.hpp"
 
-namespace stiction::planning::test {
+namespace stiction::dynamics::test {
 namespace {
 
 // m ‖g‖ tan(angle) on what moves freely, at right angles to gravity, from four sides that cancel.
 TEST(WeightsAside, FreeObject_FromFourSidesAtRightAngles) {
-  const auto model = load_model("iiwa_bimanual");  // a can of 0.5 kg
+  const auto model = load_task("iiwa_bimanual");  // a can of 0.5 kg
   const double angle = 0.05, force = 0.5 * 9.8 * std::tan(angle);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(model->n_v());
   for (int draw = 0; draw < kDisturbances; ++draw) {
@@ -30,7 +30,7 @@ TEST(WeightsAside, FreeObject_FromFourSidesAtRightAngles) {
 
 // What a free object feels whose frame is not at its centre of mass: the difference between two gravities.
 TEST(WeightsAside, ObjectInItsOwnFrame_FeelsTheForceAtItsCentreOfMass) {
-  world::Scene scene = load_model("iiwa_bimanual")->scene();
+  world::Scene scene = load_task("iiwa_bimanual")->scene();
   scene.objects[0].p_BCom = {0.02, -0.01, 0.05};
   const auto gravity = [&](const Eigen::Vector3d& g) {
     scene.gravity = g;
@@ -55,13 +55,13 @@ TEST(WeightsAside, ObjectInItsOwnFrame_FeelsTheForceAtItsCentreOfMass) {
 }
 
 TEST(WeightsAside, ObjectOnJoints_FeelsNothing) {
-  const auto model = load_model("planar_pushing");
+  const auto model = load_task("planar_pushing");
   EXPECT_TRUE(calc_weights_aside(*model, model->neutral(), 0.1, 0).isZero(0));
 }
 
 // Left arm, right arm and floor: each has less in two draws, any two differ in two.
 TEST(FrictionFactors, TwoArmsAndAFloor_AreTriedAgainstEachOther) {
-  const auto model = load_model("iiwa_bimanual");
+  const auto model = load_task("iiwa_bimanual");
   const world::RobotChains chains(*model);
   ASSERT_EQ(chains.size(), 2);
   std::array<Eigen::Vector4d, 3> less;  // of the left arm, the right one, and the can on the floor, per draw
@@ -83,4 +83,4 @@ TEST(FrictionFactors, TwoArmsAndAFloor_AreTriedAgainstEachOther) {
 }
 
 }  // namespace
-}  // namespace stiction::planning::test
+}  // namespace stiction::dynamics::test

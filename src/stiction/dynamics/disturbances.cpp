@@ -1,11 +1,11 @@
-#include "stiction/planning/disturbances.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-namespace stiction::planning {
+namespace stiction::dynamics {
 
 Eigen::VectorXd calc_weights_aside(const world::Model& model, const Eigen::VectorXd& q, double angle, int draw) {
   Eigen::VectorXd tau = Eigen::VectorXd::Zero(model.n_v());
@@ -39,4 +39,4 @@ Eigen::VectorXd calc_friction_factors(const world::Model& model, const world::Ro
   return factors;
 }
 
-}  // namespace stiction::planning
+}  // namespace stiction::dynamics

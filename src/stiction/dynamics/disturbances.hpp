@@ -5,11 +5,11 @@
 #include "stiction/world/model.hpp"
 #include "stiction/world/robot_chains.hpp"
 
-// What an edge of the tree has to stand, four times over: docs/theory/verification.md.
+// Inputs of steps that go otherwise than planned, four times over: docs/theory/verification.md.
 
-namespace stiction::planning {
+namespace stiction::dynamics {
 
-/// Times that an edge is followed with something otherwise than planned.
+/// Draws of each kind.
 constexpr int kDisturbances = 4;
 
 /// What objects that move freely feel besides gravity g when it comes from `angle` aside: the force m ‖g‖ tan(angle) s, with s ⊥ g, ‖s‖ = 1, turned by
@@ -24,4 +24,4 @@ Eigen::VectorXd calc_weights_aside(const world::Model& model, const Eigen::Vecto
 /// @returns      (pairs of the model)
 Eigen::VectorXd calc_friction_factors(const world::Model& model, const world::RobotChains& chains, double share, int draw);
 
-}  // namespace stiction::planning
+}  // namespace stiction::dynamics
