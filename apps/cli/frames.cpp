@@ -16,7 +16,7 @@ constexpr std::size_t kMaxFrames = 700;  // of the page
 
 double rounded(double x) { return std::round(x * 1e6) / 1e6 + 0.0; }
 
-json numbers(const Eigen::Vector3d& v) {
+json numbers(const Eigen::VectorXd& v) {
   json out = json::array();
   for (const double x : v) out.push_back(rounded(x));
   return out;
@@ -47,13 +47,18 @@ json make_frame(Poses& poses, const Frame& frame) {
   json forces = json::array();
   for (const auto& f : frame.forces) {
     const auto& pair = poses.model().pairs()[static_cast<std::size_t>(f.pair)];
-    forces.push_back({{"a", pair.geometry_a}, {"b", pair.geometry_b}, {"point", numbers(f.p_WC)}, {"force", numbers(f.force_W)}});
+    forces.push_back({{"a", pair.geometry_a},
+                      {"b", pair.geometry_b},
+                      {"point", numbers(f.p_WC)},
+                      {"force", numbers(f.force_W)},
+                      {"normal", rounded(f.normal)}});
   }
   return {{"t", frame.t},
           {"piece", frame.piece},
           {"bodies", poses.at(frame.q)},
           {"planned", poses.at(frame.q_plan)},
-          {"forces", std::move(forces)}};
+          {"forces", std::move(forces)},
+          {"torque", numbers(frame.torque)}};
 }
 
 std::vector<std::size_t> choose_frames(std::size_t n) {
@@ -62,10 +67,16 @@ std::vector<std::size_t> choose_frames(std::size_t n) {
   return out;
 }
 
+Eigen::VectorXd peak_between(const Eigen::MatrixXd& torque, std::size_t first, std::size_t last) {
+  const auto columns = torque.middleCols(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(last - first + 1));
+  const Eigen::VectorXd high = columns.rowwise().maxCoeff(), low = columns.rowwise().minCoeff();
+  return (high.array() > -low.array()).select(high, low);
+}
+
 void write_simulation(const tasks::PlanFile& plan, const json& report, json frames, const std::filesystem::path& file) {
   json document;
   document["format"] = "stiction-simulation";
-  document["format_version"] = 1;
+  document["format_version"] = 2;
   document["code_version"] = core::version();
   document["scene_sha256"] = plan.scene_sha256;
   document["report"] = report;

@@ -33,6 +33,7 @@ struct Frame {
   int piece = 0;
   Eigen::VectorXd q, q_plan;
   const std::vector<simulation::PairForce>& forces;
+  Eigen::VectorXd torque;  ///< of the motors, of each the largest since the frame before (n_a)
 };
 
 /// An entry of `frames` in the file that the page of a simulation is made of.
@@ -40,6 +41,9 @@ nlohmann::ordered_json make_frame(Poses& poses, const Frame& frame);
 
 /// Which of n samples the page shows: all, or an even choice of them with both ends.
 std::vector<std::size_t> choose_frames(std::size_t n);
+
+/// Of each row of `torque` the largest in magnitude, from one column to another, both among them.
+Eigen::VectorXd peak_between(const Eigen::MatrixXd& torque, std::size_t first, std::size_t last);
 
 /// Writes the file that the page of a simulation is made of. @param report  what --json prints
 void write_simulation(const tasks::PlanFile& plan, const nlohmann::ordered_json& report, nlohmann::ordered_json frames,

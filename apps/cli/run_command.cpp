@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "frames.hpp"
 #include "run_command.hpp"
@@ -91,16 +92,23 @@ class Recorder {
         keeps_(arguments.html || !arguments.out_dir.empty()) {}
 
   void take(const execution::RunSample& sample) {
-    if (keeps_) forces_.push_back(plant.world().forces());
+    if (keeps_) {
+      forces_.push_back(plant.world().forces());
+      torques_.push_back(plant.take_torques());
+    }
     line.show(fmt::format("{:6.2f} s  {:7}  {} plans, {} pieces   {:.3g} tolerances from the goal", sample.time,
                           execution::to_string(sample.state), sample.plans, sample.piece + 1, sample.goal_share));
   }
   json frames(const tasks::PlanFile& plan, const execution::RunResult& r) const {
     json out = json::array();
     Poses poses(model_, plan);
+    Eigen::MatrixXd torque(model_.n_a(), static_cast<Eigen::Index>(torques_.size()));
+    for (std::size_t k = 0; k < torques_.size(); ++k) torque.col(static_cast<Eigen::Index>(k)) = torques_[k];
+    std::size_t first = 0;
     for (const std::size_t k : choose_frames(r.times.size())) {
       const auto column = static_cast<Eigen::Index>(k);
-      out.push_back(make_frame(poses, {r.times[k], std::max(0, r.piece[k]), r.q.col(column), r.q_plan.col(column), forces_[k]}));
+      const Eigen::VectorXd peak = peak_between(torque, std::exchange(first, k + 1), k);
+      out.push_back(make_frame(poses, {r.times[k], std::max(0, r.piece[k]), r.q.col(column), r.q_plan.col(column), forces_[k], peak}));
     }
     return out;
   }
@@ -112,6 +120,7 @@ class Recorder {
   const world::Model& model_;
   bool keeps_;
   std::vector<std::vector<simulation::PairForce>> forces_;
+  std::vector<Eigen::VectorXd> torques_;
 };
 
 json to_json(const planning::GoalError& error) { return {{"position", error.position}, {"angle", error.angle}}; }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app.hpp"
 #include "frames.hpp"
@@ -86,9 +87,11 @@ json report(const tasks::PlanFile& plan, const world::Model& model, const execut
 json frames(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r) {
   json out = json::array();
   Poses poses(model, plan);
+  std::size_t first = 0;
   for (const std::size_t k : choose_frames(r.times.size())) {
     const auto column = static_cast<Eigen::Index>(k);
-    out.push_back(make_frame(poses, {r.times[k], r.piece[k], r.q.col(column), r.q_plan.col(column), r.forces[k]}));
+    const Eigen::VectorXd torque = peak_between(r.torque, std::exchange(first, k + 1), k);
+    out.push_back(make_frame(poses, {r.times[k], r.piece[k], r.q.col(column), r.q_plan.col(column), r.forces[k], torque}));
   }
   return out;
 }

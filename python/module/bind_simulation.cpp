@@ -69,6 +69,9 @@ void bind_results(nb::module_& m) {
           "q", [](const Result& r) { return rows(r.q); }, "(samples, n_q)")
       .def_prop_ro(
           "v", [](const Result& r) { return rows(r.v); }, "(samples, n_v) [m/s, rad/s]")
+      .def_prop_ro(
+          "torque", [](const Result& r) { return rows(r.torque); },
+          "(samples, n_a) of each motor the largest since the sample before [N m or N]")
       .def_ro("forces", &Result::forces, "per sample, by pair index; only pairs that touch")
       .def_ro("max_depth", &Result::max_depth, "[m]")
       .def_ro("steps", &Result::steps)

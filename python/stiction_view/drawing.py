@@ -278,8 +278,13 @@ class Drawing:
             *region,
             ("at the goal", f"{1000 * plan.error_position:.1f} mm, {plan.error_angle:.3f} rad off"),
             ("longest arrow", f"{self.largest_force():.{0 if self.largest_force() >= 10 else 2}f} N"),
-            *(charts.summary(plan.loads, [f"{KIND_TEXT[kinds[s]]} {s + 1}" for s in plan.segment]) if plan.loads else []),
+            *self.loads_summary(),
         ]
+
+    def loads_summary(self) -> list[tuple[str, str]]:
+        """Rows of the largest effort and press, and where they are."""
+        plan = self.plan
+        return charts.summary(plan.loads, [f"{KIND_TEXT[plan.segment_kinds[s]]} {s + 1}" for s in plan.segment]) if plan.loads else []
 
     def keys(self) -> list[tuple[Color, str]]:
         kinds = [k for k in KIND_TEXT if k in self.plan.segment_kinds]

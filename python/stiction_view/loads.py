@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,9 @@ import numpy as np
 # Lines of the scene in canonical form (`scene_text` of a plan file). Names may hold commas, numbers do not.
 COORDINATE = re.compile(r"^- \{name: (.+), lower: [^,]+, upper: [^,]+, stiffness: ([^,}]+)(?:, effort: ([^,}]+))?", re.MULTILINE)
 FRAGILE = re.compile(r"^- \{name: (.+), shape: \{.+, friction: [^,}]+, max_force: ([^,}]+)\}$", re.MULTILINE)
+
+
+Normal = tuple[int, int, float]  # of a contact: the two geometries, the normal force [N]
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,10 @@ class Loads:
     def unlimited_joints(self) -> list[str]:
         return [name for name, limited in zip(self.joints, self.limited()) if not limited]
 
+    def of_run(self, torque: np.ndarray, normals: list[list[Normal]], geometries: list[str]) -> Loads:
+        """With what a simulation measured: torque (frames, n_a) [N m or N], contacts per frame."""
+        return dataclasses.replace(self, torque=torque, **_press(normals, geometries, self.fragile))
+
     def effort_words(self, knot: int) -> str:
         """The largest effort at a knot."""
         shares = self.effort_shares()[knot]
@@ -78,24 +86,31 @@ def read_loads(data: dict[str, Any]) -> Loads:
     bears = {name: float(force) for name, force in FRAGILE.findall(text)}
     geometries = [str(geometry["name"]) for geometry in data["geometries"]]
     fragile = [name for name in geometries if name in bears]
-    pressed = [_pressed(knot["contacts"], geometries, fragile) for knot in knots]
+    normals = [[(c["a"], c["b"], float(np.dot(c["force"], c["normal"]))) for c in knot["contacts"]] for knot in knots] if fragile else [[] for _ in knots]
     return Loads(
         joints=joints,
         torque=stiffness * (u - q),
         effort=effort,
         fragile=fragile,
         max_force=np.array([bears[name] for name in fragile]),
-        press=np.array([[force for force, _ in row] for row in pressed]).reshape(len(knots), len(fragile)),
-        presser=[[name for _, name in row] for row in pressed],
+        **_press(normals, geometries, fragile),
     )
 
 
-def _pressed(contacts: list[dict[str, Any]], geometries: list[str], fragile: list[str]) -> list[tuple[float, str]]:
+def _press(normals: list[list[Normal]], geometries: list[str], fragile: list[str]) -> dict[str, Any]:
+    """`press` and `presser` of Loads."""
+    pressed = [_pressed(row, geometries, fragile) for row in normals]
+    return {
+        "press": np.array([[force for force, _ in row] for row in pressed]).reshape(len(normals), len(fragile)),
+        "presser": [[name for _, name in row] for row in pressed],
+    }
+
+
+def _pressed(normals: list[Normal], geometries: list[str], fragile: list[str]) -> list[tuple[float, str]]:
     """Per fragile thing the largest sum of normal forces of one pair [N], and what presses."""
     pairs: dict[tuple[int, int], float] = {}
-    for contact in contacts if fragile else []:
-        pair = contact["a"], contact["b"]
-        pairs[pair] = pairs.get(pair, 0.0) + float(np.dot(contact["force"], contact["normal"]))
+    for a, b, force in normals:
+        pairs[a, b] = pairs.get((a, b), 0.0) + force
     worst = dict.fromkeys(fragile, (0.0, ""))
     for (a, b), force in pairs.items():
         for thing, other in ((geometries[a], geometries[b]), (geometries[b], geometries[a])):

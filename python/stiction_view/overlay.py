@@ -14,10 +14,11 @@ from . import scene
 from .bodies import OBJECT, OBJECT_AXES, Color, body_meshes, slug
 from .drawing import Drawing, add_ghost
 from .frames import HOLD_END, HOLD_START
+from .loads import Loads
 from .plan import Contact, Plan, load_plan, read_document
 
 FORMAT = "stiction-simulation"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 PLANNED: Color = (70, 122, 214)
 MAX_SECONDS = 45.0  # of the show; longer runs are played faster
 
@@ -68,9 +69,20 @@ def _read(plan: Plan, data: dict[str, Any]) -> Simulation:
         segment=np.asarray(piece),
         segment_kinds=kinds,
         tree_parents=np.empty(0, dtype=int),
-        loads=None,  # those of the plan are not of the run
+        loads=_loads(plan, frames),
     )
     return Simulation(simulated, planned, np.array([frame["t"] for frame in frames], dtype=float), report)
+
+
+def _loads(plan: Plan, frames: list[dict[str, Any]]) -> Loads | None:
+    """What the run asks of motors and of fragile things; limits are those of the plan's scene."""
+    if plan.loads is None:
+        return None
+    torque = np.array([frame["torque"] for frame in frames], dtype=float)
+    if torque.shape != (len(frames), len(plan.loads.joints)) or not np.isfinite(torque).all():
+        raise ValueError(f"frames: torque of shape {torque.shape}, expected ({len(frames)}, {len(plan.loads.joints)}) finite numbers")
+    names = [geometry.name for geometry in plan.geometries]
+    return plan.loads.of_run(torque, [[(f["a"], f["b"], float(f["normal"])) for f in frame["forces"]] for frame in frames], names)
 
 
 class OverlayDrawing(Drawing):
@@ -116,6 +128,7 @@ class OverlayDrawing(Drawing):
             ("pieces", f"{len(report['pieces'])}, of which {len(pushes)} push"),
             self.deviation(report, reached),
             ("penetration", f"{1e3 * report['max_penetration']:.2f} mm"),
+            *self.loads_summary(),
         ]
         if report["dropped"]:
             rows.append(("dropped", f"{report['dropped']} after {report['dropped_s']:.1f} s: the run ends there"))

@@ -46,6 +46,18 @@ def test_json_tells_of_plans_and_pieces(ran: tuple[dict, Path]) -> None:
     assert "closed loop" in page and "planned anew" in page
 
 
+def test_page_shows_what_the_motors_gave(ran: tuple[dict, Path]) -> None:
+    """No step of the simulation is passed over, though the page has fewer pictures."""
+    from stiction_view.overlay import load_simulation
+
+    out, folder = ran
+    loads = load_simulation(folder / "plan.json", folder / "run.json").plan.loads
+    assert loads is not None and loads.limited().any()
+    assert loads.effort_share().max() == pytest.approx(out["largest_effort"], rel=1e-4)
+    page = (folder / "run.html").read_text()
+    assert f"at most {100 * out['largest_effort']:.1f} %" in page and 'id="loads"' in page
+
+
 def test_same_seed_gives_the_same_run_from_python(ran: tuple[dict, Path]) -> None:
     task = st.load_task("planar_hand")
     task.set_goal([0, 0.35, 0.8])

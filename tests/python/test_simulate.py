@@ -122,6 +122,7 @@ def test_page_of_a_bad_simulation_is_refused(simulated: Path, real_plan: Path, t
         ({"format_version": 7}, "format_version: got 7"),
         ({"frames": []}, "frames: none"),
         ({"frames": [{**document["frames"][0], "bodies": []}]}, "bodies of shape"),
+        ({"frames": [{**document["frames"][0], "torque": [0.0]}]}, "torque of shape"),
     ):
         file = tmp_path / "simulation.json"
         file.write_text(json.dumps({**document, **change}))

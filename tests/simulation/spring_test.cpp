@@ -1,4 +1,5 @@
 #include "simulation/scenes.hpp"
+#include "stiction/simulation/stepped_plant.hpp"
 
 namespace stiction::simulation::test {
 namespace {
@@ -37,6 +38,37 @@ TEST(Spring, StepOfTheCommand_IsCriticallyDamped) {
     EXPECT_NEAR(rig.result.q(1, static_cast<Eigen::Index>(k)), -0.2 * want, 2e-4 * 0.2);
   }
   EXPECT_NEAR(rig.plant->damping()[0], 20, 1e-3);
+}
+
+/// The motor of a critically damped spring that steps by A gives K A (1 − ωt) exp(−ωt), at first K A and less and less; samples keep the largest since the one before.
+TEST(Spring, StepOfTheCommand_TorqueHasItsPeaks) {
+  world::Scene scene = empty_scene({0, 0, -9.81});
+  scene.robots.push_back(pusher(100));
+  PlantOptions options;
+  options.timestep = 5e-5;
+  Rig rig(scene, options);
+  const Vector2d q(0, 0), u(0.1, -0.2);
+  ASSERT_EQ(rig.hold(q, u, 1.0), Status::Solved);
+  ASSERT_EQ(rig.result.torque.cols(), static_cast<Eigen::Index>(rig.result.times.size()));
+  double before = -options.timestep;
+  for (std::size_t k = 0; k < rig.result.times.size(); ++k) {
+    double want = 0;
+    for (double t = before + options.timestep; t < rig.result.times[k] + 0.5 * options.timestep; t += options.timestep) {
+      const double now = 10 * (1 - 10 * t) * std::exp(-10 * t);
+      if (std::abs(now) > std::abs(want)) want = now;
+    }
+    before = rig.result.times[k];
+    EXPECT_NEAR(rig.result.torque(0, static_cast<Eigen::Index>(k)), want, 1e-3 * 10) << "first-order integrator";
+    EXPECT_NEAR(rig.result.torque(1, static_cast<Eigen::Index>(k)), -2 * want, 2e-3 * 10);
+  }
+
+  SteppedPlant stepped(rig.plant);
+  stepped.reset(q, u);
+  ASSERT_EQ(stepped.advance(u, 0.1), Status::Solved);
+  EXPECT_NEAR(stepped.take_torques()[0], 10, 1e-9);
+  EXPECT_EQ(stepped.take_torques(), Eigen::VectorXd::Zero(2)) << "taken once";
+  ASSERT_EQ(stepped.advance(u, 0.3), Status::Solved);
+  EXPECT_NEAR(stepped.take_torques()[0], -10 * std::exp(-2.0), 1e-2) << "at ωt = 2";
 }
 
 /// D = 2 √(K I), with I from the mass matrix of MuJoCo: an oracle of calc_joint_inertia.

@@ -43,6 +43,7 @@ class SimulatedPlant final : public Plant {
   std::string message() const override { return plant_.message(); }
 
   const simulation::SteppedPlant& world() const { return plant_; }  ///< as it is, without noise and delay
+  Eigen::VectorXd take_torques() { return plant_.take_torques(); }  ///< of SteppedPlant
 
  private:
   void apply_pushes();

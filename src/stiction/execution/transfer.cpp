@@ -100,6 +100,7 @@ class Transfer {
     out_.times = std::move(r.times);
     out_.q = std::move(r.q);
     out_.forces = std::move(r.forces);
+    out_.torque = std::move(r.torque);
     out_.q_plan = plan_at(model_, compared_, 0, out_.times);
     return status;
   }

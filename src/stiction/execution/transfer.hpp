@@ -71,6 +71,7 @@ struct TransferResult {
   Eigen::MatrixXd q_plan;                                  ///< (n_q × samples) planned
   std::vector<int> piece;                                  ///< per sample
   std::vector<std::vector<simulation::PairForce>> forces;  ///< per sample
+  Eigen::MatrixXd torque;                                  ///< (n_a × samples) of the motors, of each the largest since the sample before
   long steps = 0;
   double wall_s = 0;
 };

@@ -56,4 +56,7 @@ std::string find_fault(const Plant::Impl& plant, const mjData* data, const world
 /// Contact forces of the state that was last evaluated, by pair.
 void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairForce>& out);
 
+/// The torques of the motors in the state that was last evaluated take the place of those in `peak` (n_a) that are smaller [N m or N].
+void raise_peaks(const Plant::Impl& plant, const mjData* data, Eigen::VectorXd& peak);
+
 }  // namespace stiction::simulation

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "stiction/simulation/plant_impl.hpp"
 
@@ -34,6 +35,13 @@ void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairF
   }
   for (PairForce& f : out) f.tangential = f.friction_W.norm();
   std::sort(out.begin(), out.end(), [](const PairForce& a, const PairForce& b) { return a.pair < b.pair; });
+}
+
+void raise_peaks(const Plant::Impl& plant, const mjData* data, Eigen::VectorXd& peak) {
+  for (int j = 0; j < plant.model->n_a(); ++j) {
+    const double torque = data->actuator_force[plant.actuator_id[at(j)]];
+    if (std::abs(torque) > std::abs(peak[j])) peak[j] = torque;
+  }
 }
 
 }  // namespace stiction::simulation

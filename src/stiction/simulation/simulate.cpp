@@ -77,6 +77,8 @@ class Run {
     out.times.reserve(samples), out.forces.reserve(samples);
     out.q.resize(plant.model->n_q(), static_cast<Eigen::Index>(samples));
     out.v.resize(plant.model->n_v(), static_cast<Eigen::Index>(samples));
+    out.torque.resize(plant.model->n_a(), static_cast<Eigen::Index>(samples));
+    peak_.setZero(plant.model->n_a());
     out.message.clear();
     out.max_depth = 0;
     out.steps = 0;
@@ -88,6 +90,7 @@ class Run {
     const auto n = static_cast<Eigen::Index>(out_.times.size());
     out_.q.conservativeResize(Eigen::NoChange, n);
     out_.v.conservativeResize(Eigen::NoChange, n);
+    out_.torque.conservativeResize(Eigen::NoChange, n);
     return status;
   }
 
@@ -110,6 +113,7 @@ class Run {
       const auto report = world::call_mujoco([this] { mj_forward(plant_.mujoco.get(), d_); });
       if (!is_good(report)) return Status::NumericalFailure;
       for (int c = 0; c < d_->ncon; ++c) out_.max_depth = std::max(out_.max_depth, -d_->contact[c].dist);
+      raise_peaks(plant_, d_, peak_);
       const bool sample = k % stride_ == 0 || last;
       if (sample) record(t);
       if (last || (sample && options_.stop && options_.stop(t, out_.q.col(static_cast<Eigen::Index>(out_.times.size()) - 1))))
@@ -130,6 +134,8 @@ class Run {
     out_.times.push_back(t);
     copy_from_qpos(plant_, d_->qpos, out_.q.col(column));
     for (int i = 0; i < plant_.model->n_v(); ++i) out_.v(i, column) = d_->qvel[plant_.v_address[at(i)]];
+    out_.torque.col(column) = peak_;
+    peak_.setZero();
     read_forces(plant_, d_, out_.forces.emplace_back());
   }
 
@@ -139,6 +145,7 @@ class Run {
   mjData* d_;
   SimulationResult& out_;
   Commands commands_;
+  Eigen::VectorXd peak_;  // torques since the last sample
   long steps_ = 0;
   long stride_ = 1;
 };

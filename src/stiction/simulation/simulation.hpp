@@ -108,6 +108,7 @@ struct SimulationResult {
   Eigen::MatrixXd q;                           ///< (n_q × samples), as in Model
   Eigen::MatrixXd v;                           ///< (n_v × samples)
   std::vector<std::vector<PairForce>> forces;  ///< per sample, by pair index; only pairs that touch
+  Eigen::MatrixXd torque;                      ///< (n_a × samples) of the motors, of each the largest since the sample before [N m or N]
   double max_depth = 0;                        ///< deepest penetration over all steps [m], ≥ 0
   long steps = 0;
   double wall_s = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/simulation/plant_impl.hpp"
@@ -20,7 +21,7 @@ std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 struct SteppedPlant::Impl {
   std::shared_ptr<const Plant> plant;
   std::unique_ptr<mjData, DeleteMujoco> data;
-  Eigen::VectorXd lead, q, v, u;
+  Eigen::VectorXd lead, q, v, u, peak;
   long steps = 0;
   double largest_effort = 0, max_depth = 0;
   std::string message;
@@ -47,6 +48,7 @@ struct SteppedPlant::Impl {
 
   void watch() {
     for (int c = 0; c < data->ncon; ++c) max_depth = std::max(max_depth, -data->contact[c].dist);
+    raise_peaks(plant->impl(), data.get(), peak);
     const Eigen::VectorXd& effort = plant->model().effort();
     for (Eigen::Index j = 0; j < effort.size(); ++j)
       largest_effort = std::max(largest_effort, std::abs(data->actuator_force[plant->impl().actuator_id[at(j)]]) / effort[j]);
@@ -77,6 +79,7 @@ void SteppedPlant::reset(VectorRef q, VectorRef u) {
   start_at(d.plant->impl(), q, d.data.get());
   d.q.resize(model.n_q()), d.v.resize(model.n_v());
   d.u = u;
+  d.peak.setZero(model.n_a());
   d.steps = 0;
   d.largest_effort = d.max_depth = 0;
   d.message.clear();
@@ -113,6 +116,7 @@ const Eigen::VectorXd& SteppedPlant::q() const { return impl_->q; }
 const Eigen::VectorXd& SteppedPlant::v() const { return impl_->v; }
 const Eigen::VectorXd& SteppedPlant::u() const { return impl_->u; }
 double SteppedPlant::largest_effort() const { return impl_->largest_effort; }
+Eigen::VectorXd SteppedPlant::take_torques() { return std::exchange(impl_->peak, Eigen::VectorXd::Zero(impl_->peak.size())); }
 double SteppedPlant::max_depth() const { return impl_->max_depth; }
 std::vector<PairForce> SteppedPlant::forces() const {
   std::vector<PairForce> out;

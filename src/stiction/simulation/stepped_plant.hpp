@@ -34,6 +34,8 @@ class SteppedPlant {
   const Eigen::VectorXd& u() const;  ///< commands in force (n_a)
   /// The most that a motor has given since reset(), as a share of its effort [-]; 0 where no motor has one.
   double largest_effort() const;
+  /// Of each motor the largest torque since the last call, or since reset() (n_a) [N m or N].
+  Eigen::VectorXd take_torques();
   double max_depth() const;               ///< deepest penetration since reset() [m], ≥ 0
   std::vector<PairForce> forces() const;  ///< of the last step, by pair index; only pairs that touch
   const std::string& message() const;
