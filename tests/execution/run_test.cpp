@@ -261,7 +261,8 @@ TEST(RunSpeed, FollowsFromFrictionAndSizeAndTheFileOfTheRobot) {
   const auto cube = load_model("allegro_cube");
   const RunSpeeds speed = calc_run_speeds(*cube, 0);
   const double L = cube->scales().object(0).length;
-  EXPECT_NEAR(speed.push[0] * cube->reach()[0], std::sqrt(2 * 1.0 * 9.81 * 0.05 * L), 1e-12);
+  EXPECT_NEAR(speed.object, std::sqrt(2 * 1.0 * 9.81 * 0.05 * L), 1e-12);
+  EXPECT_NEAR(speed.push[0] * cube->reach()[0], speed.object, 1e-12);
   EXPECT_EQ(speed.most, VectorXd::Constant(16, 10.0)) << "velocity in models/allegro_hand.urdf";
   EXPECT_EQ(calc_follow_time(*cube, 0), 0);
 

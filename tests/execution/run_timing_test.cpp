@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "planning/push_plan.hpp"
+#include "stiction/execution/push_travel.hpp"
 #include "stiction/planning/default_options.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::execution::test {
 namespace {
@@ -73,6 +77,34 @@ TEST(RunTiming, JointsKeepToTheSpeedOfTheirMotors) {
   const auto t = make_trajectory(*model, free_motion({{0, 0}, {3, 1}}, SegmentKind::Regrasp), speeds);
   for (Eigen::Index k = 0; k + 1 < t.times.size(); ++k) EXPECT_LE(speed_at(t, k), 0.4 * (1 + 1e-9));
   EXPECT_NEAR(t.duration(), 3 / 0.4, 0.3);
+}
+
+/// A box of 1 m, a ball of 0.1 m below it.
+TEST(PushTravel, IsThatOfTheObjectAndOfWhatTouchesIt) {
+  const auto model = load_model("planar_pushing");
+  PushTravel travel(*model);
+  const auto calc = [&](std::array<double, 5> q0, std::array<double, 5> q1) {
+    return travel.calc(Eigen::Map<const VectorXd>(q0.data(), 5), Eigen::Map<const VectorXd>(q1.data(), 5));
+  };
+  EXPECT_NEAR(calc({0, 0.6, 0, 4, 0}, {0.03, 0.64, 0, 5, 0}), 0.05, 1e-12) << "moved";
+  EXPECT_NEAR(calc({0, 0.6, 0, 5, 0}, {0, 0.6, 0.1, 5, 0}), 0.1 * 0.5 * model->scales().object(0).length, 1e-12) << "turned";
+  EXPECT_EQ(calc({0, 0.6, 0, 5, 0}, {0, 0.6, 0, 6, 0}), 0) << "touches nothing";
+  EXPECT_NEAR(calc({0, 0.6, 0, 0, 0}, {0, 0.6, 0, 0.2, 0}), 0.2, 1e-12) << "slides along the box";
+  EXPECT_NEAR(calc({0, 0.6, 0, 0, 0}, {0, 0.6, 0, 0, -0.2}), 0.2, 1e-12) << "lets go";
+  EXPECT_NEAR(calc({0, 0.6, 0, 0, -0.2}, {0, 0.6, 0, 0, 0}), 0.2, 1e-12) << "lands";
+}
+
+/// However the joints move, the box has the speed v of (E.13) between the ramps at both ends of the push.
+TEST(RunTiming, PushTakesItsObjectAtTheSpeedOfObjects) {
+  const auto model = load_model("planar_pushing");
+  const RunSpeeds speeds = calc_run_speeds(*model, 0);
+  EXPECT_EQ(speeds.object, speeds.push[0]) << "of sliders";
+  const auto t = make_trajectory(*model, planning::test::push_up(model), speeds);
+  double fastest = 0;
+  for (Eigen::Index k = 0; k + 1 < t.times.size(); ++k)
+    fastest = std::max(fastest, (t.q.col(k + 1) - t.q.col(k)).head<2>().norm() / (t.times[k + 1] - t.times[k]));
+  EXPECT_LE(fastest, speeds.object * (1 + 1e-9));
+  EXPECT_GT(fastest, 0.95 * speeds.object);
 }
 
 /// A straight push of a box of 5 kg, damped by m/τ = 100 N·s/m, by a spring of 100 N/m: commands are ahead by D v/K more than those of the plan.

@@ -76,6 +76,7 @@ void RunSpeeds::validate(const Model& model) const {
       if (!(v > 0)) core::throw_invalid(name, fmt::format("{:g}", v), "numbers > 0");
     }
   }
+  core::require_positive("speed.object", object);
   core::require_nonnegative("speed.start_time", start_time);
 }
 
@@ -90,6 +91,7 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   SpeedLimits limits;
   limits.load_time = std::sqrt(2 * way / kGravity);
   RunSpeeds out;
+  out.object = speed;
   out.most = world::read_joint_speeds(model);
   out.springs = limits.of_springs(model);
   out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;

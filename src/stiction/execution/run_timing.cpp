@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
-
+#include "stiction/execution/push_travel.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -52,12 +52,14 @@ bool moves_freely(const Model& model, const Trajectory& t, Eigen::Index k) {
   return ((t.u.col(k + 1) - t.u.col(k)).array() == 0 || force < least).all();
 }
 
-/// @param free  nothing is pushed, as in all of a regrasp
-Stretch stretch_between(const RunSpeeds& speeds, bool free, const Trajectory& t, Eigen::Index k) {
+/// @param free    nothing is pushed, as in all of a regrasp
+/// @param travel  of a push [m]
+Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, const Trajectory& t, Eigen::Index k) {
   const Eigen::VectorXd u0 = t.u.col(k), u1 = t.u.col(k + 1);
   Stretch out;
   out.free = free;
-  out.way = std::max(calc_duration(u0, u1, speeds.push), kLeastInterval);
+  out.way = free ? calc_duration(u0, u1, speeds.push) : std::max(travel / speeds.object, calc_duration(u0, u1, speeds.most));
+  out.way = std::max(out.way, kLeastInterval);
   out.slope = (u1 - u0) / out.way;
   if (free) {
     out.most = least_ratio(speeds.most, out.slope);
@@ -108,7 +110,12 @@ double calc_time(const Stretch& s, double f0, double f1) {
 class Timer {
  public:
   Timer(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead, double pause)
-      : model_(model), plan_(plan), speeds_(speeds), lead_(lead != nullptr && lead->acts() ? lead : nullptr), pause_(pause) {}
+      : model_(model),
+        plan_(plan),
+        speeds_(speeds),
+        lead_(lead != nullptr && lead->acts() ? lead : nullptr),
+        pause_(pause),
+        travel_(model) {}
 
   Trajectory run(const Trajectory& in) {
     add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
@@ -155,7 +162,8 @@ class Timer {
 
   Stretch make_stretch(const Trajectory& in, SegmentKind kind, Eigen::Index k) {
     const bool free = kind == SegmentKind::Regrasp || moves_freely(model_, in, k);
-    Stretch out = stretch_between(speeds_, free, in, k);
+    const double travel = free ? 0.0 : travel_.calc(in.q.col(k), in.q.col(k + 1));
+    Stretch out = stretch_between(speeds_, free, travel, in, k);
     out.lead = Eigen::VectorXd::Zero(model_.n_a());
     if (lead_ != nullptr && !free) set_lead(in, k, out);
     return out;
@@ -208,6 +216,7 @@ class Timer {
   const RunSpeeds& speeds_;
   DragLead* lead_;
   double pause_;
+  PushTravel travel_;
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
   std::vector<double> times_;
