@@ -962,6 +962,12 @@ class SimulationResult:
         """(samples, n_v) [m/s, rad/s]"""
 
     @property
+    def torque(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """
+        (samples, n_a) of each motor the largest since the sample before [N m or N]
+        """
+
+    @property
     def forces(self) -> list[list[PairForce]]:
         """per sample, by pair index; only pairs that touch"""
 
