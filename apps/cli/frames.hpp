@@ -13,40 +13,17 @@ namespace stiction::app {
 /// Of pieces, in the order of planning::SegmentKind.
 inline constexpr std::string_view kKinds[] = {"settle", "contact", "regrasp"};
 
-/// Poses of the bodies that a plan file shows, rounded as there.
-class Poses {
- public:
-  Poses(const world::Model& model, const tasks::PlanFile& plan);
-  const world::Model& model() const { return model_; }
-  nlohmann::ordered_json at(const Eigen::VectorXd& q);
-
- private:
-  const world::Model& model_;
-  world::KinematicsWorkspace work_;
-  world::Kinematics kinematics_;
-  std::vector<std::size_t> moving_;
+/// A simulated run, sample by sample.
+struct Recording {
+  const std::vector<double>& times;
+  const std::vector<int>& piece;  ///< −1: before the first
+  const Eigen::MatrixXd &q, &q_plan;
+  const std::vector<std::vector<simulation::PairForce>>& forces;
+  const Eigen::MatrixXd& torque;  ///< of the motors, of each the largest since the sample before (n_a × samples)
 };
-
-/// One moment of a simulated run.
-struct Frame {
-  double t = 0;
-  int piece = 0;
-  Eigen::VectorXd q, q_plan;
-  const std::vector<simulation::PairForce>& forces;
-  Eigen::VectorXd torque;  ///< of the motors, of each the largest since the frame before (n_a)
-};
-
-/// An entry of `frames` in the file that the page of a simulation is made of.
-nlohmann::ordered_json make_frame(Poses& poses, const Frame& frame);
-
-/// Which of n samples the page shows: all, or an even choice of them with both ends.
-std::vector<std::size_t> choose_frames(std::size_t n);
-
-/// Of each row of `torque` the largest in magnitude, from one column to another, both among them.
-Eigen::VectorXd peak_between(const Eigen::MatrixXd& torque, std::size_t first, std::size_t last);
 
 /// Writes the file that the page of a simulation is made of. @param report  what --json prints
-void write_simulation(const tasks::PlanFile& plan, const nlohmann::ordered_json& report, nlohmann::ordered_json frames,
-                      const std::filesystem::path& file);
+void write_simulation(const world::Model& model, const tasks::PlanFile& plan, const nlohmann::ordered_json& report,
+                      const Recording& recording, const std::filesystem::path& file);
 
 }  // namespace stiction::app

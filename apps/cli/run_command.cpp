@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "frames.hpp"
 #include "run_command.hpp"
@@ -99,17 +98,10 @@ class Recorder {
     line.show(fmt::format("{:6.2f} s  {:7}  {} plans, {} pieces   {:.3g} tolerances from the goal", sample.time,
                           execution::to_string(sample.state), sample.plans, sample.piece + 1, sample.goal_share));
   }
-  json frames(const tasks::PlanFile& plan, const execution::RunResult& r) const {
-    json out = json::array();
-    Poses poses(model_, plan);
-    Eigen::MatrixXd torque(model_.n_a(), static_cast<Eigen::Index>(torques_.size()));
-    for (std::size_t k = 0; k < torques_.size(); ++k) torque.col(static_cast<Eigen::Index>(k)) = torques_[k];
-    std::size_t first = 0;
-    for (const std::size_t k : choose_frames(r.times.size())) {
-      const auto column = static_cast<Eigen::Index>(k);
-      const Eigen::VectorXd peak = peak_between(torque, std::exchange(first, k + 1), k);
-      out.push_back(make_frame(poses, {r.times[k], std::max(0, r.piece[k]), r.q.col(column), r.q_plan.col(column), forces_[k], peak}));
-    }
+  const std::vector<std::vector<simulation::PairForce>>& forces() const { return forces_; }  ///< per look
+  Eigen::MatrixXd torque() const {                                                           ///< (n_a × looks), as in Recording
+    Eigen::MatrixXd out(model_.n_a(), static_cast<Eigen::Index>(torques_.size()));
+    for (std::size_t k = 0; k < torques_.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = torques_[k];
     return out;
   }
 
@@ -200,7 +192,7 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
     return !arguments.html;
   }
   const fs::path target = dir / "run.json";
-  write_simulation(*file, out, recorder.frames(*file, r), target);
+  write_simulation(*given.task.model, *file, out, {r.times, r.piece, r.q, r.q_plan, recorder.forces(), recorder.torque()}, target);
   print_row(to, "run", target.string());
   out["plan"] = plan.string();
   out["run"] = target.string();

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "app.hpp"
 #include "frames.hpp"
@@ -80,18 +79,6 @@ json report(const tasks::PlanFile& plan, const world::Model& model, const execut
     entry["in_plan"] = to_json(piece.in_plan);
     entry["alone"] = to_json(piece.alone);
     out["pieces"].push_back(std::move(entry));
-  }
-  return out;
-}
-
-json frames(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r) {
-  json out = json::array();
-  Poses poses(model, plan);
-  std::size_t first = 0;
-  for (const std::size_t k : choose_frames(r.times.size())) {
-    const auto column = static_cast<Eigen::Index>(k);
-    const Eigen::VectorXd torque = peak_between(r.torque, std::exchange(first, k + 1), k);
-    out.push_back(make_frame(poses, {r.times[k], r.piece[k], r.q.col(column), r.q_plan.col(column), r.forces[k], torque}));
   }
   return out;
 }
@@ -181,7 +168,7 @@ int run_simulate(const SimulateArguments& arguments) {
   bool page_failed = false;
   if (writes) {
     const fs::path target = dir / "simulation.json";
-    write_simulation(file, out, frames(file, *task.model, result), target);
+    write_simulation(*task.model, file, out, {result.times, result.piece, result.q, result.q_plan, result.forces, result.torque}, target);
     print_row(to, "simulation", target.string());
     out["simulation"] = target.string();
     if (arguments.html && status == Status::Solved) {

@@ -19,7 +19,7 @@ Normal = tuple[int, int, float]  # of a contact: the two geometries, the normal 
 
 @dataclass(frozen=True)
 class Loads:
-    """Rows are knots."""
+    """Rows are knots of a plan, or pictures of a run."""
 
     joints: list[str]
     torque: np.ndarray  # (knots, n_a) of the joint springs, K (u − q) [N m or N]
@@ -86,7 +86,7 @@ def read_loads(data: dict[str, Any]) -> Loads:
     bears = {name: float(force) for name, force in FRAGILE.findall(text)}
     geometries = [str(geometry["name"]) for geometry in data["geometries"]]
     fragile = [name for name in geometries if name in bears]
-    normals = [[(c["a"], c["b"], float(np.dot(c["force"], c["normal"]))) for c in knot["contacts"]] for knot in knots] if fragile else [[] for _ in knots]
+    normals = [[(c["a"], c["b"], float(np.dot(c["force"], c["normal"]))) for c in knot["contacts"] if fragile] for knot in knots]
     return Loads(
         joints=joints,
         torque=stiffness * (u - q),

@@ -23,12 +23,19 @@ TEST(Spring, NoContact_EndsAtTheCommand) {
   EXPECT_LT(rig.v_end().tail(16).norm(), 1e-5);
 }
 
-TEST(Spring, StepOfTheCommand_IsCriticallyDamped) {
+constexpr double kFine = 5e-5;  // timestep [s]
+
+/// 1 kg on springs of 100 N/m.
+Rig make_fine_pusher() {
   world::Scene scene = empty_scene({0, 0, -9.81});
   scene.robots.push_back(pusher(100));
   PlantOptions options;
-  options.timestep = 5e-5;
-  Rig rig(scene, options);
+  options.timestep = kFine;
+  return Rig(scene, options);
+}
+
+TEST(Spring, StepOfTheCommand_IsCriticallyDamped) {
+  Rig rig = make_fine_pusher();
   ASSERT_EQ(rig.hold(Vector2d(0, 0), Vector2d(0.1, -0.2), 1.0), Status::Solved);
   const double omega = 10;  // √(100 N/m / 1 kg)
   for (std::size_t k = 0; k < rig.result.times.size(); ++k) {
@@ -42,18 +49,14 @@ TEST(Spring, StepOfTheCommand_IsCriticallyDamped) {
 
 /// The motor of a critically damped spring that steps by A gives K A (1 − ωt) exp(−ωt), at first K A and less and less; samples keep the largest since the one before.
 TEST(Spring, StepOfTheCommand_TorqueHasItsPeaks) {
-  world::Scene scene = empty_scene({0, 0, -9.81});
-  scene.robots.push_back(pusher(100));
-  PlantOptions options;
-  options.timestep = 5e-5;
-  Rig rig(scene, options);
+  Rig rig = make_fine_pusher();
   const Vector2d q(0, 0), u(0.1, -0.2);
   ASSERT_EQ(rig.hold(q, u, 1.0), Status::Solved);
   ASSERT_EQ(rig.result.torque.cols(), static_cast<Eigen::Index>(rig.result.times.size()));
-  double before = -options.timestep;
+  double before = -kFine;
   for (std::size_t k = 0; k < rig.result.times.size(); ++k) {
     double want = 0;
-    for (double t = before + options.timestep; t < rig.result.times[k] + 0.5 * options.timestep; t += options.timestep) {
+    for (double t = before + kFine; t < rig.result.times[k] + 0.5 * kFine; t += kFine) {
       const double now = 10 * (1 - 10 * t) * std::exp(-10 * t);
       if (std::abs(now) > std::abs(want)) want = now;
     }

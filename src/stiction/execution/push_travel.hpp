@@ -22,7 +22,7 @@ class PushTravel {
   double calc_of_contacts(const world::Kinematics& at_end, const world::Kinematics& other);
 
   const world::Model& model_;
-  std::vector<int> pairs_;  // of robots with objects
+  std::vector<int> pairs_;  // of what robots move with objects
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics from_, to_;
   contact::Workspace contact_work_;

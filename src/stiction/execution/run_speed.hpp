@@ -6,10 +6,10 @@ namespace stiction::execution {
 
 /// How fast a robot handles an object in the world.
 struct RunSpeeds {
-  double object = 0;        ///< of what is pushed, and of the robot where it touches it [m/s], > 0 (E.13)
-  Eigen::VectorXd push;     ///< of joints at which none is faster, where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)
-  Eigen::VectorXd most;     ///< what no joint exceeds (n_a) [rad/s or m/s], > 0, may be infinite
-  Eigen::VectorXd springs;  ///< at which springs are strained (n_a) [rad/s or m/s], > 0 (E.9)
+  double object = 0;             ///< of what is pushed, and of the robot where it touches it [m/s], > 0 (E.13)
+  Eigen::VectorXd push;          ///< of joints at most, where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)
+  Eigen::VectorXd most;          ///< what no joint exceeds (n_a) [rad/s or m/s], > 0, may be infinite
+  Eigen::VectorXd springs;       ///< at which springs are strained (n_a) [rad/s or m/s], > 0 (E.9)
   Eigen::VectorXd acceleration;  ///< of joints that move freely (n_a) [rad/s² or m/s²], > 0, may be infinite (E.18)
   Eigen::VectorXd jump;          ///< of their speed at the corners of a path (n_a) [rad/s or m/s], > 0, may be infinite (E.18)
   double start_time = 0;         ///< in which pushes come to their speed, and to rest [s], ≥ 0
