@@ -264,6 +264,7 @@ TEST(Refine, PlannedPath_StaysAPlan) {
 long steps_for_nothing(Pushing& p, double h) {
   RefineResult r;
   p.refine_options.h = h;
+  p.refine_options.extensions = 0;
   EXPECT_EQ(p.run(r), Status::Solved);
   EXPECT_EQ(r.variant, "unchanged");
   return r.steps;
@@ -303,6 +304,28 @@ TEST(Refine, NothingWorksAtTheStepsOfThePlan_SmallOnesAreTriedWhereItWasFollowed
   Pushing p = push_with_detour();
   p.options.tolerance_fraction = 1e-9;  // all trials fail, at their ends
   EXPECT_GT(steps_for_nothing(p, 1e-4), 20 * steps_for_nothing(p, 0.02)) << "two hundred times as many steps, less what comes to rest";
+}
+
+TEST(Refine, WhatSmallStepsLeave_IsPlannedAnew) {
+  Pushing p = push_with_hit();
+  p.refine_options.reconnect = false;  // nothing comes through the regrasp
+  RefineResult r, again;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_EQ(r.variant, "shortened");
+  EXPECT_EQ(r.plan.step.h, 0.02);
+  EXPECT_EQ(r.planned_anew, 1);
+  EXPECT_TRUE(r.plan.error.within(p.plan.goal));
+  EXPECT_TRUE(r.fine_error.within(p.plan.goal));
+  expect_consistent(*p.model, p.model, r.plan);
+  for (p.options.threads = 1; p.options.threads <= 3; ++p.options.threads) {
+    ASSERT_EQ(p.run(again), Status::Solved);
+    EXPECT_EQ(r.plan.segments.back().knots.back().q, again.plan.segments.back().knots.back().q) << "the same bits";
+    EXPECT_EQ(r.steps, again.steps);
+  }
+  p.refine_options.extensions = 0;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_EQ(r.variant, "unchanged");
+  EXPECT_EQ(r.planned_anew, 0);
 }
 
 TEST(Refine, RefinedFraction_WhatPlansMayMissOfTheirGoal) {

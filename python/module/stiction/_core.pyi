@@ -1573,6 +1573,10 @@ class RefineResult:
         """of the regrasps that were planned anew [m]; 0 without any"""
 
     @property
+    def planned_anew(self) -> int:
+        """searches for what small steps left of the plan"""
+
+    @property
     def steps(self) -> int: ...
 
     @property

@@ -23,6 +23,7 @@ struct RefineOptions {
   double mpc_miss = 0.5;   ///< … and by iMPC where it is still farther away than this, > 0
   int mpc_iterations = 4;  ///< of iMPC, ≥ 0
   double mpc_work = 2e7;   ///< Σ T (n_v + n_a + 20)³ over the pushes of a trial that iMPC works on, T their steps, is at most this, ≥ 0
+  int extensions = 1000;   ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
   bool reconnect = true;   ///< regrasps are planned anew; without it they are kept as they are
   double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
   double motionless_angle = 1e-3;     ///< … and [rad]
@@ -37,9 +38,10 @@ struct RefineResult {
   bool rests = false;   ///< pushes end at rest
   int pushes_before = 0, pushes = 0;
   int regrasps_before = 0, regrasps = 0;
-  int led = 0;          ///< pushes with feedback (E.6)
-  int corrected = 0;    ///< pushes whose commands iMPC changed
-  int reconnected = 0;  ///< regrasps that were planned anew; the others replay the commands of the plan
+  int led = 0;           ///< pushes with feedback (E.6)
+  int corrected = 0;     ///< pushes whose commands iMPC changed
+  int planned_anew = 0;  ///< searches for what was left, up to the one that was followed to the goal
+  int reconnected = 0;   ///< regrasps that were planned anew; the others replay the commands of the plan
   long knots_before = 0, knots = 0;
   double least_clearance = 0;  ///< of the regrasps that were planned anew [m]; 0 without any
   GoalError fine_error;        ///< at the end, at half the sub-step

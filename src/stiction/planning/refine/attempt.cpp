@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <initializer_list>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -18,6 +17,10 @@ namespace {
 
 /// A push that ends farther than this from where it did in the plan, in tolerances of the goal, is not made good by those after it.
 constexpr double kLost = 2;
+/// Whole and half sub-steps that lead to places farther apart than this, in tolerances of the goal, leave no room for a plan to go on from there.
+constexpr double kAgree = 0.45;
+/// What is left is planned to this share of the tolerances at which the whole plan is: as much again is left for what small steps do to it.
+constexpr double kAim = 0.5;
 /// Weights γ of (E.6) that a push is tried with until it ends near enough, from none to firm feedback.
 constexpr std::initializer_list<double> kFeedback = {kNoFeedback, 1e-1, 3e-2, 1e-2, 3e-3};
 
@@ -32,7 +35,8 @@ class Builder {
         scratch_(crew.of(worker)),
         turn_(turn),
         built_(problem.plan),
-        at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}} {
+        at_{problem.plan.q_start, problem.plan.u_start, {.q = problem.plan.q_start, .u = problem.plan.u_start}},
+        q_goal_(problem.q_goal) {
     built_.step.h = sizes_.exact.h;
     built_.substep = sizes_.free_substep;
     built_.segments.clear();
@@ -44,7 +48,6 @@ class Builder {
     out.came_through = build();
     out.worked = out.came_through && !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q) &&
                  calc_penetration(problem_.model, end_of(built_), scratch_.geometry) <= problem_.allowed.penetration;
-    out.broke_soon = broke_ && problem_.cost(work_.steps) <= kLittleHope;
     out.work = work_;
     if (!out.worked) return out;
     built_.error = goal_error(problem_.model, end_of(built_), problem_.plan.goal);
@@ -52,7 +55,7 @@ class Builder {
     out_.fine_error = goal_error(problem_.model, at_.fine.q, problem_.plan.goal);
     out_.q_fine = at_.fine.q;
     out_.variant = trial_.name;
-    out_.least_clearance = out_.reconnected > 0 ? least_clearance_ : 0.0;
+    out_.planned_anew = searches_;
     out.refined = std::move(out_);
     return out;
   }
@@ -60,11 +63,40 @@ class Builder {
  private:
   bool build() {
     if (!settle()) return false;
-    const std::vector<Push>& pushes = *trial_.pushes;
-    for (std::size_t i = 0; i < pushes.size(); ++i) {
+    std::vector<Push> pushes = *trial_.pushes;
+    sure_.push_back(here());
+    for (std::size_t i = 0; i < pushes.size();) {
       if (stops(problem_.control, &turn_)) return false;
-      if (!reach_and_push(pushes[i], i, i + 1 == pushes.size())) return false;
+      const bool done = reach_and_push(pushes[i], i, i + 1 == pushes.size());
+      if (!done && (sizes_.coarse || !plan_anew(pushes))) return false;
+      i = done ? i + 1 : 0;
     }
+    return true;
+  }
+
+  /// What is left to do, from the last place that small steps are sure of; if that is not at rest, from the one before.
+  bool plan_anew(std::vector<Push>& pushes) {
+    PlannerOptions options = problem_.options;
+    options.tolerance_fraction *= kAim;
+    options.threads = crew_.pool.size();
+    options.anytime = false;
+    core::RunControl control = problem_.control;
+    control.abandoned = [this] { return stops(problem_.control, &turn_); };
+    core::Status status = core::Status::NumericalFailure;
+    PlanResult rest;
+    while (status == core::Status::NumericalFailure && !sure_.empty() && extensions_ < problem_.refine.extensions) {
+      back_to(sure_.back());
+      sure_.pop_back();
+      options.seed = problem_.options.seed + static_cast<std::uint64_t>(++searches_);
+      options.max_iterations = static_cast<int>(problem_.refine.extensions - extensions_);
+      status = plan_from({problem_.problem.model, at_.q, problem_.plan.goal, q_goal_.head(problem_.model.n_qu())}, at_.u, options, control,
+                         rest);
+      extensions_ += rest.iterations;
+      work_ += {rest.steps, rest.failed_steps};
+    }
+    if (status != core::Status::Solved) return false;
+    pushes = problem_.shortened(rest.plan);
+    q_goal_ = at_goal(problem_.model, end_of(rest.plan), problem_.plan.goal);
     return true;
   }
 
@@ -81,10 +113,7 @@ class Builder {
   bool reach_and_push(const Push& push, std::size_t number, bool last) {
     const auto push_on = [&] { return sizes_.coarse ? replay(push) : follow(push, last); };
     if (!push.regrasp && !push.merged) return push_on();
-    const Cursor before = at_;
-    const std::size_t segments = built_.segments.size();
-    const int reconnected = out_.reconnected;
-    const double least_clearance = least_clearance_;
+    const Place before = here();
     std::vector<double> clearances;
     if (problem_.refine.reconnect) clearances = problem_.refine.clearances;
     if (!push.merged && push.regrasp) clearances.push_back(0);
@@ -94,10 +123,7 @@ class Builder {
       if (push_on()) return true;
       if (!sizes_.coarse) return false;
       std::erase(clearances, *clearance);
-      at_ = before;
-      built_.segments.resize(segments);
-      out_.reconnected = reconnected;
-      least_clearance_ = least_clearance;
+      back_to(before);
     }
     return false;
   }
@@ -119,17 +145,16 @@ class Builder {
     if (!best) return {};
     const double clearance = best->clearance;
     if (clearance > 0) {
-      least_clearance_ = std::min(least_clearance_, clearance);
-      ++out_.reconnected;
+      out_.least_clearance = out_.reconnected++ > 0 ? std::min(out_.least_clearance, clearance) : clearance;
     }
     take(*best);
     return clearance;
   }
 
   /// A push in small steps ends elsewhere than it did in the plan: feedback on the objects, as little as brings it near enough, then iMPC. It ends at rest
-  /// where that does not take it too far away.
+  /// where that does not take it too far away. One that misses, but brings the objects nearer the goal, is kept all the same: what is left is planned anew.
   bool follow(const Push& push, bool last) {
-    const Eigen::VectorXd& q_target = last ? problem_.q_goal : push.edges.back().knots.back().q;
+    const Eigen::VectorXd& q_target = last ? q_goal_ : push.edges.back().knots.back().q;
     const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.end.q, run.end.fine.q) : run.missed <= kLost; };
     std::vector<Way> ways(kFeedback.size());
     for (const bool rests : {true, false}) {
@@ -151,9 +176,27 @@ class Builder {
         take(*best);
         return true;
       }
-      broke_ = !best;
+      if (best && best->rests == trial_.rest && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end)) {
+        take(*best);
+        return false;
+      }
     }
     return false;
+  }
+
+  bool agrees(const Cursor& at) const { return problem_.miss(at.q, at.fine.q) <= kAgree; }
+
+  /// A trial as far as it has come.
+  struct Place {
+    Cursor at;
+    std::size_t segments;
+    RefineResult counts;
+  };
+  Place here() const { return {at_, built_.segments.size(), out_}; }
+  void back_to(const Place& place) {
+    at_ = place.at;
+    built_.segments.resize(place.segments);
+    out_ = place.counts;
   }
 
   /// A push with the commands of the plan.
@@ -183,6 +226,7 @@ class Builder {
   void take(Run& run) {
     at_ = std::move(run.end);
     std::move(run.segments.begin(), run.segments.end(), std::back_inserter(built_.segments));
+    if (agrees(at_)) sure_.push_back(here());
   }
 
   Start start() const { return {problem_, sizes_, at_, &turn_}; }
@@ -200,11 +244,13 @@ class Builder {
   const Turn& turn_;
   Plan built_;
   Cursor at_;
+  Eigen::VectorXd q_goal_;   // where what is left of the plan ends
+  std::vector<Place> sure_;  // ends of pushes and regrasps at which whole and half sub-steps agree
+  int searches_ = 0;         // for what is left …
+  long extensions_ = 0;      // … and theirs
   RefineResult out_;
   Work work_;
   double mpc_work_ = 0;  // so far, as in RefineOptions
-  double least_clearance_ = std::numeric_limits<double>::infinity();
-  bool broke_ = false;  // the last push comes to nothing, penetrates or pulls across a gap whatever the feedback
 };
 
 }  // namespace

@@ -11,20 +11,18 @@ struct Trial {
   const std::vector<Push>* pushes;
   bool rest;  ///< pushes end at rest; those in small steps where that does
   int cuts;   ///< sub-steps for each of the plan's
-  bool after_break =
-      false;  ///< only where the one before ended with a push that does not hold, and took little: one that is lost is lost again
 };
 
 /// What came of a trial.
 struct Attempt {
   bool worked = false;        ///< `refined` is a refined plan
   bool came_through = false;  ///< it came to the end of the plan, at its goal or elsewhere
-  bool broke_soon = false;    ///< it soon ended with a push that comes to nothing, penetrates or pulls across a gap whatever the feedback
   RefineResult refined;
   Work work;
 };
 
-/// Builds the plan anew, from push to push. At small steps every push is followed with feedback (E.6) and, where that misses, corrected by iMPC.
+/// Builds the plan anew, from push to push. At small steps every push is followed with feedback (E.6) and, where that misses, corrected by iMPC;
+/// where it still misses, what is left is planned anew.
 /// @param worker  thread of the crew that runs this, in its turn
 Attempt attempt(const Problem& problem, const Trial& trial, Crew& crew, int worker, const Turn& turn);
 

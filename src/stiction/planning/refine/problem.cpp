@@ -28,6 +28,13 @@ void Problem::set_allowed(const Worst& given) {
   allowed = {std::max(kMostPenetration, given.penetration), std::max(kMostForceGap, given.force_gap), std::max(kMostPress, given.press)};
 }
 
+std::vector<Push> Problem::shortened(const Plan& given) const {
+  std::vector<Push> pushes = split_at_regrasps(given);
+  if (refine.cut_tails) cut_tails(motion, pushes);
+  if (refine.drop_pushes) drop_pushes(motion, pushes);
+  return pushes;
+}
+
 double Problem::cost(long steps) const { return static_cast<double>(steps) * std::pow(model.n_v() + model.n_a() + kOverhead, 3); }
 
 StepSizes::StepSizes(const Problem& problem, int parts)

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <memory>
+#include <vector>
 
 #include "stiction/planning/edge_simulator.hpp"
 #include "stiction/planning/pushes.hpp"
@@ -32,6 +33,9 @@ struct Problem : Setting {
   bool reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine, double fraction) const {
     return std::max(goal.ratio(q), goal.ratio(q_fine)) <= fraction;
   }
+
+  /// The pushes of a plan, cut and dropped as asked for.
+  std::vector<Push> shortened(const Plan& given) const;
 
   /// Time that so many steps take, in the unit of RefineOptions::mpc_work.
   double cost(long steps) const;

@@ -16,32 +16,27 @@ namespace {
 
 using core::Status;
 
-/// How the given plan does at half the sub-step.
-struct GivenPlan {
-  HalfSteps fine;
-  bool reaches_goal = false;
-};
-
-GivenPlan look_at_given_plan(const Problem& problem, Scratch& scratch, Work& work) {
+/// Where the given plan leads at half the sub-step; its start, if it leads nowhere.
+HalfSteps look_at_given_plan(const Problem& problem, Scratch& scratch, Work& work) {
   const Plan& plan = problem.plan;
-  GivenPlan given{.fine = {.q = plan.q_start, .u = plan.u_start}};
-  if (!go_on_in_half_steps(problem.press, plan.segments, StepSizes(problem, 1).exact, kAnything, {}, scratch, given.fine, work))
-    given.fine.q = plan.q_start;
-  given.reaches_goal = !plan.segments.empty() && problem.reaches_goal(end_of(plan), given.fine.q, 1.0);
-  return given;
+  HalfSteps fine{.q = plan.q_start, .u = plan.u_start};
+  if (!go_on_in_half_steps(problem.press, plan.segments, StepSizes(problem, 1).exact, kAnything, {}, scratch, fine, work))
+    fine.q = plan.q_start;
+  return fine;
 }
 
 /// The given plan is what comes out, with forces: one that was read from a file comes without.
-void keep_given_plan(const Problem& problem, const GivenPlan& given, Scratch& scratch, RefineResult& out, Work& work) {
+void keep_given_plan(const Problem& problem, const HalfSteps& given, Scratch& scratch, RefineResult& out, Work& work) {
+  out = RefineResult{};
   out.plan = problem.plan;
+  out.variant = "unchanged";
   Eigen::VectorXd q = out.plan.q_start;
   for (Segment& segment : out.plan.segments) {
     add_forces(problem.model, StepSizes(problem, 1).exact, q, segment, scratch, work);
     if (!segment.knots.empty()) q = segment.knots.back().q;
   }
-  out.variant = "unchanged";
-  out.fine_error = goal_error(problem.model, given.fine.q, problem.plan.goal);
-  out.q_fine = given.fine.q;
+  out.fine_error = goal_error(problem.model, given.q, problem.plan.goal);
+  out.q_fine = given.q;
 }
 
 std::size_t count_knots(const std::vector<Push>& pushes) {
@@ -52,51 +47,23 @@ std::size_t count_knots(const std::vector<Push>& pushes) {
   return n;
 }
 
-/// Trials one after the other, up to the first that works.
-struct Sequence {
-  std::vector<Trial> trials;
-  Attempt last = {};  ///< of those that were tried
-  bool came_through = false;
-  Work work = {};
-};
-
-/// In the order in which they are wanted. What waits for how another one ended is tried after that.
-std::vector<Sequence> list_sequences(const std::vector<Trial>& trials, bool rest) {
-  std::vector<Sequence> list;
-  for (const Trial& trial : trials) {
-    if (trial.rest && !rest) continue;
-    if (!trial.after_break) list.emplace_back();
-    list.back().trials.push_back(trial);
-  }
-  return list;
-}
-
-/// What came of the trials that count.
-struct Outcome {
-  std::optional<RefineResult> refined;
-  bool came_through = false;
-};
-
-Outcome first_that_works(const Problem& problem, std::vector<Sequence> list, Crew& crew, Work& work) {
-  const int n = static_cast<int>(list.size());
+/// Side by side where there are threads.
+/// @returns the first in order that works, and what was done up to it
+Attempt first_that_works(const Problem& problem, const std::vector<Trial>& trials, Crew& crew) {
+  const int n = static_cast<int>(trials.size());
+  std::vector<Attempt> attempts(trials.size());
   const int tried = crew.pool.run_until(n, [&](int item, int worker, const Turn& turn) {
-    Sequence& sequence = list[static_cast<std::size_t>(item)];
-    for (const Trial& trial : sequence.trials) {
-      if (trial.after_break && !sequence.last.broke_soon) continue;
-      sequence.last = attempt(problem, trial, crew, worker, turn);
-      sequence.work += sequence.last.work;
-      sequence.came_through = sequence.came_through || sequence.last.came_through;
-      if (sequence.last.worked) return item + 1;
-    }
-    return n;
+    Attempt& one = attempts[static_cast<std::size_t>(item)];
+    one = attempt(problem, trials[static_cast<std::size_t>(item)], crew, worker, turn);
+    return one.worked ? item + 1 : n;
   });
-  Outcome out;
-  for (const Sequence& sequence : std::span(list).first(static_cast<std::size_t>(tried))) {
-    work += sequence.work;
-    out.came_through = out.came_through || sequence.came_through;
+  Attempt out;
+  for (Attempt& one : std::span(attempts).first(static_cast<std::size_t>(tried))) {
+    out.work += one.work;
+    out.came_through = out.came_through || one.came_through;
+    out.worked = one.worked;
+    if (one.worked) out.refined = std::move(one.refined);
   }
-  Attempt& last = list[static_cast<std::size_t>(tried) - 1].last;
-  if (last.worked) out.refined = std::move(last.refined);
   return out;
 }
 
@@ -111,42 +78,37 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   Crew crew(model, options.threads > 0 ? options.threads : core::hardware_threads(), quiet);
   Problem problem(model, plan, options, refine_options, quiet);
   Work work;
-  const GivenPlan given = look_at_given_plan(problem, crew.of(0), work);
+  const HalfSteps given = look_at_given_plan(problem, crew.of(0), work);
   const auto finish = [&](Status status, std::optional<RefineResult> refined) {
-    if (refined) {
-      out = std::move(*refined);
-    } else {
-      keep_given_plan(problem, given, crew.of(0), out, work);
-    }
+    if (!refined) keep_given_plan(problem, given, crew.of(0), out, work);
+    if (refined) out = std::move(*refined);
     out.steps = work.steps;
     out.failed_steps = work.failed_steps;
     return status;
   };
-  if (!given.reaches_goal) return finish(Status::NumericalFailure, {});
-  problem.set_allowed(given.fine.worst);
+  if (plan.segments.empty() || !problem.reaches_goal(end_of(plan), given.q, 1.0)) return finish(Status::NumericalFailure, {});
+  problem.set_allowed(given.worst);
 
   const std::vector<Push> pushes = split_at_regrasps(plan);
-  std::vector<Push> shorter = pushes;
-  if (refine_options.cut_tails) cut_tails(problem.motion, shorter);
-  if (refine_options.drop_pushes) drop_pushes(problem.motion, shorter);
-
+  const std::vector<Push> shorter = problem.shortened(plan);
   const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))));
-  const std::vector<Trial> small{{"shortened", &shorter, true, cuts}, {"shortened", &shorter, false, cuts, refine_options.rest}};
-  std::vector<Trial> planned = small;
-  if (cuts > 1) planned = {{"shortened", &shorter, true, 1}, {"shortened", &shorter, false, 1}};
+  std::vector<Trial> planned{{"shortened", &shorter, true, 1}, {"shortened", &shorter, false, 1}};
   if (count_knots(shorter) != count_knots(pushes)) {  // else it is the same again
     for (const bool rest : {true, false}) planned.push_back({"reconnected", &pushes, rest, 1});
   }
-  Outcome outcome = first_that_works(problem, list_sequences(planned, refine_options.rest), crew, work);
-  bool as_wanted = outcome.refined.has_value();
+  if (!refine_options.rest) std::erase_if(planned, [](const Trial& trial) { return trial.rest; });
+  Attempt best = first_that_works(problem, planned, crew);
+  work += best.work;
+  bool as_wanted = best.worked;
   const long least = (1L + 2L) * cuts * static_cast<long>(count_knots(shorter));  // steps of a small trial, at whole and half sub-steps
-  if (cuts > 1 && (outcome.came_through || problem.cost(least) <= kLittleHope)) {
-    Outcome in_small_steps = first_that_works(problem, list_sequences(small, refine_options.rest), crew, work);
-    as_wanted = in_small_steps.refined.has_value();
-    if (as_wanted) outcome.refined = std::move(in_small_steps.refined);
+  if (cuts > 1 && (best.came_through || problem.cost(least) <= kLittleHope)) {
+    Attempt small = first_that_works(problem, {{"shortened", &shorter, refine_options.rest, cuts}}, crew);
+    work += small.work;
+    as_wanted = small.worked;
+    if (as_wanted) best = std::move(small);
   }
   const Status status = as_wanted || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
-  return finish(status, std::move(outcome.refined));
+  return finish(status, best.worked ? std::optional(std::move(best.refined)) : std::nullopt);
 }
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
@@ -170,6 +132,7 @@ void RefineOptions::validate() const {
   core::require_positive("refine.miss", miss);
   core::require_positive("refine.mpc_miss", mpc_miss);
   core::require_nonnegative("refine.mpc_work", mpc_work);
+  if (extensions < 0) core::throw_invalid("refine.extensions", std::to_string(extensions), "0 or more");
   core::require_positive("refine.motionless_position", motionless_position);
   core::require_positive("refine.motionless_angle", motionless_angle);
 }
