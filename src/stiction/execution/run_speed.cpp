@@ -57,9 +57,11 @@ void set_free_motion(const Model& model, RunSpeeds& out) {
   world::Kinematics kinematics;
   world::calc_kinematics(model, model.neutral(), work, kinematics);
   const Eigen::VectorXd inertia = world::calc_joint_inertia(model, kinematics);
-  const Eigen::VectorXd room = world::share::kClearance * model.scales().robots().length * model.reach().cwiseInverse();
+  out.room = world::share::kClearance * model.scales().robots().length;
+  const Eigen::VectorXd room = out.room * model.reach().cwiseInverse();
   const Eigen::VectorXd stiffness = model.stiffness();
-  out.acceleration = stiffness.cwiseProduct(room).cwiseMin(kInertiaShare * model.effort()).cwiseQuotient(inertia);
+  out.acceleration = stiffness.cwiseProduct(room).cwiseQuotient(inertia);
+  out.motors = kInertiaShare * model.effort().cwiseQuotient(inertia);
   out.jump = std::numbers::e * room.cwiseProduct(stiffness.cwiseQuotient(inertia).cwiseSqrt());
 }
 
@@ -70,13 +72,15 @@ void RunSpeeds::validate(const Model& model) const {
                                      {"speed.most", &most},
                                      {"speed.springs", &springs},
                                      {"speed.acceleration", &acceleration},
-                                     {"speed.jump", &jump}}) {
+                                     {"speed.jump", &jump},
+                                     {"speed.motors", &motors}}) {
     core::require_size(name, values->size(), model.n_a());
     for (const double v : *values) {
       if (!(v > 0)) core::throw_invalid(name, fmt::format("{:g}", v), "numbers > 0");
     }
   }
   core::require_positive("speed.object", object);
+  core::require_positive("speed.room", room);
   core::require_nonnegative("speed.start_time", start_time);
 }
 

@@ -10,9 +10,11 @@ struct RunSpeeds {
   Eigen::VectorXd push;          ///< of joints at most, where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)
   Eigen::VectorXd most;          ///< what no joint exceeds (n_a) [rad/s or m/s], > 0, may be infinite
   Eigen::VectorXd springs;       ///< at which springs are strained (n_a) [rad/s or m/s], > 0 (E.9)
-  Eigen::VectorXd acceleration;  ///< of joints that move freely (n_a) [rad/s² or m/s²], > 0, may be infinite (E.18)
-  Eigen::VectorXd jump;          ///< of their speed at the corners of a path (n_a) [rad/s or m/s], > 0, may be infinite (E.18)
-  double start_time = 0;         ///< in which pushes come to their speed, and to rest [s], ≥ 0
+  double room = 0;               ///< that a path in free space keeps everywhere [m], > 0 …
+  Eigen::VectorXd acceleration;  ///< … in which joints follow it at this (n_a) [rad/s² or m/s²], > 0, may be infinite (E.18)
+  Eigen::VectorXd jump;          ///< … with these jumps of their speed at its corners (n_a) [rad/s or m/s], > 0, may be infinite (E.18)
+  Eigen::VectorXd motors;  ///< acceleration that motors give, however much room there is (n_a) [rad/s² or m/s²], > 0, may be infinite
+  double start_time = 0;   ///< in which pushes come to their speed, and to rest [s], ≥ 0
   void validate(const world::Model& model) const;  ///< @throws core::InvalidInput naming the field
 };
 

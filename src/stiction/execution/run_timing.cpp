@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/free_room.hpp"
 #include "stiction/execution/push_travel.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -26,7 +27,8 @@ struct Stretch {
   double way = 0;           ///< time at f = 1 [s]
   double most = 1;          ///< f at most
   double acceleration = 0;  ///< of f at most [1/s]
-  bool free = false;        ///< the robot touches nothing that it could move
+  bool free = false;        ///< the robot touches nothing that it could move …
+  double room = 1;          ///< … and has so much room, in what a path keeps everywhere
   Eigen::VectorXd slope;    ///< du/dt at f = 1 (n_a)
   Eigen::VectorXd lead;     ///< (E.17) at f = 1 (n_a)
 };
@@ -53,17 +55,18 @@ bool moves_freely(const Model& model, const Trajectory& t, Eigen::Index k) {
 }
 
 /// @param free    nothing is pushed, as in all of a regrasp
-/// @param travel  of a push [m]
-Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, const Trajectory& t, Eigen::Index k) {
+/// @param travel  of a push [m]   @param room  of what is free [m]
+Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, double room, const Trajectory& t, Eigen::Index k) {
   const Eigen::VectorXd u0 = t.u.col(k), u1 = t.u.col(k + 1);
   Stretch out;
   out.free = free;
+  out.room = room / speeds.room;
   out.way = free ? calc_duration(u0, u1, speeds.push) : std::max(travel / speeds.object, calc_duration(u0, u1, speeds.most));
   out.way = std::max(out.way, kLeastInterval);
   out.slope = (u1 - u0) / out.way;
   if (free) {
     out.most = least_ratio(speeds.most, out.slope);
-    out.acceleration = least_ratio(speeds.acceleration, out.slope);
+    out.acceleration = least_ratio((out.room * speeds.acceleration).cwiseMin(speeds.motors), out.slope);
   } else {
     out.acceleration = speeds.start_time > 0 ? 1 / speeds.start_time : infinite();
   }
@@ -86,7 +89,8 @@ std::vector<double> calc_knot_speeds(const RunSpeeds& speeds, SegmentKind kind, 
   std::vector<double> f(n + 1, at_ends);
   for (std::size_t k = 1; k < n; ++k) {
     const bool free = stretches[k].free && stretches[k - 1].free;
-    f[k] = free ? least_ratio(speeds.jump, stretches[k].slope - stretches[k - 1].slope) : 1;
+    const double room = std::min(stretches[k].room, stretches[k - 1].room);
+    f[k] = free ? room * least_ratio(speeds.jump, stretches[k].slope - stretches[k - 1].slope) : 1;
   }
   for (std::size_t k = 0; k <= n; ++k) {
     if (k < n) f[k] = std::min(f[k], stretches[k].most);
@@ -115,7 +119,8 @@ class Timer {
         speeds_(speeds),
         lead_(lead != nullptr && lead->acts() ? lead : nullptr),
         pause_(pause),
-        travel_(model) {}
+        travel_(model),
+        room_(model) {}
 
   Trajectory run(const Trajectory& in) {
     add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
@@ -163,7 +168,8 @@ class Timer {
   Stretch make_stretch(const Trajectory& in, SegmentKind kind, Eigen::Index k) {
     const bool free = kind == SegmentKind::Regrasp || moves_freely(model_, in, k);
     const double travel = free ? 0.0 : travel_.calc(in.q.col(k), in.q.col(k + 1));
-    Stretch out = stretch_between(speeds_, free, travel, in, k);
+    const double room = free ? room_.calc(in.q.col(k), in.q.col(k + 1)) : speeds_.room;
+    Stretch out = stretch_between(speeds_, free, travel, room, in, k);
     out.lead = Eigen::VectorXd::Zero(model_.n_a());
     if (lead_ != nullptr && !free) set_lead(in, k, out);
     return out;
@@ -217,6 +223,7 @@ class Timer {
   DragLead* lead_;
   double pause_;
   PushTravel travel_;
+  FreeRoom room_;
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
   std::vector<double> times_;

@@ -1,0 +1,54 @@
+#include "stiction/execution/free_room.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "stiction/world/scales.hpp"
+
+namespace stiction::execution {
+namespace {
+
+using Eigen::VectorXd;
+
+/// Of the distance to what is nearest, since both may move.
+constexpr double kShare = 0.5;
+
+}  // namespace
+
+FreeRoom::FreeRoom(const world::Model& model)
+    : model_(model),
+      chains_(model),
+      least_(world::share::kClearance * model.scales().robots().length),
+      kinematics_work_(model),
+      contact_work_(model) {}
+
+double FreeRoom::calc(const VectorXd& q0, const VectorXd& q1) {
+  const world::ChainMask moving = find_moving(q0, q1);
+  if (moving != moving_) {
+    moving_ = moving;
+    chains_.pairs_of(moving, pairs_);
+    q_.resize(0);
+  }
+  if (moving == 0) return least_;
+  const double before = q_.size() > 0 && q_ == q0 ? distance_ : calc_distance(q0);  // knots come one after the other
+  distance_ = calc_distance(q1);
+  q_ = q1;
+  return std::max(least_, kShare * std::min(before, distance_));
+}
+
+world::ChainMask FreeRoom::find_moving(const VectorXd& q0, const VectorXd& q1) const {
+  world::ChainMask moving = 0;
+  for (int chain = 0; chain < chains_.size(); ++chain) {
+    const auto joints = chains_.joints(chain);
+    const auto moves = [&](int j) { return q0[model_.n_qu() + j] != q1[model_.n_qu() + j]; };
+    if (std::any_of(joints.begin(), joints.end(), moves)) moving |= world::ChainMask{1} << chain;
+  }
+  return moving;
+}
+
+double FreeRoom::calc_distance(const VectorXd& q) {
+  world::calc_kinematics(model_, q, kinematics_work_, kinematics_);
+  return contact::calc_min_distance(model_, kinematics_, pairs_, -std::numeric_limits<double>::infinity(), contact_work_);
+}
+
+}  // namespace stiction::execution

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "stiction/contact/contact.hpp"
+#include "stiction/world/robot_chains.hpp"
+
+namespace stiction::execution {
+
+/// How far branches that move freely may be off their path: what they pass is farther away.
+/// Tests: tests/execution/run_timing_test.cpp
+class FreeRoom {
+ public:
+  explicit FreeRoom(const world::Model& model);
+
+  /// At q0 and q1 (n_q), a step apart [m]: a share of the distance from what moves between them to what is nearest, at least the clearance of a regrasp.
+  double calc(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
+
+ private:
+  world::ChainMask find_moving(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) const;
+  double calc_distance(const Eigen::VectorXd& q);
+
+  const world::Model& model_;
+  world::RobotChains chains_;
+  const double least_;
+  world::ChainMask moving_ = 0;
+  std::vector<int> pairs_;  // of what moves
+  Eigen::VectorXd q_;       // where it was last …
+  double distance_ = 0;     // … and how far from everything
+  world::KinematicsWorkspace kinematics_work_;
+  world::Kinematics kinematics_;
+  contact::Workspace contact_work_;
+};
+
+}  // namespace stiction::execution
