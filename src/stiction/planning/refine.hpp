@@ -23,7 +23,7 @@ struct RefineOptions {
   double mpc_miss = 0.5;   ///< … and by iMPC where it is still farther away than this, > 0
   int mpc_iterations = 4;  ///< of iMPC, ≥ 0
   double mpc_work = 2e7;   ///< Σ T (n_v + n_a + 20)³ over the pushes of a trial that iMPC works on, T their steps, is at most this, ≥ 0
-  int extensions = 1000;   ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
+  int extensions = 300;    ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
   bool reconnect = true;   ///< regrasps are planned anew; without it they are kept as they are
   double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
   double motionless_angle = 1e-3;     ///< … and [rad]
