@@ -37,7 +37,7 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResul
   row("regrasps", fmt::format("{} of {}, {} planned anew", r.regrasps, r.regrasps_before, r.reconnected));
   row("sub-steps", fmt::format("{} of {}", r.knots, r.knots_before));
   row("pushes led back", fmt::format("{} of {} by feedback, {} by iMPC", r.led, r.pushes, r.corrected));
-  if (r.planned_anew > 0) row("rest planned anew", fmt::format("{} times", r.planned_anew));
+  if (r.rest_planned_anew > 0) row("rest planned anew", std::to_string(r.rest_planned_anew));
   row("time step", fmt::format("{:.3g} s", r.plan.step.h));
   row("clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * plan.tol_position,
@@ -117,7 +117,7 @@ int run_refine(const RefineArguments& arguments) {
     out["h"] = result.plan.step.h;
     out["led"] = result.led;
     out["corrected"] = result.corrected;
-    out["rest_planned_anew"] = result.planned_anew;
+    out["rest_planned_anew"] = result.rest_planned_anew;
     out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
     out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
     out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};

@@ -260,7 +260,7 @@ TEST(Refine, PlannedPath_StaysAPlan) {
   }
 }
 
-/// Steps of a refinement that comes to nothing.
+/// Steps of a refinement that comes to nothing, without searches for what small steps leave.
 long steps_for_nothing(Pushing& p, double h) {
   RefineResult r;
   p.refine_options.h = h;
@@ -309,11 +309,12 @@ TEST(Refine, NothingWorksAtTheStepsOfThePlan_SmallOnesAreTriedWhereItWasFollowed
 TEST(Refine, WhatSmallStepsLeave_IsPlannedAnew) {
   Pushing p = push_with_hit();
   p.refine_options.reconnect = false;  // nothing comes through the regrasp
+  p.refine_options.extensions = 1000;
   RefineResult r, again;
   ASSERT_EQ(p.run(r), Status::Solved);
   EXPECT_EQ(r.variant, "shortened");
   EXPECT_EQ(r.plan.step.h, 0.02);
-  EXPECT_EQ(r.planned_anew, 1);
+  EXPECT_GE(r.rest_planned_anew, 1);
   EXPECT_TRUE(r.plan.error.within(p.plan.goal));
   EXPECT_TRUE(r.fine_error.within(p.plan.goal));
   expect_consistent(*p.model, p.model, r.plan);
@@ -324,8 +325,34 @@ TEST(Refine, WhatSmallStepsLeave_IsPlannedAnew) {
   }
   p.refine_options.extensions = 0;
   ASSERT_EQ(p.run(r), Status::Solved);
-  EXPECT_EQ(r.variant, "unchanged");
-  EXPECT_EQ(r.planned_anew, 0);
+  EXPECT_EQ(r.variant, "unchanged") << "without searches";
+}
+
+/// The plan ends 15 mm from its goal, refined ones have to end within 10 mm, and nothing leads the push there.
+TEST(Refine, LastPushThatMisses_IsKeptAndTheRestPlannedAnew) {
+  Pushing p;
+  p.go(SegmentKind::Contact, {{0, 0.1}, {0, 0.15}});
+  p.set_goal();
+  p.plan.goal.X_WG.p.z() += 0.015;
+  p.options.tolerance_fraction = 0.5;
+  p.refine_options.miss = 100;
+  p.refine_options.mpc_iterations = 0;
+  p.refine_options.extensions = 1000;
+  RefineResult r, again;
+  ASSERT_EQ(p.run(r), Status::Solved);
+  EXPECT_EQ(r.variant, "shortened");
+  EXPECT_EQ(r.plan.step.h, 0.02);
+  EXPECT_EQ(r.rest_planned_anew, 1);
+  EXPECT_LE(r.plan.error.position, 0.01);
+  EXPECT_LE(r.fine_error.position, 0.01);
+  expect_consistent(*p.model, p.model, r.plan);
+  const VectorXd& u_kept = r.plan.segments.front().knots.back().u;
+  EXPECT_NEAR((u_kept - Vector2d(0, 0.15)).norm(), 0, 1e-9) << "the push as it was";
+  for (p.options.threads = 1; p.options.threads <= 3; ++p.options.threads) {
+    ASSERT_EQ(p.run(again), Status::Solved);
+    EXPECT_EQ(r.plan.segments.back().knots.back().q, again.plan.segments.back().knots.back().q) << "the same bits";
+    EXPECT_EQ(r.steps, again.steps);
+  }
 }
 
 TEST(Refine, RefinedFraction_WhatPlansMayMissOfTheirGoal) {
@@ -375,8 +402,8 @@ TEST(Refine, BadInput_NamesTheField) {
   p.refine_options.clearances = {-0.1};
   EXPECT_NE(complaint().find("refine.clearances"), std::string::npos);
   p.refine_options = {};
-  p.refine_options.motionless_angle = 0;
-  EXPECT_NE(complaint().find("refine.motionless_angle"), std::string::npos);
+  p.refine_options.extensions = -1;
+  EXPECT_NE(complaint().find("refine.extensions"), std::string::npos);
   p.refine_options = {};
   p.options.real_regrasps = false;
   EXPECT_NE(complaint().find("options.real_regrasps"), std::string::npos);

@@ -1573,7 +1573,7 @@ class RefineResult:
         """of the regrasps that were planned anew [m]; 0 without any"""
 
     @property
-    def planned_anew(self) -> int:
+    def rest_planned_anew(self) -> int:
         """searches for what small steps left of the plan"""
 
     @property

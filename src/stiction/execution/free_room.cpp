@@ -15,15 +15,16 @@ constexpr double kShare = 0.5;
 
 }  // namespace
 
-FreeRoom::FreeRoom(const world::Model& model)
+FreeRoom::FreeRoom(const world::Model& model, double least)
     : model_(model),
       chains_(model),
-      least_(world::share::kClearance * model.scales().robots().length),
+      least_(least),
+      most_(std::max(least, model.scales().robots().length)),
       kinematics_work_(model),
       contact_work_(model) {}
 
-double FreeRoom::calc(const VectorXd& q0, const VectorXd& q1) {
-  const world::ChainMask moving = find_moving(q0, q1);
+double FreeRoom::calc(const VectorXd& u0, const VectorXd& u1, const VectorXd& q0, const VectorXd& q1) {
+  const world::ChainMask moving = find_moving(u0, u1);
   if (moving != moving_) {
     moving_ = moving;
     chains_.pairs_of(moving, pairs_);
@@ -33,14 +34,14 @@ double FreeRoom::calc(const VectorXd& q0, const VectorXd& q1) {
   const double before = q_.size() > 0 && q_ == q0 ? distance_ : calc_distance(q0);  // knots come one after the other
   distance_ = calc_distance(q1);
   q_ = q1;
-  return std::max(least_, kShare * std::min(before, distance_));
+  return std::clamp(kShare * std::min(before, distance_), least_, most_);
 }
 
-world::ChainMask FreeRoom::find_moving(const VectorXd& q0, const VectorXd& q1) const {
+world::ChainMask FreeRoom::find_moving(const VectorXd& u0, const VectorXd& u1) const {
   world::ChainMask moving = 0;
   for (int chain = 0; chain < chains_.size(); ++chain) {
     const auto joints = chains_.joints(chain);
-    const auto moves = [&](int j) { return q0[model_.n_qu() + j] != q1[model_.n_qu() + j]; };
+    const auto moves = [&](int j) { return u0[j] != u1[j]; };
     if (std::any_of(joints.begin(), joints.end(), moves)) moving |= world::ChainMask{1} << chain;
   }
   return moving;

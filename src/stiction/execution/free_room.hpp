@@ -7,22 +7,24 @@
 
 namespace stiction::execution {
 
-/// How far branches that move freely may be off their path: what they pass is farther away.
+/// How far branches that move freely may be off their path.
 /// Tests: tests/execution/run_timing_test.cpp
 class FreeRoom {
  public:
-  explicit FreeRoom(const world::Model& model);
+  /// @param least  room that there is everywhere [m], > 0: the clearance of a regrasp
+  FreeRoom(const world::Model& model, double least);
 
-  /// At q0 and q1 (n_q), a step apart [m]: a share of the distance from what moves between them to what is nearest, at least the clearance of a regrasp.
-  double calc(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
+  /// Of the branches whose commands (n_a) differ, at q0 and q1 (n_q), a step apart [m]: a share of their distance to what is nearest, from `least` to the length
+  /// of the robots.
+  double calc(const Eigen::VectorXd& u0, const Eigen::VectorXd& u1, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1);
 
  private:
-  world::ChainMask find_moving(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1) const;
+  world::ChainMask find_moving(const Eigen::VectorXd& u0, const Eigen::VectorXd& u1) const;
   double calc_distance(const Eigen::VectorXd& q);
 
   const world::Model& model_;
   world::RobotChains chains_;
-  const double least_;
+  const double least_, most_;
   world::ChainMask moving_ = 0;
   std::vector<int> pairs_;  // of what moves
   Eigen::VectorXd q_;       // where it was last …

@@ -50,19 +50,18 @@ double calc_object_speed(const Model& model, int object) {
   return way / (kRestTime + kUnknownDrag * calc_follow_time(model, object));
 }
 
-/// Springs K_a on the inertia M of their joint trail by M q̈/K_a, at most by the clearance of a regrasp at the reach of the joint, and after a jump Δq̇ of the
-/// speed by at most Δq̇/(e ω), ω² = K_a/M.                                                                                                (E.18)
+/// A spring K_a on the inertia M of its joint trails by M q̈/K_a, and after a jump Δq̇ of its speed by at most Δq̇/(e ω), ω² = K_a/M. Both stay within the room
+/// at the reach of the joint, and within what the motor gives.                                                                           (E.18)
 void set_free_motion(const Model& model, RunSpeeds& out) {
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;
   world::calc_kinematics(model, model.neutral(), work, kinematics);
-  const Eigen::VectorXd inertia = world::calc_joint_inertia(model, kinematics);
+  const Eigen::VectorXd omega_squared = model.stiffness().cwiseQuotient(world::calc_joint_inertia(model, kinematics));
   out.room = world::share::kClearance * model.scales().robots().length;
-  const Eigen::VectorXd room = out.room * model.reach().cwiseInverse();
-  const Eigen::VectorXd stiffness = model.stiffness();
-  out.acceleration = stiffness.cwiseProduct(room).cwiseQuotient(inertia);
-  out.motors = kInertiaShare * model.effort().cwiseQuotient(inertia);
-  out.jump = std::numbers::e * room.cwiseProduct(stiffness.cwiseQuotient(inertia).cwiseSqrt());
+  out.most_room = kInertiaShare * model.effort().cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
+  const Eigen::VectorXd trail = out.most_room.cwiseMin(out.room).cwiseQuotient(model.reach());
+  out.acceleration = omega_squared.cwiseProduct(trail);
+  out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(trail);
 }
 
 }  // namespace
@@ -73,7 +72,7 @@ void RunSpeeds::validate(const Model& model) const {
                                      {"speed.springs", &springs},
                                      {"speed.acceleration", &acceleration},
                                      {"speed.jump", &jump},
-                                     {"speed.motors", &motors}}) {
+                                     {"speed.most_room", &most_room}}) {
     core::require_size(name, values->size(), model.n_a());
     for (const double v : *values) {
       if (!(v > 0)) core::throw_invalid(name, fmt::format("{:g}", v), "numbers > 0");

@@ -10,11 +10,11 @@ struct RunSpeeds {
   Eigen::VectorXd push;          ///< of joints at most, where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)
   Eigen::VectorXd most;          ///< what no joint exceeds (n_a) [rad/s or m/s], > 0, may be infinite
   Eigen::VectorXd springs;       ///< at which springs are strained (n_a) [rad/s or m/s], > 0 (E.9)
-  double room = 0;               ///< that a path in free space keeps everywhere [m], > 0 …
-  Eigen::VectorXd acceleration;  ///< … in which joints follow it at this (n_a) [rad/s² or m/s²], > 0, may be infinite (E.18)
-  Eigen::VectorXd jump;          ///< … with these jumps of their speed at its corners (n_a) [rad/s or m/s], > 0, may be infinite (E.18)
-  Eigen::VectorXd motors;  ///< acceleration that motors give, however much room there is (n_a) [rad/s² or m/s²], > 0, may be infinite
-  double start_time = 0;   ///< in which pushes come to their speed, and to rest [s], ≥ 0
+  double room = 0;               ///< that regrasps leave everywhere to trail in [m], > 0 (E.18) …
+  Eigen::VectorXd acceleration;  ///< … and what joints follow in it: at this (n_a) [rad/s² or m/s²], > 0, may be infinite …
+  Eigen::VectorXd jump;          ///< … with these jumps of their speed at corners (n_a) [rad/s or m/s], > 0, may be infinite
+  Eigen::VectorXd most_room;     ///< motors let a joint make use of no more, at its reach (n_a) [m], > 0, may be infinite
+  double start_time = 0;         ///< in which pushes come to their speed, and to rest [s], ≥ 0
   void validate(const world::Model& model) const;  ///< @throws core::InvalidInput naming the field
 };
 

@@ -28,7 +28,7 @@ struct Stretch {
   double most = 1;          ///< f at most
   double acceleration = 0;  ///< of f at most [1/s]
   bool free = false;        ///< the robot touches nothing that it could move …
-  double room = 1;          ///< … and has so much room, in what a path keeps everywhere
+  Eigen::VectorXd room;     ///< … and its joints have so much room, in multiples of RunSpeeds::room (n_a)
   Eigen::VectorXd slope;    ///< du/dt at f = 1 (n_a)
   Eigen::VectorXd lead;     ///< (E.17) at f = 1 (n_a)
 };
@@ -60,13 +60,13 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, doubl
   const Eigen::VectorXd u0 = t.u.col(k), u1 = t.u.col(k + 1);
   Stretch out;
   out.free = free;
-  out.room = room / speeds.room;
+  out.room = speeds.most_room.cwiseMin(room).cwiseQuotient(speeds.most_room.cwiseMin(speeds.room));
   out.way = free ? calc_duration(u0, u1, speeds.push) : std::max(travel / speeds.object, calc_duration(u0, u1, speeds.most));
   out.way = std::max(out.way, kLeastInterval);
   out.slope = (u1 - u0) / out.way;
   if (free) {
     out.most = least_ratio(speeds.most, out.slope);
-    out.acceleration = least_ratio((out.room * speeds.acceleration).cwiseMin(speeds.motors), out.slope);
+    out.acceleration = least_ratio(out.room.cwiseProduct(speeds.acceleration), out.slope);
   } else {
     out.acceleration = speeds.start_time > 0 ? 1 / speeds.start_time : infinite();
   }
@@ -89,8 +89,8 @@ std::vector<double> calc_knot_speeds(const RunSpeeds& speeds, SegmentKind kind, 
   std::vector<double> f(n + 1, at_ends);
   for (std::size_t k = 1; k < n; ++k) {
     const bool free = stretches[k].free && stretches[k - 1].free;
-    const double room = std::min(stretches[k].room, stretches[k - 1].room);
-    f[k] = free ? room * least_ratio(speeds.jump, stretches[k].slope - stretches[k - 1].slope) : 1;
+    const Eigen::VectorXd jump = speeds.jump.cwiseProduct(stretches[k].room.cwiseMin(stretches[k - 1].room));
+    f[k] = free ? least_ratio(jump, stretches[k].slope - stretches[k - 1].slope) : 1;
   }
   for (std::size_t k = 0; k <= n; ++k) {
     if (k < n) f[k] = std::min(f[k], stretches[k].most);
@@ -120,7 +120,7 @@ class Timer {
         lead_(lead != nullptr && lead->acts() ? lead : nullptr),
         pause_(pause),
         travel_(model),
-        room_(model) {}
+        room_(model, speeds.room) {}
 
   Trajectory run(const Trajectory& in) {
     add(in.u.col(0), in.q.col(0), in.segments[0], in.knots[0], 0);
@@ -168,7 +168,7 @@ class Timer {
   Stretch make_stretch(const Trajectory& in, SegmentKind kind, Eigen::Index k) {
     const bool free = kind == SegmentKind::Regrasp || moves_freely(model_, in, k);
     const double travel = free ? 0.0 : travel_.calc(in.q.col(k), in.q.col(k + 1));
-    const double room = free ? room_.calc(in.q.col(k), in.q.col(k + 1)) : speeds_.room;
+    const double room = free ? room_.calc(in.u.col(k), in.u.col(k + 1), in.q.col(k), in.q.col(k + 1)) : speeds_.room;
     Stretch out = stretch_between(speeds_, free, travel, room, in, k);
     out.lead = Eigen::VectorXd::Zero(model_.n_a());
     if (lead_ != nullptr && !free) set_lead(in, k, out);

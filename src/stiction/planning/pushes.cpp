@@ -57,10 +57,7 @@ void drop_pushes(const Motion& motion, std::vector<Push>& pushes) {
   bool dropped = false;
   for (const Push& push : pushes) {
     const bool keep = moves_something(push);
-    if (keep) {
-      kept.push_back(push);
-      kept.back().merged = dropped;
-    }
+    if (keep) kept.push_back(push), kept.back().merged = dropped;
     dropped = !keep;
   }
   if (!kept.empty()) pushes = std::move(kept);

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "stiction/contact/free_path.hpp"
 #include "stiction/planning/planner.hpp"
 
 // Refinement of a plan (3.4.5). docs/theory/refinement.md
@@ -11,24 +10,19 @@
 namespace stiction::planning {
 
 struct RefineOptions {
-  std::uint64_t seed = 0;  ///< of the searches for regrasp paths
-  /// Distances that moving branches keep to everything, tried in this order [m], each > 0. The first is a length that errors of an execution stay below.
-  std::vector<double> clearances = {0.02, 0.01, 0.005, 0.002};
+  std::uint64_t seed = 0;  ///< of the searches for regrasp paths; those for what is left have that of the plan's options
+  /// Distances that moving branches keep to everything, tried in this order [L of the robots], each > 0. The first is one that errors of an execution stay below.
+  std::vector<double> clearances = {0.2, 0.1, 0.05, 0.02};
   bool drop_pushes = true;  ///< pushes that move no object are left out and the regrasps around them become one
   bool cut_tails = true;    ///< what follows the last motion of the objects in a push is left out
   bool rest = true;         ///< commands of a push are held at its end until the objects rest in the model as well
   double h = 0.02;          ///< time step of the refined plan [s]; the steps of the plan are cut so that none is longer, > 0
   /// A push that ends farther than this from the plan, in tolerances of the goal, is led back by feedback; the last one to the goal itself, > 0.
   double miss = 0.2;
-  double mpc_miss = 0.5;   ///< … and by iMPC where it is still farther away than this, > 0
   int mpc_iterations = 4;  ///< of iMPC, ≥ 0
-  double mpc_work = 2e7;   ///< Σ T (n_v + n_a + 20)³ over the pushes of a trial that iMPC works on, T their steps, is at most this, ≥ 0
   int extensions = 300;    ///< of searches for what is left of a plan where small steps leave it, in one trial, ≥ 0; 0: none
   bool reconnect = true;   ///< regrasps are planned anew; without it they are kept as they are
-  double motionless_position = 1e-3;  ///< motion of an object that counts as none [m] …
-  double motionless_angle = 1e-3;     ///< … and [rad]
-  contact::PathOptions path;          ///< of the searches; its clearance is not used
-  void validate() const;              ///< @throws core::InvalidInput naming the field
+  void validate() const;   ///< @throws core::InvalidInput naming the field
 };
 
 struct RefineResult {
@@ -38,10 +32,10 @@ struct RefineResult {
   bool rests = false;   ///< pushes end at rest
   int pushes_before = 0, pushes = 0;
   int regrasps_before = 0, regrasps = 0;
-  int led = 0;           ///< pushes with feedback (E.6)
-  int corrected = 0;     ///< pushes whose commands iMPC changed
-  int planned_anew = 0;  ///< searches for what was left, up to the one that was followed to the goal
-  int reconnected = 0;   ///< regrasps that were planned anew; the others replay the commands of the plan
+  int led = 0;                ///< pushes with feedback (E.6)
+  int corrected = 0;          ///< pushes whose commands iMPC changed
+  int rest_planned_anew = 0;  ///< searches for what was left, up to the one that was followed to the goal
+  int reconnected = 0;        ///< regrasps that were planned anew; the others replay the commands of the plan
   long knots_before = 0, knots = 0;
   double least_clearance = 0;  ///< of the regrasps that were planned anew [m]; 0 without any
   GoalError fine_error;        ///< at the end, at half the sub-step
@@ -54,7 +48,8 @@ struct RefineResult {
 /// nothing are dropped, motionless tails cut, and the robot goes from where one push leaves it to where the next one starts: it lets go, keeps the largest of the
 /// clearances for which there is a path, and touches nothing before it arrives (find_path). Everything is simulated anew with the exact dynamics.
 ///
-/// First at the steps of the plan; where that comes to the end of the plan, or costs little, small ones are tried as well, and preferred.
+/// First at the steps of the plan; where that comes to the end of the plan, or costs little, small ones are tried as well, and preferred. What they leave of the
+/// plan is planned anew.
 /// Variants, and ways through a push or a regrasp, are tried side by side on options.threads; the result does not depend on their number.
 /// A variant counts only if the goal is reached at the sub-step and at half of it; else the next, milder one is tried, in the end the given plan.
 /// @param plan     in sub-steps, with real regrasps, at its goal

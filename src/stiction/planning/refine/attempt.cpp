@@ -11,16 +11,15 @@
 #include "stiction/planning/refine/feedback.hpp"
 #include "stiction/planning/refine/impc.hpp"
 #include "stiction/planning/refine/regrasp_anew.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning::refinement {
 namespace {
 
 /// A push that ends farther than this from where it did in the plan, in tolerances of the goal, is not made good by those after it.
 constexpr double kLost = 2;
-/// Whole and half sub-steps that lead to places farther apart than this, in tolerances of the goal, leave no room for a plan to go on from there.
+/// What is left is planned from where whole and half sub-steps are no farther apart than this, in tolerances of the goal, and to no farther away from it.
 constexpr double kAgree = 0.45;
-/// What is left is planned to this share of the tolerances at which the whole plan is: as much again is left for what small steps do to it.
-constexpr double kAim = 0.5;
 /// Weights γ of (E.6) that a push is tried with until it ends near enough, from none to firm feedback.
 constexpr std::initializer_list<double> kFeedback = {kNoFeedback, 1e-1, 3e-2, 1e-2, 3e-3};
 
@@ -55,14 +54,14 @@ class Builder {
     out_.fine_error = goal_error(problem_.model, at_.fine.q, problem_.plan.goal);
     out_.q_fine = at_.fine.q;
     out_.variant = trial_.name;
-    out_.planned_anew = searches_;
+    out_.rest_planned_anew = searches_;
     out.refined = std::move(out_);
     return out;
   }
 
  private:
   bool build() {
-    if (!settle()) return false;
+    if (!settle(problem_.plan, SegmentKind::Settle)) return false;
     std::vector<Push> pushes = *trial_.pushes;
     sure_.push_back(here());
     for (std::size_t i = 0; i < pushes.size();) {
@@ -74,37 +73,39 @@ class Builder {
     return true;
   }
 
-  /// What is left to do, from the last place that small steps are sure of; if that is not at rest, from the one before.
+  /// What is left to do, from the last place that small steps are sure of and that no search has begun at; if that does not come to rest, from the one before.
   bool plan_anew(std::vector<Push>& pushes) {
     PlannerOptions options = problem_.options;
-    options.tolerance_fraction *= kAim;
+    options.friction = problem_.plan.step.friction_scale;
+    options.trees = 1;  // every second one has a friction of its own
+    options.stop_at_goal = true;
+    options.tolerance_fraction = std::min(options.tolerance_fraction, kAgree);
     options.threads = crew_.pool.size();
     options.anytime = false;
     core::RunControl control = problem_.control;
     control.abandoned = [this] { return stops(problem_.control, &turn_); };
-    core::Status status = core::Status::NumericalFailure;
     PlanResult rest;
-    while (status == core::Status::NumericalFailure && !sure_.empty() && extensions_ < problem_.refine.extensions) {
+    while (rest.status == core::Status::NumericalFailure && !sure_.empty() && extensions_ < problem_.refine.extensions && !control.stop()) {
       back_to(sure_.back());
       sure_.pop_back();
       options.seed = problem_.options.seed + static_cast<std::uint64_t>(++searches_);
       options.max_iterations = static_cast<int>(problem_.refine.extensions - extensions_);
-      status = plan_from({problem_.problem.model, at_.q, problem_.plan.goal, q_goal_.head(problem_.model.n_qu())}, at_.u, options, control,
-                         rest);
+      const PlanningProblem from_here{problem_.problem.model, at_.q, problem_.plan.goal, q_goal_.head(problem_.model.n_qu())};
+      (void)plan_from(from_here, at_.u, options, control, rest);
       extensions_ += rest.iterations;
       work_ += {rest.steps, rest.failed_steps};
     }
-    if (status != core::Status::Solved) return false;
+    if (rest.status != core::Status::Solved || !settle(rest.plan, SegmentKind::Contact)) return false;
     pushes = problem_.shortened(rest.plan);
     q_goal_ = at_goal(problem_.model, end_of(rest.plan), problem_.plan.goal);
     return true;
   }
 
-  /// What the plan does before its first push.
-  bool settle() {
+  /// What a plan does before its first push.
+  bool settle(const Plan& plan, SegmentKind as) {
     return replay([&](CommandFollower& follower) {
-      return std::all_of(problem_.plan.segments.begin(), problem_.plan.segments.end(), [&](const Segment& segment) {
-        return segment.kind != SegmentKind::Settle || follower.replay(segment, built_.segments.emplace_back(Segment{segment.kind, {}}));
+      return std::all_of(plan.segments.begin(), plan.segments.end(), [&](const Segment& segment) {
+        return segment.kind != SegmentKind::Settle || follower.replay(segment, built_.segments.emplace_back(Segment{as, {}}));
       });
     });
   }
@@ -116,6 +117,7 @@ class Builder {
     const Place before = here();
     std::vector<double> clearances;
     if (problem_.refine.reconnect) clearances = problem_.refine.clearances;
+    for (double& clearance : clearances) clearance *= problem_.model.scales().robots().length;
     if (!push.merged && push.regrasp) clearances.push_back(0);
     while (!clearances.empty()) {
       const std::optional<double> clearance = regrasp(push, number, clearances);
@@ -157,6 +159,7 @@ class Builder {
     const Eigen::VectorXd& q_target = last ? q_goal_ : push.edges.back().knots.back().q;
     const auto will_do = [&](const Run& run) { return last ? reaches_goal(run.end.q, run.end.fine.q) : run.missed <= kLost; };
     std::vector<Way> ways(kFeedback.size());
+    std::optional<Run> nearer;
     for (const bool rests : {true, false}) {
       if (rests && !trial_.rest) continue;
       std::vector<Run> runs(kFeedback.size());
@@ -168,20 +171,23 @@ class Builder {
       std::optional<Run> best = best_of(
           start(), std::move(runs), q_target, problem_.refine.miss,
           [&](CommandFollower& follower, Run& run) { return push_with_feedback(follower, push, q_target, run); }, crew_, work_);
-      if (best && best->missed > problem_.refine.mpc_miss)
+      if (best && best->missed > kFarOff)
         out_.corrected += correct_by_impc(start(), q_target, scratch_, crew_.pool.size(), mpc_work_, *best, work_);
       if (best && will_do(*best)) {
-        out_.led += best->gamma != kNoFeedback;
-        out_.rests = out_.rests && best->rests;
-        take(*best);
+        take_push(*best);
         return true;
       }
-      if (best && best->rests == trial_.rest && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end)) {
-        take(*best);
-        return false;
-      }
+      if (best && !nearer && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end))
+        nearer = std::move(best);
     }
+    if (nearer) take_push(*nearer);
     return false;
+  }
+
+  void take_push(Run& run) {
+    out_.led += run.gamma != kNoFeedback;
+    out_.rests = out_.rests && run.rests;
+    take(run);
   }
 
   bool agrees(const Cursor& at) const { return problem_.miss(at.q, at.fine.q) <= kAgree; }
@@ -244,13 +250,14 @@ class Builder {
   const Turn& turn_;
   Plan built_;
   Cursor at_;
-  Eigen::VectorXd q_goal_;   // where what is left of the plan ends
-  std::vector<Place> sure_;  // ends of pushes and regrasps at which whole and half sub-steps agree
-  int searches_ = 0;         // for what is left …
-  long extensions_ = 0;      // … and theirs
+  Eigen::VectorXd q_goal_;  // where what is left of the plan ends
+  std::vector<Place>
+      sure_;  // from where no search has begun: where the plan begins, ends of pushes and regrasps at which whole and half sub-steps agree
+  int searches_ = 0;     // for what is left …
+  long extensions_ = 0;  // … and theirs
   RefineResult out_;
   Work work_;
-  double mpc_work_ = 0;  // so far, as in RefineOptions
+  double mpc_work_ = 0;  // so far
 };
 
 }  // namespace

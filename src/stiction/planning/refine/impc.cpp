@@ -5,6 +5,9 @@
 namespace stiction::planning::refinement {
 namespace {
 
+/// Problem::cost of the pushes of a trial that iMPC works on, at most.
+constexpr double kMostWork = 2e7;
+
 /// The object in tolerances of the goal, at the end fully and on its way a little; changes of the command in limits of a sub-step.
 trajopt::OptimizeOptions impc_options(const Problem& problem, const StepSizes& sizes, int threads) {
   constexpr double kWay = 1e-2, kChange = 1e-2;
@@ -36,7 +39,7 @@ bool correct_by_impc(const Start& start, const Eigen::VectorXd& q_target, Scratc
   }
   reference.back().head(problem.model.n_qu()) = q_target.head(problem.model.n_qu());
   const double more = problem.cost(static_cast<long>(u.size()));
-  if (spent + more > problem.refine.mpc_work) return false;
+  if (spent + more > kMostWork) return false;
   spent += more;
   if (!scratch.optimizer) scratch.optimizer.emplace(problem.problem.model, threads);
   const core::Status status =

@@ -4,12 +4,15 @@
 #include <cmath>
 
 #include "stiction/planning/contact_limits.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::planning::refinement {
 namespace {
 
 /// Rows of a matrix whose products take as long as what else is done for it.
 constexpr double kOverhead = 20;
+/// Motion of an object that counts as none [L], [rad].
+constexpr double kMotionless = 0.01, kMotionlessAngle = 1e-3;
 
 }  // namespace
 
@@ -19,7 +22,7 @@ Problem::Problem(const std::shared_ptr<const world::Model>& shared, const Plan& 
       plan(given),
       refine(refine_options),
       control(run_control),
-      motion{goal, refine_options.motionless_position, refine_options.motionless_angle},
+      motion{goal, kMotionless * model.scales().robots().length, kMotionlessAngle},
       q_goal(at_goal(model, end_of(given), given.goal)) {
   set_allowed({});
 }

@@ -37,14 +37,16 @@ struct Problem : Setting {
   /// The pushes of a plan, cut and dropped as asked for.
   std::vector<Push> shortened(const Plan& given) const;
 
-  /// Time that so many steps take, in the unit of RefineOptions::mpc_work.
+  /// Σ (n_v + n_a + 20)³ over so many steps: what they take grows with it.
   double cost(long steps) const;
 };
 
-/// What takes more work than this, in the unit of RefineOptions::mpc_work, is not tried where there is little hope: some tenths of a second.
+/// What costs more than this (Problem::cost) is not tried where there is little hope: some tenths of a second.
 inline constexpr double kLittleHope = 5e8;
 /// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.
 inline constexpr double kSamePlace = 0.05;
+/// A push that feedback leaves farther away than this, in tolerances of the goal, is for iMPC; a regrasp may leave the objects as far from where they are wanted.
+inline constexpr double kFarOff = 0.5;
 
 /// Every sub-step of the plan in so many of the same length.
 struct StepSizes {

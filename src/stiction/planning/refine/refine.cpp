@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -47,8 +46,7 @@ std::size_t count_knots(const std::vector<Push>& pushes) {
   return n;
 }
 
-/// Side by side where there are threads.
-/// @returns the first in order that works, and what was done up to it
+/// Side by side where there are threads. @returns the first in order that works, and what was done up to it
 Attempt first_that_works(const Problem& problem, const std::vector<Trial>& trials, Crew& crew) {
   const int n = static_cast<int>(trials.size());
   std::vector<Attempt> attempts(trials.size());
@@ -79,9 +77,9 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   Problem problem(model, plan, options, refine_options, quiet);
   Work work;
   const HalfSteps given = look_at_given_plan(problem, crew.of(0), work);
-  const auto finish = [&](Status status, std::optional<RefineResult> refined) {
-    if (!refined) keep_given_plan(problem, given, crew.of(0), out, work);
-    if (refined) out = std::move(*refined);
+  const auto finish = [&](Status status, Attempt best) {
+    if (best.worked) out = std::move(best.refined);
+    if (!best.worked) keep_given_plan(problem, given, crew.of(0), out, work);
     out.steps = work.steps;
     out.failed_steps = work.failed_steps;
     return status;
@@ -96,11 +94,12 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   if (count_knots(shorter) != count_knots(pushes)) {  // else it is the same again
     for (const bool rest : {true, false}) planned.push_back({"reconnected", &pushes, rest, 1});
   }
-  if (!refine_options.rest) std::erase_if(planned, [](const Trial& trial) { return trial.rest; });
+  // Pushes in small steps that cannot end at rest end as they do.
+  std::erase_if(planned, [&](const Trial& trial) { return trial.rest ? !refine_options.rest : refine_options.rest && cuts == 1; });
   Attempt best = first_that_works(problem, planned, crew);
   work += best.work;
   bool as_wanted = best.worked;
-  const long least = (1L + 2L) * cuts * static_cast<long>(count_knots(shorter));  // steps of a small trial, at whole and half sub-steps
+  const long least = (1L + 2L) * cuts * static_cast<long>(count_knots(shorter));  // steps of a small trial without searches
   if (cuts > 1 && (best.came_through || problem.cost(least) <= kLittleHope)) {
     Attempt small = first_that_works(problem, {{"shortened", &shorter, refine_options.rest, cuts}}, crew);
     work += small.work;
@@ -108,7 +107,7 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
     if (as_wanted) best = std::move(small);
   }
   const Status status = as_wanted || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
-  return finish(status, best.worked ? std::optional(std::move(best.refined)) : std::nullopt);
+  return finish(status, std::move(best));
 }
 
 void count(const Plan& plan, int& pushes, int& regrasps, long& knots) {
@@ -130,11 +129,7 @@ void RefineOptions::validate() const {
   core::require_positive("refine.h", h);
   if (mpc_iterations < 0) core::throw_invalid("refine.mpc_iterations", std::to_string(mpc_iterations), "0 or more");
   core::require_positive("refine.miss", miss);
-  core::require_positive("refine.mpc_miss", mpc_miss);
-  core::require_nonnegative("refine.mpc_work", mpc_work);
   if (extensions < 0) core::throw_invalid("refine.extensions", std::to_string(extensions), "0 or more");
-  core::require_positive("refine.motionless_position", motionless_position);
-  core::require_positive("refine.motionless_angle", motionless_angle);
 }
 
 core::Status refine(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options,
@@ -142,6 +137,7 @@ core::Status refine(const std::shared_ptr<const world::Model>& model, const Plan
   const auto start = core::RunControl::Clock::now();
   if (!model) core::throw_invalid("model", "nothing", "a model");
   refine_options.validate();
+  options.validate(*model);
   if (!options.substep) core::throw_invalid("options.substep", "single steps", "a plan in sub-steps");
   if (!options.real_regrasps) core::throw_invalid("options.real_regrasps", "false", "true: jumps cannot be executed");
   world::require_configuration(*model, "plan.q_start", plan.q_start);

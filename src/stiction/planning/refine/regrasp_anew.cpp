@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "stiction/contact/free_path.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
@@ -49,8 +50,7 @@ class WatchedRegrasp {
     Eigen::VectorXd goal = follower_.q.tail(model.n_a());
     const auto joints = chains.joints_of(moves.moving);
     for (const int j : joints) goal[j] = push_.q_entry[model.n_qu() + j];
-    contact::PathOptions path_options = problem_.refine.path;
-    path_options.clearance = clearance;
+    const contact::PathOptions path_options{.clearance = clearance};
     std::vector<Eigen::VectorXd> path;
     if (contact::find_path(model, chains, moves.moving, follower_.q, goal, path_options, random, geometry(), path) !=
         contact::PathOutcome::Found)
@@ -91,8 +91,7 @@ class WatchedRegrasp {
 
   /// The objects are where they rested before, or where they are wanted.
   bool stays(const Eigen::VectorXd& q, const Allowance& allowance) const {
-    return problem_.goal.share(q_rest_, q, allowance.position, allowance.angle) <= 1 ||
-           problem_.miss(push_.q_entry, q) <= problem_.refine.mpc_miss;
+    return problem_.goal.share(q_rest_, q, allowance.position, allowance.angle) <= 1 || problem_.miss(push_.q_entry, q) <= kFarOff;
   }
 
   /// Nothing is nearer than so much to the branches in `moving` at a posture.
