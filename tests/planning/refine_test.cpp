@@ -260,16 +260,6 @@ TEST(Refine, PlannedPath_StaysAPlan) {
   }
 }
 
-/// Steps of a refinement that comes to nothing, without searches for what small steps leave.
-long steps_for_nothing(Pushing& p, double h) {
-  RefineResult r;
-  p.refine_options.h = h;
-  p.refine_options.extensions = 0;
-  EXPECT_EQ(p.run(r), Status::Solved);
-  EXPECT_EQ(r.variant, "unchanged");
-  return r.steps;
-}
-
 /// The box is hit in the regrasp, and flees by some micrometres.
 Pushing push_with_hit() {
   Pushing p;
@@ -286,24 +276,6 @@ TEST(IsFreeOnItsWay, BoxThatIsHit_IsInTheWay) {
   const world::RobotChains chains(*hit.model);
   EXPECT_TRUE(is_free_on_its_way(*detour.model, chains, detour.plan.segments[1].knots, work));
   EXPECT_FALSE(is_free_on_its_way(*hit.model, chains, hit.plan.segments[1].knots, work));
-}
-
-/// Small steps take most of the time, and seldom come to something where those of the plan do not.
-TEST(Refine, NothingWorksAtTheStepsOfThePlan_SmallOnesAreTriedOnlyWhereTheyAreCheap) {
-  Pushing p = push_with_hit();
-  p.refine_options.reconnect = false;  // all trials end at the regrasp
-  for (p.options.threads = 1; p.options.threads <= 3; ++p.options.threads) {
-    EXPECT_LT(steps_for_nothing(p, 0.05), steps_for_nothing(p, 0.02)) << "a short push costs little: it is tried all the same";
-    EXPECT_EQ(steps_for_nothing(p, 1e-4), steps_for_nothing(p, 5e-5)) << "what was begun for nothing does not count";
-    EXPECT_LT(steps_for_nothing(p, 1e-4), steps_for_nothing(p, 0.05));
-  }
-}
-
-/// At the steps of a plan nothing leads to the goal but the plan; small ones have feedback, so that they are tried however much they cost.
-TEST(Refine, NothingWorksAtTheStepsOfThePlan_SmallOnesAreTriedWhereItWasFollowedToItsEnd) {
-  Pushing p = push_with_detour();
-  p.options.tolerance_fraction = 1e-9;  // all trials fail, at their ends
-  EXPECT_GT(steps_for_nothing(p, 1e-4), 20 * steps_for_nothing(p, 0.02)) << "two hundred times as many steps, less what comes to rest";
 }
 
 TEST(Refine, WhatSmallStepsLeave_IsPlannedAnew) {

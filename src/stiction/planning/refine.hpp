@@ -48,8 +48,7 @@ struct RefineResult {
 /// nothing are dropped, motionless tails cut, and the robot goes from where one push leaves it to where the next one starts: it lets go, keeps the largest of the
 /// clearances for which there is a path, and touches nothing before it arrives (find_path). Everything is simulated anew with the exact dynamics.
 ///
-/// First at the steps of the plan; where that comes to the end of the plan, or costs little, small ones are tried as well, and preferred. What they leave of the
-/// plan is planned anew.
+/// In small steps, and what they leave of the plan is planned anew; where that comes to nothing at the steps of the plan.
 /// Variants, and ways through a push or a regrasp, are tried side by side on options.threads; the result does not depend on their number.
 /// A variant counts only if the goal is reached at the sub-step and at half of it; else the next, milder one is tried, in the end the given plan.
 /// @param plan     in sub-steps, with real regrasps, at its goal

@@ -44,8 +44,7 @@ class Builder {
 
   Attempt run() {
     Attempt out;
-    out.came_through = build();
-    out.worked = out.came_through && !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q) &&
+    out.worked = build() && !built_.segments.empty() && reaches_goal(end_of(built_), at_.fine.q) &&
                  calc_penetration(problem_.model, end_of(built_), scratch_.geometry) <= problem_.allowed.penetration;
     out.work = work_;
     if (!out.worked) return out;

@@ -15,8 +15,7 @@ struct Trial {
 
 /// What came of a trial.
 struct Attempt {
-  bool worked = false;        ///< `refined` is a refined plan
-  bool came_through = false;  ///< it came to the end of the plan, at its goal or elsewhere
+  bool worked = false;  ///< `refined` is a refined plan
   RefineResult refined;
   Work work;
 };

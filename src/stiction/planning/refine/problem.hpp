@@ -41,8 +41,6 @@ struct Problem : Setting {
   double cost(long steps) const;
 };
 
-/// What costs more than this (Problem::cost) is not tried where there is little hope: some tenths of a second.
-inline constexpr double kLittleHope = 5e8;
 /// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.
 inline constexpr double kSamePlace = 0.05;
 /// A push that feedback leaves farther away than this, in tolerances of the goal, is for iMPC; a regrasp may leave the objects as far from where they are wanted.

@@ -46,8 +46,8 @@ std::size_t count_knots(const std::vector<Push>& pushes) {
   return n;
 }
 
-/// Side by side where there are threads. @returns the first in order that works, and what was done up to it
-Attempt first_that_works(const Problem& problem, const std::vector<Trial>& trials, Crew& crew) {
+/// Side by side where there are threads. @returns the first in order that works   @param work  of those up to it, counts up
+Attempt first_that_works(const Problem& problem, const std::vector<Trial>& trials, Crew& crew, Work& work) {
   const int n = static_cast<int>(trials.size());
   std::vector<Attempt> attempts(trials.size());
   const int tried = crew.pool.run_until(n, [&](int item, int worker, const Turn& turn) {
@@ -57,17 +57,13 @@ Attempt first_that_works(const Problem& problem, const std::vector<Trial>& trial
   });
   Attempt out;
   for (Attempt& one : std::span(attempts).first(static_cast<std::size_t>(tried))) {
-    out.work += one.work;
-    out.came_through = out.came_through || one.came_through;
-    out.worked = one.worked;
-    if (one.worked) out.refined = std::move(one.refined);
+    work += one.work;
+    if (one.worked) out = std::move(one);
   }
   return out;
 }
 
-/// The trials in the order in which they are wanted, up to the one that works.
-/// Small steps are wanted most, and take most of the time. What comes to nothing at the steps of the plan seldom works at small ones, so that those come last,
-/// and only where the plan was followed to its end, from which feedback leads to the goal, or where they take little.
+/// The trials in the order in which they are wanted, up to the one that works: in small steps, which plan anew what they leave, then at the steps of the plan.
 /// @returns as planning::refine; `out` holds the plan and what became of it, not the counts of before and after
 Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options,
                   const RefineOptions& refine_options, const core::RunControl& control, RefineResult& out) {
@@ -90,21 +86,19 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   const std::vector<Push> pushes = split_at_regrasps(plan);
   const std::vector<Push> shorter = problem.shortened(plan);
   const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))));
-  std::vector<Trial> planned{{"shortened", &shorter, true, 1}, {"shortened", &shorter, false, 1}};
-  if (count_knots(shorter) != count_knots(pushes)) {  // else it is the same again
-    for (const bool rest : {true, false}) planned.push_back({"reconnected", &pushes, rest, 1});
-  }
-  // Pushes in small steps that cannot end at rest end as they do.
-  std::erase_if(planned, [&](const Trial& trial) { return trial.rest ? !refine_options.rest : refine_options.rest && cuts == 1; });
-  Attempt best = first_that_works(problem, planned, crew);
-  work += best.work;
-  bool as_wanted = best.worked;
-  const long least = (1L + 2L) * cuts * static_cast<long>(count_knots(shorter));  // steps of a small trial without searches
-  if (cuts > 1 && (best.came_through || problem.cost(least) <= kLittleHope)) {
-    Attempt small = first_that_works(problem, {{"shortened", &shorter, refine_options.rest, cuts}}, crew);
-    work += small.work;
-    as_wanted = small.worked;
-    if (as_wanted) best = std::move(small);
+  Attempt best = first_that_works(problem, {{"shortened", &shorter, refine_options.rest, cuts}}, crew, work);
+  const bool as_wanted = best.worked;
+  if (!best.worked) {
+    // Pushes in small steps that cannot end at rest end as they do.
+    const auto rests = cuts > 1 && refine_options.rest ? std::vector{true, false} : std::vector{refine_options.rest};
+    std::vector<Trial> others;
+    for (const bool rest : rests) {
+      if (cuts > 1) others.push_back({"shortened", &shorter, rest, 1});
+    }
+    for (const bool rest : rests) {
+      if (count_knots(shorter) != count_knots(pushes)) others.push_back({"reconnected", &pushes, rest, 1});
+    }
+    best = first_that_works(problem, others, crew, work);
   }
   const Status status = as_wanted || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
   return finish(status, std::move(best));
