@@ -191,7 +191,8 @@ void bind_refine(nb::module_& m) {
           "least_clearance", [](const Refined& r) { return r.result.least_clearance; },
           "of the regrasps that were planned anew [m]; 0 without any")
       .def_prop_ro(
-          "rest_planned_anew", [](const Refined& r) { return r.result.rest_planned_anew; }, "searches for what small steps left of the plan")
+          "rest_planned_anew", [](const Refined& r) { return r.result.rest_planned_anew; },
+          "searches for what small steps left of the plan")
       .def_prop_ro("steps", [](const Refined& r) { return r.result.steps; })
       .def_prop_ro("failed_steps", [](const Refined& r) { return r.result.failed_steps; })
       .def_prop_ro("wall_s", [](const Refined& r) { return r.result.wall_s; })
