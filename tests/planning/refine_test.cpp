@@ -278,23 +278,29 @@ TEST(IsFreeOnItsWay, BoxThatIsHit_IsInTheWay) {
   EXPECT_FALSE(is_free_on_its_way(*hit.model, chains, hit.plan.segments[1].knots, work));
 }
 
-TEST(Refine, WhatSmallStepsLeave_IsPlannedAnew) {
-  Pushing p = push_with_hit();
-  p.refine_options.reconnect = false;  // nothing comes through the regrasp
+/// In small steps, at the goal, and the same with any number of threads.
+void expect_planned_anew(Pushing& p, RefineResult& r) {
   p.refine_options.extensions = 1000;
-  RefineResult r, again;
   ASSERT_EQ(p.run(r), Status::Solved);
   EXPECT_EQ(r.variant, "shortened");
   EXPECT_EQ(r.plan.step.h, 0.02);
-  EXPECT_GE(r.rest_planned_anew, 1);
   EXPECT_TRUE(r.plan.error.within(p.plan.goal));
   EXPECT_TRUE(r.fine_error.within(p.plan.goal));
   expect_consistent(*p.model, p.model, r.plan);
+  RefineResult again;
   for (p.options.threads = 1; p.options.threads <= 3; ++p.options.threads) {
     ASSERT_EQ(p.run(again), Status::Solved);
     EXPECT_EQ(r.plan.segments.back().knots.back().q, again.plan.segments.back().knots.back().q) << "the same bits";
     EXPECT_EQ(r.steps, again.steps);
   }
+}
+
+TEST(Refine, WhatSmallStepsLeave_IsPlannedAnew) {
+  Pushing p = push_with_hit();
+  p.refine_options.reconnect = false;  // nothing comes through the regrasp
+  RefineResult r;
+  ASSERT_NO_FATAL_FAILURE(expect_planned_anew(p, r));
+  EXPECT_GE(r.rest_planned_anew, 1);
   p.refine_options.extensions = 0;
   ASSERT_EQ(p.run(r), Status::Solved);
   EXPECT_EQ(r.variant, "unchanged") << "without searches";
@@ -309,22 +315,13 @@ TEST(Refine, LastPushThatMisses_IsKeptAndTheRestPlannedAnew) {
   p.options.tolerance_fraction = 0.5;
   p.refine_options.miss = 100;
   p.refine_options.mpc_iterations = 0;
-  p.refine_options.extensions = 1000;
-  RefineResult r, again;
-  ASSERT_EQ(p.run(r), Status::Solved);
-  EXPECT_EQ(r.variant, "shortened");
-  EXPECT_EQ(r.plan.step.h, 0.02);
+  RefineResult r;
+  ASSERT_NO_FATAL_FAILURE(expect_planned_anew(p, r));
   EXPECT_EQ(r.rest_planned_anew, 1);
   EXPECT_LE(r.plan.error.position, 0.01);
   EXPECT_LE(r.fine_error.position, 0.01);
-  expect_consistent(*p.model, p.model, r.plan);
   const VectorXd& u_kept = r.plan.segments.front().knots.back().u;
   EXPECT_NEAR((u_kept - Vector2d(0, 0.15)).norm(), 0, 1e-9) << "the push as it was";
-  for (p.options.threads = 1; p.options.threads <= 3; ++p.options.threads) {
-    ASSERT_EQ(p.run(again), Status::Solved);
-    EXPECT_EQ(r.plan.segments.back().knots.back().q, again.plan.segments.back().knots.back().q) << "the same bits";
-    EXPECT_EQ(r.steps, again.steps);
-  }
 }
 
 TEST(Refine, RefinedFraction_WhatPlansMayMissOfTheirGoal) {

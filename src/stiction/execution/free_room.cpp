@@ -16,18 +16,13 @@ constexpr double kShare = 0.5;
 }  // namespace
 
 FreeRoom::FreeRoom(const world::Model& model, double least)
-    : model_(model),
-      chains_(model),
-      least_(least),
-      most_(std::max(least, model.scales().robots().length)),
-      kinematics_work_(model),
-      contact_work_(model) {}
+    : model_(model), chains_(model), least_(least), most_(std::max(least, model.scales().robots().length)), geometry_(model) {}
 
 double FreeRoom::calc(const VectorXd& u0, const VectorXd& u1, const VectorXd& q0, const VectorXd& q1) {
   const world::ChainMask moving = find_moving(u0, u1);
   if (moving != moving_) {
     moving_ = moving;
-    chains_.pairs_of(moving, pairs_);
+    chains_.pairs_of(moving, geometry_.pairs);
     q_.resize(0);
   }
   if (moving == 0) return least_;
@@ -48,8 +43,9 @@ world::ChainMask FreeRoom::find_moving(const VectorXd& u0, const VectorXd& u1) c
 }
 
 double FreeRoom::calc_distance(const VectorXd& q) {
-  world::calc_kinematics(model_, q, kinematics_work_, kinematics_);
-  return contact::calc_min_distance(model_, kinematics_, pairs_, -std::numeric_limits<double>::infinity(), contact_work_);
+  world::calc_kinematics(model_, q, geometry_.kinematics_work, geometry_.kinematics);
+  return contact::calc_min_distance(model_, geometry_.kinematics, geometry_.pairs, -std::numeric_limits<double>::infinity(),
+                                    geometry_.contact_work);
 }
 
 }  // namespace stiction::execution

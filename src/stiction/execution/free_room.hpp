@@ -1,8 +1,6 @@
 #pragma once
 
-#include <vector>
-
-#include "stiction/contact/contact.hpp"
+#include "stiction/contact/geometry_workspace.hpp"
 #include "stiction/world/robot_chains.hpp"
 
 namespace stiction::execution {
@@ -26,12 +24,9 @@ class FreeRoom {
   world::RobotChains chains_;
   const double least_, most_;
   world::ChainMask moving_ = 0;
-  std::vector<int> pairs_;  // of what moves
-  Eigen::VectorXd q_;       // where it was last …
-  double distance_ = 0;     // … and how far from everything
-  world::KinematicsWorkspace kinematics_work_;
-  world::Kinematics kinematics_;
-  contact::Workspace contact_work_;
+  Eigen::VectorXd q_;                    // where it was last …
+  double distance_ = 0;                  // … and how far from everything
+  contact::GeometryWorkspace geometry_;  // its pairs are those of what moves
 };
 
 }  // namespace stiction::execution

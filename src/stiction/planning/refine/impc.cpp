@@ -1,12 +1,15 @@
 #include "stiction/planning/refine/impc.hpp"
 
+#include <cmath>
 #include <utility>
 
 namespace stiction::planning::refinement {
 namespace {
 
-/// Problem::cost of the pushes of a trial that iMPC works on, at most.
+/// Σ T (n_v + n_a + kOverhead)³ over the pushes of a trial that iMPC works on, T their steps, is at most this.
 constexpr double kMostWork = 2e7;
+/// Rows of a matrix whose products take as long as what else is done for it.
+constexpr double kOverhead = 20;
 
 /// The object in tolerances of the goal, at the end fully and on its way a little; changes of the command in limits of a sub-step.
 trajopt::OptimizeOptions impc_options(const Problem& problem, const StepSizes& sizes, int threads) {
@@ -38,7 +41,7 @@ bool correct_by_impc(const Start& start, const Eigen::VectorXd& q_target, Scratc
     }
   }
   reference.back().head(problem.model.n_qu()) = q_target.head(problem.model.n_qu());
-  const double more = problem.cost(static_cast<long>(u.size()));
+  const double more = static_cast<double>(u.size()) * std::pow(problem.model.n_v() + problem.model.n_a() + kOverhead, 3);
   if (spent + more > kMostWork) return false;
   spent += more;
   if (!scratch.optimizer) scratch.optimizer.emplace(problem.problem.model, threads);

@@ -1,7 +1,6 @@
 #include "stiction/planning/refine/problem.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
@@ -9,8 +8,6 @@
 namespace stiction::planning::refinement {
 namespace {
 
-/// Rows of a matrix whose products take as long as what else is done for it.
-constexpr double kOverhead = 20;
 /// Motion of an object that counts as none [L], [rad].
 constexpr double kMotionless = 0.01, kMotionlessAngle = 1e-3;
 
@@ -37,8 +34,6 @@ std::vector<Push> Problem::shortened(const Plan& given) const {
   if (refine.drop_pushes) drop_pushes(motion, pushes);
   return pushes;
 }
-
-double Problem::cost(long steps) const { return static_cast<double>(steps) * std::pow(model.n_v() + model.n_a() + kOverhead, 3); }
 
 StepSizes::StepSizes(const Problem& problem, int parts)
     : cuts(parts), exact(problem.plan.step), substep(problem.plan.substep), limits(problem.model.n_a()) {

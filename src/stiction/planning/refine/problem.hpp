@@ -36,9 +36,6 @@ struct Problem : Setting {
 
   /// The pushes of a plan, cut and dropped as asked for.
   std::vector<Push> shortened(const Plan& given) const;
-
-  /// Σ (n_v + n_a + 20)³ over so many steps: what they take grows with it.
-  double cost(long steps) const;
 };
 
 /// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.

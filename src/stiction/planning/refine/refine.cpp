@@ -74,8 +74,11 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   Work work;
   const HalfSteps given = look_at_given_plan(problem, crew.of(0), work);
   const auto finish = [&](Status status, Attempt best) {
-    if (best.worked) out = std::move(best.refined);
-    if (!best.worked) keep_given_plan(problem, given, crew.of(0), out, work);
+    if (best.worked) {
+      out = std::move(best.refined);
+    } else {
+      keep_given_plan(problem, given, crew.of(0), out, work);
+    }
     out.steps = work.steps;
     out.failed_steps = work.failed_steps;
     return status;
@@ -83,7 +86,6 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   if (plan.segments.empty() || !problem.reaches_goal(end_of(plan), given.q, 1.0)) return finish(Status::NumericalFailure, {});
   problem.set_allowed(given.worst);
 
-  const std::vector<Push> pushes = split_at_regrasps(plan);
   const std::vector<Push> shorter = problem.shortened(plan);
   const int cuts = std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))));
   Attempt best = first_that_works(problem, {{"shortened", &shorter, refine_options.rest, cuts}}, crew, work);
@@ -91,13 +93,13 @@ Status run_trials(const std::shared_ptr<const world::Model>& model, const Plan& 
   if (!best.worked) {
     // Pushes in small steps that cannot end at rest end as they do.
     const auto rests = cuts > 1 && refine_options.rest ? std::vector{true, false} : std::vector{refine_options.rest};
+    const std::vector<Push> pushes = split_at_regrasps(plan);
     std::vector<Trial> others;
-    for (const bool rest : rests) {
-      if (cuts > 1) others.push_back({"shortened", &shorter, rest, 1});
-    }
-    for (const bool rest : rests) {
-      if (count_knots(shorter) != count_knots(pushes)) others.push_back({"reconnected", &pushes, rest, 1});
-    }
+    const auto add = [&](const char* name, const std::vector<Push>& list) {
+      for (const bool rest : rests) others.push_back({name, &list, rest, 1});
+    };
+    if (cuts > 1) add("shortened", shorter);
+    if (count_knots(shorter) != count_knots(pushes)) add("reconnected", pushes);
     best = first_that_works(problem, others, crew, work);
   }
   const Status status = as_wanted || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
