@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import html
-import io
-import logging
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import viser
 
@@ -15,19 +12,7 @@ from . import charts
 from .bodies import Color
 from .drawing import Drawing, light, look
 from .plan import Plan
-
-
-@contextlib.contextmanager
-def _server(port: int) -> Iterator[viser.ViserServer]:
-    """A viser server on localhost that neither prints nor logs."""
-    logging.getLogger("websockets").setLevel(logging.ERROR)
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=port, label="stiction", verbose=False)
-    try:
-        yield server
-    finally:
-        with contextlib.redirect_stdout(io.StringIO()):
-            server.stop()
+from .quiet import quiet_server
 
 
 def open_scene(server: viser.ViserServer, make_drawing: Callable[[viser.ViserServer], Drawing]) -> Drawing:
@@ -45,7 +30,7 @@ def make_page(plan: Plan) -> str:
 
 def record(make_drawing: Callable[[viser.ViserServer], Drawing]) -> str:
     """The page of a drawing."""
-    with _server(port=0) as server:
+    with quiet_server("127.0.0.1", 0) as server:
         drawing = open_scene(server, make_drawing)
         drawing.show(int(drawing.frames[0]))
         recording = server.get_scene_serializer()
@@ -88,7 +73,7 @@ def _with_overlay(page: str, drawing: Drawing) -> str:
 
 def serve(plan: Plan, port: int) -> None:
     """Live view on localhost until interrupted."""
-    with _server(port) as server:
+    with quiet_server("127.0.0.1", port) as server:
         drawing = open_scene(server, lambda s: Drawing(s, plan))
         last = len(drawing.frames) - 1
         server.gui.add_markdown(

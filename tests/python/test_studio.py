@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
+import logging
 import os
 import re
 import shlex
@@ -32,7 +34,7 @@ from stiction_view.studio.jobs import Job, Worker  # noqa: E402
 from stiction_view.studio.own_scene import ObjectSpec, make_spec  # noqa: E402
 from stiction_view.studio.picture import Pictures, quaternions  # noqa: E402
 from stiction_view.studio.problem import Problem  # noqa: E402
-from stiction_view.studio.server import PortTaken, check_port  # noqa: E402
+from stiction_view.studio.server import PortTaken, check_port, serving  # noqa: E402
 
 ROBOT = b"""<robot name="pusher"><link name="base"/><link name="tip"><collision><geometry>%s</geometry></collision></link>
 <joint name="slide" type="prismatic"><parent link="base"/><child link="tip"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="50"/></joint></robot>"""
@@ -483,6 +485,21 @@ def test_port_in_use_is_one_message() -> None:
         port = taken.getsockname()[1]
         with pytest.raises(PortTaken, match=rf"--port: got {port} of 127.0.0.1, which is in use; expected a free one"):
             check_port("127.0.0.1", port)
+
+
+@pytest.mark.parametrize("sent", [b"", b"GET", b"not HTTP\r\n\r\n"])
+def test_browser_that_hangs_up_is_not_logged(sent: bytes, caplog: pytest.LogCaptureFixture) -> None:
+    with serving("127.0.0.1", 0) as server:
+        with socket.create_connection(("127.0.0.1", server.get_port()), timeout=30) as visitor:
+            visitor.sendall(sent)
+            visitor.shutdown(socket.SHUT_WR)
+            with contextlib.suppress(ConnectionResetError):
+                while visitor.recv(4096):  # until the server has dropped it
+                    pass
+    assert caplog.records == []
+    fault = ValueError("of the server")
+    logging.getLogger("websockets.server").error("opening handshake failed", exc_info=fault)
+    assert [r.exc_info[1] for r in caplog.records if r.exc_info] == [fault]
 
 
 def test_program_says_what_it_cannot_open(stiction) -> None:

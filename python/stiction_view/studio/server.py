@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import io
-import logging
 import socket
 from collections.abc import Iterator
 
 import viser
 
+from ..quiet import quiet_server
 from .program import PortTaken
 
 
@@ -29,15 +28,9 @@ def check_port(host: str, port: int) -> None:
 
 @contextlib.contextmanager
 def serving(host: str, port: int) -> Iterator[viser.ViserServer]:
-    """A server that neither prints nor logs. Raises PortTaken."""
+    """A quiet server. Raises PortTaken."""
     check_port(host, port)
-    logging.getLogger("websockets").setLevel(logging.ERROR)
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host=host, port=port, label="stiction", verbose=False)
-    try:
+    with quiet_server(host, port) as server:
         if port not in (0, server.get_port()):  # somebody was faster, and the server went on to the next one
             raise PortTaken(f"--port: got {port} of {host}, which is in use; expected a free one, or 0 for any")
         yield server
-    finally:
-        with contextlib.redirect_stdout(io.StringIO()):
-            server.stop()
