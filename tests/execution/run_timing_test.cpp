@@ -142,6 +142,26 @@ TEST(RunTiming, JointsKeepToTheSpeedOfTheirMotors) {
   EXPECT_NEAR(t.duration(), 3 / 0.4, 0.3);
 }
 
+/// What is free, round a corner and to the speed of motors, and what strains springs: the same in ten times the time.
+TEST(RunTiming, SlowerRun_IsTheSameInSlowerTime) {
+  const auto model = load_model("planar_pushing");
+  RunSpeeds speeds = calc_run_speeds(*model, 0), slow = calc_run_speeds(*model, 0, 0.1);
+  speeds.start_time = slow.start_time = 0;  // 4 τ, however slow
+  EXPECT_EQ(calc_run_speeds(*model, 0, 2).most, speeds.most) << "no motor is faster for it";
+  EXPECT_NEAR(slow.object, 0.1 * speeds.object, 1e-12);
+  planning::Plan strained = free_motion({{0, 0}, {1, 0}}, SegmentKind::Contact);
+  strained.segments[0].knots[0].q.tail<2>().setZero();  // something holds the pusher
+  for (const planning::Plan& plan : {free_motion({{0, 0}, {1, 0}, {1, 3}}, SegmentKind::Regrasp, 50), strained}) {
+    const auto fast = make_trajectory(*model, plan, speeds), t = make_trajectory(*model, plan, slow);
+    EXPECT_NEAR(t.duration(), 10 * fast.duration(), 0.01 * t.duration());
+    VectorXd u(2);
+    for (Eigen::Index k = 0; k < fast.times.size(); ++k) {
+      interpolate_command(t, 10 * fast.times[k], u);
+      EXPECT_NEAR((u - fast.u.col(k)).norm(), 0, 0.01) << k;
+    }
+  }
+}
+
 /// A box of 1 m, a ball of 0.1 m below it.
 TEST(PushTravel, IsThatOfTheObjectAndOfWhatTouchesIt) {
   const auto model = load_model("planar_pushing");

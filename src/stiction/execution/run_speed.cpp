@@ -64,6 +64,14 @@ void set_free_motion(const Model& model, RunSpeeds& out) {
   out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(trail);
 }
 
+/// Of everything but pushes, as time that goes `share` times as fast: springs and inertia have less to say.
+void slow_down(double share, RunSpeeds& out) {
+  out.most *= share;
+  out.springs *= share;
+  out.acceleration *= share * share;
+  out.jump *= share;
+}
+
 }  // namespace
 
 void RunSpeeds::validate(const Model& model) const {
@@ -104,6 +112,7 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
     out.push[j] = std::min(turns ? speed / model.reach()[j] : speed, out.most[j]);
   }
   set_free_motion(model, out);
+  slow_down(std::min(factor, 1.0), out);
   return out;
 }
 

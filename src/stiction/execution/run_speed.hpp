@@ -24,7 +24,7 @@ double calc_follow_time(const world::Model& model, int object);
 
 /// Speeds from sizes, friction and the motors. Quasi-static plans hold as long as the object stops within a small share of its length when nothing
 /// pushes it any more, and trails its plan by no more (E.13); what moves freely follows its commands within the room that its path keeps (E.18).
-/// @param factor  of the speeds of pushes, > 0
+/// @param factor  of the speeds of pushes, > 0; below 1 of all others as well
 /// Tests: tests/execution/run_test.cpp
 RunSpeeds calc_run_speeds(const world::Model& model, int object, double factor = 1);
 
