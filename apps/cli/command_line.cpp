@@ -43,7 +43,7 @@ void add_scheme(CLI::App& command, std::string& scheme) {
 }
 
 void add_speed(CLI::App& command, double& speed) {
-  command.add_option("--speed", speed, "Joint speeds, times those that follow from object and motors")
+  command.add_option("--speed", speed, "Speed, times that which follows from object and motors; above 1 of pushes alone")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
 }

@@ -56,21 +56,25 @@ TEST(FreeRoom, IsAShareOfTheDistance) {
   EXPECT_EQ(room.calc(Eigen::Vector2d(0, 0), Eigen::Vector2d(0, 0), q, q), least) << "nothing moves";
 }
 
-/// One finger moves, and the other one, which holds the ball, gives a little.
+/// One finger moves, and the other one, at the ball and holding it, gives a little.
 TEST(FreeRoom, BranchThatHolds_DoesNotMove) {
   const auto model = load_model("planar_hand");
   const double least = calc_run_speeds(*model, 0).room;
-  VectorXd q = model->neutral(), u = q.tail(model->n_a());
-  q.head<2>() << 0, 10;  // the ball is out of reach
-  VectorXd u_next = u, q_next = q;
-  u_next[0] += 1e-3;
+  VectorXd q = model->neutral();
+  q.head<2>() << 0.3, 0.3 + 2 * least;  // a ball of 0.25 m above the right finger of 0.05 m, which lies along y
+  const VectorXd u = q.tail(model->n_a());
   FreeRoom room(*model, least);
-  const double alone = room.calc(u, u_next, q, q_next);
-  q_next[model->n_q() - 1] += 1e-9;
-  EXPECT_NEAR(room.calc(u, u_next, q, q_next), alone, 1e-6);
-  u_next[model->n_a() - 1] += 1e-3;
-  const double both = room.calc(u, u_next, q, q_next);
-  EXPECT_LE(both, alone + 1e-6);
+  /// @param left, right  how far the command of a joint of each moves   @param gives  a joint of the right one
+  const auto calc = [&](double left, double right, double gives) {
+    VectorXd u_next = u, q_next = q;
+    u_next[0] += left;
+    u_next[model->n_a() - 1] += right;
+    q_next[model->n_q() - 1] += gives;
+    return room.calc(u, u_next, q, q_next);
+  };
+  const double alone = calc(1e-3, 0, 0), both = calc(1e-3, 1e-3, 0);
+  ASSERT_GT(alone, 2 * both) << "or the test would say nothing";
+  EXPECT_NEAR(calc(1e-3, 0, 1e-9), alone, 1e-6);
 }
 
 /// From the speed of pushes v up with a, along, and down to v: over a way w within 2 (√(v² + a w) − v)/a. a grows with the room that there is, as far as motors

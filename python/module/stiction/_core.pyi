@@ -2384,7 +2384,7 @@ def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOpt
         they are not taken. An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
       options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
       seed: of the plans and of the noise; None: that of the options.
-      speed: times the joint speeds that follow from object and motors, > 0.
+      speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
       replans: after the first plan, at most, >= 0. duration: simulated time, at most [s], > 0.
       friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
       pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].

@@ -52,7 +52,7 @@ class PlanRun:
 
     timeout_s: float = 20.0  # of the planner, and of refinement [s]
     refine: bool = True
-    speed: float = 1.0  # of joints in the simulation, times those that follow from object and motors
+    speed: float = 1.0  # in the simulation, times that which follows from object and motors; above 1 of pushes alone
     alone: bool = False  # simulate pushes by themselves as well, which tells causes apart
     uniform: bool = False  # speed times SpeedLimits() in place of those
 

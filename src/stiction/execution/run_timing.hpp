@@ -18,7 +18,7 @@ Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan
                            double pause = 0);
 
 /// … at the speeds that follow from the object of its goal and from the motors, and with that lead: what a robot is given that knows nothing of the object.
-/// @param speed  times those of pushes, > 0
+/// @param speed  times theirs, > 0; above 1 of pushes alone
 Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, double speed = 1, double pause = 0);
 
 /// Where carrying a plan out begins: at the end of settling (n_q).
