@@ -257,9 +257,7 @@ Run declare_run(CLI::App& command) {
       ->capture_default_str()
       ->check(CLI::Range(0, 1000000));
   command.add_option("--duration", a.how.duration, "Simulated time, at most [s]")->capture_default_str()->check(CLI::PositiveNumber);
-  command.add_option("--speed", a.speed, "Speed, times that which follows from object and motors; above 1 of pushes alone")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  add_speed(command, a.speed);
   command.add_option("--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);

@@ -20,7 +20,7 @@ def _own_fault(record: logging.LogRecord) -> bool:
 @contextlib.contextmanager
 def quiet_server(host: str, port: int) -> Iterator[viser.ViserServer]:
     """A server that does not print, and logs faults alone. Where the port is taken, viser goes on to the next one."""
-    logger = logging.getLogger("websockets.server")  # filters are asked by the logger that was called, levels by its ancestors
+    logger = logging.getLogger("websockets.server")  # the one that is called: filters of its ancestors are not asked
     logger.setLevel(logging.ERROR)
     if _own_fault not in logger.filters:
         logger.addFilter(_own_fault)

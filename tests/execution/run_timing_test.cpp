@@ -153,6 +153,7 @@ TEST(RunTiming, SlowerRun_IsTheSameInSlowerTime) {
   speeds.start_time = slow.start_time = 0;  // 4 τ, however slow
   EXPECT_EQ(calc_run_speeds(*model, 0, 2).most, speeds.most) << "no motor is faster for it";
   EXPECT_NEAR(slow.object, 0.1 * speeds.object, 1e-12);
+  EXPECT_NEAR((slow.push - 0.1 * speeds.push).norm(), 0, 1e-12);
   planning::Plan strained = free_motion({{0, 0}, {1, 0}}, SegmentKind::Contact);
   strained.segments[0].knots[0].q.tail<2>().setZero();  // something holds the pusher
   for (const planning::Plan& plan : {free_motion({{0, 0}, {1, 0}, {1, 3}}, SegmentKind::Regrasp, 50), strained}) {

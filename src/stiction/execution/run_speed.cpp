@@ -64,8 +64,10 @@ void set_free_motion(const Model& model, RunSpeeds& out) {
   out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(trail);
 }
 
-/// Of everything but pushes, as time that goes `share` times as fast: springs and inertia have less to say.
+/// Time that goes `share` times as fast: springs and inertia have less to say.
 void slow_down(double share, RunSpeeds& out) {
+  out.object *= share;
+  out.push *= share;
   out.most *= share;
   out.springs *= share;
   out.acceleration *= share * share;
@@ -98,7 +100,7 @@ double calc_follow_time(const Model& model, int object) {
 
 RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   core::require_positive("speed", factor);
-  const double speed = factor * calc_object_speed(model, object), way = kCoast * model.scales().object(object).length;
+  const double speed = std::max(factor, 1.0) * calc_object_speed(model, object), way = kCoast * model.scales().object(object).length;
   SpeedLimits limits;
   limits.load_time = std::sqrt(2 * way / kGravity);
   RunSpeeds out;
