@@ -22,23 +22,62 @@ namespace detail {
 struct Sweep {
   explicit Sweep(const world::Model& model);
 
-  /// What δq does to a geometry; sums over the joints from the root, the first k of them in [k].
+  /// An axis of Kinematics after the one before it on the way from the root, which has the index 0 and is none.
+  struct Axis {
+    std::size_t before = 0;
+    int axis = -1, dof = -1;
+    double ratio = 1;    // how far it goes for one of the coordinate: 1 but for joints that follow another
+    bool turns = false;  // else it slides
+    bool reaches =
+        false;  // Model::reach() has what it moves: that of a coordinate has its followers', and objects have a bound of their own
+  };
+  /// Of an axis and all before it.
+  struct Sums {
+    double turned = 0, moved = 0;  // Σ |angle| [rad], and a bound of what they move any point [m]
+  };
+  struct Twist {
+    Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = v;  // of δq, at the origin of W
+  };
+  /// Of a body: by all its joints.
   struct Motion {
-    Eigen::Vector3d center, v;          // of its bounding sphere [m], and its motion to first order
-    std::vector<double> turned, moved;  // by joints: Σ |angle| [rad], and bounds of what they move its points [m]
-    double travel = 0;                  // no point goes farther [m]
+    double turned = 0, moved = 0;
+  };
+  /// Of a geometry: its bounding sphere.
+  struct Ball {
+    Eigen::Vector3d center, v;  // [m], and its motion to first order
+    double radius = 0;
+    double travel = 0;  // no point of the geometry goes farther [m]
+  };
+  struct Pair {
+    std::size_t a = 0, b = 0;            // geometries,
+    std::size_t body_a = 0, body_b = 0;  // and what they belong to
+    std::size_t shared = 0;              // the last axis that moves both sides
+    double radii = 0;                    // sum of those of the bounding spheres
+    double touching = 0;                 // nearer than this they have met [m]
+    double seen = 0;                     // nearer than this, and the margin, their contacts are known [m]
+  };
+  /// A place on the way, q ⊕ s δq.
+  struct Place {
+    double s = 0;
+    world::Kinematics kinematics;
+    std::vector<Twist> twists;  // per axis: of it and all before it
   };
 
+  std::vector<Axis> axes;
+  std::vector<std::size_t> last;  // per body: its last axis
+  std::vector<Pair> pairs;
+  std::vector<Sums> sums;      // per axis
+  std::vector<Motion> motion;  // per body
+  std::vector<Ball> balls;     // per geometry
+  std::vector<Place> places;   // of this δq the first n_places, q at the front
+  std::size_t n_places = 0;
+  std::vector<int> far;  // pairs that may meet
+  std::vector<int> met;  // of this step, ascending
+  std::vector<int> added;
+  std::vector<contact::Contact> contacts;
   world::KinematicsWorkspace kinematics_work;
-  world::Kinematics kinematics;
   contact::Workspace contact_work;
   Eigen::VectorXd q, part;
-  std::vector<Motion> motion;                      // per geometry
-  std::vector<std::array<std::size_t, 2>> joints;  // per pair: how many move each of its sides,
-  std::vector<std::size_t> shared;                 // and how many of them both
-  std::vector<int> pairs;                          // that may meet
-  std::vector<int> met;                            // of this step, ascending
-  std::vector<contact::Contact> contacts;
 };
 
 /// Which pairs an exact step looks at (reach.hpp).

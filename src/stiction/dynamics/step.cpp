@@ -88,7 +88,9 @@ void find_contacts(const Model& model, double margin, std::span<const double> ne
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    if (!has_fixed_gap(model, work, i)) work.contacts[kept++] = work.contacts[i];
+    if (has_fixed_gap(model, work, i)) continue;
+    if (kept != i) work.contacts[kept] = work.contacts[i];
+    ++kept;
   }
   if (kept == work.contacts.size()) return;
   work.contacts.resize(kept);

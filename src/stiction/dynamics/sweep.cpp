@@ -1,7 +1,6 @@
 #include "stiction/dynamics/sweep.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "stiction/dynamics/working_set.hpp"
@@ -10,155 +9,223 @@
 namespace stiction::dynamics::detail {
 namespace {
 
+using Eigen::Vector3d;
 using world::Model;
 
-/// A sweep advances by at least this share of its way: where two bodies pass each other nearer than that, it is this coarse.
-constexpr double kLeastAdvance = 1.0 / 256;
+/// A way is halved no further than to this share: where two bodies pass each other nearer than they move on it, a sweep is this coarse.
+constexpr double kLeastPart = 1.0 / 256;
 
-/// A joint as it moves a body: the coordinate behind it, and how far it goes for one of that, 1 except for joints that follow another.
-struct Joint {
-  int dof;
-  double ratio;
-  bool turns;
-};
-
-Joint joint_of(const Model& model, int axis) {
-  if (axis < model.n_v()) return {axis, 1, model.dofs()[at(axis)].kind == world::DofKind::Revolute};
-  const world::Follower& follower = model.followers()[at(axis - model.n_v())];
-  return {follower.dof, follower.ratio, follower.kind == world::DofKind::Revolute};
-}
-
-const world::Body& body_of(const Model& model, int geometry) { return model.bodies()[at(model.geometries()[at(geometry)].body)]; }
-
-/// Twist of a geometry under the rest of δq, by the joints after the first `shared` of them: of the centre of its bounding sphere.
-struct Twist {
-  Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
-};
-
-Twist calc_twist(const Model& model, const world::Kinematics& kinematics, int geometry, std::size_t shared, const Eigen::VectorXd& delta) {
-  const world::Body& body = body_of(model, geometry);
-  const Eigen::Vector3d center = kinematics.X_WB[at(model.geometries()[at(geometry)].body)] * model.geometries()[at(geometry)].p_BCenter;
-  Twist out;
-  for (std::size_t k = shared; k < body.axes.size(); ++k) {
-    const Joint joint = joint_of(model, body.axes[k]);
-    const Eigen::Vector3d move = joint.ratio * delta[joint.dof] * kinematics.axis_W.col(body.axes[k]);
-    out.v += joint.turns ? move.cross(center - kinematics.origin_W.col(body.axes[k])) : move;
-    if (joint.turns) out.w += move;
-  }
+Sweep::Axis read_axis(const Model& model, const world::Body& body, std::size_t k) {
+  const auto read = [&](int axis) -> Sweep::Axis {
+    if (axis < model.n_v()) return {0, axis, axis, 1, model.dofs()[at(axis)].kind == world::DofKind::Revolute, false};
+    const world::Follower& follower = model.followers()[at(axis - model.n_v())];
+    return {0, axis, follower.dof, follower.ratio, follower.kind == world::DofKind::Revolute, false};
+  };
+  Sweep::Axis out = read(body.axes[k]);
+  out.reaches = body.kind != world::BodyKind::Object && (k == 0 || read(body.axes[k - 1]).dof != out.dof);
   return out;
 }
 
-/// Bound of what a turning twist leaves out: half the product of all turns with what all joints move.
-double calc_second(const Sweep::Motion& motion, std::size_t shared, std::size_t joints) {
-  return 0.5 * (motion.turned[joints] - motion.turned[shared]) * (motion.moved[joints] - motion.moved[shared]);
+/// Turns and bounds of motion of all bodies under δq.
+void calc_motion(const Model& model, const StepWorkspace::Impl& work, const Eigen::VectorXd& delta, Sweep& sweep) {
+  for (std::size_t i = 1; i < sweep.axes.size(); ++i) {
+    const Sweep::Axis& axis = sweep.axes[i];
+    const Sweep::Sums& before = sweep.sums[axis.before];
+    sweep.sums[i].turned = before.turned + (axis.turns ? std::abs(axis.ratio * delta[axis.dof]) : 0.0);
+    sweep.sums[i].moved = before.moved + (axis.reaches ? model.reach()[axis.dof - model.n_vu()] * std::abs(delta[axis.dof]) : 0.0);
+  }
+  for (std::size_t b = 0; b < sweep.last.size(); ++b) {
+    const world::Body& body = model.bodies()[b];
+    const Sweep::Sums& all = sweep.sums[sweep.last[b]];
+    sweep.motion[b] = {all.turned, body.kind == world::BodyKind::Object ? object_travel(model, work, at(body.owner), delta) : all.moved};
+  }
 }
 
-void calc_motion(const Model& model, const StepWorkspace::Impl& work, int geometry, const Eigen::VectorXd& delta, Sweep::Motion& out) {
-  const world::Geometry& g = model.geometries()[at(geometry)];
-  const world::Body& body = body_of(model, geometry);
-  const bool object = body.kind == world::BodyKind::Object;
-  out.center = work.kinematics.X_WB[at(g.body)] * g.p_BCenter;
-  out.turned.assign(1, 0.0);
-  out.moved.assign(1, 0.0);
-  int last = -1;
-  for (const int axis : body.axes) {
-    const Joint joint = joint_of(model, axis);
-    const double angle = std::abs(joint.ratio * delta[joint.dof]);
-    const bool counted = object || joint.dof == last;  // reach is that of a coordinate and of what follows it
-    out.turned.push_back(out.turned.back() + (joint.turns ? angle : 0.0));
-    out.moved.push_back(out.moved.back() + (counted ? 0.0 : model.reach()[joint.dof - model.n_vu()] * std::abs(delta[joint.dof])));
-    last = joint.dof;
+void calc_twists(const Eigen::VectorXd& delta, const Sweep& sweep, Sweep::Place& place) {
+  place.twists.resize(sweep.axes.size());
+  for (std::size_t i = 1; i < sweep.axes.size(); ++i) {
+    const Sweep::Axis& axis = sweep.axes[i];
+    Sweep::Twist& twist = place.twists[i];
+    const Vector3d move = axis.ratio * delta[axis.dof] * place.kinematics.axis_W.col(axis.axis);
+    twist = place.twists[axis.before];
+    twist.v += axis.turns ? Vector3d(place.kinematics.origin_W.col(axis.axis).cross(move)) : move;
+    if (axis.turns) twist.w += move;
   }
-  if (object) out.moved.back() = object_travel(model, work, at(body.owner), delta);
-  const Twist twist = calc_twist(model, work.kinematics, geometry, 0, delta);
-  out.v = twist.v;
-  const double turned = twist.w.norm(), first = twist.v.norm() + (turned > 0 ? turned * g.bounding_radius : 0.0);
-  out.travel = object ? out.moved.back() : std::min(out.moved.back(), first + calc_second(out, 0, body.axes.size()));
+}
+
+void start_at(const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Sweep& sweep) {
+  if (sweep.places.empty()) sweep.places.emplace_back();
+  sweep.places.front().kinematics = kinematics;
+  calc_twists(delta, sweep, sweep.places.front());
+  sweep.n_places = 1;
+}
+
+/// q ⊕ s δq, computed once for all pairs.
+const Sweep::Place& place_at(const Model& model, const StepInput& in, const Eigen::VectorXd& delta, double s, Sweep& sweep) {
+  const auto end = sweep.places.begin() + static_cast<std::ptrdiff_t>(sweep.n_places);
+  const auto known = std::find_if(sweep.places.begin(), end, [&](const Sweep::Place& place) { return place.s == s; });
+  if (known != end) return *known;
+  if (sweep.n_places == sweep.places.size()) sweep.places.emplace_back();
+  Sweep::Place& place = sweep.places[sweep.n_places++];
+  place.s = s;
+  sweep.part = s * delta;
+  world::retract(model, in.q, sweep.part, sweep.q);
+  world::calc_kinematics(model, sweep.q, sweep.kinematics_work, place.kinematics);
+  calc_twists(delta, sweep, place);
+  return place;
+}
+
+/// Bound of what a turning twist leaves out on the whole way: half the product of all turns with what all joints move.
+double calc_second(const Sweep& sweep, std::size_t body, std::size_t shared) {
+  return 0.5 * (sweep.motion[body].turned - sweep.sums[shared].turned) * (sweep.motion[body].moved - sweep.sums[shared].moved);
+}
+
+Vector3d calc_center(const Model& model, const world::Kinematics& kinematics, std::size_t geometry) {
+  const world::Geometry& g = model.geometries()[geometry];
+  return kinematics.X_WB[at(g.body)] * g.p_BCenter;
+}
+
+/// Bounding spheres of all geometries and how far they go.
+void calc_balls(const Model& model, Sweep& sweep) {
+  const Sweep::Place& start = sweep.places.front();
+  for (std::size_t i = 0; i < sweep.balls.size(); ++i) {
+    const world::Geometry& g = model.geometries()[i];
+    const std::size_t body = at(g.body);
+    const Sweep::Twist& twist = start.twists[sweep.last[body]];
+    Sweep::Ball& ball = sweep.balls[i];
+    ball.center = calc_center(model, start.kinematics, i);
+    ball.v = twist.v + twist.w.cross(ball.center);
+    ball.travel = sweep.motion[body].moved;
+    if (model.bodies()[body].kind == world::BodyKind::Object || sweep.last[body] == 0) continue;
+    const double turned = twist.w.norm(), first = ball.v.norm() + (turned > 0 ? turned * ball.radius : 0.0);
+    ball.travel = std::min(ball.travel, first + calc_second(sweep, body, 0));
+  }
 }
 
 /// (S.16), r_a + r_b. Joints that move both keep them as far from each other as they are.
-double calc_travel(const Model& model, int pair, const Sweep& sweep) {
-  const world::Pair& p = model.pairs()[at(pair)];
-  const Sweep::Motion &a = sweep.motion[at(p.geometry_a)], &b = sweep.motion[at(p.geometry_b)];
-  const std::size_t shared = sweep.shared[at(pair)];
-  const double both = a.travel + b.travel;
-  return shared == 0 ? both : std::min(both, a.moved.back() - a.moved[shared] + b.moved.back() - b.moved[shared]);
+double calc_travel(const Sweep::Pair& pair, const Sweep& sweep) {
+  const double both = sweep.balls[pair.a].travel + sweep.balls[pair.b].travel;
+  if (pair.shared == 0) return both;
+  return std::min(both, sweep.motion[pair.body_a].moved + sweep.motion[pair.body_b].moved - 2 * sweep.sums[pair.shared].moved);
 }
 
-/// Distance within which the contacts of a pair are known [m].
-double calc_seen(const Model& model, int pair, double margin) {
-  return std::max(model.scene().contact_distance, model.pairs()[at(pair)].max_distance) + margin;
+/// The bounding spheres do not come together: their centres pass each other on a straight line, but for turns, as seen from what moves both.
+bool spheres_stay_apart(const Sweep::Pair& pair, const Sweep& sweep) {
+  const Sweep::Ball &a = sweep.balls[pair.a], &b = sweep.balls[pair.b];
+  const Vector3d apart = a.center - b.center;
+  Vector3d move = a.v - b.v;
+  if (pair.shared != 0) move -= sweep.places.front().twists[pair.shared].w.cross(apart);
+  const double way2 = move.squaredNorm(), s = way2 > 0 ? std::clamp(-apart.dot(move) / way2, 0.0, 1.0) : 0.0;
+  const double reach =
+      pair.radii + pair.touching + calc_second(sweep, pair.body_a, pair.shared) + calc_second(sweep, pair.body_b, pair.shared);
+  return (apart + s * move).squaredNorm() > reach * reach;
 }
-
-/// The bounding spheres do not come together: their centres approach along the line between them, which what moves both does not change.
-bool spheres_stay_apart(const Model& model, int pair, double touching, const Sweep& sweep) {
-  const world::Pair& p = model.pairs()[at(pair)];
-  const Sweep::Motion &a = sweep.motion[at(p.geometry_a)], &b = sweep.motion[at(p.geometry_b)];
-  const Eigen::Vector3d apart = a.center - b.center;
-  const double distance = apart.norm(),
-               radii = model.geometries()[at(p.geometry_a)].bounding_radius + model.geometries()[at(p.geometry_b)].bounding_radius;
-  if (!(distance > radii)) return false;
-  const std::size_t shared = sweep.shared[at(pair)];
-  const double closing = apart.dot(b.v - a.v) / distance + calc_second(a, shared, sweep.joints[at(pair)][0]) +
-                         calc_second(b, shared, sweep.joints[at(pair)][1]);
-  return distance - radii - closing > touching;
-}
-
-double calc_touching(const Model& model, int pair) { return world::share::kMotionless * model.scales().pair(pair).length; }
 
 /// Pairs whose sides travel farther than contacts are looked for.
-void list_far_travellers(const Model& model, double margin, Sweep& sweep) {
-  sweep.pairs.clear();
-  for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
-    if (calc_travel(model, i, sweep) <= calc_seen(model, i, margin)) continue;
-    if (spheres_stay_apart(model, i, calc_touching(model, i), sweep) || std::ranges::binary_search(sweep.met, i)) continue;
-    sweep.pairs.push_back(i);
+void list_far_travellers(double margin, Sweep& sweep) {
+  sweep.far.clear();
+  for (std::size_t i = 0; i < sweep.pairs.size(); ++i) {
+    const Sweep::Pair& pair = sweep.pairs[i];
+    const Sweep::Ball &a = sweep.balls[pair.a], &b = sweep.balls[pair.b];
+    const double both = a.travel + b.travel, reach = pair.radii + pair.touching + both;
+    if (both <= pair.seen + margin || (a.center - b.center).squaredNorm() > reach * reach) continue;  // by far the most
+    if (calc_travel(pair, sweep) <= pair.seen + margin || spheres_stay_apart(pair, sweep)) continue;
+    if (!std::ranges::binary_search(sweep.met, static_cast<int>(i))) sweep.far.push_back(static_cast<int>(i));
   }
 }
 
-/// (S.18): how far the two come towards each other on the rest of the way, along the line of their nearest points [m].
-double calc_closing(const Model& model, const world::Kinematics& kinematics, int pair, const Eigen::Vector3d& nhat_BA_W,
-                    const Eigen::VectorXd& delta, double rest, const Sweep& sweep) {
-  const world::Pair& p = model.pairs()[at(pair)];
-  const std::size_t shared = sweep.shared[at(pair)];
-  double out = 0;
-  for (const int side : {0, 1}) {
-    const int geometry = side == 0 ? p.geometry_a : p.geometry_b;
-    const Eigen::Vector3d n = side == 0 ? Eigen::Vector3d(-nhat_BA_W) : nhat_BA_W;
-    const Sweep::Motion& motion = sweep.motion[at(geometry)];
-    const Twist twist = calc_twist(model, kinematics, geometry, shared, delta);
-    const double turned = n.cross(twist.w).norm();
-    const double first = n.dot(twist.v) + (turned > 0 ? turned * model.geometries()[at(geometry)].bounding_radius : 0.0);
-    out += rest * std::min(motion.moved.back() - motion.moved[shared],
-                           first + rest * calc_second(motion, shared, sweep.joints[at(pair)][at(side)]));
-  }
-  return out;
+/// A pair on its way.
+struct Way {
+  const Model& model;
+  const StepInput& in;
+  const Eigen::VectorXd& delta;
+  int index;
+  const Sweep::Pair& pair;
+  Sweep& sweep;
+};
+
+/// Where the pair is at s.
+struct Stop {
+  double s;
+  contact::Distance nearest;
+};
+
+Stop stop_at(const Way& way, double s) {
+  const Sweep::Place& place = place_at(way.model, way.in, way.delta, s, way.sweep);
+  return {s, contact::pair_distance(way.model, place.kinematics, way.index, way.sweep.contact_work)};
 }
 
-/// Conservative advancement: where the plane between the two stays between them to the end, nothing is met; nor before the share φ/closing of the rest.
-bool meets(const Model& model, const StepInput& in, int pair, const Eigen::VectorXd& delta, StepWorkspace::Impl& work, Sweep& sweep) {
-  const double touching = calc_touching(model, pair);
-  contact::Distance nearest = contact::pair_distance(model, work.kinematics, pair, work.contact_work);
-  double closing = calc_closing(model, work.kinematics, pair, nearest.nhat_BA_W, delta, 1, sweep);
-  for (double s = 0; s < 1 && nearest.phi - closing <= touching;) {
-    s = std::min(1.0, s + std::max((1 - s) * nearest.phi / closing, kLeastAdvance));
-    sweep.part = s * delta;
-    world::retract(model, in.q, sweep.part, sweep.q);
-    world::calc_kinematics(model, sweep.q, sweep.kinematics_work, sweep.kinematics);
-    nearest = contact::pair_distance(model, sweep.kinematics, pair, sweep.contact_work);
-    if (nearest.phi < touching) return true;
-    closing = calc_closing(model, sweep.kinematics, pair, nearest.nhat_BA_W, delta, 1 - s, sweep);
-  }
-  return false;
+/// (S.18): how far the two come towards each other from a stop to s, before it or after it, along the line of their nearest points [m].
+double calc_closing(const Way& way, const Stop& from, double s) {
+  const Sweep::Place& place = place_at(way.model, way.in, way.delta, from.s, way.sweep);
+  const double share = std::abs(s - from.s);
+  const Vector3d n = s > from.s ? from.nearest.nhat_BA_W : Vector3d(-from.nearest.nhat_BA_W);
+  const auto closing = [&](std::size_t geometry, std::size_t body, const Vector3d& towards) {
+    const std::size_t last = way.sweep.last[body], shared = way.pair.shared;
+    if (last == shared) return 0.0;
+    const Vector3d w = place.twists[last].w - place.twists[shared].w;
+    const Vector3d v = place.twists[last].v - place.twists[shared].v + w.cross(calc_center(way.model, place.kinematics, geometry));
+    const double turned = towards.cross(w).norm();
+    const double first = towards.dot(v) + (turned > 0 ? turned * way.sweep.balls[geometry].radius : 0.0);
+    return share *
+           std::min(way.sweep.motion[body].moved - way.sweep.sums[shared].moved, first + share * calc_second(way.sweep, body, shared));
+  };
+  return closing(way.pair.a, way.pair.body_a, -n) + closing(way.pair.b, way.pair.body_b, n);
+}
+
+/// Conservative advancement from both ends: a plane between the two stays between them to the other end, or what is left between is halved.
+bool stays_apart(const Way& way, const Stop& a, const Stop& b) {
+  const double forwards = calc_closing(way, a, b.s), room_a = a.nearest.phi - way.pair.touching;
+  if (room_a > forwards) return true;
+  const double backwards = calc_closing(way, b, a.s), room_b = b.nearest.phi - way.pair.touching;
+  if (room_b > backwards) return true;
+  if (room_a / forwards + room_b / backwards > 1 || b.s - a.s <= kLeastPart) return true;
+  const Stop between = stop_at(way, 0.5 * (a.s + b.s));
+  return between.nearest.phi >= way.pair.touching && stays_apart(way, a, between) && stays_apart(way, between, b);
+}
+
+bool meets(const Way& way, const Stop& start) {
+  if (start.nearest.phi - way.pair.touching > calc_closing(way, start, 1)) return false;
+  const Stop end = stop_at(way, 1);
+  return end.nearest.phi < way.pair.touching || !stays_apart(way, start, end);
 }
 
 }  // namespace
 
-Sweep::Sweep(const Model& model) : kinematics_work(model), contact_work(model), q(model.n_q()), motion(model.geometries().size()) {
-  for (const world::Pair& p : model.pairs()) {
-    const std::vector<int>&a = body_of(model, p.geometry_a).axes, &b = body_of(model, p.geometry_b).axes;
-    joints.push_back({a.size(), b.size()});
-    shared.push_back(at(static_cast<int>(std::ranges::mismatch(a, b).in1 - a.begin())));
+Sweep::Sweep(const Model& model)
+    : axes(1),
+      last(model.bodies().size(), 0),
+      motion(model.bodies().size()),
+      balls(model.geometries().size()),
+      kinematics_work(model),
+      contact_work(model),
+      q(model.n_q()) {
+  std::vector<std::size_t> of_axis(at(model.n_v()) + model.followers().size(), 0);
+  for (std::size_t b = 0; b < last.size(); ++b) {
+    const world::Body& body = model.bodies()[b];
+    for (std::size_t k = 0; k < body.axes.size(); ++k) {
+      std::size_t& index = of_axis[at(body.axes[k])];
+      if (index == 0) {
+        index = axes.size();
+        axes.push_back(read_axis(model, body, k));
+        axes.back().before = last[b];
+      }
+      last[b] = index;
+    }
+  }
+  sums.resize(axes.size());
+  for (std::size_t i = 0; i < balls.size(); ++i) balls[i].radius = model.geometries()[i].bounding_radius;
+  for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
+    const world::Pair& p = model.pairs()[at(i)];
+    Pair pair{.a = at(p.geometry_a), .b = at(p.geometry_b)};
+    pair.body_a = at(model.geometries()[pair.a].body), pair.body_b = at(model.geometries()[pair.b].body);
+    const std::vector<int>&axes_a = model.bodies()[pair.body_a].axes, &axes_b = model.bodies()[pair.body_b].axes;
+    const auto end = std::ranges::mismatch(axes_a, axes_b).in1;
+    if (end != axes_a.begin()) pair.shared = of_axis[at(*std::prev(end))];
+    pair.radii = balls[pair.a].radius + balls[pair.b].radius;
+    pair.touching = world::share::kMotionless * model.scales().pair(i).length;
+    pair.seen = std::max(model.scene().contact_distance, p.max_distance);
+    pairs.push_back(pair);
   }
 }
 
@@ -169,25 +236,25 @@ bool add_met(const Model& model, const StepInput& in, double margin, StepWorkspa
   if (!work.sweep) work.sweep.emplace(model);
   Sweep& sweep = *work.sweep;
   if (work.contacts.size() == work.near_contacts) sweep.met.clear();
-  for (int i = 0; i < static_cast<int>(model.geometries().size()); ++i) calc_motion(model, work, i, delta, sweep.motion[at(i)]);
-  list_far_travellers(model, margin, sweep);
-  if (sweep.pairs.empty()) return false;
-  contact::query_pairs(model, work.kinematics, sweep.pairs, motion, work.contact_work, sweep.contacts);
+  start_at(work.kinematics, delta, sweep);
+  calc_motion(model, work, delta, sweep);
+  calc_balls(model, sweep);
+  list_far_travellers(margin, sweep);
 
-  const std::size_t before = work.contacts.size();
-  for (std::size_t i = 0, end = 0; i < sweep.contacts.size(); i = end) {
-    const int pair = sweep.contacts[i].pair;
-    double phi = std::numeric_limits<double>::infinity();
-    for (end = i; end < sweep.contacts.size() && sweep.contacts[end].pair == pair; ++end) phi = std::min(phi, sweep.contacts[end].phi);
-    if (phi < calc_seen(model, pair, margin) || phi > calc_travel(model, pair, sweep) || !meets(model, in, pair, delta, work, sweep))
-      continue;
-    for (std::size_t k = i; k < end; ++k) {
-      work.contacts.push_back(sweep.contacts[k]);
-      if (in.friction) work.contacts.back().friction *= (*in.friction)[pair];
-    }
-    sweep.met.insert(std::ranges::lower_bound(sweep.met, pair), pair);
+  sweep.added.clear();
+  for (const int i : sweep.far) {
+    const Way way{model, in, delta, i, sweep.pairs[at(i)], sweep};
+    const Stop stop = stop_at(way, 0);
+    if (stop.nearest.phi < way.pair.seen + margin || stop.nearest.phi > calc_travel(way.pair, sweep)) continue;
+    if (meets(way, stop)) sweep.added.push_back(i);
   }
-  if (work.contacts.size() == before) return false;
+  if (sweep.added.empty()) return false;
+  contact::query_pairs(model, work.kinematics, sweep.added, motion, work.contact_work, sweep.contacts);
+  for (const contact::Contact& contact : sweep.contacts) {
+    work.contacts.push_back(contact);
+    if (in.friction) work.contacts.back().friction *= (*in.friction)[contact.pair];
+  }
+  for (const int pair : sweep.added) sweep.met.insert(std::ranges::lower_bound(sweep.met, pair), pair);
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
   work.margin_seen = -1;  // no other step takes these over
   return true;
