@@ -173,7 +173,7 @@ double calc_closing(const Way& way, const Stop& from, double s) {
   return closing(way.pair.a, way.pair.body_a, -n) + closing(way.pair.b, way.pair.body_b, n);
 }
 
-/// Conservative advancement from both ends: a plane between the two stays between them to the other end, or what is left between is halved.
+/// (S.24), conservative advancement from both ends: a plane between the two stays between them to the other end, or what is left between is halved.
 bool stays_apart(const Way& way, const Stop& a, const Stop& b) {
   const double forwards = calc_closing(way, a, b.s), room_a = a.nearest.phi - way.pair.touching;
   if (room_a > forwards) return true;
