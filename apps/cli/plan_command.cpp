@@ -69,6 +69,8 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   const auto& g = r.regrasps;
   row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted,
                                     g.no_sample, g.no_path, g.object_moved, g.failed_step));
+  if (task.options.thesis_edges())
+    row("edges", "as published, not simulated in sub-steps: `stiction check` does that, and need not accept them");
   if (!r.reason.empty()) row("reason", r.reason);
   if (r.start_moved > 1e-3) row("start", fmt::format("an object was not at rest: it moved by {:.3g} (m or rad) first", r.start_moved));
   if (r.start_projected)
@@ -98,6 +100,7 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
                      {"no_path", r.regrasps.no_path},
                      {"object_moved", r.regrasps.object_moved},
                      {"failed_step", r.regrasps.failed_step}};
+  out["thesis_edges"] = task.options.thesis_edges();
   out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
   out["cost"] = r.cost;

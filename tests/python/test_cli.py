@@ -75,6 +75,17 @@ def test_plan_json_is_one_object(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
 
 
+@pytest.mark.parametrize("task, published", [("planar_pushing_table_3_2", True), ("planar_hand", False)])
+def test_plan_says_that_published_edges_are_not_simulated(tmp_path, task, published):
+    """`check` refuses what only the single steps of the thesis reach; `plan` says so before."""
+    planned = run("plan", task, "-o", tmp_path)
+    assert planned.returncode == 0, planned.stderr
+    assert ("as published, not simulated in sub-steps" in planned.stdout) == published
+    assert run("check", tmp_path).returncode == (1 if published else 0)
+    answer = run("plan", task, "-o", tmp_path, "--json")
+    assert json.loads(answer.stdout)["thesis_edges"] == published
+
+
 def test_plan_file_follows_its_schema(plan):
     schemas = {path.name: json.loads(path.read_text()) for path in (ROOT / "tasks/schema").glob("*.json")}
     from referencing import Registry, Resource
