@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -26,21 +25,16 @@ struct Sweep {
   struct Axis {
     std::size_t before = 0;
     int axis = -1, dof = -1;
-    double ratio = 1;    // how far it goes for one of the coordinate: 1 but for joints that follow another
-    bool turns = false;  // else it slides
-    bool reaches =
-        false;  // Model::reach() has what it moves: that of a coordinate has its followers', and objects have a bound of their own
+    double ratio = 1;      // how far it goes for one of the coordinate: 1 but for joints that follow another
+    bool turns = false;    // else it slides
+    bool reaches = false;  // reach() bounds what it moves: not an object, nor by a joint that follows the one before
   };
-  /// Of an axis and all before it.
+  /// Of an axis and all before it, or of all joints of a body.
   struct Sums {
     double turned = 0, moved = 0;  // Σ |angle| [rad], and a bound of what they move any point [m]
   };
   struct Twist {
     Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = v;  // of δq, at the origin of W
-  };
-  /// Of a body: by all its joints.
-  struct Motion {
-    double turned = 0, moved = 0;
   };
   /// Of a geometry: its bounding sphere.
   struct Ball {
@@ -66,10 +60,10 @@ struct Sweep {
   std::vector<Axis> axes;
   std::vector<std::size_t> last;  // per body: its last axis
   std::vector<Pair> pairs;
-  std::vector<Sums> sums;      // per axis
-  std::vector<Motion> motion;  // per body
-  std::vector<Ball> balls;     // per geometry
-  std::vector<Place> places;   // of this δq the first n_places, q at the front
+  std::vector<Sums> sums;     // per axis
+  std::vector<Sums> motion;   // per body
+  std::vector<Ball> balls;    // per geometry
+  std::vector<Place> places;  // of this δq the first n_places, q at the front
   std::size_t n_places = 0;
   std::vector<int> far;  // pairs that may meet
   std::vector<int> met;  // of this step, ascending

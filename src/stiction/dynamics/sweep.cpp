@@ -1,7 +1,8 @@
 #include "stiction/dynamics/sweep.hpp"
 
 #include <algorithm>
-#include <utility>
+#include <cmath>
+#include <iterator>
 
 #include "stiction/dynamics/working_set.hpp"
 #include "stiction/world/scales.hpp"
@@ -53,6 +54,7 @@ void calc_twists(const Eigen::VectorXd& delta, const Sweep& sweep, Sweep::Place&
   }
 }
 
+/// The first place, q.
 void start_at(const world::Kinematics& kinematics, const Eigen::VectorXd& delta, Sweep& sweep) {
   if (sweep.places.empty()) sweep.places.emplace_back();
   sweep.places.front().kinematics = kinematics;
@@ -174,20 +176,17 @@ double calc_closing(const Way& way, const Stop& from, double s) {
 }
 
 /// (S.24), conservative advancement from both ends: a plane between the two stays between them to the other end, or what is left between is halved.
-bool stays_apart(const Way& way, const Stop& a, const Stop& b) {
-  const double forwards = calc_closing(way, a, b.s), room_a = a.nearest.phi - way.pair.touching;
+/// @param known  where the pair is at s, if that was looked up
+bool stays_apart(const Way& way, const Stop& a, double s, const Stop* known = nullptr) {
+  const double forwards = calc_closing(way, a, s), room_a = a.nearest.phi - way.pair.touching;
   if (room_a > forwards) return true;
-  const double backwards = calc_closing(way, b, a.s), room_b = b.nearest.phi - way.pair.touching;
-  if (room_b > backwards) return true;
-  if (room_a / forwards + room_b / backwards > 1 || b.s - a.s <= kLeastPart) return true;
-  const Stop between = stop_at(way, 0.5 * (a.s + b.s));
-  return between.nearest.phi >= way.pair.touching && stays_apart(way, a, between) && stays_apart(way, between, b);
-}
-
-bool meets(const Way& way, const Stop& start) {
-  if (start.nearest.phi - way.pair.touching > calc_closing(way, start, 1)) return false;
-  const Stop end = stop_at(way, 1);
-  return end.nearest.phi < way.pair.touching || !stays_apart(way, start, end);
+  const Stop b = known ? *known : stop_at(way, s);
+  const double room_b = b.nearest.phi - way.pair.touching;
+  if (room_b < 0) return false;
+  const double backwards = calc_closing(way, b, a.s);
+  if (room_b > backwards || room_a / forwards + room_b / backwards > 1 || s - a.s <= kLeastPart) return true;
+  const Stop between = stop_at(way, 0.5 * (a.s + s));
+  return stays_apart(way, a, between.s, &between) && stays_apart(way, between, s, &b);
 }
 
 }  // namespace
@@ -246,7 +245,7 @@ bool add_met(const Model& model, const StepInput& in, double margin, StepWorkspa
     const Way way{model, in, delta, i, sweep.pairs[at(i)], sweep};
     const Stop stop = stop_at(way, 0);
     if (stop.nearest.phi < way.pair.seen + margin || stop.nearest.phi > calc_travel(way.pair, sweep)) continue;
-    if (meets(way, stop)) sweep.added.push_back(i);
+    if (!stays_apart(way, stop, 1)) sweep.added.push_back(i);
   }
   if (sweep.added.empty()) return false;
   contact::query_pairs(model, work.kinematics, sweep.added, motion, work.contact_work, sweep.contacts);
