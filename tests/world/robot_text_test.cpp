@@ -111,7 +111,10 @@ TEST_F(RobotText, MistakesAreSaidWithTheirKeyAndLine) {
   EXPECT_EQ(message("urdf", "\n <robot>\n<link"),
             "robots[0].urdf: text:3: urdf: got malformed XML (XML_ERROR_PARSING_ELEMENT), expected a URDF");
   EXPECT_EQ(message("urdf", "<!-- nothing -->"), "robots[0].urdf: text: urdf: got no element, expected 'robot'");
-  EXPECT_EQ(message("urdf", kArmMjcf), "robots[0].urdf: text:1: root element: got 'mujoco', expected 'robot'");
+  EXPECT_EQ(
+      message("urdf", kArmMjcf),
+      "robots[0].urdf: text:1: root element: got 'mujoco', so an MJCF, expected 'robot', the root of a URDF; an MJCF stands under the key "
+      "mjcf");
   EXPECT_EQ(message("urdf", "<robot><xacro:arm/></robot>"),
             "robots[0].urdf: text:1: robot: got 'xacro:arm', so an xacro file, expected the URDF that xacro makes of it");
   EXPECT_EQ(

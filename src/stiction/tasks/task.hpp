@@ -35,8 +35,9 @@ struct Task {
 /// Where built-in tasks are looked up when no folders are given: share/stiction/tasks of the installation that runs, the source folder.
 std::vector<std::filesystem::path> default_data_dirs();
 
-/// Where package:// of a robot is looked up when its own `package_dirs` do not have it: the folders of ROS_PACKAGE_PATH, then the packages
-/// installed beside this code or where its dependencies were at build time (`pip install example-robot-data`).
+/// Where package:// of a robot is looked up when its own `package_dirs` do not have it: the folders of ROS_PACKAGE_PATH, the folders
+/// share/ of AMENT_PREFIX_PATH (ROS 2), then the packages installed beside this code or where its dependencies were at build time
+/// (`pip install example-robot-data`).
 std::vector<std::filesystem::path> default_package_dirs();
 
 /// Names of the built-in tasks, in alphabetical order.

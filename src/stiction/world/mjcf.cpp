@@ -15,10 +15,12 @@
 #include "stiction/core/sha256.hpp"
 #include "stiction/world/call_mujoco.hpp"
 #include "stiction/world/encoding.hpp"
+#include "stiction/world/mjcf_unread.hpp"
 #include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
+#include "stiction/world/xml_reader.hpp"
 
 namespace stiction::world {
 
@@ -84,6 +86,8 @@ class MjcfReader : private MjcfView {
     require_supported();
     if (const auto names = list_passed_over(); !names.empty())
       out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
+    if (const auto attributes = list_unread(*m_); !attributes.empty())
+      out_.robot.notes.push_back(fmt::format("not read: {}", fmt::join(attributes, "; ")));
     find_springs();
     out_.robot.name = m_->names[0] != '\0' ? std::string(m_->names) : file_.stem().string();
     link_of_.assign(static_cast<std::size_t>(m_->nbody), -1);
@@ -155,6 +159,7 @@ class MjcfReader : private MjcfView {
       follower.ratio = a[1];
       follower.offset = y0 + a[0] - a[1] * m_->qpos0[m_->jnt_qposadr[leader]];
     }
+    release_placeholder_limits(out_.robot);
     try {
       resolve_followers(out_.robot);
     } catch (const core::InvalidInput& e) {
@@ -223,6 +228,7 @@ class MjcfReader : private MjcfView {
     RobotLink& made = out_.robot.links[static_cast<std::size_t>(link)];
     if (m_->body_mass[body] > 0) made.inertia = inertia_of(body);
     read_geoms(body, Pose{}, &made);
+    made.only_seen = m_->body_geomnum[body] > 0 && made.collisions.empty();
   }
 
   BodyInertia inertia_of(int body) const {
@@ -328,7 +334,14 @@ class MjcfReader : private MjcfView {
   LinkHulls hulls_;
 };
 
+/// MuJoCo would take a URDF as well, by rules of its own.
+void require_mjcf(const std::string& text, const std::filesystem::path& name) {
+  tinyxml2::XMLDocument document;
+  if (parse_xml(document, text, name, "mjcf") == nullptr) fail(name, "no element", "'mujoco'");
+}
+
 RobotContents read_text(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name) {
+  require_mjcf(text, name);
   const CompiledModel model = compile(text, file, name);
   RobotContents out = MjcfReader(model.get(), name).read();
   out.sha256 = core::sha256(text);

@@ -128,15 +128,14 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   return robot;
 }
 
-/// Pairs that an SRDF file keeps from touching become filters; those of links that the robot has not are passed over.
-void add_srdf(const YamlNode& node, const RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
+/// Pairs that an SRDF file keeps from touching become filters.
+void add_srdf(const YamlNode& node, RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
   const auto file = find_resource(node.string(), node.file().parent_path(), robot.package_dirs);
   if (file.empty()) node.fail(fmt::format("'{}', which does not exist", node.string()), "an SRDF file");
-  const auto known = [&](const std::string& link) { return std::find(links.begin(), links.end(), link) != links.end(); };
-  for (const auto& [a, b] : read_srdf(file)) {
-    if (known(a) && known(b))
-      scene.filters.push_back({fmt::format("{}/{}", robot.name, a), fmt::format("{}/{}", robot.name, b), std::nullopt});
-  }
+  Srdf srdf = read_srdf(file);
+  for (const auto& [a, b] : srdf.pairs_apart(links))
+    scene.filters.push_back({fmt::format("{}/{}", robot.name, a), fmt::format("{}/{}", robot.name, b), std::nullopt});
+  robot.notes.insert(robot.notes.end(), srdf.notes.begin(), srdf.notes.end());
 }
 
 }  // namespace

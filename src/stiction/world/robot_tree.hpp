@@ -29,6 +29,7 @@ struct RobotLink {
   std::string name;
   std::vector<RobotCollision> collisions;
   std::optional<BodyInertia> inertia;  ///< as the file states it; nullopt where it states none or a mass of 0
+  bool only_seen = false;              ///< the file has geometry to be seen for it, and none that collides
 };
 
 struct RobotJoint {
@@ -92,6 +93,9 @@ std::vector<int> number_joints(const RobotTree& tree, int v_begin);
 
 /// Velocity indices of runs of joints without a branch between them; those farther out come first.
 std::vector<std::vector<int>> calc_chains(const RobotTree& tree, int v_begin);
+
+/// Limits of 1000 rad or m and more stand for none: they become infinite, and a note names their joints.
+void release_placeholder_limits(RobotTree& tree);
 
 /// Leaders that follow others are replaced by those; limits of followers become limits of their leaders; joints whose limits are one point
 /// become fixed, and what follows them; friction and speed limits of followers become those of their leaders. @throws core::InvalidInput: a joint that follows itself

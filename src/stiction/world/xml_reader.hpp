@@ -19,6 +19,12 @@ namespace stiction::world {
 
 using tinyxml2::XMLElement;
 
+/// Parses the text of a URDF ("urdf"), an SRDF ("srdf") or an MJCF ("mjcf"). @param file  as messages name it
+/// @returns its root element; nullptr where the text has no element: it is empty, or holds comments only
+/// @throws core::InvalidInput: malformed XML, or the root element of another format, which is named
+const XMLElement* parse_xml(tinyxml2::XMLDocument& document, const std::string& text, const std::filesystem::path& file,
+                            std::string_view format);
+
 /// Reads elements of an XML file and says where they stand when they are not as they should be.
 class XmlReader {
  public:
@@ -51,9 +57,9 @@ class XmlReader {
     return values[0];
   }
 
-  double positive(const XMLElement& at, const char* attribute) const {
+  double nonnegative(const XMLElement& at, const char* attribute) const {
     const double value = number(at, attribute);
-    if (!(value > 0)) fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("{}", value), "a number > 0");
+    if (!(value >= 0)) fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("{}", value), "a number > 0, or 0 for no shape");
     return value;
   }
 
