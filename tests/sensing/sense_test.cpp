@@ -319,23 +319,24 @@ std::shared_ptr<const world::Model> make_arm_with_hidden_link() {
       joint("b", "upper", "lower", "0 1 0") +
       "<link name='core'><collision><geometry><box size='0.01 0.01 0.01'/></geometry></collision></link>"
       "<joint name='f' type='fixed'><parent link='lower'/><child link='core'/><origin xyz='0 0 0.15'/></joint></robot>";
-  return world::Model::make(world::parse_scene("{robots: [{name: arm, urdf: \"" + urdf + "\"}]}", "."));
+  return make_robot(urdf);
 }
 
 TEST(Sensor, LinkInsideAnother_IsLeftOutWithANote) {
   const auto model = make_arm_with_hidden_link();
   const auto sensor = Sensor::make(model);
   ASSERT_EQ(sensor->links().size(), 2u);
-  EXPECT_EQ(sensor->link_name(0), "arm/upper");
-  EXPECT_EQ(sensor->link_name(1), "arm/lower");
-  EXPECT_NE(std::find(sensor->notes().begin(), sensor->notes().end(),
-                      "arm/core: 12 of its 12 triangles are hidden in the robot and none can be touched, so that no contact is looked for "
-                      "on it"),
-            sensor->notes().end());
+  EXPECT_EQ(sensor->link_name(0), "robot/upper");
+  EXPECT_EQ(sensor->link_name(1), "robot/lower");
+  EXPECT_NE(
+      std::find(sensor->notes().begin(), sensor->notes().end(),
+                "robot/core: 12 of its 12 triangles are hidden in the robot and none can be touched, so that no contact is looked for "
+                "on it"),
+      sensor->notes().end());
   SensorOptions asked_for;
-  asked_for.links = {"arm/core"};
+  asked_for.links = {"robot/core"};
   EXPECT_EQ(stiction::test::message_of([&] { (void)Sensor::make(model, asked_for); }),
-            "links: got 'arm/core', of whose 12 triangles 12 are hidden, expected links with a surface that can be touched");
+            "links: got 'robot/core', of whose 12 triangles 12 are hidden, expected links with a surface that can be touched");
 }
 
 TEST(Sense, BadInput_IsNamed) {

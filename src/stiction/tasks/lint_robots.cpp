@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <string>
+#include <variant>
 
 #include "stiction/world/robot_tree.hpp"
 #include "stiction/world/scales.hpp"
@@ -73,6 +75,14 @@ class RobotLinter {
     return span;
   }
 
+  /// "'NAME' (FILE) is SIZE".
+  static std::string describe(const world::Geometry& geometry) {
+    const auto* mesh = std::get_if<world::Mesh>(&geometry.shape);
+    const std::filesystem::path source = mesh != nullptr ? mesh->mesh->source : "";
+    return fmt::format("'{}'{} is {:.3g}", geometry.name, source.empty() ? "" : fmt::format(" ({})", source.filename().string()),
+                       2 * geometry.bounding_radius);
+  }
+
   /// A shape that is many times as large as the robot is long; of a robot of one link, as the largest object.
   void size() {
     constexpr double kSpans = 10, kObjects = 100;
@@ -90,17 +100,13 @@ class RobotLinter {
       if (widest == nullptr || geometry.bounding_radius > widest->bounding_radius) widest = &geometry;
     }
     if (widest == nullptr) return;
-    const auto* mesh = std::get_if<world::Mesh>(&widest->shape);
-    const std::string source = mesh == nullptr || mesh->mesh->source.empty()
-                                   ? ""
-                                   : fmt::format(" ({})", std::filesystem::path(mesh->mesh->source).filename().string());
-    out_.push_back({"size", fmt::format("'{}'{} is {:.3g} m across, and {}{}; lengths are in metres: is {} in millimetres? Then write "
-                                        "scale=\"0.001 0.001 0.001\" at the mesh",
-                                        widest->name, source, 2 * widest->bounding_radius,
-                                        span > 0 ? fmt::format("the joints of the robot reach {:.3g} m", span)
-                                                 : fmt::format("the largest object is {:.3g} m large", largest_object),
-                                        count > 1 ? fmt::format(" ({} shapes of the robot are as large)", count) : "",
-                                        mesh != nullptr ? "the file" : "the shape")});
+    const std::string others = count > 1 ? fmt::format(" ({} shapes of the robot are as large)", count) : "";
+    const std::string against = span > 0 ? fmt::format("the joints of the robot reach {:.3g} m", span)
+                                         : fmt::format("the largest object is {:.3g} m large", largest_object);
+    out_.push_back({"size", fmt::format("{} m across{}, and {}; lengths are in metres: {}", describe(*widest), others, against,
+                                        std::holds_alternative<world::Mesh>(widest->shape)
+                                            ? "is the file in millimetres? Then write scale=\"0.001 0.001 0.001\" at the mesh"
+                                            : "is the shape in millimetres?")});
     out_.back().names = {widest->name};
     out_.back().amount = 2 * widest->bounding_radius;
   }
