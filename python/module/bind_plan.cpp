@@ -15,7 +15,7 @@
 namespace stiction::python {
 
 Plan::Plan(const tasks::Task& of, const planning::PlannerOptions& options, const planning::PlanResult& result)
-    : task(of), file(tasks::make_plan_file(of, options, result, std::filesystem::current_path() / "plan.json")) {}
+    : task(of), file(tasks::make_plan_file(of, options, result, of.file.parent_path() / "plan.json")) {}
 
 Plan::Plan(tasks::PlanFile of, const std::filesystem::path& path)
     : task(tasks::load_task_of_plan(of, path, tasks::default_data_dirs())), file(std::move(of)) {

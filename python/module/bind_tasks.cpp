@@ -20,10 +20,7 @@ Task make_task(const nb::dict& task, const std::optional<std::filesystem::path>&
 /// @param task  a name or a file; what is no str is a file
 Task load_task(const std::variant<std::string, std::filesystem::path>& task) {
   const auto* file = std::get_if<std::filesystem::path>(&task);
-  Task out = tasks::load_task(file != nullptr ? std::filesystem::absolute(*file).string() : std::get<std::string>(task));
-  out.file =
-      std::filesystem::absolute(out.file);  // plans name it from wherever they are written, also after a change of the working folder
-  return out;
+  return tasks::load_task(file != nullptr ? std::filesystem::absolute(*file).string() : std::get<std::string>(task));
 }
 
 /// The task with other values, as a task of its own.

@@ -287,6 +287,8 @@ void bind_world(nb::module_& m) {
       .def_prop_ro("stiffness", &Model::stiffness, nb::rv_policy::copy, "K_a (n_a) [N/m or N m/rad]")
       .def_prop_ro("effort", &Model::effort, nb::rv_policy::copy,
                    "Largest forces and torques of the motors (n_a) [N or N m], infinite where there is no limit")
+      .def_prop_ro("speed_limit", &Model::speed_limit, nb::rv_policy::copy,
+                   "How fast the joints may be as the URDF says (n_a) [m/s or rad/s], infinite where there is no limit")
       .def_prop_ro("lower", &Model::lower, nb::rv_policy::copy, "joint limits (n_a) [m or rad]")
       .def_prop_ro("upper", &Model::upper, nb::rv_policy::copy)
       .def_prop_ro("reach", &Model::reach, nb::rv_policy::copy, "bound on the lever of each joint (n_a) [m]")

@@ -317,6 +317,12 @@ class Model:
         """
 
     @property
+    def speed_limit(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        How fast the joints may be as the URDF says (n_a) [m/s or rad/s], infinite where there is no limit
+        """
+
+    @property
     def lower(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """joint limits (n_a) [m or rad]"""
 

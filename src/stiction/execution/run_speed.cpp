@@ -9,7 +9,6 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/speed_limits.hpp"
-#include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -106,7 +105,7 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   RunSpeeds out;
   out.factor = factor;
   out.object = speed;
-  out.most = world::read_joint_speeds(model);
+  out.most = model.speed_limit();
   out.springs = limits.of_springs(model);
   out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;
   out.push.resize(model.n_a());

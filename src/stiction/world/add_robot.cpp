@@ -29,7 +29,7 @@ class RobotAdder {
   void add() {
     parts_.add_owner_name(spec_.name);
     if (!is_rotation(spec_.X_WBase.R) || !spec_.X_WBase.p.allFinite()) core::throw_invalid("base", "no rigid transform", "one");
-    const RobotTree tree = read_robot_tree(spec_);
+    const RobotTree& tree = spec_.contents->robot;
     RobotInfo info{.name = spec_.name, .v_begin = m_.n_v, .n_v = 0, .q_begin = m_.n_q, .chains = {}};
     for (const auto& [link, value] : spec_.link_friction) {
       if (std::none_of(tree.links.begin(), tree.links.end(), [&](const RobotLink& l) { return l.name == link; })) {
@@ -53,6 +53,7 @@ class RobotAdder {
       add_link(tree, i, base, i == 0 ? -1 : v_of_joint[i - 1], q_ahead, stiffness, effort);
     }
     for (const std::string& note : tree.notes) parts_.add_note(spec_.name, note);
+    for (const std::string& note : spec_.notes) parts_.add_note(spec_.name, note);
     if (!chosen_.empty()) {
       parts_.add_note(spec_.name,
                       fmt::format("stiffness of joints without one, which bear their effort at 1/40 of their range [N·m/rad, N/m]: {}",
@@ -160,6 +161,7 @@ class RobotAdder {
         chosen_.push_back(fmt::format("{} {:.3g}", joint->name, spring));
       }
       parts_.add_dof(name, kind, BodyKind::Robot, index_, joint->lower, joint->upper, spring, effort_of(*joint, effort));
+      m_.dofs.back().speed_limit = joint->speed_limit;
       parts_.set_joint_friction(joint->friction, joint->damping);
       parts_.reach.push_back(revolute ? calc_reach(tree, i) : 1.0);
       ++m_.n_v;

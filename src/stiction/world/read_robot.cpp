@@ -96,9 +96,9 @@ void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
 }
 
 /// What is wrong in a text is said with the key that it stands under.
-RobotTree read_tree(const YamlNode& node, const RobotSpec& robot) {
+std::shared_ptr<const RobotContents> read_contents(const YamlNode& node, const RobotSpec& robot) {
   try {
-    return read_robot_tree(robot);
+    return contents_of(robot);
   } catch (const core::InvalidInput& e) {
     if (robot.text.empty()) throw;
     const std::string where = node.at(robot.mjcf.empty() ? "urdf" : "mjcf").where() + ": ";
@@ -144,7 +144,8 @@ void add_srdf(const YamlNode& node, const RobotSpec& robot, std::span<const std:
 void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene,
                      std::vector<std::string>& names) {
   RobotSpec robot = read_robot(node, package_dirs);
-  const RobotTree tree = read_tree(node, robot);
+  robot.contents = read_contents(node, robot);
+  const RobotTree& tree = robot.contents->robot;
   std::vector<std::string> links;
   for (const auto& link : tree.links) {
     links.push_back(link.name);

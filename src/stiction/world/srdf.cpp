@@ -9,7 +9,7 @@
 namespace stiction::world {
 
 std::vector<std::pair<std::string, std::string>> read_srdf(const std::filesystem::path& file) {
-  const std::string text = read_xml_text(file, "srdf");
+  const std::string text = xml_text(read_bytes(file), file, "srdf");
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
     throw core::InvalidInput(

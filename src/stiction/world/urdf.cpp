@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "stiction/core/faults.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
@@ -155,6 +156,16 @@ struct RawJoint {
   std::string parent, child, leader;
 };
 
+/// The attribute `velocity`; infinite where there is none, or where it is 0.
+double read_speed_limit(const XmlReader& reader, const XMLElement& joint, const XMLElement& limit) {
+  const char* text = limit.Attribute("velocity");
+  if (text == nullptr) return kInfinity;
+  const auto speed = reader.try_number(text, true);
+  if (!speed || *speed < 0)
+    reader.fail(limit, reader.label(joint) + " velocity", fmt::format("'{}'", text), "a number > 0, or 0 where it is not known");
+  return *speed > 0 ? *speed : kInfinity;
+}
+
 /// A joint whose file says neither end has none, as MuJoCo and Drake have it; of two ends the one that is left out is 0, as the format says.
 void read_limits(const XmlReader& reader, const XMLElement& element, Source& source, RobotJoint& joint, bool continuous) {
   const XMLElement* limit = element.FirstChildElement("limit");
@@ -164,6 +175,7 @@ void read_limits(const XmlReader& reader, const XMLElement& element, Source& sou
       reader.fail(*limit, reader.label(element) + " effort", fmt::format("{}", effort), "a number > 0, or 0 where it is not known");
     if (effort > 0 && std::isfinite(effort)) joint.effort = effort;
   }
+  if (limit != nullptr) joint.speed_limit = read_speed_limit(reader, element, *limit);
   if (continuous || limit == nullptr || (limit->Attribute("lower") == nullptr && limit->Attribute("upper") == nullptr)) {
     if (!continuous) source.unlimited.push_back(joint.name);
     joint.lower = -kInfinity;
@@ -335,17 +347,24 @@ RobotTree read_tree(const std::string& text, Source source) {
 
 }  // namespace
 
-RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
-                    const MeshOptions& mesh_options) {
+RobotContents read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
+                        const MeshOptions& mesh_options) {
   if (!std::filesystem::is_regular_file(file)) {
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
   }
-  return read_tree(read_xml_text(file, "urdf"), {file, file.parent_path(), true, package_dirs, mesh_options});
+  RobotContents out;
+  std::string bytes = read_bytes(file);
+  out.sha256 = core::sha256(bytes);
+  out.robot = read_tree(xml_text(std::move(bytes), file, "urdf"), {file, file.parent_path(), true, package_dirs, mesh_options});
+  return out;
 }
 
-RobotTree read_urdf_text(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs,
-                         const MeshOptions& mesh_options) {
-  return read_tree(text, {kTextName, folder, false, package_dirs, mesh_options});
+RobotContents read_urdf_text(const std::string& text, const std::filesystem::path& folder,
+                             std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options) {
+  RobotContents out;
+  out.sha256 = core::sha256(text);
+  out.robot = read_tree(text, {kTextName, folder, false, package_dirs, mesh_options});
+  return out;
 }
 
 }  // namespace stiction::world
