@@ -32,9 +32,9 @@ namespace stiction::app {
 /// Exit codes of the program, with one meaning in every command.
 enum ExitCode : int {
   kDone = 0,
-  kCheckFailed = 1,  ///< what was given was judged and does not pass: check, simulate, lint; a deviation in reproduce
-  kBadInput = 2,     ///< the caller's mistake, and nothing else
-  kNotSolved = 3,    ///< the budget or the search ended first, or the plan that is given does not reach its goal; the best result is kept
+  kCheckFailed = 1,     ///< what was given was judged and does not pass: check, simulate, lint; a deviation in reproduce
+  kBadInput = 2,        ///< the caller's mistake, and nothing else
+  kNotSolved = 3,       ///< the budget or the search ended first; the best result is kept
   kInternalError = 70,  ///< a fault of the program or of its installation
   kInterrupted = 130
 };
@@ -72,9 +72,7 @@ void add_threads(CLI::App& command, std::optional<int>& threads);
 void add_timeout(CLI::App& command, double& timeout_s, const std::string& meaning = "Wall-clock budget [s]");
 void add_goal(CLI::App& command, std::string& goal);
 void add_scheme(CLI::App& command, std::string& scheme);
-void add_speed(CLI::App& command, double& speed, const std::string& more = {});
-/// … of commands that are carried out without feedback.
-void add_open_loop_speed(CLI::App& command, double& speed);
+void add_speed(CLI::App& command, double& speed);
 void add_out(CLI::App& command, std::string& dir, const std::string& what);
 void add_json(CLI::App& command, bool& json);
 
@@ -129,9 +127,6 @@ std::vector<std::optional<double>> parse_numbers(std::string_view option, const 
 
 /// What lint found, a line each on stderr.
 void print_warnings(const std::vector<tasks::Finding>& findings);
-
-/// "0.1 of the full timing".
-std::string describe_speed(double speed);
 
 /// Times [s], commands and torques of the springs K_a(u − q) in the order of the joints, one knot per line.
 void write_trajectory(const std::filesystem::path& file, const world::Model& model, const execution::Trajectory& trajectory);

@@ -42,19 +42,11 @@ void add_scheme(CLI::App& command, std::string& scheme) {
   command.add_option("--scheme", scheme, "Local models: exact, analytic, randomized-first, randomized-zeroth");
 }
 
-void add_speed(CLI::App& command, double& speed, const std::string& more) {
-  command
-      .add_option("--speed", speed,
-                  "Speed, times the full timing that follows from object and motors; above 1 only pushes are faster" + more)
+void add_speed(CLI::App& command, double& speed) {
+  command.add_option("--speed", speed, "Speed, times that which follows from object and motors; above 1 of pushes alone")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
 }
-
-void add_open_loop_speed(CLI::App& command, double& speed) {
-  add_speed(command, speed, ". Without feedback most plans hold at 0.1, and few at 1");
-}
-
-std::string describe_speed(double speed) { return fmt::format("{:g} of the full timing", speed); }
 
 void add_out(CLI::App& command, std::string& dir, const std::string& what) { command.add_option("-o,--out", dir, what); }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/run_timing.hpp"
 #include "stiction/planning/refine.hpp"

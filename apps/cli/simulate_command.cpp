@@ -6,6 +6,7 @@
 
 #include "app.hpp"
 #include "frames.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/transfer.hpp"
 #include "stiction/tasks/plan_file.hpp"

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/execution/run_timing.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/plan_file.hpp"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -198,3 +199,33 @@ def test_a_plan_of_nothing_is_named(stiction, st, tmp_path: Path, format: str) -
     done = stiction("export", tmp_path / "plan", "--format", format)
     assert done.returncode == 2 and "plan.segments: got nothing that moves" in done.stderr and "Traceback" not in done.stderr
     assert not (tmp_path / f"plan/motion.{format}").exists()
+
+
+def use(st: Any, task: Any, folder: Path) -> None:
+    """All that is done with a task once it is loaded."""
+    folder.mkdir()
+    plan = solve(st, task)
+    assert st.make_trajectory(plan).duration > 0
+    assert all(file.exists() for format in ("csv", "npz", "json", "mcap") for file in plan.export(folder / f"motion.{format}"))
+    assert st.check_plan(plan).pass_
+    assert st.refine(plan).status == st.Status.Solved
+    assert st.transfer(plan, alone=False).status == st.Status.Solved
+    assert st.run(task, seed=0, timeout_s=60).reached
+    st.view(plan, html=folder / "plan.html")
+    assert (folder / "plan.html").exists()
+    assert task.with_(goal=[0.5, 0, 0]).goal != task.goal
+
+
+def test_what_was_loaded_works_on_when_its_folder_is_gone(st, tmp_path: Path) -> None:
+    task = st.load_task(own_task(tmp_path / "gone", rail()))
+    shutil.rmtree(tmp_path / "gone")
+    use(st, task, tmp_path / "out")
+
+
+@pytest.mark.parametrize("from_dict", [False, True])
+def test_what_was_loaded_by_a_relative_path_works_on_in_another_folder(st, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, from_dict: bool) -> None:
+    file = own_task(tmp_path / "work", rail())
+    monkeypatch.chdir(tmp_path / "work")
+    task = st.Task(json.loads(file.read_text())) if from_dict else st.load_task("task.yaml")
+    monkeypatch.chdir(tmp_path)
+    use(st, task, tmp_path / "out")

@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <numeric>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/number.hpp"
 #include "stiction/core/quantile.hpp"
 #include "stiction/sensing/npz.hpp"
 #include "stiction/sensing/scenario.hpp"
@@ -41,14 +41,6 @@ std::optional<Strings> split_fields(std::string_view line) {
   if (is_quoted) return std::nullopt;
   for (std::string& field : out) field = trim_spaces(field);
   return out;
-}
-
-/// Also of what is not finite.
-std::optional<double> read_number(std::string_view field) {
-  if (field.starts_with('+')) field.remove_prefix(1);
-  double value = 0;
-  const auto read = std::from_chars(field.data(), field.data() + field.size(), value);
-  return read.ec == std::errc() && read.ptr == field.data() + field.size() && !field.empty() ? std::optional(value) : std::nullopt;
 }
 
 void mark_gaps(Series& series) {
@@ -112,7 +104,7 @@ class CsvReader {
   /// @returns whether the line has names; else the columns are known from the comment before it, or by their order
   bool read_names(const Strings& fields, std::string_view text) {
     const auto numbers =
-        std::count_if(fields.begin(), fields.end(), [](const std::string& field) { return read_number(field).has_value(); });
+        std::count_if(fields.begin(), fields.end(), [](const std::string& field) { return core::parse_number(field).has_value(); });
     if (numbers == 0) {
       columns_ = find_columns(fields, model_, where(line_));
       n_columns_ = fields.size();
@@ -139,7 +131,7 @@ class CsvReader {
   }
 
   double number(const Strings& fields, std::size_t column, std::string_view text) const {
-    const auto out = read_number(fields[column]);
+    const auto out = core::parse_number(fields[column]);
     if (!out || !std::isfinite(*out))
       fail(fmt::format("{}, with '{}' in column {}", quote(text), fields[column], column + 1), "a finite number");
     return *out;
