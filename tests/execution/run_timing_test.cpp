@@ -232,7 +232,9 @@ TEST(RunTiming, CommandsWithLeads_AreNoFasterThanTheirJoints) {
       double fastest = 0;
       for (Eigen::Index k = 0; k + 1 < t.times.size(); ++k) fastest = std::max(fastest, speed_at(t, k));
       EXPECT_LE(fastest, limit * (1 + 1e-9)) << factor;
-      EXPECT_GT(fastest, 0.5 * limit) << factor;
+      if (limit < 0.1 * usual) {
+        EXPECT_GT(fastest, 0.9 * limit) << factor << ": the joints set the pace";
+      }
       EXPECT_EQ(t.speed, factor);
     }
   }

@@ -114,7 +114,7 @@ def test_links_of_a_robot_are_frames_that_hang_on_the_world(st, tmp_path: Path) 
 
 def test_robots_of_one_file_have_topics_and_frames_of_their_own(st, tmp_path: Path) -> None:
     """Names that differ only in letters that topics do not allow, and links of one name."""
-    others = tuple({"name": name, "urdf": "hand.urdf", "stiffness": 500, "base": {"position": [0, y, 0]}} for name, y in (("a-b", 3), ("a b", -3)))
+    others = tuple({"name": name, "urdf": "hand.urdf", "stiffness": 500, "base": {"position": [0, y, 0]}} for name, y in (("a-b", 3), ("a.b", -3)))
     plan = solve(st, st.load_task(own_task(tmp_path, rail(), others)))
     messages = read_mcap(plan.export(tmp_path / "motion.mcap")[0])
     for topic in ("joint_trajectory", "joint_states"):
@@ -123,8 +123,8 @@ def test_robots_of_one_file_have_topics_and_frames_of_their_own(st, tmp_path: Pa
     knots = len(messages["/tf"])
     assert all(len(messages[name]) == knots for name in messages if name.endswith("joint_states"))
     fixed = frames(messages["/tf_static"])
-    assert {"hand/rail_base", "a-b/rail_base", "a b/rail_base"} <= fixed.keys() and "rail_base" not in fixed
-    assert fixed["a-b/rail_base"][1][1] == 3 and fixed["a b/tip"][0] == "a b/ball"
+    assert {"hand/rail_base", "a-b/rail_base", "a.b/rail_base"} <= fixed.keys() and "rail_base" not in fixed
+    assert fixed["a-b/rail_base"][1][1] == 3 and fixed["a.b/tip"][0] == "a.b/ball"
 
 
 def test_a_root_link_that_is_called_world_is_the_world_where_it_stands_there(st, tmp_path: Path) -> None:
