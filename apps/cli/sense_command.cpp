@@ -177,6 +177,7 @@ int run_sense(const SenseArguments& arguments) {
   require_page(arguments.html);
   sensing::Scenario scenario = sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   for (const std::string& note : scenario.sensor->notes()) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : scenario.series.notes) fmt::print(stderr, "note: {}\n", note);
   for (const int gap : scenario.series.gaps)
     fmt::print(stderr, "note: no line for {:.3g} s before t = {:.3f} s, whose candidates do not start from earlier ones\n",
                scenario.series.times[static_cast<std::size_t>(gap)] - scenario.series.times[static_cast<std::size_t>(gap) - 1],

@@ -6,6 +6,7 @@
 
 #include "app.hpp"
 #include "frames.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/transfer.hpp"
 #include "stiction/tasks/plan_file.hpp"
@@ -21,10 +22,9 @@ struct SimulateArguments {
   std::string plan;
   std::string out_dir;
   double timeout_s = 600;
-  double speed = 1;    ///< times the default speeds
-  double pause_s = 0;  ///< between pieces
-  bool uniform = false;
-  int substeps = 0;  ///< predict each edge in this many steps; 0: as the plan does
+  double speed = execution::kOpenLoopSpeed;  ///< times the full timing
+  double pause_s = 0;                        ///< between pieces
+  int substeps = 0;                          ///< predict each edge in this many steps; 0: as the plan does
   double rest_time_s = execution::kRestTime;
   double friction_scale = 1;
   bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs
@@ -51,11 +51,19 @@ json to_json(const std::optional<execution::PieceError>& error) {
           {"end_angle", e.end_angle}};
 }
 
+/// Of a run to its end: reached or missed, or that the plan itself ends elsewhere.
+std::string_view verdict_of(const tasks::PlanFile& plan, const execution::TransferResult& r) {
+  if (r.status != Status::Solved) return core::to_string(r.status);
+  if (r.reached) return "Reached";
+  return plan.status == Status::Solved ? "Missed" : "NotSolved";
+}
+
 /// What is printed with --json, and the head of the file that the page is made of.
 json report(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r,
             const SimulateArguments& arguments) {
   json out;
-  out["status"] = r.status == Status::Solved ? (r.reached ? "Reached" : "Missed") : std::string(core::to_string(r.status));
+  out["status"] = verdict_of(plan, r);
+  out["plan_status"] = core::to_string(plan.status);
   out["task"] = plan.task_name;
   out["seed"] = plan.seed;
   out["wall_s"] = r.wall_s;
@@ -105,6 +113,7 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const world::Mode
   row("time",
       fmt::format("{:.1f} s{} simulated in {:.2f} s", r.duration_s,
                   r.dropped && !r.pieces.empty() ? fmt::format(" of {:.1f} s", r.pieces.back().end_s + options.hold) : "", r.wall_s));
+  row("speed", describe_speed(options.speed));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * plan.tol_position,
                                        r.error.angle, plan.tol_angle));
   row("deepest penetration", fmt::format("{:.3f} mm", 1e3 * r.max_depth));
@@ -134,11 +143,6 @@ int run_simulate(const SimulateArguments& arguments) {
   execution::TransferOptions options;
   options.speed = arguments.speed;
   options.pause = arguments.pause_s;
-  if (arguments.uniform) {
-    options.uniform.emplace();
-    options.uniform->revolute *= arguments.speed;
-    options.uniform->prismatic *= arguments.speed;
-  }
   options.alone = !arguments.whole_only;
   options.threads = arguments.threads.value_or(0);
   simulation::PlantOptions plant_options;
@@ -155,6 +159,11 @@ int run_simulate(const SimulateArguments& arguments) {
     plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
 
+  if (file.status != Status::Solved)
+    fmt::print(
+        stderr,
+        "stiction: warning: {}: the plan does not reach its goal (status {}); a longer search may reach it (`stiction plan --timeout`)\n",
+        path.string(), core::to_string(file.status));
   catch_signals();
   ProgressLine line;
   line.show(fmt::format("simulating {} segments", plan.segments.size()));
@@ -186,7 +195,8 @@ int run_simulate(const SimulateArguments& arguments) {
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations) return kNotSolved;
   if (page_failed) return kInternalError;
-  return result.reached ? kDone : kCheckFailed;
+  if (result.reached) return kDone;
+  return file.status == Status::Solved ? kCheckFailed : kNotSolved;
 }
 
 }  // namespace
@@ -198,14 +208,10 @@ Run declare_simulate(CLI::App& command) {
   add_out(command, a.out_dir, "Folder for simulation.json and the page (default: that of the plan)");
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
-  add_speed(command, a.speed);
+  add_open_loop_speed(command, a.speed);
   command.add_option("--pause", a.pause_s, "Commands rest this long between pieces [s]")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command.add_flag(
-      "--uniform", a.uniform,
-      "In place of those, 0.1 rad/s and 0.0125 m/s for any object and robot, times --speed, springs that are strained as slowly, "
-      "and rests of 4 s between pieces");
   command
       .add_option("--sub-steps", a.substeps,
                   "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)")

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/execution/run_timing.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/plan_file.hpp"
@@ -23,9 +24,9 @@ struct SolveArguments {
   std::optional<std::uint64_t> seed;  ///< of the first try; the next ones count up
   std::string goal;
   int tries = 20;
-  double timeout_s = 120;                ///< of all tries
-  std::vector<double> friction = {1.0};  ///< the goal has to be reached with every μ times each of these
-  double speed = 1;                      ///< times the default speeds
+  double timeout_s = 120;                    ///< of all tries
+  std::vector<double> friction = {1.0};      ///< the goal has to be reached with every μ times each of these
+  double speed = execution::kOpenLoopSpeed;  ///< times the full timing
   std::optional<int> threads;
   std::string out_dir;
   bool json = false;
@@ -125,6 +126,7 @@ int run_solve(const SolveArguments& arguments) {
   line.clear();
   const std::string_view verdict = status == Status::Solved ? "Held" : status == Status::Cancelled ? "Cancelled" : "NotHeld";
   fmt::print(to, "  {} in {:.2f} s, {} of {} tries\n", verdict, result.wall_s, result.tries.size(), arguments.tries);
+  print_row(to, "speed", describe_speed(options.speed));
   print_row(to, "plan", target.string());
   if (arguments.json) {
     json out;
@@ -132,6 +134,7 @@ int run_solve(const SolveArguments& arguments) {
     out["task"] = task.name;
     out["seed"] = result.best.seed;
     out["wall_s"] = result.wall_s;
+    out["speed"] = options.speed;
     out["tries"] = json::array();
     for (const auto& t : result.tries) out["tries"].push_back(to_json(t));
     out["plan"] = target.string();
@@ -154,7 +157,7 @@ Run declare_solve(CLI::App& command) {
       ->delimiter(',')
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  add_speed(command, a.speed);
+  add_open_loop_speed(command, a.speed);
   add_threads(command, a.threads);
   add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default ./TASK-seedN, N of the first try)");
   add_json(command, a.json);

@@ -111,12 +111,13 @@ void bind_execution(nb::module_& m) {
       .def_ro("regrasp_factor", &SpeedLimits::regrasp_factor)
       .def_ro("load_time", &SpeedLimits::load_time, "[s]")
       .def_ro("pause", &SpeedLimits::pause, "[s]");
-  m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = 0.0, "uniform"_a = nb::none(),
+  m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = TransferOptions{}.speed, "pause"_a = 0.0, "uniform"_a = nb::none(),
         "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true,
         "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
         R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
-  speed: of pushes, times what follows from the object and the motors (E.13), > 0.
+  speed: times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster. Without feedback most plans hold at
+    the default of 0.1, and few at 1.
   pause: commands rest this long between pieces [s], >= 0.
   uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
   substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.

@@ -67,6 +67,21 @@ world::Kinematics calc_kinematics(const Model& model, const Vector& q) {
   return out;
 }
 
+/// A link of a robot, by its name and that of the link that it hangs on.
+struct RobotLink {
+  std::string name;
+  std::optional<std::string> parent;
+  bool moves = false;
+};
+
+std::vector<RobotLink> links_of(const Model& model) {
+  const auto name_of = [&](int body) { return model.bodies()[static_cast<std::size_t>(body)].name; };
+  std::vector<RobotLink> out;
+  for (const world::Link& link : model.links())
+    out.push_back({name_of(link.body), link.parent < 0 ? std::nullopt : std::optional(name_of(link.parent)), link.dof >= 0});
+  return out;
+}
+
 nb::dict body_poses(const Model& model, const Vector& q) {
   const world::Kinematics kinematics = calc_kinematics(model, q);
   nb::dict out;
@@ -166,6 +181,10 @@ void bind_records(nb::module_& m) {
       .def_ro("name", &world::Body::name)
       .def_ro("kind", &world::Body::kind)
       .def_ro("dofs", &world::Body::dofs, "velocity indices that move it");
+  nb::class_<RobotLink>(m, "RobotLink", "A link of a robot, and what it hangs on.")
+      .def_ro("name", &RobotLink::name, "of its body, as robot/link")
+      .def_ro("parent", &RobotLink::parent, "of the body that it hangs on; None: the link stands in the world")
+      .def_ro("moves", &RobotLink::moves, "a joint moves it relative to its parent");
   nb::class_<world::Geometry>(m, "Geometry", "A shape on a body.")
       .def_ro("name", &world::Geometry::name)
       .def_ro("body", &world::Geometry::body)
@@ -276,6 +295,7 @@ void bind_world(nb::module_& m) {
       .def_prop_ro("joint_names", &joint_names, "as robot/joint, in the order of u")
       .def_prop_ro("object_names", &object_names)
       .def_prop_ro("bodies", [](const Model& model) { return list_of(model.bodies()); })
+      .def_prop_ro("links", &links_of, "of all robots, parents first")
       .def_prop_ro("geometries", [](const Model& model) { return list_of(model.geometries()); })
       .def_prop_ro("pairs", [](const Model& model) { return list_of(model.pairs()); })
       .def_prop_ro("dofs", [](const Model& model) { return list_of(model.dofs()); })

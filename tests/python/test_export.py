@@ -196,7 +196,7 @@ def test_mcap_holds_objects_and_wrenches_at_their_points(messages: dict[str, lis
     for knot, (_, log_time, _, message) in zip(motion["knots"], messages["/tf"]):
         assert log_time == round(1e9 * knot["time"])
         frames = {frame.child_frame_id: frame.transform for frame in message.transforms}
-        assert {frame.header.frame_id for frame in message.transforms} == {"world"}
+        assert {f.header.frame_id for f in message.transforms if f.child_frame_id in motion["objects"] or f.child_frame_id.startswith("contacts/")} == {"world"}
         for name, pose in zip(motion["objects"], knot["objects"]):
             assert [getattr(frames[name].translation, axis) for axis in "xyz"] == pose["position"]
             assert [getattr(frames[name].rotation, axis) for axis in "xyzw"] == pose["quaternion_xyzw"]
@@ -245,7 +245,7 @@ def test_times_of_a_given_trajectory(plan_file: Path, st, tmp_path: Path) -> Non
         assert arrays["time"].tolist() == trajectory.times.tolist()
     pushes = lambda of: np.diff(of.times)[[plan.segments[k].kind == st.SegmentKind.Contact for k in of.segments[1:]]].sum()
     pieces = 1 + sum(a.kind != b.kind for a, b in zip(plan.segments, plan.segments[1:]) if a.kind != st.SegmentKind.Settle)
-    assert 1.5 < pushes(st.make_trajectory(plan, speed=0.5)) / pushes(st.make_trajectory(plan)) < 2.01, "half the speed, apart from starts and stops"
+    assert 1.5 < pushes(st.make_trajectory(plan, speed=0.5)) / pushes(st.make_trajectory(plan, speed=1.0)) < 2.01, "half the speed, apart from starts and stops"
     assert trajectory.duration - st.make_trajectory(plan, speed=0.5).duration == pytest.approx(1.0 * (pieces - 1), abs=1e-6)
 
 

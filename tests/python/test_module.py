@@ -388,10 +388,13 @@ def test_check_says_what_is_wrong(solved: st.Plan) -> None:
 
 
 def test_trajectory_keeps_the_speeds(solved: st.Plan) -> None:
-    trajectory = st.make_trajectory(solved)
+    trajectory = st.make_trajectory(solved, speed=1.0)
     assert trajectory.u.shape == (len(trajectory.times), 2) and trajectory.q.shape == (len(trajectory.times), 5)
     assert np.all(np.diff(trajectory.times) > 0) and trajectory.duration == trajectory.times[-1]
     assert st.make_trajectory(solved, speed=0.5).duration > 1.2 * trajectory.duration
+    by_default = st.make_trajectory(solved)
+    assert by_default.speed == st.OPEN_LOOP_SPEED == 0.1 and 5 * trajectory.duration < by_default.duration < 10.01 * trajectory.duration
+    assert len(by_default.times) < 1.5 * len(trajectory.times), "a slower run has about the same knots"
     uniform = st.transfer(solved, uniform=st.SpeedLimits(prismatic=0.2, pause=0.0, load_time=0.0), hold=0.0, alone=False)
     assert uniform.duration_s < st.transfer(solved, uniform=st.SpeedLimits(prismatic=0.1, pause=0.0, load_time=0.0), hold=0.0, alone=False).duration_s
     with pytest.raises(st.InvalidInput, match="speed.prismatic"):

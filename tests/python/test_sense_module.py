@@ -241,7 +241,7 @@ def test_scenario_of_a_dict_is_that_of_its_file(tmp_path: Path) -> None:
     assert [c.residual for c in mine.candidates] == [c.residual for c in built_in.candidates] and mine.candidates
     (tmp_path / "touch.csv").write_text((TUTORIAL.parent / "touch.csv").read_text())
     series = st.load_sensing_scenario({"scene": UR5, "series": "touch.csv"}, base=tmp_path)
-    assert series.q.shape == (10, 6) and np.array_equal(series.tau, st.load_sensing_scenario(TUTORIAL.parent / "touch.yaml").tau)
+    assert series.notes == [] and series.q.shape == (10, 6) and np.array_equal(series.tau, st.load_sensing_scenario(TUTORIAL.parent / "touch.yaml").tau)
     for mistake, message in (({"sensng": {}}, "^sensng: got an unknown key"), ({"sensing": {"links": ["arm/x"]}}, "^sensing.links: got 'arm/x'"), ({"joints": [0] * 6}, "neither 'torques' nor 'contact'")):
         with pytest.raises(st.InvalidInput, match=message):
             st.load_sensing_scenario({"scene": UR5, **mistake})

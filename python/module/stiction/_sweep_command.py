@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _command
-from ._core import InvalidInput
+from ._core import OPEN_LOOP_SPEED, InvalidInput
 from ._table import to_cell
 from .sweeps import PlanRun, Progress, sweep
 
@@ -148,7 +148,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--friction", metavar="F,F", help="simulate too, with these factors of every coefficient of friction")
     parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE,VALUE", help="of the planner, with dots into maps; every choice is run")
     parser.add_argument("--no-refine", action="store_true", help="plans as the planner made them")
-    parser.add_argument("--speed", type=float, metavar="V", help="of joints in the simulation, times 0.1 rad/s and 0.0125 m/s (default: 1)")
+    parser.add_argument("--speed", type=float, metavar="V", help=f"in the simulation, times the full timing that follows from object and motors (default: {OPEN_LOOP_SPEED})")
     parser.add_argument("--alone", action="store_true", help="simulate every push by itself as well, which tells causes apart")
     parser.add_argument("--timeout", type=float, metavar="S", help="of the planner, and of refinement [s] (default: 20)")
     parser.add_argument("-j", "--processes", type=int, metavar="N", help="at a time, of one thread each (default: one per core)")

@@ -265,6 +265,8 @@ def main() -> int:
 
     def show() -> None:
         scenario = st.load_sensing_scenario(args.scenario)
+        for note in scenario.notes:
+            print(f"note: {note}", file=sys.stderr)
         with serving(args.host, args.port) as server:
             live = Live(server, scenario)
             announce(server, args.host)
