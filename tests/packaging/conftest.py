@@ -1,13 +1,11 @@
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
+import pytest
+from outside import BUILD, run  # the first to be imported: it finds the tools of the other tests
 
-import pytest  # noqa: E402
-from limits import pytest_runtest_call, pytest_runtest_setup, pytest_runtest_teardown  # noqa: E402, F401  # each test has a limit
-from outside import BUILD, run  # noqa: E402
+from limits import pytest_runtest_call, pytest_runtest_setup, pytest_runtest_teardown  # noqa: F401  # each test has a limit
 
 
 @pytest.fixture(scope="session")
