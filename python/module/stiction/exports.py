@@ -183,8 +183,8 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("plan", type=Path, metavar="PLAN", help="plan file, or its folder")
     parser.add_argument("--format", metavar="FORMAT", help=f"one of {', '.join(sorted(WRITERS))} (default: what FILE ends in)")
     parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="(default: motion.FORMAT in the folder of the plan)")
-    parser.add_argument("--speed", type=float, default=1.0, help="speed, times that which follows from object and motors; above 1 of pushes alone (default: %(default)s)")
-    parser.add_argument("--pause", type=float, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
+    parser.add_argument("--speed", type=_command.positive, default=1.0, help="speed, times that which follows from object and motors; above 1 of pushes alone (default: %(default)s)")
+    parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
     arguments = parser.parse_args(words)
     if arguments.format is None and arguments.out is None:
         parser.error("format: got none, expected --format, or -o with a file whose name ends in it")
