@@ -58,7 +58,7 @@ def test_every_command_with_a_budget_or_a_seed_has_numeric_options() -> None:
 
 @pytest.mark.parametrize(("command", "option", "may"), OPTIONS, ids=[f"{command} {option}" for command, option, _ in OPTIONS])
 def test_numbers_that_cannot_be_are_refused_in_the_same_words(command: str, option: str, may: object) -> None:
-    wrong = ["nan", "inf", "1e999", "10s", "0x10", "1_0", "", "9" * 400]
+    wrong = ["nan", "inf", "1e999", "10s", "0x10", "1_0", "9" * 400]
     if isinstance(may, tuple):
         wrong += [str(may[0] - 1), str(may[1] + 1), "1.5", str(2**64), str(2**64 + 1)]
         expected = rf"an integer from {may[0]} to {may[1]}"
