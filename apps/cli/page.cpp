@@ -91,7 +91,7 @@ bool write_page(const std::string& document, const fs::path& html, std::FILE* to
   const fs::path file = folder.path() / "page.json";
   tasks::write_text(document + "\n", file);
   if (run_page_maker(file, html) != 0) {
-    fmt::print(stderr, "stiction: page: the page maker failed\n");
+    say(stderr, "stiction: page: the page maker failed\n");
     return false;
   }
   print_row(to, "page", html.string());

@@ -32,8 +32,7 @@ struct RefineArguments {
 void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResult& r, const execution::Trajectory& trajectory,
                    const fs::path& file) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  fmt::print(to, "{}, seed {}: {}\n", plan.task_name, plan.seed,
-             r.status == Status::Solved ? r.variant : std::string(core::to_string(r.status)));
+  say(to, "{}, seed {}: {}\n", plan.task_name, plan.seed, r.status == Status::Solved ? r.variant : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   row("pushes", fmt::format("{} of {}", r.pushes, r.pushes_before));
   row("regrasps", fmt::format("{} of {}, {} planned anew", r.regrasps, r.regrasps_before, r.reconnected));
@@ -68,6 +67,33 @@ void write_trajectory(const fs::path& file, const world::Model& model, const exe
 }
 
 namespace {
+
+/// What --json prints.
+nlohmann::ordered_json report(const tasks::PlanFile& file, const RefineResult& result, const execution::Trajectory& trajectory, const fs::path& dir) {
+  nlohmann::ordered_json out;
+  out["status"] = core::to_string(result.status);
+  out["task"] = file.task_name;
+  out["seed"] = file.seed;
+  out["wall_s"] = result.wall_s;
+  out["steps"] = result.steps;
+  out["failed_steps"] = result.failed_steps;
+  out["variant"] = result.variant;
+  out["rests"] = result.rests;
+  out["h"] = result.plan.step.h;
+  out["led"] = result.led;
+  out["corrected"] = result.corrected;
+  out["rest_planned_anew"] = result.rest_planned_anew;
+  out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
+  out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
+  out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};
+  out["least_clearance"] = result.least_clearance;
+  out["error"] = {{"position", result.plan.error.position}, {"angle", result.plan.error.angle}};
+  out["speed"] = trajectory.speed;
+  out["duration_s"] = trajectory.duration();
+  out["plan"] = (dir / "plan.json").string();
+  out["trajectory"] = (dir / "trajectory.csv").string();
+  return out;
+}
 
 int run_refine(const RefineArguments& arguments) {
   const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
@@ -108,29 +134,7 @@ int run_refine(const RefineArguments& arguments) {
     print_row(to, "page", page_failed ? "the page maker failed" : page);
   }
   if (arguments.json) {
-    nlohmann::ordered_json out;
-    out["status"] = core::to_string(result.status);
-    out["task"] = file.task_name;
-    out["seed"] = file.seed;
-    out["wall_s"] = result.wall_s;
-    out["steps"] = result.steps;
-    out["failed_steps"] = result.failed_steps;
-    out["variant"] = result.variant;
-    out["rests"] = result.rests;
-    out["h"] = result.plan.step.h;
-    out["led"] = result.led;
-    out["corrected"] = result.corrected;
-    out["rest_planned_anew"] = result.rest_planned_anew;
-    out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
-    out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
-    out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};
-    out["least_clearance"] = result.least_clearance;
-    out["error"] = {{"position", result.plan.error.position}, {"angle", result.plan.error.angle}};
-    out["speed"] = trajectory.speed;
-    out["duration_s"] = trajectory.duration();
-    out["plan"] = target.string();
-    out["trajectory"] = (dir / "trajectory.csv").string();
-    fmt::print("{}\n", out.dump());
+    say(stdout, "{}\n", report(file, result, trajectory, dir).dump());
   }
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations || status == Status::NumericalFailure) return kNotSolved;

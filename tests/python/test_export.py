@@ -7,12 +7,12 @@ import io
 import json
 import re
 import struct
-import subprocess
 import sys
 from itertools import chain
 from pathlib import Path
 from types import ModuleType
 
+import children
 import numpy as np
 import pytest
 import yaml
@@ -293,7 +293,7 @@ def test_the_program_says_that_the_extra_is_missing(program: Path, plan_file: Pa
     python.write_text(f'#!/bin/sh\nPYTHONPATH="{blocked}:$PYTHONPATH" exec "{sys.executable}" "$@"\n', encoding="ascii")
     python.chmod(0o755)
     words = [program, "export", plan_file, "-o", tmp_path / "motion.mcap"]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60, env={"STICTION_PYTHON": str(python), "PATH": "/usr/bin:/bin"})
+    done = children.run(words, limit=60, env={"STICTION_PYTHON": str(python), "PATH": "/usr/bin:/bin"})
     assert done.returncode == 70 and "pip install 'stiction[mcap]'" in done.stderr, done.stderr
     assert [path.name for path in tmp_path.glob("*motion*")] == []
 

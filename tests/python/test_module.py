@@ -8,12 +8,12 @@ import json
 import math
 import pickle
 import re
-import subprocess
 import sys
 import threading
 import warnings
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 import yaml
@@ -504,13 +504,13 @@ def test_stub_is_the_committed_one() -> None:
 def test_example_of_the_readme_runs(document: str, tmp_path: Path) -> None:
     (example,) = re.findall(r"^```python\n(.*?)^```", (ROOT / document).read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     environment = {"PYTHONPATH": str(MODULE)}
-    done = subprocess.run([sys.executable, "-c", example], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, "-c", example], env=environment, cwd=tmp_path, limit=120)
     assert done.returncode == 0, done.stderr
 
 
 def test_example_makes_a_scene_and_reaches_its_goal() -> None:
     example = ROOT / "python" / "examples" / "push_box.py"
-    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, example], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.returncode == 0, done.stderr
     assert "goal reached" in done.stdout and "CheckReport: passed" in done.stdout
 
@@ -535,5 +535,5 @@ try:
 except ValueError:
     print("fine")
 """
-    done = subprocess.run([sys.executable, "-c", script], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, "-c", script], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.stdout == "fine\n", done.stderr

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -127,7 +127,7 @@ def test_mistakes_in_python_are_named() -> None:
 
 def test_robot_behind_its_own_driver_reaches_its_goal_and_is_missed_when_it_is_gone() -> None:
     example = ROOT / "python" / "examples" / "own_robot.py"
-    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, example], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.returncode == 0, done.stderr
     reached, gone = done.stdout.splitlines()
     assert reached.startswith("Reached"), done.stdout

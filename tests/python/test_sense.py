@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
 from pathlib import Path
 
+import children
 import jsonschema
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ NAMES = ",".join(["t", *(f"q{j}" for j in range(1, 7)), *(f"tau{j}" for j in ran
 
 
 def sense(program: Path, scenario: str | Path) -> tuple[int, dict]:
-    done = subprocess.run([program, "sense", str(scenario), "--json"], capture_output=True, text=True, timeout=120)
+    done = children.run([program, "sense", str(scenario), "--json"], limit=120)
     return done.returncode, json.loads(done.stdout)
 
 
@@ -71,7 +71,7 @@ def test_series_of_numpy_is_that_of_a_csv_file(program: Path, tmp_path: Path) ->
 
     def refusal(**change: object) -> str:
         np.savez(tmp_path / "series.npz", **{name: array for name, array in (arrays | change).items() if array is not None})
-        return subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60).stderr
+        return children.run([program, "sense", tmp_path / "scenario.yaml"], limit=60).stderr
 
     assert "series.npz: series: got no array 'tau', expected t, q and tau" in refusal(tau=None)
     assert "series.npz: series: got q of shape (10, 5), expected (10, 6)" in refusal(q=arrays["q"][:, :5])
@@ -85,10 +85,10 @@ def test_series_of_numpy_is_that_of_a_csv_file(program: Path, tmp_path: Path) ->
     by_name = sense(program, tmp_path / "scenario.yaml")[1]["moments"]
     assert [[c["p_W"] for c in m["candidates"]] for m in by_name] == [[c["p_W"] for c in m["candidates"]] for m in answers[0]]
     np.savez_compressed(tmp_path / "series.npz", **arrays)
-    assert "which is compressed" in subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60).stderr
+    assert "which is compressed" in children.run([program, "sense", tmp_path / "scenario.yaml"], limit=60).stderr
     for content in (b"", b"PK", (tmp_path / "series.npz").read_bytes()[:500]):
         (tmp_path / "series.npz").write_bytes(content)
-        done = subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60)
+        done = children.run([program, "sense", tmp_path / "scenario.yaml"], limit=60)
         assert done.returncode == 2 and "expected a file of numpy.savez" in done.stderr
 
 
@@ -96,7 +96,7 @@ def test_lines_that_are_missing_are_said_and_candidates_start_afresh(program: Pa
     still = "0,-1.2,1.6,-1.97,-1.57,0"
     times = [0, 0.01, 0.02, 0.03, 0.5, 0.51]
     file = series(tmp_path, [NAMES, *(f"{t},{still},3,4,-2,0,0,0" for t in times)])
-    done = subprocess.run([program, "sense", file, "--json"], capture_output=True, text=True, timeout=60)
+    done = children.run([program, "sense", file, "--json"], limit=60)
     assert done.returncode == 0 and "no line for 0.47 s before t = 0.500 s" in done.stderr
     moments = json.loads(done.stdout)["moments"]
     points = [[c["p_W"] for c in m["candidates"]] for m in moments]

@@ -207,12 +207,12 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="(default: motion.FORMAT in the folder of the plan)")
     parser.add_argument(
         "--speed",
-        type=float,
+        type=_command.positive,
         default=OPEN_LOOP_SPEED,
         help="speed, times the full timing that follows from object and motors; above 1 only pushes are faster. Without feedback most plans hold at 0.1, and few at 1 "
         "(default: %(default)s)",
     )
-    parser.add_argument("--pause", type=float, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
+    parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
     arguments = parser.parse_args(words)
     if arguments.format is None and arguments.out is None:
         parser.error("format: got none, expected --format, or -o with a file whose name ends in it")
