@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "stiction/execution/transfer.hpp"
 
@@ -13,8 +14,8 @@ using execution::TransferOptions;
 using execution::TransferResult;
 
 TransferResult transfer(const Plan& given, double speed, double pause, const std::optional<SpeedLimits>& uniform,
-                        std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
-                        bool whole, bool alone, int threads, std::optional<double> timeout_s) {
+                        std::optional<int> substeps, double rest_time, double friction_scale, Flag velocity_reference, double hold,
+                        Flag whole, Flag alone, int threads, std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
   planning::Plan plan = tasks::to_plan(given.model(), given.file);
@@ -136,6 +137,7 @@ status: Solved: run to the end, whatever came out; MaxIterations (time used up);
     >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)
     >>> run.status, run.q.shape == (len(run.times), 5)
     (Status.Solved, True))");
+  def_pickle<PieceError, PieceReport, TransferResult, SpeedLimits>();
 }
 
 }  // namespace stiction::python

@@ -2,6 +2,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/execution/run_timing.hpp"
@@ -372,6 +373,7 @@ void bind_plan(nb::module_& m) {
     0)");
   bind_refine(m);
   bind_check(m);
+  def_pickle<CheckItem, CheckReport, Refined, execution::Trajectory, PlanContact, StoredSegment>();
 }
 
 }  // namespace stiction::python

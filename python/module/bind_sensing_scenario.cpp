@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "scenario_file.hpp"
 #include "sensor.hpp"
 #include "stiction/execution/poke.hpp"
@@ -149,6 +150,7 @@ Raises InvalidInput: sizes, numbers that are not finite.)")
     >>> [result.verdict for result in st.sense("ur5_forearm")]
     [Verdict.Explained])");
   m.def("sense", &sense_file, "scenario"_a, "The same of load_sensing_scenario(scenario).");
+  def_pickle<KnownContact, Scenario>();
 }
 
 }  // namespace stiction::python

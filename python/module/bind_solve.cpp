@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/tasks/lint.hpp"
@@ -138,6 +139,7 @@ status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancel
     >>> found = st.solve(st.load_task("planar_pushing"), seed=0, tries=1, speed=20.0)
     >>> [(one.seed, one.status) for one in found.tries]
     [(0, Status.Solved)])");
+  def_pickle<tasks::Finding, SolveRun, SolveTry, SolveResult>();
 }
 
 }  // namespace stiction::python

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "bindings.hpp"
+#include "pickles.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
@@ -273,11 +274,10 @@ void bind_world(nb::module_& m) {
       .def_static("make", &Model::make, "scene"_a, "The model of a scene. Raises InvalidInput.")
       .def(
           "__reduce__",
-          [](const Model&) -> nb::object {
-            throw nb::type_error(
-                "Model: got pickle or copy, expected the scene, task or plan that it was made from: models are shared, not copied");
+          [](const Model& model) {
+            return nb::make_tuple(nb::module_::import_("stiction._pickles").attr("make_model"), nb::make_tuple(model.scene()));
           },
-          nb::sig("def __reduce__(self) -> tuple"))
+          nb::sig("def __reduce__(self) -> tuple[object, ...]"))
       .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal)
       .def_prop_ro("n_q", &Model::n_q)
       .def_prop_ro("n_v", &Model::n_v)
@@ -325,6 +325,8 @@ void bind_world(nb::module_& m) {
         return fmt::format("<stiction.Model '{}': n_q {}, n_v {}, n_a {}, {} pairs>", model.scene().name, model.n_q(), model.n_v(),
                            model.n_a(), model.pairs().size());
       });
+  def_pickle<Pose, world::Body, world::Geometry, world::Pair, world::Dof, world::ObjectInfo, world::Kinematics, world::Scene>();
+  def_shared_copy<Model>();
 }
 
 }  // namespace stiction::python

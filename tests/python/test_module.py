@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import difflib
 import json
 import math
@@ -220,10 +219,37 @@ def test_quaternion_of_length_0_is_refused() -> None:
         st.step(task.model, q, q[task.model.n_qu :])
 
 
-def test_models_are_not_copied(wall: st.Model) -> None:
-    for make in (pickle.dumps, copy.copy, copy.deepcopy):
-        with pytest.raises(TypeError, match="^Model: got pickle or copy"):
-            make(wall)
+@pytest.mark.parametrize("flag", [np.bool_(True), np.array([True])[0], np.ones(1) > 0.5], ids=["scalar", "element", "comparison"])
+def test_flags_of_numpy_are_flags(wall: st.Model, flag) -> None:
+    flag = flag if isinstance(flag, np.bool_) else flag[0]
+    assert st.step(wall, [0.0], [0.1], with_B=flag, smoothing=st.Analytic(kappa=100)).B is not None
+    assert st.step(wall, [0.0], [0.1], with_B=~flag, smoothing=st.Analytic(kappa=100)).B is None
+    assert st.ForceDampingOptions(printed=flag).printed is True
+    task = st.Task({"base": "planar_pushing.yaml", "planner": {"margins": flag}}, base=st.load_task("planar_pushing").file.parent)
+    assert task.options.margins is True and task.options.replace(margins=~flag).margins is False
+    assert st.plan(task, seed=0, on_progress=lambda progress: ~flag).status == st.Status.Cancelled
+
+
+@pytest.mark.parametrize("flag", [1, 0, None, "yes", 1.0, np.float64(1), np.array([True])])
+def test_what_is_no_flag_is_refused(wall: st.Model, flag) -> None:
+    with pytest.raises(TypeError):
+        st.step(wall, [0.0], [0.1], with_B=flag)
+
+
+def test_numbers_of_numpy_are_numbers(wall: st.Model) -> None:
+    plain = st.step(wall, [0.0], [0.1], h=0.5, smoothing=st.Analytic(kappa=100)).q_next
+    for h in (np.float32(0.5), np.float64(0.5), np.longdouble(0.5)):
+        np.testing.assert_array_equal(st.step(wall, [0.0], [0.1], h=h, smoothing=st.Analytic(kappa=np.int64(100))).q_next, plain)
+    task = st.load_task("planar_pushing")
+    assert st.plan(task, seed=np.int64(3), timeout_s=np.float32(20)).seed == 3
+    assert st.plan(task, seed=np.uint64(2**64 - 1), threads=np.int8(1), options={"goal_bias": np.float32(0.25)}).seed == 2**64 - 1
+    assert task.options.replace(goal_bias=np.float16(0.25)).goal_bias == 0.25
+
+
+def test_numbers_that_are_masked_are_not_taken(wall: st.Model) -> None:
+    st.step(wall, np.ma.array([0.0]), [0.1])
+    with pytest.raises(TypeError):
+        st.step(wall, np.ma.array([0.0], mask=[True]), [0.1])
 
 
 # ---- scenes, tasks and options from memory
