@@ -428,8 +428,8 @@ def test_an_error_in_what_is_told_of_growth_is_that_of_the_call() -> None:
 
 
 def test_axis_that_is_drawn_is_the_one_that_moves() -> None:
-    quarter = st.Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.zeros(3))
-    assert farthest_axis(st.Pose(np.eye(3), np.zeros(3)), quarter, 0.1) in (0, 1), "not the one that it turns about"
+    quarter = st.Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([0.0, -0.05, 0.0]))
+    assert farthest_axis(st.Pose(np.eye(3), np.zeros(3)), quarter, 0.1) == 1, "the end of y goes back by more than that of x, and z stays where it turns"
 
 
 def test_worker_runs_one_job_and_says_what_failed() -> None:
