@@ -13,7 +13,7 @@ import re
 import secrets
 import socket
 from dataclasses import dataclass, field
-from urllib.parse import parse_qs, quote, urlsplit
+from urllib.parse import parse_qs, quote
 
 LOOPBACK = "127.0.0.1"
 LOOPBACK_NAMES = frozenset({"localhost", LOOPBACK, "[::1]"})
@@ -41,6 +41,10 @@ def in_url(name: str) -> str:
 def is_loopback(name: str) -> bool:
     address = _address(name)
     return name.lower() == "localhost" if address is None else address.is_loopback
+
+
+def _query(path: str) -> dict[str, list[str]]:
+    return parse_qs(path.partition("?")[2])
 
 
 def _make_token() -> str:
@@ -76,8 +80,8 @@ class Access:
         host = self._own(hosts)
         if origins:  # browsers send one with each WebSocket
             self._same(origins, host)
-        given = parse_qs(urlsplit(path).query).get("token", [])
-        if len(given) != 1 or not hmac.compare_digest(given[0].encode(), self.token.encode()):
+        given = _query(path).get("token", [])
+        if len(given) != 1 or not hmac.compare_digest(given[0].encode(errors="surrogateescape"), self.token.encode()):
             raise NotAllowed("token: got " + ("none" if not given else "another one") + ", expected that of this run; open the address that the program has printed")
 
     def _own(self, given: list[str]) -> re.Match[str]:
@@ -96,7 +100,7 @@ class Access:
 
     def forward(self, host: str, path: str) -> str | None:
         """Where the page is that opens its WebSocket with the token; None: it is that already. viser's page takes the address from its `websocket`."""
-        parts = urlsplit(path)
-        if parts.path not in ("", "/") or "websocket" in parse_qs(parts.query):
+        page, _, query = path.partition("?")
+        if page != "/" or "websocket" in _query(path):
             return None
-        return f"/?{parts.query}&websocket={quote(f'ws://{host}/?token={self.token}', safe='')}"
+        return f"/?{query}&websocket={quote(f'ws://{host}/?token={self.token}', safe='')}"

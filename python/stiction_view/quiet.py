@@ -37,7 +37,7 @@ def _guarded(access: Access, answer: Answer | None) -> Answer:
         try:
             access.check(hosts, request.headers.get_all("Origin"), request.path)
         except NotAllowed as refused:
-            return connection.respond(FORBIDDEN, f"{refused}\n")
+            return connection.respond(FORBIDDEN, str(refused).encode("ascii", "backslashreplace").decode() + "\n")
         opens_socket = request.headers.get("Upgrade", "").lower() == "websocket"
         target = None if opens_socket else access.forward(hosts[0], request.path)
         if target is not None:

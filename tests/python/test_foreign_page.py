@@ -139,9 +139,12 @@ def raw(server: PageServer, text: str) -> bytes:
         "GET /?token={token} HTTP/1.1\nHost: another.example\nHost: localhost:{port}\n\n",
         "GET /?token={token} HTTP/1.1\nHost: localhost:{port}\nOrigin: http://localhost:{port}\nOrigin: http://another.example\n\n",
         "GET http://localhost:{port}/?token={token} HTTP/1.1\nHost: another.example\n\n",
+        "GET /?token=\u00e4 HTTP/1.1\nHost: localhost:{port}\n\n",
+        "GET /?token={token} HTTP/1.1\nHost: \u00e4\n\n",
+        "GET //[?token=x HTTP/1.1\nHost: localhost:{port}\n\n",
     ],
 )
-def test_requests_with_two_hosts_or_none_are_refused(server: PageServer, text: str) -> None:
+def test_requests_that_no_browser_sends_are_refused(server: PageServer, text: str) -> None:
     assert raw(server, text).startswith(b"HTTP/1.1 403 ")
 
 
