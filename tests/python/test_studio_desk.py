@@ -50,7 +50,7 @@ class Driven:
 
     def press(self, name: str, *words: object) -> None:
         """As the page does it, and done at once."""
-        self.studio.desk.guarded(lambda: self.studio.wires.answers[name](*words))
+        self.studio.desk.guarded(lambda: self.studio.handlers.by_name[name](*words))
 
     def plan(self) -> None:
         before = self.studio.showing.result
@@ -193,7 +193,7 @@ def test_a_hundred_things_pressed_at_random_are_no_fault_of_the_studio(driven: D
     studio, panel, rng = driven.studio, driven.panel, random.Random(0)
     panel.search.budget.value = 1.0
     tasks = ["planar_pushing", "planar_hand", "allegro_door"]
-    names = [n for n in studio.wires.answers if n not in ("upload", "pick", "view")]
+    names = [n for n in studio.handlers.by_name if n not in ("upload", "pick", "view")]
     for _ in range(100):
         what = rng.randrange(8)
         if what == 0:

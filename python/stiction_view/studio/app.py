@@ -10,18 +10,18 @@ import viser
 
 from . import catalog, scenario
 from .desk import Desk
+from .downloads import Downloads
 from .jobs import Job
 from .limits import limit_uploads
 from .options import Options
 from .own_files import OwnFiles
-from .panel import POSE, Panel, Wires
+from .panel import POSE, Panel, Handlers
 from .picture import Pictures
 from .planning import Planning
 from .posing import Posing
 from .problem import Problem
 from .showing import Showing
 from .stage import Stage
-from .taking import Taking
 from .work import Work
 
 TICK = 1 / 60  # [s] how often the page is looked at
@@ -33,15 +33,15 @@ class Studio:
     def __init__(self, server: viser.ViserServer, entries: Sequence[catalog.Entry], first: catalog.Entry | None, folder: Path):
         self.entries, self.opened = list(entries), ""
         self.desk = Desk(lambda text: self.panel.head.say(text, fault=True))
-        self.wires = Wires(self.desk.post)
+        self.handlers = Handlers(self.desk.post)
         self.stage = Stage(server)
-        self.panel = panel = Panel(server.gui, self.wires, [e.label for e in entries])
+        self.panel = panel = Panel(server.gui, self.handlers, [e.label for e in entries])
         self.work = Work(self.desk, panel.head, panel.search)
         self.posing = Posing(panel.pose, self.stage, self.desk.post, self._pose_changed)
         self.options = Options(panel.options, self._say_command)
         self.showing = Showing(panel.playback, panel.figures, self.stage, self._say_command)
         self.planning = Planning(server, panel.head, panel.search, self.stage, self.work, self.posing, self.showing)
-        self.taking = Taking(server, panel.export, panel.search, self.stage, self.work, self.posing, self.showing)
+        self.downloads = Downloads(server, panel.export, panel.search, self.stage, self.work, self.posing, self.showing)
         self.own_files = OwnFiles(panel.head, panel.own, folder, self.take)
         self._connect()
         limit_uploads(server, lambda text: self.desk.post(lambda: panel.head.say(text, fault=True)))
@@ -51,12 +51,12 @@ class Studio:
 
     def _connect(self) -> None:
         """Every control by its name in the panel."""
-        self.wires.listen(pick=self.pick, view=self.choose_view, seed=self.read_seed, reset=self.reset)
-        self.wires.listen(handle=self.posing.choose_handle, goal=self.posing.read_goal, start=self.posing.read_start, joints=self.posing.read_joints)
-        self.wires.listen(options=self.options.read, options_reset=self.options.reset)
-        self.wires.listen(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel)
-        self.wires.listen(which=self.showing.choose, beside=self.showing.choose_beside, save=self.taking.save)
-        self.wires.listen(upload=self.own_files.upload, kind=self.own_files.choose_kind, make=self.own_files.make)
+        self.handlers.add(pick=self.pick, view=self.choose_view, seed=self.read_seed, reset=self.reset)
+        self.handlers.add(handle=self.posing.choose_handle, goal=self.posing.read_goal, start=self.posing.read_start, joints=self.posing.read_joints)
+        self.handlers.add(options=self.options.read, options_reset=self.options.reset)
+        self.handlers.add(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel)
+        self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save)
+        self.handlers.add(upload=self.own_files.upload, kind=self.own_files.choose_kind, make=self.own_files.make)
 
     # ---- the loop ----
 
@@ -84,7 +84,7 @@ class Studio:
         self._say_command()
 
     def _say_command(self) -> None:
-        self.taking.say_command()
+        self.downloads.say_command()
 
     def choose_view(self, name: str) -> None:
         """Raises ValueError: there is nothing to see."""

@@ -19,25 +19,25 @@ CHART_HEIGHT = 130  # [px]
 BLUE, RED, ORANGE, GREEN = "#2a6fd6", "#ce184a", "#ee7e24", "#26a05c"
 
 
-class Wires:
-    """From controls to whoever answers them, by name. `post` hands a call to the thread that owns the studio."""
+class Handlers:
+    """Who answers each control, by its name. `post` hands a call to the thread that owns the studio."""
 
     def __init__(self, post: Post):
         self._post = post
-        self.answers: dict[str, Callable[..., None]] = {}
+        self.by_name: dict[str, Callable[..., None]] = {}
 
-    def listen(self, **answers: Callable[..., None]) -> None:
-        self.answers |= answers
+    def add(self, **handlers: Callable[..., None]) -> None:
+        self.by_name |= handlers
 
-    def send(self, name: str, *words: Any) -> None:
-        self._post(lambda: self.answers[name](*words))
+    def call(self, name: str, *words: Any) -> None:
+        self._post(lambda: self.by_name[name](*words))
 
-    def input(self, handle: Any, name: str) -> Any:
-        handle.on_update(lambda _: self.send(name))
+    def on_update(self, handle: Any, name: str) -> Any:
+        handle.on_update(lambda _: self.call(name))
         return handle
 
-    def button(self, handle: viser.GuiButtonHandle, name: str) -> viser.GuiButtonHandle:
-        handle.on_click(lambda _: self.send(name))
+    def on_click(self, handle: viser.GuiButtonHandle, name: str) -> viser.GuiButtonHandle:
+        handle.on_click(lambda _: self.call(name))
         return handle
 
 
@@ -51,9 +51,9 @@ def set_choices(handle: viser.GuiDropdownHandle[str], choices: Sequence[str], va
 class HeadControls:
     """What is open, and one message."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires, labels: Sequence[str]):
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers, labels: Sequence[str]):
         hint = "Built-in tasks and scenarios, and the files of the folder that was given"
-        self.pick = wires.input(gui.add_dropdown("Open", tuple(labels), hint=hint), "pick")
+        self.pick = handlers.on_update(gui.add_dropdown("Open", tuple(labels), hint=hint), "pick")
         self.about = gui.add_markdown("")
         self.message = gui.add_markdown("", visible=False)
 
@@ -66,14 +66,14 @@ class HeadControls:
 class SearchControls:
     """How a plan is searched for, and how far the job is that runs."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires):
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
         with gui.add_folder("Search"):
-            self.seed = wires.input(gui.add_number("Seed", 0, min=0, step=1, hint="The same seed gives the same plan"), "seed")
+            self.seed = handlers.on_update(gui.add_number("Seed", 0, min=0, step=1, hint="The same seed gives the same plan"), "seed")
             self.budget = gui.add_number("Time at most [s]", 20.0, min=1.0, max=600.0, step=1.0)
             self.refine = gui.add_checkbox("Refine it", False, hint="Shorter, with room in its regrasps; takes a few seconds more")
             self.again = gui.add_checkbox("Plan anew when moved", False)
-            self.plan = wires.button(gui.add_button("Plan", color="blue"), "plan")
-            self.cancel = wires.button(gui.add_button("Cancel", visible=False, hint="Keeps the best path so far"), "cancel")
+            self.plan = handlers.on_click(gui.add_button("Plan", color="blue"), "plan")
+            self.cancel = handlers.on_click(gui.add_button("Cancel", visible=False, hint="Keeps the best path so far"), "cancel")
             self.progress = gui.add_progress_bar(0.0, visible=False)
             self.progress_text = gui.add_markdown("", visible=False)
 
@@ -92,32 +92,32 @@ class SearchControls:
 class PlaybackControls:
     """Which motion is seen, and its moment."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires):
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
         self.folder = gui.add_folder("Look", visible=False)
         with self.folder:
             self.view = gui.add_button_group("Show", (POSE, RESULT))
-            self.view.on_click(lambda _: wires.send("view", str(self.view.value)))
-            self.which = wires.input(gui.add_dropdown("Plan", (NOTHING,)), "which")
-            self.beside = wires.input(gui.add_dropdown("Beside it", (NOTHING,), hint="A second plan, or the same one in MuJoCo"), "beside")
+            self.view.on_click(lambda _: handlers.call("view", str(self.view.value)))
+            self.which = handlers.on_update(gui.add_dropdown("Plan", (NOTHING,)), "which")
+            self.beside = handlers.on_update(gui.add_dropdown("Beside it", (NOTHING,), hint="A second plan, or the same one in MuJoCo"), "beside")
             self.frame = gui.add_slider("Knot", 0, 1, 1, 0)
             self.play = gui.add_checkbox("Play", False)
             self.speed = gui.add_slider("Speed [1/s]", 2, 96, 1, 24, hint="Knots per second")
             self.line = gui.add_markdown("")
-            self.simulate = wires.button(gui.add_button("Run in MuJoCo", hint="Open loop, beside the plan"), "simulate")
-            self.check = wires.button(gui.add_button("Check", hint="Simulated anew at half the step by code that shares nothing with the planner"), "check")
+            self.simulate = handlers.on_click(gui.add_button("Run in MuJoCo", hint="Open loop, beside the plan"), "simulate")
+            self.check = handlers.on_click(gui.add_button("Check", hint="Simulated anew at half the step by code that shares nothing with the planner"), "check")
 
 
 class PoseControls:
     """Start and goal in numbers, and what lint finds."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires):
-        self._gui, self._wires = gui, wires
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
+        self._gui, self._handlers = gui, handlers
         self.faults = gui.add_markdown("")
-        self.handle = wires.input(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move"), "handle")
+        self.handle = handlers.on_update(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move"), "handle")
         self.goal_folder = gui.add_folder("Goal (green)")
         self.start_folder = gui.add_folder("Start of the object", expand_by_default=False)
         self.joints_folder = gui.add_folder("Start of the joints", expand_by_default=False)
-        self.reset = wires.button(gui.add_button("Back to the task", hint="Start, goal and options as the task has them"), "reset")
+        self.reset = handlers.on_click(gui.add_button("Back to the task", hint="Start, goal and options as the task has them"), "reset")
         self.goal: list[viser.GuiNumberHandle[float]] = []
         self.start: list[viser.GuiNumberHandle[float]] = []
         self.joints: list[viser.GuiSliderHandle[float]] = []
@@ -132,7 +132,7 @@ class PoseControls:
         for handle in old:
             handle.remove()
         with folder:
-            return [self._wires.input(self._gui.add_number(n, float(v), step=0.01 if "rad" in n else step), name) for n, v in zip(names, values)]
+            return [self._handlers.on_update(self._gui.add_number(n, float(v), step=0.01 if "rad" in n else step), name) for n, v in zip(names, values)]
 
     def fill_joints(self, names: Sequence[str], ranges: Sequence[tuple[float, float]], values: Sequence[float], units: Sequence[str]) -> None:
         for handle in self.joints:
@@ -142,7 +142,7 @@ class PoseControls:
             for name, (low, high), value, unit in zip(names, ranges, values, units):
                 step = (high - low) / 500
                 slider = self._gui.add_slider(f"{name} [{unit}]", low, high, step, float(np.clip(value, low, high)))
-                self.joints.append(self._wires.input(slider, "joints"))
+                self.joints.append(self._handlers.on_update(slider, "joints"))
 
 
 class FigureControls:
@@ -179,11 +179,11 @@ class FigureControls:
 class OptionControls:
     """One field for each option of the planner."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires):
-        self._gui, self._wires = gui, wires
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
+        self._gui, self._handlers = gui, handlers
         gui.add_markdown("A task needs none: they follow from the scene. Point at one to read what it is.")
         self.fault = gui.add_markdown("", visible=False)
-        self.reset = wires.button(gui.add_button("Reset all"), "options_reset")
+        self.reset = handlers.on_click(gui.add_button("Reset all"), "options_reset")
         self.folder = gui.add_folder("Options")
         self.advanced_folder = gui.add_folder("Advanced", expand_by_default=False)
         self.fields: dict[str, tuple[Field, Any]] = {}
@@ -200,7 +200,7 @@ class OptionControls:
         self.fields = {}
         for field in fields:
             with self.advanced_folder if field.advanced else self.folder:
-                self.fields[field.name] = (field, self._wires.input(self._option(field, field.write(values.get(field.name))), "options"))
+                self.fields[field.name] = (field, self._handlers.on_update(self._option(field, field.write(values.get(field.name))), "options"))
 
     def _option(self, field: Field, value: Any) -> Any:
         gui, label, hint = self._gui, field.name, field.meaning
@@ -220,19 +220,19 @@ class OptionControls:
 class OwnControls:
     """A robot and an object that are dropped."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires):
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
         gui.add_markdown("Drop a robot (URDF or MJCF) and the meshes that it names, one file after the other; then an object: a shape, or a mesh that you dropped.")
         self.upload = gui.add_upload_button("Add a file", hint="At most 20 MB; .urdf, .xml, .mjcf, .stl, .obj, .dae")
-        self.upload.on_upload(lambda _: wires.send("upload", self.upload.value.name, self.upload.value.content))
+        self.upload.on_upload(lambda _: handlers.call("upload", self.upload.value.name, self.upload.value.content))
         self.uploaded = gui.add_markdown("No files yet.")
         self.robot = gui.add_dropdown("Robot", (NOTHING,))
-        self.kind = wires.input(gui.add_dropdown("Object", tuple(SHAPES)), "kind")
+        self.kind = handlers.on_update(gui.add_dropdown("Object", tuple(SHAPES)), "kind")
         self.sizes = [gui.add_number(f"size {k}", 0.06, min=1e-4, step=0.001) for k in range(3)]
         self.scale = gui.add_number("scale of the mesh", 1.0, min=1e-6, step=0.001, visible=False, hint="0.001 for a mesh in millimetres")
         self.mass = gui.add_number("mass [kg]", 0.1, min=1e-6, step=0.01)
         self.friction = gui.add_number("friction", 0.8, min=0.0, max=10.0, step=0.05)
         self.floor = gui.add_checkbox("on a floor", True)
-        self.make = wires.button(gui.add_button("Make the scene", color="blue"), "make")
+        self.make = handlers.on_click(gui.add_button("Make the scene", color="blue"), "make")
 
     def show_sizes(self, kind: str) -> None:
         """The sizes that a shape has."""
@@ -247,10 +247,10 @@ class OwnControls:
 class ExportControls:
     """What is taken away."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires):
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
         self.format = gui.add_dropdown("What", CHOICES, hint="csv, npz, json, mcap: joints, commands, torques, poses, contacts over time. everything: a zip of all of them")
         self.save = gui.add_button("Download")
-        self.save.on_click(lambda event: wires.send("save", event.client))
+        self.save.on_click(lambda event: handlers.call("save", event.client))
         gui.add_markdown("The same again, on the command line:")
         self.command = gui.add_markdown("")
 
@@ -258,21 +258,21 @@ class ExportControls:
 class Panel:
     """All controls, laid out."""
 
-    def __init__(self, gui: viser.GuiApi, wires: Wires, labels: Sequence[str]):
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers, labels: Sequence[str]):
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=(38, 96, 180))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(390)
-        self.head = HeadControls(gui, wires, labels)
-        self.search = SearchControls(gui, wires)
-        self.playback = PlaybackControls(gui, wires)
+        self.head = HeadControls(gui, handlers, labels)
+        self.search = SearchControls(gui, handlers)
+        self.playback = PlaybackControls(gui, handlers)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Pose"):
-            self.pose = PoseControls(gui, wires)
+            self.pose = PoseControls(gui, handlers)
         with tabs.add_tab("Figures"):
             self.figures = FigureControls(gui)
         with tabs.add_tab("Options"):
-            self.options = OptionControls(gui, wires)
+            self.options = OptionControls(gui, handlers)
         with tabs.add_tab("Own"):
-            self.own = OwnControls(gui, wires)
+            self.own = OwnControls(gui, handlers)
         with tabs.add_tab("Export"):
-            self.export = ExportControls(gui, wires)
+            self.export = ExportControls(gui, handlers)

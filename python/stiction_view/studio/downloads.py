@@ -1,4 +1,4 @@
-"""What is taken away from the page: files, and the lines that plan the same again."""
+"""What is downloaded: files, and the lines that plan the same again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .work import Work
 LONGEST_COMMAND = 20_000  # characters that the page shows
 
 
-class Taking:
+class Downloads:
     def __init__(self, server: viser.ViserServer, controls: ExportControls, search: SearchControls, stage: Stage, work: Work, posing: Posing, showing: Showing):
         self._server, self._controls, self._search, self._stage = server, controls, search, stage
         self._work, self._posing, self._showing = work, posing, showing
