@@ -11,12 +11,12 @@ import re
 import shlex
 import shutil
 import socket
-import subprocess
 import sys
 import threading
 import zipfile
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -334,7 +334,7 @@ def test_everything_holds_what_the_program_reads(planned: results.Result, tmp_pa
 
 
 def run_in_shell(text: str, program: Path, folder: Path) -> None:
-    done = subprocess.run(["bash", "-e"], input=text, cwd=folder, capture_output=True, text=True, timeout=300, env={**os.environ, "PATH": f"{program.parent}:{os.environ['PATH']}"})
+    done = children.run(["bash", "-e"], input=text, cwd=folder, limit=300, env={**os.environ, "PATH": f"{program.parent}:{os.environ['PATH']}"})
     assert done.returncode == 0, done.stdout + done.stderr
 
 
