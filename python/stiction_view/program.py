@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
 import signal
 import sys
 import traceback
 from collections.abc import Callable
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from .access import LOOPBACK, is_loopback
 
@@ -55,6 +57,17 @@ def end_on_signals() -> None:
     signal.signal(signal.SIGTERM, _end)
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         signal.signal(signal.SIGHUP, _end)
+
+
+def leave(code: int) -> NoReturn:
+    """Ends the process at once, after everything was put away.
+
+    A job in C++ that cannot be cancelled may still run in a thread of its own. The interpreter would stop this thread in the middle of a call and abort.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError):  # nobody reads it any more
+            stream.flush()
+    os._exit(code)
 
 
 def run_until_interrupted(show: Callable[[], None], *mistakes: type[Exception]) -> int:

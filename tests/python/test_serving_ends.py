@@ -86,33 +86,50 @@ def check_ends_without_signal(child: children.Child, port: int, folder: Path) ->
     assert not is_served(port) and list(folder.iterdir()) == []
 
 
-SEARCHES = """
-import sys, tempfile
+STUDIO = """
+import tempfile
 from pathlib import Path
-from stiction_view.program import announce, end_on_signals, run_until_interrupted
+from stiction_view.program import announce, end_on_signals, leave, run_until_interrupted
 from stiction_view.studio import catalog
 from stiction_view.studio.app import Studio
 from stiction_view.studio.server import serving
 
 end_on_signals()
 
+BEGIN
+
 def show():
     entries, first = catalog.find("allegro_cube_180")
     with serving("127.0.0.1", 0) as server, tempfile.TemporaryDirectory() as folder:
         studio = Studio(server, entries, first, Path(folder))
-        studio.panel.search.budget.value = 600.0
-        studio.planning.plan()
-        while studio.work.running.fraction == 0:
-            studio.step(0.01)
+        begin(studio)
         announce(server)
         studio.run()
 
-sys.exit(run_until_interrupted(show))
+leave(run_until_interrupted(show))
 """
 
 
-@pytest.mark.parametrize("number", ENDING)
-def test_studio_ends_while_it_searches(program: Path, tmp_path: Path, number: signal.Signals) -> None:
+SEARCH = """
+def begin(studio):
+    studio.panel.search.budget.value = 600.0
+    studio.planning.plan()
+    while studio.work.running.fraction == 0:
+        studio.step(0.01)
+"""
+DEAF = """
+import stiction as st
+from stiction_view.studio.jobs import Job
+
+def begin(studio):
+    task = st.load_task("allegro_cube_180")
+    studio.work.start(Job("Long", lambda _: [st.plan(task, seed=seed, timeout_s=600) for seed in range(100)], lambda _: None))
+"""  # it cannot be cancelled
+
+
+@pytest.mark.parametrize(("begin", "number"), [*((SEARCH, number) for number in ENDING), (DEAF, signal.SIGTERM)], ids=["search, SIGINT", "search, SIGTERM", "search, SIGHUP", "deaf, SIGTERM"])
+def test_studio_ends_while_a_job_runs(program: Path, tmp_path: Path, begin: str, number: signal.Signals) -> None:
+    code = STUDIO.replace("BEGIN", begin)
     path = os.pathsep.join(str(place) for place in (ROOT / "python", ROOT / "build" / "release" / "python"))
-    with children.Child([sys.executable, "-c", SEARCHES], cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": path}) as child:
+    with children.Child([sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": path}) as child:
         check_ends(child, port_of(child), number, tmp_path)

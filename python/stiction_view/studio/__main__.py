@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
 
-from ..program import add_address, announce, end_on_signals, run_until_interrupted
+from ..program import add_address, announce, end_on_signals, leave, run_until_interrupted
 
 
 def main() -> int:
@@ -31,4 +30,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    leave(main())

@@ -62,8 +62,11 @@ class Studio:
 
     def run(self) -> None:
         """Until interrupted."""
-        while True:
-            self.step(TICK)
+        try:
+            while True:
+                self.step(TICK)
+        finally:
+            self.work.end()
 
     def step(self, wait_s: float) -> None:
         """Does what was asked for, and what is due."""

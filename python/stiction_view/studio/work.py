@@ -8,6 +8,7 @@ from .desk import MISTAKES, Desk
 from .jobs import Job, Worker
 from .panel import HeadControls, SearchControls
 
+AT_END = 3.0  # [s] for the end of a job that is cancelled when the program ends
 PROGRESS = 0.2  # [s] between two words on progress
 
 
@@ -67,6 +68,10 @@ class Work:
 
     def cancel(self) -> None:
         self._worker.cancel()
+
+    def end(self) -> None:
+        """The program ends: waits a little for what runs, so that its temporary files go."""
+        self._worker.end(AT_END)
 
     def drop(self) -> None:
         """What runs is not wanted any more, nor what waits for it."""
