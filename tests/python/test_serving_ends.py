@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import http.client
 import os
 import signal
-import socket
 import sys
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import children
 import pytest
@@ -24,27 +26,30 @@ def started(words: list[object], folder: Path, ignored: str = "") -> children.Ch
     return children.Child([*shell, *words], cwd=folder, env={**os.environ, "TMPDIR": str(folder)})
 
 
-def port_of(child: children.Child) -> int:
-    """Where it listens, as it has printed it."""
+def address_of(child: children.Child) -> str:
+    """As it has printed it."""
     line = child.line()
     found = ADDRESS.match(line)
     assert found is not None, line
-    return int(found.group(1))
+    return found.group(0)
 
 
-def is_served(port: int) -> bool:
-    try:
-        socket.create_connection(("127.0.0.1", port), timeout=30).close()
-    except ConnectionRefusedError:
-        return False
-    return True
+def is_served(address: str) -> bool:
+    """By the program that knows its token: as soon as the port is free, another program may take the port."""
+    parts = urlsplit(address)
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", parts.port, timeout=30)) as connection:
+        try:
+            connection.request("GET", f"/?{parts.query}")
+            return connection.getresponse().status == 303
+        except ConnectionError:
+            return False
 
 
-def check_ends(child: children.Child, port: int, number: signal.Signals, folder: Path) -> None:
-    assert is_served(port)
+def check_ends(child: children.Child, address: str, number: signal.Signals, folder: Path) -> None:
+    assert is_served(address)
     done = child.stop(number, limit=60)
     assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
-    assert not is_served(port)
+    assert not is_served(address)
     with pytest.raises(ProcessLookupError):  # nobody of its group is left
         os.killpg(child.pid, 0)
     assert list(folder.iterdir()) == [], "no temporary file is left"
@@ -55,35 +60,35 @@ def check_ends(child: children.Child, port: int, number: signal.Signals, folder:
 @pytest.mark.parametrize("words", [["studio", "planar_pushing", "--port", 0], ["view", "planar_pushing"], ["sense", TUTORIAL, "--live", "--port", 0]], ids=["studio", "view", "sense"])
 def test_program_ends_at_a_signal_and_frees_its_port(program: Path, tmp_path: Path, words: list[object], ignored: str, number: signal.Signals) -> None:
     with started([program, *words], tmp_path, ignored) as child:
-        check_ends(child, port_of(child), number, tmp_path)
+        check_ends(child, address_of(child), number, tmp_path)
 
 
 def test_view_of_a_plan_ends_and_leaves_the_plan(program: Path, real_plan: Path, tmp_path: Path) -> None:
     with started([program, "view", real_plan], tmp_path, "INT") as child:
-        check_ends(child, port_of(child), signal.SIGINT, tmp_path)
+        check_ends(child, address_of(child), signal.SIGINT, tmp_path)
     assert real_plan.is_file()
 
 
 @pytest.mark.parametrize("words", [["studio", "planar_pushing", "--port", 0], ["view", "planar_pushing"]], ids=["studio", "view"])
 def test_program_that_was_started_with_nohup_goes_on_at_a_hangup(program: Path, tmp_path: Path, words: list[object]) -> None:
     with started([program, *words], tmp_path, "HUP") as child:
-        port = port_of(child)
+        address = address_of(child)
         child.send_signal(signal.SIGHUP)
-        check_ends(child, port, signal.SIGTERM, tmp_path)
+        check_ends(child, address, signal.SIGTERM, tmp_path)
 
 
 def test_signals_that_come_several_times_end_it_once(program: Path, tmp_path: Path) -> None:
     with started([program, "studio", "planar_pushing", "--port", 0], tmp_path) as child:
-        port = port_of(child)
+        address = address_of(child)
         for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGTERM):  # as a terminal that is closed
             child.send_signal(number)
-        check_ends_without_signal(child, port, tmp_path)
+        check_ends_without_signal(child, address, tmp_path)
 
 
-def check_ends_without_signal(child: children.Child, port: int, folder: Path) -> None:
+def check_ends_without_signal(child: children.Child, address: str, folder: Path) -> None:
     done = child.finish(limit=60)
     assert done.returncode == 0, done.stderr
-    assert not is_served(port) and list(folder.iterdir()) == []
+    assert not is_served(address) and list(folder.iterdir()) == []
 
 
 STUDIO = """
@@ -132,4 +137,4 @@ def test_studio_ends_while_a_job_runs(program: Path, tmp_path: Path, begin: str,
     code = STUDIO.replace("BEGIN", begin)
     path = os.pathsep.join(str(place) for place in (ROOT / "python", ROOT / "build" / "release" / "python"))
     with children.Child([sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": path}) as child:
-        check_ends(child, port_of(child), number, tmp_path)
+        check_ends(child, address_of(child), number, tmp_path)
