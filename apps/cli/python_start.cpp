@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 
 namespace stiction::app {
@@ -84,6 +86,7 @@ void become_python(const std::string& command, Packages packages, const std::vec
   for (auto& word : all) argv.push_back(word.data());
   argv.push_back(nullptr);
   ::setenv("PYTHONPATH", path.c_str(), 1);
+  std::signal(SIGINT, SIG_DFL);  // a script starts programs in the background with SIGINT ignored, and the interpreter would leave it so
   std::fflush(nullptr);
   ::execvp(argv[0], argv.data());
   cannot_start(command, all[0]);

@@ -217,7 +217,7 @@ Run declare_sense(CLI::App& command) {
       command.add_flag("--live", a.live, "Serve a page on which the moments pass as they were measured, and a click pushes the robot")
           ->excludes("--json")
           ->excludes("--html");
-  command.add_option("--host", a.host, "Address that the page listens on; 0.0.0.0 lets every machine of the network in")
+  command.add_option("--host", a.host, "Address that the page listens on; 0.0.0.0: whoever has the token, from any machine")
       ->capture_default_str()
       ->needs(live);
   add_integer(command, "--port", a.port, "Its port; 0 for any that is free", {0, 65535})->needs(live);

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import signal
 import socket
 import sys
 from collections.abc import Iterator
@@ -12,6 +10,7 @@ from pathlib import Path
 import children
 import numpy as np
 import pytest
+from studio_window import ADDRESS
 
 ROOT = Path(__file__).resolve().parents[2]
 PYTHON = ROOT / "build" / "release" / "python"
@@ -134,15 +133,16 @@ def test_two_clicks_push_at_the_same_time(two_pushes: st.SensingScenario) -> Non
 
 
 def test_program_serves_the_page_until_it_is_interrupted(program: Path) -> None:
-    with children.Child([program, "sense", TUTORIAL, "--live", "--port", "0"]) as process:
-        line = process.line()
-        port = re.match(r"http://localhost:(\d+) ", line)
-        assert port, line
-        with socket.create_connection(("127.0.0.1", int(port.group(1))), timeout=10):
+    with children.Child([program, "sense", TUTORIAL, "--live", "--port", "0"]) as live:
+        line = live.line()
+        found = ADDRESS.match(line)
+        assert found, line
+        port = found.group(1)
+        with socket.create_connection(("127.0.0.1", int(port)), timeout=10):
             pass
-        taken = children.run([program, "sense", TUTORIAL, "--live", "--port", port.group(1)], limit=60)
-        assert taken.returncode == 2 and f"--port: got {port.group(1)} of 127.0.0.1, which is in use" in taken.stderr
-        assert process.stop(signal.SIGINT).returncode == 0
+        taken = children.run([program, "sense", TUTORIAL, "--live", "--port", port])
+        assert taken.returncode == 2 and f"--port: got {port} of 127.0.0.1, which is in use" in taken.stderr
+        assert live.stop().returncode == 0
 
 
 @pytest.mark.parametrize(
@@ -154,5 +154,5 @@ def test_program_serves_the_page_until_it_is_interrupted(program: Path) -> None:
     ],
 )
 def test_mistakes_are_named(program: Path, words: list[str], message: str) -> None:
-    done = children.run([program, "sense", *words], limit=60)
+    done = children.run([program, "sense", *words])
     assert done.returncode == 2 and message in done.stderr, done.stderr
