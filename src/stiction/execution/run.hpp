@@ -59,7 +59,7 @@ struct RunOptions {
   /// … or this much time of all cores of the process [s], > 0, which other work on the machine does not shorten; nothing: plan_timeout alone.
   std::optional<double> plan_processor_time;
   int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
-  int replans = 60;                                        ///< after the first plan, ≥ 0
+  int replans = 60;                                        ///< plans after the first one, whatever calls for them, ≥ 0
   double duration = 600;                                   ///< of the run, without planning [s], > 0
   double silence = 0.5;                                    ///< objects that were not seen for so long are not seen any more [s], > 0
   std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds
@@ -95,7 +95,7 @@ struct RunResult {
   double planning_s = 0;      ///< wall time of all plans
   double wall_s = 0;
   std::vector<RunPlan> plans;
-  int replans = 0;  ///< of them, those that something on the way called for
+  int replans = 0;  ///< of them, those after the first; a plan that is asked for again because it was refused counts once
   std::vector<RunPiece> pieces;
   std::optional<int> dropped;                      ///< object that fell
   std::optional<planning::PlanResult> first_plan;  ///< of the planner

@@ -10,7 +10,7 @@
 
 namespace stiction::execution {
 
-/// A force on an object for a while.
+/// A force on an object for a while. Those that act at the same time add up.
 struct OutsidePush {
   int object = 0;
   double begin = 0, duration = 0;                     ///< [s] ≥ 0
@@ -46,7 +46,7 @@ class SimulatedPlant final : public Plant {
   Eigen::VectorXd take_torques() { return plant_.take_torques(); }  ///< of SteppedPlant
 
  private:
-  void apply_pushes();
+  void apply_pushes(double period);
 
   std::shared_ptr<const world::Model> model_;
   WorldOptions options_;
@@ -56,6 +56,7 @@ class SimulatedPlant final : public Plant {
     Eigen::VectorXd q;
   };
   std::deque<Seen> past_;  ///< as far back as the delay
+  std::vector<simulation::Push> acting_;
   core::Random random_;
 };
 
