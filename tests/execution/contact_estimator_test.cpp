@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "stiction/execution/control_run.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "support/message_of.hpp"
@@ -196,6 +198,52 @@ TEST_F(Estimator, OffsetsAreLearnedWhileNothingTouches_AndAForceIsNotForgotten) 
   EXPECT_LT(nearest, 0.05);
 }
 
+/// One datagram with a number that is none: nothing is learned from it, and the loop goes on.
+TEST_F(Estimator, SampleThatIsNotFinite_IsLeftOut) {
+  ContactEstimatorOptions options = exact();
+  options.noise = 0.5;  // with a low-pass, which has a memory
+  ContactEstimator broken(scenario.model, options), other(scenario.model, options);
+  ASSERT_GT(broken.time_constant(), 0);
+  const VectorXd tau = push(broken, "arm/link_6", 60);
+  for (int k = 0; k < 200; ++k) (void)broken.update(q, tau, q, kTick), (void)other.update(q, tau, q, kTick);
+  const auto copy = [](std::span<const control::ContactForce> told) {
+    return std::vector<control::ContactForce>(told.begin(), told.end());
+  };
+  const std::vector<control::ContactForce> before = copy(broken.update(q, tau, q, kTick));
+  (void)other.update(q, tau, q, kTick);
+  ASSERT_FALSE(before.empty());
+
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  int missed = 0;
+  for (const double value : {nan, inf, -inf}) {
+    VectorXd bad = tau;
+    bad[3] = value;
+    const std::vector<control::ContactForce> told = copy(broken.update(q, bad, q, kTick));
+    EXPECT_EQ(broken.missed(), ++missed);
+    ASSERT_EQ(told.size(), before.size()) << "what was told before is told on";
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      EXPECT_EQ(told[i].id, before[i].id);
+      EXPECT_EQ(told[i].p_WC, before[i].p_WC);
+    }
+  }
+  VectorXd q_bad = q, q_moved = q;
+  q_bad[0] = nan, q_moved[0] += 0.5;
+  const auto moved = copy(broken.update(q_bad, tau, q_moved, kTick));
+  ASSERT_EQ(moved.size(), before.size());
+  EXPECT_GT((moved[0].p_WC - before[0].p_WC).norm(), 0.01) << "contacts move on with their links";
+
+  const auto after = copy(broken.update(q, tau, q, kTick)), same = copy(other.update(q, tau, q, 5 * kTick));
+  EXPECT_EQ(broken.missed(), 0);
+  ASSERT_EQ(after.size(), same.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_EQ(after[i].p_WC, same[i].p_WC) << "as if the time of the samples that were left out had belonged to this one";
+    EXPECT_EQ(after[i].force_W, same[i].force_W);
+  }
+  q_bad = q, q_bad[1] = nan;
+  EXPECT_EQ(message_of([&] { (void)broken.update(q, tau, q_bad, kTick); }), "q_now[1]: got nan, expected a finite number");
+  EXPECT_FALSE(broken.update(q, tau, q, kTick).empty());
+}
+
 TEST_F(Estimator, BadInput_IsNamed) {
   ContactEstimator estimator(scenario.model, exact());
   EXPECT_NE(message_of([&] { (void)estimator.update(q.head(3), q, q, kTick); }).find("q: got 3 numbers, expected 7"), std::string::npos);
@@ -213,6 +261,10 @@ TEST_F(Estimator, BadInput_IsNamed) {
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.pool: got 3, expected at least max_candidates, 4"), std::string::npos);
   options.pool = 8, options.noise = 0;
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.noise: got 0"), std::string::npos);
+  options.sensor.links = {"nowhere"};
+  EXPECT_NE(message_of([&] { ContactEstimator(scenario.model, options); }).find("estimator.noise: got 0"), std::string::npos)
+      << "options are looked at before a sensor is made of them";
+  EXPECT_EQ(message_of([&] { ContactEstimator(nullptr, exact()); }), "model: got nothing, expected a model");
 }
 
 TEST(EstimatedControl, SameSeed_GivesTheSameBitsAndAnotherDoesNot) {

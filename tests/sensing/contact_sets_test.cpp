@@ -290,7 +290,17 @@ TEST(ContactSets, BadInput_IsNamed) {
   EXPECT_EQ(message_of([&] {
               sense_contacts(*ur5(), {q, tau, nullptr, &last}, {}, work, out);
             }),
-            "last: got a contact on link 7 of 7, expected sets of the same sensor");
+            "last: got a contact on link 7 of 7, expected contacts of the same sensor");
+  last[0].contacts[0].link = 6;
+  EXPECT_NE(message_of([&] {
+              sense_contacts(*ur5(), {q, tau, nullptr, &last}, {}, work, out);
+            }).find("last: got a contact on triangle -1 of "),
+            std::string::npos);
+  last[0].count = kMostContacts + 1;
+  EXPECT_EQ(message_of([&] {
+              sense_contacts(*ur5(), {q, tau, nullptr, &last}, {}, work, out);
+            }),
+            "last: got a set of 4 contacts, expected sets of at most 3");
 }
 
 }  // namespace

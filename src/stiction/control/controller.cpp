@@ -117,7 +117,10 @@ struct ContactController::Impl {
       if (c.lambda_max) core::require_positive("contact.lambda_max", *c.lambda_max);
       if (c.set < 0) core::throw_invalid("contact.set", std::to_string(c.set), "an integer ≥ 0");
     }
-    if (state.tool != nullptr) require_link("tool.body", state.tool->body);
+    if (state.tool == nullptr) return;
+    require_link("tool.body", state.tool->body);
+    for (const world::Pose* X : {&state.tool->X_BT, &state.tool->X_WT})
+      if (!X->p.allFinite() || !X->R.allFinite()) core::throw_invalid("tool", "a number that is not finite", "finite poses");
   }
 
   void require_link(const char* field, int body) const {

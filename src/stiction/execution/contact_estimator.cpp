@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -33,8 +34,20 @@ void ContactEstimatorOptions::validate() const {
     core::throw_invalid("estimator.pool", std::to_string(pool), "at least max_candidates, " + std::to_string(max_candidates));
 }
 
+namespace {
+
+/// Options are looked at before anything is made of them.
+std::shared_ptr<const sensing::Sensor> make_sensor(const std::shared_ptr<const world::Model>& model,
+                                                   const ContactEstimatorOptions& options) {
+  options.validate();
+  if (!model) core::throw_invalid("model", "nothing", "a model");
+  return sensing::Sensor::make(model, options.sensor);
+}
+
+}  // namespace
+
 ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, const ContactEstimatorOptions& options)
-    : sensor_(sensing::Sensor::make(model, options.sensor)),
+    : sensor_(make_sensor(model, options)),
       options_(options),
       sense_(options.sense),
       work_(sensor_),
@@ -42,7 +55,6 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
       q_full_(model->neutral()),
       tau_(Eigen::VectorXd::Zero(model->n_a())),
       external_(tau_) {
-  options.validate();
   double spacing = 0;
   for (const sensing::SensedLink& link : sensor_->links()) spacing = std::max(spacing, link.spacing);
   constexpr double kDeviations = 3;  // within which candidates are told
@@ -64,6 +76,7 @@ void ContactEstimator::reset() {
   contacts_.clear();
   for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
   next_id_ = 0;
+  since_sample_ = 0, missed_ = 0;
 }
 
 /// The nearest contact of the last tick on the same link, within reach of merging, that has not gone on as another one; null: none.
@@ -182,24 +195,35 @@ std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, Vec
   core::require_size("q", q.size(), n);
   core::require_size("q_now", q_now.size(), n);
   core::require_size("tau", tau.size(), n);
+  core::require_finite("q_now", std::span(q_now.data(), at(static_cast<int>(n))));
   core::require_positive("dt", dt);
+  since_sample_ += dt;
+  if (!q.allFinite() || !tau.allFinite()) {
+    ++missed_;
+    place(q_now);
+    return contacts_;
+  }
+  missed_ = 0;
+  take_sample(q, tau, std::exchange(since_sample_, 0));
+  tell();
+  place(q_now);
+  return contacts_;
+}
+
+/// Explanations of the torques as they are after a sample. @param dt  since the one before [s]
+void ContactEstimator::take_sample(VectorRef q, VectorRef tau, double dt) {
   tau_ += dt / (time_constant_ + dt) * (tau - tau_);
-  q_full_.tail(n) = q;
+  q_full_.tail(q.size()) = q;
   sense(q, dt);
 
   tracked_before_.swap(tracked_);
   rank_singles();
   find_sets();
   choose_told();
-  tell(q_now);
-  return contacts_;
 }
 
-/// The contacts of all explanations, moved on with their links, under the numbers that they had.
-void ContactEstimator::tell(VectorRef q_now) {
-  const world::Model& model = sensor_->model();
-  q_full_.tail(model.n_a()) = q_now;
-  world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
+/// The contacts of all explanations, under the numbers that they had.
+void ContactEstimator::tell() {
   tracked_.clear(), contacts_.clear();
   for (int s = 0; s < static_cast<int>(told_.size()); ++s)
     for (int i = 0; i < told_[at(s)].count; ++i) {
@@ -208,14 +232,20 @@ void ContactEstimator::tell(VectorRef q_now) {
       const int id = before != nullptr ? before->id : next_id_++;
       if (before != nullptr) before->taken = true;
       tracked_.push_back({id, point});
-      const world::Pose& X_WB = kinematics_.X_WB[at(bodies_[at(point.link)])];
-      contacts_.push_back({.id = id,
-                           .body = bodies_[at(point.link)],
-                           .p_WC = X_WB * point.p_L,
-                           .force_W = X_WB.R * point.f_L,
-                           .alternative = told_.size() > 1,
-                           .set = s});
+      contacts_.push_back({.id = id, .body = bodies_[at(point.link)], .alternative = told_.size() > 1, .set = s});
     }
+}
+
+/// Contacts have moved on with their links.
+void ContactEstimator::place(VectorRef q_now) {
+  const world::Model& model = sensor_->model();
+  q_full_.tail(model.n_a()) = q_now;
+  world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const world::Pose& X_WB = kinematics_.X_WB[at(contacts_[i].body)];
+    contacts_[i].p_WC = X_WB * tracked_[i].point.p_L;
+    contacts_[i].force_W = X_WB.R * tracked_[i].point.f_L;
+  }
 }
 
 }  // namespace stiction::execution

@@ -58,6 +58,9 @@ class ContactEstimator {
 
   /// @param dt  since the last call [s], > 0    @param q  joints (n_a) when the torques were measured    @param tau  external torques (n_a) [N m; N]
   /// @param q_now  joints (n_a) now: contacts have moved on with their links
+  /// A sample with a number in q or tau that is not finite is no measurement and is left out: the contacts of the sample before are told again, moved on with
+  /// their links, and the next sample counts for the time since. missed() says how many were left out in a row; who asks decides how long that may last.
+  /// @throws core::InvalidInput: sizes, q_now that is not finite, dt ≤ 0. Nothing has changed then
   /// @returns contacts, valid until the next call; the same contact keeps its number while its point moves on its link by less than a few sample spacings
   std::span<const control::ContactForce> update(control::VectorRef q, control::VectorRef tau, control::VectorRef q_now, double dt);
 
@@ -67,6 +70,7 @@ class ContactEstimator {
   double time_constant() const { return time_constant_; }              ///< T [s]
   double noise() const { return sense_.noise; }                        ///< σ of the last tick [N m; N]
   const Eigen::VectorXd& offset() const { return tare_.offset; }       ///< of the torques, as learned (n_a) [N m; N]
+  int missed() const { return missed_; }                               ///< samples left out since the last one that was taken
   bool is_ready() const { return options_.bias == 0 || tare_.ready; }  ///< offsets are learned
 
  private:
@@ -89,7 +93,9 @@ class ContactEstimator {
   bool needs_more() const;
   std::span<const sensing::ContactSet> make_parents(std::size_t tracker);
   void choose_told();
-  void tell(control::VectorRef q_now);
+  void take_sample(control::VectorRef q, control::VectorRef tau, double dt);
+  void tell();
+  void place(control::VectorRef q_now);
   Tracked* find_tracked(const sensing::ContactPoint& point);
   double calc_rho() const;
 
@@ -112,6 +118,8 @@ class ContactEstimator {
   std::vector<sensing::ContactSet> told_, parents_;
   std::vector<control::ContactForce> contacts_;
   int next_id_ = 0;
+  double since_sample_ = 0;  ///< [s]
+  int missed_ = 0;
 };
 
 }  // namespace stiction::execution
