@@ -7,6 +7,7 @@
 
 #include "stiction/execution/control_run.hpp"
 #include "stiction/sensing/scenario.hpp"
+#include "stiction/tasks/control_scenario_file.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"
 
@@ -18,6 +19,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using stiction::test::message_of;
 using stiction::test::source_dir;
+using tasks::load_control_scenario;
 
 constexpr double kTick = 0.005;
 
@@ -89,19 +91,19 @@ TEST_F(Estimator, SecondContact_IsToldBesideTheFirst) {
   Vector3d first, second;
   const VectorXd one = push(estimator, "arm/link_4", 15, &first), other = push(estimator, "arm/link_7", 15, &second);
   for (int k = 0; k < 10; ++k) (void)estimator.update(q, one, q, kTick);
-  ASSERT_EQ(estimator.told().front().count, 1);
+  ASSERT_EQ(estimator.hypotheses().front().count, 1);
   std::span<const control::ContactForce> told;
   for (int k = 0; k < 40; ++k) told = estimator.update(q, one + other, q, kTick);
   ASSERT_FALSE(told.empty());
-  ASSERT_EQ(estimator.told().front().count, 2);
+  ASSERT_EQ(estimator.hypotheses().front().count, 2);
   const double explained = estimator.sensed().explained;
-  EXPECT_LE(estimator.told().front().residual, explained);
+  EXPECT_LE(estimator.hypotheses().front().residual, explained);
   EXPECT_FALSE(estimator.sensed().candidates.front().explains) << "one contact would do: the test says nothing";
   double near_first = 1, near_second = 1;
   for (const auto& c : told) {
     near_first = std::min(near_first, (c.p_WC - first).norm()), near_second = std::min(near_second, (c.p_WC - second).norm());
-    EXPECT_EQ(c.set >= 0 && c.set < static_cast<int>(estimator.told().size()), true);
-    EXPECT_EQ(c.alternative, estimator.told().size() > 1);
+    EXPECT_EQ(c.set >= 0 && c.set < static_cast<int>(estimator.hypotheses().size()), true);
+    EXPECT_EQ(c.alternative, estimator.hypotheses().size() > 1);
   }
   EXPECT_LT(near_first, 0.1);
   EXPECT_LT(near_second, 0.1);
@@ -110,7 +112,7 @@ TEST_F(Estimator, SecondContact_IsToldBesideTheFirst) {
   std::sort(ids.begin(), ids.end());
   EXPECT_EQ(std::adjacent_find(ids.begin(), ids.end()), ids.end()) << "two contacts under one number";
   for (int k = 0; k < 10; ++k) (void)estimator.update(q, one, q, kTick);
-  EXPECT_EQ(estimator.told().front().count, 1) << "the second is gone";
+  EXPECT_EQ(estimator.hypotheses().front().count, 1) << "the second is gone";
 }
 
 TEST_F(Estimator, NoTorque_IsNoContact) {
@@ -302,7 +304,7 @@ TEST(EstimatedControl, Delay_TellsOfContactsLaterByThat) {
     double touched = -1, told = -1;
     for (const ControlSample& s : out.samples) {
       if (touched < 0 && s.largest_force > 0) touched = s.time;
-      if (told < 0 && !s.told.empty()) told = s.time;
+      if (told < 0 && !s.reported.empty()) told = s.time;
     }
     EXPECT_GT(touched, 0);
     return told - touched;

@@ -45,7 +45,7 @@ struct Rig {
     planner.threads = 2;
     planner.seed = 1;
   }
-  Status run(Plant& plant, const planning::Plan* first = nullptr) {
+  Status run(Driver& plant, const planning::Plan* first = nullptr) {
     return execution::run(plant, problem, planner, how, control, out, first);
   }
   Status run() {
@@ -120,7 +120,7 @@ TEST(Run, GivenPlan_IsCarriedOutBeforeAnythingIsPlanned) {
 }
 
 /// Stops answering, or seeing the objects, after so many seconds, and keeps what it was told last.
-class FailingPlant final : public Plant {
+class FailingPlant final : public Driver {
  public:
   enum class What {
     Read,
@@ -196,7 +196,7 @@ TEST(Run, ObjectThatComesBackToItsGoal_IsHeldOn) {
 }
 
 /// A world in which something pushes the box out of its goal whenever the robot has brought it there.
-class HostilePlant final : public Plant {
+class HostilePlant final : public Driver {
  public:
   explicit HostilePlant(const Rig& rig) : plant_(make_world(rig.model, {})), rig_(rig) {
     plant_.reset(rig.problem.q_start, rig.problem.q_start.tail(rig.model->n_a()));

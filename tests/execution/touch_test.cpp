@@ -8,6 +8,7 @@
 
 #include "stiction/contact/contact.hpp"
 #include "stiction/execution/joint_path.hpp"
+#include "stiction/tasks/touch_scenario_file.hpp"
 #include "stiction/world/robot_chains.hpp"
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
@@ -23,6 +24,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using stiction::test::message_of;
 using stiction::test::source_dir;
+using tasks::load_touch_scenario;
 
 TouchScenario pillar() { return load_touch_scenario(source_dir() / "scenarios" / "reach_past_pillar.yaml"); }
 

@@ -38,7 +38,7 @@ BaseWrench exact(BaseWrench base) {
 int link(const char* name) { return ur5()->link_index(std::string("arm/") + name); }
 
 /// Distance of the nearest set that explains.
-double distance(const ContactSetResult& result, std::span<const KnownContact> contacts) {
+double distance(const ContactSetResult& result, std::span<const ContactPoint> contacts) {
   double out = std::numeric_limits<double>::infinity();
   for (const ContactSet& set : result.sets) out = std::min(out, calc_distance(set, contacts));
   return out;
@@ -226,7 +226,7 @@ TEST(ContactSets, SetsOfTheLastCycle_AreFollowedUntilTheyDoNotExplain) {
   ASSERT_LT(distance(first, c.contacts), 0.01);
   // A little later, in another posture and with stronger forces.
   c.q.array() += 0.02;
-  for (KnownContact& contact : c.contacts) contact.f_L *= 1.1;
+  for (ContactPoint& contact : c.contacts) contact.f_L *= 1.1;
   calc_known_rows(*ur5(), c.q, c.contacts, c.tau, c.base);
   base = exact(c.base);
   sense_contacts(*ur5(), {c.q, c.tau, &base, &first.sets}, noiseless(2), work, out);

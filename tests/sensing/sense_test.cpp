@@ -77,7 +77,7 @@ TEST(PublishedCase, StartOnLinkSix_HasTheResidualAndGradientOfTheReference) {
   EXPECT_NEAR((gradient - Vector3d(-10.2311, 1.9531, 5.5823)).norm(), 0, 2e-3);
 }
 
-double distance_to_truth(const SenseResult& result, const KnownContact& contact) {
+double distance_to_truth(const SenseResult& result, const ContactPoint& contact) {
   double out = std::numeric_limits<double>::infinity();
   for (const Candidate& candidate : result.candidates)
     if (candidate.explains) out = std::min(out, calc_distance(result, candidate, contact));

@@ -23,7 +23,7 @@ std::vector<int> find_pushes(const sensing::Poke& poke, double time) {
 
 simulation::Push make_push(const sensing::Scenario& scenario, int push) {
   const sensing::Poke::Push& acting = scenario.poke->pushes[static_cast<std::size_t>(push)];
-  const sensing::KnownContact& contact = scenario.contacts[static_cast<std::size_t>(acting.contact)];
+  const sensing::ContactPoint& contact = scenario.contacts[static_cast<std::size_t>(acting.contact)];
   const int body = scenario.sensor->links()[static_cast<std::size_t>(contact.link)].surface.body;
   return {.body = body, .p_BP = contact.p_L, .force_W = acting.force_W};
 }

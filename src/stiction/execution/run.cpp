@@ -9,9 +9,9 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/processor_time.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/execution/driver_link.hpp"
 #include "stiction/execution/fall.hpp"
 #include "stiction/execution/object_watch.hpp"
-#include "stiction/execution/plant_link.hpp"
 #include "stiction/execution/run_timing.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/world/scales.hpp"
@@ -37,7 +37,7 @@ constexpr double kFollowTimes = 2;
 
 class Executor {
  public:
-  Executor(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
+  Executor(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
            const core::RunControl& control, RunResult& out)
       : model_(*problem.model),
         link_(plant, model_, how.tick, how.silence),
@@ -359,7 +359,7 @@ class Executor {
   }
 
   const Model& model_;
-  PlantLink link_;
+  DriverLink link_;
   const planning::PlanningProblem& problem_;
   planning::PlannerOptions planner_;
   const RunOptions& how_;
@@ -386,7 +386,7 @@ class Executor {
 
 }  // namespace
 
-Status run(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
+Status run(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
            const core::RunControl& control, RunResult& out, const planning::Plan* first) {
   const auto start = core::RunControl::Clock::now();
   how.validate();

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/execution/plant.hpp"
+#include "stiction/execution/driver.hpp"
 #include "stiction/execution/run_speed.hpp"
 #include "stiction/planning/planner.hpp"
 
@@ -118,7 +118,7 @@ struct RunResult {
 /// @returns Solved: Reached; Cancelled; NumericalFailure: Silent; MaxIterations: anything else. `out` holds what was done
 /// @throws  core::InvalidInput: options, problem, a plan that does not fit the model
 /// Tests: tests/execution/run_test.cpp, tests/python/test_run.py
-[[nodiscard]] core::Status run(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options,
+[[nodiscard]] core::Status run(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options,
                                const RunOptions& how, const core::RunControl& control, RunResult& out,
                                const planning::Plan* first = nullptr);
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "stiction/core/random.hpp"
-#include "stiction/execution/plant.hpp"
+#include "stiction/execution/driver.hpp"
 #include "stiction/simulation/stepped_plant.hpp"
 
 namespace stiction::execution {
@@ -32,8 +32,8 @@ struct WorldOptions {
 /// A simulated world in which motors saturate, joints are told the speed of their commands and objects on joints come to rest.
 std::shared_ptr<const simulation::Plant> make_world(const std::shared_ptr<const world::Model>& model, const WorldOptions& options);
 
-/// MuJoCo as a plant.
-class SimulatedPlant final : public Plant {
+/// MuJoCo behind the interface of a driver.
+class SimulatedPlant final : public Driver {
  public:
   /// At rest in q (n_q), joints commanded where they are. @throws core::InvalidInput
   SimulatedPlant(const std::shared_ptr<const world::Model>& model, VectorRef q, const WorldOptions& options = {});
