@@ -1,4 +1,4 @@
-#include "stiction/execution/plant_link.hpp"
+#include "stiction/execution/driver_link.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ constexpr double kTick = 1e-3, kSilence = 0.5;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
 
 /// Says what a test tells it to say; commands do nothing but count.
-class ToldPlant final : public Plant {
+class ToldPlant final : public Driver {
  public:
   bool read(Measurement& out) override {
     out = next;
@@ -32,7 +32,7 @@ class ToldPlant final : public Plant {
 struct Rig {
   std::shared_ptr<const world::Model> model = planning::test::load_model("planar_pushing");
   ToldPlant plant;
-  PlantLink link{plant, *model, kTick, kSilence};
+  DriverLink link{plant, *model, kTick, kSilence};
 
   Rig() {
     const VectorXd q = model->neutral();
@@ -45,7 +45,7 @@ struct Rig {
   }
 };
 
-TEST(PlantLink, MeasurementThatCannotBe_IsRefusedByItsField) {
+TEST(DriverLink, MeasurementThatCannotBe_IsRefusedByItsField) {
   using Change = std::function<void(Measurement&)>;
   const std::pair<Change, std::string> cases[] = {
       {[](Measurement& m) { m.q[0] = kNaN; }, "q"},
@@ -69,7 +69,7 @@ TEST(PlantLink, MeasurementThatCannotBe_IsRefusedByItsField) {
   }
 }
 
-TEST(PlantLink, ClockThatJumps_IsNamed) {
+TEST(DriverLink, ClockThatJumps_IsNamed) {
   for (const double time : {-99.0, 0.4, 1.6, 1e9}) {
     Rig rig;
     EXPECT_FALSE(rig.read_at(time)) << time;
@@ -77,7 +77,7 @@ TEST(PlantLink, ClockThatJumps_IsNamed) {
   }
 }
 
-TEST(PlantLink, TimeThatPassesWhileThePlannerWorks_IsNoJump) {
+TEST(DriverLink, TimeThatPassesWhileThePlannerWorks_IsNoJump) {
   Rig rig;
   rig.link.pause();
   EXPECT_TRUE(rig.read_at(31)) << rig.link.reason();
@@ -85,7 +85,7 @@ TEST(PlantLink, TimeThatPassesWhileThePlannerWorks_IsNoJump) {
   EXPECT_FALSE(rig.read_at(62)) << "a pause counts once";
 }
 
-TEST(PlantLink, LateMessage_IsLeftOut) {
+TEST(DriverLink, LateMessage_IsLeftOut) {
   Rig rig;
   ASSERT_TRUE(rig.read_at(1.01));
   const VectorXd q = rig.plant.next.q;
@@ -97,7 +97,7 @@ TEST(PlantLink, LateMessage_IsLeftOut) {
   EXPECT_EQ(rig.link.measured().q, rig.plant.next.q);
 }
 
-TEST(PlantLink, ClockThatStandsStillOrFallsBackAgainAndAgain_EndsAfterTheSilence) {
+TEST(DriverLink, ClockThatStandsStillOrFallsBackAgainAndAgain_EndsAfterTheSilence) {
   for (const double time : {1.0, 0.9}) {
     Rig rig;
     int reads = 0;
