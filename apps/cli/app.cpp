@@ -23,12 +23,6 @@ static_assert(std::atomic<bool>::is_always_lock_free);  // so that a signal hand
 
 void on_signal(int) { interrupted_flag.store(true, std::memory_order_relaxed); }
 
-fs::path program_dir() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  return error ? fs::path() : program.parent_path();
-}
-
 /// The first of the folders that holds the package; empty where none does.
 fs::path first_with(const fs::path& package, std::initializer_list<fs::path> folders) {
   for (const fs::path& folder : folders) {
@@ -40,6 +34,12 @@ fs::path first_with(const fs::path& package, std::initializer_list<fs::path> fol
 }
 
 }  // namespace
+
+fs::path program_dir() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  return error ? fs::path() : program.parent_path();
+}
 
 std::vector<fs::path> data_dirs() {
   std::vector<fs::path> out;
