@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import signal
 
 import children
@@ -487,6 +488,25 @@ def test_bench_prints_the_agreed_object(rows):
     for row in data["results"]:
         assert list(row) == ["name", "median_s", "p95_s", "p99_s", "published_s", "peer_s", "ratio", "allocations", "contacts"]
         assert row["median_s"] > 0
+
+
+def test_bench_without_its_program_says_what_to_do(tmp_path):
+    """A wheel carries `stiction` alone."""
+    alone = tmp_path / "stiction"
+    shutil.copy2(PROGRAM, alone)
+    done = subprocess.run([alone, "bench", "--json"], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 70
+    assert str(tmp_path / "stiction-bench") in done.stderr and "make bench" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert json.loads(done.stdout)["status"] == "Error"
+
+
+def test_bench_passes_its_words_on():
+    done = run("bench", "--help")
+    assert done.returncode == 0 and "--filter" in done.stdout and "--repeat" in done.stdout
+    done = run("bench", "--repeat", 0, "--json")
+    assert done.returncode == 2 and json.loads(done.stdout)["status"] == "InvalidInput"
+    assert "--repeat" in done.stderr and "`stiction bench --help`" in done.stderr
 
 
 def test_bench_times_steps_of_a_task(tmp_path):

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "bench_table.hpp"
 #include "cone_allocations.hpp"
 #include "contact_ticks.hpp"
 #include "stiction/core/quantile.hpp"
@@ -15,6 +14,7 @@
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
+#include "table.hpp"
 
 namespace stiction::app {
 namespace {

@@ -1,4 +1,4 @@
-#include "bench_table.hpp"
+#include "table.hpp"
 
 #include <fmt/format.h>
 

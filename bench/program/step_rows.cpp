@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "bench_scenes.hpp"
-#include "bench_table.hpp"
 #include "cone_allocations.hpp"
+#include "scenes.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/parallel.hpp"
 #include "stiction/core/quantile.hpp"
@@ -13,6 +12,7 @@
 #include "stiction/dynamics/step.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/task.hpp"
+#include "table.hpp"
 
 namespace stiction::app {
 namespace {

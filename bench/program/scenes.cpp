@@ -1,4 +1,4 @@
-#include "bench_scenes.hpp"
+#include "scenes.hpp"
 
 #include <fmt/format.h>
 

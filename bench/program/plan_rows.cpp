@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include "bench_table.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/trajopt/optimize.hpp"
+#include "table.hpp"
 
 namespace stiction::app {
 namespace {

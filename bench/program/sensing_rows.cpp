@@ -5,7 +5,6 @@
 #include <functional>
 #include <initializer_list>
 
-#include "bench_table.hpp"
 #include "cone_allocations.hpp"
 #include "published_cycle.hpp"
 #include "stiction/core/quantile.hpp"
@@ -15,6 +14,7 @@
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/decomposition.hpp"
 #include "stiction/world/read.hpp"
+#include "table.hpp"
 
 namespace stiction::app {
 namespace {

@@ -1,6 +1,6 @@
-#include "bench_table.hpp"
 #include "cone_allocations.hpp"
 #include "cone_problems.hpp"
+#include "table.hpp"
 
 namespace stiction::app {
 namespace {
