@@ -18,6 +18,7 @@ inline RegraspCounts& operator+=(RegraspCounts& sum, const RegraspCounts& o) {
   sum.no_sample += o.no_sample;
   sum.no_path += o.no_path;
   sum.object_moved += o.object_moved;
+  sum.unstable += o.unstable;
   sum.failed_step += o.failed_step;
   return sum;
 }
@@ -56,6 +57,7 @@ struct Expansion {
   EdgeReplay near_replay;       ///< of `near`, when this expansion computed it
   int refined = -1;             ///< the node that it belongs to
   bool rejected = false;        ///< it is too far from q to build on
+  bool may_be_unstable = false;  ///< a release, since hardly any is stable
   Release release;              ///< of a regrasp
   bool release_failed = false;  ///< its branches cannot let go of the object at `near`
   bool release_unstable = false;  ///< or not without leaving it unstable

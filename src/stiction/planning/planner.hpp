@@ -52,6 +52,7 @@ struct RegraspCounts {
   long no_sample = 0;     ///< no posture in contact was found
   long no_path = 0;       ///< no collision-free path
   long object_moved = 0;  ///< the object did not stay where it was
+  long unstable = 0;      ///< … of these: with gravity aside, when branches had let go
   long failed_step = 0;   ///< a step was not solved
 };
 

@@ -248,7 +248,10 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
   if (!run) return false;
   out.stuck = false;
   out.unstable = setting.options.uses(Mechanism::StableReleases) && !run->is_stable();
-  if (out.unstable && !release.may_be_unstable) return count_failure(Ending::Moved, counts);
+  if (out.unstable && !release.may_be_unstable) {
+    ++counts.unstable;
+    return count_failure(Ending::Moved, counts);
+  }
 
   const auto candidates = draw_candidates(setting, release.moved, run->at().q, judge, random, scratch.geometry);
   if (candidates.empty()) {

@@ -37,8 +37,12 @@ class Search {
         control_(control),
         grown_(grown),
         pool_(options.threads > 0 ? options.threads : core::hardware_threads()),
+        unstopped_(problem.model, to_the_end_),
         bound_(bound),
         trees_(static_cast<std::size_t>(trees)) {
+    slippery_options_ = options;
+    slippery_options_.friction = std::min(options.friction, 0.7);
+    slippery_ = std::make_unique<Setting>(problem, slippery_options_);
     for (int i = 0; i < pool_.size(); ++i) scratch_.emplace_back(problem.model, control);
   }
 
@@ -65,7 +69,7 @@ class Search {
   Status grow(long budget, PlanResult& out) {
     for (GrowingTree& tree : trees_) {
       if (!plant(tree, out)) return Status::NumericalFailure;
-      if (tree.search->reaches_goal(0, scratch_[0])) return solve(tree, 0, out);
+      if (tree.search->reaches_goal(0, unstopped_)) return solve(tree, 0, out);
     }
     while (iterations_ < budget && !control_.stop() && !cannot_touch(out)) {
       draw_round(std::min<long>(threshold::kBatch, budget - iterations_));                             // SampleSubgoal
@@ -87,10 +91,11 @@ class Search {
   bool plant(GrowingTree& tree, PlanResult& out) {
     const std::uint64_t seed = setting_.options.seed;
     tree = {nullptr, planted_, 0};
+    static const bool slip = std::getenv("X_SLIP") != nullptr;
     tree.search = std::make_unique<TreeSearch>(
-        setting_, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_);
+        slip && planted_ % 2 == 1 && setting_.exact.friction_law == dynamics::FrictionLaw::Coulomb ? *slippery_ : setting_, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_);
     ++planted_;
-    return tree.search->plant_root(scratch_[0], out);
+    return tree.search->plant_root(unstopped_, out);
   }
 
   /// The better one of the trees that stalled is kept for its best path.
@@ -144,7 +149,7 @@ class Search {
   }
 
   void take_path(TreeSearch& search, int node, bool forces, PlanResult& out) {
-    out.plan = search.plan_to(node, forces, scratch_[0]);
+    out.plan = search.plan_to(node, forces, unstopped_);
     out.cost = path_cost(setting_.model, out.plan, {});
     const Tree& tree = search.tree();
     for (int i = 0; i < tree.size(); ++i)
@@ -162,11 +167,11 @@ class Search {
     if (!control_.on_progress) return;
     core::Progress progress;
     progress.iteration = iterations_;
+    progress.best = stalled_ ? stalled_->goal_ratio() : std::numeric_limits<double>::infinity();
     for (const GrowingTree& tree : trees_) {
-      nearest_ = std::min(nearest_, tree.search->goal_ratio());
+      progress.best = std::min(progress.best, tree.search->goal_ratio());
       progress.size += tree.search->tree().size();
     }
-    progress.best = nearest_;
     control_.on_progress(progress);
   }
 
@@ -188,11 +193,15 @@ class Search {
   }
 
   const Setting setting_;
+  PlannerOptions slippery_options_;
+  std::unique_ptr<Setting> slippery_;
   const Eigen::VectorXd& u_start_;
   const core::RunControl& control_;
   const GrowthSink& grown_;
   core::ThreadPool pool_;
+  const core::RunControl to_the_end_;
   std::deque<ThreadScratch> scratch_;  // one per thread
+  ThreadScratch unstopped_;            // roots and paths are made also in a run that was stopped
   const double bound_;                 // [s]
   std::vector<GrowingTree> trees_;
   std::unique_ptr<TreeSearch> stalled_;
@@ -200,7 +209,6 @@ class Search {
   int planted_ = 0;
   long iterations_ = 0, nodes_ = 0;  // nodes_ and totals_ are of the trees that stalled, until run() ends
   Totals totals_;
-  double nearest_ = std::numeric_limits<double>::infinity();
 };
 
 /// What a search reports, as part of a run that had so many extensions before it.

@@ -35,6 +35,7 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   const int i = size();
   nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
   frontier_.add(node.q.head(q_goal.size()), node.goal_distance, nearest_.distance(i, q_goal.data()), visited);
+  if (!visited) to_goal_.push({nearest_.distance(i, q_goal.data()), i});
   nodes_.push_back(std::move(node));
   Node& added = nodes_.back();
   added.local.S.resize(0, 0);  // nearest_ has them
@@ -76,6 +77,15 @@ int Tree::prune_subtree(int i) {
   }
   find_best();
   return n;
+}
+
+int Tree::take_nearest_to_goal() {
+  while (!to_goal_.empty()) {
+    const int i = to_goal_.top().second;
+    to_goal_.pop();
+    if (!pruned(i)) return i;
+  }
+  return -1;
 }
 
 int Tree::take(bool grasp) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <queue>
 #include <vector>
 
 #include "stiction/planning/frontier.hpp"
@@ -70,6 +71,8 @@ class Tree {
 
   /// The next node of the frontier, for a push or for a change of contacts; −1 when there is none.
   int take(bool grasp);
+  int take_nearest_to_goal();
+  std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>, std::greater<>> to_goal_;
   /// The node nearest to the goal that is not pruned.
   int best() const { return best_; }
 

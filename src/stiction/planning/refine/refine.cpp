@@ -250,7 +250,9 @@ Status run(const std::shared_ptr<const world::Model>& model, const Plan& plan, c
   Problem problem(model, plan, options, refine_options, quiet);
   Scratch scratch(model, quiet);
   Work work;
-  const Run given = look_at_given_plan(problem, scratch, work);
+  const core::RunControl to_the_end;  // the given plan is looked at also in a run that was stopped
+  Scratch unstopped(model, to_the_end);
+  const Run given = look_at_given_plan(problem, unstopped, work);
   const bool at_goal = !plan.segments.empty() && problem.reaches_goal(end_of(plan), given.end.fine.q, 1.0);
   Status status = Status::NumericalFailure;
   bool built = false;
@@ -264,7 +266,7 @@ Status run(const std::shared_ptr<const world::Model>& model, const Plan& plan, c
     if (built) out = builder.result();
     status = built || !control.stop() ? Status::Solved : control.cancelled() ? Status::Cancelled : Status::MaxIterations;
   }
-  if (!built) keep_given_plan(problem, given.end.fine.q, scratch, out, work);
+  if (!built) keep_given_plan(problem, given.end.fine.q, unstopped, out, work);
   out.steps = work.steps;
   out.failed_steps = work.failed_steps;
   return status;

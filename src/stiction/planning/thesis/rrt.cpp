@@ -31,7 +31,7 @@ struct Node {
 class Tree {
  public:
   Tree(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& out)
-      : setting_(problem, options), how_(*options.thesis), control_(control), out_(out), scratch_(problem.model, control), locals_(problem.model), nearest_(setting_.goal.space()) {
+      : setting_(problem, options), how_(*options.thesis), control_(control), out_(out), scratch_(problem.model, to_the_end_), locals_(problem.model), nearest_(setting_.goal.space()) {
     smoothed_ = setting_.exact;
     smoothed_.warm_start = false;
     if (how_.scheme == Scheme::RandomizedFirst || how_.scheme == Scheme::RandomizedZeroth) smoothed_.tol_complementarity = kSampleComplementarity;
@@ -193,6 +193,7 @@ class Tree {
   const Settings& how_;
   const core::RunControl& control_;
   PlanResult& out_;
+  const core::RunControl to_the_end_;
   ThreadScratch scratch_;
   dynamics::LocalModelWorkspace locals_;
   dynamics::StepOptions smoothed_;
