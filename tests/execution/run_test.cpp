@@ -9,7 +9,6 @@
 #include "stiction/execution/object_watch.hpp"
 #include "stiction/execution/run_speed.hpp"
 #include "stiction/execution/simulated_plant.hpp"
-#include "stiction/planning/default_options.hpp"
 #include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
@@ -39,7 +38,6 @@ struct Rig {
     problem.goal.X_WG = world::object_pose(*model, problem.q_start, 0);
     problem.goal.X_WG.p.z() += way;
     problem.goal.tol_position = 0.02;
-    planner = planning::default_options(*model, 0);
     planner.threads = 2;
     planner.seed = 1;
   }
@@ -212,7 +210,7 @@ TEST(Run, FallingObject_EndsTheRun) {
   rig.problem.q_start[0] = 0.4;  // beside it
   rig.problem.goal.X_WG = world::object_pose(*rig.model, rig.problem.q_start, 0);
   rig.problem.goal.X_WG.p.x() = -0.08;
-  rig.planner = planning::default_options(*rig.model, 0);
+  rig.planner = {};
   EXPECT_EQ(rig.run(), Status::MaxIterations);
   EXPECT_TRUE(rig.out.end == RunEnd::Dropped || rig.out.end == RunEnd::NoPlan) << to_string(rig.out.end);
   EXPECT_FALSE(rig.out.reached());

@@ -19,13 +19,12 @@ struct Nodes {
   int removed = -1;
 
   /// @param place  far from every other one
-  void add(int node, int place, double d, double metric = 0) {
+  void add(int node, int place, double d) {
     distance[node] = d;
-    frontier.add(Eigen::Vector3d(1e6 * place, 0, 0), d, metric, false);
+    frontier.add(Eigen::Vector3d(1e6 * place, 0, 0), d, false);
   }
-  int take(int unusable = -1) {
-    return frontier.take([this](int i) { return i == removed; }, [unusable](int i) { return i != unusable; },
-                         [this](int i) { return distance.at(i); });
+  int take() {
+    return frontier.take([this](int i) { return i != removed; }, [this](int i) { return distance.at(i); });
   }
   /// How often each of n nodes comes in so many choices.
   std::vector<int> choices(int n, int times) {
@@ -72,21 +71,6 @@ TEST(Frontier, NodeThatIsGone_NeverComesAgain) {
   EXPECT_EQ(nodes.take(), 1);
   nodes.removed = -1;
   for (int k = 0; k < 50; ++k) EXPECT_EQ(nodes.take(), 1);
-}
-
-TEST(Frontier, NodeThatIsNotUsableNow_ComesWhenItIs) {
-  Nodes nodes;
-  nodes.add(0, 0, 1);
-  nodes.add(1, 1, 2);
-  EXPECT_EQ(nodes.take(0), 1);
-  EXPECT_EQ(nodes.take(), 0);
-}
-
-TEST(Frontier, OfEqualNodes_TheMetricDecides) {
-  Nodes nodes;
-  nodes.add(0, 0, 1, 5);
-  nodes.add(1, 1, 1, 2);
-  EXPECT_EQ(nodes.take(), 1);
 }
 
 TEST(Frontier, NodeThatIsFartherThanItSeemed_ComesBackWithWhatItIs) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "stiction/cone/bounded_least_squares.hpp"
 #include "stiction/planning/contact_limits.hpp"
@@ -27,9 +26,7 @@ Extend::Extend(const Setting& setting, const NodeModels& models)
 
 bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Eigen::VectorXd& u, Node& out) const {
   const Eigen::VectorXd q_a = models_.preloaded_command(near);
-  Eigen::VectorXd e = setting_.goal.difference(near.local.c_u, x.target(setting_.goal, near.local.c_u));
-  static const bool mean = std::getenv("X_MEAN") != nullptr;
-  if (mean && !near.replay.empty()) e -= 0.5 * setting_.goal.difference(near.q, near.replay.q_fine);
+  const Eigen::VectorXd e = setting_.goal.difference(near.local.c_u, x.target(setting_.goal, near.local.c_u));
   if (x.in_cones) {  // the tree keeps no forces
     scratch.candidate.q = near.q;
     scratch.candidate.u = near.u;

@@ -17,12 +17,12 @@ double Frontier::cost(int node, double distance) const {
   return (1 + distance) * (1 + threshold::kVisit * visits_[at(node)]) * (1 + threshold::kVisit * cell_visits_[at(cell_[at(node)])] / mean);
 }
 
-void Frontier::add(const Eigen::VectorXd& q_u, double distance, double metric, bool visited) {
+void Frontier::add(const Eigen::VectorXd& q_u, double distance, bool visited) {
   const int node = static_cast<int>(cell_.size());
   cell_.push_back(cell_of(q_u, distance));
   visits_.push_back(0);
   if (visited) visit(node);
-  queue_.push({cost(node, distance), metric, node});
+  queue_.push({cost(node, distance), node});
 }
 
 int Frontier::cell_of(const Eigen::VectorXd& q_u, double distance) {
@@ -39,30 +39,21 @@ void Frontier::visit(int node) {
   ++all_visits_;
 }
 
-int Frontier::take(const std::function<bool(int)>& gone, const std::function<bool(int)>& usable, const std::function<double(int)>& distance) {
-  std::vector<Choice> passed_over;
-  int taken = -1;
-  while (taken < 0 && !queue_.empty()) {
-    Choice choice = queue_.top();
+int Frontier::take(const std::function<bool(int)>& usable, const std::function<double(int)>& distance) {
+  while (!queue_.empty()) {
+    const auto [before, node] = queue_.top();
     queue_.pop();
-    if (gone(choice.node)) continue;
-    if (!usable(choice.node)) {
-      passed_over.push_back(choice);
+    if (!usable(node)) continue;
+    const double d = distance(node), now = cost(node, d);
+    if (now > before && !queue_.empty() && now > queue_.top().cost) {
+      queue_.push({now, node});
       continue;
     }
-    const double d = distance(choice.node), now = cost(choice.node, d);
-    if (now > choice.cost && !queue_.empty() && now > queue_.top().cost) {
-      choice.cost = now;
-      queue_.push(choice);
-      continue;
-    }
-    taken = choice.node;
-    visit(taken);
-    choice.cost = cost(taken, d);
-    queue_.push(choice);
+    visit(node);
+    queue_.push({cost(node, d), node});
+    return node;
   }
-  for (const Choice& choice : passed_over) queue_.push(choice);
-  return taken;
+  return -1;
 }
 
 }  // namespace stiction::planning

@@ -10,7 +10,7 @@ namespace stiction::planning {
 /// Five more are no choice, since a plan without them is not accepted: sub-steps (EdgeSimulator), replay at half steps (EdgeVerifier), regrasps that are
 /// simulated (Regrasp), limits of penetration, gap and press (contact_limits.hpp, press_limits.hpp), and a start at rest (settle_start).
 enum class Mechanism : unsigned {
-  Frontier,        ///< nodes near the goal are taken by distance, visits of the node and visits of its cell (P.12)
+  Frontier,        ///< nodes are extended to the goal by distance, visits of the node and visits of its cell (P.12)
   Chains,          ///< an extension that gets nearer its subgoal is followed by another one
   Sharpening,      ///< κ grows near the goal
   ForceCones,      ///< half of the extensions keep contact forces in their cones to first order (P.7)

@@ -40,9 +40,6 @@ class Search {
         unstopped_(problem.model, to_the_end_),
         bound_(bound),
         trees_(static_cast<std::size_t>(trees)) {
-    slippery_options_ = options;
-    slippery_options_.friction = std::min(options.friction, 0.7);
-    slippery_ = std::make_unique<Setting>(problem, slippery_options_);
     for (int i = 0; i < pool_.size(); ++i) scratch_.emplace_back(problem.model, control);
   }
 
@@ -91,9 +88,8 @@ class Search {
   bool plant(GrowingTree& tree, PlanResult& out) {
     const std::uint64_t seed = setting_.options.seed;
     tree = {nullptr, planted_, 0};
-    static const bool slip = std::getenv("X_SLIP") != nullptr;
     tree.search = std::make_unique<TreeSearch>(
-        slip && planted_ % 2 == 1 && setting_.exact.friction_law == dynamics::FrictionLaw::Coulomb ? *slippery_ : setting_, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_);
+        setting_, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_);
     ++planted_;
     return tree.search->plant_root(unstopped_, out);
   }
@@ -193,8 +189,6 @@ class Search {
   }
 
   const Setting setting_;
-  PlannerOptions slippery_options_;
-  std::unique_ptr<Setting> slippery_;
   const Eigen::VectorXd& u_start_;
   const core::RunControl& control_;
   const GrowthSink& grown_;

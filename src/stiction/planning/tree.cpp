@@ -2,6 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
+
+#include "stiction/planning/thresholds.hpp"
 
 namespace stiction::planning {
 void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, const Eigen::VectorXd& gamma,
@@ -33,15 +36,24 @@ void set_edge(const std::vector<dynamics::Knot>& knots, const world::Model& mode
 
 int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   const int i = size();
+  const Eigen::VectorXd q_u = node.q.head(q_goal.size());
   nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
-  frontier_.add(node.q.head(q_goal.size()), node.goal_distance, nearest_.distance(i, q_goal.data()), visited);
-  if (!visited) to_goal_.push({nearest_.distance(i, q_goal.data()), i});
+  places_.add(q_u, weights_.cwiseInverse().asDiagonal().toDenseMatrix(), weights_.cwiseSqrt().asDiagonal().toDenseMatrix());
+  if (node.edge == SegmentKind::Regrasp) places_.remove(i);  // another change of contacts starts where this one did
+  effort_.push_back(std::sqrt(nearest_.distance(i, q_goal.data())) / threshold::kLength);
+  pushes_.add(q_u, effort_.back(), visited);
+  regrasps_.add(q_u, node.goal_distance, false);
   nodes_.push_back(std::move(node));
   Node& added = nodes_.back();
   added.local.S.resize(0, 0);  // nearest_ has them
   added.local.L_inv.resize(0, 0);
   if (best_ < 0 || added.goal_ratio < (*this)[best_].goal_ratio) best_ = i;
   return i;
+}
+
+int Tree::nearest(const Eigen::VectorXd& q_u, bool grasp) const {
+  const int near = grasp ? places_.nearest(q_u.data()) : -1;
+  return near >= 0 ? near : nearest(q_u);
 }
 
 void Tree::set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance) {
@@ -61,6 +73,7 @@ void Tree::find_best() {
 
 void Tree::prune(int i) {
   nearest_.remove(i);
+  places_.remove(i);
   if (i == best_) find_best();
 }
 
@@ -74,24 +87,15 @@ int Tree::prune_subtree(int i) {
     behind[static_cast<std::size_t>(k)] = 1;
     n += !pruned(k);
     nearest_.remove(k);
+    places_.remove(k);
   }
   find_best();
   return n;
 }
 
-int Tree::take_nearest_to_goal() {
-  while (!to_goal_.empty()) {
-    const int i = to_goal_.top().second;
-    to_goal_.pop();
-    if (!pruned(i)) return i;
-  }
-  return -1;
-}
-
 int Tree::take(bool grasp) {
-  // A regrasp after a regrasp would only undo it.
-  const auto usable = [&](int i) { return !grasp || (!(*this)[i].cannot_release && (*this)[i].edge != SegmentKind::Regrasp); };
-  return frontier_.take([this](int i) { return pruned(i); }, usable, [this](int i) { return (*this)[i].goal_distance; });
+  if (!grasp) return pushes_.take([this](int i) { return !pruned(i); }, [this](int i) { return effort_[static_cast<std::size_t>(i)]; });
+  return regrasps_.take([this](int i) { return !places_.removed(i); }, [this](int i) { return (*this)[i].goal_distance; });
 }
 
 std::vector<int> Tree::path_to(int i) const {

@@ -1,7 +1,6 @@
 #include "stiction/planning/tree_search.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
 #include <tuple>
 
@@ -52,28 +51,23 @@ Expansion TreeSearch::draw() {
   x.to_goal = random.chance(setting_.options.goal_bias);
   x.may_be_unstable = totals_.regrasps.unstable > threshold::kStableReleases * std::max(1L, totals_.regrasps.accepted);
   x.subgoal = setting_.goal.q_goal();
-  const bool frontier = setting_.options.uses(Mechanism::Frontier) && (x.to_goal || random.chance(threshold::kFromFrontier));
-  static const bool metric = std::getenv("X_METRIC") != nullptr;
-  if (metric && x.to_goal && !x.grasp) x.near = tree_.take_nearest_to_goal();
-  if (x.near < 0 && frontier) x.near = tree_.take(x.grasp);
-  if (!x.to_goal) setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
+  if (x.to_goal) {
+    if (setting_.options.uses(Mechanism::Frontier)) x.near = tree_.take(x.grasp);
+  } else {
+    setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
+  }
   return x;
 }
 
 void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
   if (scratch.stop()) return;
-  if (x.near < 0) x.near = tree_.nearest(x.subgoal);  // (3.8)
+  if (x.near < 0) x.near = tree_.nearest(x.subgoal, x.grasp);  // (3.8)
   if (tree_[x.near].replay.empty()) {
     x.refined = x.near;
     const Node& node = tree_[x.near];
     const Node& parent = tree_[node.parent];
-    Node left;
-    x.rejected = !verifier_.verify_edge(parent, parent.replay, node, scratch, x.totals, x.near_replay, &left);
-    if (x.rejected) {
-      x.near = node.parent;
-      if (left.q.size() > 0 && complete(parent, scratch, x.totals, left)) x.chain.push_back(std::move(left));
-      return;
-    }
+    x.rejected = !verifier_.verify_edge(parent, parent.replay, node, scratch, x.totals, x.near_replay);
+    if (x.rejected) return;
   }
   core::Random random(seed_, (x.stream << 1) + 1);
   if (x.grasp) contact_change_.choose(tree_, x, random);
@@ -138,11 +132,9 @@ bool TreeSearch::lengthen(Expansion& x, const Node& near, const EdgeReplay& near
   const bool first = chain.size() == 1;
   const Node& before = first ? near : chain[chain.size() - 2];
   Node& last = chain.back();
-  Node left;
-  if (!verifier_.verify_edge(before, first ? near_replay : before.replay, last, scratch, x.totals, last.replay, &left)) {
+  if (!verifier_.verify_edge(before, first ? near_replay : before.replay, last, scratch, x.totals, last.replay)) {
     ++x.broken;
     chain.pop_back();
-    if (left.q.size() > 0 && complete(first ? near : chain.back(), scratch, x.totals, left)) chain.push_back(std::move(left));
     return false;
   }
   const double fraction = setting_.options.tolerance_fraction;
@@ -160,10 +152,7 @@ bool TreeSearch::lengthen(Expansion& x, const Node& near, const EdgeReplay& near
 }
 
 void TreeSearch::record_verdict(Expansion& x) {
-  if (!tree_[x.refined].replay.empty()) {  // another one of the round was first, with the same outcome
-    if (x.rejected) x.chain.clear();
-    return;
-  }
+  if (!tree_[x.refined].replay.empty()) return;  // another one of the round was first, with the same outcome
   set_replay(x.refined, std::move(x.near_replay));
   if (!x.rejected) return;
   tree_.prune(x.refined);

@@ -1,7 +1,5 @@
 #include "stiction/planning/verify.hpp"
 
-#include <cstdlib>
-
 #include "stiction/planning/contact_limits.hpp"
 
 namespace stiction::planning {
@@ -22,41 +20,19 @@ EdgeVerifier::EdgeVerifier(const Setting& setting) : setting_(setting) {
 }
 
 bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch, Totals& totals,
-                               EdgeReplay& replay, Node* left) const {
+                               EdgeReplay& replay) const {
   replay.q_fine = node.q;  // says that it was tried, whatever comes out
   Simulation simulation(setting_, scratch, totals);
   const Watch watch{.most = kMostFine};
   Trace fine{.q = parent_replay.q_fine, .u = parent.u};
   const std::vector<Eigen::VectorXd> commands = commands_of(node.commands);
-  const bool whole = simulation.follow(commands, half_steps(setting_), {}, watch, fine) == Ending::Reached && simulation.ends_well(watch, fine);
+  if (simulation.follow(commands, half_steps(setting_), {}, watch, fine) != Ending::Reached || !simulation.ends_well(watch, fine)) return false;
   const Goal& goal = setting_.problem.goal;
-  const Eigen::VectorXd before = setting_.goal.difference(parent.q, parent_replay.q_fine);
+  const Eigen::VectorXd before = setting_.goal.difference(parent.q, parent_replay.q_fine), after = setting_.goal.difference(node.q, fine.q);
   const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(setting_.model, e, goal.tol_position, goal.tol_angle); };
-  const auto agrees = [&](const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine) {
-    const Eigen::VectorXd after = setting_.goal.difference(q, q_fine);
-    return share(after) <= threshold::kFidelityPath && share(after - before) <= threshold::kFidelityEdge;
-  };
-  if (whole && agrees(node.q, fine.q)) {
-    replay.q_fine = fine.q;
-    return holds_disturbed(node, parent, parent_replay, scratch, totals, replay.disturbed);
-  }
-  static const bool prefix = std::getenv("X_PREFIX") != nullptr;
-  if (!prefix || left == nullptr || node.edge != SegmentKind::Contact) return false;
-  for (int k = static_cast<int>(fine.knots.size()) / 2 - 1; k >= 0; --k) {  // half of it: at its end things are about to go wrong
-    const auto& knot = fine.knots[static_cast<std::size_t>(k)];
-    if (!agrees(node.states.col(k), knot.q)) continue;
-    left->parent = node.parent;
-    left->edge = node.edge;
-    left->commands = node.commands.leftCols(k + 1);
-    left->states = node.states.leftCols(k + 1);
-    left->q = left->states.rightCols(1);
-    left->u = left->commands.rightCols(1);
-    left->replay.q_fine = knot.q;
-    left->tried = {node.u};
-    if (!holds_disturbed(*left, parent, parent_replay, scratch, totals, left->replay.disturbed)) left->q.resize(0);
-    break;
-  }
-  return false;
+  if (share(after) > threshold::kFidelityPath || share(after - before) > threshold::kFidelityEdge) return false;
+  replay.q_fine = fine.q;
+  return holds_disturbed(node, parent, parent_replay, scratch, totals, replay.disturbed);
 }
 
 bool EdgeVerifier::verify_root(const Node& root, ThreadScratch& scratch, Totals& totals, EdgeReplay& replay) const {

@@ -17,7 +17,7 @@ class EdgeVerifier {
   /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a finger about to slip off
   /// would not survive the check of the plan; and, with margins, where a disturbed path goes elsewhere. Done once, when the node is first built on.
   bool verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch, Totals& totals,
-                   EdgeReplay& replay, Node* left = nullptr) const;
+                   EdgeReplay& replay) const;
   /// The replay of a root that settles from the given start. @returns false where a half step is not solved
   bool verify_root(const Node& root, ThreadScratch& scratch, Totals& totals, EdgeReplay& replay) const;
   /// With every command off by a random error of up to kCommandNoise, the path still reaches the goal.

@@ -80,7 +80,7 @@ void Replay::report(CheckReport& out) const {
   add(out, "force_gap", force_gap_, limits_.force_gap, std::string(tolerance));
   add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
   const bool bounded = step_options_.effort_limits && model_.effort().array().isFinite().any();
-  add(out, "loose_regrasps", loose_regrasps_, std::nullopt, "");
+  add(out, "unstable_releases", unstable_releases_, std::nullopt, "");
   add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
   add(out, "max_force", max_force_, 1.0, "of what the weaker side bears");
   add(out, "brace", brace_, std::nullopt, "of the force that ends a push");
