@@ -11,7 +11,6 @@
 #include "stiction/execution/object_watch.hpp"
 #include "stiction/execution/run_speed.hpp"
 #include "stiction/execution/simulated_plant.hpp"
-#include "stiction/planning/default_options.hpp"
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
 
@@ -40,7 +39,6 @@ struct Rig {
     problem.goal.X_WG = world::object_pose(*model, problem.q_start, 0);
     problem.goal.X_WG.p.z() += way;
     problem.goal.tol_position = 0.02;
-    planner = planning::default_options(*model, 0);
     planner.threads = 2;
     planner.seed = 1;
   }
@@ -310,7 +308,7 @@ TEST(Run, FallingObject_EndsTheRun) {
   rig.problem.q_start[0] = 0.4;  // beside it
   rig.problem.goal.X_WG = world::object_pose(*rig.model, rig.problem.q_start, 0);
   rig.problem.goal.X_WG.p.x() = -0.08;
-  rig.planner = planning::default_options(*rig.model, 0);
+  rig.planner = {};
   EXPECT_EQ(rig.run(), Status::MaxIterations);
   EXPECT_EQ(rig.out.end, RunEnd::Dropped) << rig.out.message;
   EXPECT_EQ(rig.out.dropped, 0);
