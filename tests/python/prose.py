@@ -83,8 +83,10 @@ def sentences(text: str) -> list[Sentence]:
         for index, (number, word) in enumerate(words):
             current.append((number, word))
             following = words[index + 1][1] if index + 1 < len(words) else ""
-            ends = re.search(r"[.!?][)\]\"'”]*$", word) and not word.lower().lstrip("([").endswith(ABBREVIATIONS) and not re.match(r"[A-Z]\.$", word)
-            if word == PLACE and re.match(r"[A-Z][a-z]|A$", following):
+            ends = re.search(r"[.!?][)\]\"'”]*$", word) and word.lower().lstrip("([") not in ABBREVIATIONS
+            if re.match(r"[A-Z]\.$", word) and (following.startswith("Pang") or all(re.match(r"[A-Z]\.$", before) for _, before in current)):
+                ends = None  # initials of a name
+            if word == PLACE and not re.match(r"[a-z]{2}|a$|[(\[,;–]", following):
                 ends = True  # the formula ended the sentence
             if not following or (ends and not re.match(r"[a-z]{2}|a$", following)):
                 found.append(Sentence(current[0][0], _count([word for _, word in current]), " ".join(word for _, word in current)))
