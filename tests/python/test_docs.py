@@ -76,9 +76,12 @@ def test_theory_pages_are_in_the_index(page: Path) -> None:
 SENTENCES_OF_THEORY: list[str] = [
     "docs/theory/README.md",
     "docs/theory/contact.md",
+    "docs/theory/contact_derivatives.md",
+    "docs/theory/distance.md",
     "docs/theory/kinematics.md",
     "docs/theory/local_models.md",
     "docs/theory/mjcf.md",
+    "docs/theory/patches.md",
 ]
 
 # The same: README, tutorials, decisions, lab, reference.
