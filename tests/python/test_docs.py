@@ -76,6 +76,9 @@ def test_theory_pages_are_in_the_index(page: Path) -> None:
 SENTENCES_OF_THEORY: list[str] = [
     "docs/theory/README.md",
     "docs/theory/cone.md",
+    "docs/theory/contact_loop.md",
+    "docs/theory/contact_sets.md",
+    "docs/theory/control.md",
     "docs/theory/contact.md",
     "docs/theory/contact_derivatives.md",
     "docs/theory/distance.md",
@@ -83,11 +86,15 @@ SENTENCES_OF_THEORY: list[str] = [
     "docs/theory/local_models.md",
     "docs/theory/mjcf.md",
     "docs/theory/patches.md",
+    "docs/theory/sensing.md",
     "docs/theory/shifted_cones.md",
+    "docs/theory/simulation.md",
     "docs/theory/soft_bounds.md",
     "docs/theory/step.md",
     "docs/theory/step_derivatives.md",
     "docs/theory/sweep.md",
+    "docs/theory/touch.md",
+    "docs/theory/trajopt.md",
 ]
 
 # The same: README, tutorials, decisions, lab, reference.
