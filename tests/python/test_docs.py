@@ -99,6 +99,20 @@ SENTENCES_OF_THEORY: list[str] = [
     "docs/theory/sweep.md",
     "docs/theory/touch.md",
     "docs/theory/trajopt.md",
+    "docs/notation.md",
+    "docs/benchmarks.md",
+    "experiments/*.md",
+    "scenarios/*.md",
+    "src/stiction/cone/README.md",
+    "src/stiction/contact/README.md",
+    "src/stiction/control/README.md",
+    "src/stiction/core/README.md",
+    "src/stiction/dynamics/README.md",
+    "src/stiction/sensing/README.md",
+    "src/stiction/simulation/README.md",
+    "src/stiction/tasks/README.md",
+    "src/stiction/trajopt/README.md",
+    "src/stiction/world/README.md",
 ]
 
 # The same: README, tutorials, decisions, lab, reference.
