@@ -98,6 +98,13 @@ def test_sentences_are_of_ordinary_length(page: Path) -> None:
     assert not faults, "\n".join(faults)
 
 
+@pytest.mark.parametrize("page", sorted({page for pattern in SENTENCES_OF_THEORY for page in ROOT.glob(pattern)}), ids=relative)
+def test_sentences_of_theory_name_their_subject(page: Path) -> None:
+    """A clause in the place of a noun ("What moves …", "Where it is …") leaves the reader to guess the noun."""
+    riddles = [s for s in prose_text.sentences(page.read_text(encoding="utf-8")) if s.text.startswith(("What ", "Where ", "Whatever ")) and not s.text.endswith("?")]
+    assert not riddles, "\n".join(f"{relative(page)}:{s.line}: {s.text}" for s in riddles)
+
+
 def test_check_of_sentences_counts_a_formula_as_one_word_and_leaves_out_code_tables_and_links() -> None:
     text = (
         "# A heading is no sentence\n\n"
