@@ -100,12 +100,13 @@ Touches make_touches(const std::filesystem::path& models_dir, int contacts) {
   const Eigen::VectorXd middle{{0, 0.6, 0, -1.4, 0, 1.1, 0}};
   for (int touch = 0; touch < kTouches; ++touch) {
     const auto links = static_cast<int>(sensor->links().size());
-    std::vector<sensing::KnownContact> places;
+    std::vector<sensing::ContactPoint> places;
     for (int c = 0; c < contacts; ++c) {
       const int index = links - 1 - (touch + 2 * c) % (contacts == 1 ? 3 : 4);
       const sensing::SensedLink& link = sensor->links()[static_cast<std::size_t>(index)];
       const sensing::SurfacePoint& point = link.samples[static_cast<std::size_t>(random.index(static_cast<int>(link.samples.size())))];
-      places.push_back({index, point.p_L, -kForce * link.surface.normal(point.triangle, point.p_L, sensing::Normals::Flat)});
+      places.push_back(
+          {.link = index, .p_L = point.p_L, .f_L = -kForce * link.surface.normal(point.triangle, point.p_L, sensing::Normals::Flat)});
     }
     for (int k = 0; k < kTouchTicks; ++k) {
       const double turn = 2 * std::numbers::pi * k / kTouchTicks;
@@ -113,7 +114,7 @@ Touches make_touches(const std::filesystem::path& models_dir, int contacts) {
       for (Eigen::Index j = 0; j < q.size(); ++j) q[j] += 0.1 * std::sin(turn + static_cast<double>(j));
       const bool touched = k >= kTouchTicks / 4 && k < 3 * kTouchTicks / 4;
       Eigen::VectorXd tau = Eigen::VectorXd::Zero(q.size());
-      for (const sensing::KnownContact& place : places)
+      for (const sensing::ContactPoint& place : places)
         if (touched)
           tau += sensing::calc_contact_torque(*out.model, sensing::place_robots(*out.model, q),
                                               sensor->links()[static_cast<std::size_t>(place.link)].surface.body, place.p_L, place.f_L);

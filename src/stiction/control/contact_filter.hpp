@@ -7,7 +7,7 @@
 namespace stiction::control {
 
 /// A contact that is there, or was a moment ago.
-struct KnownContact {
+struct FilteredContact {
   ContactForce contact{};
   Eigen::Vector3d p_BC = Eigen::Vector3d::Zero();
   bool seen = false;
@@ -19,21 +19,21 @@ struct KnownContact {
 };
 
 /// New contacts start at what is measured, those that are not seen decay; of too many the strongest are known.
-class ContactTracker {
+class ContactFilter {
  public:
   /// @param options  those of its controller, which outlive it
-  explicit ContactTracker(const ControllerOptions& options) : options_(options) {
+  explicit ContactFilter(const ControllerOptions& options) : options_(options) {
     known.reserve(static_cast<std::size_t>(options.max_contacts));
   }
 
   /// @returns how many contacts above the threshold there was no room for
   int update(std::span<const ContactForce> contacts, const world::Kinematics& kinematics, double dt);
 
-  std::vector<KnownContact> known;  ///< whoever decides what counts forgets them
+  std::vector<FilteredContact> known;  ///< whoever decides what counts forgets them
 
  private:
-  void see(KnownContact& k, const ContactForce& measured, const world::Kinematics& kinematics, double gain) const;
-  std::vector<KnownContact>::iterator make_room(const ContactForce& measured, int& left_out);
+  void see(FilteredContact& k, const ContactForce& measured, const world::Kinematics& kinematics, double gain) const;
+  std::vector<FilteredContact>::iterator make_room(const ContactForce& measured, int& left_out);
 
   const ControllerOptions& options_;
 };

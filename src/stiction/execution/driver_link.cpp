@@ -1,4 +1,4 @@
-#include "stiction/execution/plant_link.hpp"
+#include "stiction/execution/driver_link.hpp"
 
 #include <fmt/format.h>
 
@@ -10,22 +10,22 @@
 
 namespace stiction::execution {
 
-bool PlantLink::fail(std::string reason) {
+bool DriverLink::fail(std::string reason) {
   reason_ = std::move(reason);
   return false;
 }
 
-std::string PlantLink::with_message(std::string text) const {
+std::string DriverLink::with_message(std::string text) const {
   const std::string message = plant_.message();
   return message.empty() ? text : text + ": " + message;
 }
 
-bool PlantLink::fits() const {
+bool DriverLink::fits() const {
   return measured_.q.size() == model_.n_q() && measured_.u.size() == model_.n_a() && measured_.q.allFinite() && measured_.u.allFinite() &&
          std::isfinite(measured_.time);
 }
 
-void PlantLink::keep_objects_in_place() {
+void DriverLink::keep_objects_in_place() {
   const Eigen::Index n = model_.n_qu();
   if (seen_.size() > 0) {
     Eigen::VectorXd moved(model_.n_vu());
@@ -47,7 +47,7 @@ void PlantLink::keep_objects_in_place() {
   seen_time_ = measured_.object_time;
 }
 
-bool PlantLink::read() {
+bool DriverLink::read() {
   const double before = measured_.q.size() > 0 ? measured_.time : -std::numeric_limits<double>::infinity();
   if (!plant_.read(measured_)) return fail(with_message("the plant does not answer"));
   if (!fits())
@@ -60,6 +60,6 @@ bool PlantLink::read() {
                           jump_ > 1 ? "; since then they are reported where they cannot have got to" : ""));
 }
 
-bool PlantLink::command(VectorRef u) { return plant_.command(u, tick_) || fail(with_message("the plant takes no commands")); }
+bool DriverLink::command(VectorRef u) { return plant_.command(u, tick_) || fail(with_message("the plant takes no commands")); }
 
 }  // namespace stiction::execution

@@ -5,7 +5,11 @@
 
 #include "stiction/sensing/descent.hpp"
 
-namespace stiction::sensing {
+namespace stiction::bench {
+
+using sensing::ContactPoint;
+using sensing::Sensor;
+using sensing::VectorRef;
 
 /// How the line of action of a force ended.
 enum class LineVerdict {
@@ -32,4 +36,4 @@ struct LineOfAction {
 /// Tests: tests/sensing/line_of_action_test.cpp
 LineOfAction find_line_of_action(const Sensor& sensor, VectorRef q, VectorRef tau, double epsilon);
 
-}  // namespace stiction::sensing
+}  // namespace stiction::bench

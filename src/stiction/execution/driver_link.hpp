@@ -2,17 +2,17 @@
 
 #include <string>
 
-#include "stiction/execution/plant.hpp"
+#include "stiction/execution/driver.hpp"
 #include "stiction/world/object_space.hpp"
 
 namespace stiction::execution {
 
 /// A plant and what is believed of it: measurements that fit, a clock that goes on, objects that are seen and do not jump.
-class PlantLink {
+class DriverLink {
  public:
   /// @param tick     between two measurements [s]
   /// @param silence  for so long the clock may stand still, and objects may go unseen or be where they cannot have got to [s]
-  PlantLink(Plant& plant, const world::Model& model, double tick, double silence)
+  DriverLink(Driver& plant, const world::Model& model, double tick, double silence)
       : plant_(plant), model_(model), space_(model), tick_(tick), silence_(silence) {}
 
   /// Takes the newest measurement. Objects that are farther than their length, or a quarter of a turn, from where they were last seen cannot be there
@@ -30,7 +30,7 @@ class PlantLink {
   bool fits() const;
   void keep_objects_in_place();
 
-  Plant& plant_;
+  Driver& plant_;
   const world::Model& model_;
   world::ObjectSpace space_;
   double tick_, silence_;

@@ -1,4 +1,4 @@
-#include "stiction/sensing/particle_filter.hpp"
+#include "sensing_baselines/particle_filter.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,12 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/residual_map.hpp"
 
-namespace stiction::sensing {
+namespace stiction::bench {
+
+using sensing::DescentProblem;
+using sensing::make_link_torques;
+using sensing::Sampling;
+using sensing::SurfacePoint;
 
 using Eigen::Vector3d;
 
@@ -109,4 +114,4 @@ const ParticleEstimate& ParticleFilter::update(VectorRef q, VectorRef tau) {
   return estimate_;
 }
 
-}  // namespace stiction::sensing
+}  // namespace stiction::bench

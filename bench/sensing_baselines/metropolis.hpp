@@ -5,7 +5,12 @@
 
 #include "stiction/sensing/descent.hpp"
 
-namespace stiction::sensing {
+namespace stiction::bench {
+
+using sensing::ContactPoint;
+using sensing::FrictionCone;
+using sensing::Sensor;
+using sensing::VectorRef;
 
 struct MetropolisOptions {
   FrictionCone cone{1, 4};
@@ -24,4 +29,4 @@ struct MetropolisOptions {
 /// Tests: tests/sensing/baselines_test.cpp
 std::vector<ContactPoint> walk_metropolis(const Sensor& sensor, VectorRef q, VectorRef tau, const MetropolisOptions& options);
 
-}  // namespace stiction::sensing
+}  // namespace stiction::bench

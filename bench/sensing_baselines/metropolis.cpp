@@ -1,15 +1,20 @@
-#include "stiction/sensing/metropolis.hpp"
+#include "sensing_baselines/metropolis.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "sensing_baselines/particle_filter.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/sensing/particle_filter.hpp"
 #include "stiction/sensing/residual_map.hpp"
 
-namespace stiction::sensing {
+namespace stiction::bench {
+
+using sensing::DescentProblem;
+using sensing::LinkTorque;
+using sensing::make_contact_frame;
+using sensing::make_link_torques;
 
 void MetropolisOptions::validate() const {
   core::require_positive("noise", noise);
@@ -44,4 +49,4 @@ std::vector<ContactPoint> walk_metropolis(const Sensor& sensor, VectorRef q, Vec
   return out;
 }
 
-}  // namespace stiction::sensing
+}  // namespace stiction::bench

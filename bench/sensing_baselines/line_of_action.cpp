@@ -1,4 +1,4 @@
-#include "stiction/sensing/line_of_action.hpp"
+#include "sensing_baselines/line_of_action.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
@@ -7,7 +7,11 @@
 
 #include "stiction/core/invalid_input.hpp"
 
-namespace stiction::sensing {
+namespace stiction::bench {
+
+using sensing::calc_link_jacobian;
+using sensing::Surface;
+using sensing::TriangleTree;
 
 using Eigen::Index;
 using Eigen::Vector3d;
@@ -97,4 +101,4 @@ LineOfAction find_line_of_action(const Sensor& sensor, VectorRef q, VectorRef ta
   return out;
 }
 
-}  // namespace stiction::sensing
+}  // namespace stiction::bench

@@ -7,7 +7,7 @@ namespace stiction::execution {
 
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-/// What a plant says of itself.
+/// What a driver says of its robot and of the objects.
 struct Measurement {
   double time = 0;         ///< of its clock, when the joints were measured [s]
   double object_time = 0;  ///< … and when the objects were where q has them, ≤ time [s]
@@ -17,9 +17,9 @@ struct Measurement {
 
 /// What carries commands out: a simulation, or a robot behind its driver. Joints are springs of stiffness Model::stiffness() from where they are to their
 /// commands, damped against the speed of the commands, and no motor gives more than Model::effort().
-class Plant {
+class Driver {
  public:
-  virtual ~Plant() = default;
+  virtual ~Driver() = default;
   /// The newest measurement. False: none came in time; message() says what is known of it.
   virtual bool read(Measurement& out) = 0;
   /// Commands go straight from those in force to u (n_a) within `period` [s]; returns when it is over. They stay in force until the next ones, so that a

@@ -6,7 +6,13 @@
 
 #include "stiction/sensing/descent.hpp"
 
-namespace stiction::sensing {
+namespace stiction::bench {
+
+using sensing::ContactPoint;
+using sensing::FrictionCone;
+using sensing::LinkTorque;
+using sensing::Sensor;
+using sensing::VectorRef;
 
 /// Settings of the research code; lengths are shares of the size of a link, as 1 mm and 1 cm are of a link of the iiwa.
 struct ParticleFilterOptions {
@@ -65,4 +71,4 @@ class ParticleFilter {
 /// A point uniform by area over several links. @param areas_below  area of links 0 … i [m²]
 ContactPoint draw_surface_point(const Sensor& sensor, const std::vector<double>& areas_below, core::Random& random);
 
-}  // namespace stiction::sensing
+}  // namespace stiction::bench
