@@ -16,7 +16,7 @@ struct TreeReference {
   const char* row;
   const char* task;
   Reference reference;
-  planning::Scheme scheme = planning::Scheme::Analytic;
+  planning::thesis::Scheme scheme = planning::thesis::Scheme::Analytic;
 };
 constexpr TreeReference kTrees[] = {
     {"rrt_1000/planar_pushing", "planar_pushing_table_3_2", {3.25, 0.60}},
@@ -25,18 +25,18 @@ constexpr TreeReference kTrees[] = {
     {"rrt_1000/allegro_plate_table_3_2", "allegro_plate_table_3_2", {117.16, {}}},
     {"rrt_1000/allegro_pen_table_3_2", "allegro_pen_table_3_2", {24.84, {}}},
     {"rrt_1000/allegro_door_table_3_2", "allegro_door_table_3_2", {12.42, {}}},
-    {"rrt_1000/planar_pushing/randomized_first", "planar_pushing_table_3_2", {7.50, {}}, planning::Scheme::RandomizedFirst},
-    {"rrt_1000/planar_hand/randomized_first", "planar_hand_table_3_2", {21.34, {}}, planning::Scheme::RandomizedFirst},
-    {"rrt_1000/allegro_ball_table_3_2/randomized_first", "allegro_ball_table_3_2", {80.12, {}}, planning::Scheme::RandomizedFirst},
-    {"rrt_1000/allegro_plate_table_3_2/randomized_first", "allegro_plate_table_3_2", {161.64, {}}, planning::Scheme::RandomizedFirst},
-    {"rrt_1000/allegro_pen_table_3_2/randomized_first", "allegro_pen_table_3_2", {86.12, {}}, planning::Scheme::RandomizedFirst},
-    {"rrt_1000/allegro_door_table_3_2/randomized_first", "allegro_door_table_3_2", {34.55, {}}, planning::Scheme::RandomizedFirst},
-    {"rrt_1000/planar_pushing/randomized_zeroth", "planar_pushing_table_3_2", {7.40, {}}, planning::Scheme::RandomizedZeroth},
-    {"rrt_1000/planar_hand/randomized_zeroth", "planar_hand_table_3_2", {21.00, {}}, planning::Scheme::RandomizedZeroth},
-    {"rrt_1000/allegro_ball_table_3_2/randomized_zeroth", "allegro_ball_table_3_2", {82.00, {}}, planning::Scheme::RandomizedZeroth},
-    {"rrt_1000/allegro_plate_table_3_2/randomized_zeroth", "allegro_plate_table_3_2", {168.11, {}}, planning::Scheme::RandomizedZeroth},
-    {"rrt_1000/allegro_pen_table_3_2/randomized_zeroth", "allegro_pen_table_3_2", {81.23, {}}, planning::Scheme::RandomizedZeroth},
-    {"rrt_1000/allegro_door_table_3_2/randomized_zeroth", "allegro_door_table_3_2", {33.80, {}}, planning::Scheme::RandomizedZeroth},
+    {"rrt_1000/planar_pushing/randomized_first", "planar_pushing_table_3_2", {7.50, {}}, planning::thesis::Scheme::RandomizedFirst},
+    {"rrt_1000/planar_hand/randomized_first", "planar_hand_table_3_2", {21.34, {}}, planning::thesis::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_ball_table_3_2/randomized_first", "allegro_ball_table_3_2", {80.12, {}}, planning::thesis::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_plate_table_3_2/randomized_first", "allegro_plate_table_3_2", {161.64, {}}, planning::thesis::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_pen_table_3_2/randomized_first", "allegro_pen_table_3_2", {86.12, {}}, planning::thesis::Scheme::RandomizedFirst},
+    {"rrt_1000/allegro_door_table_3_2/randomized_first", "allegro_door_table_3_2", {34.55, {}}, planning::thesis::Scheme::RandomizedFirst},
+    {"rrt_1000/planar_pushing/randomized_zeroth", "planar_pushing_table_3_2", {7.40, {}}, planning::thesis::Scheme::RandomizedZeroth},
+    {"rrt_1000/planar_hand/randomized_zeroth", "planar_hand_table_3_2", {21.00, {}}, planning::thesis::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_ball_table_3_2/randomized_zeroth", "allegro_ball_table_3_2", {82.00, {}}, planning::thesis::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_plate_table_3_2/randomized_zeroth", "allegro_plate_table_3_2", {168.11, {}}, planning::thesis::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_pen_table_3_2/randomized_zeroth", "allegro_pen_table_3_2", {81.23, {}}, planning::thesis::Scheme::RandomizedZeroth},
+    {"rrt_1000/allegro_door_table_3_2/randomized_zeroth", "allegro_door_table_3_2", {33.80, {}}, planning::thesis::Scheme::RandomizedZeroth},
 };
 /// Table 3.1: ten iterations with analytic smoothing, 16 cores.
 constexpr TreeReference kTrajectories[] = {
@@ -50,13 +50,13 @@ void tree(BenchTable& table, const TreeReference& entry) {
   if (!table.wanted(entry.row)) return;
   const tasks::Task task = tasks::load_task(entry.task, table.task_dirs());
   std::vector<double> seconds;
-  const int repeat = entry.scheme == planning::Scheme::Analytic ? table.repeat() : 1;  // the randomised ones take seconds each
+  const int repeat = entry.scheme == planning::thesis::Scheme::Analytic ? table.repeat() : 1;  // the randomised ones take seconds each
   for (int r = 0; r < repeat && !interrupted(); ++r) {
     planning::PlannerOptions options = task.options;
     options.seed = static_cast<std::uint64_t>(r);
-    options.scheme = entry.scheme;
+    options.thesis->scheme = entry.scheme;
     options.max_iterations = kTreeIterations;
-    options.stop_at_goal = false;
+    options.thesis->stop_at_goal = false;
     core::RunControl control = make_run_control();
     control.on_progress = [&](const core::Progress&) {
       table.line().show(fmt::format("growing {}, tree {} of {}", entry.row, r + 1, repeat));

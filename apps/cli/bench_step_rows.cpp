@@ -12,6 +12,7 @@
 #include "stiction/dynamics/local_model.hpp"
 #include "stiction/dynamics/step.hpp"
 #include "stiction/planning/planner.hpp"
+#include "stiction/planning/thresholds.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::app {
@@ -131,10 +132,11 @@ void steps(BenchTable& table, const TaskReference& entry, bool main_rows_only) {
       const std::string name = kind.prefix + fs::path(entry.task).stem().string() + (warm ? "/warm" : "");
       if (!table.wanted(name) || (main_rows_only && (warm || !kind.main_row)) || (kind.coulomb && warm)) continue;
       if (!task) task = tasks::load_task(entry.task, table.task_dirs());
-      if (kind.coulomb && task->options.friction_law != dynamics::FrictionLaw::Coulomb) continue;
+      const dynamics::StepOptions of_plan = task->options.step_options(*task->model);
+      if (kind.coulomb && of_plan.friction_law != dynamics::FrictionLaw::Coulomb) continue;
       if (!scenario.model) {
-        step_options.h = task->options.h;
-        step_options.regularisation = task->options.regularisation;
+        step_options.h = of_plan.h;
+        step_options.regularisation = of_plan.regularisation;
         step_options.contacts_within_reach = true;  // as the planner's steps
         scenario = {task->model, contact_rich_states(*task, step_options, main_rows_only ? kShortPlan_s : kPlanTimeout_s, table.line())};
       }
@@ -143,10 +145,10 @@ void steps(BenchTable& table, const TaskReference& entry, bool main_rows_only) {
         core::throw_invalid("bench", fmt::format("no state in contact on a plan of '{}'", entry.task), "at least one");
       }
       table.line().show("timing " + name);
-      dynamics::StepOptions options = kind.coulomb ? task->options.step_options() : step_options;
+      dynamics::StepOptions options = kind.coulomb ? of_plan : step_options;
       options.with_A = kind.with_A;
       options.with_B = kind.with_B;
-      if (kind.smoothed) options.smoothing = task->options.smoothing;
+      if (kind.smoothed) options.smoothing = task->options.thesis ? task->options.thesis->smoothing : planning::SceneThresholds(*task->model, task->problem.goal.object).smoothing;
       table.add(time_steps(name, scenario, options, warm, *kind.reference, table.repeat()));
     }
   }
@@ -181,8 +183,8 @@ void randomized(BenchTable& table, const std::string& name) {
   if (!table.wanted(row)) return;
   const tasks::Task task = tasks::load_task(name, table.task_dirs());
   dynamics::StepOptions options;
-  options.h = task.options.h;
-  options.regularisation = task.options.regularisation;
+  options.h = task.options.step_options(*task.model).h;
+  options.regularisation = task.options.step_options(*task.model).regularisation;
   const auto states = contact_rich_states(task, options, kPlanTimeout_s, table.line());
   table.line().show("timing " + row);
   dynamics::LocalModelWorkspace work(task.model, core::hardware_threads());

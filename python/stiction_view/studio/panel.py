@@ -98,7 +98,6 @@ class Controls:
         self.options_fault = gui.add_markdown("", visible=False)
         self.options_reset = self._button("Reset all", "options_reset")
         self.options_folder = gui.add_folder("Options")
-        self.advanced_folder = gui.add_folder("Advanced", expand_by_default=False)
         self.options: dict[str, tuple[Field, Any]] = {}
 
     def _add_own(self) -> None:
@@ -155,7 +154,7 @@ class Controls:
             handle.remove()
         self.options = {}
         for field in fields:
-            with self.advanced_folder if field.advanced else self.options_folder:
+            with self.options_folder:
                 self.options[field.name] = (field, self._input(self._option(field, field.write(values.get(field.name))), "options"))
 
     def _option(self, field: Field, value: Any) -> Any:

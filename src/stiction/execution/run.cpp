@@ -55,7 +55,6 @@ class Executor {
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     planner_.tolerance_fraction = std::min(planner_.tolerance_fraction, how.plan_fraction);
     planner_.friction *= how.friction;
-    planner_.stop_at_goal = true;
   }
 
   void go(const planning::Plan* first) {

@@ -9,6 +9,12 @@
 #include "stiction/world/scales.hpp"
 
 namespace stiction::tasks {
+namespace {
+
+/// An object may turn by so much in a regrasp [rad].
+constexpr double kRegraspTurn = 0.02;
+
+}  // namespace
 
 using core::Status;
 
@@ -23,8 +29,9 @@ Replay::Replay(const Task& task, const PlanFile& plan, const CheckOptions& optio
   step_options_.smoothing = dynamics::Exact{};
   step_options_.with_B = false;
   step_options_.warm_start = false;  // every step depends on its input alone
-  brace_force_ = task.options.brace_force;
-  stays_ = {task.options.regrasp_tol_position, task.options.regrasp_tol_angle};
+  const world::Scale& scale = model_.scales().object(task.problem.goal.object);
+  brace_force_ = world::share::kBrace * scale.force;
+  stays_ = {world::share::kClearance * scale.length, kRegraspTurn};
   goal_object_ = model_.object_index(plan_.goal_object);
   find_branches();
 }

@@ -10,6 +10,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/version.hpp"
 #include "stiction/tasks/options.hpp"
+#include <nlohmann/json.hpp>
 #include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -113,7 +114,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
     plan.q_start = task.problem.q_start;
     plan.u_start = plan.q_start.tail(model.n_a());
     plan.goal = task.problem.goal;
-    plan.step = options.step_options();
+    plan.step = options.step_options(model);
     plan.error = planning::goal_error(model, plan.q_start, plan.goal);
   }
   PlanFile out;
@@ -141,7 +142,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   out.threads = options.threads;
   out.created = now_utc();
   out.step = plan.step;
-  if (options.substep) out.substep = plan.substep;
+  if (!options.thesis) out.substep = plan.substep;
 
   const ShownBodies shown(model);
   world::KinematicsWorkspace work(model);
@@ -223,7 +224,10 @@ fs::path file_of_plan(const fs::path& file) { return fs::is_directory(file) ? fi
 
 planning::PlannerOptions options_of_plan(const world::Model& model, const PlanFile& plan, const fs::path& file) {
   // Options are spelled as in a task file, so the reader of task files judges them.
-  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", plan.options), file_of_plan(file));
+  nlohmann::ordered_json options = nlohmann::ordered_json::parse(plan.options);
+  options.erase("advanced");  // of files before 0.3.0; what followed from them is in `step` and `substep`
+  if (!plan.substep && !options.contains("thesis")) options["thesis"] = nlohmann::ordered_json::object();
+  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", options.dump()), file_of_plan(file));
   planning::PlannerOptions out = read_planner_options(text.at("options"), model);
   out.seed = plan.seed;
   out.threads = plan.threads;

@@ -1,8 +1,9 @@
-#include "stiction/planning/default_options.hpp"
+#include "stiction/planning/thresholds.hpp"
 
 #include <gtest/gtest.h>
 
 #include "planning/systems.hpp"
+#include "stiction/planning/sample_boxes.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning::test {
@@ -20,32 +21,32 @@ world::Scene cube_scene(double length, double mass) {
   return scene;
 }
 
-TEST(DefaultOptions, InOtherUnits_TheSameUpToScale) {
-  const auto of = [](double length, double mass) { return default_options(*world::Model::make(cube_scene(length, mass)), 0); };
-  const PlannerOptions one = of(0.0625, 0.125);
+TEST(SceneThresholds, InOtherUnits_TheSameUpToScale) {
+  const auto of = [](double length, double mass) { return SceneThresholds(*world::Model::make(cube_scene(length, mass)), 0); };
+  const SceneThresholds one = of(0.0625, 0.125);
   for (const double s : {0.03125, 8.0, 64.0}) {
     for (const double m : {0x1p-20, 1024.0}) {
-      const PlannerOptions o = of(0.0625 * s, 0.125 * m);
+      const SceneThresholds o = of(0.0625 * s, 0.125 * m);
       EXPECT_DOUBLE_EQ(o.gamma, one.gamma * s * s);
       EXPECT_DOUBLE_EQ(o.smoothing.kappa, one.smoothing.kappa / (m * s));
-      EXPECT_DOUBLE_EQ(o.substep->slide, one.substep->slide * s);
-      EXPECT_DOUBLE_EQ(o.substep->joint_travel, one.substep->joint_travel * s);
-      EXPECT_DOUBLE_EQ(o.regrasp_clearance, one.regrasp_clearance * s);
-      EXPECT_DOUBLE_EQ(o.release_tol_position, one.release_tol_position * s);
-      EXPECT_DOUBLE_EQ(o.grip_force, one.grip_force * m);
-      EXPECT_DOUBLE_EQ(o.brace_force, one.brace_force * m);
-      EXPECT_EQ(o.substep->joint_angle, one.substep->joint_angle);
+      EXPECT_DOUBLE_EQ(o.substep.slide, one.substep.slide * s);
+      EXPECT_DOUBLE_EQ(o.substep.joint_travel, one.substep.joint_travel * s);
+      EXPECT_DOUBLE_EQ(o.clearance, one.clearance * s);
+      EXPECT_DOUBLE_EQ(o.release.position, one.release.position * s);
+      EXPECT_DOUBLE_EQ(o.rest.position, one.rest.position * s);
+      EXPECT_DOUBLE_EQ(o.preload, one.preload * m);
+      EXPECT_DOUBLE_EQ(o.brace, one.brace * m);
+      EXPECT_EQ(o.substep.joint_angle, one.substep.joint_angle);
     }
   }
 }
 
-TEST(DefaultOptions, OfACubeOfTenCentimetresAndAHundredGrams_AreThoseFoundByHand) {
-  const PlannerOptions o = default_options(*world::Model::make(cube_scene(0.1, 0.1)), 0);
+TEST(SceneThresholds, OfACubeOfTenCentimetresAndAHundredGrams_AreThoseFoundByHand) {
+  const SceneThresholds o(*world::Model::make(cube_scene(0.1, 0.1)), 0);
   EXPECT_NEAR(o.gamma, 1e-4, 1e-9);
-  EXPECT_NEAR(o.substep->slide, 1e-3, 1e-9);
-  EXPECT_NEAR(o.regrasp_clearance, 2e-3, 1e-9);
+  EXPECT_NEAR(o.substep.slide, 1e-3, 1e-9);
+  EXPECT_NEAR(o.clearance, 2e-3, 1e-9);
   EXPECT_NEAR(o.smoothing.kappa, 2 / (0.03 * 0.1 * 0.981), 1e-6);
-  o.validate(*world::Model::make(cube_scene(0.1, 0.1)));
 }
 
 TEST(DefaultSampleBoxes, HoldStartAndGoalAndSomeWayBeyond) {
@@ -86,7 +87,7 @@ TEST(DefaultSampleBoxes, TheShortWayAroundAndTheRangesOfJoints) {
 
 TEST(Planner, WithoutBoxesOrSettings_PlansThePlanarHand) {
   PlanningProblem problem = hand_problem();
-  PlannerOptions options = default_options(*problem.model, problem.goal.object);
+  PlannerOptions options;
   options.threads = 2;
   PlanResult result;
   EXPECT_EQ(plan(problem, options, {}, result), core::Status::Solved) << result.reason;

@@ -1,4 +1,4 @@
-#include "stiction/planning/packing.hpp"
+#include "stiction/planning/thesis/packing.hpp"
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/random.hpp"

@@ -1,24 +1,31 @@
-#include "stiction/planning/front.hpp"
+#include "stiction/planning/frontier.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
+#include "planning/systems.hpp"
+
 namespace stiction::planning {
 namespace {
 
+/// Nodes of planar_pushing, whose objects are at places of their own unless they are said to share one.
 struct Nodes {
+  std::shared_ptr<const world::Model> model = test::load_model("planar_pushing");
+  world::ObjectSpace space{*model};
   std::map<int, double> distance;
-  Front front;
+  Frontier frontier{space, Eigen::Vector3d::Ones()};
   int removed = -1;
 
-  void add(int node, int cell, double d) {
+  /// @param place  far from every other one
+  void add(int node, int place, double d, double metric = 0) {
     distance[node] = d;
-    front.add(node, cell, d);
+    frontier.add(Eigen::Vector3d(1e6 * place, 0, 0), d, metric, false);
   }
-  int take() {
-    return front.take([this](int i) { return i != removed; }, [this](int i) { return distance.at(i); });
+  int take(int unusable = -1) {
+    return frontier.take([this](int i) { return i == removed; }, [unusable](int i) { return i != unusable; },
+                         [this](int i) { return distance.at(i); });
   }
   /// How often each of n nodes comes in so many choices.
   std::vector<int> choices(int n, int times) {
@@ -28,7 +35,7 @@ struct Nodes {
   }
 };
 
-TEST(Front, OfNodesThatAreEquallyWorn_TheNearestComesFirst) {
+TEST(Frontier, OfNodesThatAreEquallyVisited_TheNearestComesFirst) {
   Nodes nodes;
   nodes.add(0, 0, 5);
   nodes.add(1, 1, 2);
@@ -37,21 +44,16 @@ TEST(Front, OfNodesThatAreEquallyWorn_TheNearestComesFirst) {
   EXPECT_EQ(Nodes().take(), -1);
 }
 
-TEST(Front, EachInACellOfItsOwn_ComesByDistanceAndWear) {
+TEST(Frontier, EachInACellOfItsOwn_NearerOnesComeMoreOftenAndAllGetTheirTurn) {
   Nodes nodes;
   for (int i = 0; i < 4; ++i) nodes.add(i, i, i);
   const std::vector<int> times = nodes.choices(4, 4000);
   EXPECT_TRUE(std::is_sorted(times.rbegin(), times.rend()));
-  // (1 + d)(1 + n/5)(1 + c/(5 c̄)) is the same for all in the end, with n = c and c̄ = 1000
-  for (int i = 1; i < 4; ++i) {
-    const auto cost = [&](int k) {
-      return (1 + k) * (1 + 0.2 * times[static_cast<std::size_t>(k)]) * (1 + 0.2e-3 * times[static_cast<std::size_t>(k)]);
-    };
-    EXPECT_NEAR(cost(i) / cost(0), 1, 0.02) << i;
-  }
+  EXPECT_GT(times[3], 0);
+  EXPECT_GT(times[0], 1.3 * times[3]);
 }
 
-TEST(Front, CrowdInOneCell_LeavesTurnsToOthers) {
+TEST(Frontier, CrowdInOneCell_LeavesTurnsToOthers) {
   constexpr int kCrowd = 100;
   const auto turns_of_the_other = [](bool one_cell) {
     Nodes nodes;
@@ -62,7 +64,7 @@ TEST(Front, CrowdInOneCell_LeavesTurnsToOthers) {
   EXPECT_GT(turns_of_the_other(true), 4 * turns_of_the_other(false));
 }
 
-TEST(Front, WhatIsNotUsable_IsGone) {
+TEST(Frontier, NodeThatIsGone_NeverComesAgain) {
   Nodes nodes;
   nodes.add(0, 0, 1);
   nodes.add(1, 0, 2);
@@ -72,7 +74,22 @@ TEST(Front, WhatIsNotUsable_IsGone) {
   for (int k = 0; k < 50; ++k) EXPECT_EQ(nodes.take(), 1);
 }
 
-TEST(Front, NodeThatIsFartherThanItSeemed_ComesBackWithWhatItIs) {
+TEST(Frontier, NodeThatIsNotUsableNow_ComesWhenItIs) {
+  Nodes nodes;
+  nodes.add(0, 0, 1);
+  nodes.add(1, 1, 2);
+  EXPECT_EQ(nodes.take(0), 1);
+  EXPECT_EQ(nodes.take(), 0);
+}
+
+TEST(Frontier, OfEqualNodes_TheMetricDecides) {
+  Nodes nodes;
+  nodes.add(0, 0, 1, 5);
+  nodes.add(1, 1, 1, 2);
+  EXPECT_EQ(nodes.take(), 1);
+}
+
+TEST(Frontier, NodeThatIsFartherThanItSeemed_ComesBackWithWhatItIs) {
   Nodes nodes;
   nodes.add(0, 0, 1);
   nodes.add(1, 1, 5);

@@ -1,4 +1,4 @@
-#include "stiction/planning/default_options.hpp"
+#include "stiction/planning/sample_boxes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,15 +9,10 @@
 namespace stiction::planning {
 namespace {
 
-namespace share = world::share;
-
 /// Of the way from start to goal that boxes of subgoals go beyond either …
 constexpr double kWayBeyond = 0.25;
 /// … and the least angle that they do [rad].
 constexpr double kBeyond = 0.2;
-
-/// Postures drawn for a regrasp, and how many of those that promise most are tried: half the regrasps of a cube (docs/lab/grasp_candidates.md).
-constexpr int kCandidates = 32, kTrials = 4;
 
 /// Coordinates in which a box is given: x y z roll pitch yaw of a free object, else those of its joint.
 Eigen::VectorXd box_coordinates(const world::ObjectInfo& object, const Eigen::VectorXd& q) {
@@ -29,24 +24,6 @@ Eigen::VectorXd box_coordinates(const world::ObjectInfo& object, const Eigen::Ve
 }
 
 }  // namespace
-
-PlannerOptions default_options(const world::Model& model, int object) {
-  const world::Scale& scale = model.scales().object(object);
-  PlannerOptions out;
-  if (!model.planar_axis()) out.friction_law = dynamics::FrictionLaw::Coulomb;  // what slides does not open, and goes on sliding
-  out.smoothing.kappa = model.scales().kappa(object);
-  out.gamma = model.scales().gamma(object);
-  out.grasp_candidates = kCandidates;
-  out.grasp_trials = kTrials;
-  out.substep->joint_travel = share::kTravel * scale.length;
-  out.substep->slide = share::kSlide * scale.length;
-  out.regrasp_clearance = out.regrasp_tol_position = share::kClearance * scale.length;
-  out.release_tol_position = share::kRelease * scale.length;
-  out.release_tol_angle = share::kReleaseAngle;
-  out.grip_force = share::kPreload * scale.force;
-  out.brace_force = share::kBrace * scale.force;
-  return out;
-}
 
 std::vector<world::SampleBox> default_sample_boxes(const PlanningProblem& problem) {
   const world::Model& model = *problem.model;

@@ -1,4 +1,4 @@
-#include "stiction/planning/packing.hpp"
+#include "stiction/planning/thesis/packing.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -56,8 +56,7 @@ TEST(Packing, AngleIsWrapped) {
 TEST(Packing, OfAGrownTree_RisesAndFollowsTheSeed) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
-  options.record_tree = true;
-  options.stop_at_goal = false;
+  options.thesis.emplace().stop_at_goal = false;
   options.max_iterations = 200;
   PlanResult result;
   ASSERT_EQ(plan(problem, options, {}, result), core::Status::MaxIterations);
