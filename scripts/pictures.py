@@ -1,9 +1,10 @@
-"""scripts/moving_picture.py PICTURE.webp: plans and runs of two tasks, side by side, drawn by the pages of plans in headless Chromium (README.md)."""
+"""scripts/pictures.py [moving] [plan] [touch] [studio]: makes the pictures in docs/images again, from the project's own pages in headless Chromium."""
 
 from __future__ import annotations
 
 import dataclasses
 import io
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests/python"), str(ROOT / "python")]
 import browser  # noqa: E402
+import studio_window  # noqa: E402
 from stiction_view import overlay, scene  # noqa: E402
 from stiction_view.bodies import body_meshes  # noqa: E402
 from stiction_view.camera import View, choose_view  # noqa: E402
@@ -24,6 +26,8 @@ from stiction_view.links import find  # noqa: E402
 from stiction_view.plan import Plan, load_plan  # noqa: E402
 
 TASKS = {"allegro_cube": "0", "iiwa_bimanual": "0"}  # and their seeds
+PROGRAM = ROOT / "build/release/stiction"
+IMAGES = ROOT / "docs/images"
 COLUMNS = ("plan", "run in MuJoCo, in closed loop")
 WIDTH, HEIGHT = 420, 300  # of one picture
 FRAMES, PER_SECOND = 60, 10
@@ -33,7 +37,7 @@ HIDDEN = "<style>#stiction, [class*=Notification], a[href*=viser] {display: none
 
 def simulate(task: str, seed: str, folder: Path) -> tuple[Plan, Plan, np.ndarray]:
     """The plan, the run as a plan whose motion is the simulated one, and the moments of the run."""
-    subprocess.run([ROOT / "build/release/stiction", "run", task, "--seed", seed, "-o", folder], check=True)
+    subprocess.run([PROGRAM, "run", task, "--seed", seed, "-o", folder], check=True)
     run = overlay.load_simulation(folder / "plan.json", folder / "run.json")
     return load_plan(folder / "plan.json"), run.plan, run.times
 
@@ -80,14 +84,13 @@ def pictures(window: browser.Browser, file: Path) -> list[np.ndarray]:
     return out
 
 
-def main(target: Path) -> None:
-    font = ImageFont.load_default(size=15)
+def moving(folder: Path) -> None:
+    """Plans and runs of two tasks, side by side."""
     rows = []
-    with tempfile.TemporaryDirectory() as name, browser.Browser() as window:
+    with browser.Browser() as window:
         window.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=HEIGHT, deviceScaleFactor=1, mobile=False)
         for task, seed in TASKS.items():
-            folder = Path(name) / task
-            plan, run, times = simulate(task, seed, folder)
+            plan, run, times = simulate(task, seed, folder / task)
             view = view_of(plan)
             knots = (
                 np.linspace(0, len(plan.poses) - 1, FRAMES).round().astype(int),
@@ -95,10 +98,11 @@ def main(target: Path) -> None:
             )
             row = []
             for number, motion in enumerate((plan, run)):
-                file = folder / f"{number}.html"
+                file = folder / f"{task}{number}.html"
                 file.write_text(page(motion, knots[number], view), encoding="utf-8")
                 row.append(pictures(window, file))
             rows.append(row)
+    font = ImageFont.load_default(size=15)
     frames = []
     for k in range(FRAMES):
         image = Image.fromarray(np.vstack([np.hstack([column[k] for column in row]) for row in rows]))
@@ -106,13 +110,67 @@ def main(target: Path) -> None:
         for number, text in enumerate(COLUMNS):
             draw.text((number * WIDTH + 10, 8), text, fill=(60, 64, 72), font=font)
         frames.append(image)
-    hold = [1000 // PER_SECOND] * (FRAMES - 1) + [1500]
+    shown = [1000 // PER_SECOND] * (FRAMES - 1) + [1500]  # [ms]
     data = io.BytesIO()
-    frames[0].save(data, "WEBP", save_all=True, append_images=frames[1:], duration=hold, loop=0, quality=72, method=6)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_bytes(data.getvalue())
-    print(f"{target}: {len(data.getvalue()) / 1e6:.2f} MB")
+    frames[0].save(data, "WEBP", save_all=True, append_images=frames[1:], duration=shown, loop=0, quality=72, method=6)
+    (IMAGES / "plan_and_run.webp").write_bytes(data.getvalue())
+
+
+def save(picture: np.ndarray, name: str) -> None:
+    """With few colours: text stays sharp and the file small."""
+    Image.fromarray(picture).quantize(96, dither=Image.Dither.NONE).save(IMAGES / name, optimize=True)
+
+
+def still(file: Path, name: str, moment: float, ready: str) -> None:
+    """What a page shows at a moment of its motion."""
+    with browser.Browser() as window:
+        window.open(file)
+        window.wait_for(lambda: window.evaluate(f"!!document.querySelector({ready!r})"), 60, "the time bar")
+        # Of this machine: that it has no graphics card.
+        window.evaluate("document.head.insertAdjacentHTML('beforeend', '<style>[class*=Notification] {display: none !important}</style>')")
+        time.sleep(3)
+        if ready.startswith(".mantine"):
+            window.scrub(moment)
+        time.sleep(2)
+        save(settled(window), name)
+
+
+def run_tutorial(folder: Path, *words: str) -> None:
+    shutil.copytree(ROOT / "docs/tutorials", folder, dirs_exist_ok=True)
+    subprocess.run([PROGRAM, *words], cwd=folder, check=True)
+
+
+def plan(folder: Path) -> None:
+    run_tutorial(folder, "plan", "push.yaml", "--seed", "0", "-o", "out", "--html")
+    still(next((folder / "out").glob("*.html")), "tutorial_push.png", 0.6, ".mantine-Slider-track")
+
+
+def touch(folder: Path) -> None:
+    run_tutorial(folder, "sense", "touch.yaml", "--html", "touch.html")
+    still(folder / "touch.html", "tutorial_touch.png", 0.6, "canvas")
+
+
+def studio(folder: Path) -> None:
+    with studio_window.Program(PROGRAM, "allegro_cube", root=ROOT) as program, browser.Browser() as chromium:
+        window = studio_window.Window(chromium, folder, (1100, 680))
+        window.visit(program.address)
+        window.press("Plan", "button")
+        window.wait_text(r"solved in [\d.]+ s")
+        time.sleep(10)  # until the result is drawn
+        chromium.scrub(0.5)
+        time.sleep(5)
+        save(settled(chromium), "tutorial_studio.png")
+
+
+MAKERS = {"moving": moving, "plan": plan, "touch": touch, "studio": studio}
+
+
+def main(names: list[str]) -> None:
+    IMAGES.mkdir(exist_ok=True)
+    for name in names or MAKERS:
+        with tempfile.TemporaryDirectory() as folder:
+            MAKERS[name](Path(folder))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(sys.argv[1:])
