@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import io
 import shutil
 import subprocess
@@ -18,10 +19,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests/python"), str(ROOT / "python")]
 import browser  # noqa: E402
 import studio_window  # noqa: E402
-from stiction_view import overlay, scene  # noqa: E402
+from stiction_view import drawing, overlay, scene  # noqa: E402
 from stiction_view.bodies import body_meshes  # noqa: E402
 from stiction_view.camera import View, choose_view  # noqa: E402
-from stiction_view.drawing import Drawing  # noqa: E402
+from stiction_view.drawing import Drawing, light  # noqa: E402
 from stiction_view.links import find  # noqa: E402
 from stiction_view.plan import Plan, load_plan  # noqa: E402
 
@@ -29,10 +30,11 @@ TASKS = {"allegro_cube": "0", "iiwa_bimanual": "0"}  # and their seeds
 PROGRAM = ROOT / "build/release/stiction"
 IMAGES = ROOT / "docs/images"
 COLUMNS = ("plan", "run in MuJoCo, in closed loop")
-WIDTH, HEIGHT = 420, 300  # of one picture
+WIDTH, HEIGHT, BAR = 420, 300, 36  # of one picture, and of the time bar below it [px]
 FRAMES, PER_SECOND = 60, 10
-NEARER = 0.78  # the camera, since there is no panel to leave room for
-HIDDEN = "<style>#stiction, [class*=Notification], a[href*=viser] {display: none !important} body > div > div > div:not(:has(canvas)) {opacity: 0 !important}</style>"
+NEARER = 0.8  # the camera, since there is no panel to leave room for
+HIDDEN = "<style>#stiction, [class*=Notification] {display: none !important}</style>"
+drawing.ROBOT, drawing.ROBOT_OPACITY = (148, 156, 170), None  # in a small picture fingers have to stand out
 
 
 def simulate(task: str, seed: str, folder: Path) -> tuple[Plan, Plan, np.ndarray]:
@@ -43,43 +45,44 @@ def simulate(task: str, seed: str, folder: Path) -> tuple[Plan, Plan, np.ndarray
 
 
 def view_of(plan: Plan) -> View:
-    view = choose_view(plan, body_meshes(plan, find(plan)[0]), np.arange(len(plan.poses))).aside(-0.2)  # pages look a little aside
-    return dataclasses.replace(view, position=view.look_at + NEARER * (view.position - view.look_at), label=view.look_at - 100 * view.radius * view.up)
+    view = choose_view(plan, body_meshes(plan, find(plan)[0]), np.arange(len(plan.poses)))
+    view = dataclasses.replace(view, position=view.look_at + NEARER * (view.position - view.look_at), label=view.look_at - 100 * view.radius * view.up)
+    return view.aside(-0.2)  # pages look a little aside
 
 
 def page(plan: Plan, knots: np.ndarray, view: View) -> str:
     """Of these knots, each as long as the others, without the search tree."""
 
     def draw(server: object) -> Drawing:
-        drawing = Drawing(server, dataclasses.replace(plan, tree_parents=np.empty(0, dtype=int), loads=None), view=view)
-        drawing.frames = knots
-        drawing.times = np.arange(len(knots) + 1) / PER_SECOND
-        return drawing
+        motion = Drawing(server, dataclasses.replace(plan, tree_parents=np.empty(0, dtype=int), loads=None), view=view)
+        motion.frames = knots
+        motion.times = np.arange(len(knots) + 1) / PER_SECOND
+        return motion
 
+    scene.light = functools.partial(light, shadows=False)  # a processor would draw them for minutes
     return scene.record(draw).replace("</head>", HIDDEN + "</head>", 1)
 
 
-def settled(window: browser.Browser) -> np.ndarray:
-    """The picture, once two in a row are the same."""
-    before = window.screenshot()
-    for _ in range(20):
-        time.sleep(0.05)
-        now = window.screenshot()
-        if (now == before).all():
-            break
-        before = now
-    return before
+def drawn(window: browser.Browser) -> np.ndarray:
+    """The picture, after the page was drawn twice."""
+    window.call("Runtime.evaluate", expression="new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))", awaitPromise=True)
+    return window.screenshot()
 
 
 def pictures(window: browser.Browser, file: Path) -> list[np.ndarray]:
     window.open(file)
     window.wait_for(lambda: window.evaluate("!!document.querySelector('.mantine-Slider-track')"), 60, "the time bar")
-    window.scrub(0.5)
-    time.sleep(3)  # the first picture
     out = []
     for k in range(FRAMES):
-        window.scrub((k + 0.5) / FRAMES)
-        out.append(settled(window))
+        moment = k / PER_SECOND
+
+        def there(moment: float = moment, share: float = (k + 0.5) / FRAMES) -> bool:
+            window.scrub(share)
+            drawn(window)
+            return abs(float(window.evaluate("document.querySelector('input').value")) - moment) < 1.5 / PER_SECOND
+
+        window.wait_for(there, 120, f"the moment {moment}")
+        out.append(drawn(window)[:HEIGHT])
     assert not window.errors, window.errors
     return out
 
@@ -88,7 +91,7 @@ def moving(folder: Path) -> None:
     """Plans and runs of two tasks, side by side."""
     rows = []
     with browser.Browser() as window:
-        window.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=HEIGHT, deviceScaleFactor=1, mobile=False)
+        window.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=HEIGHT + BAR, deviceScaleFactor=1, mobile=False)
         for task, seed in TASKS.items():
             plan, run, times = simulate(task, seed, folder / task)
             view = view_of(plan)
@@ -132,7 +135,7 @@ def still(file: Path, name: str, moment: float, ready: str) -> None:
         if ready.startswith(".mantine"):
             window.scrub(moment)
         time.sleep(2)
-        save(settled(window), name)
+        save(drawn(window), name)
 
 
 def run_tutorial(folder: Path, *words: str) -> None:
@@ -159,7 +162,7 @@ def studio(folder: Path) -> None:
         time.sleep(10)  # until the result is drawn
         chromium.scrub(0.5)
         time.sleep(5)
-        save(settled(chromium), "tutorial_studio.png")
+        save(drawn(chromium), "tutorial_studio.png")
 
 
 MAKERS = {"moving": moving, "plan": plan, "touch": touch, "studio": studio}
