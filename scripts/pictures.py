@@ -31,6 +31,7 @@ PROGRAM = ROOT / "build/release/stiction"
 IMAGES = ROOT / "docs/images"
 COLUMNS = ("plan", "run in MuJoCo, in closed loop")
 WIDTH, HEIGHT, BAR = 420, 300, 36  # of one picture, and of the time bar below it [px]
+PLAN_BAR = ".mantine-Slider-track"
 FRAMES, PER_SECOND = 60, 10
 NEARER = 0.8  # the camera, since there is no panel to leave room for
 HIDDEN = "<style>#stiction, [class*=Notification] {display: none !important}</style>"
@@ -132,8 +133,10 @@ def still(file: Path, name: str, moment: float, ready: str) -> None:
         # Of this machine: that it has no graphics card.
         window.evaluate("document.head.insertAdjacentHTML('beforeend', '<style>[class*=Notification] {display: none !important}</style>')")
         time.sleep(3)
-        if ready.startswith(".mantine"):
+        if ready == PLAN_BAR:
             window.scrub(moment)
+        else:
+            window.evaluate(f"(() => {{ const s = document.querySelector({ready!r}); s.value = Math.round({moment} * s.max); s.dispatchEvent(new Event('input')); }})()")
         time.sleep(2)
         save(drawn(window), name)
 
@@ -145,12 +148,12 @@ def run_tutorial(folder: Path, *words: str) -> None:
 
 def plan(folder: Path) -> None:
     run_tutorial(folder, "plan", "push.yaml", "--seed", "0", "-o", "out", "--html")
-    still(next((folder / "out").glob("*.html")), "tutorial_push.png", 0.6, ".mantine-Slider-track")
+    still(next((folder / "out").glob("*.html")), "tutorial_push.png", 0.6, PLAN_BAR)
 
 
 def touch(folder: Path) -> None:
     run_tutorial(folder, "sense", "touch.yaml", "--html", "touch.html")
-    still(folder / "touch.html", "tutorial_touch.png", 0.6, "canvas")
+    still(folder / "touch.html", "tutorial_touch.png", 0.6, "#slider")
 
 
 def studio(folder: Path) -> None:
