@@ -83,20 +83,13 @@ def test_theory_pages_are_in_the_index(page: Path) -> None:
 
 # Pages that are written in sentences of ordinary length (prose.py): theory, notation, layers, tasks.
 SENTENCES_OF_THEORY: list[str] = [
-    "docs/theory/README.md",
-    "docs/theory/cone.md",
-    "docs/theory/contact.md",
-    "docs/theory/contact_derivatives.md",
-    "docs/theory/distance.md",
-    "docs/theory/kinematics.md",
-    "docs/theory/local_models.md",
-    "docs/theory/mjcf.md",
-    "docs/theory/patches.md",
-    "docs/theory/shifted_cones.md",
-    "docs/theory/soft_bounds.md",
-    "docs/theory/step.md",
-    "docs/theory/step_derivatives.md",
-    "docs/theory/sweep.md",
+    "docs/notation.md",
+    "docs/benchmarks.md",
+    "docs/theory/*.md",
+    "experiments/*.md",
+    "scenarios/*.md",
+    "src/**/*.md",
+    "tasks/**/*.md",
 ]
 
 # The same: README, tutorials, decisions, lab, reference.
@@ -129,6 +122,13 @@ def test_theory_decisions_lab_and_tutorials_can_be_read() -> None:
 def test_sentences_are_of_ordinary_length(page: Path) -> None:
     faults = prose_text.faults(page, relative(page))
     assert not faults, "\n".join(faults)
+
+
+@pytest.mark.parametrize("page", sorted({page for pattern in SENTENCES_OF_THEORY for page in ROOT.glob(pattern)}), ids=relative)
+def test_sentences_of_theory_name_their_subject(page: Path) -> None:
+    """A clause in the place of a noun ("What moves …", "Where it is …") leaves the reader to guess the noun."""
+    riddles = [s for s in prose_text.sentences(page.read_text(encoding="utf-8")) if s.text.startswith(("What ", "Where ", "Whatever ")) and not s.text.endswith("?")]
+    assert not riddles, "\n".join(f"{relative(page)}:{s.line}: {s.text}" for s in riddles)
 
 
 def test_check_of_sentences_counts_a_formula_as_one_word_and_leaves_out_code_tables_and_links() -> None:
