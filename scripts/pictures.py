@@ -32,9 +32,11 @@ IMAGES = ROOT / "docs/images"
 COLUMNS = ("plan", "run in MuJoCo, in closed loop")
 WIDTH, HEIGHT, BAR = 420, 300, 36  # of one picture, and of the time bar below it [px]
 PLAN_BAR = ".mantine-Slider-track"
-FRAMES, PER_SECOND = 60, 10
+FRAMES, PER_SECOND = 40, 8
 NEARER = 0.8  # the camera, since there is no panel to leave room for
 HIDDEN = "<style>#stiction, [class*=Notification] {display: none !important}</style>"
+# Without the notice that this machine has no graphics card.
+QUIET = "document.head.insertAdjacentHTML('beforeend', '<style>[class*=Notification] {display: none !important}</style>')"
 drawing.ROBOT, drawing.ROBOT_OPACITY = (148, 156, 170), None  # in a small picture fingers have to stand out
 
 
@@ -77,35 +79,41 @@ def pictures(window: browser.Browser, file: Path) -> list[np.ndarray]:
     for k in range(FRAMES):
         moment = k / PER_SECOND
 
-        def there(moment: float = moment, share: float = (k + 0.5) / FRAMES) -> bool:
+        def there(moment: float = moment, share: float = (k + 0.5) / FRAMES) -> np.ndarray | None:
             window.scrub(share)
-            drawn(window)
-            return abs(float(window.evaluate("document.querySelector('input').value")) - moment) < 1.5 / PER_SECOND
+            picture = drawn(window)
+            close = abs(float(window.evaluate("document.querySelector('input').value")) - moment) < 1.5 / PER_SECOND
+            return picture if close else None
 
-        window.wait_for(there, 120, f"the moment {moment}")
-        out.append(drawn(window)[:HEIGHT])
+        out.append(window.wait_for(there, 120, f"the moment {moment}")[:HEIGHT])
     assert not window.errors, window.errors
     return out
 
 
+def clips(task: str, seed: str, folder: Path) -> list[list[np.ndarray]]:
+    """Pictures of the plan of a task, and of its run."""
+    plan, run, times = simulate(task, seed, folder / task)
+    view = view_of(plan)
+    knots = (
+        np.linspace(0, len(plan.poses) - 1, FRAMES).round().astype(int),
+        np.searchsorted(times, np.linspace(times[0], times[-1], FRAMES)).clip(0, len(times) - 1),
+    )
+    row = []
+    for number, motion in enumerate((plan, run)):
+        file = folder / f"{task}{number}.html"
+        file.write_text(page(motion, knots[number], view), encoding="utf-8")
+        with browser.Browser() as window:
+            window.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=HEIGHT + BAR, deviceScaleFactor=1, mobile=False)
+            row.append(pictures(window, file))
+    return row
+
+
 def moving(folder: Path) -> None:
     """Plans and runs of two tasks, side by side."""
-    rows = []
-    with browser.Browser() as window:
-        window.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=HEIGHT + BAR, deviceScaleFactor=1, mobile=False)
-        for task, seed in TASKS.items():
-            plan, run, times = simulate(task, seed, folder / task)
-            view = view_of(plan)
-            knots = (
-                np.linspace(0, len(plan.poses) - 1, FRAMES).round().astype(int),
-                np.searchsorted(times, np.linspace(times[0], times[-1], FRAMES)).clip(0, len(times) - 1),
-            )
-            row = []
-            for number, motion in enumerate((plan, run)):
-                file = folder / f"{task}{number}.html"
-                file.write_text(page(motion, knots[number], view), encoding="utf-8")
-                row.append(pictures(window, file))
-            rows.append(row)
+    write_moving([clips(task, seed, folder) for task, seed in TASKS.items()])
+
+
+def write_moving(rows: list[list[list[np.ndarray]]]) -> None:
     font = ImageFont.load_default(size=15)
     frames = []
     for k in range(FRAMES):
@@ -130,8 +138,7 @@ def still(file: Path, name: str, moment: float, ready: str) -> None:
     with browser.Browser() as window:
         window.open(file)
         window.wait_for(lambda: window.evaluate(f"!!document.querySelector({ready!r})"), 60, "the time bar")
-        # Of this machine: that it has no graphics card.
-        window.evaluate("document.head.insertAdjacentHTML('beforeend', '<style>[class*=Notification] {display: none !important}</style>')")
+        window.evaluate(QUIET)
         time.sleep(3)
         if ready == PLAN_BAR:
             window.scrub(moment)
@@ -162,7 +169,10 @@ def studio(folder: Path) -> None:
         window.visit(program.address)
         window.press("Plan", "button")
         window.wait_text(r"solved in [\d.]+ s")
+        chromium.evaluate(QUIET)
         time.sleep(10)  # until the result is drawn
+        window.press("Play")
+        time.sleep(3)
         chromium.scrub(0.5)
         time.sleep(5)
         save(drawn(chromium), "tutorial_studio.png")
