@@ -31,6 +31,7 @@ PROGRAM = ROOT / "build/release/stiction"
 IMAGES = ROOT / "docs/images"
 COLUMNS = ("plan", "run in MuJoCo, in closed loop")
 WIDTH, HEIGHT, BAR = 420, 300, 36  # of one picture, and of the time bar below it [px]
+PATIENCE = 300  # [s], on a machine that has much else to do
 PLAN_BAR = ".mantine-Slider-track"
 FRAMES, PER_SECOND = 40, 8
 NEARER = 0.8  # the camera, since there is no panel to leave room for
@@ -74,7 +75,7 @@ def drawn(window: browser.Browser) -> np.ndarray:
 
 def pictures(window: browser.Browser, file: Path) -> list[np.ndarray]:
     window.open(file)
-    window.wait_for(lambda: window.evaluate("!!document.querySelector('.mantine-Slider-track')"), 60, "the time bar")
+    window.wait_for(lambda: window.evaluate("!!document.querySelector('.mantine-Slider-track')"), PATIENCE, "the time bar")
     out = []
     for k in range(FRAMES):
         moment = k / PER_SECOND
@@ -85,7 +86,7 @@ def pictures(window: browser.Browser, file: Path) -> list[np.ndarray]:
             close = abs(float(window.evaluate("document.querySelector('input').value")) - moment) < 1.5 / PER_SECOND
             return picture if close else None
 
-        out.append(window.wait_for(there, 120, f"the moment {moment}")[:HEIGHT])
+        out.append(window.wait_for(there, PATIENCE, f"the moment {moment}")[:HEIGHT])
     assert not window.errors, window.errors
     return out
 
@@ -137,7 +138,7 @@ def still(file: Path, name: str, moment: float, ready: str) -> None:
     """What a page shows at a moment of its motion."""
     with browser.Browser() as window:
         window.open(file)
-        window.wait_for(lambda: window.evaluate(f"!!document.querySelector({ready!r})"), 60, "the time bar")
+        window.wait_for(lambda: window.evaluate(f"!!document.querySelector({ready!r})"), PATIENCE, "the time bar")
         window.evaluate(QUIET)
         time.sleep(3)
         if ready == PLAN_BAR:
