@@ -20,8 +20,31 @@ namespace fs = std::filesystem;
 
 std::atomic<bool> interrupted_flag{false};
 static_assert(std::atomic<bool>::is_always_lock_free);  // so that a signal handler may set it
+bool tells_json = false;                                ///< set before the handlers are
 
 void on_signal(int) { interrupted_flag.store(true, std::memory_order_relaxed); }
+
+/// A handler may not use the buffers of stdout and stderr.
+void write_now(int descriptor, std::string_view text) { (void)!::write(descriptor, text.data(), text.size()); }
+
+/// While there is no result to keep.
+void end_at_signal(int) {
+  write_now(STDERR_FILENO, "stiction: interrupted\n");
+  if (tells_json) write_now(STDOUT_FILENO, "{\"status\":\"Cancelled\",\"message\":\"interrupted\"}\n");
+  ::_exit(kInterrupted);
+}
+
+void handle_signals(void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  struct sigaction before {};
+  sigaction(SIGHUP, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // else of a program started with nohup
+}
 
 fs::path program_dir() {
   std::error_code error;
@@ -83,14 +106,12 @@ std::string python_interpreter() {
 
 const std::atomic<bool>& interrupted() { return interrupted_flag; }
 
-void catch_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigemptyset(&action.sa_mask);
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second Ctrl-C ends the program at once
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+void begin_signals(bool json) {
+  tells_json = json;
+  handle_signals(end_at_signal);
 }
+
+void catch_signals() { handle_signals(on_signal); }
 
 core::RunControl make_run_control(std::optional<double> budget_s) {
   core::RunControl control;
@@ -103,7 +124,7 @@ core::RunControl make_run_control(std::optional<double> budget_s) {
 }
 
 void print_notes(const world::Model& model) {
-  for (const std::string& note : model.notes()) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : model.notes()) say(stderr, "note: {}\n", note);
 }
 
 ProgressLine::ProgressLine() : terminal_(::isatty(STDERR_FILENO) == 1) {}
@@ -115,7 +136,7 @@ void ProgressLine::show(std::string_view text) {
   if (shown_ && now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
   shown_ = true;
-  fmt::print(stderr, "\r\x1b[K{}", text);
+  say(stderr, "\r\x1b[K{}", text);
   std::fflush(stderr);
 }
 
@@ -130,7 +151,7 @@ void ProgressLine::show(const core::Progress& p) {
 
 void ProgressLine::clear() {
   if (!shown_) return;
-  fmt::print(stderr, "\r\x1b[K");
+  say(stderr, "\r\x1b[K");
   std::fflush(stderr);
   shown_ = false;
 }

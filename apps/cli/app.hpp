@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "numbers.hpp"
+#include "output.hpp"
 #include "stiction/core/run_control.hpp"
 
 namespace CLI {
@@ -96,9 +98,12 @@ std::filesystem::path module_dir();
 std::filesystem::path experiments_dir();
 std::string python_interpreter();
 
-/// Set by SIGINT and SIGTERM once catch_signals() was called.
-const std::atomic<bool>& interrupted();
+/// SIGINT, SIGTERM and SIGHUP end the program with the code kInterrupted: at once, until catch_signals() says that there is a result to keep.
+/// A program that was started with nohup goes on at SIGHUP. @param json  whether stdout gets an object that says so
+void begin_signals(bool json);
+/// From now on the first of these signals only sets interrupted(); a second one ends the program.
 void catch_signals();
+const std::atomic<bool>& interrupted();
 /// Stops at a signal, and after the budget where there is one [s].
 core::RunControl make_run_control(std::optional<double> budget_s = std::nullopt);
 
@@ -121,9 +126,6 @@ class ProgressLine {
   bool shown_ = false;
   core::RunControl::Clock::time_point last_;
 };
-
-/// Numbers of a command line, nothing for ~. @throws core::InvalidInput naming the option
-std::vector<std::optional<double>> parse_numbers(std::string_view option, const std::string& text);
 
 /// What lint found, a line each on stderr.
 void print_warnings(const std::vector<tasks::Finding>& findings);

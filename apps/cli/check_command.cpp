@@ -29,19 +29,19 @@ int run_check(const CheckArguments& arguments) {
   const std::string_view verdict = status != core::Status::Solved ? core::to_string(status) : report.pass ? "Passed" : "Failed";
 
   std::FILE* const to = people(arguments.json);
-  fmt::print(to, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots,
-             report.wall_s, verdict);
+  say(to, "{}, seed {}: {} knots re-simulated at half the sub-step in {:.3f} s: {}\n", plan.task_name, plan.seed, report.knots,
+      report.wall_s, verdict);
   for (const auto& item : report.items) {
     const std::string limit = item.limit ? fmt::format("≤ {:<9.3g}", *item.limit) : fmt::format("{:11}", "");
-    fmt::print(to, "  {} {:16} {:>10.3g} {} {}{}\n",
-               !item.limit ? "    "
-               : item.pass ? "ok  "
-                           : "FAIL",
-               item.name, item.value, limit, item.unit, item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
+    say(to, "  {} {:16} {:>10.3g} {} {}{}\n",
+        !item.limit ? "    "
+        : item.pass ? "ok  "
+                    : "FAIL",
+        item.name, item.value, limit, item.unit, item.where.empty() || item.value == 0 ? "" : "  (" + item.where + ")");
   }
-  if (plan.start_from_command_line) fmt::print(to, "  the start is a given one, not that of the task\n");
-  if (plan.goal_from_command_line) fmt::print(to, "  the goal is one of the command line, not that of the task\n");
-  fmt::print(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
+  if (plan.start_from_command_line) say(to, "  the start is a given one, not that of the task\n");
+  if (plan.goal_from_command_line) say(to, "  the goal is one of the command line, not that of the task\n");
+  say(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
 
   if (arguments.json) {
     nlohmann::ordered_json out;
@@ -66,7 +66,7 @@ int run_check(const CheckArguments& arguments) {
       entry["where"] = item.where;
       out["checks"].push_back(std::move(entry));
     }
-    fmt::print("{}\n", out.dump());
+    say(stdout, "{}\n", out.dump());
   }
   if (status == core::Status::Cancelled) return kInterrupted;
   if (status != core::Status::Solved) return kNotSolved;

@@ -14,21 +14,15 @@ void add_task(CLI::App& command, std::string& task) {
 void add_plan(CLI::App& command, std::string& plan) { command.add_option("plan", plan, "Plan file, or its folder")->required(); }
 
 void add_seed(CLI::App& command, std::optional<std::uint64_t>& seed, const std::string& meaning) {
-  const CLI::Validator whole_number(
-      [](std::string& text) {
-        const bool good = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-        return good ? std::string() : fmt::format("got '{}', expected an integer ≥ 0", text);
-      },
-      "", "whole_number");
-  command.add_option("--seed", seed, meaning)->check(whole_number);
+  add_integer(command, "--seed", seed, meaning);
 }
 
 void add_threads(CLI::App& command, std::optional<int>& threads) {
-  command.add_option("--threads", threads, "Threads, 0 = all cores; the result does not depend on it")->check(CLI::Range(0, 1024));
+  add_integer(command, "--threads", threads, "Threads, 0 = all cores; the result does not depend on it", {0, 1024});
 }
 
 void add_timeout(CLI::App& command, double& timeout_s, const std::string& meaning) {
-  command.add_option("--timeout", timeout_s, meaning)->capture_default_str()->check(CLI::PositiveNumber);
+  add_number(command, "--timeout", timeout_s, meaning, Bound::Positive);
 }
 
 void add_goal(CLI::App& command, std::string& goal) {
@@ -43,9 +37,7 @@ void add_scheme(CLI::App& command, std::string& scheme) {
 }
 
 void add_speed(CLI::App& command, double& speed) {
-  command.add_option("--speed", speed, "Speed, times that which follows from object and motors; above 1 of pushes alone")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  add_number(command, "--speed", speed, "Speed, times that which follows from object and motors; above 1 of pushes alone", Bound::Positive);
 }
 
 void add_out(CLI::App& command, std::string& dir, const std::string& what) { command.add_option("-o,--out", dir, what); }
@@ -66,6 +58,6 @@ fs::path plan_dir(const std::string& out, const fs::path& plan) {
 
 std::FILE* people(bool json) { return json ? stderr : stdout; }
 
-void print_row(std::FILE* to, std::string_view name, const std::string& value) { fmt::print(to, "  {:22} {}\n", name, value); }
+void print_row(std::FILE* to, std::string_view name, const std::string& value) { say(to, "  {:22} {}\n", name, value); }
 
 }  // namespace stiction::app

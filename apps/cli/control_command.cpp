@@ -80,10 +80,10 @@ std::string write_samples(const execution::ControlScenario& scenario, const exec
 
 void print_summary(std::FILE* to, const execution::ControlScenario& scenario, const execution::ControlRunResult& r, bool passes) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  fmt::print(to, "{}, {}: {}\n", scenario.name, law_name(scenario.controller.law),
-             r.status != Status::Solved ? std::string(core::to_string(r.status))
-             : passes                   ? "forces bounded"
-                                        : "forces above their bound");
+  say(to, "{}, {}: {}\n", scenario.name, law_name(scenario.controller.law),
+      r.status != Status::Solved ? std::string(core::to_string(r.status))
+      : passes                   ? "forces bounded"
+                                 : "forces above their bound");
   if (!r.message.empty()) row("simulation", r.message);
   row("bound", fmt::format("{:.1f} N", scenario.controller.lambda_max));
   row("impact", fmt::format("{:.1f} N at most", r.peak_force));
@@ -165,7 +165,7 @@ int run_control_command(const ControlArguments& arguments) {
     page_failed = !write_page(control_document(scenario, result, law_name(scenario.controller.law)), arguments.html, to);
     if (!page_failed) out["page"] = arguments.html;
   }
-  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (arguments.json) say(stdout, "{}\n", out.dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations) return kNotSolved;
   if (page_failed) return kInternalError;
@@ -181,25 +181,20 @@ Run declare_control(CLI::App& command) {
   std::vector<std::string> laws;
   for (const auto& [name, value] : kLaws) laws.emplace_back(name);
   command.add_option("--law", a.law, "What computes the command (default: as the scenario says)")->check(CLI::IsMember(laws));
-  command.add_option("--lambda-max", a.lambda_max, "Bound of every contact force [N] (default: as the scenario says)")
-      ->check(CLI::PositiveNumber);
-  command.add_option("--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation")
-      ->check(CLI::NonNegativeNumber);
+  add_number(command, "--lambda-max", a.lambda_max, "Bound of every contact force [N] (default: as the scenario says)", Bound::Positive);
+  add_number(command, "--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
   command
       .add_option(
           "--contacts", a.contacts,
           "What the controller is told of contacts: those of the simulation, or what joint torques show (default: as the scenario says)")
       ->check(CLI::IsMember({"true", "estimated"}));
-  command.add_option("--delay", a.delay_s, "Age of what the controller is told of contacts [s] (default: as the scenario says)")
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--period", a.period_s, "Between two commands [s] (default: as the scenario says)")->check(CLI::PositiveNumber);
-  command.add_option("--seed", a.seed, "Of the noise of joint torques (default: as the scenario says)");
-  command.add_option("--tolerance", a.tolerance, "95 % of settled forces at the bound may exceed it by this share of it")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--settle", a.settle_s, "Forces are judged from this long after a contact is made [s]")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  add_number(command, "--delay", a.delay_s, "Age of what the controller is told of contacts [s] (default: as the scenario says)",
+             Bound::NonNegative);
+  add_number(command, "--period", a.period_s, "Between two commands [s] (default: as the scenario says)", Bound::Positive);
+  add_seed(command, a.seed, "Of the noise of joint torques (default: as the scenario says)");
+  add_number(command, "--tolerance", a.tolerance, "95 % of settled forces at the bound may exceed it by this share of it",
+             Bound::NonNegative);
+  add_number(command, "--settle", a.settle_s, "Forces are judged from this long after a contact is made [s]", Bound::NonNegative);
   add_timeout(command, a.timeout_s);
   add_out(command, a.out_dir, "Folder for control.csv, a line a tick (default: not written)");
   command.add_option("--html", a.html, "Write a page to look at: the arm over time, contact forces, errors and torques");

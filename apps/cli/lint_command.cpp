@@ -20,15 +20,15 @@ int run_lint(const LintArguments& arguments) {
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
   const auto findings = tasks::lint(task);
   std::FILE* const to = people(arguments.json);
-  fmt::print(to, "{}: {}\n", task.name, findings.empty() ? "nothing found" : fmt::format("{} found", findings.size()));
-  for (const auto& finding : findings) fmt::print(to, "  {:12} {}\n", finding.kind, finding.message);
+  say(to, "{}: {}\n", task.name, findings.empty() ? "nothing found" : fmt::format("{} found", findings.size()));
+  for (const auto& finding : findings) say(to, "  {:12} {}\n", finding.kind, finding.message);
   if (arguments.json) {
     nlohmann::ordered_json out;
     out["status"] = findings.empty() ? "Passed" : "Failed";
     out["task"] = task.name;
     out["findings"] = nlohmann::ordered_json::array();
     for (const auto& finding : findings) out["findings"].push_back({{"kind", finding.kind}, {"message", finding.message}});
-    fmt::print("{}\n", out.dump());
+    say(stdout, "{}\n", out.dump());
   }
   return findings.empty() ? kDone : kCheckFailed;
 }
@@ -36,7 +36,7 @@ int run_lint(const LintArguments& arguments) {
 }  // namespace
 
 void print_warnings(const std::vector<tasks::Finding>& findings) {
-  for (const auto& finding : findings) fmt::print(stderr, "stiction: warning: {}\n", finding.message);
+  for (const auto& finding : findings) say(stderr, "stiction: warning: {}\n", finding.message);
 }
 
 Run declare_lint(CLI::App& command) {

@@ -50,12 +50,12 @@ constexpr const char* kExitCodes =
 
 /// One clear message on stderr and, with --json, one object on stdout.
 int fail(bool json, app::ExitCode code, std::string_view status, std::string_view message) {
-  fmt::print(stderr, "stiction: {}\n", message);
+  app::say(stderr, "stiction: {}\n", message);
   if (json) {
     nlohmann::ordered_json out;
     out["status"] = status;
     out["message"] = message;
-    fmt::print("{}\n", out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    app::say(stdout, "{}\n", out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
   return code;
 }
@@ -71,10 +71,7 @@ void require_command(int argc, char** argv) {
   throw CLI::ValidationError("command", fmt::format("got '{}', expected one of {}", argv[1], names));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const bool json = std::any_of(argv + 1, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
+int run(int argc, char** argv, bool json) {
   try {
     CLI::App cli("Plans robot motion through contact.", "stiction");
     cli.set_version_flag("--version", std::string("stiction ") + std::string(core::version()));
@@ -103,4 +100,14 @@ int main(int argc, char** argv) {
     return fail(json, app::kInternalError, "Error", e.what());
   }
   return app::kInternalError;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool json = std::any_of(argv + 1, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
+  app::open_output();
+  app::begin_signals(json);
+  const int code = run(argc, argv, json);
+  return app::close_output() || code != app::kDone ? code : app::kInternalError;
 }

@@ -23,7 +23,7 @@ struct OptimizeArguments {
   std::string solver;  ///< the same
   bool forces = false;
   std::optional<std::uint64_t> seed;
-  int iterations = 0;  ///< 0: those of the task
+  std::optional<int> iterations;  ///< nothing: those of the task
   double timeout_s = 60;
   std::optional<int> threads;
   std::string out_dir;
@@ -88,8 +88,8 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const OptimizeResult& r,
 void print_summary(std::FILE* to, const tasks::Task& task, const OptimizeResult& r, const planning::PlanResult& plan,
                    const fs::path& file) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  fmt::print(to, "{}, {}: {}\n", task.name, tasks::kSchemeNames[static_cast<std::size_t>(task.optimize->scheme)],
-             r.status == Status::Solved ? "done" : std::string(core::to_string(r.status)));
+  say(to, "{}, {}: {}\n", task.name, tasks::kSchemeNames[static_cast<std::size_t>(task.optimize->scheme)],
+      r.status == Status::Solved ? "done" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   if (r.history.empty()) return;
   row("cost", fmt::format("{:.4g} after {} iterations, {:.4g} before", r.cost.total(), r.history.size() - 1, r.history[0].cost.total()));
@@ -110,7 +110,7 @@ int run_optimize(const OptimizeArguments& arguments) {
   if (!arguments.solver.empty()) setup.options.solver = tasks::parse_solver("--solver", arguments.solver);
   if (arguments.forces && !setup.options.forces) setup.options.forces.emplace();
   if (arguments.seed) setup.set_seed(*arguments.seed);
-  if (arguments.iterations > 0) setup.options.iterations = arguments.iterations;
+  setup.options.iterations = arguments.iterations.value_or(setup.options.iterations);
   setup.options.threads = arguments.threads.value_or(setup.options.threads);
   setup.options.validate(*task.model);
   const fs::path dir = task_dir(arguments.out_dir, task.name, setup.randomized_first.seed);
@@ -138,7 +138,7 @@ int run_optimize(const OptimizeArguments& arguments) {
   const auto json = to_json(task, result, plan, file);
   tasks::write_text(json.dump(1) + "\n", dir / "optimize.json");
   print_summary(people(arguments.json), task, result, plan, file);
-  if (arguments.json) fmt::print("{}\n", json.dump());
+  if (arguments.json) say(stdout, "{}\n", json.dump());
   if (status == Status::Cancelled) return kInterrupted;
   return status == Status::Solved ? kDone : kNotSolved;
 }
@@ -153,7 +153,7 @@ Run declare_optimize(CLI::App& command) {
   command.add_option("--solver", a.solver, "sweep (one QP per iteration) or receding (Alg. 1 as published)");
   command.add_flag("--forces", a.forces, "Contact trust region: linear contact forces stay in their cones");
   add_seed(command, a.seed, "Seed of the randomised schemes");
-  command.add_option("--iterations", a.iterations, "Iterations in place of those of the task")->check(CLI::Range(1, 1000000));
+  add_integer(command, "--iterations", a.iterations, "Iterations in place of those of the task", {1, 1000000});
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
   add_out(command, a.out_dir, "Folder for plan.json and optimize.json (default ./TASK-seedN)");

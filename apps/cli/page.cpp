@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 
 #include "app.hpp"
@@ -91,7 +92,7 @@ bool write_page(const std::string& document, const fs::path& html, std::FILE* to
   const fs::path file = folder.path() / "page.json";
   tasks::write_text(document + "\n", file);
   if (run_page_maker(file, html) != 0) {
-    fmt::print(stderr, "stiction: page: the page maker failed\n");
+    say(stderr, "stiction: page: the page maker failed\n");
     return false;
   }
   print_row(to, "page", html.string());
@@ -111,9 +112,15 @@ bool is_task(const std::string& name) {
          (!fs::exists(name) && std::find(names.begin(), names.end(), name) != names.end());
 }
 
-int show(const fs::path& plan, const std::string& html) {
+/// The page, or the server in the place of this program: whoever ends it ends the server. A temporary plan is removed by the server once it has read it.
+int show(const fs::path& plan, const std::string& html, bool temporary) {
+  if (html.empty()) {
+    std::vector<std::string> words = {"stiction_view", plan.string()};
+    if (temporary) words.push_back("--temporary");
+    become_python("view", Packages::Viewer, words);
+  }
   const int code = run_page_maker(plan, html);
-  if (code == 128 + 2 || code == 128 + 15) return kInterrupted;
+  if (code == 128 + SIGHUP || code == 128 + SIGINT || code == 128 + SIGTERM) return kInterrupted;
   return code == 0 ? kDone : kInternalError;
 }
 
@@ -122,16 +129,17 @@ int run_view(const ViewArguments& arguments) {
   if (is_task(arguments.shown)) {
     const tasks::Task task = tasks::load_task(arguments.shown, data_dirs());
     print_warnings(tasks::lint(task));
-    catch_signals();  // the folder goes also when the server is stopped
+    catch_signals();  // the folder goes also when the program is ended now
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "plan.json";
     tasks::write_plan(tasks::make_plan_file(task, task.options, tasks::make_unplanned(task), file), file);
-    return show(file, arguments.html);
+    if (interrupted()) return kInterrupted;
+    return show(file, arguments.html, /*temporary=*/true);
   }
   fs::path file = arguments.shown;
   if (fs::is_directory(file)) file /= "plan.json";
   (void)tasks::read_plan(file);  // one clear message before anything is started
-  return show(file, arguments.html);
+  return show(file, arguments.html, /*temporary=*/false);
 }
 
 }  // namespace

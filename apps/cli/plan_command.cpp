@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -50,7 +49,7 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
                    const fs::path& file) {
   const Counts counts(r.plan);
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  fmt::print(to, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
+  say(to, "{}, seed {}: {}\n", task.name, r.seed, r.status == Status::Solved ? "solved" : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
@@ -123,31 +122,6 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   return out;
 }
 
-}  // namespace
-
-std::vector<std::optional<double>> parse_numbers(std::string_view option, const std::string& text) {
-  std::vector<std::optional<double>> out;
-  const std::string_view separators = " ,\t";
-  for (std::size_t at = text.find_first_not_of(separators); at != std::string::npos;) {
-    const std::size_t end = std::min(text.find_first_of(separators, at), text.size());
-    if (end - at == 1 && text[at] == '~') {  // any value
-      out.push_back(std::nullopt);
-      at = text.find_first_not_of(separators, end);
-      continue;
-    }
-    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
-    double value = 0;
-    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
-    if (error != std::errc() || stop != text.data() + end)
-      core::throw_invalid(option, fmt::format("'{}'", text.substr(at, end - at)), "a number, or ~ for any value");
-    out.push_back(value);
-    at = text.find_first_not_of(separators, end);
-  }
-  return out;
-}
-
-namespace {
-
 int run_plan(const PlanArguments& arguments) {
   core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
@@ -186,13 +160,13 @@ int run_plan(const PlanArguments& arguments) {
     const fs::path html = dir / "plan.html";
     page_failed = run_page_maker(file, html) != 0;
     if (page_failed) {
-      fmt::print(stderr, "stiction: page: the page maker failed; the plan itself is in {}\n", file.string());
+      say(stderr, "stiction: page: the page maker failed; the plan itself is in {}\n", file.string());
     } else {
       page = html.string();
       print_row(to, "page", page);
     }
   }
-  if (arguments.json) fmt::print("{}\n", to_json(task, result, file, page, findings).dump());
+  if (arguments.json) say(stdout, "{}\n", to_json(task, result, file, page, findings).dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status != Status::Solved) return kNotSolved;
   return page_failed ? kInternalError : kDone;

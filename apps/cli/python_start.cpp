@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 
 namespace stiction::app {
@@ -38,8 +40,28 @@ std::string path_of(const std::string& command, Packages packages) {
   return {};
 }
 
-std::vector<std::string> with_interpreter(const std::vector<std::string>& words) {
-  std::vector<std::string> out = {python_interpreter(), "-m"};
+/// As `python -m`, without the working folder among the places of modules. A package that is missing, or too new for the interpreter, is a
+/// message, also where it is the first to be loaded.
+constexpr const char* kStart = R"(import sys
+command, sys.argv[:] = sys.argv[1], sys.argv[2:]
+if sys.path and sys.path[0] == "":
+    del sys.path[0]
+try:
+    import runpy
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+except (ImportError, SyntaxError) as error:
+    message = "%s: the Python of %s cannot run it: %s; STICTION_PYTHON names another interpreter" % (command, sys.executable, error)
+    sys.stderr.write("stiction: " + message + "\n")
+    if "--json" in sys.argv:
+        import json
+        print(json.dumps({"status": "Error", "message": message}))
+    sys.exit(70)
+except KeyboardInterrupt:
+    sys.exit(130)
+)";
+
+std::vector<std::string> with_interpreter(const std::string& command, const std::vector<std::string>& words) {
+  std::vector<std::string> out = {python_interpreter(), "-c", kStart, command};
   out.insert(out.end(), words.begin(), words.end());
   return out;
 }
@@ -51,19 +73,20 @@ std::vector<std::string> with_interpreter(const std::vector<std::string>& words)
 }  // namespace
 
 int run_python(const std::string& command, Packages packages, const std::vector<std::string>& words) {
-  const auto all = with_interpreter(words);
+  const auto all = with_interpreter(command, words);
   const int code = run_program(all, path_of(command, packages));
   if (code == 127) cannot_start(command, all[0]);
   return code;
 }
 
 void become_python(const std::string& command, Packages packages, const std::vector<std::string>& words) {
-  auto all = with_interpreter(words);
+  auto all = with_interpreter(command, words);
   const std::string path = path_of(command, packages);
   std::vector<char*> argv;
   for (auto& word : all) argv.push_back(word.data());
   argv.push_back(nullptr);
   ::setenv("PYTHONPATH", path.c_str(), 1);
+  std::signal(SIGINT, SIG_DFL);  // a script starts programs in the background with SIGINT ignored, and the interpreter would leave it so
   std::fflush(nullptr);
   ::execvp(argv[0], argv.data());
   cannot_start(command, all[0]);

@@ -12,7 +12,7 @@ enum class Packages {
   Experiments       ///< experiments, and stiction
 };
 
-/// `python -m` with these words; its output goes to stderr.
+/// A module and its words, as `python -m` runs them; its output goes to stderr.
 /// @returns its exit code  @throws InstallationFault: a package or the interpreter is missing
 int run_python(const std::string& command, Packages packages, const std::vector<std::string>& words);
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/run_timing.hpp"
 #include "stiction/planning/refine.hpp"
@@ -23,15 +24,15 @@ struct RefineArguments {
   std::optional<std::uint64_t> seed;
   std::optional<int> threads;
   double timeout_s = 20;
-  double speed = 1;  ///< times the default speeds, for trajectory.csv
+  double speed = execution::kOpenLoopSpeed;  ///< of trajectory.csv, times the full timing
   bool html = false;
   bool json = false;
 };
 
-void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResult& r, double duration_s, const fs::path& file) {
+void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResult& r, const execution::Trajectory& trajectory,
+                   const fs::path& file) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  fmt::print(to, "{}, seed {}: {}\n", plan.task_name, plan.seed,
-             r.status == Status::Solved ? r.variant : std::string(core::to_string(r.status)));
+  say(to, "{}, seed {}: {}\n", plan.task_name, plan.seed, r.status == Status::Solved ? r.variant : std::string(core::to_string(r.status)));
   row("time", fmt::format("{:.3f} s", r.wall_s));
   row("pushes", fmt::format("{} of {}", r.pushes, r.pushes_before));
   row("regrasps", fmt::format("{} of {}, {} planned anew", r.regrasps, r.regrasps_before, r.reconnected));
@@ -42,7 +43,7 @@ void print_summary(std::FILE* to, const tasks::PlanFile& plan, const RefineResul
   row("clearance", r.reconnected > 0 ? fmt::format("at least {:.1f} mm", 1e3 * r.least_clearance) : "–");
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position, 1e3 * plan.tol_position,
                                        r.plan.error.angle, plan.tol_angle));
-  row("execution", fmt::format("{:.1f} s", duration_s));
+  row("execution", fmt::format("{:.1f} s at {}", trajectory.duration(), describe_speed(trajectory.speed)));
   row("plan", file.string());
 }
 
@@ -67,13 +68,41 @@ void write_trajectory(const fs::path& file, const world::Model& model, const exe
 
 namespace {
 
+/// What --json prints.
+nlohmann::ordered_json report(const tasks::PlanFile& file, const RefineResult& result, const execution::Trajectory& trajectory, const fs::path& dir) {
+  nlohmann::ordered_json out;
+  out["status"] = core::to_string(result.status);
+  out["task"] = file.task_name;
+  out["seed"] = file.seed;
+  out["wall_s"] = result.wall_s;
+  out["steps"] = result.steps;
+  out["failed_steps"] = result.failed_steps;
+  out["variant"] = result.variant;
+  out["rests"] = result.rests;
+  out["h"] = result.plan.step.h;
+  out["led"] = result.led;
+  out["corrected"] = result.corrected;
+  out["rest_planned_anew"] = result.rest_planned_anew;
+  out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
+  out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
+  out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};
+  out["least_clearance"] = result.least_clearance;
+  out["error"] = {{"position", result.plan.error.position}, {"angle", result.plan.error.angle}};
+  out["speed"] = trajectory.speed;
+  out["duration_s"] = trajectory.duration();
+  out["plan"] = (dir / "plan.json").string();
+  out["trajectory"] = (dir / "trajectory.csv").string();
+  return out;
+}
+
 int run_refine(const RefineArguments& arguments) {
   const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   const fs::path path = arguments.plan;
   const tasks::PlanFile file = tasks::read_plan(path);
   tasks::Task task = tasks::load_task_of_plan(file, path, data_dirs());
   if (file.status != Status::Solved)
-    core::throw_invalid(path.string() + ": status", std::string(core::to_string(file.status)), "Solved: a plan that reaches its goal");
+    core::throw_invalid(path.string() + ": status", std::string(core::to_string(file.status)),
+                        "Solved: a plan that reaches its goal; a longer search may find one (`stiction plan --timeout`)");
   planning::PlannerOptions options = tasks::options_of_plan(*task.model, file, path);
   options.threads = arguments.threads.value_or(0);
   const fs::path dir = arguments.out_dir.empty() ? plan_dir({}, path) / "refined" : fs::path(arguments.out_dir);
@@ -95,7 +124,7 @@ int run_refine(const RefineArguments& arguments) {
   const execution::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, arguments.speed);
   write_trajectory(dir / "trajectory.csv", *task.model, trajectory);
   std::FILE* const to = people(arguments.json);
-  print_summary(to, file, result, trajectory.duration(), target);
+  print_summary(to, file, result, trajectory, target);
 
   std::string page;
   bool page_failed = false;
@@ -105,28 +134,7 @@ int run_refine(const RefineArguments& arguments) {
     print_row(to, "page", page_failed ? "the page maker failed" : page);
   }
   if (arguments.json) {
-    nlohmann::ordered_json out;
-    out["status"] = core::to_string(result.status);
-    out["task"] = file.task_name;
-    out["seed"] = file.seed;
-    out["wall_s"] = result.wall_s;
-    out["steps"] = result.steps;
-    out["failed_steps"] = result.failed_steps;
-    out["variant"] = result.variant;
-    out["rests"] = result.rests;
-    out["h"] = result.plan.step.h;
-    out["led"] = result.led;
-    out["corrected"] = result.corrected;
-    out["rest_planned_anew"] = result.rest_planned_anew;
-    out["pushes"] = {{"before", result.pushes_before}, {"after", result.pushes}};
-    out["regrasps"] = {{"before", result.regrasps_before}, {"after", result.regrasps}, {"planned_anew", result.reconnected}};
-    out["knots"] = {{"before", result.knots_before}, {"after", result.knots}};
-    out["least_clearance"] = result.least_clearance;
-    out["error"] = {{"position", result.plan.error.position}, {"angle", result.plan.error.angle}};
-    out["duration_s"] = trajectory.duration();
-    out["plan"] = target.string();
-    out["trajectory"] = (dir / "trajectory.csv").string();
-    fmt::print("{}\n", out.dump());
+    say(stdout, "{}\n", report(file, result, trajectory, dir).dump());
   }
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations || status == Status::NumericalFailure) return kNotSolved;
@@ -142,7 +150,7 @@ Run declare_refine(CLI::App& command) {
   add_seed(command, a.seed, "Seed of the searches for paths of regrasps");
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
-  add_speed(command, a.speed);
+  add_open_loop_speed(command, a.speed);
   add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default: `refined` in that of the plan)");
   command.add_flag("--html", a.html, "Also write a page to look at, plan.html");
   add_json(command, a.json);

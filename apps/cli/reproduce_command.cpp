@@ -66,7 +66,7 @@ int run_reproduce(const ReproduceArguments& arguments) {
   if (code != kDone && code != kCheckFailed) return kInternalError;
   if (arguments.json) {
     std::ifstream file(fs::path(arguments.out_dir) / "report.json");
-    fmt::print("{}\n", nlohmann::ordered_json::parse(file).dump());
+    say(stdout, "{}\n", nlohmann::ordered_json::parse(file).dump());
   }
   return code;
 }

@@ -166,7 +166,7 @@ json report(const Given& given, const RunArguments& arguments, const execution::
 void print_summary(std::FILE* to, const Given& given, const execution::RunResult& r, const json& out) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   const planning::Goal& goal = given.task.problem.goal;
-  fmt::print(to, "{}, seed {}: run in closed loop: {}\n", given.task.name, given.options.seed, r.reached() ? "goal reached" : r.message);
+  say(to, "{}, seed {}: run in closed loop: {}\n", given.task.name, given.options.seed, r.reached() ? "goal reached" : r.message);
   row("time", fmt::format("{:.2f} s simulated, {:.2f} s of planning", r.duration_s, r.planning_s));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * goal.tol_position,
                                        r.error.angle, goal.tol_angle));
@@ -188,7 +188,7 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
     tasks::write_plan(*file, plan);
   }
   if (!file) {
-    fmt::print(stderr, "stiction: nothing was planned, so that there is nothing to write\n");
+    say(stderr, "stiction: nothing was planned, so that there is nothing to write\n");
     return !arguments.html;
   }
   const fs::path target = dir / "run.json";
@@ -199,7 +199,7 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
   if (!arguments.html || r.end == RunEnd::Cancelled) return true;
   const fs::path html = dir / "run.html";
   if (run_page_maker(fs::is_directory(plan) ? plan / "plan.json" : plan, html, target) != 0) {
-    fmt::print(stderr, "stiction: page: the page maker failed; the run itself is in {}\n", target.string());
+    say(stderr, "stiction: page: the page maker failed; the run itself is in {}\n", target.string());
     return false;
   }
   print_row(to, "page", html.string());
@@ -237,7 +237,7 @@ int run_run(RunArguments arguments) {
   json out = report(given, arguments, result, recorder);
   print_summary(to, given, result, out);
   const bool written = !writes || write(given, result, recorder, arguments, dir, to, out);
-  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (arguments.json) say(stdout, "{}\n", out.dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (!written || result.end == RunEnd::Silent) return kInternalError;
   return result.reached() ? kDone : kNotSolved;
@@ -253,24 +253,13 @@ Run declare_run(CLI::App& command) {
   add_seed(command, a.seed, "Seed of the plans and of the noise");
   add_timeout(command, a.timeout_s, "Wall-clock budget of the run [s]");
   add_threads(command, a.threads);
-  command.add_option("--replans", a.how.replans, "Plans after the first one, at most")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1000000));
-  command.add_option("--duration", a.how.duration, "Simulated time, at most [s]")->capture_default_str()->check(CLI::PositiveNumber);
+  add_integer(command, "--replans", a.how.replans, "Plans after the first one, at most", {0, 1000000});
+  add_number(command, "--duration", a.how.duration, "Simulated time, at most [s]", Bound::Positive);
   add_speed(command, a.speed);
-  command.add_option("--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--mass", a.world.mass, "Multiplies the mass of every object in the simulation")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  command.add_option("--pose-noise", a.noise, "Standard deviation of measured object poses: \"M,RAD\" [m], [rad]")
-      ->delimiter(',')
-      ->expected(2)
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--pose-delay", a.world.pose_delay, "Object poses are seen so late [s]")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
+  add_number(command, "--mass", a.world.mass, "Multiplies the mass of every object in the simulation", Bound::Positive);
+  add_numbers(command, "--pose-noise", a.noise, "Standard deviation of measured object poses: \"M,RAD\" [m], [rad]", Bound::NonNegative, 2);
+  add_number(command, "--pose-delay", a.world.pose_delay, "Object poses are seen so late [s]", Bound::NonNegative);
   command.add_option("--push", a.pushes, "A force on the object from outside: \"BEGIN DURATION FX FY FZ\" [s], [N]; may be repeated")
       ->allow_extra_args(false);
   add_out(command, a.out_dir, "Folder for plan.json, run.json and the page (with --html: ./TASK-seedN, or that of the plan)");

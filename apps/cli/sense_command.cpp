@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 struct SenseArguments {
   std::string scenario;
   std::string html;
-  double force = 0;  ///< of the contact whose detectability is drawn [N]; 0: as the scenario has it
+  std::optional<double> force;  ///< of the contact whose detectability is drawn [N]; nothing: as the scenario has it
   bool json = false;
   bool live = false;
   std::string host = "127.0.0.1";
@@ -49,9 +49,9 @@ Json to_json(const sensing::Scenario& scenario, const sensing::Candidate& c) {
 }
 
 void print_candidate(std::FILE* to, const sensing::Scenario& scenario, const sensing::Candidate& c) {
-  fmt::print(to, "  {:24} {}  ({:6.3f} {:6.3f} {:6.3f}) m  {:5.1f} N  left over {:.2g} N·m  extent {:.1f} cm\n",
-             scenario.sensor->link_name(c.best.link), c.explains ? "explains" : "        ", c.p_W.x(), c.p_W.y(), c.p_W.z(), c.f_W.norm(),
-             std::sqrt(c.best.residual), 100 * c.extent);
+  say(to, "  {:24} {}  ({:6.3f} {:6.3f} {:6.3f}) m  {:5.1f} N  left over {:.2g} N·m  extent {:.1f} cm\n",
+      scenario.sensor->link_name(c.best.link), c.explains ? "explains" : "        ", c.p_W.x(), c.p_W.y(), c.p_W.z(), c.f_W.norm(),
+      std::sqrt(c.best.residual), 100 * c.extent);
 }
 
 Json to_json(const sensing::Scenario& scenario, const sensing::ContactSetResult& result) {
@@ -76,14 +76,14 @@ Json to_json(const sensing::Scenario& scenario, const sensing::ContactSetResult&
 }
 
 void print_sets(std::FILE* to, const sensing::Scenario& scenario, const sensing::ContactSetResult& result) {
-  fmt::print(to, "  {} contact{} at the same time: {}{}\n", result.contacts, result.contacts == 1 ? "" : "s",
-             sensing::to_string(result.verdict), result.ambiguous ? ", ambiguous" : "");
+  say(to, "  {} contact{} at the same time: {}{}\n", result.contacts, result.contacts == 1 ? "" : "s", sensing::to_string(result.verdict),
+      result.ambiguous ? ", ambiguous" : "");
   for (const sensing::ContactGroup& group : result.groups) {
     const sensing::ContactSet& best = result.sets[static_cast<std::size_t>(group.first)];
     for (std::size_t i = 0; i < static_cast<std::size_t>(best.count); ++i) {
       const sensing::ContactPoint& point = best.contacts[i];
-      fmt::print(to, "  {} {:24} {:5.1f} N  point {} {:.1f} cm\n", i == 0 ? "set" : "  &", scenario.sensor->link_name(point.link),
-                 point.f_L.norm(), best.point_is_unique[i] ? "±" : "is not unique, ±", 100 * best.deviation[i]);
+      say(to, "  {} {:24} {:5.1f} N  point {} {:.1f} cm\n", i == 0 ? "set" : "  &", scenario.sensor->link_name(point.link),
+          point.f_L.norm(), best.point_is_unique[i] ? "±" : "is not unique, ±", 100 * best.deviation[i]);
     }
   }
 }
@@ -106,8 +106,8 @@ void report_distance(std::FILE* to, const sensing::Scenario& scenario, KnownCont
   const bool found = std::isfinite(distance);
   std::string links;
   for (const sensing::KnownContact& contact : contacts) links += (links.empty() ? "" : " and ") + scenario.sensor->link_name(contact.link);
-  fmt::print(to, "  the contact on {} is {}\n", links,
-             found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among them");
+  say(to, "  the contact on {} is {}\n", links,
+      found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among them");
   moment["distance"] = found ? Json(distance) : Json();
 }
 
@@ -133,8 +133,8 @@ class SenseRun {
     last_sets_ = sets_.sets;
     if (page_ != nullptr) page_->add(i, q, tau, result_, sets_);
     explained_ += result_.verdict == sensing::Verdict::Explained || sets_.verdict == sensing::Verdict::Explained;
-    fmt::print(to_, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms{}\n", scenario_.name, time,
-               sensing::to_string(result_.verdict), result_.accepted, result_.samples, result_.descents, 1e3 * seconds, say_friction());
+    say(to_, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms{}\n", scenario_.name, time,
+        sensing::to_string(result_.verdict), result_.accepted, result_.samples, result_.descents, 1e3 * seconds, say_friction());
     Json moment{{"t", time}, {"verdict", sensing::to_string(result_.verdict)}, {"friction", result_.friction}, {"seconds", seconds}};
     moment["candidates"] = Json::array();
     for (const auto& candidate : result_.candidates) {
@@ -176,13 +176,14 @@ int run_sense(const SenseArguments& arguments) {
         {"stiction_view.studio.sense_live", "--host", arguments.host, "--port", std::to_string(arguments.port), "--", arguments.scenario});
   require_page(arguments.html);
   sensing::Scenario scenario = sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
-  for (const std::string& note : scenario.sensor->notes()) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& note : scenario.sensor->notes()) say(stderr, "note: {}\n", note);
+  for (const std::string& note : scenario.series.notes) say(stderr, "note: {}\n", note);
   for (const int gap : scenario.series.gaps)
-    fmt::print(stderr, "note: no line for {:.3g} s before t = {:.3f} s, whose candidates do not start from earlier ones\n",
-               scenario.series.times[static_cast<std::size_t>(gap)] - scenario.series.times[static_cast<std::size_t>(gap) - 1],
-               scenario.series.times[static_cast<std::size_t>(gap)]);
+    say(stderr, "note: no line for {:.3g} s before t = {:.3f} s, whose candidates do not start from earlier ones\n",
+        scenario.series.times[static_cast<std::size_t>(gap)] - scenario.series.times[static_cast<std::size_t>(gap) - 1],
+        scenario.series.times[static_cast<std::size_t>(gap)]);
   if (std::string message; execution::simulate_poke(scenario, message) != core::Status::Solved) {
-    fmt::print(stderr, "stiction: {}: poke: the simulation broke down: {}\n", scenario.name, message);
+    say(stderr, "stiction: {}: poke: the simulation broke down: {}\n", scenario.name, message);
     return kInternalError;
   }
   std::FILE* const to = people(arguments.json);
@@ -191,11 +192,11 @@ int run_sense(const SenseArguments& arguments) {
   SenseRun run(scenario, to, page ? &*page : nullptr);
   Json moments = Json::array();
   for (std::size_t i = 0; i < scenario.series.times.size(); ++i) moments.push_back(run.run(i));
-  const bool page_failed = page && !write_page(page->document(arguments.force), arguments.html, to);
+  const bool page_failed = page && !write_page(page->document(arguments.force.value_or(0)), arguments.html, to);
   if (arguments.json) {
     Json out{{"status", run.explained() ? "Explained" : "NotExplained"}, {"scenario", scenario.name}, {"moments", std::move(moments)}};
     if (page && !page_failed) out["page"] = arguments.html;
-    fmt::print("{}\n", out.dump());
+    say(stdout, "{}\n", out.dump());
   }
   return page_failed ? kInternalError : kDone;
 }
@@ -207,20 +208,19 @@ Run declare_sense(CLI::App& command) {
   SenseArguments& a = *arguments;
   command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
   command.add_option("--html", a.html, "Write a page to look at: residuals and detectability on the robot, candidates with their forces");
-  command
-      .add_option(
-          "--force", a.force,
-          "Detectability on the page is that of a force of this size [N] (default: that of the known contact, or of the first candidate)")
-      ->check(CLI::PositiveNumber);
+  add_number(
+      command, "--force", a.force,
+      "Detectability on the page is that of a force of this size [N] (default: that of the known contact, or of the first candidate)",
+      Bound::Positive);
   add_json(command, a.json);
   const auto live =
       command.add_flag("--live", a.live, "Serve a page on which the moments pass as they were measured, and a click pushes the robot")
           ->excludes("--json")
           ->excludes("--html");
-  command.add_option("--host", a.host, "Address that the page listens on; 0.0.0.0 lets every machine of the network in")
+  command.add_option("--host", a.host, "Address that the page listens on; 0.0.0.0: whoever has the token, from any machine")
       ->capture_default_str()
       ->needs(live);
-  command.add_option("--port", a.port, "Its port; 0 for any that is free")->capture_default_str()->check(CLI::Range(0, 65535))->needs(live);
+  add_integer(command, "--port", a.port, "Its port; 0 for any that is free", {0, 65535})->needs(live);
   return [arguments] { return run_sense(*arguments); };
 }
 

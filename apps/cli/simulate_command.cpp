@@ -6,6 +6,7 @@
 
 #include "app.hpp"
 #include "frames.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/transfer.hpp"
 #include "stiction/tasks/plan_file.hpp"
@@ -21,10 +22,9 @@ struct SimulateArguments {
   std::string plan;
   std::string out_dir;
   double timeout_s = 600;
-  double speed = 1;    ///< times the default speeds
-  double pause_s = 0;  ///< between pieces
-  bool uniform = false;
-  int substeps = 0;  ///< predict each edge in this many steps; 0: as the plan does
+  double speed = execution::kOpenLoopSpeed;  ///< times the full timing
+  double pause_s = 0;                        ///< between pieces
+  std::optional<int> substeps;               ///< predict each edge in this many steps; nothing: as the plan does
   double rest_time_s = execution::kRestTime;
   double friction_scale = 1;
   bool velocity_reference = true;  ///< of the commands, for the damping of the joint springs
@@ -51,11 +51,19 @@ json to_json(const std::optional<execution::PieceError>& error) {
           {"end_angle", e.end_angle}};
 }
 
+/// Of a run to its end: reached or missed, or that the plan itself ends elsewhere.
+std::string_view verdict_of(const tasks::PlanFile& plan, const execution::TransferResult& r) {
+  if (r.status != Status::Solved) return core::to_string(r.status);
+  if (r.reached) return "Reached";
+  return plan.status == Status::Solved ? "Missed" : "NotSolved";
+}
+
 /// What is printed with --json, and the head of the file that the page is made of.
 json report(const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r,
             const SimulateArguments& arguments) {
   json out;
-  out["status"] = r.status == Status::Solved ? (r.reached ? "Reached" : "Missed") : std::string(core::to_string(r.status));
+  out["status"] = verdict_of(plan, r);
+  out["plan_status"] = core::to_string(plan.status);
   out["task"] = plan.task_name;
   out["seed"] = plan.seed;
   out["wall_s"] = r.wall_s;
@@ -68,7 +76,7 @@ json report(const tasks::PlanFile& plan, const world::Model& model, const execut
   out["dropped_s"] = r.dropped ? json(r.dropped_s) : json();
   out["max_penetration"] = r.max_depth;
   out["speed"] = arguments.speed;
-  out["prediction_substeps"] = arguments.substeps;
+  out["prediction_substeps"] = arguments.substeps.value_or(0);
   out["pieces"] = json::array();
   for (const auto& piece : r.pieces) {
     json entry;
@@ -85,40 +93,50 @@ json report(const tasks::PlanFile& plan, const world::Model& model, const execut
 
 void print_error(std::FILE* to, const std::optional<execution::PieceError>& error) {
   if (!error) {
-    fmt::print(to, " {:>33}", "not reached");
+    say(to, " {:>33}", "not reached");
     return;
   }
   const execution::PieceError& e = *error;
   const auto share = [](const std::optional<double>& x) { return x ? fmt::format("{:7.3f}", *x) : std::string("      –"); };
-  fmt::print(to, " {:7.2f} {} {:8.4f} {}", 1e3 * e.mean_position, share(e.normalised_position()), e.mean_angle,
-             share(e.normalised_angle()));
+  say(to, " {:7.2f} {} {:8.4f} {}", 1e3 * e.mean_position, share(e.normalised_position()), e.mean_angle, share(e.normalised_angle()));
 }
 
 void print_summary(std::FILE* to, const tasks::PlanFile& plan, const world::Model& model, const execution::TransferResult& r,
                    const execution::TransferOptions& options) {
-  fmt::print(to, "{}, seed {}: {} open loop: {}\n", plan.task_name, plan.seed, "simulated",
-             r.status != Status::Solved ? std::string(core::to_string(r.status))
-             : r.reached                ? "goal reached"
-                                        : "goal missed");
+  say(to, "{}, seed {}: {} open loop: {}\n", plan.task_name, plan.seed, "simulated",
+      r.status != Status::Solved ? std::string(core::to_string(r.status))
+      : r.reached                ? "goal reached"
+                                 : "goal missed");
   if (!r.message.empty()) print_row(to, "simulation", r.message);
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   row("time",
       fmt::format("{:.1f} s{} simulated in {:.2f} s", r.duration_s,
                   r.dropped && !r.pieces.empty() ? fmt::format(" of {:.1f} s", r.pieces.back().end_s + options.hold) : "", r.wall_s));
+  row("speed", describe_speed(options.speed));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * plan.tol_position,
                                        r.error.angle, plan.tol_angle));
   row("deepest penetration", fmt::format("{:.3f} mm", 1e3 * r.max_depth));
   row("dropped",
       r.dropped ? fmt::format("{} after {:.2f} s", model.objects()[static_cast<std::size_t>(*r.dropped)].name, r.dropped_s) : "nothing");
-  fmt::print(to, "  {:12} {:>7}   {:^33} {:^33}\n", "piece", "until s", "in the plan: Δ mm, Δ/L, Δ rad, Δ/L", "alone");
+  say(to, "  {:12} {:>7}   {:^33} {:^33}\n", "piece", "until s", "in the plan: Δ mm, Δ/L, Δ rad, Δ/L", "alone");
   for (std::size_t i = 0; i < r.pieces.size(); ++i) {
     const auto& piece = r.pieces[i];
-    fmt::print(to, "  {:3} {:8} {:7.2f}  ", i,
-               piece.kind == planning::SegmentKind::Contact ? "push" : kKinds[static_cast<std::size_t>(piece.kind)], piece.end_s);
+    say(to, "  {:3} {:8} {:7.2f}  ", i,
+        piece.kind == planning::SegmentKind::Contact ? "push" : kKinds[static_cast<std::size_t>(piece.kind)], piece.end_s);
     print_error(to, piece.in_plan);
     if (piece.alone) print_error(to, piece.alone);
-    fmt::print(to, "\n");
+    say(to, "\n");
   }
+}
+
+std::shared_ptr<const simulation::Plant> make_plant(const std::shared_ptr<const world::Model>& model, const tasks::PlanFile& file,
+                                                    const SimulateArguments& arguments) {
+  simulation::PlantOptions options;
+  options.rest_time = arguments.rest_time_s;
+  options.velocity_reference = arguments.velocity_reference;
+  options.effort_limits = file.step.effort_limits;
+  options.contact.friction_scale = arguments.friction_scale;
+  return simulation::Plant::make(model, options);
 }
 
 int run_simulate(const SimulateArguments& arguments) {
@@ -134,32 +152,27 @@ int run_simulate(const SimulateArguments& arguments) {
   execution::TransferOptions options;
   options.speed = arguments.speed;
   options.pause = arguments.pause_s;
-  if (arguments.uniform) {
-    options.uniform.emplace();
-    options.uniform->revolute *= arguments.speed;
-    options.uniform->prismatic *= arguments.speed;
-  }
   options.alone = !arguments.whole_only;
   options.threads = arguments.threads.value_or(0);
-  simulation::PlantOptions plant_options;
-  plant_options.rest_time = arguments.rest_time_s;
-  plant_options.velocity_reference = arguments.velocity_reference;
-  plant_options.effort_limits = file.step.effort_limits;
-  plant_options.contact.friction_scale = arguments.friction_scale;
-  const auto plant = simulation::Plant::make(task.model, plant_options);
+  const auto plant = make_plant(task.model, file, arguments);
   planning::Plan predicted;
-  if (arguments.substeps > 0) {
-    if (execution::predict(*task.model, plan, arguments.substeps, predicted) != Status::Solved)
-      fmt::print(stderr, "stiction: the prediction with {} steps per edge ends in edge {}: a step was not solved\n", arguments.substeps,
-                 predicted.segments.size());
+  if (arguments.substeps) {
+    if (execution::predict(*task.model, plan, *arguments.substeps, predicted) != Status::Solved)
+      say(stderr, "stiction: the prediction with {} steps per edge ends in edge {}: a step was not solved\n", *arguments.substeps,
+          predicted.segments.size());
     plan.segments.resize(predicted.segments.size());  // what was predicted is run and compared
   }
 
+  if (file.status != Status::Solved)
+    fmt::print(
+        stderr,
+        "stiction: warning: {}: the plan does not reach its goal (status {}); a longer search may reach it (`stiction plan --timeout`)\n",
+        path.string(), core::to_string(file.status));
   catch_signals();
   ProgressLine line;
   line.show(fmt::format("simulating {} segments", plan.segments.size()));
   execution::TransferResult result;
-  const Status status = execution::transfer(plant, plan, options, control, result, arguments.substeps > 0 ? &predicted : nullptr);
+  const Status status = execution::transfer(plant, plan, options, control, result, arguments.substeps ? &predicted : nullptr);
   line.clear();
   std::FILE* const to = people(arguments.json);
   print_summary(to, file, *task.model, result, options);
@@ -175,18 +188,19 @@ int run_simulate(const SimulateArguments& arguments) {
       const fs::path html = dir / "simulation.html";
       page_failed = run_page_maker(fs::is_directory(path) ? path / "plan.json" : path, html, target) != 0;
       if (page_failed) {
-        fmt::print(stderr, "stiction: page: the page maker failed; the simulation itself is in {}\n", target.string());
+        say(stderr, "stiction: page: the page maker failed; the simulation itself is in {}\n", target.string());
       } else {
         print_row(to, "page", html.string());
         out["page"] = html.string();
       }
     }
   }
-  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (arguments.json) say(stdout, "{}\n", out.dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations) return kNotSolved;
   if (page_failed) return kInternalError;
-  return result.reached ? kDone : kCheckFailed;
+  if (result.reached) return kDone;
+  return file.status == Status::Solved ? kCheckFailed : kNotSolved;
 }
 
 }  // namespace
@@ -198,24 +212,12 @@ Run declare_simulate(CLI::App& command) {
   add_out(command, a.out_dir, "Folder for simulation.json and the page (default: that of the plan)");
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
-  add_speed(command, a.speed);
-  command.add_option("--pause", a.pause_s, "Commands rest this long between pieces [s]")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  command.add_flag(
-      "--uniform", a.uniform,
-      "In place of those, 0.1 rad/s and 0.0125 m/s for any object and robot, times --speed, springs that are strained as slowly, "
-      "and rests of 4 s between pieces");
-  command
-      .add_option("--sub-steps", a.substeps,
-                  "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)")
-      ->check(CLI::Range(1, 10000));
-  command.add_option("--rest-time", a.rest_time_s, "Time in which objects on joints come to rest [s]")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  command.add_option("--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  add_open_loop_speed(command, a.speed);
+  add_number(command, "--pause", a.pause_s, "Commands rest this long between pieces [s]", Bound::NonNegative);
+  add_integer(command, "--sub-steps", a.substeps,
+              "Predict every edge in this many steps before comparing; 1 as in the thesis (default: as the plan does)", {1, 10000});
+  add_number(command, "--rest-time", a.rest_time_s, "Time in which objects on joints come to rest [s]", Bound::Positive);
+  add_number(command, "--friction", a.friction_scale, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
   command.add_flag(
       "!--no-velocity-reference", a.velocity_reference,
       "Damping acts on the velocity of a joint, not on what it differs by from that of its command: joints lag behind, as in the thesis");

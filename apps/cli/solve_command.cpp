@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "open_loop_speed.hpp"
 #include "stiction/execution/run_timing.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/plan_file.hpp"
@@ -23,9 +24,9 @@ struct SolveArguments {
   std::optional<std::uint64_t> seed;  ///< of the first try; the next ones count up
   std::string goal;
   int tries = 20;
-  double timeout_s = 120;                ///< of all tries
-  std::vector<double> friction = {1.0};  ///< the goal has to be reached with every μ times each of these
-  double speed = 1;                      ///< times the default speeds
+  double timeout_s = 120;                    ///< of all tries
+  std::vector<double> friction = {1.0};      ///< the goal has to be reached with every μ times each of these
+  double speed = execution::kOpenLoopSpeed;  ///< times the full timing
   std::optional<int> threads;
   std::string out_dir;
   bool json = false;
@@ -110,21 +111,22 @@ int run_solve(const SolveArguments& arguments) {
   };
   options.on_try = [&](const tasks::SolveTry& ended, bool best) {
     line.clear();
-    fmt::print(to, "{}\n", describe(ended));
-    std::fflush(to);
     if (best) write(task, ended, options.speed, target);
+    say(to, "{}\n", describe(ended));
+    flush_text(to);
   };
   options.validate();
   tasks::require_writable(target.parent_path());
   print_warnings(tasks::lint(task, control));
 
   catch_signals();
-  fmt::print(to, "{}: a plan that reaches its goal in the second-order simulation\n", task.name);
+  say(to, "{}: a plan that reaches its goal in the second-order simulation\n", task.name);
   tasks::SolveResult result;
   const Status status = tasks::solve(task, options, control, result);
   line.clear();
   const std::string_view verdict = status == Status::Solved ? "Held" : status == Status::Cancelled ? "Cancelled" : "NotHeld";
-  fmt::print(to, "  {} in {:.2f} s, {} of {} tries\n", verdict, result.wall_s, result.tries.size(), arguments.tries);
+  say(to, "  {} in {:.2f} s, {} of {} tries\n", verdict, result.wall_s, result.tries.size(), arguments.tries);
+  print_row(to, "speed", describe_speed(options.speed));
   print_row(to, "plan", target.string());
   if (arguments.json) {
     json out;
@@ -132,10 +134,11 @@ int run_solve(const SolveArguments& arguments) {
     out["task"] = task.name;
     out["seed"] = result.best.seed;
     out["wall_s"] = result.wall_s;
+    out["speed"] = options.speed;
     out["tries"] = json::array();
     for (const auto& t : result.tries) out["tries"].push_back(to_json(t));
     out["plan"] = target.string();
-    fmt::print("{}\n", out.dump());
+    say(stdout, "{}\n", out.dump());
   }
   return status == Status::Solved ? kDone : status == Status::Cancelled ? kInterrupted : kNotSolved;
 }
@@ -148,13 +151,11 @@ Run declare_solve(CLI::App& command) {
   add_task(command, a.task);
   add_seed(command, a.seed, "Seed of the first try");
   add_goal(command, a.goal);
-  command.add_option("--tries", a.tries, "Seeds that are tried")->capture_default_str()->check(CLI::Range(1, 1000000));
+  add_integer(command, "--tries", a.tries, "Seeds that are tried", {1, 1000000});
   add_timeout(command, a.timeout_s, "Wall-clock budget of all tries [s]");
-  command.add_option("--friction", a.friction, "The goal has to be reached with every coefficient of friction times each of these numbers")
-      ->delimiter(',')
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  add_speed(command, a.speed);
+  add_numbers(command, "--friction", a.friction,
+              "The goal has to be reached with every coefficient of friction times each of these numbers", Bound::NonNegative);
+  add_open_loop_speed(command, a.speed);
   add_threads(command, a.threads);
   add_out(command, a.out_dir, "Folder for plan.json and trajectory.csv (default ./TASK-seedN, N of the first try)");
   add_json(command, a.json);

@@ -17,12 +17,12 @@ int run_tasks(bool json) {
   nlohmann::ordered_json out;
   out["status"] = "Done";
   out["tasks"] = nlohmann::ordered_json::array();
-  fmt::print(to, "{:28} {:>7} {:>7} {:>5} {:>6}  {}\n", "task", "objects", "joints", "n_v", "pairs", "");
+  say(to, "{:28} {:>7} {:>7} {:>5} {:>6}  {}\n", "task", "objects", "joints", "n_v", "pairs", "");
   for (const auto& name : tasks::list_tasks(dirs)) {
     const tasks::Task task = tasks::load_task(name, dirs);
     const world::Model& model = *task.model;
-    fmt::print(to, "{:28} {:7} {:7} {:5} {:6}  {}\n", name, model.objects().size(), model.n_a(), model.n_v(), model.pairs().size(),
-               task.description);
+    say(to, "{:28} {:7} {:7} {:5} {:6}  {}\n", name, model.objects().size(), model.n_a(), model.n_v(), model.pairs().size(),
+        task.description);
     nlohmann::ordered_json entry;
     entry["name"] = name;
     entry["description"] = task.description;
@@ -36,7 +36,7 @@ int run_tasks(bool json) {
     entry["scene_sha256"] = task.scene_sha256;
     out["tasks"].push_back(std::move(entry));
   }
-  if (json) fmt::print("{}\n", out.dump());
+  if (json) say(stdout, "{}\n", out.dump());
   return kDone;
 }
 

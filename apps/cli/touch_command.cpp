@@ -38,8 +38,8 @@ std::string link_of(const TouchScenario& scenario, const execution::Touch& touch
 void print_touch(std::FILE* to, const TouchScenario& scenario, const execution::Touch& touch) {
   const Eigen::Vector3d& p = touch.place.p_W;
   const std::string off = std::isfinite(touch.error) ? fmt::format(", {:.1f} cm off", 100 * touch.error) : "";
-  fmt::print(to, "  {:6.2f} s  {:14} ({:6.3f} {:6.3f} {:6.3f}) m{}  {:4.1f} N  ball of {:.1f} cm\n", touch.time, link_of(scenario, touch),
-             p.x(), p.y(), p.z(), off, touch.force, 100 * touch.radius);
+  say(to, "  {:6.2f} s  {:14} ({:6.3f} {:6.3f} {:6.3f}) m{}  {:4.1f} N  ball of {:.1f} cm\n", touch.time, link_of(scenario, touch), p.x(),
+      p.y(), p.z(), off, touch.force, 100 * touch.radius);
 }
 
 /// What became of the run, in words.
@@ -51,7 +51,7 @@ std::string verdict(const TouchRunResult& r, bool bounded) {
 
 void print_summary(std::FILE* to, const TouchScenario& scenario, const TouchRunResult& r, bool bounded) {
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
-  fmt::print(to, "{}: {}\n", scenario.arm.name, verdict(r, bounded));
+  say(to, "{}: {}\n", scenario.arm.name, verdict(r, bounded));
   if (r.status == Status::NumericalFailure) row("simulation", r.reason);
   row("touched", fmt::format("{} times", r.touches.size()));
   for (const auto& touch : r.touches) print_touch(to, scenario, touch);
@@ -129,7 +129,7 @@ int run_touch_command(const TouchArguments& arguments) {
     page_failed = !write_page(touch_document(scenario, result), arguments.html, to);
     if (!page_failed) out["page"] = arguments.html;
   }
-  if (arguments.json) fmt::print("{}\n", out.dump());
+  if (arguments.json) say(stdout, "{}\n", out.dump());
   if (status == Status::Cancelled) return kInterrupted;
   if (status == Status::MaxIterations) return kNotSolved;
   if (page_failed) return kInternalError;
@@ -145,9 +145,7 @@ Run declare_touch(CLI::App& command) {
   command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
   add_seed(command, a.seed,
            "Of the noise of joint torques, of where the unknown bodies are and of the paths (default: as the scenario says)");
-  command.add_option("--tolerance", a.tolerance, "Settled forces may exceed the bound by this share of it")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  add_number(command, "--tolerance", a.tolerance, "Settled forces may exceed the bound by this share of it", Bound::NonNegative);
   add_timeout(command, a.timeout_s);
   command.add_option("--html", a.html, "Write a page to look at: the arm, what it felt and planned, and the forces");
   add_json(command, a.json);

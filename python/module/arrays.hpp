@@ -22,6 +22,18 @@ struct Matrix {
   Eigen::MatrixXd value;
 };
 
+/// Python's bool, or NumPy's, which is another type; nothing else that could stand for one.
+struct Flag {
+  bool value = false;
+  operator bool() const { return value; }
+};
+
+inline bool is_bool(nanobind::handle value) noexcept {
+  if (PyBool_Check(value.ptr())) return true;
+  const std::string_view type = Py_TYPE(value.ptr())->tp_name;
+  return type == "numpy.bool" || type == "numpy.bool_";
+}
+
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// (n × time) as (time, n).
@@ -52,6 +64,7 @@ Rows rows(const Range& range, Eigen::Index size, Get get) {
 inline nanobind::object as_array(nanobind::handle source) noexcept {
   try {
     nanobind::module_ numpy = nanobind::module_::import_("numpy");
+    if (nanobind::cast<bool>(numpy.attr("ma").attr("is_masked")(source))) return {};  // numbers that are not there
     const nanobind::object array = numpy.attr("asarray")(source);
     const auto kind = nanobind::cast<std::string_view>(array.attr("dtype").attr("kind"));
     if (std::string_view("biufO").find(kind) == std::string_view::npos) return {};
@@ -74,6 +87,9 @@ bool read_array(nanobind::handle source, T& out) noexcept {
   return true;
 }
 
+/// False, and not what merely counts as false.
+inline bool is_false(nanobind::handle value) noexcept { return is_bool(value) && PyObject_IsTrue(value.ptr()) == 0; }
+
 }  // namespace stiction::python
 
 namespace nanobind::detail {
@@ -84,6 +100,19 @@ struct array_like_caster {
 
   bool from_python(handle source, std::uint32_t, cleanup_list*) noexcept {
     return !source.is_none() && stiction::python::read_array(source, value.value);
+  }
+};
+
+template <>
+struct type_caster<stiction::python::Flag> {
+  NB_TYPE_CASTER(stiction::python::Flag, const_name("bool | numpy.bool_"))
+
+  bool from_python(handle source, std::uint32_t, cleanup_list*) noexcept {
+    if (!stiction::python::is_bool(source)) return false;
+    const int truth = PyObject_IsTrue(source.ptr());
+    if (truth < 0) PyErr_Clear();
+    value.value = truth == 1;
+    return truth >= 0;
   }
 };
 

@@ -2,6 +2,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include "pickles.hpp"
 #include "step_arguments.hpp"
 #include "stiction/dynamics/step_batch.hpp"
 
@@ -23,7 +24,7 @@ std::optional<Cube> cube(const StepBatch& batch, const Eigen::MatrixXd& values, 
               nb::find(batch));
 }
 
-std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, bool with_A, bool with_B,
+std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, Flag with_A, Flag with_B,
                                       int threads) {
   core::require_size("q.shape[1]", q.value.cols(), model->n_q());
   core::require_size("u.shape[1]", u.value.cols(), model->n_a());
@@ -86,6 +87,7 @@ void bind_batch(nb::module_& m) {
     >>> batch.q_next.shape, batch.B.shape, batch.failed
     ((1000, 5), (1000, 5, 2), 0))",
       "model"_a, "q"_a, "u"_a, nb::kw_only(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0);
+  def_pickle<StepBatch>();
 }
 
 }  // namespace stiction::python

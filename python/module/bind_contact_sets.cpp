@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "sensor.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/contact_sets.hpp"
@@ -148,6 +149,7 @@ void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
   friction, rays, noise, threshold, tolerance: as of sense(); rays in [3, 64].
 
 Raises InvalidInput by the name of the argument.)");
+  def_pickle<BaseWrench, SetContact, ContactSet, ContactSets>();
 }
 
 }  // namespace stiction::python

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "bindings.hpp"
+#include "pickles.hpp"
 #include "stiction/control/controller.hpp"
 
 namespace stiction::python {
@@ -44,7 +45,7 @@ std::shared_ptr<ContactController> make_controller(const ModelPtr& model, Law la
                                                    std::optional<double> force_threshold, double force_time_constant, double release_time,
                                                    int max_contacts, double revolute_speed, double prismatic_speed,
                                                    const std::optional<Vector>& torque, double posture_time_constant, double tool_length,
-                                                   const ForceDampingOptions& damping, bool unilateral, double contact_compliance,
+                                                   const ForceDampingOptions& damping, Flag unilateral, double contact_compliance,
                                                    double posture_weight, double epsilon, double least_lever, double force_priority,
                                                    double unilateral_priority) {
   core::require_positive("lambda_max", lambda_max);
@@ -131,7 +132,7 @@ void bind_options(nb::module_& m) {
   forget_rate: alpha, in (0, 1]. Both are stated for ticks of `period` [s], > 0; other ticks slow down as much per second. printed: (5.29) as printed, an average of two ticks; else a low-pass.)")
       .def(
           "__init__",
-          [](ForceDampingOptions* self, double largest, double force_scale, double forget_rate, double period, bool printed) {
+          [](ForceDampingOptions* self, double largest, double force_scale, double forget_rate, double period, Flag printed) {
             new (self) ForceDampingOptions{largest, force_scale, forget_rate, period, printed};
           },
           nb::kw_only(), "largest"_a = standard.largest, "force_scale"_a = standard.force_scale, "forget_rate"_a = standard.forget_rate,
@@ -154,7 +155,11 @@ void bind_state(nb::module_& m) {
   p_WC: where [m] (3). force_W: on the robot; its direction is the normal of (5.4) [N] (3).
   id: the same contact has the same number in the next tick, so that its force can be predicted.
   lambda_max: own bound [N], > 0; None: that of the controller.)")
-      .def(nb::new_(&make_contact), nb::kw_only(), "body"_a, "p_WC"_a, "force_W"_a, "id"_a = 0, "lambda_max"_a = nb::none())
+      .def(
+          "__init__",
+          [](ContactForce* self, const std::string& body, const Vector& p_WC, const Vector& force_W, int id,
+             std::optional<double> lambda_max) { new (self) ContactForce(make_contact(body, p_WC, force_W, id, lambda_max)); },
+          nb::kw_only(), "body"_a, "p_WC"_a, "force_W"_a, "id"_a = 0, "lambda_max"_a = nb::none())
       .def_ro("body", &ContactForce::body)
       .def_prop_ro("id", of_contact(&control::ContactForce::id))
       .def_prop_ro("p_WC", of_contact(&control::ContactForce::p_WC), "[m] (3)")
@@ -278,6 +283,8 @@ Raises InvalidInput by the name of the argument; of a robot without stiffness.
 
 A state that is not younger than the last one changes nothing: `held`. Raises InvalidInput: sizes, numbers that are not finite, dt <= 0,
 a link that is not the robot's.)");
+  def_pickle<ForceDampingOptions, ContactForce, ToolReference, ControllerState, ControllerCommand>();
+  def_no_pickle<ContactController>("ContactController", "the model and the options that it was made from");
 }
 
 }  // namespace stiction::python

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "scenario_file.hpp"
 #include "stiction/execution/control_run.hpp"
 #include "watcher.hpp"
@@ -229,6 +230,7 @@ InvalidInput.
     >>> run.status, run.q.shape == (len(run.times), 7)
     (Status.Solved, True))");
   def_control<ScenarioFile>(m, &load, "The same of load_control_scenario(scenario).");
+  def_pickle<ControlScenario, ControlRunResult>();
 }
 
 }  // namespace stiction::python

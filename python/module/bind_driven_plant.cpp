@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "bindings.hpp"
+#include "pickles.hpp"
 #include "stiction/simulation/driven_plant.hpp"
 
 namespace stiction::python {
@@ -90,6 +91,7 @@ Returns Solved, or NumericalFailure: `message` says what; only reset() goes on f
       .def_prop_ro("damping", reader(&Driven::damping), "of the impedance controller (n_a) [N m s/rad or N s/m]")
       .def_prop_ro("forces", reader(&Driven::forces), "by pair index; only pairs that touch")
       .def_prop_ro("message", reader(&Driven::message));
+  def_no_pickle<DrivenPlant>("DrivenPlant", "the model and the options that it was made from");
 }
 
 }  // namespace stiction::python

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "bindings.hpp"
+#include "pickles.hpp"
 #include "step_arguments.hpp"
 #include "stiction/dynamics/local_model.hpp"
 #include "stiction/dynamics/rollout.hpp"
@@ -61,7 +62,7 @@ dynamics::StepInput step_input(const world::Model& model, const Vector& q, const
 }
 
 StepResult step(const StepOptions& given, ModelPtr model, Vector q, Vector u, std::optional<Vector> tau_ext, std::optional<Vector> damping,
-                bool with_A, bool with_B, bool with_force_derivatives, bool warm_start, StepWorkspace* workspace) {
+                Flag with_A, Flag with_B, Flag with_force_derivatives, Flag warm_start, StepWorkspace* workspace) {
   StepOptions options = given;
   options.with_A = with_A;
   options.with_B = with_B;
@@ -79,7 +80,7 @@ StepResult step(const StepOptions& given, ModelPtr model, Vector q, Vector u, st
 
 dynamics::LocalModel calc_local_model(const StepOptions& options, ModelPtr model, Vector q, Vector u,
                                       std::optional<dynamics::LocalModelScheme> scheme, std::optional<Vector> tau_ext,
-                                      std::optional<Vector> damping, bool with_A, int threads) {
+                                      std::optional<Vector> damping, Flag with_A, int threads) {
   dynamics::LocalModel out;
   const dynamics::StepInput in = step_input(*model, q, u, tau_ext, damping);
   // The smoothing of the step stands for the scheme where none is given.
@@ -402,6 +403,10 @@ status: Solved; that of the sub-step that failed, and the knots before it.
                         "model"_a, "q"_a, "u_start"_a, "u_end"_a, nb::kw_only(), "joint_angle"_a = limits.joint_angle,
                         "joint_travel"_a = limits.joint_travel, "slide"_a = limits.slide, "max_substeps"_a = limits.max_substeps,
                         "workspace"_a = nb::none());
+  def_pickle<StepContact, cone::Residuals, StepResult, dynamics::LocalModel, Knot, RolloutResult>();
+  def_pickle<dynamics::Exact, dynamics::Analytic, dynamics::RandomizedFirstOrder, dynamics::RandomizedZerothOrder, dynamics::ByRule,
+             dynamics::FixedEpsilon, dynamics::SecondOrderCone, dynamics::PolyhedralCone>();
+  def_no_pickle<StepWorkspace>("StepWorkspace", "a workspace made from the model in each process");
 }
 
 }  // namespace stiction::python

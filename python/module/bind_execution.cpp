@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "stiction/execution/transfer.hpp"
 
@@ -13,8 +14,8 @@ using execution::TransferOptions;
 using execution::TransferResult;
 
 TransferResult transfer(const Plan& given, double speed, double pause, const std::optional<SpeedLimits>& uniform,
-                        std::optional<int> substeps, double rest_time, double friction_scale, bool velocity_reference, double hold,
-                        bool whole, bool alone, int threads, std::optional<double> timeout_s) {
+                        std::optional<int> substeps, double rest_time, double friction_scale, Flag velocity_reference, double hold,
+                        Flag whole, Flag alone, int threads, std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
   planning::Plan plan = tasks::to_plan(given.model(), given.file);
@@ -111,12 +112,13 @@ void bind_execution(nb::module_& m) {
       .def_ro("regrasp_factor", &SpeedLimits::regrasp_factor)
       .def_ro("load_time", &SpeedLimits::load_time, "[s]")
       .def_ro("pause", &SpeedLimits::pause, "[s]");
-  m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = 0.0, "uniform"_a = nb::none(),
+  m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = TransferOptions{}.speed, "pause"_a = 0.0, "uniform"_a = nb::none(),
         "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true,
         "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
         R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
-  speed: of pushes, times what follows from the object and the motors (E.13), > 0.
+  speed: times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster. Without feedback most plans hold at
+    the default of 0.1, and few at 1.
   pause: commands rest this long between pieces [s], >= 0.
   uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
   substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
@@ -135,6 +137,7 @@ status: Solved: run to the end, whatever came out; MaxIterations (time used up);
     >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)
     >>> run.status, run.q.shape == (len(run.times), 5)
     (Status.Solved, True))");
+  def_pickle<PieceError, PieceReport, TransferResult, SpeedLimits>();
 }
 
 }  // namespace stiction::python

@@ -2,6 +2,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/execution/run_timing.hpp"
@@ -15,7 +16,7 @@
 namespace stiction::python {
 
 Plan::Plan(const tasks::Task& of, const planning::PlannerOptions& options, const planning::PlanResult& result)
-    : task(of), file(tasks::make_plan_file(of, options, result, std::filesystem::current_path() / "plan.json")) {}
+    : task(of), file(tasks::make_plan_file(of, options, result, of.file.parent_path() / "plan.json")) {}
 
 Plan::Plan(tasks::PlanFile of, const std::filesystem::path& path)
     : task(tasks::load_task_of_plan(of, path, tasks::default_data_dirs())), file(std::move(of)) {
@@ -226,18 +227,22 @@ void bind_trajectory(nb::module_& m) {
           "q", [](const Trajectory& t) { return rows(t.q); }, "(knots, n_q)")
       .def_ro("segments", &Trajectory::segments, "of the plan, that led to the knot (knots)")
       .def_ro("knots", &Trajectory::knots, "rows of Plan.q: the knot of the plan whose sub-step ends here or is under way (knots)")
+      .def_ro("speed", &Trajectory::speed, "times the full timing of make_trajectory()")
       .def_prop_ro("duration", &Trajectory::duration, "[s]");
+  m.attr("OPEN_LOOP_SPEED") = execution::kOpenLoopSpeed;
   m.def(
-      "make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = 1.0, "pause"_a = 0.0,
+      "make_trajectory", &make_trajectory, "plan"_a, nb::kw_only(), "speed"_a = execution::kOpenLoopSpeed, "pause"_a = 0.0,
       "Times of the commands of a plan, at the speeds that follow from the object of its goal and from the motors (E.8), (E.13), and ahead "
-      "of it by what the damping of objects on joints takes (E.17). speed multiplies the speeds of pushes; commands rest for pause [s] "
-      "between pieces. Raises InvalidInput."
+      "of it by what the damping of objects on joints takes (E.17).\n\n"
+      "speed: times that full timing, > 0; above 1 only pushes are faster. Without feedback most plans hold at the default of 0.1, and few "
+      "at 1. No command is faster than the `velocity` of the URDF, at any speed. pause: commands rest this long between pieces [s], >= 0. "
+      "Raises InvalidInput."
       R"(
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
     >>> trajectory = st.make_trajectory(plan, speed=0.5)
-    >>> trajectory.u.shape == (len(trajectory.times), 2), float(trajectory.times[0])
-    (True, 0.0))");
+    >>> trajectory.u.shape == (len(trajectory.times), 2), float(trajectory.times[0]), trajectory.speed
+    (True, 0.0, 0.5))");
 }
 
 void bind_contact(nb::module_& m) {
@@ -324,7 +329,7 @@ void bind_plan(nb::module_& m) {
            "Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, "
            "contacts.\n\n"
            "format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its "
-           "default speeds. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`."
+           "default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`."
            R"(
 
     >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
@@ -368,6 +373,7 @@ void bind_plan(nb::module_& m) {
     0)");
   bind_refine(m);
   bind_check(m);
+  def_pickle<CheckItem, CheckReport, Refined, execution::Trajectory, PlanContact, StoredSegment>();
 }
 
 }  // namespace stiction::python

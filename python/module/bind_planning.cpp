@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/planning/default_options.hpp"
@@ -176,6 +177,7 @@ void bind_planning(nb::module_& m) {
     (Status.Solved, True)
     >>> st.plan(task, seed=0, on_progress=lambda progress: False).status
     Status.Cancelled)");
+  def_pickle<core::Progress, planning::Growth, planning::NodeRecord, PlanResult>();
 }
 
 }  // namespace stiction::python

@@ -6,6 +6,7 @@
 
 #include "bind_run.hpp"
 #include "own_plant.hpp"
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/execution/run.hpp"
@@ -200,6 +201,7 @@ status: Solved: reached; MaxIterations, Cancelled or NumericalFailure: `end` and
     >>> run = st.run(st.load_task("planar_pushing"), seed=0, duration=0.5)
     >>> run.end, run.reached
     (RunEnd.TimeUp, False))");
+  def_pickle<RunPlan, RunPiece, RunOutcome>();
 }
 
 }  // namespace stiction::python

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "sensor.hpp"
 #include "stiction/sensing/discriminate.hpp"
 
@@ -78,7 +79,7 @@ double calc_distance(const SenseResult& r, const std::string& link, const Vector
   return out;
 }
 
-sensing::Discrimination discriminate(const SenseResult& r, const Vector& q, bool all, double joint_step, std::optional<double> travel,
+sensing::Discrimination discriminate(const SenseResult& r, const Vector& q, Flag all, double joint_step, std::optional<double> travel,
                                      double least, double sideways) {
   const Eigen::VectorXd full = configuration_of(r.sensor->model(), "q", q.value);
   std::vector<sensing::Candidate> candidates;
@@ -172,6 +173,7 @@ Raises InvalidInput: options, no candidate.)")
       .def("__repr__", [](const SenseResult& r) {
         return fmt::format("<stiction.SenseResult: {}, {} candidates>", sensing::to_string(r.result.verdict), r.result.candidates.size());
       });
+  def_pickle<Candidate, sensing::Discrimination, SensedLink, SenseResult>();
 }
 
 }  // namespace stiction::python

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pickles.hpp"
 #include "sensor.hpp"
 #include "stiction/sensing/detectability.hpp"
 #include "stiction/world/decomposition.hpp"
@@ -59,11 +60,11 @@ using sensing::SenseOptions;
 using sensing::SensorOptions;
 using sensing::SurfaceOptions;
 
-std::shared_ptr<Sensor> make_sensor(const ModelPtr& model, const std::vector<std::string>& links, int samples, sensing::Sampling sampling,
-                                    sensing::Normals normals, std::uint64_t seed, SurfaceOptions surface) {
+SensorPtr make_sensor(const ModelPtr& model, const std::vector<std::string>& links, int samples, sensing::Sampling sampling,
+                      sensing::Normals normals, std::uint64_t seed, SurfaceOptions surface) {
   const nb::gil_scoped_release unlocked;
   surface.cache_dir = world::default_cache_dir();
-  return std::make_shared<Sensor>(sensing::Sensor::make(model, {links, samples, sampling, normals, seed, surface}));
+  return sensing::Sensor::make(model, {links, samples, sampling, normals, seed, surface});
 }
 
 /// Defines a method of Sensor with the arguments of `function` followed by those of sense(), which are the same everywhere.
@@ -262,6 +263,37 @@ void bind_options(nb::module_& m) {
       .def("__repr__", [](const RejectionSampling&) { return "RejectionSampling()"; });
 }
 
+/// Sensors are immutable and large: pickle writes the options of each one once, whatever the number of results that name its links.
+void bind_pickle(nb::module_& m) {
+  nb::class_<sensing::Sensor>(m, "_SharedSensor")
+      .def(
+          "__reduce__",
+          [](const sensing::Sensor& sensor) {
+            pickles::Writer options;
+            options.put(sensor.options());
+            return nb::make_tuple(nb::module_::import_("stiction._pickles").attr("make_shared_sensor"),
+                                  nb::make_tuple(sensor.model_ptr(), options.state()));
+          },
+          nb::sig("def __reduce__(self) -> tuple[object, ...]"));
+  m.def(
+      "_make_shared_sensor",
+      [](const ModelPtr& model, const nb::tuple& state) {
+        auto options = pickles::Reader(state).get<SensorOptions>();
+        options.surface.cache_dir = world::default_cache_dir();
+        return sensing::Sensor::make(model, options);
+      },
+      "model"_a, "options"_a, nb::sig("def _make_shared_sensor(model: Model, options: tuple) -> _SharedSensor"));
+  add_method<Sensor>(
+      "__getstate__", [](const Sensor& self) { return nb::make_tuple(self.ptr()); },
+      nb::sig("def __getstate__(self) -> tuple[object, ...]"));
+  add_method<Sensor>(
+      "__setstate__", [](Sensor& self, const nb::tuple& state) { new (&self) Sensor(nb::cast<SensorPtr>(state[0])); },
+      nb::sig("def __setstate__(self, state: tuple[object, ...], /) -> None"));
+  def_shared_copy<sensing::Sensor>();
+  def_shared_copy<Sensor>();
+  def_pickle<SurfaceOptions, sensing::GaussNewton, sensing::SteepestDescent, sensing::RejectionSampling, sensing::DetectabilityMap>();
+}
+
 void bind_detectability(nb::module_& m) {
   using sensing::Detectability, sensing::DetectabilityMap;
   nb::enum_<Detectability>(m, "Detectability", "What the torque of the last joint before a link shows of a contact (4.7).")
@@ -300,8 +332,14 @@ Raises InvalidInput: a pattern that matches no link; a link that no joint moves 
     >>> result = sensor.sense(q, tau)
     >>> result.verdict, result.calc_distance(link.name, link.p_L[50]) < 0.02
     (Verdict.Explained, True))")
-          .def(nb::new_(&make_sensor), "model"_a, nb::kw_only(), "links"_a = standard.links, "samples"_a = standard.samples,
-               "sampling"_a = standard.sampling, "normals"_a = standard.normals, "seed"_a = standard.seed, "surface"_a = standard.surface)
+          .def(
+              "__init__",
+              [](Sensor* self, const ModelPtr& model, const std::vector<std::string>& links, int samples, sensing::Sampling sampling,
+                 sensing::Normals normals, std::uint64_t seed, const SurfaceOptions& surfaces) {
+                new (self) Sensor(make_sensor(model, links, samples, sampling, normals, seed, surfaces));
+              },
+              "model"_a, nb::kw_only(), "links"_a = standard.links, "samples"_a = standard.samples, "sampling"_a = standard.sampling,
+              "normals"_a = standard.normals, "seed"_a = standard.seed, "surface"_a = standard.surface)
           .def_prop_ro("model", [](const Sensor& s) { return s.get().model_ptr(); })
           .def_prop_ro("links", &links_of, "the sensed ones, in the order of the model")
           .def_prop_ro(
@@ -339,6 +377,7 @@ Raises InvalidInput: a pattern that matches no link; a link that no joint moves 
 
   q: (n_q), or joint positions (n_a). p_L, f_L: point [m] and force on the robot [N], in the link's frame (3).)");
   bind_sensing_scenario(m);
+  bind_pickle(m);
 }
 
 }  // namespace stiction::python

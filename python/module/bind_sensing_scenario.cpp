@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "scenario_file.hpp"
 #include "sensor.hpp"
 #include "stiction/execution/poke.hpp"
@@ -102,6 +103,9 @@ void bind_sensing_scenario(nb::module_& m) {
       .def_prop_ro(
           "tau", [](const Scenario& s) { return rows(s.values.series.tau); }, "external torques [N m; N] (time, n_a)")
       .def_prop_ro(
+          "notes", [](const Scenario& s) { return s.values.series.notes; },
+          "a sentence each: columns of the file of the series that were not read, or whose meaning needs a word")
+      .def_prop_ro(
           "pushed", [](const Scenario& s) { return s.values.series.pushed; },
           "of a simulated robot: indices into contacts of the pushes that act (time); of others empty")
       .def_prop_ro("contact", &contact_of, "where the file gives a single one instead of torques, or None")
@@ -146,6 +150,7 @@ Raises InvalidInput: sizes, numbers that are not finite.)")
     >>> [result.verdict for result in st.sense("ur5_forearm")]
     [Verdict.Explained])");
   m.def("sense", &sense_file, "scenario"_a, "The same of load_sensing_scenario(scenario).");
+  def_pickle<KnownContact, Scenario>();
 }
 
 }  // namespace stiction::python

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "bindings.hpp"
+#include "pickles.hpp"
 #include "stiction/simulation/simulation.hpp"
 
 namespace stiction::python {
@@ -12,7 +13,7 @@ using simulation::PlantOptions;
 std::shared_ptr<const Plant> make_plant(const ModelPtr& model, double timestep, double damping_ratio, double armature,
                                         double spring_resolution, double time_constant, double friction_time_constant, double impedance,
                                         double friction_stiffening, int noslip_iterations, double friction_scale, double ground_softness,
-                                        bool velocity_reference, bool effort_limits, bool joint_friction) {
+                                        Flag velocity_reference, Flag effort_limits, Flag joint_friction) {
   const nb::gil_scoped_release unlocked;
   PlantOptions options;
   options.timestep = timestep;
@@ -128,6 +129,8 @@ status: Solved; MaxIterations (time used up); NumericalFailure (`message`). Rais
     >>> run = st.simulate(st.Plant(task.model), task.q_start, [0.0, 0.5], [[0, 0], [0, 0.1]], record_interval=0.05)
     >>> run.status, run.q.shape
     (Status.Solved, (11, 5)))");
+  def_pickle<simulation::PairForce, simulation::SimulationResult>();
+  def_no_pickle<Plant>("Plant", "the model and the options that it was made from");
 }
 
 }  // namespace stiction::python

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/tasks/lint.hpp"
@@ -123,13 +124,13 @@ void bind_solve(nb::module_& m) {
       });
   const tasks::SolveOptions standard;
   m.def("solve", &solve, "task"_a, nb::kw_only(), "options"_a = nb::none(), "seed"_a = nb::none(), "tries"_a = standard.tries,
-        "friction"_a = standard.friction, "speed"_a = 1.0, "threads"_a = 0, "timeout_s"_a = 120.0, "on_progress"_a = nb::none(),
+        "friction"_a = standard.friction, "speed"_a = standard.speed, "threads"_a = 0, "timeout_s"_a = 120.0, "on_progress"_a = nb::none(),
         R"(Plans, refines, checks and simulates seeds until one reaches its goal in the second-order simulation.
 
   options: of the planner: PlannerOptions, or a dict of those that differ from the task's; None: the task's.
   seed: of the first try, the next ones count up; None: that of the options. tries: at most, >= 1.
   friction: the goal has to be reached with every coefficient of friction times each of these, >= 0.
-  speed: of pushes, times what follows from the object and the motors (E.13), > 0.
+  speed: of the runs, times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster.
   threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
   on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
@@ -138,6 +139,7 @@ status: Solved: best.holds; MaxIterations: no try holds, or time used up; Cancel
     >>> found = st.solve(st.load_task("planar_pushing"), seed=0, tries=1, speed=20.0)
     >>> [(one.seed, one.status) for one in found.tries]
     [(0, Status.Solved)])");
+  def_pickle<tasks::Finding, SolveRun, SolveTry, SolveResult>();
 }
 
 }  // namespace stiction::python

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/tasks/unplanned.hpp"
@@ -20,10 +21,7 @@ Task make_task(const nb::dict& task, const std::optional<std::filesystem::path>&
 /// @param task  a name or a file; what is no str is a file
 Task load_task(const std::variant<std::string, std::filesystem::path>& task) {
   const auto* file = std::get_if<std::filesystem::path>(&task);
-  Task out = tasks::load_task(file != nullptr ? std::filesystem::absolute(*file).string() : std::get<std::string>(task));
-  out.file =
-      std::filesystem::absolute(out.file);  // plans name it from wherever they are written, also after a change of the working folder
-  return out;
+  return tasks::load_task(file != nullptr ? std::filesystem::absolute(*file).string() : std::get<std::string>(task));
 }
 
 /// The task with other values, as a task of its own.
@@ -51,13 +49,18 @@ void bind_tasks(nb::module_& m) {
       .def("__repr__",
            [](const planning::GoalError& e) { return fmt::format("GoalError(position={:.4g}, angle={:.4g})", e.position, e.angle); });
   nb::class_<Task>(m, "Task", "A scene, a start, a goal and how to plan.")
-      .def(nb::new_(&make_task), "task"_a, nb::kw_only(), "base"_a = nb::none(),
-           "A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses, paths and robots as "
-           "text "
-           "may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: \"field: "
-           "got …, expected "
-           "…\"."
-           R"(
+      .def(
+          "__init__",
+          [](Task* self, const nb::dict& task, const std::optional<std::filesystem::path>& base) {
+            new (self) Task(make_task(task, base));
+          },
+          "task"_a, nb::kw_only(), "base"_a = nb::none(),
+          "A task made in memory: a dict with the keys of a task file (tasks/schema/task.schema.json). Arrays, poses, paths and robots as "
+          "text "
+          "may stand in it. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: \"field: "
+          "got …, expected "
+          "…\"."
+          R"(
 
     >>> folder = st.load_task("planar_pushing").file.parent
     >>> task = st.Task({"base": "planar_pushing.yaml", "name": "wide", "tolerance": {"position": 0.05, "angle": 0.2}}, base=folder)
@@ -113,6 +116,7 @@ void bind_tasks(nb::module_& m) {
     >>> task = st.load_task("allegro_cube")
     >>> task.model.n_a, task.model.object_names
     (16, ['cube']))");
+  def_pickle<planning::Goal, planning::GoalError, Task, PlannerOptions>();
 }
 
 }  // namespace stiction::python

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "pickles.hpp"
 #include "scenario_file.hpp"
 #include "stiction/execution/touch_run.hpp"
 #include "watcher.hpp"
@@ -171,6 +172,7 @@ status: Solved: `outcome` says to what; MaxIterations (time used up); NumericalF
     >>> run.outcome, len(run.touches) > 0, run.run.q.shape == (len(run.run.times), 7)
     (TouchOutcome.Reached, True, True))");
   def(&run_file, "The same of load_touch_scenario(scenario).");
+  def_pickle<TouchScenario, Touch, execution::PlannedRoute, TouchResult>();
 }
 
 }  // namespace stiction::python

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include "pickles.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/trajopt/optimize.hpp"
 #include "watcher.hpp"
@@ -13,7 +14,7 @@ using trajopt::IterationLog;
 using trajopt::OptimizeResult;
 
 std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<std::string> scheme, std::optional<std::string> solver,
-                                         std::optional<int> iterations, bool forces, std::optional<std::uint64_t> seed, double timeout_s,
+                                         std::optional<int> iterations, Flag forces, std::optional<std::uint64_t> seed, double timeout_s,
                                          int threads, const Callback& on_progress) {
   tasks::Task chosen = task;
   auto out = std::make_unique<OptimizeResult>();
@@ -89,6 +90,7 @@ status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory 
     >>> result = st.optimize(st.load_task("impc_planar_pushing"), iterations=2)
     >>> result.status, len(result.q) == len(result.u) + 1
     (Status.Solved, True))");
+  def_pickle<CostTerms, IterationLog, OptimizeResult>();
 }
 
 }  // namespace stiction::python

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "bindings.hpp"
+#include "pickles.hpp"
 #include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/world/read.hpp"
@@ -64,6 +65,21 @@ world::Kinematics calc_kinematics(const Model& model, const Vector& q) {
   world::KinematicsWorkspace work(model);
   world::Kinematics out;
   world::calc_kinematics(model, q.value, work, out);
+  return out;
+}
+
+/// A link of a robot, by its name and that of the link that it hangs on.
+struct RobotLink {
+  std::string name;
+  std::optional<std::string> parent;
+  bool moves = false;
+};
+
+std::vector<RobotLink> links_of(const Model& model) {
+  const auto name_of = [&](int body) { return model.bodies()[static_cast<std::size_t>(body)].name; };
+  std::vector<RobotLink> out;
+  for (const world::Link& link : model.links())
+    out.push_back({name_of(link.body), link.parent < 0 ? std::nullopt : std::optional(name_of(link.parent)), link.dof >= 0});
   return out;
 }
 
@@ -166,6 +182,10 @@ void bind_records(nb::module_& m) {
       .def_ro("name", &world::Body::name)
       .def_ro("kind", &world::Body::kind)
       .def_ro("dofs", &world::Body::dofs, "velocity indices that move it");
+  nb::class_<RobotLink>(m, "RobotLink", "A link of a robot, and what it hangs on.")
+      .def_ro("name", &RobotLink::name, "of its body, as robot/link")
+      .def_ro("parent", &RobotLink::parent, "of the body that it hangs on; None: the link stands in the world")
+      .def_ro("moves", &RobotLink::moves, "a joint moves it relative to its parent");
   nb::class_<world::Geometry>(m, "Geometry", "A shape on a body.")
       .def_ro("name", &world::Geometry::name)
       .def_ro("body", &world::Geometry::body)
@@ -254,11 +274,10 @@ void bind_world(nb::module_& m) {
       .def_static("make", &Model::make, "scene"_a, "The model of a scene. Raises InvalidInput.")
       .def(
           "__reduce__",
-          [](const Model&) -> nb::object {
-            throw nb::type_error(
-                "Model: got pickle or copy, expected the scene, task or plan that it was made from: models are shared, not copied");
+          [](const Model& model) {
+            return nb::make_tuple(nb::module_::import_("stiction._pickles").attr("make_model"), nb::make_tuple(model.scene()));
           },
-          nb::sig("def __reduce__(self) -> tuple"))
+          nb::sig("def __reduce__(self) -> tuple[object, ...]"))
       .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal)
       .def_prop_ro("n_q", &Model::n_q)
       .def_prop_ro("n_v", &Model::n_v)
@@ -268,12 +287,15 @@ void bind_world(nb::module_& m) {
       .def_prop_ro("stiffness", &Model::stiffness, nb::rv_policy::copy, "K_a (n_a) [N/m or N m/rad]")
       .def_prop_ro("effort", &Model::effort, nb::rv_policy::copy,
                    "Largest forces and torques of the motors (n_a) [N or N m], infinite where there is no limit")
+      .def_prop_ro("speed_limit", &Model::speed_limit, nb::rv_policy::copy,
+                   "How fast the joints may be as the URDF says (n_a) [m/s or rad/s], infinite where there is no limit")
       .def_prop_ro("lower", &Model::lower, nb::rv_policy::copy, "joint limits (n_a) [m or rad]")
       .def_prop_ro("upper", &Model::upper, nb::rv_policy::copy)
       .def_prop_ro("reach", &Model::reach, nb::rv_policy::copy, "bound on the lever of each joint (n_a) [m]")
       .def_prop_ro("joint_names", &joint_names, "as robot/joint, in the order of u")
       .def_prop_ro("object_names", &object_names)
       .def_prop_ro("bodies", [](const Model& model) { return list_of(model.bodies()); })
+      .def_prop_ro("links", &links_of, "of all robots, parents first")
       .def_prop_ro("geometries", [](const Model& model) { return list_of(model.geometries()); })
       .def_prop_ro("pairs", [](const Model& model) { return list_of(model.pairs()); })
       .def_prop_ro("dofs", [](const Model& model) { return list_of(model.dofs()); })
@@ -303,6 +325,8 @@ void bind_world(nb::module_& m) {
         return fmt::format("<stiction.Model '{}': n_q {}, n_v {}, n_a {}, {} pairs>", model.scene().name, model.n_q(), model.n_v(),
                            model.n_a(), model.pairs().size());
       });
+  def_pickle<Pose, world::Body, world::Geometry, world::Pair, world::Dof, world::ObjectInfo, world::Kinematics, world::Scene>();
+  def_shared_copy<Model>();
 }
 
 }  // namespace stiction::python

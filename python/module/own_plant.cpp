@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "pickles.hpp"
 #include "stiction/execution/simulated_plant.hpp"
 #include "stiction/tasks/task.hpp"
 
@@ -9,6 +10,14 @@ namespace stiction::python {
 
 using execution::Measurement;
 using execution::SimulatedPlant;
+
+namespace {
+
+[[noreturn]] void refuse(const char* call, nb::handle got, const char* expected) {
+  core::throw_invalid(fmt::format("plant.{}", call), fmt::format("a value of type {}", nb::type_name(got.type()).c_str()), expected);
+}
+
+}  // namespace
 
 template <class Call>
 bool OwnPlant::ask(const Call& call) {
@@ -27,13 +36,19 @@ bool OwnPlant::read(Measurement& out) {
   return ask([&] {
     const nb::object measured = driver_.attr("read")();
     if (measured.is_none()) return false;
+    if (!nb::isinstance<Measurement>(measured)) refuse("read()", measured, "a Measurement, or None where the robot does not answer");
     out = nb::cast<Measurement>(measured);
     return true;
   });
 }
 
 bool OwnPlant::command(execution::VectorRef u, double period) {
-  return ask([&] { return !driver_.attr("command")(Eigen::VectorXd(u), period).is(nb::bool_(false)); });
+  return ask([&] {
+    const nb::object taken = driver_.attr("command")(Eigen::VectorXd(u), period);
+    if (taken.is_none()) return true;
+    if (!is_bool(taken)) refuse("command()", taken, "None or True, or False where the command is not taken");
+    return nb::cast<bool>(nb::bool_(taken));
+  });
 }
 
 void bind_plants(nb::module_& m) {
@@ -63,6 +78,8 @@ void bind_plants(nb::module_& m) {
       .def(
           "command", [](SimulatedPlant& plant, const Vector& u, double period) { return plant.command(u.value, period); }, "u"_a,
           "period"_a, "Commands go straight to u (n_a) within period [s]. False: not taken.");
+  def_pickle<Measurement>();
+  def_no_pickle<SimulatedPlant>("SimulatedPlant", "the task that it was made from");
 }
 
 }  // namespace stiction::python

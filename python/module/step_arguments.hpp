@@ -39,7 +39,7 @@ Raises InvalidInput by the name of the argument.)";
       name,
       [function](Head... head, double h, const dynamics::Smoothing& smoothing, const dynamics::Regularisation& regularisation,
                  const dynamics::FrictionCone& friction_cone, dynamics::FrictionLaw friction_law, double friction_scale,
-                 double contact_margin, bool joint_limits, bool effort_limits, double tol_complementarity, std::optional<double> kappa,
+                 double contact_margin, Flag joint_limits, Flag effort_limits, double tol_complementarity, std::optional<double> kappa,
                  std::optional<double> epsilon) {
         dynamics::StepOptions options;
         options.h = h;

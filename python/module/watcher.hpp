@@ -33,7 +33,7 @@ class Watcher {
     const nb::gil_scoped_acquire locked;
     try {
       if (PyErr_CheckSignals() != 0) throw nb::python_error();
-      if (callback_ && (*callback_)(progress).is(nb::bool_(false))) cancel_.store(true);
+      if (callback_ && is_false((*callback_)(progress))) cancel_.store(true);
     } catch (...) {
       error_ = std::current_exception();
       cancel_.store(true);

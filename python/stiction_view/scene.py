@@ -12,6 +12,7 @@ from . import charts
 from .bodies import Color
 from .drawing import Drawing, light, look
 from .plan import Plan
+from .program import announce
 from .quiet import quiet_server
 
 
@@ -76,13 +77,14 @@ def serve(plan: Plan, port: int) -> None:
     with quiet_server("127.0.0.1", port) as server:
         drawing = open_scene(server, lambda s: Drawing(s, plan))
         last = len(drawing.frames) - 1
+        server.gui.configure_theme(show_share_button=False)
         server.gui.add_markdown(
             f"## {plan.task}\n" + "\n".join(f"- {name}: {value}" for name, value in drawing.summary())
         )
         playing = server.gui.add_checkbox("play", True)
         speed = server.gui.add_slider("speed", 0.1, 4.0, 0.1, 1.0)
         slider = server.gui.add_slider("frame", 0, max(1, last), 1, 0)
-        print(f"http://localhost:{server.get_port()}   (Ctrl-C ends)", flush=True)
+        announce(server)
         drawing.show(int(drawing.frames[0]))
         shown = 0
         while True:

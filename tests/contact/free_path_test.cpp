@@ -93,5 +93,36 @@ TEST(FindPath, KeepsItsClearanceBetweenTheContacts) {
   EXPECT_GE(found, 15);
 }
 
+/// A ball at the end of an arm of 1 m that turns about z, and a plate of 1 cm across its way.
+std::shared_ptr<const world::Model> make_arm_and_plate() {
+  world::Scene scene;
+  world::RobotSpec& arm = scene.robots.emplace_back();
+  arm.name = "arm";
+  arm.urdf = "./";
+  arm.text =
+      "<robot name='arm'><link name='base'/><link name='tip'><collision><origin xyz='1 0 0'/><geometry><sphere radius='0.001'/></geometry>"
+      "</collision></link><joint name='turn' type='revolute'><parent link='base'/><child link='tip'/><axis xyz='0 0 1'/>"
+      "<limit lower='-2' upper='2' effort='10'/></joint></robot>";
+  world::FixedSpec& plate = scene.fixed.emplace_back();
+  plate.name = "plate";
+  plate.X_WB.p.x() = 1;
+  plate.geometries = {{"box", world::Box{{0.3, 0.005, 0.3}}, {}, 1.0}};
+  return world::Model::make(scene);
+}
+
+TEST(FindPath, LongArm_IsNotLedThroughAThinPlate) {
+  const auto model = make_arm_and_plate();
+  const world::RobotChains chains(*model);
+  GeometryWorkspace work(*model);
+  for (int k = 0; k < 200; ++k) {  // steps of 1 mm: any step that is longer than the plate is thick jumps over it from some of these places
+    const Eigen::VectorXd q = Eigen::VectorXd::Constant(1, -0.4 - 1e-3 * k), goal = Eigen::VectorXd::Constant(1, 0.4);
+    core::Random random(1, static_cast<std::uint64_t>(k));
+    std::vector<Eigen::VectorXd> path;
+    EXPECT_EQ(find_path(*model, chains, 1, q, goal, {.max_extensions = 10}, random, work, path), PathOutcome::NotFound) << q[0];
+    const Eigen::VectorXd this_side = Eigen::VectorXd::Constant(1, -0.1);
+    EXPECT_EQ(find_path(*model, chains, 1, q, this_side, {}, random, work, path), PathOutcome::Found) << q[0];
+  }
+}
+
 }  // namespace
 }  // namespace stiction::contact

@@ -2,10 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
-#include "stiction/core/invalid_input.hpp"
-
 namespace stiction::core {
 namespace {
 
@@ -25,15 +21,6 @@ TEST(Sha256, LengthsAroundOneBlock_AllDiffer) {
     EXPECT_EQ(hash.size(), 64u);
     EXPECT_NE(hash, previous);
     previous = hash;
-  }
-}
-
-TEST(Sha256, MissingFile_NamesIt) {
-  try {
-    (void)sha256_of_file("no/such/file");
-    FAIL() << "accepted";
-  } catch (const InvalidInput& e) {
-    EXPECT_NE(std::string(e.what()).find("no/such/file"), std::string::npos);
   }
 }
 

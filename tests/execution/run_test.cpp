@@ -10,7 +10,6 @@
 #include "stiction/execution/run_speed.hpp"
 #include "stiction/execution/simulated_plant.hpp"
 #include "stiction/planning/default_options.hpp"
-#include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
 
@@ -269,7 +268,7 @@ TEST(RunSpeed, FollowsFromFrictionAndSizeAndTheFileOfTheRobot) {
   const auto box = load_model("planar_pushing");  // 5 kg, damped by m/τ, at the end of a spring of 100 N/m
   EXPECT_NEAR(calc_follow_time(*box, 0), 5 / (0.05 * 100), 1e-12);
   EXPECT_NEAR(calc_run_speeds(*box, 0).push[0], 0.05 * box->scales().object(0).length / (0.05 + 0.3 * 1), 1e-12);
-  EXPECT_EQ(world::read_joint_speeds(*load_model("iiwa_bimanual"))[0], 1.71);
+  EXPECT_EQ(load_model("iiwa_bimanual")->speed_limit()[0], 1.71);
 }
 
 TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {

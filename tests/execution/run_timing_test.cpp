@@ -216,6 +216,30 @@ TEST(DragLead, StraightPush_LeadsByDampingOverStiffness) {
   EXPECT_NEAR((ahead.u - ahead.q.bottomRows(2)).row(1).maxCoeff(), speeds.push[1] * 1.0, 0.1 * speeds.push[1]) << "T_f v in the middle";
 }
 
+/// Leads strain springs at once where a push begins; joints that are slow take their time for it.
+TEST(RunTiming, CommandsWithLeads_AreNoFasterThanTheirJoints) {
+  const auto model = load_model("planar_pushing");
+  const planning::Plan plan = planning::test::push_up(model);
+  DragLead lead(model);
+  ASSERT_TRUE(lead.acts());
+  for (const double factor : {0.1, 1.0, 1000.0}) {
+    RunSpeeds speeds = calc_run_speeds(*model, 0, factor);
+    const double usual = speeds.push[1];
+    for (const double limit : {0.02 * usual, 0.5 * usual, 1.2 * usual}) {
+      speeds.most.setConstant(limit);
+      speeds.push = speeds.push.cwiseMin(limit);
+      const auto t = make_trajectory(*model, plan, speeds, &lead);
+      double fastest = 0;
+      for (Eigen::Index k = 0; k + 1 < t.times.size(); ++k) fastest = std::max(fastest, speed_at(t, k));
+      EXPECT_LE(fastest, limit * (1 + 1e-9)) << factor;
+      if (limit < 0.1 * usual) {
+        EXPECT_GT(fastest, 0.9 * limit) << factor << ": the joints set the pace";
+      }
+      EXPECT_EQ(t.speed, factor);
+    }
+  }
+}
+
 /// 100 N of the motor are the most that the damping of 100 N·s/m may ask for.
 TEST(DragLead, MotorThatCannotPushSoFast_MakesThePushSlower) {
   const auto model = load_model("planar_pushing");

@@ -3,7 +3,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from outside import BUILD, run
+from outside import BUILD, run  # the first to be imported: it finds the tools of the other tests
+
+from limits import pytest_runtest_call, pytest_runtest_setup, pytest_runtest_teardown  # noqa: F401  # each test has a limit
 
 
 @pytest.fixture(scope="session")
@@ -15,3 +17,7 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for component in ("program", "development"):
         run("cmake", "--install", BUILD, "--prefix", out, "--component", component, cwd=out)
     return out
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "limit(seconds): another limit than limits.LIMIT for a test that takes longer")

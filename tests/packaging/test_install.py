@@ -10,6 +10,7 @@ import pytest
 from outside import BUILD, ROOT, build_consumer, run, same_step
 
 VERSION = (ROOT / "VERSION").read_text(encoding="ascii").strip()
+pytestmark = pytest.mark.limit(1200)
 
 
 @pytest.fixture(scope="module")

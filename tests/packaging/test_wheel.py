@@ -16,6 +16,7 @@ from outside import BUILD, ROOT, build_consumer, run, same_step
 
 VERSION = (ROOT / "VERSION").read_text(encoding="ascii").strip()
 LIMIT_BYTES = 15e6
+pytestmark = pytest.mark.limit(2400)
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 

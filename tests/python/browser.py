@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import io
 import json
 import os
@@ -12,6 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 from PIL import Image
@@ -52,13 +54,8 @@ class Browser:
         assert executable is not None, f"none of {', '.join(NAMES)} found; `make setup` installs chromium"
         self._profile = tempfile.mkdtemp(prefix="stiction-chromium-")
         environment = {**os.environ, "HOME": self._profile}
-        self._process = subprocess.Popen(
-            [executable, f"--user-data-dir={self._profile}", *FLAGS],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env=environment,
-        )
+        words = [executable, f"--user-data-dir={self._profile}", *FLAGS]
+        self._process = children.Child(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
         try:
             self._socket = connect(self._page_address(), max_size=None, open_timeout=30)
         except BaseException:
@@ -74,11 +71,9 @@ class Browser:
 
     def __exit__(self, *_) -> None:
         self._process.terminate()
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(10)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        self._process.kill_group()  # with its renderers
         shutil.rmtree(self._profile, ignore_errors=True)
 
     def _page_address(self) -> str:

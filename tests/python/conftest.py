@@ -6,7 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import children
 import pytest
+from limits import pytest_runtest_call, pytest_runtest_setup, pytest_runtest_teardown  # noqa: F401  # each test has a limit
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
@@ -30,16 +32,8 @@ def program(root: Path) -> Path:
 def stiction(program: Path, root: Path):
     """Runs the program and returns its CompletedProcess."""
 
-    def run(*arguments: object, timeout: float = 120, cwd: Path = root) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [str(program), *map(str, arguments)],
-            cwd=cwd,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=timeout,
-            env={**os.environ, "PYTHONPATH": str(root / "python")},
-        )
+    def run(*arguments: object, timeout: float = children.LIMIT, cwd: Path = root) -> subprocess.CompletedProcess[str]:
+        return children.run([program, *arguments], cwd=cwd, limit=timeout, env={**os.environ, "PYTHONPATH": str(root / "python")})
 
     return run
 
@@ -49,13 +43,10 @@ def interrupted(program: Path):
     """Runs the program, sends it a signal after some seconds and returns its CompletedProcess."""
 
     def run(*arguments: object, after: float = 2, number: signal.Signals = signal.SIGINT) -> subprocess.CompletedProcess[str]:
-        words = [str(program), *map(str, arguments)]
-        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        with pytest.raises(subprocess.TimeoutExpired):
-            process.communicate(timeout=after)
-        process.send_signal(number)
-        out, err = process.communicate(timeout=60)
-        return subprocess.CompletedProcess(words, process.returncode, out, err)
+        with children.Child([program, *arguments]) as child:
+            with pytest.raises(subprocess.TimeoutExpired):
+                child.communicate(timeout=after)
+            return child.stop(number)
 
     return run
 
@@ -67,3 +58,7 @@ def real_plan(stiction, tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = stiction("plan", "planar_pushing", "--seed", 0, "-o", folder)
     assert done.returncode == 0, done.stderr
     return folder / "plan.json"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "limit(seconds): another limit than limits.LIMIT for a test that takes longer")

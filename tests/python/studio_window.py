@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import os
 import re
 import signal
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from types import TracebackType
 
 import numpy as np
 
 import browser
+import children
 
+ADDRESS = re.compile(r"http://localhost:(\d+)/\?token=[0-9a-f]+")
 PATIENCE = 300  # [s] until something shows, on a machine that has much else to do
 MISSED = 30  # [s] after which a press has missed
 PANEL = 400  # [px] width of the controls, at the right
@@ -31,30 +34,22 @@ class Program:
         self._root = root
 
     def __enter__(self) -> Program:
-        self.process = subprocess.Popen(self._words, cwd=self._root, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        found = re.search(r"http://localhost:\d+", line)
+        self.process = children.Child(self._words, cwd=self._root)
+        line = self.process.line()
+        found = ADDRESS.search(line)
         if found is None:
-            self.process.kill()
-            raise AssertionError(f"no address: {line!r} {self.process.communicate()[1]}")
+            raise AssertionError(f"no address: {line!r} {self.process.stop(signal.SIGKILL).stderr}")
         self.address = found.group(0)
         return self
 
     def end(self) -> str:
         """Ends it as Ctrl-C does; what it said on stderr."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        return self.process.communicate(timeout=PATIENCE)[1]
+        return self.process.stop().stderr
 
-    def __exit__(self, *_: object) -> None:
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-            try:
-                self.process.communicate(timeout=PATIENCE)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.communicate()
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        with contextlib.suppress(subprocess.TimeoutExpired):  # it has been killed then
+            self.process.stop()  # its temporary folder goes
+        self.process.__exit__(kind, value, trace)
 
 
 class Window:

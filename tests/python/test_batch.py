@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -93,5 +93,5 @@ def test_plan_from_another_start_is_accepted_from_its_file(tmp_path: Path) -> No
     np.testing.assert_array_equal(again.task.q_start, other.q_start)
     report = st.check_plan(again)
     assert report.pass_, [item for item in report.items if not item.pass_]
-    done = subprocess.run([ROOT / "build/release/stiction", "check", tmp_path / "plan.json"], capture_output=True, text=True, timeout=60)
+    done = children.run([ROOT / "build/release/stiction", "check", tmp_path / "plan.json"], limit=60)
     assert done.returncode == 0 and "the start is a given one" in done.stdout

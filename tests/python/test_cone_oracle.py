@@ -3,8 +3,8 @@
 import json
 import os
 import pathlib
-import subprocess
 
+import children
 import numpy as np
 import pytest
 
@@ -45,7 +45,7 @@ def test_cone_problems_agree_with_clarabel():
     dump = find_dump()
     if dump is None:
         pytest.skip("cone_dump is not built")
-    problems = json.loads(subprocess.run([dump, "1", "120"], check=True, capture_output=True, text=True).stdout)
+    problems = json.loads(children.run([dump, "1", "120"]).stdout)
     compared = close = 0
     for p in problems:
         status, y, d = solve_with_clarabel(p)

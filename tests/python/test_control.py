@@ -6,6 +6,7 @@ import json
 import subprocess
 from pathlib import Path
 
+import children
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -13,7 +14,7 @@ SCENARIOS = [path for path in sorted((ROOT / "scenarios").glob("*.yaml")) if "\n
 
 
 def run(program: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([program, "control", *words], capture_output=True, text=True, timeout=300)
+    return children.run([program, "control", *words], limit=300)
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda path: path.stem)

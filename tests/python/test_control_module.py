@@ -6,10 +6,10 @@ import json
 import math
 import re
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 import yaml
@@ -132,7 +132,7 @@ def test_old_measurement_changes_nothing_and_configure_starts_anew(cart: st.Mode
 
 
 def test_scenario_comes_to_what_the_program_says(program: Path) -> None:
-    done = subprocess.run([program, "control", str(ROOT / "scenarios/box_in_the_way.yaml"), "--json"], capture_output=True, text=True, timeout=120)
+    done = children.run([program, "control", ROOT / "scenarios/box_in_the_way.yaml", "--json"], limit=120)
     said = json.loads(done.stdout)
     run = st.control("box_in_the_way")
     for name in ("peak_force", "settled_peak", "mean_force", "bound_error", "rms_error_contact", "peak_speed", "slack_ticks"):
@@ -299,7 +299,7 @@ def test_other_mistakes_are_named(cart: st.Model) -> None:
 
 def test_example_presses_with_its_bound_where_tracking_alone_presses_harder() -> None:
     example = ROOT / "python" / "examples" / "bounded_force.py"
-    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, example], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.returncode == 0, done.stderr
     ours, worst, bound, tracking = (float(x) for x in re.findall(r"([0-9.]+) N", done.stdout))
     assert abs(ours - bound) < 0.02 * bound and worst < 1.05 * bound and tracking > 5 * bound

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
 from pathlib import Path
 
+import children
 import prose as prose_text
 import pytest
 
@@ -45,10 +45,10 @@ def test_commands_of_a_document_run(document: Path, tmp_path: Path, request: pyt
     for line in commands(document):
         words = shlex.split(line)
         if words[0] == "make":
-            done = subprocess.run(["make", "-n", *words[1:]], cwd=ROOT, capture_output=True, text=True, timeout=60)
+            done = children.run(["make", "-n", *words[1:]], cwd=ROOT, limit=60)
         elif words[0] in ("stiction", "build/release/stiction"):
             program = request.getfixturevalue("program")
-            done = subprocess.run([program, *words[1:]], cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300)
+            done = children.run([program, *words[1:]], cwd=tmp_path, limit=300)
         else:
             pytest.fail(f"{relative(document)}: do not know how to test {line!r}")
         assert done.returncode == 0, f"{relative(document)}: {line}\n{done.stdout}{done.stderr}"
@@ -61,7 +61,7 @@ def test_files_in_a_page_are_those_beside_it(document: Path) -> None:
 
 
 def test_page_of_commands_names_those_that_the_program_has(program: Path) -> None:
-    text = subprocess.run([program, "--help"], capture_output=True, text=True, timeout=60, check=True).stdout
+    text = children.run([program, "--help"], limit=60).stdout
     known = set(re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1], flags=re.MULTILINE))
     table = (ROOT / "docs/commands.md").read_text(encoding="utf-8").split("```")[0]
     named = {name for line in table.splitlines() if line.startswith("| `") for name in re.findall(r"`([a-z]+)", line.split("|")[1])}

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import children
 import numpy as np
 import pytest
 
@@ -82,7 +83,7 @@ def test_every_command_has_its_call(program: Path) -> None:
     """The table of python/README.md names every command of the program, and calls that are there."""
     import subprocess
 
-    shown = subprocess.run([program, "--help"], capture_output=True, text=True, timeout=60, check=True).stdout
+    shown = children.run([program, "--help"], limit=60).stdout
     commands = set(re.findall(r"^  ([a-z]+) ", shown.split("Subcommands:")[1], flags=re.MULTILINE))
     table = (ROOT / "python" / "README.md").read_text(encoding="utf-8").split("## Commands")[1].split("\n## ")[0]
     rows = re.findall(r"^\| `([a-z]+)` \| (.*) \|$", table, flags=re.MULTILINE)

@@ -5,16 +5,17 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
-import subprocess
 import sys
 from pathlib import Path
 
+import children
 import jsonschema
 import pytest
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted((ROOT / "experiments" / "scenes").glob("*.yaml"))
+pytestmark = pytest.mark.limit(900)
 
 
 @pytest.fixture(scope="module")
@@ -108,5 +109,5 @@ def test_packages_of_the_extra_that_are_missing_are_named(program: Path, tmp_pat
     python.write_text(f'#!/bin/sh\nPYTHONPATH="{tmp_path}:$PYTHONPATH" exec "{sys.executable}" "$@"\n', encoding="ascii")
     python.chmod(0o755)
     words = [program, "reproduce", "figure-2.1", "--quick", "-o", tmp_path / "out"]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60, env={"STICTION_PYTHON": str(python), "PATH": "/usr/bin:/bin"})
+    done = children.run(words, limit=60, env={"STICTION_PYTHON": str(python), "PATH": "/usr/bin:/bin"})
     assert done.returncode == 70 and done.stderr == "stiction: reproduce: no Python module 'matplotlib'; `pip install 'stiction[reproduce]'` brings it\n"

@@ -7,12 +7,12 @@ import io
 import json
 import re
 import struct
-import subprocess
 import sys
 from itertools import chain
 from pathlib import Path
 from types import ModuleType
 
+import children
 import numpy as np
 import pytest
 import yaml
@@ -196,7 +196,7 @@ def test_mcap_holds_objects_and_wrenches_at_their_points(messages: dict[str, lis
     for knot, (_, log_time, _, message) in zip(motion["knots"], messages["/tf"]):
         assert log_time == round(1e9 * knot["time"])
         frames = {frame.child_frame_id: frame.transform for frame in message.transforms}
-        assert {frame.header.frame_id for frame in message.transforms} == {"world"}
+        assert {f.header.frame_id for f in message.transforms if f.child_frame_id in motion["objects"] or f.child_frame_id.startswith("contacts/")} == {"world"}
         for name, pose in zip(motion["objects"], knot["objects"]):
             assert [getattr(frames[name].translation, axis) for axis in "xyz"] == pose["position"]
             assert [getattr(frames[name].rotation, axis) for axis in "xyzw"] == pose["quaternion_xyzw"]
@@ -245,7 +245,7 @@ def test_times_of_a_given_trajectory(plan_file: Path, st, tmp_path: Path) -> Non
         assert arrays["time"].tolist() == trajectory.times.tolist()
     pushes = lambda of: np.diff(of.times)[[plan.segments[k].kind == st.SegmentKind.Contact for k in of.segments[1:]]].sum()
     pieces = 1 + sum(a.kind != b.kind for a, b in zip(plan.segments, plan.segments[1:]) if a.kind != st.SegmentKind.Settle)
-    assert 1.5 < pushes(st.make_trajectory(plan, speed=0.5)) / pushes(st.make_trajectory(plan)) < 2.01, "half the speed, apart from starts and stops"
+    assert 1.5 < pushes(st.make_trajectory(plan, speed=0.5)) / pushes(st.make_trajectory(plan, speed=1.0)) < 2.01, "half the speed, apart from starts and stops"
     assert trajectory.duration - st.make_trajectory(plan, speed=0.5).duration == pytest.approx(1.0 * (pieces - 1), abs=1e-6)
 
 
@@ -293,7 +293,7 @@ def test_the_program_says_that_the_extra_is_missing(program: Path, plan_file: Pa
     python.write_text(f'#!/bin/sh\nPYTHONPATH="{blocked}:$PYTHONPATH" exec "{sys.executable}" "$@"\n', encoding="ascii")
     python.chmod(0o755)
     words = [program, "export", plan_file, "-o", tmp_path / "motion.mcap"]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60, env={"STICTION_PYTHON": str(python), "PATH": "/usr/bin:/bin"})
+    done = children.run(words, limit=60, env={"STICTION_PYTHON": str(python), "PATH": "/usr/bin:/bin"})
     assert done.returncode == 70 and "pip install 'stiction[mcap]'" in done.stderr, done.stderr
     assert [path.name for path in tmp_path.glob("*motion*")] == []
 

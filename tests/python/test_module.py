@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import copy
 import difflib
 import json
 import math
 import pickle
 import re
-import subprocess
 import sys
 import threading
 import warnings
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 import yaml
@@ -220,10 +219,37 @@ def test_quaternion_of_length_0_is_refused() -> None:
         st.step(task.model, q, q[task.model.n_qu :])
 
 
-def test_models_are_not_copied(wall: st.Model) -> None:
-    for make in (pickle.dumps, copy.copy, copy.deepcopy):
-        with pytest.raises(TypeError, match="^Model: got pickle or copy"):
-            make(wall)
+@pytest.mark.parametrize("flag", [np.bool_(True), np.array([True])[0], np.ones(1) > 0.5], ids=["scalar", "element", "comparison"])
+def test_flags_of_numpy_are_flags(wall: st.Model, flag) -> None:
+    flag = flag if isinstance(flag, np.bool_) else flag[0]
+    assert st.step(wall, [0.0], [0.1], with_B=flag, smoothing=st.Analytic(kappa=100)).B is not None
+    assert st.step(wall, [0.0], [0.1], with_B=~flag, smoothing=st.Analytic(kappa=100)).B is None
+    assert st.ForceDampingOptions(printed=flag).printed is True
+    task = st.Task({"base": "planar_pushing.yaml", "planner": {"margins": flag}}, base=st.load_task("planar_pushing").file.parent)
+    assert task.options.margins is True and task.options.replace(margins=~flag).margins is False
+    assert st.plan(task, seed=0, on_progress=lambda progress: ~flag).status == st.Status.Cancelled
+
+
+@pytest.mark.parametrize("flag", [1, 0, None, "yes", 1.0, np.float64(1), np.array([True])])
+def test_what_is_no_flag_is_refused(wall: st.Model, flag) -> None:
+    with pytest.raises(TypeError):
+        st.step(wall, [0.0], [0.1], with_B=flag)
+
+
+def test_numbers_of_numpy_are_numbers(wall: st.Model) -> None:
+    plain = st.step(wall, [0.0], [0.1], h=0.5, smoothing=st.Analytic(kappa=100)).q_next
+    for h in (np.float32(0.5), np.float64(0.5), np.longdouble(0.5)):
+        np.testing.assert_array_equal(st.step(wall, [0.0], [0.1], h=h, smoothing=st.Analytic(kappa=np.int64(100))).q_next, plain)
+    task = st.load_task("planar_pushing")
+    assert st.plan(task, seed=np.int64(3), timeout_s=np.float32(20)).seed == 3
+    assert st.plan(task, seed=np.uint64(2**64 - 1), threads=np.int8(1), options={"goal_bias": np.float32(0.25)}).seed == 2**64 - 1
+    assert task.options.replace(goal_bias=np.float16(0.25)).goal_bias == 0.25
+
+
+def test_numbers_that_are_masked_are_not_taken(wall: st.Model) -> None:
+    st.step(wall, np.ma.array([0.0]), [0.1])
+    with pytest.raises(TypeError):
+        st.step(wall, np.ma.array([0.0], mask=[True]), [0.1])
 
 
 # ---- scenes, tasks and options from memory
@@ -388,10 +414,13 @@ def test_check_says_what_is_wrong(solved: st.Plan) -> None:
 
 
 def test_trajectory_keeps_the_speeds(solved: st.Plan) -> None:
-    trajectory = st.make_trajectory(solved)
+    trajectory = st.make_trajectory(solved, speed=1.0)
     assert trajectory.u.shape == (len(trajectory.times), 2) and trajectory.q.shape == (len(trajectory.times), 5)
     assert np.all(np.diff(trajectory.times) > 0) and trajectory.duration == trajectory.times[-1]
     assert st.make_trajectory(solved, speed=0.5).duration > 1.2 * trajectory.duration
+    by_default = st.make_trajectory(solved)
+    assert by_default.speed == st.OPEN_LOOP_SPEED == 0.1 and 5 * trajectory.duration < by_default.duration < 10.01 * trajectory.duration
+    assert len(by_default.times) < 1.5 * len(trajectory.times), "a slower run has about the same knots"
     uniform = st.transfer(solved, uniform=st.SpeedLimits(prismatic=0.2, pause=0.0, load_time=0.0), hold=0.0, alone=False)
     assert uniform.duration_s < st.transfer(solved, uniform=st.SpeedLimits(prismatic=0.1, pause=0.0, load_time=0.0), hold=0.0, alone=False).duration_s
     with pytest.raises(st.InvalidInput, match="speed.prismatic"):
@@ -501,13 +530,13 @@ def test_stub_is_the_committed_one() -> None:
 def test_example_of_the_readme_runs(document: str, tmp_path: Path) -> None:
     (example,) = re.findall(r"^```python\n(.*?)^```", (ROOT / document).read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     environment = {"PYTHONPATH": str(MODULE)}
-    done = subprocess.run([sys.executable, "-c", example], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, "-c", example], env=environment, cwd=tmp_path, limit=120)
     assert done.returncode == 0, done.stderr
 
 
 def test_example_makes_a_scene_and_reaches_its_goal() -> None:
     example = ROOT / "python" / "examples" / "push_box.py"
-    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, example], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.returncode == 0, done.stderr
     assert "goal reached" in done.stdout and "CheckReport: passed" in done.stdout
 
@@ -532,5 +561,5 @@ try:
 except ValueError:
     print("fine")
 """
-    done = subprocess.run([sys.executable, "-c", script], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, "-c", script], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.stdout == "fine\n", done.stderr

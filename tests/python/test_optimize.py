@@ -3,9 +3,9 @@
 import json
 import os
 import pathlib
-import subprocess
 import sys
 
+import children
 import pytest
 import yaml
 
@@ -15,7 +15,7 @@ PROGRAM = pathlib.Path(os.environ.get("STICTION_BIN", ROOT / "build/release/stic
 
 
 def run(*words):
-    return subprocess.run([str(PROGRAM), *map(str, words)], capture_output=True, text=True, timeout=120)
+    return children.run([PROGRAM, *words], limit=120)
 
 
 def test_result_file_and_json_agree_and_check_reads_the_plan(tmp_path):

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -31,13 +32,10 @@ def write(folder: Path, plan: dict) -> Path:
 
 
 def view(root: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "stiction_view", *map(str, arguments)],
+    return children.run(
+        [sys.executable, "-m", "stiction_view", *arguments],
         env={**os.environ, "PYTHONPATH": str(root / "python")},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=120,
+        limit=120,
     )
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pickle
-import subprocess
 import sys
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -106,6 +106,6 @@ def test_scenarios_of_touch_that_are_not_there_are_named() -> None:
 def test_examples_that_are_notebooks_run(example: str, expected: list[str], tmp_path: Path) -> None:
     file = ROOT / "python" / "examples" / example
     assert file.read_text(encoding="utf-8").count("# %% ") >= 4, "cells"
-    done = subprocess.run([sys.executable, file], env={"PYTHONPATH": str(MODULE)}, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = children.run([sys.executable, file], env={"PYTHONPATH": str(MODULE)}, cwd=tmp_path, limit=300)
     assert done.returncode == 0, done.stdout + done.stderr
     assert not [words for words in expected if words not in done.stdout], done.stdout

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-import subprocess
+import re
 import sys
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -127,7 +128,7 @@ def test_mistakes_in_python_are_named() -> None:
 
 def test_robot_behind_its_own_driver_reaches_its_goal_and_is_missed_when_it_is_gone() -> None:
     example = ROOT / "python" / "examples" / "own_robot.py"
-    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, example], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.returncode == 0, done.stderr
     reached, gone = done.stdout.splitlines()
     assert reached.startswith("Reached"), done.stdout
@@ -166,6 +167,83 @@ def test_driver_that_fails_ends_the_run() -> None:
     assert plant.commands == 301, "nothing is sent after it"
     with pytest.raises(st.InvalidInput, match=r"plant: got an object without read\(\), expected one with read\(\) and command"):
         st.run(task, plant=object())
+
+
+class Odd:
+    """A driver whose answers are changed from its fifth one on."""
+
+    def __init__(self, task: st.Task, read=lambda measured: measured, taken=lambda done: done) -> None:
+        self.plant, self.change, self.taken, self.reads, self.sent = st.SimulatedPlant(task), read, taken, 0, []
+
+    def read(self):
+        self.reads += 1
+        measured = self.plant.read()
+        return measured if self.reads < 5 else self.change(measured)
+
+    def command(self, u: np.ndarray, period: float):
+        self.sent.append(np.array(u))
+        done = self.plant.command(u, period)
+        return done if self.reads < 5 else self.taken(done)
+
+
+def changed(measured: st.Measurement, **fields) -> st.Measurement:
+    return st.Measurement(**{name: getattr(measured, name) for name in ("time", "q", "u")} | fields)
+
+
+def spoilt(numbers: np.ndarray, index: int, value: float) -> np.ndarray:
+    out = np.array(numbers)
+    out[index] = value
+    return out
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda m: changed(m, q=spoilt(m.q, 0, np.nan)), r"measurement that cannot be: q\[0\]: got nan"),
+        (lambda m: changed(m, q=spoilt(m.q, -1, np.inf)), r"measurement that cannot be: q\[4\]: got inf"),
+        (lambda m: changed(m, u=spoilt(m.u, 0, np.nan)), "measurement that cannot be: u"),
+        (lambda m: changed(m, q=m.q[:-1]), "measurement that cannot be: q: got 4 numbers, expected 5"),
+        (lambda m: changed(m, time=np.nan), "measurement that cannot be: time: got nan"),
+        (lambda m: changed(m, object_time=np.inf), "measurement that cannot be: object_time: got inf"),
+        (lambda m: changed(m, time=m.time - 100), "the clock of the plant went from 0.003 s to -99.996 s between two commands"),
+        (lambda m: changed(m, time=m.time + 100), "the clock of the plant went from 0.003 s to 100.004 s between two commands"),
+        (lambda m: changed(m, time=0.003), "the clock of the plant stands still at 0.003 s"),
+        (lambda m: None, "the plant does not answer"),
+    ],
+    ids=["q nan", "q inf", "u nan", "q short", "time nan", "object_time inf", "back", "ahead", "still", "none"],
+)
+def test_driver_that_gives_nonsense_ends_the_run_by_name(change, message: str) -> None:
+    task = st.load_task("planar_pushing")
+    plant = Odd(task, read=change)
+    run = st.run(task, plant=plant, seed=0, timeout_s=60)
+    assert run.end == st.RunEnd.Silent and run.status == st.Status.NumericalFailure
+    assert re.search(message, run.message), run.message
+    assert len(plant.sent) <= 4 + 501 and all(np.isfinite(u).all() for u in plant.sent)
+
+
+@pytest.mark.parametrize(
+    ("driver", "message"),
+    [
+        ({"read": lambda m: 5}, r"^plant.read\(\): got a value of type int, expected a Measurement, or None where the robot does not answer"),
+        ({"read": lambda m: (m.time, m.q, m.u)}, r"^plant.read\(\): got a value of type tuple, expected a Measurement"),
+        ({"taken": lambda done: 0}, r"^plant.command\(\): got a value of type int, expected None or True, or False where the command is not taken"),
+        ({"taken": lambda done: "ok"}, r"^plant.command\(\): got a value of type str"),
+    ],
+    ids=["read int", "read tuple", "command int", "command str"],
+)
+def test_driver_that_gives_another_type_is_a_mistake(driver: dict, message: str) -> None:
+    task = st.load_task("planar_pushing")
+    plant = Odd(task, **driver)
+    with pytest.raises(st.InvalidInput, match=message):
+        st.run(task, plant=plant, seed=0, timeout_s=60)
+    assert len(plant.sent) <= 5, "nothing is sent after it"
+
+
+@pytest.mark.parametrize("answer", [False, np.False_, np.bool_(False)])
+def test_command_that_is_not_taken_ends_the_run(answer) -> None:
+    task = st.load_task("planar_pushing")
+    run = st.run(task, plant=Odd(task, taken=lambda done: answer), seed=0, timeout_s=60)
+    assert run.end == st.RunEnd.Silent and run.message == "the plant takes no commands"
 
 
 def test_goal_that_the_motors_cannot_hold_is_told_before_the_run(stiction, tmp_path: Path) -> None:

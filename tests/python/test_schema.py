@@ -4,9 +4,9 @@ import copy
 import json
 import os
 import pathlib
-import subprocess
 import sys
 
+import children
 import jsonschema
 import pytest
 import yaml
@@ -85,7 +85,7 @@ def test_mistakes_are_refused(path, value):
 
 def test_options_of_the_planner_are_written_down_as_the_program_has_them():
     environment = os.environ | {"PYTHONPATH": str(ROOT / "build/release/python")}
-    done = subprocess.run([sys.executable, ROOT / "scripts/options.py", "--check"], capture_output=True, text=True, env=environment)
+    done = children.run([sys.executable, ROOT / "scripts/options.py", "--check"], env=environment)
     assert done.returncode == 0, done.stderr
 
 

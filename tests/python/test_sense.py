@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
 from pathlib import Path
 
+import children
 import jsonschema
 import numpy as np
 import pytest
@@ -19,8 +19,11 @@ SCENARIOS = [path for path, content in FILES.items() if "sensing" in content and
 POKED = [path for path, content in FILES.items() if "poke" in content]
 
 
+NAMES = ",".join(["t", *(f"q{j}" for j in range(1, 7)), *(f"tau{j}" for j in range(1, 7))])
+
+
 def sense(program: Path, scenario: str | Path) -> tuple[int, dict]:
-    done = subprocess.run([program, "sense", str(scenario), "--json"], capture_output=True, text=True, timeout=120)
+    done = children.run([program, "sense", str(scenario), "--json"], limit=120)
     return done.returncode, json.loads(done.stdout)
 
 
@@ -68,26 +71,32 @@ def test_series_of_numpy_is_that_of_a_csv_file(program: Path, tmp_path: Path) ->
 
     def refusal(**change: object) -> str:
         np.savez(tmp_path / "series.npz", **{name: array for name, array in (arrays | change).items() if array is not None})
-        return subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60).stderr
+        return children.run([program, "sense", tmp_path / "scenario.yaml"], limit=60).stderr
 
     assert "series.npz: series: got no array 'tau', expected t, q and tau" in refusal(tau=None)
     assert "series.npz: series: got q of shape (10, 5), expected (10, 6)" in refusal(q=arrays["q"][:, :5])
     assert "series.npz: series: got t[3] = 0 after 0.1, expected times that increase" in refusal(t=arrays["t"] * (np.arange(10) != 3))
     assert "a number of tau that is not finite" in refusal(tau=arrays["tau"] * np.nan)
     assert "'q' of another type" in refusal(q=arrays["q"].astype(int))
+    names = ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"]
+    order = np.argsort(names)
+    assert "with no 'arm/elbow_joint'" in refusal(joints=["shoulder_pan_joint"] * 6)
+    np.savez(tmp_path / "series.npz", t=arrays["t"], q=arrays["q"][:, order], tau=arrays["tau"][:, order], joints=np.array(names)[order])
+    by_name = sense(program, tmp_path / "scenario.yaml")[1]["moments"]
+    assert [[c["p_W"] for c in m["candidates"]] for m in by_name] == [[c["p_W"] for c in m["candidates"]] for m in answers[0]]
     np.savez_compressed(tmp_path / "series.npz", **arrays)
-    assert "which is compressed" in subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60).stderr
+    assert "which is compressed" in children.run([program, "sense", tmp_path / "scenario.yaml"], limit=60).stderr
     for content in (b"", b"PK", (tmp_path / "series.npz").read_bytes()[:500]):
         (tmp_path / "series.npz").write_bytes(content)
-        done = subprocess.run([program, "sense", tmp_path / "scenario.yaml"], capture_output=True, text=True, timeout=60)
+        done = children.run([program, "sense", tmp_path / "scenario.yaml"], limit=60)
         assert done.returncode == 2 and "expected a file of numpy.savez" in done.stderr
 
 
 def test_lines_that_are_missing_are_said_and_candidates_start_afresh(program: Path, tmp_path: Path) -> None:
     still = "0,-1.2,1.6,-1.97,-1.57,0"
     times = [0, 0.01, 0.02, 0.03, 0.5, 0.51]
-    file = series(tmp_path, ["t,q,tau", *(f"{t},{still},3,4,-2,0,0,0" for t in times)])
-    done = subprocess.run([program, "sense", file, "--json"], capture_output=True, text=True, timeout=60)
+    file = series(tmp_path, [NAMES, *(f"{t},{still},3,4,-2,0,0,0" for t in times)])
+    done = children.run([program, "sense", file, "--json"], limit=60)
     assert done.returncode == 0 and "no line for 0.47 s before t = 0.500 s" in done.stderr
     moments = json.loads(done.stdout)["moments"]
     points = [[c["p_W"] for c in m["candidates"]] for m in moments]
@@ -105,12 +114,29 @@ def series(tmp_path: Path, lines: list[str]) -> Path:
 
 def test_series_has_one_answer_a_line(program: Path, tmp_path: Path) -> None:
     still = "0,-1.2,1.6,-1.97,-1.57,0"
-    code, out = sense(program, series(tmp_path, ["t,q,tau", f"0,{still},0,0,0,0,0,0", f"0.01,{still},3,4,-2,0,0,0"]))
+    code, out = sense(program, series(tmp_path, [NAMES, f"0,{still},0,0,0,0,0,0", f"0.01,{still},3,4,-2,0,0,0"]))
     assert code == 0
     assert [moment["t"] for moment in out["moments"]] == [0, 0.01]
     assert out["moments"][0]["verdict"] == "BelowThreshold"
     for candidate in out["moments"][1]["candidates"]:
         assert math.isclose(math.hypot(*candidate["f_L"]), math.hypot(*candidate["f_W"]), rel_tol=1e-9)
+
+
+def test_columns_of_a_log_are_taken_by_their_names(program: Path, tmp_path: Path) -> None:
+    """A log of ROS has its joints in the order of the alphabet."""
+    tutorial = ROOT / "docs" / "tutorials"
+    scenario = yaml.safe_load((tutorial / "touch.yaml").read_text())
+    table = np.loadtxt(tutorial / "touch.csv", delimiter=",", skiprows=1)
+    names = ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"]
+    order = sorted(range(6), key=lambda j: names[j])
+    head = ["__time", *(f"/joint_states/{names[j]}/{what}" for j in order for what in ("effort", "position", "velocity"))]
+    lines = [[row[0], *(x for j in order for x in (row[7 + j], row[1 + j], 0))] for row in table]
+    (tmp_path / "log.csv").write_text("\n".join(",".join(map(str, line)) for line in [head, *lines]))
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario | {"series": "log.csv"}))
+    done = subprocess.run([program, "sense", tmp_path / "scenario.yaml", "--json"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and "columns that are not read: '/joint_states/elbow_joint/velocity'" in done.stderr and "efforts are taken" in done.stderr
+    of_the_tutorial = sense(program, tutorial / "touch.yaml")[1]["moments"]
+    assert [[c["p_W"] for c in m["candidates"]] for m in json.loads(done.stdout)["moments"]] == [[c["p_W"] for c in m["candidates"]] for m in of_the_tutorial]
 
 
 @pytest.mark.parametrize(
@@ -120,8 +146,10 @@ def test_series_has_one_answer_a_line(program: Path, tmp_path: Path) -> None:
         (["0,1,2"], "series.csv:1: series: got 3 numbers, expected 13 finite numbers"),
         (["0" + ",0" * 12, "0" + ",0" * 12], "series.csv:2: series: got time 0 after 0, expected times that increase"),
         (["0" + ",0" * 12, "1" + ",nan" * 12], "series.csv:2: series: got '1,nan"),
+        (["0" + ",nan" * 12, "1" + ",0" * 12], "series.csv:1: series: got '0,nan"),
+        (["t,q,tau", "0" + ",0" * 12], "series.csv:1: series: got no column for the position of the joint 'arm/shoulder_pan_joint' among 't', 'q', 'tau'"),
     ],
-    ids=["empty", "too few", "repeated time", "not finite"],
+    ids=["empty", "too few", "repeated time", "not finite", "first line not finite", "names of no joint"],
 )
 def test_mistakes_in_a_series_are_named(program: Path, tmp_path: Path, lines: list[str], message: str) -> None:
     code, out = sense(program, series(tmp_path, lines))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
-import signal
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
+from studio_window import ADDRESS
 
 ROOT = Path(__file__).resolve().parents[2]
 PYTHON = ROOT / "build" / "release" / "python"
@@ -134,18 +133,16 @@ def test_two_clicks_push_at_the_same_time(two_pushes: st.SensingScenario) -> Non
 
 
 def test_program_serves_the_page_until_it_is_interrupted(program: Path) -> None:
-    process = subprocess.Popen([program, "sense", TUTORIAL, "--live", "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        line = process.stdout.readline()
-        port = re.match(r"http://localhost:(\d+) ", line)
-        assert port, line
-        with socket.create_connection(("127.0.0.1", int(port.group(1))), timeout=10):
+    with children.Child([program, "sense", TUTORIAL, "--live", "--port", "0"]) as live:
+        line = live.line()
+        found = ADDRESS.match(line)
+        assert found, line
+        port = found.group(1)
+        with socket.create_connection(("127.0.0.1", int(port)), timeout=10):
             pass
-        taken = subprocess.run([program, "sense", TUTORIAL, "--live", "--port", port.group(1)], capture_output=True, text=True, timeout=60)
-        assert taken.returncode == 2 and f"--port: got {port.group(1)} of 127.0.0.1, which is in use" in taken.stderr
-    finally:
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) == 0
+        taken = children.run([program, "sense", TUTORIAL, "--live", "--port", port])
+        assert taken.returncode == 2 and f"--port: got {port} of 127.0.0.1, which is in use" in taken.stderr
+        assert live.stop().returncode == 0
 
 
 @pytest.mark.parametrize(
@@ -157,5 +154,5 @@ def test_program_serves_the_page_until_it_is_interrupted(program: Path) -> None:
     ],
 )
 def test_mistakes_are_named(program: Path, words: list[str], message: str) -> None:
-    done = subprocess.run([program, "sense", *words], capture_output=True, text=True, timeout=60)
+    done = children.run([program, "sense", *words])
     assert done.returncode == 2 and message in done.stderr, done.stderr

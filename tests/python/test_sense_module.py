@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
 import sys
 import threading
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -222,7 +222,7 @@ def test_every_method_finds_the_link(sensor: st.Sensor, method: object) -> None:
 
 
 def test_scenario_says_what_the_program_says(program: Path) -> None:
-    done = subprocess.run([program, "sense", "panda_wrist", "--json"], capture_output=True, text=True, timeout=120)
+    done = children.run([program, "sense", "panda_wrist", "--json"], limit=120)
     (moment,) = json.loads(done.stdout)["moments"]
     (result,) = st.sense("panda_wrist")
     assert result.verdict.name == moment["verdict"]
@@ -241,7 +241,7 @@ def test_scenario_of_a_dict_is_that_of_its_file(tmp_path: Path) -> None:
     assert [c.residual for c in mine.candidates] == [c.residual for c in built_in.candidates] and mine.candidates
     (tmp_path / "touch.csv").write_text((TUTORIAL.parent / "touch.csv").read_text())
     series = st.load_sensing_scenario({"scene": UR5, "series": "touch.csv"}, base=tmp_path)
-    assert series.q.shape == (10, 6) and np.array_equal(series.tau, st.load_sensing_scenario(TUTORIAL.parent / "touch.yaml").tau)
+    assert series.notes == [] and series.q.shape == (10, 6) and np.array_equal(series.tau, st.load_sensing_scenario(TUTORIAL.parent / "touch.yaml").tau)
     for mistake, message in (({"sensng": {}}, "^sensng: got an unknown key"), ({"sensing": {"links": ["arm/x"]}}, "^sensing.links: got 'arm/x'"), ({"joints": [0] * 6}, "neither 'torques' nor 'contact'")):
         with pytest.raises(st.InvalidInput, match=message):
             st.load_sensing_scenario({"scene": UR5, **mistake})
@@ -350,7 +350,7 @@ def test_other_mistakes_are_named(sensor: st.Sensor) -> None:
 
 def test_example_finds_the_contact_that_it_made() -> None:
     example = ROOT / "python" / "examples" / "where_was_my_robot_touched.py"
-    done = subprocess.run([sys.executable, str(example)], env={"PYTHONPATH": str(MODULE)}, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, example], env={"PYTHONPATH": str(MODULE)}, limit=120)
     assert done.returncode == 0, done.stderr
     assert "Explained" in done.stdout and float(re.search(r"contact is ([0-9.]+) cm", done.stdout)[1]) < 2
 
@@ -375,7 +375,7 @@ def test_series_of_the_tutorial_is_that_of_the_contact_that_it_states(sensor: st
 
 def test_python_of_the_tutorial_runs_in_the_repository() -> None:
     (code,) = re.findall(r"^```python\n(.*?)^```", TUTORIAL.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    done = subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": str(MODULE)}, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    done = children.run([sys.executable, "-c", code], env={"PYTHONPATH": str(MODULE)}, cwd=ROOT, limit=120)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert len(lines) == 10 and "BelowThreshold" in lines[0] and "arm/wrist_2_link" in lines[-1]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import base64
 import json
 import re
-import subprocess
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 import yaml
@@ -24,7 +24,7 @@ MAX_BYTES = 5_000_000
 
 def make(program: Path, command: str, scenario: str | Path, file: Path) -> tuple[dict, dict]:
     """What the program prints with --json, and the data of its page."""
-    done = subprocess.run([program, command, str(scenario), "--html", file, "--json"], capture_output=True, text=True, timeout=300)
+    done = children.run([program, command, str(scenario), "--html", file, "--json"], limit=300)
     assert done.returncode == 0, done.stderr
     out = json.loads(done.stdout)
     assert out["page"] == str(file)
@@ -241,5 +241,5 @@ def test_bad_document_is_refused_by_file_and_field(tmp_path: Path, load, documen
 def test_page_that_cannot_be_written_is_said_before_the_work(program: Path, tmp_path: Path, scenario: tuple[str, str]) -> None:
     (tmp_path / "taken").write_text("a file, not a folder")
     for page, message in ((tmp_path / "taken" / "page.html", "taken"), (tmp_path, "expected a file to write")):
-        done = subprocess.run([program, *scenario, "--html", page], capture_output=True, text=True, timeout=20)
+        done = children.run([program, *scenario, "--html", page], limit=60)
         assert done.returncode == 2 and message in done.stderr and not done.stdout

@@ -11,12 +11,12 @@ import re
 import shlex
 import shutil
 import socket
-import subprocess
 import sys
 import threading
 import zipfile
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -209,7 +209,7 @@ def test_goal_start_and_options_are_in_the_task_and_in_what_reproduces_it(tmp_pa
     words = shlex.split(made.command(20))
     assert words[2] == "task.yaml" and float(words[words.index("--goal") + 1].split()[-1]) == pytest.approx(0.4)
     done = stiction("lint", file, "--goal", words[words.index("--goal") + 1])
-    assert done.returncode in (0, 1), done.stderr
+    assert done.returncode == 0 and "nothing found" in done.stdout, done.stdout + done.stderr
 
     made.reset()
     assert made.in_file() and made.task_file() is None
@@ -253,7 +253,7 @@ def test_overlap_is_found_at_its_place_with_its_depth() -> None:
     X = made.model.object_pose(made.start, "cube")
     made.set_start(0, st.Pose(X.R, X.p - [0, 0, 0.01]))
     overlap = next(f for f in faults.find(made, pictures) if f.kind == "overlap")
-    assert overlap.label in ("overlap of cube and hand_root: 10 mm", "overlap of hand_root and cube: 10 mm") and "cube" in overlap.bodies and not overlap.at_goal
+    assert overlap.label == "overlap of cube and hand_root: 10 mm" and "cube" in overlap.bodies and not overlap.at_goal
     assert overlap.point is not None and abs(overlap.point[2] - 0.0061) < 0.006, "between the palm and the lowest face"
 
 
@@ -334,7 +334,7 @@ def test_everything_holds_what_the_program_reads(planned: results.Result, tmp_pa
 
 
 def run_in_shell(text: str, program: Path, folder: Path) -> None:
-    done = subprocess.run(["bash", "-e"], input=text, cwd=folder, capture_output=True, text=True, timeout=300, env={**os.environ, "PATH": f"{program.parent}:{os.environ['PATH']}"})
+    done = children.run(["bash", "-e"], input=text, cwd=folder, limit=300, env={**os.environ, "PATH": f"{program.parent}:{os.environ['PATH']}"})
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -428,8 +428,8 @@ def test_an_error_in_what_is_told_of_growth_is_that_of_the_call() -> None:
 
 
 def test_axis_that_is_drawn_is_the_one_that_moves() -> None:
-    quarter = st.Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.zeros(3))
-    assert farthest_axis(st.Pose(np.eye(3), np.zeros(3)), quarter, 0.1) in (0, 1), "not the one that it turns about"
+    quarter = st.Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([0.0, -0.05, 0.0]))
+    assert farthest_axis(st.Pose(np.eye(3), np.zeros(3)), quarter, 0.1) == 1, "the end of y goes back by more than that of x, and z stays where it turns"
 
 
 def test_worker_runs_one_job_and_says_what_failed() -> None:

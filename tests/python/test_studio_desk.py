@@ -18,7 +18,7 @@ sys.path.insert(0, str(PYTHON))
 
 import stiction as st  # noqa: E402
 
-from stiction_view.studio import catalog, showing  # noqa: E402
+from stiction_view.studio import catalog, planning  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
 from stiction_view.studio.growing import Growing  # noqa: E402
 from stiction_view.studio.panel import NOTHING  # noqa: E402
@@ -33,14 +33,14 @@ class Driven:
     def __init__(self, studio: Studio):
         self.studio, self.panel = studio, studio.panel
         self.said: list[str] = []
-        say = studio.panel.say
+        say = studio.panel.head.say
 
         def hear(text: str, fault: bool = False) -> None:
             if fault:
                 self.said.append(text)
             say(text, fault)
 
-        studio.panel.say = hear  # type: ignore[method-assign]
+        studio.panel.head.say = hear  # type: ignore[method-assign]
 
     def until(self, condition: Callable[[], object], seconds: float = 200) -> None:
         end = time.monotonic() + seconds
@@ -48,13 +48,14 @@ class Driven:
             self.studio.step(0.01)
             assert time.monotonic() < end, f"it said {self.said[-3:]}"
 
-    def press(self, name: str) -> None:
-        self.studio.guarded(getattr(self.studio, f"on_{name}"))
+    def press(self, name: str, *words: object) -> None:
+        """As the page does it, and done at once."""
+        self.studio.desk.guarded(lambda: self.studio.handlers.by_name[name](*words))
 
     def plan(self) -> None:
-        before = self.studio.counted
+        before = self.studio.showing.result
         self.press("plan")
-        self.until(lambda: self.studio.worker.job is None and self.studio.result is not None and self.studio.result.number > before)
+        self.until(lambda: self.studio.work.running is None and self.studio.showing.result is not before)
 
 
 @pytest.fixture
@@ -62,163 +63,161 @@ def driven(tmp_path: Path) -> Iterator[Driven]:
     entries, first = catalog.find("planar_pushing")
     with serving("127.0.0.1", 0) as server:
         made = Driven(Studio(server, entries, first, tmp_path))
-        made.panel.budget.value = 200.0  # on a busy machine a second is little
+        made.panel.search.budget.value = 200.0  # on a busy machine a second is little
         yield made
 
 
 def test_plan_check_simulate_and_compare(driven: Driven) -> None:
     studio, panel = driven.studio, driven.panel
-    driven.until(lambda: "no fault" in panel.faults.content)
-    assert not panel.playback.visible and studio.stage.posed is not None
+    driven.until(lambda: "no fault" in panel.pose.faults.content)
+    assert not panel.playback.folder.visible and studio.stage.posed is not None
     driven.plan()
-    assert "**solved**" in panel.figures.content and "stiction plan planar_pushing --seed 0" in panel.command.content
-    assert studio.view == "result" and len(studio.stage.shown) == 1 and len(panel._charts) >= 3
-    driven.until(lambda: studio.knot_shown >= 3)
-    assert "motors" in panel.line.content, "it plays, and says what the motors give"
+    assert "**solved**" in panel.figures.words.content and "stiction plan planar_pushing --seed 0" in panel.export.command.content
+    assert studio.stage.posed is None and len(studio.stage.shown) == 1 and len(panel.figures.charts) >= 3
+    driven.until(lambda: studio.showing.knot >= 3)
+    assert "motors" in panel.playback.line.content, "it plays, and says what the motors give"
 
     driven.press("check")
-    driven.until(lambda: "**check** passed" in panel.figures.content and "**check** passed" in panel.message.content)
-    panel.budget.value = 5.0  # of seven minutes of simulated time some are enough
+    driven.until(lambda: "**check** passed" in panel.figures.words.content and "**check** passed" in panel.head.message.content)
+    panel.search.budget.value = 5.0  # of seven minutes of simulated time some are enough
     driven.press("simulate")
-    panel.budget.value = 200.0
-    driven.until(lambda: panel.beside.value == IN_MUJOCO and len(studio.stage.shown) == 2)
+    panel.search.budget.value = 200.0
+    driven.until(lambda: panel.playback.beside.value == IN_MUJOCO and len(studio.stage.shown) == 2)
     first, second = (d.root_node.position for d in studio.stage.shown if d.root_node is not None)
     assert np.linalg.norm(np.subtract(first, second)) > studio.stage.shown[0].view.radius, "beside each other"
 
-    run = studio.result.run
+    run = studio.showing.result.run
     assert run.planned.poses.shape == run.simulated.poses.shape and len(run.times) == len(run.planned.poses) <= MAX_SAMPLES
-    assert 0 < np.abs(run.planned.poses - run.simulated.poses).max() < 1 and "**in MuJoCo**" in panel.figures.content and "**in MuJoCo**" in panel.message.content
-    studio.problem.set_goal_numbers([0.1, 0.4, 0.3])
-    studio.moved()
-    assert studio.view == "pose" and panel.goal[1].value == pytest.approx(0.4)
+    assert 0 < np.abs(run.planned.poses - run.simulated.poses).max() < 1 and "**in MuJoCo**" in panel.figures.words.content and "**in MuJoCo**" in panel.head.message.content
+    studio.posing.problem.set_goal_numbers([0.1, 0.4, 0.3])
+    studio.posing.moved()
+    assert studio.stage.posed is not None and studio.stage.shown == [] and panel.pose.goal[1].value == pytest.approx(0.4)
     driven.plan()
-    assert "--goal '0.1 0.4 0.3'" in panel.command.content
-    np.testing.assert_allclose(studio.result.plan.task.goal.X_WG.p[1:], [0.1, 0.4], atol=1e-9)  # y and z
-    panel.beside.value = studio.results[0].label
+    assert "--goal '0.1 0.4 0.3'" in panel.export.command.content
+    np.testing.assert_allclose(studio.showing.result.plan.task.goal.X_WG.p[1:], [0.1, 0.4], atol=1e-9)  # y and z
+    panel.playback.beside.value = studio.showing.results[0].label
     driven.until(lambda: len(studio.stage.shown) == 2)
-    panel.which.value = studio.results[0].label
-    driven.until(lambda: studio.result is studio.results[0])
+    panel.playback.which.value = studio.showing.results[0].label
+    driven.until(lambda: studio.showing.result is studio.showing.results[0])
     assert driven.said == []
 
 
 def test_tree_grows_while_it_plans_and_cancel_keeps_the_best_path(driven: Driven, monkeypatch: pytest.MonkeyPatch) -> None:
     studio, panel = driven.studio, driven.panel
-    panel.pick.value = "allegro_cube_180"  # takes longer than to see that it grows
+    panel.head.pick.value = "allegro_cube_180"  # takes longer than to see that it grows
     driven.until(lambda: studio.opened == "allegro_cube_180")
     grown: list[Growing] = []
-    start = showing.start_growing
-    monkeypatch.setattr(showing, "start_growing", lambda *words: grown.append(start(*words)) or grown[-1])
+    start = planning.start_growing
+    monkeypatch.setattr(planning, "start_growing", lambda *words: grown.append(start(*words)) or grown[-1])
     driven.press("plan")
     driven.until(lambda: grown[0].parts and grown[0].best is not None)
     lines = sum(len(part.points) for part in grown[0].parts)
     driven.until(lambda: sum(len(part.points) for part in grown[0].parts) > 1.5 * lines)
     assert len(grown[0].parts) <= 1 + np.log2(sum(len(part.points) for part in grown[0].parts)), "few parts"
-    assert "tolerances from the goal" in panel.progress_text.content and panel.cancel.visible
+    assert "tolerances from the goal" in panel.search.progress_text.content and panel.search.cancel.visible
     driven.press("cancel")
-    driven.until(lambda: studio.running is None)
-    assert grown[0].parts == [] and studio.view == "result" and studio.result.plan.status == st.Status.Cancelled
-    assert "cancelled, best path so far" in panel.message.content
+    driven.until(lambda: studio.work.running is None)
+    assert grown[0].parts == [] and studio.stage.posed is None and studio.stage.shown and studio.showing.result.plan.status == st.Status.Cancelled
+    assert "cancelled, best path so far" in panel.head.message.content
 
 
 def test_what_runs_is_dropped_when_another_task_is_picked(driven: Driven) -> None:
     studio, panel = driven.studio, driven.panel
-    panel.pick.value = "allegro_cube_180"
+    panel.head.pick.value = "allegro_cube_180"
     driven.until(lambda: studio.opened == "allegro_cube_180")
     driven.press("plan")
     with pytest.raises(ValueError, match=r"Checking: got it while another job runs \(planning\); cancel that first"):
-        studio.must_be_free("Checking")
-    panel.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
-    driven.until(lambda: studio.played is not None)
-    assert studio.results == [] and driven.said == [], "the scenario waited for the end of the search, whose result nobody wants"
+        studio.work.must_be_free("Checking")
+    panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
+    driven.until(lambda: studio.showing.played is not None)
+    assert studio.showing.results == () and driven.said == [], "the scenario waited for the end of the search, whose result nobody wants"
 
 
 def test_goal_in_reach_of_nothing_is_marked_and_reset_brings_it_back(driven: Driven) -> None:
     studio, panel = driven.studio, driven.panel
-    panel.pick.value = "planar_hand"
-    driven.until(lambda: studio.opened == "planar_hand" and "no fault" in panel.faults.content)
-    given = [handle.value for handle in panel.goal]
-    panel.goal[0].value = 50.0
-    driven.until(lambda: "no robot reaches" in panel.faults.content)
+    panel.head.pick.value = "planar_hand"
+    driven.until(lambda: studio.opened == "planar_hand" and "no fault" in panel.pose.faults.content)
+    given = [handle.value for handle in panel.pose.goal]
+    panel.pose.goal[0].value = 50.0
+    driven.until(lambda: "no robot reaches" in panel.pose.faults.content)
     assert len(studio.stage._marks) == 1, "where the goal is"
-    panel.seed.value = 3
-    driven.until(lambda: studio.problem.seed == 3)
-    panel.seed.value = -5
+    panel.search.seed.value = 3
+    driven.until(lambda: studio.posing.problem.seed == 3)
+    panel.search.seed.value = -5
     driven.until(lambda: driven.said == ["Seed: got -5, expected a whole number from 0 on; 3 stays"])
     driven.press("reset")
-    driven.until(lambda: "no fault" in panel.faults.content)
-    assert [handle.value for handle in panel.goal] == pytest.approx(given)
+    driven.until(lambda: "no fault" in panel.pose.faults.content)
+    assert [handle.value for handle in panel.pose.goal] == pytest.approx(given)
 
 
 def test_goal_that_moves_is_planned_anew_when_wanted(driven: Driven) -> None:
     studio, panel = driven.studio, driven.panel
-    panel.again.value = True
-    driven.until(lambda: "no fault" in panel.faults.content)
-    assert studio.worker.job is None, "nothing moved yet"
-    studio.dragged = (st.Pose(np.eye(3), [0.0, 0.5, 0.0]), True)
-    studio.events.put(studio.on_dragged)
-    driven.until(lambda: studio.result is not None)
-    np.testing.assert_allclose(studio.result.plan.task.goal.X_WG.p[1], 0.5, atol=1e-9)
+    panel.search.again.value = True
+    driven.until(lambda: "no fault" in panel.pose.faults.content)
+    assert studio.work.running is None, "nothing moved yet"
+    studio.posing.drag(st.Pose(np.eye(3), [0.0, 0.5, 0.0]), True)
+    driven.until(lambda: studio.showing.result is not None)
+    np.testing.assert_allclose(studio.showing.result.plan.task.goal.X_WG.p[1], 0.5, atol=1e-9)
 
 
 def test_options_are_named_refused_and_used(driven: Driven) -> None:
     studio, panel = driven.studio, driven.panel
-    field, handle = panel.options["goal_bias"]
+    field, handle = panel.options.fields["goal_bias"]
     assert field.meaning.startswith("Probability")
     handle.value = 0.4
-    driven.until(lambda: "goal_bias" in panel.options_fault.content)
-    panel.options["cost"][1].value = "{not json"
-    driven.until(lambda: "⚠" in panel.options_fault.content)
+    driven.until(lambda: "goal_bias" in panel.options.fault.content)
+    panel.options.fields["cost"][1].value = "{not json"
+    driven.until(lambda: "⚠" in panel.options.fault.content)
     driven.press("options_reset")
-    assert studio.problem.options == {} and panel.options["goal_bias"][1].value != 0.4
-    panel.options["goal_bias"][1].value = 0.4
-    driven.until(lambda: studio.problem.options == {"goal_bias": 0.4})
+    assert studio.posing.problem.options == {} and panel.options.fields["goal_bias"][1].value != 0.4
+    panel.options.fields["goal_bias"][1].value = 0.4
+    driven.until(lambda: studio.posing.problem.options == {"goal_bias": 0.4})
     driven.plan()
-    assert studio.result.plan.options.goal_bias == 0.4
-    assert '"goal_bias": 0.4' in panel.command.content and "task.yaml" in panel.command.content
+    assert studio.showing.result.plan.options.goal_bias == 0.4
+    assert '"goal_bias": 0.4' in panel.export.command.content and "task.yaml" in panel.export.command.content
 
 
 @pytest.mark.parametrize(("name", "words"), [("panda_wrist", "N, leaves"), ("box_in_the_way", "** of 15")])
 def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
     panel, studio = driven.panel, driven.studio
-    panel.pick.value = next(e.label for e in studio.entries if e.source == name)
-    driven.until(lambda: studio.played is not None and words in panel.line.content)
-    assert any(len(c) > 0 for c in studio.played.drawn.contacts), "forces are drawn"
+    panel.head.pick.value = next(e.label for e in studio.entries if e.source == name)
+    driven.until(lambda: studio.showing.played is not None and words in panel.playback.line.content)
+    assert any(len(c) > 0 for c in studio.showing.played.drawn.contacts), "forces are drawn"
     driven.press("plan")
     assert driven.said[-1] == "plan: a scenario is shown; open a task"
-    panel.pick.value = "planar_hand"
-    driven.until(lambda: studio.problem is not None and "Lint" in panel.faults.content)
+    panel.head.pick.value = "planar_hand"
+    driven.until(lambda: studio.posing.problem is not None and "Lint" in panel.pose.faults.content)
 
 
 def test_a_hundred_things_pressed_at_random_are_no_fault_of_the_studio(driven: Driven) -> None:
     studio, panel, rng = driven.studio, driven.panel, random.Random(0)
-    panel.budget.value = 1.0
+    panel.search.budget.value = 1.0
     tasks = ["planar_pushing", "planar_hand", "allegro_door"]
-    names = [n for n in studio.handlers if n not in ("upload", "pick", "view")]
+    names = [n for n in studio.handlers.by_name if n not in ("upload", "pick", "view")]
     for _ in range(100):
         what = rng.randrange(8)
         if what == 0:
-            panel.pick.value = rng.choice(tasks)
-        elif what == 1 and panel.goal:
-            rng.choice(panel.goal).value = rng.uniform(-1, 1)
-        elif what == 2 and panel.joints:
-            slider = rng.choice(panel.joints)
+            panel.head.pick.value = rng.choice(tasks)
+        elif what == 1 and panel.pose.goal:
+            rng.choice(panel.pose.goal).value = rng.uniform(-1, 1)
+        elif what == 2 and panel.pose.joints:
+            slider = rng.choice(panel.pose.joints)
             slider.value = rng.uniform(slider.min, slider.max)
         elif what == 3:
-            panel.beside.value = rng.choice(panel.beside.options)
+            panel.playback.beside.value = rng.choice(panel.playback.beside.options)
         elif what == 4:
-            panel.handle.value = rng.choice(panel.handle.options)
+            panel.pose.handle.value = rng.choice(panel.pose.handle.options)
         elif what == 5:
-            view = rng.choice(["pose", "result"])
-            studio.guarded(lambda: studio.on_view(view))
+            driven.press("view", rng.choice(["pose", "result"]))
         elif what == 6:
             content = bytes(rng.randrange(256) for _ in range(30))
             name = rng.choice(["a.urdf", "b.stl", "c.zip", "../d.xml", "e.obj"])
-            studio.guarded(lambda: studio.on_upload(name, content))
+            driven.press("upload", name, content)
         else:
             driven.press(rng.choice(names))
         studio.step(0.0)
     driven.press("cancel")
-    driven.until(lambda: studio.worker.job is None)
+    driven.until(lambda: studio.work.running is None)
     studio.step(0.01)
     assert not [text for text in driven.said if text.startswith("a fault of the studio")]
-    assert panel.which.value != NOTHING or not studio.results
+    assert (panel.playback.which.value == NOTHING) == (not studio.showing.results)

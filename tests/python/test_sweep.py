@@ -8,12 +8,12 @@ import importlib.util
 import json
 import os
 import signal
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
 from typing import ClassVar
 
+import children
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -205,7 +205,7 @@ def test_a_file_says_the_same(stiction, tmp_path: Path) -> None:
         done = stiction("sweep", spec, "-o", tmp_path / "other.csv", "--json")
         assert done.returncode == 2 and message in done.stderr and f"{spec}" in done.stderr, done.stderr
         assert json.loads(done.stdout)["status"] == "InvalidInput"
-    for words, message in ((["--seeds", "a"], "--seeds: got 'a'"), (["--friction", "x"], "--friction: got 'x'"), (["--option", "x"], "--option: got 'x'"), (["--speed", "0"], "speed: got 0.0"), (["--nothing"], "--nothing")):
+    for words, message in ((["--seeds", "a"], "--seeds: got 'a'"), (["--friction", "x"], "--friction: got 'x'"), (["--option", "x"], "--option: got 'x'"), (["--speed", "0"], "--speed: got '0'"), (["--nothing"], "--nothing")):
         done = stiction("sweep", "planar_pushing", *words, "-o", tmp_path / "other.csv")
         assert done.returncode == 2 and message in done.stderr, done.stderr
 
@@ -213,12 +213,12 @@ def test_a_file_says_the_same(stiction, tmp_path: Path) -> None:
 def test_ctrl_c_keeps_what_is_there(program: Path, tmp_path: Path) -> None:
     file = tmp_path / "sweep.csv"
     words = [program, "sweep", "planar_pushing", "--seeds", "1000", "-j", "2", "--no-refine", "-o", file]
-    process = subprocess.Popen([str(word) for word in words], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    for line in process.stderr:
-        if line.startswith("3 of 1000"):
-            os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-            break
-    _, err = process.communicate(timeout=60)
+    with children.Child(words) as process:
+        for line in process.stderr:
+            if line.startswith("3 of 1000"):
+                process.send_group(signal.SIGINT)  # as a terminal does
+                break
+        err = process.finish().stderr
     assert process.returncode == 130 and "the same command goes on" in err, err
     assert "Traceback" not in err
     rows = file.read_text(encoding="utf-8").splitlines()

@@ -8,6 +8,7 @@ import re
 import subprocess
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -20,7 +21,7 @@ SCENARIO = "reach_past_pillar"
 
 
 def run(program: Path, *words: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([program, "touch", *map(str, words)], capture_output=True, text=True, timeout=300)
+    return children.run([program, "touch", *words], limit=300)
 
 
 @pytest.fixture(scope="module")

@@ -6,14 +6,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import children
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 pytest.importorskip("mypy")
+pytestmark = pytest.mark.limit(900)
 
 
 def mypy(*files: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "mypy", *map(str, files)], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    return children.run([sys.executable, "-m", "mypy", *files], cwd=ROOT, limit=600)
 
 
 def test_packages_examples_and_what_users_write_have_types() -> None:

@@ -304,6 +304,41 @@ TEST(Sensor, LinksBehindFewJoints_AreSaidToLeaveContactsAmbiguous) {
                            [](const std::string& note) { return note.find("wrist_2_link: 5 joints") != std::string::npos; }));
 }
 
+/// Two turning tubes; the second carries a box that lies wholly inside it.
+std::shared_ptr<const world::Model> make_arm_with_hidden_link() {
+  const auto tube = [](const std::string& name) {
+    return "<link name='" + name +
+           "'><collision><origin xyz='0 0 0.15'/><geometry><cylinder radius='0.05' length='0.26'/></geometry></collision></link>";
+  };
+  const auto joint = [](const std::string& name, const std::string& parent, const std::string& child, const std::string& axis) {
+    return "<joint name='" + name + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
+           "'/><origin xyz='0 0 0.3'/><axis xyz='" + axis + "'/><limit lower='-2' upper='2' effort='50' velocity='1'/></joint>";
+  };
+  const std::string urdf =
+      "<robot name='arm'>" + tube("base") + tube("upper") + tube("lower") + joint("a", "base", "upper", "0 0 1") +
+      joint("b", "upper", "lower", "0 1 0") +
+      "<link name='core'><collision><geometry><box size='0.01 0.01 0.01'/></geometry></collision></link>"
+      "<joint name='f' type='fixed'><parent link='lower'/><child link='core'/><origin xyz='0 0 0.15'/></joint></robot>";
+  return make_robot(urdf);
+}
+
+TEST(Sensor, LinkInsideAnother_IsLeftOutWithANote) {
+  const auto model = make_arm_with_hidden_link();
+  const auto sensor = Sensor::make(model);
+  ASSERT_EQ(sensor->links().size(), 2u);
+  EXPECT_EQ(sensor->link_name(0), "robot/upper");
+  EXPECT_EQ(sensor->link_name(1), "robot/lower");
+  EXPECT_NE(
+      std::find(sensor->notes().begin(), sensor->notes().end(),
+                "robot/core: 12 of its 12 triangles are hidden in the robot and none can be touched, so that no contact is looked for "
+                "on it"),
+      sensor->notes().end());
+  SensorOptions asked_for;
+  asked_for.links = {"robot/core"};
+  EXPECT_EQ(stiction::test::message_of([&] { (void)Sensor::make(model, asked_for); }),
+            "links: got 'robot/core', of whose 12 triangles 12 are hidden, expected links with a surface that can be touched");
+}
+
 TEST(Sense, BadInput_IsNamed) {
   using stiction::test::message_of;
   const auto sensor = make_iiwa();

@@ -65,6 +65,15 @@ struct Mistake {
   const char *from, *to, *kind, *part;
 };
 
+TEST_F(Lint, WorksOnWithoutTheFilesOfTheTask) {
+  const stiction::test::TemporaryFolder folder;
+  std::ofstream(folder.path() / "slides.urdf") << kRobot;
+  std::ofstream(folder.path() / "task.yaml") << kTask;
+  const Task loaded = load_task((folder.path() / "task.yaml").string());
+  for (const char* name : {"slides.urdf", "task.yaml"}) fs::remove(folder.path() / name);
+  EXPECT_TRUE(lint(loaded).empty());
+}
+
 TEST_F(Lint, TaskWithoutMistakes_HasNothingToSay) { EXPECT_EQ(all(lint(task("0.4", "0.4"))), ""); }
 
 TEST_F(Lint, Mistakes_AreNamedWithWhatAndHowMuch) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -393,6 +394,17 @@ TEST_F(TaskFile, NotYaml_NamesTheLine) {
   const fs::path file = dir_ / "broken.yaml";
   std::ofstream(file) << "scene: {}\nstart: [1, 2\n";
   expect_refused([&] { (void)load_task(file.string()); }, {"broken.yaml:", "malformed YAML"});
+}
+
+TEST(PackageDirs, AreThoseOfTheWorkspacesOfRos) {
+  ::setenv("ROS_PACKAGE_PATH", "/ros1/src:/other", 1);
+  ::setenv("AMENT_PREFIX_PATH", "/ws/install/arm::/opt/ros/jazzy", 1);
+  const std::vector<fs::path> dirs = default_package_dirs();
+  ::unsetenv("ROS_PACKAGE_PATH");
+  ::unsetenv("AMENT_PREFIX_PATH");
+  ASSERT_GE(dirs.size(), 4u);
+  EXPECT_EQ((std::vector<fs::path>(dirs.begin(), dirs.begin() + 4)),
+            (std::vector<fs::path>{"/ros1/src", "/other", "/ws/install/arm/share", "/opt/ros/jazzy/share"}));
 }
 
 }  // namespace

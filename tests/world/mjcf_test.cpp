@@ -21,7 +21,7 @@ std::string refused(const std::string& content) {
 TEST(Mjcf, OddModel_StandsWhereMujocoHasIt) { compare_kinematics(data("odd.xml")); }
 
 TEST(Mjcf, OddModel_HasTheJointsStiffnessesAndObjectsOfTheFile) {
-  const MjcfModel odd = read_mjcf(data("odd.xml"));
+  const RobotContents odd = read_mjcf(data("odd.xml"));
   EXPECT_EQ(odd.robot.name, "odd");
   EXPECT_EQ(odd.robot.movable_joints(), (std::vector<std::string>{"lift", "yaw", "pitch", "elbow", "finger_joint_0"}));
   const auto joint = [&](const std::string& name) {
@@ -48,7 +48,7 @@ TEST(Mjcf, OddModel_HasTheJointsStiffnessesAndObjectsOfTheFile) {
 
 /// The whole object turns about its centre of mass as MuJoCo's body does.
 TEST(Mjcf, ObjectOfSeveralBodies_HasTheInertiaOfAll) {
-  const MjcfModel odd = read_mjcf(data("odd.xml"));
+  const RobotContents odd = read_mjcf(data("odd.xml"));
   const Owned<mjModel> m = load_mujoco(data("odd.xml"));
   const Owned<mjData> d(mj_makeData(m.get()));
   mj_fwdPosition(m.get(), d.get());
@@ -161,7 +161,7 @@ TEST(Mjcf, WeightOfABodyThatGravcompHolds_IsNotThere) {
 }
 
 TEST(Mjcf, MeshesOfLinks_LoseCornersAndThoseOfObjectsKeepThem) {
-  const MjcfModel model = read_mjcf(write_mjcf(
+  const RobotContents model = read_mjcf(write_mjcf(
       R"(<asset><mesh name="round" builtin="sphere" params="4" scale=".1 .1 .1"/></asset><worldbody>
          <body name="link"><joint/><geom type="mesh" mesh="round"/></body><body name="o"><freejoint/><geom type="mesh" mesh="round"/></body></worldbody>)",
       "round.xml"));

@@ -34,7 +34,7 @@ TEST_P(AgainstPinocchio, EveryLinkHasTheSamePose) {
   robot.name = "robot";
   robot.urdf = file;
   robot.X_WBase = test::random_pose(random);
-  const auto joints = read_urdf(file, {}).movable_joints();
+  const auto joints = read_urdf(file, {}).robot.movable_joints();
   for (const auto& joint : joints) robot.stiffness.emplace_back(joint, 1.0);
   scene.robots.push_back(robot);
   const auto model = Model::make(scene);

@@ -6,7 +6,6 @@
 #include <tuple>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/model.hpp"
 #include "stiction/world/read.hpp"
 #include "support/temporary_folder.hpp"
@@ -74,9 +73,9 @@ TEST_F(RobotText, IsTheRobotOfTheFile) {
     EXPECT_EQ(of_text->effort(), of_file->effort());
     ASSERT_EQ(of_text->geometries().size(), 1u) << key;
     EXPECT_EQ(std::get<Mesh>(of_text->geometries()[0].shape).mesh->vertices, std::get<Mesh>(of_file->geometries()[0].shape).mesh->vertices);
-    EXPECT_EQ(read_joint_speeds(*of_text), read_joint_speeds(*of_file));
+    EXPECT_EQ(of_text->speed_limit(), of_file->speed_limit());
   }
-  EXPECT_EQ(read_joint_speeds(*make("urdf", kArm))[0], 2);
+  EXPECT_EQ(make("urdf", kArm)->speed_limit()[0], 2);
 }
 
 TEST_F(RobotText, MayStandInAYamlFile) {
@@ -112,7 +111,10 @@ TEST_F(RobotText, MistakesAreSaidWithTheirKeyAndLine) {
   EXPECT_EQ(message("urdf", "\n <robot>\n<link"),
             "robots[0].urdf: text:3: urdf: got malformed XML (XML_ERROR_PARSING_ELEMENT), expected a URDF");
   EXPECT_EQ(message("urdf", "<!-- nothing -->"), "robots[0].urdf: text: urdf: got no element, expected 'robot'");
-  EXPECT_EQ(message("urdf", kArmMjcf), "robots[0].urdf: text:1: root element: got 'mujoco', expected 'robot'");
+  EXPECT_EQ(
+      message("urdf", kArmMjcf),
+      "robots[0].urdf: text:1: root element: got 'mujoco', so an MJCF, expected 'robot', the root of a URDF; an MJCF stands under the key "
+      "mjcf");
   EXPECT_EQ(message("urdf", "<robot><xacro:arm/></robot>"),
             "robots[0].urdf: text:1: robot: got 'xacro:arm', so an xacro file, expected the URDF that xacro makes of it");
   EXPECT_EQ(

@@ -207,7 +207,7 @@ TEST_F(Robots, Srdf_KeepsPairsFromTouching) {
     load(urdf, kStiff + "    srdf: r.srdf\n");
     FAIL();
   } catch (const core::InvalidInput& e) {
-    EXPECT_EQ(local(e.what()), "r.srdf:2: disable_collisions: got no link2, expected link1 and link2");
+    EXPECT_EQ(local(e.what()), "r.srdf:2: disable_collisions: got no attribute link2, expected one");
   }
 }
 

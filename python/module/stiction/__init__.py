@@ -14,6 +14,8 @@ from ._fits import what_does_not_fit as _what_does_not_fit
 if _fault := _what_does_not_fit(_Path(__file__).resolve().parent):
     raise ImportError(_fault)
 
+import numpy as _numpy  # noqa: E402, F401  # without it the extension fails at the first array, in words that say less
+
 from ._core import *  # noqa: F403
 from ._core import version  # noqa: E402
 from ._extras import MissingExtra as MissingExtra  # noqa: E402

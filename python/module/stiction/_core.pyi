@@ -99,6 +99,21 @@ class Body:
     def dofs(self) -> list[int]:
         """velocity indices that move it"""
 
+class RobotLink:
+    """A link of a robot, and what it hangs on."""
+
+    @property
+    def name(self) -> str:
+        """of its body, as robot/link"""
+
+    @property
+    def parent(self) -> str | None:
+        """of the body that it hangs on; None: the link stands in the world"""
+
+    @property
+    def moves(self) -> bool:
+        """a joint moves it relative to its parent"""
+
 class Geometry:
     """A shape on a body."""
 
@@ -317,6 +332,12 @@ class Model:
         """
 
     @property
+    def speed_limit(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        How fast the joints may be as the URDF says (n_a) [m/s or rad/s], infinite where there is no limit
+        """
+
+    @property
     def lower(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """joint limits (n_a) [m or rad]"""
 
@@ -336,6 +357,10 @@ class Model:
 
     @property
     def bodies(self) -> list[Body]: ...
+
+    @property
+    def links(self) -> list[RobotLink]:
+        """of all robots, parents first"""
 
     @property
     def geometries(self) -> list[Geometry]: ...
@@ -1405,17 +1430,25 @@ class Trajectory:
         """
 
     @property
+    def speed(self) -> float:
+        """times the full timing of make_trajectory()"""
+
+    @property
     def duration(self) -> float:
         """[s]"""
 
-def make_trajectory(plan: Plan, *, speed: float = 1.0, pause: float = 0.0) -> Trajectory:
+OPEN_LOOP_SPEED: float = 0.1
+
+def make_trajectory(plan: Plan, *, speed: float = 0.1, pause: float = 0.0) -> Trajectory:
     """
-    Times of the commands of a plan, at the speeds that follow from the object of its goal and from the motors (E.8), (E.13), and ahead of it by what the damping of objects on joints takes (E.17). speed multiplies the speeds of pushes; commands rest for pause [s] between pieces. Raises InvalidInput.
+    Times of the commands of a plan, at the speeds that follow from the object of its goal and from the motors (E.8), (E.13), and ahead of it by what the damping of objects on joints takes (E.17).
+
+    speed: times that full timing, > 0; above 1 only pushes are faster. Without feedback most plans hold at the default of 0.1, and few at 1. No command is faster than the `velocity` of the URDF, at any speed. pause: commands rest this long between pieces [s], >= 0. Raises InvalidInput.
 
         >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
         >>> trajectory = st.make_trajectory(plan, speed=0.5)
-        >>> trajectory.u.shape == (len(trajectory.times), 2), float(trajectory.times[0])
-        (True, 0.0)
+        >>> trajectory.u.shape == (len(trajectory.times), 2), float(trajectory.times[0]), trajectory.speed
+        (True, 0.0, 0.5)
     """
 
 class Segment:
@@ -1506,7 +1539,7 @@ class Plan:
         """
         Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, contacts.
 
-        format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speeds. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
+        format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
 
             >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
             >>> [file.name for file in plan.export("motion.csv")]
@@ -1974,14 +2007,14 @@ class SolveResult:
 
     def __repr__(self) -> str: ...
 
-def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, tries: int = 20, friction: Sequence[float] = [1.0], speed: float = 1.0, threads: int = 0, timeout_s: float = 120.0, on_progress: Callable[[Progress], bool | None] | None = None) -> SolveResult:
+def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, tries: int = 20, friction: Sequence[float] = [1.0], speed: float = 0.1, threads: int = 0, timeout_s: float = 120.0, on_progress: Callable[[Progress], bool | None] | None = None) -> SolveResult:
     """
     Plans, refines, checks and simulates seeds until one reaches its goal in the second-order simulation.
 
       options: of the planner: PlannerOptions, or a dict of those that differ from the task's; None: the task's.
       seed: of the first try, the next ones count up; None: that of the options. tries: at most, >= 1.
       friction: the goal has to be reached with every coefficient of friction times each of these, >= 0.
-      speed: of pushes, times what follows from the object and the motors (E.13), > 0.
+      speed: of the runs, times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster.
       threads: 0 for all cores; the result does not depend on it. timeout_s: of all tries [s], > 0.
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
 
@@ -2148,11 +2181,12 @@ class SpeedLimits:
     def pause(self) -> float:
         """[s]"""
 
-def transfer(plan: Plan, *, speed: float = 1.0, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
     Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
-      speed: of pushes, times what follows from the object and the motors (E.13), > 0.
+      speed: times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster. Without feedback most plans hold at
+        the default of 0.1, and few at 1.
       pause: commands rest this long between pieces [s], >= 0.
       uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
       substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
@@ -3669,6 +3703,12 @@ class SensingScenario:
     @property
     def tau(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """external torques [N m; N] (time, n_a)"""
+
+    @property
+    def notes(self) -> list[str]:
+        """
+        a sentence each: columns of the file of the series that were not read, or whose meaning needs a word
+        """
 
     @property
     def pushed(self) -> list[list[int]]:

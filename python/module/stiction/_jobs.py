@@ -102,7 +102,8 @@ def _without_main(function: Callable[[Any], Any]) -> Iterator[None]:
 
 
 def _work(connection: Any, function: Callable[[Any], Any], job: Any) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    for number in (signal.SIGINT, signal.SIGHUP):  # a terminal sends them to all processes; the parent decides
+        signal.signal(number, signal.SIG_IGN)
     connection.send(carry_out(function, job))
 
 

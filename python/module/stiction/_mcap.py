@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ._core import BodyKind
 from ._extras import require
@@ -57,10 +60,10 @@ def xyz(values: Any) -> dict[str, float]:
     return dict(zip("xyz", map(float, values)))
 
 
-def transform(seconds: float, child: str, position: Any, quaternion_xyzw: Any = (0, 0, 0, 1)) -> dict[str, Any]:
-    """Pose of the frame `child` in the world."""
+def transform(seconds: float, child: str, position: Any, quaternion_xyzw: Any = (0, 0, 0, 1), parent: str = WORLD) -> dict[str, Any]:
+    """Pose of the frame `child` in the frame `parent`."""
     return {
-        "header": {"stamp": stamp(seconds), "frame_id": WORLD},
+        "header": {"stamp": stamp(seconds), "frame_id": parent},
         "child_frame_id": child,
         "transform": {"translation": xyz(position), "rotation": dict(zip("xyzw", map(float, quaternion_xyzw)))},
     }
@@ -110,6 +113,7 @@ def robots_of(joints: list[str]) -> dict[str, list[int]]:
 
 def add_joints(to: Recorder, motion: Motion) -> None:
     """Of each robot what a controller is sent, and what its joints then do."""
+    tokens = Tokens()
     for robot, columns in robots_of(motion.joints).items():
         names = [motion.joints[i].split("/", 1)[1] for i in columns]
         points = [
@@ -117,17 +121,53 @@ def add_joints(to: Recorder, motion: Motion) -> None:
             for t, command in zip(motion.time, motion.q_cmd)
         ]
         start = {"stamp": stamp(0), "frame_id": ""}  # a controller takes the time 0 for now
-        to.add(f"/{token(robot)}/joint_trajectory", "trajectory_msgs/JointTrajectory", 0, {"header": start, "joint_names": names, "points": points})
+        to.add(f"/{tokens(robot)}/joint_trajectory", "trajectory_msgs/JointTrajectory", 0, {"header": start, "joint_names": names, "points": points})
         for k, t in enumerate(motion.time):
             state = {"header": {"stamp": stamp(t), "frame_id": ""}, "name": names}
             state |= {"position": motion.q[k, columns].tolist(), "velocity": motion.velocity[k, columns].tolist(), "effort": motion.torque[k, columns].tolist()}
-            to.add(f"/{token(robot)}/joint_states", "sensor_msgs/JointState", t, state)
+            to.add(f"/{tokens(robot)}/joint_states", "sensor_msgs/JointState", t, state)
 
 
-def add_fixed(to: Recorder, motion: Motion) -> None:
-    model = motion.plan.task.model
-    poses = model.body_poses(motion.plan.q[0])
+class Links:
+    """The links of the robots as frames, each in the frame of the link that it hangs on, as robot_state_publisher has them."""
+
+    def __init__(self, model: Any) -> None:
+        self._model = model
+        self._frames = name_links(model)
+        self._links = [(link.name, link.parent, link.moves) for link in model.links]
+
+    def transforms(self, seconds: float, q: Any, moving: bool) -> list[dict[str, Any]]:
+        """Those that joints move, or all others."""
+        poses = self._model.body_poses(q)
+        return [self._transform(seconds, poses, link, parent) for link, parent, moves in self._links if moves == moving and self._frames[link] != WORLD]
+
+    def _transform(self, seconds: float, poses: dict[str, Any], link: str, parent: str | None) -> dict[str, Any]:
+        pose = poses[link] if parent is None else poses[parent].inverse() @ poses[link]
+        return transform(seconds, self._frames[link], pose.p, _xyzw(pose), WORLD if parent is None else self._frames[parent])
+
+
+def name_links(model: Any) -> dict[str, str]:
+    """Frame of each link robot/link: its name in the file of the robot. The links of a robot of which a name is taken are robot/link, all of them."""
+    poses = model.body_poses(model.neutral())
+    links = {link.name: link.name.split("/", 1) for link in model.links}
+    taken = Counter(name for _, name in links.values())
+    taken.update(body.name for body in model.bodies if body.kind != BodyKind.Robot)
+    roots = {link.name for link in model.links if link.parent is None}
+    at_world = {name for name in roots if links[name][1] == WORLD and _is_identity(poses[name])}
+    shared = {robot for full, (robot, name) in links.items() if taken[name] > 1 or (name == WORLD and full not in at_world)}
+    return {full: full if robot in shared else name for full, (robot, name) in links.items()}
+
+
+def _is_identity(pose: Any) -> bool:
+    return not np.any(pose.p) and np.array_equal(pose.R, np.eye(3))
+
+
+def add_fixed(to: Recorder, motion: Motion, links: Links) -> None:
+    """What does not move: fixed bodies, where robots stand, and links that are welded to others."""
+    model, q = motion.plan.task.model, motion.plan.q[0]
+    poses = model.body_poses(q)
     fixed = [transform(0, body.name, poses[body.name].p, _xyzw(poses[body.name])) for body in model.bodies if body.kind == BodyKind.Fixed]
+    fixed += links.transforms(0, q, moving=False)
     if fixed:
         to.add("/tf_static", "tf2_msgs/TFMessage", 0, {"transforms": fixed})
 
@@ -146,13 +186,14 @@ def name_contacts(contacts: list[Any], tokens: Tokens) -> dict[str, Any]:
     return out
 
 
-def add_world(to: Recorder, motion: Motion) -> None:
-    """Objects, and contacts with a frame each at its point: a wrench acts at the origin of its frame."""
+def add_world(to: Recorder, motion: Motion, links: Links) -> None:
+    """Objects, links of robots, and contacts with a frame each at its point: a wrench acts at the origin of its frame."""
     tokens = Tokens()
     open_before: set[str] = set()
     for k, t in enumerate(motion.time):
         contacts = name_contacts(motion.contacts[k], tokens)
         frames = [transform(t, name, pose[:3], pose[3:]) for name, pose in zip(motion.objects, motion.poses[k])]
+        frames += links.transforms(t, motion.q_all[k], moving=True)
         frames += [transform(t, name, contact.point) for name, contact in contacts.items()]
         to.add("/tf", "tf2_msgs/TFMessage", t, {"transforms": frames})
         for name in sorted(contacts.keys() | open_before):  # those that opened end with a force of zero
@@ -167,7 +208,8 @@ def write(motion: Motion, file: Path) -> None:
     ros2 = require("mcap", "format mcap", "mcap_ros2.writer")
     with file.open("wb") as out, ros2.Writer(out) as writer:
         to = Recorder(writer)
-        add_fixed(to, motion)
+        links = Links(motion.plan.task.model)
+        add_fixed(to, motion, links)
         add_joints(to, motion)
-        add_world(to, motion)
+        add_world(to, motion, links)
         writer.add_metadata(name="stiction", data={name: str(value) for name, value in motion.about().items()})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import statistics
@@ -13,30 +14,36 @@ from pathlib import Path
 from typing import Any
 
 from . import _command
-from ._core import InvalidInput
+from ._core import OPEN_LOOP_SPEED, InvalidInput
 from ._table import to_cell
 from .sweeps import PlanRun, Progress, sweep
 
 RUN = {"refine": bool, "timeout_s": (int, float), "speed": (int, float), "alone": bool}  # fields of PlanRun
+LARGEST_SEED = 2**64 - 1
+MOST_SEEDS = 1_000_000
 SPEC: dict[str, Any] = {"tasks": list, "seeds": (int, list), "friction": list, "options": dict} | RUN
 
 
 def read_seeds(text: str) -> int | list[int]:
     """N, A:B without B, or A,B,C"""
-    try:
+    read = _command.integer(0, LARGEST_SEED)
+    with contextlib.suppress(argparse.ArgumentTypeError, ValueError):
         if ":" in text:
-            first, end = map(int, text.split(":"))
-            return list(range(first, end))
-        return [int(word) for word in text.split(",")] if "," in text else int(text)
-    except ValueError:
-        raise InvalidInput(f"--seeds: got '{text}', expected N, A:B or A,B,C") from None
+            first, end = map(read, text.split(":"))
+            if first < end <= first + MOST_SEEDS:
+                return list(range(first, end))
+        elif "," in text:
+            return [read(word) for word in text.split(",")]
+        elif 0 < read(text) <= MOST_SEEDS:
+            return read(text)
+    raise InvalidInput(f"--seeds: got {_command.quote(text)}, expected N > 0, A:B with A < B, or A,B,C: integers, at most {MOST_SEEDS} seeds")
 
 
 def read_friction(text: str) -> list[float]:
     try:
-        return [float(word) for word in text.split(",")]
-    except ValueError:
-        raise InvalidInput(f"--friction: got '{text}', expected factors, as in 0.8,1") from None
+        return [_command.nonnegative(word) for word in text.split(",")]
+    except argparse.ArgumentTypeError:
+        raise InvalidInput(f"--friction: got {_command.quote(text)}, expected factors ≥ 0, as in 0.8,1") from None
 
 
 def read_option(text: str) -> tuple[str, list[Any]]:
@@ -68,7 +75,7 @@ def read_spec(file: Path) -> dict[str, Any]:
     for name, value in spec.items():
         if name not in SPEC:
             raise InvalidInput(f"{file}: got the field '{name}', expected some of {', '.join(SPEC)}")
-        if not isinstance(value, SPEC[name]):
+        if not isinstance(value, SPEC[name]) or (isinstance(value, bool) and SPEC[name] is not bool):
             raise InvalidInput(f"{file}: {name}: got {value!r}, expected {_type_name(SPEC[name])}")
     if "tasks" not in spec:
         raise InvalidInput(f"{file}: tasks: got none, expected a list of names or files")
@@ -90,11 +97,11 @@ class Line:
         head = f"{progress.done} of {progress.total}{left}"
         last = progress.rows[-1] if progress.rows else None
         text = head if last is None else f"{head}: {last['task']} seed {last['seed']}{_options(last['options'])} {last['status']}"
-        print(f"\r\x1b[K{text}" if self._terminal else text, end="" if self._terminal else "\n", file=sys.stderr, flush=True)
+        _command.write_text(f"\r\x1b[K{text}" if self._terminal else f"{text}\n", sys.stderr)
 
     def end(self) -> None:
         if self._terminal:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+            _command.write_text("\r\x1b[K", sys.stderr)
 
 
 def duration(seconds: float) -> str:
@@ -148,10 +155,10 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--friction", metavar="F,F", help="simulate too, with these factors of every coefficient of friction")
     parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE,VALUE", help="of the planner, with dots into maps; every choice is run")
     parser.add_argument("--no-refine", action="store_true", help="plans as the planner made them")
-    parser.add_argument("--speed", type=float, metavar="V", help="of joints in the simulation, times 0.1 rad/s and 0.0125 m/s (default: 1)")
+    parser.add_argument("--speed", type=_command.positive, metavar="V", help=f"in the simulation, times the full timing that follows from object and motors (default: {OPEN_LOOP_SPEED})")
     parser.add_argument("--alone", action="store_true", help="simulate every push by itself as well, which tells causes apart")
-    parser.add_argument("--timeout", type=float, metavar="S", help="of the planner, and of refinement [s] (default: 20)")
-    parser.add_argument("-j", "--processes", type=int, metavar="N", help="at a time, of one thread each (default: one per core)")
+    parser.add_argument("--timeout", type=_command.positive, metavar="S", help="of the planner, and of refinement [s] (default: 20)")
+    parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="at a time, of one thread each (default: one per core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local")
     parser.add_argument("-o", "--out", type=Path, default=Path("sweep.csv"), metavar="FILE", help="table, .csv or .parquet (default: %(default)s)")
     return parser
@@ -184,7 +191,7 @@ def main(words: Sequence[str]) -> int:
         rows = sweep(**arguments_of(parsed), out=parsed.out, processes=parsed.processes, ray=parsed.ray, on_progress=line)
     except KeyboardInterrupt:
         line.end()
-        print(f"stiction: interrupted; the rows so far are in {parsed.out}, the same command goes on", file=sys.stderr)
+        _command.say(f"stiction: interrupted; the rows so far are in {parsed.out}, the same command goes on", sys.stderr)
         return _command.INTERRUPTED
     line.end()
     results = summarise(rows)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import os
+import sys
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import _command
-from ._core import InvalidInput, Plan, PlanContact, Trajectory, make_trajectory, read_plan, version
+from ._core import OPEN_LOOP_SPEED, InvalidInput, Plan, PlanContact, Status, Trajectory, make_trajectory, read_plan, version
 from ._files import write_whole
 
 FORMAT = "stiction-motion"
@@ -30,6 +32,7 @@ class Motion:
     time: np.ndarray  # (knots) [s]
     kinds: list[str]  # (knots) of the segment that led there: settle, contact, regrasp
     joints: list[str]
+    q_all: np.ndarray  # (knots, n_q) predicted configurations
     q: np.ndarray  # (knots, joints) predicted [m or rad]
     q_cmd: np.ndarray  # commands [m or rad]
     velocity: np.ndarray  # of q on the way to the knot [m/s or rad/s]
@@ -37,6 +40,7 @@ class Motion:
     objects: list[str]
     poses: np.ndarray  # (knots, objects, 7): x y z [m] qx qy qz qw of X_WB
     contacts: list[list[PlanContact]]  # (knots) of the sub-step that led there
+    speed: float  # times the full timing
 
     def about(self) -> dict[str, Any]:
         """Where it comes from."""
@@ -47,11 +51,12 @@ class Motion:
             "scene_sha256": plan.task.scene_sha256,
             "status": plan.status.name,
             "seed": plan.seed,
+            "speed": self.speed,
         }
 
 
 def make_motion(plan: Plan, trajectory: Trajectory | None = None) -> Motion:
-    """The plan at the knots of the trajectory; None: at the default speeds. Raises InvalidInput: a trajectory of another plan."""
+    """The plan at the knots of the trajectory; None: at the default speed. Raises InvalidInput: a trajectory of another plan."""
     trajectory = make_trajectory(plan) if trajectory is None else trajectory
     model, t, q_all = plan.task.model, np.asarray(trajectory.times), np.asarray(trajectory.q)
     knots = np.asarray(trajectory.knots)
@@ -65,6 +70,7 @@ def make_motion(plan: Plan, trajectory: Trajectory | None = None) -> Motion:
         time=t,
         kinds=[plan.segments[segment].kind.name.lower() for segment in trajectory.segments],
         joints=model.joint_names,
+        q_all=q_all,
         q=q,
         q_cmd=q_cmd,
         velocity=velocity,
@@ -72,6 +78,7 @@ def make_motion(plan: Plan, trajectory: Trajectory | None = None) -> Motion:
         objects=model.object_names,
         poses=poses_of_objects(model, q_all),
         contacts=[contacts[knot] for knot in knots],
+        speed=trajectory.speed,
     )
 
 
@@ -170,11 +177,26 @@ def format_of(file: Path, given: str | None) -> str:
     return found
 
 
+def describe_miss(plan: Plan) -> str | None:
+    """A sentence on a plan that does not reach its goal; None: it does."""
+    if plan.status == Status.Solved:
+        return None
+    error, goal = plan.error, plan.task.goal
+    return (
+        f"the plan does not reach its goal (status {plan.status.name}): it ends {1e3 * error.position:.2f} mm and {error.angle:.4f} rad away, "
+        f"the tolerances are {1e3 * goal.tol_position:.2f} mm and {goal.tol_angle:.4f} rad; a longer search may reach it (`stiction plan --timeout`)"
+    )
+
+
 def write(plan: Plan, file: str | os.PathLike[str], *, format: str | None = None, trajectory: Trajectory | None = None) -> list[Path]:
     """What Plan.export() does."""
-    path = Path(file)
-    writer = WRITERS[format_of(path, format)]
-    return writer(make_motion(plan, trajectory), path)
+    if miss := describe_miss(plan):
+        warnings.warn(miss, stacklevel=2)
+    return write_motion(plan, Path(file), format_of(Path(file), format), trajectory)
+
+
+def write_motion(plan: Plan, file: Path, format: str, trajectory: Trajectory | None) -> list[Path]:
+    return WRITERS[format](make_motion(plan, trajectory), file)
 
 
 def main(words: Sequence[str]) -> int:
@@ -183,8 +205,14 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("plan", type=Path, metavar="PLAN", help="plan file, or its folder")
     parser.add_argument("--format", metavar="FORMAT", help=f"one of {', '.join(sorted(WRITERS))} (default: what FILE ends in)")
     parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="(default: motion.FORMAT in the folder of the plan)")
-    parser.add_argument("--speed", type=float, default=1.0, help="speed, times that which follows from object and motors; above 1 of pushes alone (default: %(default)s)")
-    parser.add_argument("--pause", type=float, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
+    parser.add_argument(
+        "--speed",
+        type=_command.positive,
+        default=OPEN_LOOP_SPEED,
+        help="speed, times the full timing that follows from object and motors; above 1 only pushes are faster. Without feedback most plans hold at 0.1, and few at 1 "
+        "(default: %(default)s)",
+    )
+    parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
     arguments = parser.parse_args(words)
     if arguments.format is None and arguments.out is None:
         parser.error("format: got none, expected --format, or -o with a file whose name ends in it")
@@ -193,9 +221,13 @@ def main(words: Sequence[str]) -> int:
     format = format_of(file, arguments.format)
     plan = read_plan(arguments.plan)
     trajectory = make_trajectory(plan, speed=arguments.speed, pause=arguments.pause)
-    files = write(plan, file, format=format, trajectory=trajectory)
+    files = write_motion(plan, file, format, trajectory)
+    miss = describe_miss(plan)
+    if miss:
+        print(f"stiction: warning: {arguments.plan}: {miss}", file=sys.stderr)
     knots, duration = len(trajectory.times), trajectory.duration
-    rows = {"motion": f"{knots} knots, {duration:.1f} s"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
-    result = {"status": "Done", "task": plan.task.name, "seed": plan.seed, "format": format, "knots": knots, "duration_s": duration, "files": [str(path) for path in files]}
+    rows = {"motion": f"{knots} knots, {duration:.1f} s at {trajectory.speed:g} of the full timing"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
+    result = {"status": "NotSolved" if miss else "Done", "plan_status": plan.status.name, "task": plan.task.name, "seed": plan.seed, "format": format}
+    result |= {"speed": trajectory.speed, "knots": knots, "duration_s": duration, "files": [str(path) for path in files]}
     _command.report(arguments, f"{plan.task.name}, seed {plan.seed}: exported", rows, result)
-    return _command.DONE
+    return _command.NOT_SOLVED if miss else _command.DONE

@@ -47,7 +47,7 @@ def view(shown: Plan | Task, *, html: str | Path | None = None, port: int = 8080
     """Shows a plan, or a task before it is planned, in the browser.
 
     html: a page to write, self-contained: play, scrub, contact forces as arrows. Returns it.
-    None: serves on the loopback address at `port` until Ctrl-C.
+    None: serves on the loopback address at `port` until Ctrl-C, and prints the address of the page with its token.
 
     Raises InvalidInput: what is shown is neither; the page cannot be written.
 

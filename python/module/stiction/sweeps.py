@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from ._causes import find_cause, follow
-from ._core import InvalidInput, Plan, PlannerOptions, SegmentKind, SpeedLimits, Status, Task, check_plan, load_task, plan, refine, transfer, version
+from ._core import OPEN_LOOP_SPEED, InvalidInput, Plan, PlannerOptions, SegmentKind, SpeedLimits, Status, Task, check_plan, load_task, plan, refine, transfer, version
 from ._jobs import Died, Failed, Local, Ray, run_all
 from ._table import Table, read_rows, to_cell
 
@@ -52,7 +52,7 @@ class PlanRun:
 
     timeout_s: float = 20.0  # of the planner, and of refinement [s]
     refine: bool = True
-    speed: float = 1.0  # in the simulation, times that which follows from object and motors; above 1 of pushes alone
+    speed: float = OPEN_LOOP_SPEED  # in the simulation, times the full timing that follows from object and motors; above 1 only pushes are faster
     alone: bool = False  # simulate pushes by themselves as well, which tells causes apart
     uniform: bool = False  # speed times SpeedLimits() in place of those
 

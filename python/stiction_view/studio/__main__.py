@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
 
-from .program import add_address, announce, end_on_sigterm, run_until_interrupted
+from ..program import add_address, announce, end_on_signals, leave, run_until_interrupted
 
 
 def main() -> int:
@@ -15,7 +14,7 @@ def main() -> int:
     parser.add_argument("shown", nargs="?", help="task or scenario (name or file), or a folder of them")
     add_address(parser)
     args = parser.parse_args()
-    end_on_sigterm()
+    end_on_signals()
 
     from . import catalog
     from .app import Studio
@@ -24,11 +23,11 @@ def main() -> int:
     def show() -> None:
         entries, first = catalog.find(args.shown)
         with serving(args.host, args.port) as server, tempfile.TemporaryDirectory(prefix="stiction-studio-") as folder:
-            announce(server, args.host)  # a browser loads the page while the scene is made
+            announce(server)  # a browser loads the page while the scene is made
             Studio(server, entries, first, Path(folder)).run()
 
     return run_until_interrupted(show, ValueError)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    leave(main())

@@ -1,103 +1,141 @@
-"""The studio: what can be opened, and files that are dropped."""
+"""The studio: its parts, and which control is answered by which of them."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import stiction as st
 import viser
 
 from . import catalog, scenario
+from .desk import Desk
+from .downloads import Downloads
 from .jobs import Job
 from .limits import limit_uploads
-from .own_scene import SHAPES, ObjectSpec, make_spec
-from .panel import NOTHING
+from .options import Options
+from .own_files import OwnFiles
+from .panel import POSE, Panel, Handlers
 from .picture import Pictures
+from .planning import Planning
+from .posing import Posing
 from .problem import Problem
 from .showing import Showing
-from .uploads import Uploads
+from .stage import Stage
+from .work import Work
+
+TICK = 1 / 60  # [s] how often the page is looked at
 
 
-class Studio(Showing):
-    """`entries` can be picked; `folder` is temporary and holds uploads."""
-
-    handlers = (*Showing.handlers, "pick", "upload", "kind", "make")
-
-    opened = ""
+class Studio:
+    """`entries` can be picked; `folder` is temporary and holds uploads. Only the thread that calls step() touches the parts."""
 
     def __init__(self, server: viser.ViserServer, entries: Sequence[catalog.Entry], first: catalog.Entry | None, folder: Path):
-        super().__init__(server, [e.label for e in entries], folder)
-        self.entries = list(entries)
-        self.uploads = Uploads(folder)
-        self.panel.show_sizes(self.panel.kind.value)
-        limit_uploads(server, lambda text: self.events.put(lambda: self.panel.say(text, fault=True)))
+        self.entries, self.opened = list(entries), ""
+        self.desk = Desk(lambda text: self.panel.head.say(text, fault=True))
+        self.handlers = Handlers(self.desk.post)
+        self.stage = Stage(server)
+        self.panel = panel = Panel(server.gui, self.handlers, [e.label for e in entries])
+        self.work = Work(self.desk, panel.head, panel.search)
+        self.posing = Posing(panel.pose, self.stage, self.desk.post, self._pose_changed)
+        self.options = Options(panel.options, self._say_command)
+        self.showing = Showing(panel.playback, panel.figures, self.stage, self._say_command)
+        self.planning = Planning(server, panel.head, panel.search, self.stage, self.work, self.posing, self.showing)
+        self.downloads = Downloads(server, panel.export, panel.search, self.stage, self.work, self.posing, self.showing)
+        self.own_files = OwnFiles(panel.head, panel.own, folder, self.take)
+        self._connect()
+        limit_uploads(server, lambda text: self.desk.post(lambda: panel.head.say(text, fault=True)))
         if first is not None:
-            self.panel.pick.value = first.label
-            self.guarded(lambda: self.open(first))
+            panel.head.pick.value = first.label
+            self.desk.guarded(lambda: self.open(first))
+
+    def _connect(self) -> None:
+        """Every control by its name in the panel."""
+        self.handlers.add(pick=self.pick, view=self.choose_view, seed=self.read_seed, reset=self.reset)
+        self.handlers.add(handle=self.posing.choose_handle, goal=self.posing.read_goal, start=self.posing.read_start, joints=self.posing.read_joints)
+        self.handlers.add(options=self.options.read, options_reset=self.options.reset)
+        self.handlers.add(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel)
+        self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save)
+        self.handlers.add(upload=self.own_files.upload, kind=self.own_files.choose_kind, make=self.own_files.make)
+
+    # ---- the loop ----
+
+    def run(self) -> None:
+        """Until interrupted."""
+        try:
+            while True:
+                self.step(TICK)
+        finally:
+            self.work.end()
+
+    def step(self, wait_s: float) -> None:
+        """Does what was asked for, and what is due."""
+        self.desk.do_all(wait_s)
+        self.desk.guarded(self._tick)
+
+    def _tick(self) -> None:
+        now = time.monotonic()
+        self.work.tick(now)
+        self.posing.tick(now)
+        self.planning.tick()
+        self.showing.tick(now)
+
+    # ---- between the parts ----
+
+    def _pose_changed(self) -> None:
+        self.showing.rest()
+        self._say_command()
+
+    def _say_command(self) -> None:
+        self.downloads.say_command()
+
+    def choose_view(self, name: str) -> None:
+        """Raises ValueError: there is nothing to see."""
+        if name != POSE:
+            return self.showing.show()
+        if self.posing.problem is None:
+            raise ValueError("pose: a scenario is shown; open a task")
+        self.posing.show()
+
+    def read_seed(self) -> None:
+        if self.planning.read_seed():
+            self._say_command()
+
+    def reset(self) -> None:
+        """Start, goal and options as the task has them."""
+        self.posing.reset()
+        self.options.open(self.posing.problem)
 
     # ---- opening ----
 
-    def on_pick(self) -> None:
-        if self.panel.pick.value != self.opened:
-            self.open(next(e for e in self.entries if e.label == self.panel.pick.value))
+    def pick(self) -> None:
+        label = self.panel.head.pick.value
+        if label != self.opened:
+            self.open(next(e for e in self.entries if e.label == label))
 
     def open(self, entry: catalog.Entry) -> None:
         self.opened = entry.label
-        self.panel.say("")
-        self.drop()
+        self.panel.head.say("")
+        self.work.drop()
         if entry.kind == catalog.TASK:
             return self.take(Problem.open(entry.source))
         play = scenario.play_sense if entry.kind == catalog.SENSE else scenario.play_control
-        self.when_free(lambda: self.start(Job(f"{entry.kind} of {entry.label}", lambda _: play(entry.source), self.played_done)))
+        self.work.when_free(lambda: self.work.start(Job(f"{entry.kind} of {entry.label}", lambda _: play(entry.source), self._played)))
 
     def take(self, problem: Problem) -> None:
         """A task to pose and to plan."""
-        self.drop()
-        self.problem, self.pictures, self.played = problem, Pictures(problem.model), None
-        panel, model = self.panel, problem.model
-        panel.about.content = problem.given.description + "".join(f"  \n*{note}*" for note in model.notes)
-        panel.seed.value = problem.seed
-        self.fill_pose()
-        units = ["m" if model.dofs[model.n_vu + j].kind == st.DofKind.Prismatic else "rad" for j in range(model.n_a)]
-        ranges = [problem.joint_range(j) for j in range(model.n_a)]
-        panel.fill_joints(model.joint_names, ranges, problem.start[model.n_qu :], units)
-        self.fill_options()
-        panel.set_choices(panel.handle, [NOTHING, *self.handles()], "goal" if "goal" in self.handles() else NOTHING)
-        self.list_results()
-        self.to_pose(aim=True)
+        self.work.drop()
+        self.panel.head.about.content = problem.given.description + "".join(f"  \n*{note}*" for note in problem.model.notes)
+        self.posing.open(problem, Pictures(problem.model))
+        self.options.open(problem)
+        self.planning.open()
+        self.showing.close_scenario()
+        self.showing.list_results()
+        self.posing.show(aim=True)
 
-    # ---- own files ----
-
-    def on_upload(self, name: str, content: bytes) -> None:
-        self.uploads.add(name, content)
-        self.panel.say(f"{name}: taken")
-        self.list_uploads(name)
-
-    def list_uploads(self, newest: str) -> None:
-        panel, uploads = self.panel, self.uploads
-        robots = uploads.robots()
-        lines = []
-        for name in uploads.contents:
-            missing = uploads.missing(name) if name in robots else []
-            lines.append(f"- {name}" + (f", waits for {', '.join(missing)}" if missing else ""))
-        panel.uploaded.content = "\n".join(lines) or "No files yet."
-        panel.set_choices(panel.robot, robots or [NOTHING], newest if newest in robots else panel.robot.value if panel.robot.value in robots else (robots or [NOTHING])[0])
-        kinds = [*SHAPES, *uploads.meshes()]
-        panel.set_choices(panel.kind, kinds, panel.kind.value if panel.kind.value in kinds else kinds[0])
-
-    def on_kind(self) -> None:
-        self.panel.show_sizes(self.panel.kind.value)
-
-    def on_make(self) -> None:
-        panel = self.panel
-        if panel.robot.value == NOTHING:
-            raise ValueError("robot: nothing was dropped; add a URDF or an MJCF first")
-        robot = self.uploads.write_robot(panel.robot.value)
-        kind = panel.kind.value
-        file = None if kind in SHAPES else self.uploads.write_mesh(kind)
-        sizes = tuple(float(s.value) for s in panel.sizes)
-        thing = ObjectSpec(kind if file is None else "mesh", sizes, file, float(panel.scale.value), float(panel.mass.value), float(panel.friction.value))
-        spec = make_spec(robot, thing, floor=bool(panel.floor.value))
-        self.take(Problem.of_dict(spec, self.uploads.folder))
-        panel.say(f"{robot.name} on a floor: pose it, then plan" if panel.floor.value else f"{robot.name}: pose it, then plan")
+    def _played(self, job: Job) -> None:
+        """A scenario was carried out."""
+        self.posing.close()
+        self.options.open(None)
+        self.showing.show_scenario(job.result)
+        self.panel.head.about.content = job.result.words

@@ -45,6 +45,7 @@ class Worker:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._job: Job | None = None
+        self._thread: threading.Thread | None = None
 
     @property
     def job(self) -> Job | None:
@@ -56,12 +57,19 @@ class Worker:
             if self._job is not None:
                 return False
             self._job = job
-        threading.Thread(target=self._run, args=(job,), name=job.label, daemon=True).start()
+            self._thread = threading.Thread(target=self._run, args=(job,), name=job.label, daemon=True)
+            self._thread.start()
         return True
 
     def cancel(self) -> None:
         if (job := self._job) is not None:
             job.cancelled.set()
+
+    def end(self, seconds: float) -> None:
+        """Cancels what runs, and waits so long at most for its end."""
+        self.cancel()
+        if (thread := self._thread) is not None:
+            thread.join(seconds)
 
     def _run(self, job: Job) -> None:
         try:

@@ -1,99 +1,153 @@
-"""Start, goal and options of a task, and what lint says of them."""
+"""A task on the stage: its start and goal are moved, and what lint says of them is shown."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import stiction as st
 
-from . import faults, form
-from .desk import MISTAKES, Desk
-from .panel import POSE
-from .problem import names_of, numbers_of
+from . import faults
+from .panel import NOTHING, PoseControls, Post, set_choices
+from .picture import Pictures
+from .problem import Problem, names_of, numbers_of
+from .stage import Stage
 
 SETTLED = 0.3  # [s] after the last change faults are looked for
 STEP = 0.005  # [m] of the arrows beside a number
 
 
-class Posing(Desk):
-    """A task that is posed."""
+class Posing:
+    """`changed` is called when the task is shown, or is another now."""
 
-    handlers = ("handle", "goal", "start", "joints", "reset", "options", "options_reset", "seed")
-    settle_at: float | None = None  # when faults are looked for
-    moved_since = False  # since then
-    rested = False  # it has been looked for faults, something is another now
-    dragged: tuple[st.Pose, bool] | None = None
+    def __init__(self, controls: PoseControls, stage: Stage, post: Post, changed: Callable[[], None]):
+        self._controls, self._stage, self._post, self._changed = controls, stage, post, changed
+        self._problem: Problem | None = None
+        self._pictures: Pictures | None = None  # of its model
+        self._settle_at: float | None = None  # when faults are looked for
+        self._moved_since = False  # since then
+        self._rested = False  # faults were looked for, and something is another now
+        self._dragged: tuple[st.Pose, bool] | None = None  # the last pose of the handle that was not taken yet, and whether it was let go
 
-    def tick(self) -> None:
-        super().tick()
-        if self.settle_at is not None and time.monotonic() >= self.settle_at:
-            self.settle_at = None
-            self.find_faults()
-            self.rested, self.moved_since = self.moved_since, False
+    @property
+    def problem(self) -> Problem | None:
+        """That is posed; None: a scenario is shown."""
+        return self._problem
 
-    def fill_pose(self) -> None:
-        """Numbers of goal and start."""
-        problem, panel = self.problem, self.panel
-        assert problem is not None
-        index = problem.goal_object
-        names = names_of(problem.model, index)
-        panel.goal = panel.fill_numbers(panel.goal_folder, panel.goal, names, problem.goal_numbers(), STEP, "goal")
-        panel.start = panel.fill_numbers(panel.start_folder, panel.start, names, numbers_of(problem.model, problem.start, index), STEP, "start")
+    @property
+    def pictures(self) -> Pictures | None:
+        return self._pictures
 
-    def fill_options(self) -> None:
-        problem = self.problem
-        assert problem is not None
-        given = problem.given.options
-        self.panel.options_fault.visible = False
-        self.panel.fill_options(form.fields(given), given.to_dict())
+    def open(self, problem: Problem, pictures: Pictures) -> None:
+        """Another task; show() draws it."""
+        self._problem, self._pictures = problem, pictures
+        controls, model, index = self._controls, problem.model, problem.goal_object
+        names = names_of(model, index)
+        controls.fill_goal(names, problem.goal_numbers(), STEP)
+        controls.fill_start(names, numbers_of(model, problem.start, index), STEP)
+        units = ["m" if model.dofs[model.n_vu + j].kind == st.DofKind.Prismatic else "rad" for j in range(model.n_a)]
+        ranges = [problem.joint_range(j) for j in range(model.n_a)]
+        controls.fill_joints(model.joint_names, ranges, problem.start[model.n_qu :].tolist(), units)
+        handles = self._handles()
+        set_choices(controls.handle, [NOTHING, *handles], "goal" if "goal" in handles else NOTHING)
 
-    # ---- posing ----
+    def close(self) -> None:
+        """Nothing is posed."""
+        self._problem = self._pictures = None
 
-    def handles(self) -> dict[str, tuple[int, bool]]:
+    def tick(self, now: float) -> None:
+        if self._settle_at is not None and now >= self._settle_at:
+            self._settle_at = None
+            self._find_faults()
+            self._rested, self._moved_since = self._moved_since, False
+
+    def take_rest(self) -> bool:
+        """Whether what was moved has come to rest since the last call."""
+        rested, self._rested = self._rested, False
+        return rested
+
+    # ---- what is shown ----
+
+    def show(self, aim: bool = False) -> None:
+        problem, pictures = self._problem, self._pictures
+        if problem is None or pictures is None:
+            return
+        if self._stage.posed is None or aim:
+            self._stage.pose(problem, pictures, aim)
+            self._grip()
+            self._settle_at = time.monotonic()  # faults follow the first picture
+        self._changed()
+
+    def moved(self) -> None:
+        """Shows start and goal as they are now; faults follow when nothing moves any more."""
+        problem, pictures, controls = self._problem, self._pictures, self._controls
+        assert problem is not None and pictures is not None
+        self.show()
+        self._stage.move_start(problem, pictures)
+        self._stage.move_goal(problem)
+        model = problem.model
+        shown: list[tuple[Sequence[Any], list[float]]] = [
+            (controls.goal, numbers_of(model, problem.goal, problem.goal_object)),
+            (controls.start, numbers_of(model, problem.start, problem.goal_object)),
+            (controls.joints, problem.start[model.n_qu :].tolist()),
+        ]
+        for handles, values in shown:
+            for handle, value in zip(handles, values):
+                if abs(handle.value - value) > 1e-9:
+                    handle.value = value
+        self._settle_at, self._moved_since = time.monotonic() + SETTLED, True
+        self._changed()
+
+    def _find_faults(self) -> None:
+        problem, pictures = self._problem, self._pictures
+        if problem is None or pictures is None or self._stage.posed is None:
+            return
+        found = faults.find(problem, pictures)
+        self._stage.mark(found)
+        self._controls.faults.content = "\n".join(f"- ⚠ {fault.message}" for fault in found) or "Lint finds no fault in this start and goal."
+
+    def _follow_goal(self) -> None:
+        if self._problem is not None and self._pictures is not None:
+            self._stage.follow_goal(self._problem, self._pictures)
+
+    # ---- the handle in the scene ----
+
+    def _handles(self) -> dict[str, tuple[int, bool]]:
         """What can be dragged: object, and whether its goal."""
-        problem = self.problem
+        problem = self._problem
         assert problem is not None
         objects = [i for i, info in enumerate(problem.model.objects) if info.n_v > 1]
         goal = {"goal": (problem.goal_object, True)} if problem.goal_object in objects else {}
         return goal | {f"start of {problem.model.object_names[i]}": (i, False) for i in objects}
 
-    def to_pose(self, aim: bool = False) -> None:
-        problem, pictures = self.problem, self.pictures
-        if problem is None or pictures is None:
-            return
-        if self.view != POSE or aim:
-            self.view = POSE
-            self.stage.pose(problem, pictures, aim)
-            self.grip()
-            self.settle_at = time.monotonic()  # faults follow the first picture
-        self.panel.frame.disabled = True
-        self.say_command()
+    def _held(self) -> tuple[int | None, bool]:
+        return self._handles().get(self._controls.handle.value, (None, True))
 
-    def grip(self) -> None:
-        """The handle in the scene, where it is wanted."""
-        assert self.problem is not None
-        index, at_goal = self.handles().get(self.panel.handle.value, (None, True))
+    def _grip(self) -> None:
+        """The handle where it is wanted."""
+        assert self._problem is not None
+        index, at_goal = self._held()
+        self._stage.hold(self._problem, index, at_goal, self.drag)
 
-        def moved(pose: st.Pose, ended: bool) -> None:
-            waiting, self.dragged = self.dragged is not None, (pose, ended or bool(self.dragged and self.dragged[1]))
-            if not waiting:
-                self.events.put(self.on_dragged)
+    def choose_handle(self) -> None:
+        if self._problem is not None:
+            self.show()
+            self._grip()
 
-        self.stage.hold(self.problem, index, at_goal, moved)
+    def drag(self, pose: st.Pose, ended: bool) -> None:
+        """The handle is there now. Any thread may call it; poses that come faster than they are taken are left out, but for the last."""
+        waiting, self._dragged = self._dragged is not None, (pose, ended or bool(self._dragged and self._dragged[1]))
+        if not waiting:
+            self._post(self._take_drag)
 
-    def on_handle(self) -> None:
-        if self.problem is not None:
-            self.to_pose()
-            self.grip()
-
-    def on_dragged(self) -> None:
-        (pose, ended), self.dragged = self.dragged or (None, False), None
-        problem = self.problem
+    def _take_drag(self) -> None:
+        (pose, ended), self._dragged = self._dragged or (None, False), None
+        problem = self._problem
         if pose is None or problem is None:
             return
-        index, at_goal = self.handles().get(self.panel.handle.value, (None, True))
+        index, at_goal = self._held()
         if index is None:
             return
         if at_goal:
@@ -102,38 +156,18 @@ class Posing(Desk):
             problem.set_start(index, pose)
         self.moved()
         if ended:
-            self.stage.put_handle(problem, at_goal)
+            self._stage.put_handle(problem, at_goal)
 
-    def moved(self) -> None:
-        """Shows start and goal as they are now; faults and, if wanted, a plan follow when nothing moves any more."""
-        problem, pictures = self.problem, self.pictures
-        assert problem is not None and pictures is not None
-        self.to_pose()
-        self.stage.move_start(problem, pictures)
-        self.stage.move_goal(problem)
-        model = problem.model
-        for handles, q in ((self.panel.goal, problem.goal), (self.panel.start, problem.start)):
-            for handle, value in zip(handles, numbers_of(model, q, problem.goal_object)):
-                if abs(handle.value - value) > 1e-9:
-                    handle.value = value
-        for handle, value in zip(self.panel.joints, problem.start[model.n_qu :]):
-            if abs(handle.value - value) > 1e-9:
-                handle.value = float(value)
-        self.settle_at, self.moved_since = time.monotonic() + SETTLED, True
-        self.say_command()
+    # ---- numbers ----
 
-    def follow_goal(self) -> None:
-        if self.problem is not None and self.pictures is not None:
-            self.stage.follow_goal(self.problem, self.pictures)
+    def read_goal(self) -> None:
+        self._read(self._controls.goal, at_goal=True)
 
-    def on_goal(self) -> None:
-        self._numbers(self.panel.goal, at_goal=True)
+    def read_start(self) -> None:
+        self._read(self._controls.start, at_goal=False)
 
-    def on_start(self) -> None:
-        self._numbers(self.panel.start, at_goal=False)
-
-    def _numbers(self, handles: list[Any], at_goal: bool) -> None:
-        problem = self.problem
+    def _read(self, handles: list[Any], at_goal: bool) -> None:
+        problem = self._problem
         if problem is None:
             return
         values = [float(handle.value) for handle in handles]
@@ -145,63 +179,23 @@ class Posing(Desk):
         else:
             problem.set_start_numbers(problem.goal_object, values)
         self.moved()
-        self.follow_goal()
-        self.stage.put_handle(problem, self.handles().get(self.panel.handle.value, (None, True))[1])
+        self._follow_goal()
+        self._stage.put_handle(problem, self._held()[1])
 
-    def on_joints(self) -> None:
-        problem = self.problem
-        if problem is None or len(self.panel.joints) != problem.model.n_a:
+    def read_joints(self) -> None:
+        problem, joints = self._problem, self._controls.joints
+        if problem is None or len(joints) != problem.model.n_a:
             return
-        changed = [j for j, handle in enumerate(self.panel.joints) if abs(handle.value - problem.start[problem.model.n_qu + j]) > 1e-9]
+        changed = [j for j, handle in enumerate(joints) if abs(handle.value - problem.start[problem.model.n_qu + j]) > 1e-9]
         for j in changed:
-            problem.set_joint(j, self.panel.joints[j].value)
+            problem.set_joint(j, joints[j].value)
         if changed:
             self.moved()
 
-    def on_reset(self) -> None:
-        if self.problem is not None:
-            self.problem.reset()
-            self.fill_options()
+    def reset(self) -> None:
+        """Start and goal of the task, and its options."""
+        if self._problem is not None:
+            self._problem.reset()
             self.moved()
-            self.follow_goal()
-            self.grip()
-
-    def find_faults(self) -> None:
-        problem, pictures = self.problem, self.pictures
-        if problem is None or pictures is None or self.view != POSE:
-            return
-        self.faults = faults.find(problem, pictures)
-        self.stage.mark(self.faults)
-        found = "\n".join(f"- ⚠ {fault.message}" for fault in self.faults)
-        self.panel.faults.content = found or "Lint finds no fault in this start and goal."
-
-    # ---- options ----
-
-    def on_options(self) -> None:
-        problem, panel = self.problem, self.panel
-        if problem is None:
-            return
-        try:
-            values = {name: field.read(handle.value) for name, (field, handle) in panel.options.items()}
-            problem.options = form.changed(problem.given.options, values)
-        except MISTAKES as error:
-            panel.options_fault.content, panel.options_fault.visible = f"**⚠ {error}**", True
-            return
-        changed = ", ".join(f"`{name}`" for name in problem.options)
-        panel.options_fault.content, panel.options_fault.visible = f"changed: {changed}", bool(changed)
-        self.say_command()
-
-    def on_options_reset(self) -> None:
-        if self.problem is not None:
-            self.problem.options = {}
-            self.fill_options()
-            self.say_command()
-
-    def on_seed(self) -> None:
-        if self.problem is None:
-            return
-        seed = self.panel.seed.value
-        if not 0 <= seed < 2**63 or seed != int(seed):
-            raise ValueError(f"Seed: got {seed}, expected a whole number from 0 on; {self.problem.seed} stays")
-        self.problem.seed = int(seed)
-        self.say_command()
+            self._follow_goal()
+            self._grip()

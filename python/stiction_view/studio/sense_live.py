@@ -21,9 +21,9 @@ from .. import bodies as drawn
 from ..bodies import Color, body_meshes
 from ..camera import choose_view
 from ..drawing import Drawing, light, look
+from ..program import add_address, announce, end_on_signals, run_until_interrupted
 from ..sense import EXPLAINS, MAX_OTHERS, OTHER, TRUTH
 from .picture import Pictures
-from .program import add_address, announce, end_on_sigterm, run_until_interrupted
 from .scenario import VERDICTS
 from .server import serving
 
@@ -261,13 +261,15 @@ def main() -> int:
     parser.add_argument("scenario", help="scenario (name or file)")
     add_address(parser)
     args = parser.parse_args()
-    end_on_sigterm()
+    end_on_signals()
 
     def show() -> None:
         scenario = st.load_sensing_scenario(args.scenario)
+        for note in scenario.notes:
+            print(f"note: {note}", file=sys.stderr)
         with serving(args.host, args.port) as server:
             live = Live(server, scenario)
-            announce(server, args.host)
+            announce(server)
             live.run()
 
     return run_until_interrupted(show, st.InvalidInput)

@@ -6,10 +6,8 @@ import contextlib
 import socket
 from collections.abc import Iterator
 
-import viser
-
-from ..quiet import quiet_server
-from .program import PortTaken
+from ..program import PortTaken
+from ..quiet import PageServer, quiet_server
 
 
 def check_port(host: str, port: int) -> None:
@@ -27,7 +25,7 @@ def check_port(host: str, port: int) -> None:
 
 
 @contextlib.contextmanager
-def serving(host: str, port: int) -> Iterator[viser.ViserServer]:
+def serving(host: str, port: int) -> Iterator[PageServer]:
     """A quiet server. Raises PortTaken."""
     check_port(host, port)
     with quiet_server(host, port) as server:

@@ -3,7 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -21,6 +23,34 @@ using Posture = Eigen::VectorXd;
 
 /// Postures that differ by less are one [joint units].
 constexpr double kNoMove = 1e-12;
+/// Of a path that keeps no clearance, or nearly none: gaps are looked at after every move that may shrink them by this [L of the robots].
+constexpr double kLeastClearance = 1e-3;
+
+/// A joint (index in u), and a bound on how far it moves one side of a pair against the other [m per joint unit].
+using Lever = std::pair<int, double>;
+
+/// The joints that move the two sides of a pair against each other: those that move one side alone. A joint that moves both moves them as one.
+std::vector<Lever> calc_levers(const world::Model& model, const world::Pair& pair) {
+  const auto axes_of = [&](int geometry) {
+    const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
+    std::vector<int> axes = model.bodies()[static_cast<std::size_t>(body)].axes;
+    std::ranges::sort(axes);
+    return axes;
+  };
+  const std::vector<int> a = axes_of(pair.geometry_a), b = axes_of(pair.geometry_b);
+  std::vector<int> axes;
+  std::ranges::set_symmetric_difference(a, b, std::back_inserter(axes));
+  std::vector<Lever> out;
+  for (const int axis : axes) {
+    const bool follows = axis >= model.n_v();
+    const world::Follower* follower = follows ? &model.followers()[static_cast<std::size_t>(axis - model.n_v())] : nullptr;
+    const int joint = (follows ? follower->dof : axis) - model.n_vu();
+    if (joint < 0) continue;  // of an object, which stays where it is
+    const bool slides = follows && follower->kind == world::DofKind::Prismatic;
+    out.emplace_back(joint, std::max(model.reach()[joint], slides ? std::abs(follower->ratio) : 0.0));
+  }
+  return out;
+}
 
 /// Collision queries of the moving branches among objects at rest.
 class FreeSpace {
@@ -29,6 +59,9 @@ class FreeSpace {
             GeometryWorkspace& work)
       : model_(model), work_(work), q_(q), clearance_(clearance), joints_(chains.joints_of(moving)) {
     chains.pairs_of(moving, pairs_);
+    std::set<std::vector<Lever>> different;
+    for (const int pair : pairs_) different.insert(calc_levers(model, model.pairs()[static_cast<std::size_t>(pair)]));
+    levers_.assign(different.begin(), different.end());
   }
 
   const std::vector<int>& joints() const { return joints_; }
@@ -48,18 +81,27 @@ class FreeSpace {
     return calc_min_distance(model_, work_.kinematics, pairs_, clearance_, work_.contact_work) - clearance_;
   }
 
-  /// The straight line is free. Advances by what the room at each posture allows: no point of the moving branches travels farther
-  /// than Σ reach_j |Δq_j|, and both sides of a pair may move.
+  /// No gap shrinks by more than this on the straight line [m].
+  double travel(const Posture& from, const Posture& to) const {
+    double most = 0;
+    for (const auto& levers : levers_) {
+      double sum = 0;
+      for (const auto& [joint, lever] : levers) sum += lever * std::abs(to[joint] - from[joint]);
+      most = std::max(most, sum);
+    }
+    return most;
+  }
+
+  /// The straight line is free. From each posture it advances by what the room there allows, and at least by what shrinks no gap by more than
+  /// the clearance: between two postures that keep the clearance a gap is never less than half of it.
   bool line(const Posture& from, const Posture& to) {
-    double speed = 0;
-    for (const int j : joints_) speed += model_.reach()[j] * std::abs(to[j] - from[j]);
-    const double length = move(from, to);
-    if (length < kNoMove) return true;
-    const double shortest = std::min(1.0, 0.02 / length);  // below this resolution the clearance itself is the guard
+    const double travel_in_all = travel(from, to);
+    if (move(from, to) < kNoMove) return true;
+    const double least = std::max(clearance_, kLeastClearance * model_.scales().robots().length);
     for (double t = 0; t < 1.0;) {
       const double r = room((1 - t) * from + t * to);
       if (r < 0) return false;
-      t += std::max(shortest, r / (2 * speed));
+      t += std::max(r, least) / std::max(travel_in_all, least);
     }
     return room(to) >= 0;
   }
@@ -70,6 +112,7 @@ class FreeSpace {
   Eigen::VectorXd q_;
   double clearance_;
   std::vector<int> joints_, pairs_;
+  std::vector<std::vector<Lever>> levers_;  ///< of the pairs, each once
 };
 
 struct PathTree {

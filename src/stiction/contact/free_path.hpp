@@ -18,7 +18,9 @@ enum class PathOutcome {
 };
 
 struct PathOptions {
-  double clearance = 2e-3;   ///< kept to everything between leaving the first contacts and reaching the last [m]
+  /// Kept to everything at every posture that is looked at between leaving the first contacts and reaching the last, and half of it between
+  /// those [m].
+  double clearance = 2e-3;
   double step = 0.3;         ///< length of a tree extension, largest joint [rad, L of the robots]
   int max_extensions = 150;  ///< of either tree towards random postures
   int shortcuts = 12;        ///< attempts

@@ -224,16 +224,10 @@ inline bool Workspace::Impl::fill_spheres(int pair, double limit, double length,
   return true;
 }
 
-void query(const world::Model& model, const world::Kinematics& kinematics, const QueryOptions& options, Workspace& work,
-           std::vector<Contact>& out) {
-  Workspace::Impl& w = work.impl();
-  require_match(w, model, kinematics);
-  core::require_nonnegative("margin", options.margin);
-  if (!options.near.empty()) core::require_size("near", static_cast<long>(options.near.size()), static_cast<long>(w.pairs.size()));
-  require_length("cutoff", options.cutoff);
-  w.set_kinematics(kinematics);
+namespace {
 
-  // Broad phase: squared distances of the bounding centres, then the pairs that may be near enough, in order of pair index.
+/// Squared distances of the bounding centres of all pairs.
+void measure_centers(Workspace::Impl& w) {
   double* d2 = w.center_distance2.data();
   const double *x = w.center_x.data(), *y = w.center_y.data(), *z = w.center_z.data();
   for (const Workspace::Impl::BroadRun& run : w.broad_runs) {
@@ -245,8 +239,12 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
       to[k] = dx * dx + dy * dy + dz * dz;
     }
   }
+}
+
+/// Pairs that may be nearer than they are left out from, in order of their index, with the distances of their centres. Returns their number.
+int find_candidates(const QueryOptions& options, Workspace::Impl& w) {
   const int n_p = static_cast<int>(w.pairs.size());
-  const double *sum = w.radius_sum.data(), *max_distance = w.max_distance.data();
+  const double *sum = w.radius_sum.data(), *max_distance = w.max_distance.data(), *d2 = w.center_distance2.data();
   double *excess = w.excess.data(), *near = w.left_out.data();
   const double margin = options.margin, cutoff = options.cutoff;
   for (int i = 0; i < n_p; ++i) near[i] = std::min(max_distance[i] + margin, cutoff);
@@ -266,27 +264,47 @@ void query(const world::Model& model, const world::Kinematics& kinematics, const
   Eigen::Map<Eigen::ArrayXd> lengths(length, n), inverse_lengths(w.center_inverse.data(), n);
   lengths = lengths.sqrt();
   inverse_lengths = lengths.inverse();
+  return n;
+}
+
+/// Keeps the nearest contacts, as many as there may be.
+void keep_nearest(int most, Workspace::Impl& w, std::vector<Contact>& out) {
+  w.nearest.clear();
+  for (const Contact& c : out) w.nearest.emplace_back(c.phi, c.id);
+  std::nth_element(w.nearest.begin(), w.nearest.begin() + most, w.nearest.end());
+  const std::pair<double, std::uint64_t> first_dropped = w.nearest[most];
+  std::erase_if(out, [&](const Contact& c) { return std::pair(c.phi, c.id) >= first_dropped; });
+}
+
+}  // namespace
+
+void query(const world::Model& model, const world::Kinematics& kinematics, const QueryOptions& options, Workspace& work,
+           std::vector<Contact>& out) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  core::require_nonnegative("margin", options.margin);
+  if (!options.near.empty()) core::require_size("near", static_cast<long>(options.near.size()), static_cast<long>(w.pairs.size()));
+  require_length("cutoff", options.cutoff);
+  w.set_kinematics(kinematics);
+  measure_centers(w);
+  const int n = find_candidates(options, w);
 
   out.reserve(w.pairs.size() + std::min(w.n_patch_points, Workspace::Impl::kReservedContacts));
+  const int* candidates = w.candidates.data();
   auto slots = static_cast<std::size_t>(n);
   for (int k = 0; k < n && w.n_patch_points > 0; ++k) slots += static_cast<std::size_t>(w.slots(candidates[k]) - 1);
   out.resize(slots);
   Contact* next = out.data();
+  const double *length = w.center_distance.data(), *inverse_length = w.center_inverse.data(), *near = w.left_out.data();
   for (int k = 0; k < n; ++k) {
     const int i = candidates[k];
-    const double limit = std::min(max_distance[i] + margin, cutoff);
-    next += w.pairs[i].kernel ? w.fill(i, limit, near[i], next) : w.fill_spheres(i, near[i], length[k], inverse_lengths[k], *next);
+    const double limit = std::min(w.max_distance[i] + options.margin, options.cutoff);
+    next += w.pairs[i].kernel ? w.fill(i, limit, near[i], next) : w.fill_spheres(i, near[i], length[k], inverse_length[k], *next);
   }
   out.resize(static_cast<std::size_t>(next - out.data()));
 
   const std::optional<int>& most = model.scene().max_contacts;
-  if (most && static_cast<int>(out.size()) > *most) {
-    w.nearest.clear();
-    for (const Contact& c : out) w.nearest.emplace_back(c.phi, c.id);
-    std::nth_element(w.nearest.begin(), w.nearest.begin() + *most, w.nearest.end());
-    const std::pair<double, std::uint64_t> first_dropped = w.nearest[*most];
-    std::erase_if(out, [&](const Contact& c) { return std::pair(c.phi, c.id) >= first_dropped; });
-  }
+  if (most && static_cast<int>(out.size()) > *most) keep_nearest(*most, w, out);
 }
 
 void query_pairs(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> pair_indices, double cutoff,

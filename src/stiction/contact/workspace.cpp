@@ -56,81 +56,88 @@ void Workspace::Impl::add_columns(const world::Model& model, const world::Pair& 
   unfolded.resize(std::max(unfolded.size(), 3 * all.size()));
 }
 
+namespace {
+
+void add_geometries(const world::Model& model, Workspace::Impl& w) {
+  w.geometries.reserve(model.geometries().size());
+  for (const world::Geometry& g : model.geometries()) {
+    Workspace::Impl::GeometryData data{g.body, {}, g.X_BG, detail::find_shape_data(g.shape), {}};
+    data.p_BCenter = g.X_BG * data.shape.p_GCenter;
+    if (data.shape.kind != Kind::Sphere) w.posed.push_back(static_cast<int>(w.geometries.size()));
+    w.geometries.push_back(std::move(data));
+  }
+}
+
+/// What the shapes of a pair say about how it is measured. @throws core::InvalidInput: two half-spaces
+Workspace::Impl::PairData make_pair_data(const world::Model& model, int index, const Workspace::Impl& w) {
+  const world::Pair& p = model.pairs()[static_cast<std::size_t>(index)];
+  Workspace::Impl::PairData data;
+  data.a = p.geometry_a;
+  data.b = p.geometry_b;
+  const detail::ShapeData &a = w.geometries[data.a].shape, &b = w.geometries[data.b].shape;
+  const bool swapped = b.kind < a.kind;
+  data.first = swapped ? data.b : data.a;
+  data.second = swapped ? data.a : data.b;
+  data.friction = p.friction;
+  data.radius_a = a.radius;
+  data.radius_b = b.radius;
+  data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
+  data.patch = detail::has_patch(w.geometries[data.first].shape, w.geometries[data.second].shape);
+  data.boxes = a.kind == Kind::Box && b.kind == Kind::Box;
+  data.in_slabs = w.geometries[data.second].shape.kind == Kind::Box && !model.planar_axis();
+  if (a.kind == Kind::Sphere && b.kind == Kind::Sphere) return data;
+  data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
+  data.hulls = data.kernel == detail::core_distance;
+  if (data.kernel) return data;
+  const auto name = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].name; };
+  core::throw_invalid(fmt::format("pairs[{}]", index), fmt::format("two half-spaces '{}' and '{}'", name(data.a), name(data.b)),
+                      "at most one half-space in a pair");
+}
+
+/// Adds pair `index` to the runs of pairs that share a geometry.
+void extend_runs(const Workspace::Impl::PairData& pair, int index, std::vector<Workspace::Impl::BroadRun>& runs) {
+  const bool extends = !runs.empty() && runs.back().fixed == pair.a && runs.back().other + runs.back().count == pair.b;
+  if (extends)
+    ++runs.back().count;
+  else
+    runs.push_back({index, 1, pair.a, pair.b});
+}
+
+/// Room for what queries find on their way, so that they use no heap.
+void reserve_answers(Workspace::Impl& w) {
+  const std::size_t n_g = w.geometries.size(), n_p = w.pairs.size();
+  for (auto* center : {&w.center_x, &w.center_y, &w.center_z}) center->assign(n_g + kPadding, 0.0);
+  w.X_WG.resize(n_g);
+  w.parting.assign(n_p, Vector3d::UnitX());
+  for (auto* values : {&w.center_distance2, &w.excess, &w.center_distance, &w.center_inverse}) values->assign(n_p + kPadding, 0.0);
+  w.left_out.assign(n_p, 0.0);
+  w.candidates.assign(n_p + kPadding, 0);
+  w.screw.assign(8 * w.axes.size(), 0.0);
+}
+
+}  // namespace
+
 Workspace::Impl::Impl(const world::Model& model) : n_v(model.n_v()), planar_axis(model.planar_axis()) {
   if (planar_axis) context.planar = {true, Vector3d::Unit(*planar_axis)};
   coincident_normal = detail::coincident_normal(context.planar);
-
-  const auto model_geometries = model.geometries();
-  const std::size_t n_g = model_geometries.size();
-  geometries.reserve(n_g);
-  for (const world::Geometry& g : model_geometries) {
-    GeometryData data{g.body, {}, g.X_BG, detail::find_shape_data(g.shape), {}};
-    data.p_BCenter = g.X_BG * data.shape.p_GCenter;
-    if (data.shape.kind != Kind::Sphere) posed.push_back(static_cast<int>(geometries.size()));
-    geometries.push_back(std::move(data));
-  }
-  center_x.assign(n_g + kPadding, 0.0);
-  center_y.assign(n_g + kPadding, 0.0);
-  center_z.assign(n_g + kPadding, 0.0);
-  X_WG.resize(n_g);
-
-  const auto model_pairs = model.pairs();
-  const auto bodies = model.bodies();
-  const int n_p = static_cast<int>(model_pairs.size());
+  add_geometries(model, *this);
   for (int i = 0; i < n_v; ++i) axes.push_back({model.dofs()[i].kind == world::DofKind::Revolute, i, 1.0});
   for (const world::Follower& f : model.followers()) axes.push_back({f.kind == world::DofKind::Revolute, f.dof, f.ratio});
-  pairs.reserve(n_p);
-  for (int i = 0; i < n_p; ++i) {
-    const world::Pair& p = model_pairs[i];
-    PairData data;
-    data.a = p.geometry_a;
-    data.b = p.geometry_b;
-    const detail::ShapeData &a = geometries[data.a].shape, &b = geometries[data.b].shape;
-    const bool swapped = b.kind < a.kind;
-    data.first = swapped ? data.b : data.a;
-    data.second = swapped ? data.a : data.b;
-    data.friction = p.friction;
-    data.radius_a = a.radius;
-    data.radius_b = b.radius;
-    data.half_space = std::max(a.kind, b.kind) == Kind::HalfSpace ? data.first : -1;
-    data.patch = detail::has_patch(geometries[data.first].shape, geometries[data.second].shape);
-    data.boxes = a.kind == Kind::Box && b.kind == Kind::Box;
-    data.in_slabs = geometries[data.second].shape.kind == Kind::Box && !model.planar_axis();
-    if (a.kind != Kind::Sphere || b.kind != Kind::Sphere) {
-      data.kernel = detail::find_kernel(std::min(a.kind, b.kind), std::max(a.kind, b.kind));
-      data.hulls = data.kernel == detail::core_distance;
-      if (!data.kernel) {
-        core::throw_invalid(fmt::format("pairs[{}]", i),
-                            fmt::format("two half-spaces '{}' and '{}'", model_geometries[data.a].name, model_geometries[data.b].name),
-                            "at most one half-space in a pair");
-      }
-    }
-    radius_sum.push_back(a.bounding_radius + b.bounding_radius);
-    max_distance.push_back(p.max_distance);
-
-    const bool extends =
-        !broad_runs.empty() && broad_runs.back().fixed == data.a && broad_runs.back().other + broad_runs.back().count == data.b;
-    if (extends) {
-      ++broad_runs.back().count;
-    } else {
-      broad_runs.push_back({i, 1, data.a, data.b});
-    }
-
-    add_columns(model, p, data);
+  const auto model_pairs = model.pairs();
+  pairs.reserve(model_pairs.size());
+  for (int i = 0; i < static_cast<int>(model_pairs.size()); ++i) {
+    PairData data = make_pair_data(model, i, *this);
+    radius_sum.push_back(geometries[data.a].shape.bounding_radius + geometries[data.b].shape.bounding_radius);
+    max_distance.push_back(model_pairs[i].max_distance);
+    extend_runs(data, i, broad_runs);
+    add_columns(model, model_pairs[i], data);
     pairs.push_back(data);
   }
-  parting.assign(n_p, Vector3d::UnitX());
+  reserve_answers(*this);
   if (planar_axis) find_planes(model);
+  for (std::size_t i = 0; i < pairs.size(); ++i) n_patch_points += static_cast<std::size_t>(slots(static_cast<int>(i)) - 1);
+  nearest.reserve(pairs.size() + std::min(n_patch_points, kReservedContacts));
   reserve_scratch();
-  center_distance2.assign(n_p + kPadding, 0.0);
-  excess.assign(n_p + kPadding, 0.0);
-  left_out.assign(n_p, 0.0);
-  candidates.assign(n_p + kPadding, 0);
-  center_distance.assign(n_p + kPadding, 0.0);
-  center_inverse.assign(n_p + kPadding, 0.0);
-  for (int i = 0; i < n_p; ++i) n_patch_points += static_cast<std::size_t>(slots(i) - 1);
-  nearest.reserve(n_p + std::min(n_patch_points, kReservedContacts));
-  screw.assign(8 * axes.size(), 0.0);
 }
 
 // In a planar model two shapes of one plane overlap as their sections do: the shortest way out never leaves the plane. Directions

@@ -3,10 +3,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
-
-#include "stiction/core/invalid_input.hpp"
 
 namespace stiction::core {
 namespace {
@@ -66,13 +62,6 @@ std::string sha256(std::string_view bytes) {
     for (int shift = 28; shift >= 0; shift -= 4) out += kHex[(word >> shift) & 15U];
   }
   return out;
-}
-
-std::string sha256_of_file(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw_invalid(file.string(), "a file that cannot be read", "a readable file");
-  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  return sha256(bytes);
 }
 
 }  // namespace stiction::core

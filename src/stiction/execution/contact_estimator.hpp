@@ -12,8 +12,8 @@ namespace stiction::execution {
 
 /// What is known of the torques. The rest follows: docs/theory/control.md
 struct ContactEstimatorOptions {
-  sensing::SensorOptions sensor;
-  sensing::SenseOptions sense;  ///< `noise` and `threshold` are those of `noise`, `lag`, `bias` below
+  sensing::SensorOptions sensor{.samples = 200};
+  sensing::SenseOptions sense{.max_descents = 2};  ///< `noise` and `threshold` are those of `noise`, `lag`, `bias` below
   double noise = 0.05;          ///< standard deviation of each torque as it is given, white before a lag of `lag` [N m; N], > 0
   double lag = 0.01;            ///< 1/K_O of the observer that gives them [s], > 0
   double least_force = 5;  ///< smallest force that matters to who asks [N], > 0: noise is to move its point by less than a sample spacing
@@ -33,7 +33,6 @@ struct ContactEstimatorOptions {
   /// Points of the last tick from which descents start as well, told or not, ≥ max_candidates: what is found is kept, so that a tick searches only
   /// `sense.max_descents` more places, and the whole surface is searched over several ticks.
   int pool = 8;
-  ContactEstimatorOptions() { sense.max_descents = 2, sensor.samples = 200; }
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };
 

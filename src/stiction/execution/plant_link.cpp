@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/model.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -20,9 +20,27 @@ std::string PlantLink::with_message(std::string text) const {
   return message.empty() ? text : text + ": " + message;
 }
 
-bool PlantLink::fits() const {
-  return measured_.q.size() == model_.n_q() && measured_.u.size() == model_.n_a() && measured_.q.allFinite() && measured_.u.allFinite() &&
-         std::isfinite(measured_.time);
+bool PlantLink::take(const Measurement& given) {
+  try {
+    world::require_configuration(model_, "q", given.q);
+    core::require_size("u", given.u.size(), model_.n_a());
+    core::require_finite("u", {given.u.data(), static_cast<std::size_t>(given.u.size())});
+    core::require_finite("time", given.time);
+    core::require_finite("object_time", given.object_time);
+  } catch (const core::InvalidInput& error) {
+    return fail(fmt::format("the plant gave a measurement that cannot be: {}", error.what()));
+  }
+  if (measured_.q.size() == 0) return measured_ = given, true;  // the first
+  const double passed = given.time - measured_.time;
+  if (passed < -silence_ || (passed > silence_ && !paused_))
+    return fail(fmt::format("the clock of the plant went from {:.3f} s to {:.3f} s between two commands", measured_.time, given.time));
+  if (passed > 0 && given.object_time > given.time + silence_)
+    return fail(fmt::format("the plant gave a measurement that cannot be: object_time: got {:.3f} s, expected at most its time, {:.3f} s",
+                            given.object_time, given.time));
+  paused_ = false;
+  still_ = passed > 0 ? 0 : still_ + tick_;
+  if (passed >= 0) measured_ = given;  // else a message that is late: what is known already is newer
+  return true;
 }
 
 void PlantLink::keep_objects_in_place() {
@@ -48,12 +66,10 @@ void PlantLink::keep_objects_in_place() {
 }
 
 bool PlantLink::read() {
-  const double before = measured_.q.size() > 0 ? measured_.time : -std::numeric_limits<double>::infinity();
-  if (!plant_.read(measured_)) return fail(with_message("the plant does not answer"));
-  if (!fits())
-    return fail(fmt::format("the plant gave no measurement of {} positions and {} commands, all finite", model_.n_q(), model_.n_a()));
+  Measurement given;
+  if (!plant_.read(given)) return fail(with_message("the plant does not answer"));
+  if (!take(given)) return false;
   keep_objects_in_place();
-  still_ = measured_.time > before ? 0 : still_ + tick_;
   if (still_ > silence_) return fail(fmt::format("the clock of the plant stands still at {:.3f} s", measured_.time));
   if (measured_.time - measured_.object_time <= silence_) return true;
   return fail(fmt::format("the objects were last seen {:.3f} s ago{}", measured_.time - measured_.object_time,

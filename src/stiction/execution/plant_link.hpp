@@ -11,13 +11,16 @@ namespace stiction::execution {
 class PlantLink {
  public:
   /// @param tick     between two measurements [s]
-  /// @param silence  for so long the clock may stand still, and objects may go unseen or be where they cannot have got to [s]
+  /// @param silence  for so long the clock may stand still, or be behind or ahead between two commands, and objects may go unseen or be where they
+  ///                 cannot have got to [s]
   PlantLink(Plant& plant, const world::Model& model, double tick, double silence)
       : plant_(plant), model_(model), space_(model), tick_(tick), silence_(silence) {}
 
-  /// Takes the newest measurement. Objects that are farther than their length, or a quarter of a turn, from where they were last seen cannot be there
-  /// within a tick: they stay where they were seen. False: reason() says what is wrong.
+  /// Takes the newest measurement; one that is older than what is known is left out. Objects that are farther than their length, or a quarter of a turn,
+  /// from where they were last seen cannot be there within a tick: they stay where they were seen. False: reason() says what is wrong.
   bool read();
+  /// Time passes without commands, as while the planner works: the clock of the plant may be any amount ahead at the next read().
+  void pause() { paused_ = true; }
   /// False: reason() says that it was not taken.
   bool command(VectorRef u);
 
@@ -27,7 +30,7 @@ class PlantLink {
  private:
   bool fail(std::string reason);
   std::string with_message(std::string text) const;
-  bool fits() const;
+  bool take(const Measurement& given);
   void keep_objects_in_place();
 
   Plant& plant_;
@@ -37,7 +40,8 @@ class PlantLink {
   Measurement measured_;
   Eigen::VectorXd seen_;  ///< objects, where they were seen and can have been (n_qu); empty: not yet
   double seen_time_ = 0, still_ = 0;
-  double jump_ = 0;  ///< of the last measurement, in what is believed
+  bool paused_ = false;  ///< since the last read()
+  double jump_ = 0;      ///< of the last measurement, in what is believed
   std::string reason_;
 };
 

@@ -274,6 +274,7 @@ class Executor {
     if (result.status == Status::Cancelled && !control_.cancelled()) result.status = Status::MaxIterations;
     out_.plans.push_back({now(), result.wall_s, core::processor_time() - before, result.status, cause, result.reason});
     out_.planning_s += result.wall_s;
+    link_.pause();
   }
 
   // ---- pieces
@@ -281,6 +282,7 @@ class Executor {
   /// @returns why it ended, for the next plan
   std::string carry_out(const Trajectory& trajectory) {
     set_floor(trajectory);
+    link_.pause();  // the trajectory took its time
     state_ = RunState::Push;
     if (!move_to(trajectory.u.col(0))) return {};
     double zero = now();  // of the trajectory

@@ -9,7 +9,6 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/speed_limits.hpp"
-#include "stiction/world/joint_speeds.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -25,7 +24,6 @@ constexpr double kUnknownDrag = 0.3;
 constexpr double kStartTimes = 4;
 /// Of its effort a motor spends on the inertia of what it moves.
 constexpr double kInertiaShare = 0.5;
-constexpr double kGravity = 9.81;  // [m/s²]
 
 bool is_free(const Model& model, int object) {
   return model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Free;
@@ -88,6 +86,7 @@ void RunSpeeds::validate(const Model& model) const {
       if (!(v > 0)) core::throw_invalid(name, fmt::format("{:g}", v), "numbers > 0");
     }
   }
+  core::require_positive("speed.factor", factor);
   core::require_positive("speed.object", object);
   core::require_positive("speed.room", room);
   core::require_nonnegative("speed.start_time", start_time);
@@ -104,8 +103,9 @@ RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
   SpeedLimits limits;
   limits.load_time = std::sqrt(2 * way / kGravity);
   RunSpeeds out;
+  out.factor = factor;
   out.object = speed;
-  out.most = world::read_joint_speeds(model);
+  out.most = model.speed_limit();
   out.springs = limits.of_springs(model);
   out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;
   out.push.resize(model.n_a());

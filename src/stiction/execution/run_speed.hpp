@@ -4,8 +4,13 @@
 
 namespace stiction::execution {
 
+/// Share of the full timing (E.13) at which plans are exported, simulated and written where nobody asks for another one. Without feedback nine planar plans
+/// in ten reach their goal at this speed, and one in five at the full timing (docs/theory/execution.md).
+inline constexpr double kOpenLoopSpeed = 0.1;
+
 /// How fast a robot handles an object in the world.
 struct RunSpeeds {
+  double factor = 1;             ///< these speeds are so many times those of the full timing (E.13), > 0
   double object = 0;             ///< of what is pushed, and of the robot where it touches it [m/s], > 0 (E.13)
   Eigen::VectorXd push;          ///< of joints at most, where regrasps leave and reach contact (n_a) [rad/s or m/s], > 0 (E.13)
   Eigen::VectorXd most;          ///< what no joint exceeds (n_a) [rad/s or m/s], > 0, may be infinite

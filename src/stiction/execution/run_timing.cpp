@@ -15,8 +15,7 @@ namespace {
 using planning::SegmentKind;
 using world::Model;
 
-constexpr double kLeastInterval = 1e-6;  // [s]
-/// Between knots where the speed changes [s].
+/// Between knots where the speed changes, at the full timing [s].
 constexpr double kPart = 0.02;
 constexpr int kMostParts = 100;
 
@@ -75,11 +74,11 @@ Stretch stretch_between(const RunSpeeds& speeds, bool free, double travel, doubl
   return out;
 }
 
-/// A straight line in parts, so that its speed can change. @param whole  way of the piece that it is in
-int count_parts(const Stretch& s, double whole) {
+/// A straight line in parts, so that its speed can change. @param whole  way of the piece that it is in  @param part  between knots [s]
+int count_parts(const Stretch& s, double whole, double part) {
   if (!std::isfinite(s.acceleration)) return 1;
   const double fastest = std::min(s.most, std::sqrt(1 + s.acceleration * whole));
-  return static_cast<int>(std::clamp(std::ceil(s.way / fastest / kPart), 1.0, static_cast<double>(kMostParts)));
+  return static_cast<int>(std::clamp(std::ceil(s.way / fastest / part), 1.0, static_cast<double>(kMostParts)));
 }
 
 /// f at the knots between stretches: within both, and no jump at a corner of the path.
@@ -139,7 +138,7 @@ class Timer {
     std::vector<Stretch> stretches;
     std::vector<std::size_t> ends;  // of the stretches between the given knots
     for (Stretch& s : given) {
-      const int parts = count_parts(s, whole);
+      const int parts = count_parts(s, whole, kPart / std::min(speeds_.factor, 1.0));  // a slower run has the same knots
       s.way /= parts;
       stretches.insert(stretches.end(), static_cast<std::size_t>(parts), s);
       ends.push_back(stretches.size());
@@ -157,9 +156,10 @@ class Timer {
       const std::size_t begin = i;
       for (; i < ends[k]; ++i) {
         const double share = static_cast<double>(i + 1 - begin) / static_cast<double>(ends[k] - begin);
-        add((1 - share) * in.u.col(from) + share * in.u.col(to), blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to],
-            times_.back() + std::max(calc_time(stretches[i], f[i], f[i + 1]), kLeastInterval));
-        if (lead_ != nullptr) lead_last(stretches, i, f[i + 1]);
+        Eigen::VectorXd u = (1 - share) * in.u.col(from) + share * in.u.col(to);
+        if (lead_ != nullptr) add_lead(stretches, i, f[i + 1], u);
+        const double time = std::max(calc_time(stretches[i], f[i], f[i + 1]), calc_duration(u_.back(), u, speeds_.most));
+        add(u, blend(in.q.col(from), in.q.col(to), share), in.segments[to], in.knots[to], times_.back() + std::max(time, kLeastInterval));
       }
     }
     out.last_knot = last();
@@ -181,12 +181,11 @@ class Timer {
     s.most = std::min(s.most, lead.speed);
   }
 
-  /// The command that was added last, by the mean of what is before and after it.
-  void lead_last(const std::vector<Stretch>& stretches, std::size_t i, double f) {
+  /// Of the command after stretch i the mean of the leads before and after it.
+  void add_lead(const std::vector<Stretch>& stretches, std::size_t i, double f, Eigen::VectorXd& u) const {
     Eigen::VectorXd lead = stretches[i].lead;
     if (i + 1 < stretches.size()) lead = 0.5 * (lead + stretches[i + 1].lead);
-    u_.back() += f * lead;
-    u_.back() = u_.back().cwiseMax(model_.lower()).cwiseMin(model_.upper());
+    u = (u + f * lead).cwiseMax(model_.lower()).cwiseMin(model_.upper());
   }
 
   Eigen::VectorXd blend(const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, double share) const {
@@ -214,6 +213,7 @@ class Timer {
       out.q.col(k) = q_[static_cast<std::size_t>(k)];
     }
     out.pieces = pieces_;
+    out.speed = speeds_.factor;
     return out;
   }
 

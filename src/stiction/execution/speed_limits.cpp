@@ -27,7 +27,6 @@ Eigen::VectorXd SpeedLimits::of_joints(const world::Model& model) const {
 }
 
 Eigen::VectorXd SpeedLimits::of_springs(const world::Model& model) const {
-  constexpr double kGravity = 9.81;  // of a weight, also where there is none [m/s²]
   double lightest = std::numeric_limits<double>::infinity();
   for (const auto& object : model.scene().objects) {
     if (!object.geometries.empty()) lightest = std::min(lightest, object.mass);  // what has none only carries others

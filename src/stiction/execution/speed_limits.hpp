@@ -9,6 +9,12 @@ namespace stiction::execution {
 /// In which what objects on joints rest on stops them [s]: that gives the box of planar_pushing its published damping.
 inline constexpr double kRestTime = 0.05;
 
+/// Knots of a trajectory are at least this far apart [s].
+inline constexpr double kLeastInterval = 1e-6;
+
+/// Of the weights that speeds follow from, also where a scene has no gravity [m/s²].
+inline constexpr double kGravity = 9.81;
+
 /// How fast joints may be commanded to move. Small, because plans know no inertia.
 struct SpeedLimits {
   double revolute = 0.1;        ///< while pushing [rad/s], > 0

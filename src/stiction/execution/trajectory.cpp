@@ -15,7 +15,6 @@ using core::Status;
 using planning::Plan;
 using planning::SegmentKind;
 
-constexpr double kLeastInterval = 1e-6;  // [s]
 constexpr double kPartOfRamp = 0.2;      // in which the speed of a regrasp is constant
 
 void require_plan(const world::Model& model, const Plan& plan) {

@@ -30,6 +30,7 @@ struct Trajectory {
   Eigen::VectorXi segments;  ///< (knots) of the plan, that led to the knot; 0 of the first one
   Eigen::VectorXi knots;     ///< (knots) of the plan, counted from its start, which is 0: whose sub-step ends here or is under way
   std::vector<Piece> pieces;
+  double speed = 1;  ///< times the full timing (E.13)
   double duration() const { return times.size() == 0 ? 0.0 : times[times.size() - 1]; }
 };
 

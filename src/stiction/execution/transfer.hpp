@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
+#include "stiction/execution/run_speed.hpp"
 #include "stiction/execution/trajectory.hpp"
 #include "stiction/simulation/simulation.hpp"
 
@@ -16,7 +17,7 @@ namespace stiction::execution {
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
 struct TransferOptions {
-  double speed = 1;                    ///< of joints, times what follows from the object and the motors (E.13), > 0
+  double speed = kOpenLoopSpeed;       ///< times the full timing (E.13), > 0; above 1 of pushes alone
   double pause = 0;                    ///< commands rest this long between pieces [s], ≥ 0
   std::optional<SpeedLimits> uniform;  ///< in place of both: as published, the same for every object and robot
   double hold = 4.0;  ///< the last command is held this long before the goal is judged, at the plan's tolerances [s], ≥ 0

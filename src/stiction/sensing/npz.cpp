@@ -75,8 +75,48 @@ Eigen::MatrixXd read_numbers(const Bytes& bytes, std::string_view data, Eigen::I
   return Eigen::Map<const RowMajor>(numbers.data(), rows, columns).template cast<double>();
 }
 
+void append_utf8(std::uint32_t point, std::string& out) {
+  constexpr std::uint32_t kLow = 0x3F, kNext = 0x80;  // six bits of each byte after the first one
+  const auto add = [&](std::uint32_t byte) { out.push_back(static_cast<char>(byte)); };
+  if (point < 0x80) return add(point);
+  if (point < 0x800) {
+    add(0xC0 | (point >> 6));
+  } else if (point < 0x10000) {
+    add(0xE0 | (point >> 12));
+    add(kNext | ((point >> 6) & kLow));
+  } else {
+    add(0xF0 | ((point >> 18) & 0x7));
+    add(kNext | ((point >> 12) & kLow));
+    add(kNext | ((point >> 6) & kLow));
+  }
+  add(kNext | (point & kLow));
+}
+
+/// Words of `length` code points of four bytes each, filled up with zeros.
+std::vector<std::string> read_words(const Bytes& bytes, std::string_view data, std::size_t count, std::size_t length) {
+  constexpr std::size_t kPoint = sizeof(std::uint32_t);
+  if (length == 0 || data.size() / kPoint / length != count || data.size() != count * length * kPoint) bytes.fail("a damaged archive");
+  std::vector<std::string> out(count);
+  for (std::size_t i = 0; i < count * length; ++i) {
+    std::uint32_t point = 0;
+    std::memcpy(&point, data.data() + i * kPoint, kPoint);
+    if (point != 0) append_utf8(point, out[i / length]);
+  }
+  return out;
+}
+
+/// N of a data type '<UN'; nothing where the type is another one.
+std::optional<std::size_t> read_word_length(std::string_view header) {
+  constexpr std::string_view kWords = "'<U";
+  const std::size_t at = header.find(kWords);
+  if (at == std::string_view::npos) return std::nullopt;
+  std::size_t out = 0;
+  const auto read = std::from_chars(header.data() + at + kWords.size(), header.data() + header.size(), out);
+  return read.ec == std::errc() ? std::optional(out) : std::nullopt;
+}
+
 /// An .npy file: magic, version, length of the header, header as a literal of Python, numbers.
-Eigen::MatrixXd read_array(const Bytes& bytes, const std::string& name, std::string_view file) {
+void read_array(const Bytes& bytes, const std::string& name, std::string_view file, NpzArrays& out) {
   constexpr std::size_t kVersion = 6;
   if (file.substr(0, kArray.size()) != kArray || file.size() < 12) bytes.fail(fmt::format("'{}', which is no array", name));
   std::uint32_t length = 0;
@@ -88,21 +128,27 @@ Eigen::MatrixXd read_array(const Bytes& bytes, const std::string& name, std::str
   const auto shape = read_shape(header);
   if (!shape) bytes.fail(fmt::format("'{}' with no or more than two axes", name));
   const bool by_column = header.find("'fortran_order': True") != std::string_view::npos;
-  if (header.find("'<f8'") != std::string_view::npos) return read_numbers<double>(bytes, data, shape->first, shape->second, by_column);
-  if (header.find("'<f4'") != std::string_view::npos) return read_numbers<float>(bytes, data, shape->first, shape->second, by_column);
-  bytes.fail(fmt::format("'{}' of another type than float64 and float32", name));
+  if (header.find("'<f8'") != std::string_view::npos) {
+    out.numbers[name] = read_numbers<double>(bytes, data, shape->first, shape->second, by_column);
+  } else if (header.find("'<f4'") != std::string_view::npos) {
+    out.numbers[name] = read_numbers<float>(bytes, data, shape->first, shape->second, by_column);
+  } else if (const auto word = read_word_length(header); word && shape->second == 1) {
+    out.words[name] = read_words(bytes, data, static_cast<std::size_t>(shape->first), *word);
+  } else {
+    bytes.fail(fmt::format("'{}' of another type than float64, float32 and words", name));
+  }
 }
 
 }  // namespace
 
-std::map<std::string, Eigen::MatrixXd> read_npz(const std::filesystem::path& file) {
+NpzArrays read_npz(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string content{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   const Bytes bytes(file, content);
   if (!stream.is_open()) bytes.fail("a file that cannot be read");
   const std::size_t end = bytes.all().rfind(kDirectoryEnd);
   if (end == std::string_view::npos) bytes.fail(content.empty() ? "an empty file" : "no archive");
-  std::map<std::string, Eigen::MatrixXd> out;
+  NpzArrays out;
   std::size_t at = bytes.number<std::uint32_t>(end + 16);
   for (int left = bytes.number<std::uint16_t>(end + 10); left > 0; --left) {
     if (bytes.take(at, 4) != kDirectoryEntry) bytes.fail("a damaged archive");
@@ -114,7 +160,7 @@ std::map<std::string, Eigen::MatrixXd> read_npz(const std::filesystem::path& fil
     if (bytes.number<std::uint16_t>(at + 10) != 0) bytes.fail(fmt::format("'{}', which is compressed", name));
     if (bytes.take(local, 4) != kLocalHeader) bytes.fail("a damaged archive");
     const std::size_t data = local + 30 + bytes.number<std::uint16_t>(local + 26) + bytes.number<std::uint16_t>(local + 28);
-    out[name] = read_array(bytes, name, bytes.take(data, packed));
+    read_array(bytes, name, bytes.take(data, packed), out);
     at += 46 + name_length + bytes.number<std::uint16_t>(at + 30) + bytes.number<std::uint16_t>(at + 32);
   }
   return out;

@@ -4,11 +4,17 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace stiction::sensing {
 
-/// Arrays of a file of numpy.savez, by name: of one axis as a column, of two as a matrix; float64 or float32.
+/// What a file of numpy.savez holds, by name.
+struct NpzArrays {
+  std::map<std::string, Eigen::MatrixXd> numbers;         ///< float64 or float32; of one axis as a column, of two as a matrix
+  std::map<std::string, std::vector<std::string>> words;  ///< of one axis, in UTF-8
+};
+
 /// @throws core::InvalidInput: no such archive, a compressed or damaged one, an array of another kind
-std::map<std::string, Eigen::MatrixXd> read_npz(const std::filesystem::path& file);
+NpzArrays read_npz(const std::filesystem::path& file);
 
 }  // namespace stiction::sensing

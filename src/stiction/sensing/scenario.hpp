@@ -19,6 +19,7 @@ struct Series {
   std::vector<std::vector<int>> pushed{};  ///< of a simulated robot: indices of the pushes that act
   std::vector<BaseWrench> base{};          ///< measured under the base, at every moment or never
   std::vector<int> gaps{};                 ///< moments before which lines are missing, by the usual step
+  std::vector<std::string> notes{};        ///< a sentence each: columns of the file that were not read, or that need a word
 };
 
 /// A simulated robot that is pushed, in place of a measurement: what execution::simulate_poke() is given.
@@ -69,9 +70,10 @@ Scenario load_scenario(const std::filesystem::path& file, std::span<const std::f
 /// @throws core::InvalidInput "field: got …, expected …"
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs);
 
-/// A CSV file of time, n_a joint angles and n_a torques a line, after a line of names, or an NPZ file of t (moments), q and tau (moments × n_a).
+/// A CSV file whose first line names its columns (find_columns() says by which names), or that has no names and on each line a time, n_a joint positions and
+/// n_a torques in the order of u; or an NPZ file of t (moments), q and tau (moments × n_a), which may name its columns in an array `joints`.
 /// A step of more than five usual ones (their median) is a gap.
-/// @throws core::InvalidInput "FILE:LINE: …": empty, a wrong number of values, not a number, a time that does not increase
+/// @throws core::InvalidInput "FILE:LINE: …": empty, no column for a joint or several, a wrong number of values, not a number, a time that does not increase
 Series load_series(const std::filesystem::path& file, const world::Model& model);
 
 }  // namespace stiction::sensing

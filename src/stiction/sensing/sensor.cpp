@@ -56,7 +56,7 @@ std::shared_ptr<const Sensor> Sensor::make(std::shared_ptr<const world::Model> m
   }
   SurfaceOptions surface_options = options.surface;
   surface_options.seed = options.seed;
-  Surfaces surfaces = make_surfaces(*model, bodies, surface_options);
+  Surfaces surfaces = make_surfaces(*model, bodies, surface_options, options.links.empty() ? HiddenLinks::LeaveOut : HiddenLinks::Refuse);
   out->notes_ = std::move(surfaces.notes);
   for (Surface& surface : surfaces.links) {
     SensedLink link;

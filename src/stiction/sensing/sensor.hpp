@@ -12,7 +12,7 @@ namespace stiction::sensing {
 
 struct SensorOptions {
   std::vector<std::string>
-      links{};        ///< "robot/link", '*' matches any run of characters; empty: all that a joint moves and that have geometry
+      links{};        ///< "robot/link", '*' matches any run of characters; empty: all that a joint moves and whose geometry can be touched
   int samples = 500;  ///< on each link, ≥ 1
   Sampling sampling = Sampling::Stratified;
   Normals normals = Normals::Flat;
@@ -40,7 +40,9 @@ class Sensor {
   const std::shared_ptr<const world::Model>& model_ptr() const { return model_; }
   const SensorOptions& options() const { return options_; }
   std::span<const SensedLink> links() const { return links_; }
-  std::span<const std::string> notes() const { return notes_; }  ///< faces left out, and links whose joints leave contacts ambiguous
+  std::span<const std::string> notes() const {
+    return notes_;
+  }  ///< links and faces left out, and links whose joints leave contacts ambiguous
 
   /// Index into links() of a body. @throws core::InvalidInput with the names that there are
   int link_index(std::string_view body) const;

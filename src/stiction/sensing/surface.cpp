@@ -123,7 +123,7 @@ Vector3d Surface::normal(int triangle, const Vector3d& p, Normals kind) const {
       .normalized();
 }
 
-Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, const SurfaceOptions& options) {
+Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, const SurfaceOptions& options, HiddenLinks hidden) {
   options.validate();
   std::vector<TriangleTree> trees(model.bodies().size());
   std::vector<Faces> faces(model.bodies().size());
@@ -145,13 +145,20 @@ Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, c
     Trimmed trimmed;
     if (all.corners.cols() > 0) trimmed = trim(all.corners, body, visibility, options.cache_dir);
     if (trimmed.corners.cols() == 0) {
-      core::throw_invalid("links",
-                          fmt::format("'{}', of whose {} triangles {} are hidden", info.name, all.corners.cols() / 3, trimmed.hidden),
-                          "links with a surface that can be touched");
+      const auto triangles = all.corners.cols() / 3;
+      if (hidden == HiddenLinks::Refuse)
+        core::throw_invalid("links", fmt::format("'{}', of whose {} triangles {} are hidden", info.name, triangles, trimmed.hidden),
+                            "links with a surface that can be touched");
+      out.notes.push_back(
+          fmt::format("{}: {} of its {} triangles are hidden in the robot and none can be touched, so that no contact is looked for on it",
+                      info.name, trimmed.hidden, triangles));
+      continue;
     }
     add_notes(info.name, all, trimmed, out.notes);
     out.links.push_back(make_surface(body, trimmed.corners, options.crease));
   }
+  if (out.links.empty() && !bodies.empty())
+    core::throw_invalid("links", "links whose triangles are all hidden", "links with a surface that can be touched");
   return out;
 }
 

@@ -44,14 +44,21 @@ struct Surface {
 
 struct Surfaces {
   std::vector<Surface> links;      ///< in the order of the bodies asked for
-  std::vector<std::string> notes;  ///< faces that were left out or turned around, and edges that are open, a sentence each
+  std::vector<std::string> notes;  ///< links and faces that were left out, faces turned around, and edges that are open, a sentence each
+};
+
+/// What becomes of a link of which no triangle is seen.
+enum class HiddenLinks {
+  Refuse,
+  LeaveOut,  ///< with a note; where all links are hidden they are refused
 };
 
 /// Surfaces of links of robots: the triangles of their geometry, without those that nothing can touch. A triangle is hidden if, in every
 /// posture, every ray from its centre and near its corners into the open half space meets the robot. One that sees out only to its back
 /// winds inwards, and is turned around.
 /// @param bodies  links of robots  @throws core::InvalidInput: a link without any triangle that is seen, no link of a robot
-Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, const SurfaceOptions& options);
+Surfaces make_surfaces(const world::Model& model, std::span<const int> bodies, const SurfaceOptions& options,
+                       HiddenLinks hidden = HiddenLinks::Refuse);
 
 struct SurfacePoint {
   int triangle = -1;

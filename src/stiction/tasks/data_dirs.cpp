@@ -9,6 +9,21 @@ namespace stiction::tasks {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// What a variable of the environment lists, separated by ':'.
+std::vector<fs::path> folders_in(const char* variable) {
+  std::vector<fs::path> out;
+  const char* value = std::getenv(variable);
+  std::stringstream parts{std::string(value != nullptr ? value : "")};
+  for (std::string part; std::getline(parts, part, ':');) {
+    if (!part.empty()) out.emplace_back(part);
+  }
+  return out;
+}
+
+}  // namespace
+
 std::vector<fs::path> default_data_dirs() {
   std::vector<fs::path> dirs;
   const auto add = [&dirs](const fs::path& dir) {
@@ -22,12 +37,8 @@ std::vector<fs::path> default_data_dirs() {
 
 std::vector<fs::path> default_package_dirs() {
   std::vector<fs::path> dirs;
-  if (const char* path = std::getenv("ROS_PACKAGE_PATH")) {
-    std::stringstream parts{std::string(path)};
-    for (std::string part; std::getline(parts, part, ':');) {
-      if (!part.empty()) dirs.emplace_back(part);
-    }
-  }
+  for (const fs::path& dir : folders_in("ROS_PACKAGE_PATH")) dirs.push_back(dir);
+  for (const fs::path& prefix : folders_in("AMENT_PREFIX_PATH")) dirs.push_back(prefix / "share");  // ROS 2 installs PREFIX/share/PKG
   if (const fs::path beside = core::find_upwards("cmeel.prefix/share", core::kInstalledLevels); !beside.empty()) dirs.push_back(beside);
   if (const std::string built_with = STICTION_PACKAGE_DIR; !built_with.empty()) dirs.emplace_back(built_with);
   return dirs;

@@ -12,6 +12,7 @@
 #include "stiction/dynamics/step.hpp"
 #include "stiction/tasks/lint_motors.hpp"
 #include "stiction/tasks/lint_numbers.hpp"
+#include "stiction/tasks/lint_robots.hpp"
 #include "stiction/tasks/reach.hpp"
 #include "stiction/world/object_space.hpp"
 #include "stiction/world/scales.hpp"
@@ -45,6 +46,7 @@ class Linter {
     lint_motors(task_, control, out_);
     gravity();
     for (int i = 0; i < n_objects(); ++i) size(i);
+    lint_robots(task_, out_);
     lint_numbers(task_, out_);
     for (const auto& box : task_.options.sample_boxes) sample_box(box);
     goal_at_start();

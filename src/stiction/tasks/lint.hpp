@@ -13,7 +13,7 @@ namespace stiction::tasks {
 /// Something in a task that can be read, and is hardly what was meant.
 struct Finding {
   std::string
-      kind;  ///< "overlap", "stuck", "force", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "units", "quaternion", "sample_box", "goal"
+      kind;  ///< "overlap", "stuck", "force", "unsupported", "hold", "reach", "weight", "motors", "gravity", "size", "visual", "units", "quaternion", "sample_box", "goal"
   std::string message;                   ///< field or body, what was found, what was likely meant
   std::string where{};                   ///< "start" or "goal", where it is a matter of one of them
   std::vector<std::string> names{};      ///< geometries ("body/geometry") or the object that it is about
@@ -31,7 +31,9 @@ struct Finding {
 /// weight       under F of the object even the stiffest joint gives way by more than L
 /// motors       to carry the goal's object, or to push it along what it stands on, takes more force than the motors give (lint_motors.hpp)
 /// gravity      it points upwards
-/// size         an object is more than ten times as large as the robots reach, or a thousandth of it
+/// size         an object is more than ten times as large as the robots reach, or a thousandth of it; a shape of a robot is more than ten
+///              times as large as its joints reach
+/// visual       a link of a robot that moves is seen and has no collision geometry, nor has what is welded to it
 /// units        angles beyond 2π and limits beyond 4π: degrees; tolerances that every pose is within
 /// quaternion   quaternion_wxyz reads as a half turn, and as x y z w as something less
 /// sample_box   the box leaves out the goal

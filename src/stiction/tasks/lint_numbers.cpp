@@ -99,7 +99,7 @@ void look_at_tolerances(const Task& task, std::vector<Finding>& out) {
 }  // namespace
 
 void lint_numbers(const Task& task, std::vector<Finding>& out) {
-  const YamlNode root = task.text.empty() ? world::load_yaml_with_base(task.file) : world::parse_yaml_with_base(task.text, task.file);
+  const YamlNode& root = task.document;
   for (const char* section : {"start", "goal"}) walk(root.at(section), out);
   walk(root.at("scene"), out);
   look_at_coordinates(task, "start", task.problem.q_start, out);

@@ -105,40 +105,81 @@ std::string spell_task_file(const Task& task, const fs::path& file) {
   return fs::weakly_canonical(task.file).lexically_proximate(fs::weakly_canonical(file).parent_path()).generic_string();
 }
 
-PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
-                        const fs::path& file) {
-  const world::Model& model = *task.model;
-  planning::Plan plan = result.plan;
-  if (plan.q_start.size() == 0) {  // of a search that could not make its first step
-    plan.q_start = task.problem.q_start;
-    plan.u_start = plan.q_start.tail(model.n_a());
-    plan.goal = task.problem.goal;
-    plan.step = options.step_options();
-    plan.error = planning::goal_error(model, plan.q_start, plan.goal);
-  }
-  PlanFile out;
-  out.code_version = core::version();
+namespace {
+
+/// The plan of a search; of one that could not make its first step, the start.
+planning::Plan plan_of(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result) {
+  planning::Plan out = result.plan;
+  if (out.q_start.size() > 0) return out;
+  out.q_start = task.problem.q_start;
+  out.u_start = out.q_start.tail(task.model->n_a());
+  out.goal = task.problem.goal;
+  out.step = options.step_options();
+  out.error = planning::goal_error(*task.model, out.q_start, out.goal);
+  return out;
+}
+
+void add_task(const Task& task, const fs::path& file, PlanFile& out) {
   out.task_name = task.name;
   out.task_text = task.text;
   out.task_builtin = task.builtin;
   out.task_file = spell_task_file(task, file);
   out.scene_sha256 = task.scene_sha256;
   out.scene_text = task.scene_text;
+  out.start_from_command_line = task.start_from_command_line;
+  out.goal_from_command_line = task.goal_from_command_line;
+}
+
+/// What the search came to, without its plan.
+void add_search(const planning::PlanResult& result, PlanFile& out) {
   out.status = result.status;
   out.seed = result.seed;
-  out.options = planner_options_json(options, model);
   out.iterations = result.iterations;
   out.nodes = result.nodes;
   out.steps = result.steps;
   out.linearisations = result.linearisations;
   out.failed_steps = result.failed_steps;
   out.distrusted = result.distrusted;
-
   out.regrasps = result.regrasps;
   out.start_penetration = result.start_penetration;
   out.start_projected = result.start_projected;
   out.wall_s = result.wall_s;
+}
+
+void add_goal(const world::Model& model, const planning::Plan& plan, PlanFile& out) {
+  out.goal_object = model.objects()[static_cast<std::size_t>(plan.goal.object)].name;
+  out.goal_pose = rounded(to_numbers(goal_pose(model, plan)), 1e-12);
+  out.tol_position = plan.goal.tol_position;
+  out.tol_angle = plan.goal.tol_angle;
+  out.region = plan.goal.region;
+  out.error = plan.error;
+}
+
+StoredKnot stored(const world::Model& model, const dynamics::Knot& knot, const ShownBodies& shown, const world::Kinematics& kinematics,
+                  double h) {
+  StoredKnot out;
+  out.u = knot.u;
+  out.q = knot.q;
+  for (const int b : shown.bodies) {
+    if (model.bodies()[static_cast<std::size_t>(b)].dofs.empty()) continue;
+    out.bodies.push_back(to_numbers(kinematics.X_WB[static_cast<std::size_t>(b)]));
+  }
+  for (const auto& contact : knot.contacts) out.contacts.push_back(stored(model, contact, h));
+  return out;
+}
+
+}  // namespace
+
+PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& options, const planning::PlanResult& result,
+                        const fs::path& file) {
+  const world::Model& model = *task.model;
+  const planning::Plan plan = plan_of(task, options, result);
+  PlanFile out;
+  add_task(task, file, out);
+  add_search(result, out);
+  out.options = planner_options_json(options, model);
   out.threads = options.threads;
+  out.code_version = core::version();
   out.created = now_utc();
   out.step = plan.step;
   if (options.substep) out.substep = plan.substep;
@@ -148,29 +189,15 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   world::Kinematics kinematics;
   calc_kinematics(model, plan.q_start, work, kinematics);
   add_scene(model, shown, kinematics, out);
+  add_goal(model, plan, out);
   out.q_start = plan.q_start;
   out.u_start = plan.u_start;
-  out.goal_object = model.objects()[static_cast<std::size_t>(plan.goal.object)].name;
-  out.goal_pose = rounded(to_numbers(goal_pose(model, plan)), 1e-12);
-  out.tol_position = plan.goal.tol_position;
-  out.tol_angle = plan.goal.tol_angle;
-  out.region = plan.goal.region;
-  out.start_from_command_line = task.start_from_command_line;
-  out.goal_from_command_line = task.goal_from_command_line;
-  out.error = plan.error;
   for (const auto& segment : plan.segments) {
     StoredSegment& to = out.segments.emplace_back();
     to.kind = segment.kind;
     for (const auto& knot : segment.knots) {
-      StoredKnot& k = to.knots.emplace_back();
-      k.u = knot.u;
-      k.q = knot.q;
       calc_kinematics(model, knot.q, work, kinematics);
-      for (const int b : shown.bodies) {
-        if (model.bodies()[static_cast<std::size_t>(b)].dofs.empty()) continue;
-        k.bodies.push_back(to_numbers(kinematics.X_WB[static_cast<std::size_t>(b)]));
-      }
-      for (const auto& contact : knot.contacts) k.contacts.push_back(stored(model, contact, plan.step.h));
+      to.knots.push_back(stored(model, knot, shown, kinematics, plan.step.h));
     }
   }
   add_tree(result.tree, out);

@@ -79,8 +79,8 @@ std::string make_scene_text(const world::Model& model) {
   for (const auto& robot : scene.robots) {
     const char* kind = robot.mjcf.empty() ? "urdf" : "mjcf";
     const std::string file = robot.text.empty() ? robot.file().filename().string() : world::kTextName;
-    const std::string digest = robot.text.empty() ? core::sha256_of_file(robot.file()) : core::sha256(robot.text);
-    out += fmt::format("- {{name: {}, {}: {}, {}_sha256: {}, base: {}}}\n", robot.name, kind, file, kind, digest, pose(robot.X_WBase));
+    out += fmt::format("- {{name: {}, {}: {}, {}_sha256: {}, base: {}}}\n", robot.name, kind, file, kind, robot.contents->sha256,
+                       pose(robot.X_WBase));
   }
   out += "objects:\n";
   for (const auto& object : scene.objects) {

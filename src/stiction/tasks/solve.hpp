@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/execution/speed_limits.hpp"
+#include "stiction/execution/run_speed.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/task.hpp"
 
@@ -46,9 +46,10 @@ struct SolveOptions {
   std::uint64_t seed = 0;              ///< of the first try; the next ones count up
   int tries = 20;                      ///< ≥ 1
   std::vector<double> friction = {1};  ///< the goal has to be reached with every μ times each of these, each ≥ 0, at least one
-  double speed = 1;                    ///< of joints, times what follows from the object and the motors (E.13), > 0
-  double lost_factor = 5;              ///< of the tolerances: an object that is farther from where the plan has it does not come back, > 0
-  int threads = 0;                     ///< 0 = all cores; the result does not depend on it
+  /// Of the runs, and of the commands that are written: times the full timing (E.13), > 0; above 1 of pushes alone.
+  double speed = execution::kOpenLoopSpeed;
+  double lost_factor = 5;  ///< of the tolerances: an object that is farther from where the plan has it does not come back, > 0
+  int threads = 0;         ///< 0 = all cores; the result does not depend on it
   /// Both are called from the threads of the run, one call at a time.
   std::function<void(std::uint64_t seed, SolveStage stage, const core::Progress& progress)> on_stage;
   std::function<void(const SolveTry& ended, bool best)> on_try;  ///< best: of those that have ended

@@ -59,7 +59,8 @@ std::shared_ptr<const Model> make_model(world::Scene scene, const YamlNode& star
 Task read_task(const YamlNode& root, std::string name) {
   root.require_map();
   Task task;
-  task.file = root.file();
+  task.file = fs::absolute(root.file());  // plans name it from wherever they are written, also after a change of the working folder
+  task.document = root;
   core::Faults faults;
   faults.collect([&] { root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "planner", "optimize"}); });
   faults.collect([&] { task.name = root.string_or("name", std::move(name)); });

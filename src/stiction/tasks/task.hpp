@@ -10,6 +10,7 @@
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/optimize_options.hpp"
 #include "stiction/world/model.hpp"
+#include "stiction/world/yaml.hpp"
 
 namespace stiction::tasks {
 
@@ -17,8 +18,9 @@ namespace stiction::tasks {
 struct Task {
   std::string name;
   std::string description;
-  std::filesystem::path file;  ///< as found; of a task in memory the folder that its paths are relative to, with '/' at its end
+  std::filesystem::path file;  ///< absolute; of a task in memory the folder that its paths are relative to, with '/' at its end
   std::string text;            ///< of a task in memory; empty: that of `file`
+  world::YamlNode document;    ///< the file, with its `base`, or the text, as it was read
   bool builtin = false;        ///< found by its name in a data folder
   std::shared_ptr<const world::Model> model;  ///< model->scene() is the scene
   planning::PlanningProblem problem;
@@ -33,8 +35,9 @@ struct Task {
 /// Where built-in tasks are looked up when no folders are given: share/stiction/tasks of the installation that runs, the source folder.
 std::vector<std::filesystem::path> default_data_dirs();
 
-/// Where package:// of a robot is looked up when its own `package_dirs` do not have it: the folders of ROS_PACKAGE_PATH, then the packages
-/// installed beside this code or where its dependencies were at build time (`pip install example-robot-data`).
+/// Where package:// of a robot is looked up when its own `package_dirs` do not have it: the folders of ROS_PACKAGE_PATH, the folders
+/// share/ of AMENT_PREFIX_PATH (ROS 2), then the packages installed beside this code or where its dependencies were at build time
+/// (`pip install example-robot-data`).
 std::vector<std::filesystem::path> default_package_dirs();
 
 /// Names of the built-in tasks, in alphabetical order.

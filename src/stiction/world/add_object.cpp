@@ -22,17 +22,8 @@ int find_parent(const Model::Impl& m, const ObjectSpec& spec, int index) {
   core::throw_invalid("parent", fmt::format("'{}'", spec.parent), "an object listed before");
 }
 
-void require_no_joint_friction(const ObjectSpec& spec) {
-  for (const auto& [field, value] : {std::pair{"joint_friction", spec.joint_friction}, {"joint_damping", spec.joint_damping}}) {
-    if (value != 0) core::throw_invalid(field, fmt::format("{:g}", value), "it only for hinge and slider objects");
-  }
-}
-
-}  // namespace
-
-void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
-  Model::Impl& m = parts.m;
-  parts.add_owner_name(spec.name);
+/// @throws core::InvalidInput: a number or a frame that no object can have
+void require_object(const ObjectSpec& spec) {
   core::require_positive("mass", spec.mass);
   core::require_nonnegative("weight_share", spec.weight_share);
   core::require_nonnegative("joint_friction", spec.joint_friction);
@@ -43,7 +34,75 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
   if (!spec.inertia.allFinite() || factor.info() != Eigen::Success || !spec.inertia.isApprox(spec.inertia.transpose())) {
     core::throw_invalid("inertia", "a matrix that is not symmetric positive definite", "one that is");
   }
+  if (spec.joint == ObjectJoint::Hinge || spec.joint == ObjectJoint::Slider) return;
+  for (const auto& [field, value] : {std::pair{"joint_friction", spec.joint_friction}, {"joint_damping", spec.joint_damping}}) {
+    if (value != 0) core::throw_invalid(field, fmt::format("{:g}", value), "it only for hinge and slider objects");
+  }
+}
 
+/// Adds the coordinates of one object to a model.
+class CoordinateAdder {
+ public:
+  CoordinateAdder(ModelParts& parts, const ObjectSpec& spec, int index, ObjectNode& node)
+      : parts_(parts), spec_(spec), index_(index), node_(node) {}
+
+  void add() {
+    switch (spec_.joint) {
+      case ObjectJoint::Free:
+        node_.n_v = 6;
+        for (const auto name : {"x", "y", "z"}) add_dof(name, DofKind::Prismatic);
+        for (const auto name : {"rx", "ry", "rz"}) add_dof(name, DofKind::Revolute);
+        return;
+      case ObjectJoint::PlanarXY:
+        return add_planar(0, 1);
+      case ObjectJoint::PlanarYZ:
+        return add_planar(1, 2);
+      case ObjectJoint::PlanarXZ:
+        return add_planar(0, 2);
+      case ObjectJoint::Hinge:
+        return add_axis("angle", DofKind::Revolute);
+      case ObjectJoint::Slider:
+        return add_axis("position", DofKind::Prismatic);
+    }
+  }
+
+ private:
+  void add_dof(std::string_view name, DofKind kind, double lower = -kInfinity, double upper = kInfinity) {
+    parts_.add_dof(fmt::format("{}/{}", spec_.name, name), kind, BodyKind::Object, index_, lower, upper, 0);
+  }
+
+  void add_planar(int first, int second) {
+    static constexpr std::string_view kAxes[] = {"x", "y", "z"};
+    node_.first = first, node_.second = second, node_.normal = 3 - first - second;
+    node_.n_v = 3;
+    add_dof(kAxes[first], DofKind::Prismatic);
+    add_dof(kAxes[second], DofKind::Prismatic);
+    add_dof("theta", DofKind::Revolute);
+  }
+
+  /// Of a hinge or a slider.
+  void add_axis(std::string_view name, DofKind kind) {
+    if (!(spec_.axis.norm() > 1e-9) || !spec_.axis.allFinite()) core::throw_invalid("axis", "0 or not finite", "a direction");
+    node_.axis_P = spec_.axis.normalized();
+    node_.n_v = 1;
+    const auto limits = spec_.limits.value_or(std::array{-kInfinity, kInfinity});
+    if (!(limits[0] <= limits[1])) core::throw_invalid("limits", fmt::format("[{}, {}]", limits[0], limits[1]), "lower ≤ upper");
+    add_dof(name, kind, limits[0], limits[1]);
+    parts_.set_joint_friction(spec_.joint_friction, spec_.joint_damping);
+  }
+
+  ModelParts& parts_;
+  const ObjectSpec& spec_;
+  int index_;
+  ObjectNode& node_;
+};
+
+}  // namespace
+
+void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
+  Model::Impl& m = parts.m;
+  parts.add_owner_name(spec.name);
+  require_object(spec);
   ObjectNode node{.joint = spec.joint,
                   .q = m.n_q,
                   .v = m.n_v,
@@ -53,46 +112,7 @@ void add_object(ModelParts& parts, const ObjectSpec& spec, int index) {
                   .weight_share = spec.weight_share,
                   .p_BCom = spec.p_BCom,
                   .inertia = spec.inertia};
-  const auto dof = [&](std::string_view name, DofKind kind, double lower = -kInfinity, double upper = kInfinity) {
-    parts.add_dof(fmt::format("{}/{}", spec.name, name), kind, BodyKind::Object, index, lower, upper, 0);
-  };
-  const auto planar = [&](int first, int second) {
-    static constexpr std::string_view kAxes[] = {"x", "y", "z"};
-    node.first = first, node.second = second, node.normal = 3 - first - second;
-    node.n_v = 3;
-    dof(kAxes[first], DofKind::Prismatic);
-    dof(kAxes[second], DofKind::Prismatic);
-    dof("theta", DofKind::Revolute);
-  };
-  if (spec.joint != ObjectJoint::Hinge && spec.joint != ObjectJoint::Slider) require_no_joint_friction(spec);
-  switch (spec.joint) {
-    case ObjectJoint::Free:
-      node.n_v = 6;
-      for (const auto name : {"x", "y", "z"}) dof(name, DofKind::Prismatic);
-      for (const auto name : {"rx", "ry", "rz"}) dof(name, DofKind::Revolute);
-      break;
-    case ObjectJoint::PlanarXY:
-      planar(0, 1);
-      break;
-    case ObjectJoint::PlanarYZ:
-      planar(1, 2);
-      break;
-    case ObjectJoint::PlanarXZ:
-      planar(0, 2);
-      break;
-    case ObjectJoint::Hinge:
-    case ObjectJoint::Slider: {
-      if (!(spec.axis.norm() > 1e-9) || !spec.axis.allFinite()) core::throw_invalid("axis", "0 or not finite", "a direction");
-      node.axis_P = spec.axis.normalized();
-      node.n_v = 1;
-      const auto limits = spec.limits.value_or(std::array{-kInfinity, kInfinity});
-      if (!(limits[0] <= limits[1])) core::throw_invalid("limits", fmt::format("[{}, {}]", limits[0], limits[1]), "lower ≤ upper");
-      const bool hinge = spec.joint == ObjectJoint::Hinge;
-      dof(hinge ? "angle" : "position", hinge ? DofKind::Revolute : DofKind::Prismatic, limits[0], limits[1]);
-      parts.set_joint_friction(spec.joint_friction, spec.joint_damping);
-      break;
-    }
-  }
+  CoordinateAdder(parts, spec, index, node).add();
   const int n_q = spec.joint == ObjectJoint::Free ? 7 : node.n_v;
   std::vector<int> dofs;
   if (node.parent >= 0) dofs = m.bodies[at(m.object_nodes[at(node.parent)].body)].dofs;

@@ -29,7 +29,7 @@ class RobotAdder {
   void add() {
     parts_.add_owner_name(spec_.name);
     if (!is_rotation(spec_.X_WBase.R) || !spec_.X_WBase.p.allFinite()) core::throw_invalid("base", "no rigid transform", "one");
-    const RobotTree tree = read_robot_tree(spec_);
+    const RobotTree& tree = spec_.contents->robot;
     RobotInfo info{.name = spec_.name, .v_begin = m_.n_v, .n_v = 0, .q_begin = m_.n_q, .chains = {}};
     for (const auto& [link, value] : spec_.link_friction) {
       if (std::none_of(tree.links.begin(), tree.links.end(), [&](const RobotLink& l) { return l.name == link; })) {
@@ -53,6 +53,7 @@ class RobotAdder {
       add_link(tree, i, base, i == 0 ? -1 : v_of_joint[i - 1], q_ahead, stiffness, effort);
     }
     for (const std::string& note : tree.notes) parts_.add_note(spec_.name, note);
+    for (const std::string& note : spec_.notes) parts_.add_note(spec_.name, note);
     if (!chosen_.empty()) {
       parts_.add_note(spec_.name,
                       fmt::format("stiffness of joints without one, which bear their effort at 1/40 of their range [N·m/rad, N/m]: {}",
@@ -90,82 +91,119 @@ class RobotAdder {
     return joint.effort.value_or(kInfinity);
   }
 
+  /// A link of the robot's file and the joint that it hangs on (nullptr: the root), as the model numbers them.
+  struct LinkPlace {
+    const RobotLink& link;
+    const RobotJoint* joint = nullptr;
+    int body = -1, parent = -1;
+    int v = -1;     ///< velocity index of the joint, of a follower its leader's
+    int axis = -1;  ///< column of Kinematics
+
+    bool moves() const { return joint != nullptr && joint->moves(); }
+    bool follows() const { return moves() && joint->leader >= 0; }
+  };
+
   void add_link(const RobotTree& tree, std::size_t i, int base, int v, int q_ahead, const PerJoint& stiffness, const PerJoint& effort) {
-    const RobotLink& link = tree.links[i];
-    const RobotJoint* joint = i == 0 ? nullptr : &tree.joints[i - 1];
-    const bool movable = joint != nullptr && joint->moves(), follows = movable && joint->leader >= 0;
-    const int parent = joint != nullptr ? base + joint->parent : -1;
-    std::vector<int> dofs, axes;
-    if (parent >= 0) dofs = m_.bodies[at(parent)].dofs, axes = m_.bodies[at(parent)].axes;
+    LinkPlace place{.link = tree.links[i], .joint = i == 0 ? nullptr : &tree.joints[i - 1]};
+    if (place.joint != nullptr) place.parent = base + place.joint->parent;
+    place.v = v;
     // Columns of followers come after those of all coordinates, whose number is not known yet.
-    const int axis = follows ? kFollowers + static_cast<int>(m_.followers.size()) : v;
-    if (movable) {
-      axes.push_back(axis);
-      if (const auto place = std::lower_bound(dofs.begin(), dofs.end(), v); place == dofs.end() || *place != v) dofs.insert(place, v);
-    }
-    const bool constant = dofs.empty();
-    const int body = parts_.add_body(fmt::format("{}/{}", spec_.name, link.name), BodyKind::Robot, index_, std::move(dofs));
-    m_.bodies.back().axes = std::move(axes);
-    m_.inertias.back() = link.inertia ? *link.inertia : calc_inertia(link);
-    m_.links.push_back({.body = body, .parent = parent, .dof = movable ? v : -1, .X_PJ = joint ? joint->X_PJ : spec_.X_WBase});
-    if (movable) m_.links.back().axis = joint->axis;
-    if (follows) m_.links.back().follower = static_cast<int>(m_.followers.size());
-
-    std::optional<double> friction;
-    for (const auto& [name, value] : spec_.link_friction) {
-      if (name == link.name) friction = value;
-    }
-    for (const auto& c : link.collisions) {
-      parts_.add_geometry(body, c.name, c.shape, c.X_LG, friction.value_or(c.friction.value_or(spec_.friction)), c.mask);
-    }
-
-    if (joint != nullptr && !movable) parts_.group[at(body)] = parts_.group[at(parent)];
-    if (movable) parts_.adjacent.insert({parts_.group[at(parent)], parts_.group[at(body)]});
+    place.axis = place.follows() ? kFollowers + static_cast<int>(m_.followers.size()) : v;
+    const bool constant = add_body(place);
+    add_geometries(place);
     if (constant) {
-      const Pose X_WB = joint != nullptr ? constant_pose(parent) * joint->X_PJ : spec_.X_WBase;
-      m_.constant_poses.emplace_back(body, X_WB);
+      const Pose X_WB = place.joint != nullptr ? constant_pose(place.parent) * place.joint->X_PJ : spec_.X_WBase;
+      m_.constant_poses.emplace_back(place.body, X_WB);
       return;
     }
-    LinkNode node{};
-    node.body = body;
-    node.parent = parent;
-    node.p_PJ = joint->X_PJ.p;
-    node.C0 = joint->X_PJ.R;
-    if (movable) {
-      const bool revolute = joint->kind == RobotJoint::Kind::Revolute;
-      node.kind = revolute ? LinkNode::Kind::Revolute : LinkNode::Kind::Prismatic;
-      node.v = v;
-      node.q = v + q_ahead;
-      node.axis = axis;
-      node.ratio = joint->ratio;
-      node.offset = joint->offset;
-      node.axis_P = joint->X_PJ.R * joint->axis;
-      if (revolute) {
-        const Matrix3d along = joint->axis * joint->axis.transpose();
-        node.C0 = joint->X_PJ.R * along;
-        node.C1 = joint->X_PJ.R * (Matrix3d::Identity() - along);
-        node.C2 = joint->X_PJ.R * cross_matrix(joint->axis);
-      }
-      const std::string name = fmt::format("{}/{}", spec_.name, joint->name);
-      const DofKind kind = revolute ? DofKind::Revolute : DofKind::Prismatic;
-      if (follows) {
-        m_.followers.push_back({name, kind, v, joint->ratio, joint->offset});
-        m_.link_nodes.push_back(node);
-        return;
-      }
-      const auto found = stiffness.find(joint->name);
-      double spring = found != stiffness.end() ? found->second : joint->stiffness.value_or(0);
-      if (spring == 0) {
-        spring = calc_default_stiffness(tree, i);
-        chosen_.push_back(fmt::format("{} {:.3g}", joint->name, spring));
-      }
-      parts_.add_dof(name, kind, BodyKind::Robot, index_, joint->lower, joint->upper, spring, effort_of(*joint, effort));
-      parts_.set_joint_friction(joint->friction, joint->damping);
-      parts_.reach.push_back(revolute ? calc_reach(tree, i) : 1.0);
-      ++m_.n_v;
-      ++m_.n_q;
+    m_.link_nodes.push_back(make_node(place, q_ahead));
+    if (place.follows()) {
+      const RobotJoint& joint = *place.joint;
+      m_.followers.push_back({joint_name(joint), kind_of(joint), v, joint.ratio, joint.offset});
+    } else if (place.moves()) {
+      add_coordinate(tree, i, stiffness, effort);
     }
-    m_.link_nodes.push_back(node);
+  }
+
+  /// The body of a link. Returns whether it never moves.
+  bool add_body(LinkPlace& place) {
+    std::vector<int> dofs, axes;
+    if (place.parent >= 0) dofs = m_.bodies[at(place.parent)].dofs, axes = m_.bodies[at(place.parent)].axes;
+    if (place.moves()) {
+      axes.push_back(place.axis);
+      if (const auto here = std::lower_bound(dofs.begin(), dofs.end(), place.v); here == dofs.end() || *here != place.v)
+        dofs.insert(here, place.v);
+    }
+    const bool constant = dofs.empty();
+    place.body = parts_.add_body(fmt::format("{}/{}", spec_.name, place.link.name), BodyKind::Robot, index_, std::move(dofs));
+    m_.bodies.back().axes = std::move(axes);
+    m_.inertias.back() = place.link.inertia ? *place.link.inertia : calc_inertia(place.link);
+    m_.links.push_back({.body = place.body,
+                        .parent = place.parent,
+                        .dof = place.moves() ? place.v : -1,
+                        .X_PJ = place.joint != nullptr ? place.joint->X_PJ : spec_.X_WBase});
+    if (place.moves()) m_.links.back().axis = place.joint->axis;
+    if (place.follows()) m_.links.back().follower = static_cast<int>(m_.followers.size());
+    if (place.joint != nullptr && !place.moves()) parts_.group[at(place.body)] = parts_.group[at(place.parent)];
+    if (place.moves()) parts_.adjacent.insert({parts_.group[at(place.parent)], parts_.group[at(place.body)]});
+    return constant;
+  }
+
+  void add_geometries(const LinkPlace& place) {
+    std::optional<double> friction;
+    for (const auto& [name, value] : spec_.link_friction) {
+      if (name == place.link.name) friction = value;
+    }
+    for (const auto& c : place.link.collisions)
+      parts_.add_geometry(place.body, c.name, c.shape, c.X_LG, friction.value_or(c.friction.value_or(spec_.friction)), c.mask);
+  }
+
+  static DofKind kind_of(const RobotJoint& joint) {
+    return joint.kind == RobotJoint::Kind::Revolute ? DofKind::Revolute : DofKind::Prismatic;
+  }
+  std::string joint_name(const RobotJoint& joint) const { return fmt::format("{}/{}", spec_.name, joint.name); }
+
+  /// How calc_kinematics() places a link that moves.
+  static LinkNode make_node(const LinkPlace& place, int q_ahead) {
+    const RobotJoint& joint = *place.joint;  // the root never moves
+    LinkNode node{};
+    node.body = place.body;
+    node.parent = place.parent;
+    node.p_PJ = joint.X_PJ.p;
+    node.C0 = joint.X_PJ.R;
+    if (!place.moves()) return node;
+    const bool revolute = joint.kind == RobotJoint::Kind::Revolute;
+    node.kind = revolute ? LinkNode::Kind::Revolute : LinkNode::Kind::Prismatic;
+    node.v = place.v;
+    node.q = place.v + q_ahead;
+    node.axis = place.axis;
+    node.ratio = joint.ratio;
+    node.offset = joint.offset;
+    node.axis_P = joint.X_PJ.R * joint.axis;
+    if (!revolute) return node;
+    const Matrix3d along = joint.axis * joint.axis.transpose();
+    node.C0 = joint.X_PJ.R * along;
+    node.C1 = joint.X_PJ.R * (Matrix3d::Identity() - along);
+    node.C2 = joint.X_PJ.R * cross_matrix(joint.axis);
+    return node;
+  }
+
+  /// The coordinate of a joint that moves by itself, with its spring and its motor. @param i  the link that the joint moves
+  void add_coordinate(const RobotTree& tree, std::size_t i, const PerJoint& stiffness, const PerJoint& effort) {
+    const RobotJoint& joint = tree.joints[i - 1];
+    const auto found = stiffness.find(joint.name);
+    double spring = found != stiffness.end() ? found->second : joint.stiffness.value_or(0);
+    if (spring == 0) {
+      spring = calc_default_stiffness(tree, i);
+      chosen_.push_back(fmt::format("{} {:.3g}", joint.name, spring));
+    }
+    const DofKind kind = kind_of(joint);
+    parts_.add_dof(joint_name(joint), kind, BodyKind::Robot, index_, joint.lower, joint.upper, spring, effort_of(joint, effort));
+    m_.dofs.back().speed_limit = joint.speed_limit;
+    parts_.set_joint_friction(joint.friction, joint.damping);
+    parts_.reach.push_back(kind == DofKind::Revolute ? calc_reach(tree, i) : 1.0);
+    ++m_.n_v;
+    ++m_.n_q;
   }
 
   Pose constant_pose(int body) const {

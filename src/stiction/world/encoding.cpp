@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <sstream>
+#include <iterator>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -70,22 +71,24 @@ std::string from_latin1(std::string_view text) {
 
 }  // namespace
 
-std::string read_xml_text(const std::filesystem::path& file, std::string_view what) {
+std::string read_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << in.rdbuf();
-  std::string text = bytes.str();
-  if (const std::string_view name = declared_encoding(text); is_latin1(name)) {
-    const auto at = static_cast<std::size_t>(name.data() - text.data());
-    text.replace(at, name.size(), "UTF-8");
-    return from_latin1(text);
+  if (!in) core::throw_invalid(file.string(), "a file that cannot be read", "a readable file");
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+std::string xml_text(std::string bytes, const std::filesystem::path& file, std::string_view what) {
+  if (const std::string_view name = declared_encoding(bytes); is_latin1(name)) {
+    const auto at = static_cast<std::size_t>(name.data() - bytes.data());
+    bytes.replace(at, name.size(), "UTF-8");
+    return from_latin1(bytes);
   }
-  if (const auto line = line_of_foreign_bytes(text)) {
+  if (const auto line = line_of_foreign_bytes(bytes)) {
     throw core::InvalidInput(
         fmt::format("{}:{}: {}: got bytes that are not UTF-8, expected UTF-8, or ISO-8859-1 with a declaration that says so", file.string(),
                     *line, what));
   }
-  return text;
+  return bytes;
 }
 
 }  // namespace stiction::world

@@ -1,24 +1,53 @@
+#include <charconv>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "stiction/world/urdf.hpp"
 
 namespace stiction::world {
+namespace {
 
-std::filesystem::path find_resource(std::string_view uri, const std::filesystem::path& base_dir,
-                                    std::span<const std::filesystem::path> package_dirs) {
-  namespace fs = std::filesystem;
-  const auto existing = [](const fs::path& path) {
-    std::error_code error;  // of names that no file can have
-    return fs::is_regular_file(path, error) ? path : fs::path();
+namespace fs = std::filesystem;
+
+fs::path existing(const fs::path& path) {
+  std::error_code error;  // of names that no file can have
+  return fs::is_regular_file(path, error) ? path : fs::path();
+}
+
+/// The text with its %XX turned into the bytes that they stand for; as it is where one of them stands for none.
+std::string decode_percent(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      out += text[i];
+      continue;
+    }
+    const std::string_view digits = text.substr(i + 1, 2);
+    unsigned byte = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), byte, 16);
+    if (error != std::errc() || digits.size() != 2 || end != digits.data() + 2 || byte == 0) return std::string(text);
+    out += static_cast<char>(byte);
+    i += 2;
+  }
+  return out;
+}
+
+/// How a path may be meant: as it is written, with %XX decoded, and with the '\' of another system as '/'.
+std::vector<fs::path> readings_of(std::string_view text) {
+  std::vector<fs::path> out{fs::path(text)};
+  const auto add = [&](const std::string& other) {
+    if (fs::path(other) != out.back()) out.emplace_back(other);
   };
-  constexpr std::string_view kPackage = "package://";
-  constexpr std::string_view kFile = "file://";
-  if (uri.starts_with(kFile)) return existing(fs::path(uri.substr(kFile.size())));
-  if (!uri.starts_with(kPackage)) return existing(base_dir / fs::path(uri));
+  const std::string decoded = decode_percent(text);
+  add(decoded);
+  std::string slashes = decoded;
+  for (char& c : slashes) c = c == '\\' ? '/' : c;
+  add(slashes);
+  return out;
+}
 
-  uri.remove_prefix(kPackage.size());
-  while (uri.starts_with('/')) uri.remove_prefix(1);  // package:///… is seen in the wild
-  const fs::path rest(uri);
+fs::path find_in_packages(const fs::path& rest, const fs::path& base_dir, std::span<const fs::path> package_dirs) {
   if (rest.empty()) return {};
   const fs::path package = *rest.begin();
   const fs::path inside = rest.lexically_relative(package);
@@ -34,6 +63,30 @@ std::filesystem::path find_resource(std::string_view uri, const std::filesystem:
   for (fs::path dir = start; !dir.empty(); dir = dir.parent_path()) {
     if (auto found = look_in(dir); !found.empty()) return found;
     if (dir == dir.parent_path()) break;
+  }
+  return {};
+}
+
+/// Takes a scheme off a URI.
+bool take(std::string_view scheme, std::string_view& uri) {
+  if (!uri.starts_with(scheme)) return false;
+  uri.remove_prefix(scheme.size());
+  return true;
+}
+
+}  // namespace
+
+fs::path find_resource(std::string_view uri, const fs::path& base_dir, std::span<const fs::path> package_dirs) {
+  const bool in_package = take("package://", uri) || take("model://", uri);
+  if (in_package) {
+    while (uri.starts_with('/')) uri.remove_prefix(1);  // package:///… is seen in the wild
+  } else if (take("file://", uri)) {
+    if (constexpr std::string_view kHere = "localhost/"; uri.starts_with(kHere)) uri.remove_prefix(kHere.size() - 1);
+  } else {
+    (void)take("file:", uri);
+  }
+  for (const fs::path& path : readings_of(uri)) {
+    if (auto found = in_package ? find_in_packages(path, base_dir, package_dirs) : existing(base_dir / path); !found.empty()) return found;
   }
   return {};
 }

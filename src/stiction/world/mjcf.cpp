@@ -12,11 +12,15 @@
 #include <set>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/world/call_mujoco.hpp"
+#include "stiction/world/encoding.hpp"
+#include "stiction/world/mjcf_unread.hpp"
 #include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
+#include "stiction/world/xml_reader.hpp"
 
 namespace stiction::world {
 
@@ -38,37 +42,31 @@ using CompiledModel = std::unique_ptr<mjModel, Delete>;
   throw core::InvalidInput(fmt::format("{}: mjcf: got {}, expected {}", file.string(), got, expected));
 }
 
-/// @param files  nullptr, or what is read in place of files on the disk  @param name  of the file in messages
-CompiledModel compile(const std::filesystem::path& file, const mjVFS* files, const std::filesystem::path& name) {
+/// The text stands for `file`, beside which includes and meshes are found. @param name  of the file in messages
+CompiledModel compile(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name) {
+  mjVFS files;
+  mj_defaultVFS(&files);
+  const std::unique_ptr<mjVFS, Delete> cleared(&files);
+  if (mj_addBufferVFS(&files, file.c_str(), text.data(), static_cast<int>(text.size())) != 0)
+    fail(name, "a text that MuJoCo does not take", "an MJCF");
   char error[1024] = "";
   mjSpec* parsed = nullptr;
-  auto report = call_mujoco([&] { parsed = mj_parseXML(file.c_str(), files, error, sizeof(error)); });
+  auto report = call_mujoco([&] { parsed = mj_parseXML(file.c_str(), &files, error, sizeof(error)); });
   const std::unique_ptr<mjSpec, Delete> spec(parsed);
-  const auto refuse = [&](std::string text) {
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    while (text.ends_with(' ')) text.pop_back();
-    fail(name, fmt::format("'{}'", text), "a file that MuJoCo compiles");
+  const auto refuse = [&](std::string said) {
+    std::replace(said.begin(), said.end(), '\n', ' ');
+    while (said.ends_with(' ')) said.pop_back();
+    fail(name, fmt::format("'{}'", said), "a file that MuJoCo compiles");
   };
   if (parsed == nullptr) refuse(report.failed ? report.error : error);
   parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
   mjModel* compiled = nullptr;
-  report = call_mujoco([&] { compiled = mj_compile(parsed, files); });
+  report = call_mujoco([&] { compiled = mj_compile(parsed, &files); });
   if (compiled == nullptr) {
     const char* reason = mjs_getError(parsed);
     refuse(report.failed ? report.error : reason ? reason : "");
   }
   return CompiledModel(compiled);
-}
-
-/// A text in memory stands for a file in `folder`, so that its includes and meshes are found there.
-CompiledModel compile_text(const std::string& text, const std::filesystem::path& folder) {
-  mjVFS files;
-  mj_defaultVFS(&files);
-  const std::unique_ptr<mjVFS, Delete> cleared(&files);
-  const std::filesystem::path file = folder / ".text.xml";
-  if (mj_addBufferVFS(&files, file.c_str(), text.data(), static_cast<int>(text.size())) != 0)
-    fail(kTextName, "a text that MuJoCo does not take", "an MJCF");
-  return compile(file, &files, kTextName);
 }
 
 Vector3d vector3(const mjtNum* p) { return {p[0], p[1], p[2]}; }
@@ -84,10 +82,12 @@ class MjcfReader : private MjcfView {
  public:
   using MjcfView::MjcfView;
 
-  MjcfModel read() {
+  RobotContents read() {
     require_supported();
     if (const auto names = list_passed_over(); !names.empty())
       out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
+    if (const auto attributes = list_unread(*m_); !attributes.empty())
+      out_.robot.notes.push_back(fmt::format("not read: {}", fmt::join(attributes, "; ")));
     find_springs();
     out_.robot.name = m_->names[0] != '\0' ? std::string(m_->names) : file_.stem().string();
     link_of_.assign(static_cast<std::size_t>(m_->nbody), -1);
@@ -159,6 +159,7 @@ class MjcfReader : private MjcfView {
       follower.ratio = a[1];
       follower.offset = y0 + a[0] - a[1] * m_->qpos0[m_->jnt_qposadr[leader]];
     }
+    release_placeholder_limits(out_.robot);
     try {
       resolve_followers(out_.robot);
     } catch (const core::InvalidInput& e) {
@@ -227,6 +228,7 @@ class MjcfReader : private MjcfView {
     RobotLink& made = out_.robot.links[static_cast<std::size_t>(link)];
     if (m_->body_mass[body] > 0) made.inertia = inertia_of(body);
     read_geoms(body, Pose{}, &made);
+    made.only_seen = m_->body_geomnum[body] > 0 && made.collisions.empty();
   }
 
   BodyInertia inertia_of(int body) const {
@@ -324,7 +326,7 @@ class MjcfReader : private MjcfView {
     }
   }
 
-  MjcfModel out_{};
+  RobotContents out_{};
   std::vector<int> link_of_;                            ///< per body of the file
   std::vector<std::optional<double>> spring_, effort_;  ///< per joint of the file
   std::vector<std::size_t> joint_of_;                   ///< of the robot, per joint of the file
@@ -332,41 +334,49 @@ class MjcfReader : private MjcfView {
   LinkHulls hulls_;
 };
 
+/// MuJoCo would take a URDF as well, by rules of its own.
+void require_mjcf(const std::string& text, const std::filesystem::path& name) {
+  tinyxml2::XMLDocument document;
+  if (parse_xml(document, text, name, "mjcf") == nullptr) fail(name, "no element", "'mujoco'");
+}
+
+RobotContents read_text(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name) {
+  require_mjcf(text, name);
+  const CompiledModel model = compile(text, file, name);
+  RobotContents out = MjcfReader(model.get(), name).read();
+  out.sha256 = core::sha256(text);
+  return out;
+}
+
 }  // namespace
 
-MjcfModel read_mjcf(const std::filesystem::path& file) {
+RobotContents read_mjcf(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an MJCF file");
-  const CompiledModel model = compile(file, nullptr, file);
-  return MjcfReader(model.get(), file).read();
+  return read_text(read_bytes(file), file, file);
 }
 
-MjcfModel read_mjcf_text(const std::string& text, const std::filesystem::path& folder) {
-  const std::filesystem::path name = kTextName;
-  const CompiledModel model = compile_text(text, folder);
-  return MjcfReader(model.get(), name).read();
-}
-
-MjcfModel read_mjcf_of(const RobotSpec& robot) {
-  return robot.text.empty() ? read_mjcf(robot.mjcf) : read_mjcf_text(robot.text, robot.mjcf.parent_path());
+RobotContents read_mjcf_text(const std::string& text, const std::filesystem::path& folder) {
+  return read_text(text, folder / ".text.xml", kTextName);
 }
 
 void add_mjcf(Scene& scene, const RobotSpec& robot) {
-  MjcfModel model = read_mjcf_of(robot);
+  const std::shared_ptr<const RobotContents> model = contents_of(robot);
   scene.robots.push_back(robot);
+  scene.robots.back().contents = model;
   const std::string fixed = robot.name + "_world";
   const auto is_object = [&](const std::string& name) {
-    return std::any_of(model.objects.begin(), model.objects.end(), [&](const ObjectSpec& object) { return object.name == name; });
+    return std::any_of(model->objects.begin(), model->objects.end(), [&](const ObjectSpec& object) { return object.name == name; });
   };
   const auto full = [&](const std::string& body) {
     if (body == "world") return fixed;
     return is_object(body) ? body : fmt::format("{}/{}", robot.name, body);
   };
-  for (const auto& [a, b] : model.excludes) {
-    if ((a == "world" || b == "world") && model.fixed.empty()) continue;
+  for (const auto& [a, b] : model->excludes) {
+    if ((a == "world" || b == "world") && model->fixed.empty()) continue;
     scene.filters.push_back({full(a), full(b), std::nullopt});
   }
-  for (auto& object : model.objects) scene.objects.push_back(std::move(object));
-  if (!model.fixed.empty()) scene.fixed.push_back({fixed, robot.X_WBase, std::move(model.fixed)});
+  scene.objects.insert(scene.objects.end(), model->objects.begin(), model->objects.end());
+  if (!model->fixed.empty()) scene.fixed.push_back({fixed, robot.X_WBase, model->fixed});
 }
 
 }  // namespace stiction::world

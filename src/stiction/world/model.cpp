@@ -57,6 +57,7 @@ const std::vector<std::vector<int>>& Model::supports() const { return impl_->sup
 std::optional<int> Model::planar_axis() const { return impl_->planar_axis; }
 const Eigen::VectorXd& Model::stiffness() const { return impl_->stiffness; }
 const Eigen::VectorXd& Model::effort() const { return impl_->effort; }
+const Eigen::VectorXd& Model::speed_limit() const { return impl_->speed_limit; }
 const Eigen::VectorXd& Model::lower() const { return impl_->lower; }
 const Eigen::VectorXd& Model::upper() const { return impl_->upper; }
 const Eigen::VectorXd& Model::reach() const { return impl_->reach; }

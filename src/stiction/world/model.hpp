@@ -70,6 +70,7 @@ struct Dof {
   double lower = 0, upper = 0;                              ///< joint limits [rad or m]; infinite where there are none
   double stiffness = 0;                                     ///< K_a of a robot joint [N/m or N·m/rad], 0 for objects
   double effort = std::numeric_limits<double>::infinity();  ///< τ_max of a robot joint's motor [N or N·m]; infinite where there is no limit
+  double speed_limit = std::numeric_limits<double>::infinity();  ///< of a robot joint [m/s or rad/s]; see Model::speed_limit()
   /// Dry friction τ_f [N or N·m] and viscous damping [N·s/m or N·m·s/rad] of a hinge, a slider or a robot joint with what follows it. Steps know the dry friction
   /// of objects (S.19), simulations also the damping; a robot's servos overcome those of its own joints, as they bear its weight.
   double friction = 0, damping = 0;
@@ -156,6 +157,9 @@ class Model {
 
   const Eigen::VectorXd& stiffness() const;  ///< K_a (n_a) [N/m or N·m/rad]
   const Eigen::VectorXd& effort() const;  ///< τ_max (n_a), the most that a joint's motor bears [N or N·m]; infinite where there is no limit
+  /// How fast the robots' joints may be (n_a) [rad/s or m/s], > 0: `velocity` of the URDF, also of the joints that follow them; infinite where
+  /// the file says none, or 0. An MJCF never says one.
+  const Eigen::VectorXd& speed_limit() const;
   const Eigen::VectorXd& lower() const;  ///< joint limits of the robots (n_a)
   const Eigen::VectorXd& upper() const;
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "stiction/world/model_parts.hpp"
+#include "stiction/world/robot_tree.hpp"
 
 namespace stiction::world {
 namespace {
@@ -28,7 +29,10 @@ class Builder {
     m_.n_vu = m_.n_v;
     m_.n_qu = m_.n_q;
     for (std::size_t i = 0; i < scene.robots.size(); ++i) {
-      parts_.guard(fmt::format("robots[{}]", i), [&] { add_robot(parts_, scene.robots[i], static_cast<int>(i)); });
+      parts_.guard(fmt::format("robots[{}]", i), [&] {
+        m_.scene.robots[i].contents = contents_of(scene.robots[i]);
+        add_robot(parts_, scene.robots[i], static_cast<int>(i));
+      });
     }
     m_.n_a = m_.n_v - m_.n_vu;
     for (std::size_t i = 0; i < scene.fixed.size(); ++i) {
@@ -62,6 +66,7 @@ class Builder {
   void finish_vectors() {
     m_.stiffness.resize(m_.n_a);
     m_.effort.resize(m_.n_a);
+    m_.speed_limit.resize(m_.n_a);
     m_.lower.resize(m_.n_a);
     m_.upper.resize(m_.n_a);
     m_.neutral.setZero(m_.n_q);
@@ -70,6 +75,7 @@ class Builder {
       const Dof& dof = m_.dofs[at(m_.n_vu + i)];
       m_.stiffness[i] = dof.stiffness;
       m_.effort[i] = dof.effort;
+      m_.speed_limit[i] = dof.speed_limit;
       m_.lower[i] = dof.lower;
       m_.upper[i] = dof.upper;
       m_.neutral[m_.n_qu + i] = nearest_to_zero(dof.lower, dof.upper);

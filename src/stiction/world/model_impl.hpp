@@ -56,7 +56,7 @@ struct Model::Impl {
   std::vector<BodyInertia> inertias;  ///< per body
   std::vector<std::vector<int>> supports;
   std::optional<int> planar_axis;
-  Eigen::VectorXd stiffness, effort, lower, upper, reach, neutral;
+  Eigen::VectorXd stiffness, effort, speed_limit, lower, upper, reach, neutral;
   std::optional<Scales> scales;  ///< of the finished model
 
   std::vector<ObjectNode> object_nodes;

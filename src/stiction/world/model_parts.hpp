@@ -63,6 +63,7 @@ std::unique_ptr<Model::Impl> build_model(const Scene& scene);
 
 /// Objects come before robots, robots before fixed bodies. @throws core::InvalidInput by the name of the field
 void add_object(ModelParts& parts, const ObjectSpec& spec, int index);
+/// @param spec  with its contents
 void add_robot(ModelParts& parts, const RobotSpec& spec, int index);
 
 /// Pairs of geometries that may touch, of a model that has all its bodies and coordinates. @throws core::InvalidInput: filters, rest

@@ -96,9 +96,9 @@ void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
 }
 
 /// What is wrong in a text is said with the key that it stands under.
-RobotTree read_tree(const YamlNode& node, const RobotSpec& robot) {
+std::shared_ptr<const RobotContents> read_contents(const YamlNode& node, const RobotSpec& robot) {
   try {
-    return read_robot_tree(robot);
+    return contents_of(robot);
   } catch (const core::InvalidInput& e) {
     if (robot.text.empty()) throw;
     const std::string where = node.at(robot.mjcf.empty() ? "urdf" : "mjcf").where() + ": ";
@@ -128,15 +128,14 @@ RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path
   return robot;
 }
 
-/// Pairs that an SRDF file keeps from touching become filters; those of links that the robot has not are passed over.
-void add_srdf(const YamlNode& node, const RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
+/// Pairs that an SRDF file keeps from touching become filters.
+void add_srdf(const YamlNode& node, RobotSpec& robot, std::span<const std::string> links, Scene& scene) {
   const auto file = find_resource(node.string(), node.file().parent_path(), robot.package_dirs);
   if (file.empty()) node.fail(fmt::format("'{}', which does not exist", node.string()), "an SRDF file");
-  const auto known = [&](const std::string& link) { return std::find(links.begin(), links.end(), link) != links.end(); };
-  for (const auto& [a, b] : read_srdf(file)) {
-    if (known(a) && known(b))
-      scene.filters.push_back({fmt::format("{}/{}", robot.name, a), fmt::format("{}/{}", robot.name, b), std::nullopt});
-  }
+  Srdf srdf = read_srdf(file);
+  for (const auto& [a, b] : srdf.pairs_apart(links))
+    scene.filters.push_back({fmt::format("{}/{}", robot.name, a), fmt::format("{}/{}", robot.name, b), std::nullopt});
+  robot.notes.insert(robot.notes.end(), srdf.notes.begin(), srdf.notes.end());
 }
 
 }  // namespace
@@ -144,7 +143,8 @@ void add_srdf(const YamlNode& node, const RobotSpec& robot, std::span<const std:
 void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene,
                      std::vector<std::string>& names) {
   RobotSpec robot = read_robot(node, package_dirs);
-  const RobotTree tree = read_tree(node, robot);
+  robot.contents = read_contents(node, robot);
+  const RobotTree& tree = robot.contents->robot;
   std::vector<std::string> links;
   for (const auto& link : tree.links) {
     links.push_back(link.name);

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "stiction/core/invalid_input.hpp"
@@ -167,13 +168,27 @@ void shorten_chains(RobotTree& tree) {
 
 }  // namespace
 
+void release_placeholder_limits(RobotTree& tree) {
+  constexpr double kLargest = 1e3;  // 159 turns, 1 km: files write 1e4, 1e6, 1e16 or the largest double where they mean no limit
+  std::vector<std::string> names;
+  for (RobotJoint& joint : tree.joints) {
+    const auto is_placeholder = [](double limit) { return std::isfinite(limit) && std::abs(limit) >= kLargest; };
+    if (!is_placeholder(joint.lower) && !is_placeholder(joint.upper)) continue;
+    names.push_back(joint.name);
+    if (is_placeholder(joint.lower) && joint.lower < 0) joint.lower = -std::numeric_limits<double>::infinity();
+    if (is_placeholder(joint.upper) && joint.upper > 0) joint.upper = std::numeric_limits<double>::infinity();
+  }
+  if (!names.empty()) tree.notes.push_back("limits of 1000 rad or m and more mean none, of joints: " + list_some(names));
+}
+
 void resolve_followers(RobotTree& tree) {
   shorten_chains(tree);
-  for (const auto& joint : tree.joints) {  // what a leader feels of them at the same power
+  for (const auto& joint : tree.joints) {  // what a leader feels of them at the same power, and how fast they let it be
     if (joint.leader < 0) continue;
     RobotJoint& leader = tree.joints[static_cast<std::size_t>(joint.leader)];
     leader.friction += std::abs(joint.ratio) * joint.friction;
     leader.damping += joint.ratio * joint.ratio * joint.damping;
+    if (joint.ratio != 0) leader.speed_limit = std::min(leader.speed_limit, joint.speed_limit / std::abs(joint.ratio));
   }
   std::vector<std::string> outside;
   for (auto& joint : tree.joints) {
@@ -217,12 +232,34 @@ std::string list_some(std::span<const std::string> names) {
   return fmt::format("{}{}", fmt::join(shown, ", "), more);
 }
 
-RobotTree read_robot_tree(const RobotSpec& robot) {
-  if (!robot.mjcf.empty()) return read_mjcf_of(robot).robot;
+namespace {
+
+/// The keys that decide what is read, and how.
+bool reads_the_same(const RobotSpec& a, const RobotSpec& b) {
+  const auto same_parts = [](const Decomposition& x, const Decomposition& y) {
+    return x.threshold == y.threshold && x.max_parts == y.max_parts;
+  };
+  if (a.decomposition.has_value() != b.decomposition.has_value()) return false;
+  if (a.decomposition && !same_parts(*a.decomposition, *b.decomposition)) return false;
+  return a.urdf == b.urdf && a.mjcf == b.mjcf && a.text == b.text && a.package_dirs == b.package_dirs && a.convex_hulls == b.convex_hulls;
+}
+
+RobotContents read_contents(const RobotSpec& robot) {
+  if (!robot.mjcf.empty()) return robot.text.empty() ? read_mjcf(robot.mjcf) : read_mjcf_text(robot.text, robot.mjcf.parent_path());
   MeshOptions options{robot.convex_hulls ? NonConvex::TakeHull : NonConvex::TakeHulls, {}};
   if (robot.decomposition) options = {NonConvex::Decompose, *robot.decomposition};
   return robot.text.empty() ? read_urdf(robot.urdf, robot.package_dirs, options)
                             : read_urdf_text(robot.text, robot.urdf.parent_path(), robot.package_dirs, options);
+}
+
+}  // namespace
+
+std::shared_ptr<const RobotContents> contents_of(const RobotSpec& robot) {
+  if (robot.contents != nullptr && reads_the_same(robot.contents->spec, robot)) return robot.contents;
+  RobotContents contents = read_contents(robot);
+  contents.spec = robot;
+  contents.spec.contents = nullptr;
+  return std::make_shared<const RobotContents>(std::move(contents));
 }
 
 }  // namespace stiction::world

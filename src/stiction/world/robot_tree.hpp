@@ -2,9 +2,12 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stiction/world/scene.hpp"
@@ -26,6 +29,7 @@ struct RobotLink {
   std::string name;
   std::vector<RobotCollision> collisions;
   std::optional<BodyInertia> inertia;  ///< as the file states it; nullopt where it states none or a mass of 0
+  bool only_seen = false;              ///< the file has geometry to be seen for it, and none that collides
 };
 
 struct RobotJoint {
@@ -45,6 +49,8 @@ struct RobotJoint {
   double ratio = 1, offset = 0;                     ///< [-], [rad or m]
   std::optional<double> effort{};                   ///< largest force or torque of the motor, where the file states it [N or N·m]
 
+  double speed_limit = std::numeric_limits<double>::infinity();  ///< largest speed, where the file states one [rad/s or m/s]
+
   double friction = 0, damping = 0;  ///< dry [N or N·m] and viscous [N·s/m or N·m·s/rad], as the file states them
 
   bool moves() const { return kind != Kind::Fixed; }
@@ -60,6 +66,16 @@ struct RobotTree {
   std::vector<std::string> notes;  ///< what was taken otherwise than it is written, one sentence each
 
   std::vector<std::string> movable_joints() const;  ///< names of those that move by themselves, in order
+};
+
+/// All that the file of a robot brings. Only an MJCF brings more than the robot.
+struct RobotContents {
+  RobotTree robot;                  ///< of an MJCF everything on hinges and slides and what is welded to the world; root link "world"
+  std::vector<ObjectSpec> objects;  ///< bodies with a free joint
+  std::vector<GeometrySpec> fixed;  ///< geometry of the world body, and all planes, in its frame
+  std::vector<std::pair<std::string, std::string>> excludes;  ///< names of bodies that never touch each other
+  std::string sha256;                                         ///< of the file, or of the text
+  RobotSpec spec;                                             ///< the robot that the file was read for
 };
 
 /// Of the collision geometry at kLinkDensity, overlaps twice; 0 without.
@@ -78,8 +94,11 @@ std::vector<int> number_joints(const RobotTree& tree, int v_begin);
 /// Velocity indices of runs of joints without a branch between them; those farther out come first.
 std::vector<std::vector<int>> calc_chains(const RobotTree& tree, int v_begin);
 
+/// Limits of 1000 rad or m and more stand for none: they become infinite, and a note names their joints.
+void release_placeholder_limits(RobotTree& tree);
+
 /// Leaders that follow others are replaced by those; limits of followers become limits of their leaders; joints whose limits are one point
-/// become fixed, and what follows them. @throws core::InvalidInput: a joint that follows itself
+/// become fixed, and what follows them; friction and speed limits of followers become those of their leaders. @throws core::InvalidInput: a joint that follows itself
 void resolve_followers(RobotTree& tree);
 
 /// "a, b, c and 4 more".
@@ -88,7 +107,8 @@ std::string list_some(std::span<const std::string> names);
 /// What messages call the URDF or MJCF of a robot that is no file: "text:LINE: …".
 inline constexpr const char* kTextName = "text";
 
-/// Reads the file or text of a robot, URDF or MJCF. @throws core::InvalidInput
-RobotTree read_robot_tree(const RobotSpec& robot);
+/// What the file or the text of a robot says, URDF or MJCF: as it was read before, where it was read for the same keys of the robot; else it
+/// is read now. @throws core::InvalidInput
+std::shared_ptr<const RobotContents> contents_of(const RobotSpec& robot);
 
 }  // namespace stiction::world

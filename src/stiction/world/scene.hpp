@@ -108,6 +108,8 @@ struct Decomposition {
   int max_parts = 16;       ///< of each solid of the file; more are merged, whatever the threshold says
 };
 
+struct RobotContents;  // robot_tree.hpp
+
 struct RobotSpec {
   std::string name;
   std::filesystem::path urdf;  ///< resolved file; of a `text` the folder that paths in it are relative to, with '/' at its end
@@ -124,6 +126,9 @@ struct RobotSpec {
   bool convex_hulls = false;                     ///< each mesh as one hull, without a note; else as NonConvex::TakeHulls has it
   std::vector<std::string> push_with{};          ///< links, '*' matches any run of characters: only these may touch objects; empty: all
   std::optional<Decomposition> decomposition{};  ///< split meshes that are not convex into convex parts; not together with convex_hulls
+  std::vector<std::string> notes{};              ///< what was taken otherwise than the files beside the robot's own say, one sentence each
+  /// What its file says, once the file was read: nothing opens the file again. Of a spec made by hand Model::make() reads it.
+  std::shared_ptr<const RobotContents> contents{};
 
   const std::filesystem::path& file() const { return mjcf.empty() ? urdf : mjcf; }
 };

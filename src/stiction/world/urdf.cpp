@@ -6,12 +6,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
 
 #include "stiction/core/faults.hpp"
+#include "stiction/core/sha256.hpp"
 #include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
@@ -35,7 +35,7 @@ struct Source {
   bool is_file = true;           ///< and no text in memory
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
-  std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{};
+  std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{}, empty{};
   LinkHulls hulls{};
 
   std::vector<std::string> notes() const {
@@ -46,6 +46,7 @@ struct Source {
     add(filled, "collision meshes that are not convex are their convex hulls");
     hulls.add_note(out);
     add(impossible, "inertias that no body can have are those of the collision geometry with the mass of the file, of links");
+    add(empty, "shapes without a volume touch nothing and are left out, of links");
     add(unlimited, "no limits in the file, so that these joints have none");
     add(reversed, "a lower limit above the upper one, so that these joints have none");
     return out;
@@ -61,6 +62,7 @@ std::vector<Shape> read_mesh(const XmlReader& reader, const XMLElement& element,
         fmt::format("a file that exists (package:// is looked for in package_dirs and above {})",
                     source.is_file ? "the URDF" : fmt::format("'{}', which paths in this text are relative to", source.folder.string())));
   const Eigen::Vector3d scale = reader.vector3(element, "scale", Eigen::Vector3d::Ones());
+  if ((scale.array() == 0).any()) return {};
   std::vector<Shape> shapes;
   try {
     LoadedMesh mesh = load_mesh(path, scale, source.options);
@@ -72,19 +74,31 @@ std::vector<Shape> read_mesh(const XmlReader& reader, const XMLElement& element,
   return shapes;
 }
 
-/// One shape, or the convex parts of a mesh.
+/// Cylinders and capsules. A capsule without length is a sphere.
+std::vector<Shape> read_round(const XmlReader& reader, const XMLElement& shape, bool capsule) {
+  const double radius = reader.nonnegative(shape, "radius"), half_length = reader.nonnegative(shape, "length") / 2;
+  if (radius == 0 || (half_length == 0 && !capsule)) return {};
+  if (capsule && half_length == 0) return {Sphere{radius}};
+  if (capsule) return {Capsule{radius, half_length}};
+  return {Cylinder{radius, half_length}};
+}
+
+/// One shape, the convex parts of a mesh, or nothing: exporters write a shape of size 0 for a link without one.
 std::vector<Shape> read_geometry(const XmlReader& reader, const XMLElement& collision, Source& source) {
   const XMLElement& geometry = reader.child(collision, "geometry");
   const XMLElement* shape = geometry.FirstChildElement();
   if (shape == nullptr) reader.fail(geometry, "geometry", "nothing", "sphere, box, cylinder, capsule or mesh");
   const std::string kind = shape->Name();
-  if (kind == "sphere") return {Sphere{reader.positive(*shape, "radius")}};
-  if (kind == "cylinder") return {Cylinder{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2}};
-  if (kind == "capsule") return {Capsule{reader.positive(*shape, "radius"), reader.positive(*shape, "length") / 2}};
+  if (kind == "sphere") {
+    const double radius = reader.nonnegative(*shape, "radius");
+    return radius > 0 ? std::vector<Shape>{Sphere{radius}} : std::vector<Shape>{};
+  }
+  if (kind == "cylinder" || kind == "capsule") return read_round(reader, *shape, kind == "capsule");
   if (kind == "box") {
     const Eigen::Vector3d size = reader.vector3(*shape, "size");
-    if (!(size.minCoeff() > 0)) reader.fail(*shape, "box size", fmt::format("{} {} {}", size[0], size[1], size[2]), "three numbers > 0");
-    return {Box{size / 2}};
+    if (size.minCoeff() < 0)
+      reader.fail(*shape, "box size", fmt::format("{} {} {}", size[0], size[1], size[2]), "three numbers > 0, or 0 for no shape");
+    return size.minCoeff() > 0 ? std::vector<Shape>{Box{size / 2}} : std::vector<Shape>{};
   }
   if (kind == "mesh") return read_mesh(reader, *shape, source);
   reader.fail(*shape, "geometry", fmt::format("'{}'", kind), "sphere, box, cylinder, capsule or mesh");
@@ -128,24 +142,29 @@ void read_inertia(const XmlReader& reader, const XMLElement& element, Source& so
   link.inertia = out;
 }
 
+/// Adds the shapes of a collision element to its link. @param number  of the element in the link
+void add_collision(const XmlReader& reader, const XMLElement& element, int number, Source& source, RobotLink& link) {
+  const std::vector<Shape> shapes = read_geometry(reader, element, source);
+  if (shapes.empty()) return add_once(source.empty, link.name);
+  const char* given = element.Attribute("name");
+  const std::string name = given && *given ? std::string(given) : fmt::format("{}_{}", shape_name(shapes[0]), number);
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    RobotCollision collision{.name = part_name(name, k, shapes.size()), .shape = shapes[k], .X_LG = reader.origin(element)};
+    // Exporters repeat names: the second "c" is "c_1", with the number of its element.
+    const auto is_taken = [&] {
+      return std::any_of(link.collisions.begin(), link.collisions.end(), [&](const auto& other) { return other.name == collision.name; });
+    };
+    for (int again = number; is_taken(); ++again) collision.name = fmt::format("{}_{}", part_name(name, k, shapes.size()), again);
+    link.collisions.push_back(std::move(collision));
+  }
+}
+
 RobotLink read_link(const XmlReader& reader, const XMLElement& element, Source& source) {
   RobotLink link{.name = reader.required(element, "name"), .collisions = {}, .inertia = {}};
   int number = 0;
-  for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
-    const std::vector<Shape> shapes = read_geometry(reader, *c, source);
-    const char* given = c->Attribute("name");
-    const std::string name = given && *given ? std::string(given) : fmt::format("{}_{}", shape_name(shapes[0]), number);
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-      RobotCollision collision{.name = part_name(name, k, shapes.size()), .shape = shapes[k], .X_LG = reader.origin(*c)};
-      // Exporters repeat names: the second "c" is "c_1", with the number of its element.
-      const auto is_taken = [&] {
-        return std::any_of(link.collisions.begin(), link.collisions.end(), [&](const auto& other) { return other.name == collision.name; });
-      };
-      for (int again = number; is_taken(); ++again) collision.name = fmt::format("{}_{}", part_name(name, k, shapes.size()), again);
-      link.collisions.push_back(std::move(collision));
-    }
-    ++number;
-  }
+  for (const XMLElement* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision"))
+    add_collision(reader, *c, number++, source, link);
+  link.only_seen = number == 0 && element.FirstChildElement("visual") != nullptr;
   read_inertia(reader, element, source, link);
   return link;
 }
@@ -154,6 +173,16 @@ struct RawJoint {
   RobotJoint joint;
   std::string parent, child, leader;
 };
+
+/// The attribute `velocity`; infinite where there is none, or where it is 0.
+double read_speed_limit(const XmlReader& reader, const XMLElement& joint, const XMLElement& limit) {
+  const char* text = limit.Attribute("velocity");
+  if (text == nullptr) return kInfinity;
+  const auto speed = reader.try_number(text, true);
+  if (!speed || *speed < 0)
+    reader.fail(limit, reader.label(joint) + " velocity", fmt::format("'{}'", text), "a number > 0, or 0 where it is not known");
+  return *speed > 0 ? *speed : kInfinity;
+}
 
 /// A joint whose file says neither end has none, as MuJoCo and Drake have it; of two ends the one that is left out is 0, as the format says.
 void read_limits(const XmlReader& reader, const XMLElement& element, Source& source, RobotJoint& joint, bool continuous) {
@@ -164,6 +193,7 @@ void read_limits(const XmlReader& reader, const XMLElement& element, Source& sou
       reader.fail(*limit, reader.label(element) + " effort", fmt::format("{}", effort), "a number > 0, or 0 where it is not known");
     if (effort > 0 && std::isfinite(effort)) joint.effort = effort;
   }
+  if (limit != nullptr) joint.speed_limit = read_speed_limit(reader, element, *limit);
   if (continuous || limit == nullptr || (limit->Attribute("lower") == nullptr && limit->Attribute("upper") == nullptr)) {
     if (!continuous) source.unlimited.push_back(joint.name);
     joint.lower = -kInfinity;
@@ -229,14 +259,9 @@ RawJoint read_joint(const XmlReader& reader, const XMLElement& element, Source& 
 }
 
 /// The element `robot` of a document. @throws core::InvalidInput: none, or an xacro file
-const XMLElement& read_root(const XmlReader& reader, const tinyxml2::XMLDocument& document, const Source& source) {
-  if (document.Error()) {
-    throw core::InvalidInput(fmt::format("{}:{}: urdf: got malformed XML ({}), expected a URDF", source.file.string(),
-                                         document.ErrorLineNum(), document.ErrorName()));
-  }
-  const XMLElement* root = document.RootElement();
+const XMLElement& read_root(const XmlReader& reader, const std::string& text, const Source& source, tinyxml2::XMLDocument& document) {
+  const XMLElement* root = parse_xml(document, text, source.file, "urdf");
   if (root == nullptr) throw core::InvalidInput(fmt::format("{}: urdf: got no element, expected 'robot'", source.file.string()));
-  if (std::string_view(root->Name()) != "robot") reader.fail(*root, "root element", fmt::format("'{}'", root->Name()), "'robot'");
   if (const XMLElement* macro = find_macro(*root)) {
     const std::string call = source.is_file ? fmt::format(": xacro {} > robot.urdf", source.file.filename().string()) : "";
     reader.fail(*macro, "robot", fmt::format("'{}', so an xacro file", macro->Name()), "the URDF that xacro makes of it" + call);
@@ -244,108 +269,139 @@ const XMLElement& read_root(const XmlReader& reader, const tinyxml2::XMLDocument
   return *root;
 }
 
-RobotTree read_tree(const std::string& text, Source source) {
-  tinyxml2::XMLDocument document;
-  document.Parse(text.data(), text.size());
-  const XmlReader reader(source.file);
-  const XMLElement* root = &read_root(reader, document, source);
+/// Reads the tree of links of one URDF. What is wrong with one element does not hide what is wrong with the next.
+class TreeReader {
+ public:
+  TreeReader(const std::string& text, Source source)
+      : source_(std::move(source)), reader_(source_.file), root_(read_root(reader_, text, source_, document_)) {}
 
-  std::vector<RobotLink> links;
-  const auto link_index = [&](const std::string& name) {
-    const auto found = std::find_if(links.begin(), links.end(), [&](const RobotLink& link) { return link.name == name; });
-    return found == links.end() ? -1 : static_cast<int>(found - links.begin());
-  };
-  core::Faults faults;
-  for (const XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-    const char* name = e->Attribute("name");
-    RobotLink link{.name = name != nullptr ? name : "", .collisions = {}, .inertia = {}};
-    faults.collect([&] {
-      if (link_index(link.name) >= 0) reader.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
-      link = read_link(reader, *e, source);
-    });
-    links.push_back(std::move(link));
+  RobotTree read() {
+    read_links();
+    read_joints();
+    faults_.raise();
+    const auto roots = std::count(joint_of_child_.begin(), joint_of_child_.end(), -1);
+    if (roots != 1) reader_.fail(root_, "robot", fmt::format("{} links without a parent", roots), "one");
+    RobotTree robot;
+    robot.name = root_.Attribute("name") ? root_.Attribute("name") : "";
+    robot.notes = source_.notes();
+    const std::size_t count = links_.size();
+    visit(static_cast<int>(std::find(joint_of_child_.begin(), joint_of_child_.end(), -1) - joint_of_child_.begin()), robot);
+    if (robot.links.size() != count) reader_.fail(root_, "robot", "links that form a circle", "a tree");
+    find_leaders(robot);
+    release_placeholder_limits(robot);
+    try {
+      resolve_followers(robot);
+    } catch (const core::InvalidInput& e) {
+      throw core::InvalidInput(fmt::format("{}: {}", source_.file.string(), e.what()));
+    }
+    return robot;
   }
-  if (links.empty()) {
-    const bool of_xacro = root->Attribute("xmlns:xacro") != nullptr;
-    reader.fail(*root, "robot", of_xacro ? "no link, in a file of xacro" : "no link",
-                of_xacro ? "the URDF that xacro makes of it" : "at least one");
-  }
-  std::vector<std::string> link_names;
-  for (const auto& link : links) link_names.push_back(link.name);
 
-  std::vector<RobotJoint> joints;
-  std::vector<std::pair<const XMLElement*, std::string>> followers;  ///< and their leaders, which may stand below them
-  std::vector<int> joint_of_child(links.size(), -1);
-  const auto add_joint = [&](const XMLElement* e) {
-    RawJoint raw = read_joint(reader, *e, source);
-    for (const auto& other : joints) {
-      if (other.name == raw.joint.name) reader.fail(*e, "joint name", fmt::format("'{}' twice", other.name), "each name once");
+ private:
+  int link_index(const std::string& name) const {
+    const auto found = std::find_if(links_.begin(), links_.end(), [&](const RobotLink& link) { return link.name == name; });
+    return found == links_.end() ? -1 : static_cast<int>(found - links_.begin());
+  }
+
+  void read_links() {
+    for (const XMLElement* e = root_.FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
+      const char* name = e->Attribute("name");
+      RobotLink link{.name = name != nullptr ? name : "", .collisions = {}, .inertia = {}};
+      faults_.collect([&] {
+        if (link_index(link.name) >= 0) reader_.fail(*e, "link name", fmt::format("'{}' twice", link.name), "each name once");
+        link = read_link(reader_, *e, source_);
+      });
+      links_.push_back(std::move(link));
+    }
+    joint_of_child_.assign(links_.size(), -1);
+    if (!links_.empty()) return;
+    const bool of_xacro = root_.Attribute("xmlns:xacro") != nullptr;
+    reader_.fail(root_, "robot", of_xacro ? "no link, in a file of xacro" : "no link",
+                 of_xacro ? "the URDF that xacro makes of it" : "at least one");
+  }
+
+  void read_joints() {
+    std::vector<std::string> names;
+    for (const auto& link : links_) names.push_back(link.name);
+    for (const XMLElement* e = root_.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint"))
+      faults_.collect([&] { add_joint(*e, names); });
+  }
+
+  void add_joint(const XMLElement& e, const std::vector<std::string>& link_names) {
+    RawJoint raw = read_joint(reader_, e, source_);
+    for (const auto& other : joints_) {
+      if (other.name == raw.joint.name) reader_.fail(e, "joint name", fmt::format("'{}' twice", other.name), "each name once");
     }
     for (const auto& [name, index] : {std::pair{&raw.parent, &raw.joint.parent}, std::pair{&raw.child, &raw.joint.child}}) {
       *index = link_index(*name);
       if (*index < 0)
-        reader.fail(*e, reader.label(*e), fmt::format("unknown link '{}'", *name), "one of " + list_with_hint(*name, link_names));
+        reader_.fail(e, reader_.label(e), fmt::format("unknown link '{}'", *name), "one of " + list_with_hint(*name, link_names));
     }
-    int& owner = joint_of_child[static_cast<std::size_t>(raw.joint.child)];
-    if (owner >= 0) reader.fail(*e, reader.label(*e), fmt::format("link '{}' as child of a second joint", raw.child), "a tree");
-    owner = static_cast<int>(joints.size());
-    if (!raw.leader.empty()) followers.emplace_back(e, raw.leader);
-    joints.push_back(std::move(raw.joint));
-  };
-  for (const XMLElement* e = root->FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint"))
-    faults.collect([&] { add_joint(e); });
-  faults.raise();
-  const auto roots = std::count(joint_of_child.begin(), joint_of_child.end(), -1);
-  if (roots != 1) reader.fail(*root, "robot", fmt::format("{} links without a parent", roots), "one");
+    int& owner = joint_of_child_[static_cast<std::size_t>(raw.joint.child)];
+    if (owner >= 0) reader_.fail(e, reader_.label(e), fmt::format("link '{}' as child of a second joint", raw.child), "a tree");
+    owner = static_cast<int>(joints_.size());
+    if (!raw.leader.empty()) followers_.emplace_back(&e, raw.leader);
+    joints_.push_back(std::move(raw.joint));
+  }
 
-  RobotTree robot;
-  robot.name = root->Attribute("name") ? root->Attribute("name") : "";
-  robot.notes = source.notes();
-  const std::function<int(int)> visit = [&](int link) {  // depth first, children in file order
+  /// Moves a link and all that hangs on it to the robot: depth first, children in the order of the file. Returns its number there.
+  int visit(int link, RobotTree& robot) {
     const int here = static_cast<int>(robot.links.size());
-    robot.links.push_back(std::move(links[static_cast<std::size_t>(link)]));
-    for (const auto& joint : joints) {
+    robot.links.push_back(std::move(links_[static_cast<std::size_t>(link)]));
+    for (const auto& joint : joints_) {
       if (joint.parent != link) continue;
       robot.joints.push_back(joint);
       const std::size_t at = robot.joints.size() - 1;
       robot.joints[at].parent = here;
-      const int child = visit(joint.child);
+      const int child = visit(joint.child, robot);
       robot.joints[at].child = child;
     }
     return here;
-  };
-  visit(static_cast<int>(std::find(joint_of_child.begin(), joint_of_child.end(), -1) - joint_of_child.begin()));
-  if (robot.links.size() != links.size()) reader.fail(*root, "robot", "links that form a circle", "a tree");
-  for (const auto& [element, name] : followers) {
+  }
+
+  void find_leaders(RobotTree& robot) const {
     const auto find = [&](std::string_view joint) {
       return std::find_if(robot.joints.begin(), robot.joints.end(), [&](const RobotJoint& j) { return j.name == joint; });
     };
-    const auto leader = find(name);
-    if (leader == robot.joints.end())
-      reader.fail(*element, reader.label(*element), fmt::format("unknown joint '{}' to mimic", name), "a joint");
-    find(element->Attribute("name"))->leader = static_cast<int>(leader - robot.joints.begin());
+    for (const auto& [element, name] : followers_) {
+      const auto leader = find(name);
+      if (leader == robot.joints.end())
+        reader_.fail(*element, reader_.label(*element), fmt::format("unknown joint '{}' to mimic", name), "a joint");
+      find(element->Attribute("name"))->leader = static_cast<int>(leader - robot.joints.begin());
+    }
   }
-  try {
-    resolve_followers(robot);
-  } catch (const core::InvalidInput& e) {
-    throw core::InvalidInput(fmt::format("{}: {}", source.file.string(), e.what()));
-  }
-  return robot;
-}
+
+  Source source_;
+  XmlReader reader_;
+  tinyxml2::XMLDocument document_{};
+  const XMLElement& root_;
+  core::Faults faults_{};
+  std::vector<RobotLink> links_{};
+  std::vector<RobotJoint> joints_{};
+  std::vector<std::pair<const XMLElement*, std::string>> followers_{};  ///< and their leaders, which may stand below them
+  std::vector<int> joint_of_child_{};                                   ///< per link; −1 of the root
+};
 
 }  // namespace
 
-RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
-                    const MeshOptions& mesh_options) {
+RobotContents read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
+                        const MeshOptions& mesh_options) {
   if (!std::filesystem::is_regular_file(file)) {
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
   }
-  return read_tree(read_xml_text(file, "urdf"), {file, file.parent_path(), true, package_dirs, mesh_options});
+  RobotContents out;
+  std::string bytes = read_bytes(file);
+  out.sha256 = core::sha256(bytes);
+  out.robot = TreeReader(xml_text(std::move(bytes), file, "urdf"), {file, file.parent_path(), true, package_dirs, mesh_options}).read();
+  return out;
 }
 
-RobotTree read_urdf_text(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs,
-                         const MeshOptions& mesh_options) {
-  return read_tree(text, {kTextName, folder, false, package_dirs, mesh_options});
+RobotContents read_urdf_text(const std::string& text, const std::filesystem::path& folder,
+                             std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options) {
+  RobotContents out;
+  out.sha256 = core::sha256(text);
+  out.robot = TreeReader(text, {kTextName, folder, false, package_dirs, mesh_options}).read();
+  return out;
 }
 
 }  // namespace stiction::world

@@ -12,15 +12,16 @@ namespace stiction::world {
 
 /// Reads revolute, continuous, prismatic and fixed joints; sphere, box, cylinder, capsule and (convex) mesh collisions; inertial elements.
 /// @throws core::InvalidInput "FILE:LINE: element: got …, expected …"
-RobotTree read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
-                    const MeshOptions& mesh_options = {});
+RobotContents read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
+                        const MeshOptions& mesh_options = {});
 
 /// The same of a text in memory, which messages name kTextName. @param folder  that paths in it are relative to
-RobotTree read_urdf_text(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs,
-                         const MeshOptions& mesh_options = {});
+RobotContents read_urdf_text(const std::string& text, const std::filesystem::path& folder,
+                             std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options = {});
 
-/// The file of "package://PKG/REST", "file://PATH" or a path relative to `base_dir`. A package is looked for in package_dirs and
-/// in the folders above base_dir, as a folder PKG or as a folder that is itself called PKG. Empty when nothing is there.
+/// The file of "package://PKG/REST" or "model://PKG/REST", "file://PATH", "file:PATH" or a path, relative to `base_dir` where it is not absolute.
+/// Characters may be percent-encoded, and '\\' may stand for '/'; a file whose name is as written goes first. A package is looked for in
+/// package_dirs and in the folders above base_dir, as a folder PKG or as a folder that is itself called PKG. Empty when nothing is there.
 std::filesystem::path find_resource(std::string_view uri, const std::filesystem::path& base_dir,
                                     std::span<const std::filesystem::path> package_dirs);
 

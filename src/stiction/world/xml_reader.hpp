@@ -4,8 +4,7 @@
 #include <tinyxml2.h>
 
 #include <Eigen/Core>
-#include <cctype>
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -13,11 +12,18 @@
 #include <string_view>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/core/number.hpp"
 #include "stiction/world/shapes.hpp"
 
 namespace stiction::world {
 
 using tinyxml2::XMLElement;
+
+/// Parses the text of a URDF ("urdf"), an SRDF ("srdf") or an MJCF ("mjcf"). @param file  as messages name it
+/// @returns its root element; nullptr where the text has no element: it is empty, or holds comments only
+/// @throws core::InvalidInput: malformed XML, or the root element of another format, which is named
+const XMLElement* parse_xml(tinyxml2::XMLDocument& document, const std::string& text, const std::filesystem::path& file,
+                            std::string_view format);
 
 /// Reads elements of an XML file and says where they stand when they are not as they should be.
 class XmlReader {
@@ -51,9 +57,9 @@ class XmlReader {
     return values[0];
   }
 
-  double positive(const XMLElement& at, const char* attribute) const {
+  double nonnegative(const XMLElement& at, const char* attribute) const {
     const double value = number(at, attribute);
-    if (!(value > 0)) fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("{}", value), "a number > 0");
+    if (!(value >= 0)) fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("{}", value), "a number > 0, or 0 for no shape");
     return value;
   }
 
@@ -68,29 +74,32 @@ class XmlReader {
     return {rotation_from_rpy(vector3(*element, "rpy", Eigen::Vector3d::Zero())), vector3(*element, "xyz", Eigen::Vector3d::Zero())};
   }
 
+  /// The number that a text is, but for blanks around it; nullopt where it is none. @param infinite_allowed  else finite
+  static std::optional<double> try_number(std::string_view text, bool infinite_allowed) {
+    const auto values = try_numbers(text, 1, infinite_allowed);
+    return values ? std::optional((*values)[0]) : std::nullopt;
+  }
+
  private:
-  Eigen::VectorXd numbers(const XMLElement& at, const char* attribute, const std::string& text, int n, bool infinite_allowed) const {
+  static std::optional<Eigen::VectorXd> try_numbers(std::string_view text, int n, bool infinite_allowed) {
+    const std::string_view between = n > 1 ? " \t\r\n\f\v," : " \t\r\n\f\v";
+    const auto skip = [&] { text.remove_prefix(std::min(text.find_first_not_of(between), text.size())); };
     Eigen::VectorXd out(n);
-    const char* p = text.data();
-    const char* end = p + text.size();
-    const auto skip = [&] {
-      while (p != end && (std::isspace(static_cast<unsigned char>(*p)) || (*p == ',' && n > 1))) ++p;
-    };
-    bool good = true;
-    for (int i = 0; i < n && good; ++i) {
+    for (int i = 0; i < n; ++i) {
       skip();
-      if (p != end && *p == '+') ++p;
-      const auto [stop, error] = std::from_chars(p, end, out[i]);
-      good = error == std::errc() && (std::isfinite(out[i]) || (infinite_allowed && !std::isnan(out[i])));
-      p = stop;
+      const auto value = core::take_number(text);
+      if (!value || !(std::isfinite(*value) || (infinite_allowed && !std::isnan(*value)))) return std::nullopt;
+      out[i] = *value;
     }
     skip();
-    if (!good || p != end) {
-      fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text),
-           (n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n)) +
-               (text.find('$') == std::string::npos ? "" : ", which xacro makes of it"));
-    }
-    return out;
+    return text.empty() ? std::optional(out) : std::nullopt;
+  }
+
+  Eigen::VectorXd numbers(const XMLElement& at, const char* attribute, const std::string& text, int n, bool infinite_allowed) const {
+    if (const auto values = try_numbers(text, n, infinite_allowed)) return *values;
+    fail(at, fmt::format("{} {}", at.Name(), attribute), fmt::format("'{}'", text),
+         (n == 1 ? std::string("a finite number") : fmt::format("{} finite numbers", n)) +
+             (text.find('$') == std::string::npos ? "" : ", which xacro makes of it"));
   }
 
   std::filesystem::path file_;

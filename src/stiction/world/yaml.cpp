@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <sstream>
 
 #include "stiction/core/faults.hpp"
+#include "stiction/core/number.hpp"
 #include "stiction/world/encoding.hpp"
 
 namespace stiction::world {
@@ -54,13 +54,8 @@ std::optional<double> read_number(std::string_view text) {
   if (rest == ".nan" || rest == "nan") return std::numeric_limits<double>::quiet_NaN();
   if (rest == ".inf" || rest == "inf" || rest == "infinity") return sign * std::numeric_limits<double>::infinity();
   if (rest.empty() || !(std::isdigit(static_cast<unsigned char>(rest[0])) || rest[0] == '.')) return std::nullopt;
-  double value = 0;
-  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-  if (error == std::errc::result_out_of_range && end == rest.data() + rest.size()) {
-    return sign * std::strtod(std::string(rest).c_str(), nullptr);  // overflow to infinity, underflow to 0
-  }
-  if (error != std::errc() || end != rest.data() + rest.size()) return std::nullopt;
-  return sign * value;
+  const auto value = core::parse_number(rest);
+  return value ? std::optional(sign * *value) : std::nullopt;
 }
 
 /// Values that a text may stand for: without aliases there is less than one a character.
