@@ -22,7 +22,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 LANGUAGES = {".hpp": "cpp", ".cpp": "cpp", ".py": "python", ".pyi": "python", ".yaml": "yaml", ".json": "json", ".urdf": "xml", ".xml": "xml"}
 # Sections of the site in order: title, and the pages (or the folder whose README says the order).
 SECTIONS = [
-    ("Start", ["index.md", "code/README.md", "notation.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
+    ("Start", ["index.md", "code/README.md", "commands.md", "notation.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
     ("Tutorials", "tutorials"),
     ("Theory", "theory"),
     ("Reference", ["python.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "code/scenarios/README.md", "headers.md"]),
@@ -151,6 +151,7 @@ def on_page_markdown(markdown: str, page: object, config: object, files: Files) 
 
 
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", flags=re.DOTALL | re.MULTILINE)
+SAVED = re.compile(r'^```[a-z]+ title="([^"]+)"\n(.*?)^```', flags=re.DOTALL | re.MULTILINE)  # what a reader saves as a file
 
 
 def with_outputs(markdown: str, uri: str) -> str:
@@ -194,17 +195,19 @@ def fingerprint(markdown: str) -> str:
 
 
 def run_blocks(markdown: str, uri: str) -> list[str]:
-    """Runs a page's blocks in order, in a folder that looks like the repository."""
+    """Runs a page's blocks in order, in a folder that has the files of the page and looks like the repository besides."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        for saved, text in SAVED.findall(markdown):
+            (folder / saved).write_text(text, encoding="utf-8")
         for entry in ROOT.iterdir():
             if entry.name not in ("out", "demo-out", ".git"):
                 (folder / entry.name).symlink_to(entry)
 
         def run(language: str, code: str) -> str:
             if language == "sh":
-                lines = [line for line in code.splitlines() if line.startswith("build/release/stiction ")]
-                return "".join(f"$ {line}\n{execute(shlex.split(line), folder, uri)}" for line in lines)
+                lines = [line for line in code.splitlines() if line.startswith("stiction ")]
+                return "".join(f"$ {line}\n{execute([str(ROOT / 'build/release/stiction'), *shlex.split(line)[1:]], folder, uri)}" for line in lines)
             return execute([sys.executable, "-c", code], folder, uri)
 
         return [run(match.group(1), match.group(2)) for match in BLOCK.finditer(markdown)]

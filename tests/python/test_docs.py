@@ -28,28 +28,42 @@ def relative(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
+def files(document: Path) -> dict[str, str]:
+    """Blocks that a reader saves as files, marked ```LANGUAGE title="NAME"."""
+    text = document.read_text(encoding="utf-8")
+    return dict(re.findall(r'^```[a-z]+ title="([^"]+)"\n(.*?)^```', text, flags=re.DOTALL | re.MULTILINE))
+
+
 @pytest.mark.parametrize("document", [d for d in DOCUMENTS if commands(d)], ids=relative)
 def test_commands_of_a_document_run(document: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
-    """`make` targets must exist; commands of the program are run in order, in a folder that looks like the repository."""
-    for entry in ROOT.iterdir():
+    """`make` targets must exist; commands of the program are run in order, in a folder that has the files of the page, and looks like the repository if the page has none."""
+    for name, text in files(document).items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    for entry in ROOT.iterdir() if not files(document) else []:
         if entry.name not in ("out", "demo-out", ".git"):
             (tmp_path / entry.name).symlink_to(entry)
     for line in commands(document):
         words = shlex.split(line)
         if words[0] == "make":
             done = children.run(["make", "-n", *words[1:]], cwd=ROOT, limit=60)
-        elif words[0] == "build/release/stiction":
-            request.getfixturevalue("program")
-            done = children.run(words, cwd=tmp_path, limit=300)
+        elif words[0] in ("stiction", "build/release/stiction"):
+            program = request.getfixturevalue("program")
+            done = children.run([program, *words[1:]], cwd=tmp_path, limit=300)
         else:
             pytest.fail(f"{relative(document)}: do not know how to test {line!r}")
         assert done.returncode == 0, f"{relative(document)}: {line}\n{done.stdout}{done.stderr}"
 
 
-def test_readme_names_the_commands_that_the_program_has(program: Path) -> None:
+@pytest.mark.parametrize("document", [d for d in DOCUMENTS if files(d)], ids=relative)
+def test_files_in_a_page_are_those_beside_it(document: Path) -> None:
+    for name, text in files(document).items():
+        assert (document.parent / name).read_text(encoding="utf-8") == text, f"{relative(document)}: {name}"
+
+
+def test_page_of_commands_names_those_that_the_program_has(program: Path) -> None:
     text = children.run([program, "--help"], limit=60).stdout
     known = set(re.findall(r"^  ([a-z]+) ", text.split("Subcommands:")[1], flags=re.MULTILINE))
-    table = (ROOT / "README.md").read_text(encoding="utf-8").split("## Commands")[1].split("```")[0]
+    table = (ROOT / "docs/commands.md").read_text(encoding="utf-8").split("```")[0]
     named = {name for line in table.splitlines() if line.startswith("| `") for name in re.findall(r"`([a-z]+)", line.split("|")[1])}
     assert known and named == known
 
@@ -60,11 +74,6 @@ def test_relative_links_lead_somewhere(document: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
         if not re.match(r"[a-z]+:", target) and not target.startswith("#"):
             assert (document.parent / target.split("#")[0]).exists(), f"{relative(document)}: link to {target}"
-
-
-def prose(text: str) -> str:
-    """Without blocks of code."""
-    return re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "theory").glob("*.md")), ids=lambda page: page.name)
@@ -85,11 +94,28 @@ SENTENCES_OF_THEORY: list[str] = [
 
 # The same: README, tutorials, decisions, lab, reference.
 SENTENCES_OF_GUIDES: list[str] = [
+    "*.md",
+    "python/*.md",
+    "docs/tutorials/*.md",
+    "docs/decisions/*.md",
+    "docs/lab/*.md",
+    "docs/commands.md",
+    "docs/exports.md",
+    "docs/index.md",
+    "docs/options.md",
+    "docs/plan_file.md",
+    "docs/roadmap.md",
+    "docs/sweeps.md",
 ]
 
 
 def prose_pages() -> list[Path]:
     return sorted({page for pattern in [*SENTENCES_OF_THEORY, *SENTENCES_OF_GUIDES] for page in ROOT.glob(pattern)})
+
+
+def test_theory_decisions_lab_and_tutorials_can_be_read() -> None:
+    pages = [page for folder in ("theory", "decisions", "lab", "tutorials") for page in (ROOT / "docs" / folder).glob("*.md")]
+    assert sum(prose_text.count_words(page) for page in pages) <= 27_000
 
 
 @pytest.mark.parametrize("page", prose_pages(), ids=relative)
@@ -123,43 +149,24 @@ def test_check_of_sentences_finds_the_long_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "decisions").glob("0*.md")), ids=lambda page: page.name)
-def test_decisions_are_short_and_say_when_to_think_again(page: Path) -> None:
-    text = page.read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 80
-    assert len(text.split()) <= 700, "80 lines of ordinary length"
-    assert re.search(r"think again|again (if|when)|looked at again", text, flags=re.IGNORECASE)
+def test_decisions_say_when_to_think_again(page: Path) -> None:
+    assert "**When to think again.**" in page.read_text(encoding="utf-8")
     assert f"]({page.name})" in (page.parent / "README.md").read_text(encoding="utf-8"), "not in the index"
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "lab").glob("*.md")), ids=lambda page: page.name)
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "lab").glob("[!R]*.md")), ids=lambda page: page.name)
 def test_lab_pages_say_how_to_run_and_when_to_look_again(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    if page.name != "README.md":
-        assert "**Run.**" in text and re.search(r"`(stiction|bench/)", text)
-        assert re.search(r"\*\*(Again if|What came of it|What it taught)", text)
-        assert f"]({page.name})" in (page.parent / "README.md").read_text(encoding="utf-8"), "not in the index"
-    assert len(text.split()) <= 700
+    assert "**Run.**" in text and re.search(r"`(stiction|bench/)", text)
+    assert re.search(r"\*\*(Again if|What came of it|What it taught)", text)
+    assert f"]({page.name})" in (page.parent / "README.md").read_text(encoding="utf-8"), "not in the index"
 
 
-CELLS = 160  # characters: two lines of a table on a page
-
-
-@pytest.mark.parametrize("document", DOCUMENTS, ids=relative)
-def test_cells_of_tables_have_two_lines_at_most(document: Path) -> None:
-    for number, line in enumerate(prose(document.read_text(encoding="utf-8")).splitlines(), start=1):
-        if line.startswith("|"):
-            for cell in re.split(r"(?<!\\)\|", line)[1:-1]:
-                seen = re.sub(r"\]\([^)]*\)", "]", cell)  # without the targets of links
-                assert len(seen.strip()) <= CELLS, f"{relative(document)}: cell {seen.strip()[:60]!r} …"
-
-
-def test_changelog_entries_are_one_sentence() -> None:
-    entries = re.findall(r"^- (.*(?:\n  .*)*)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
-    assert entries
-    for entry in entries:
-        text = re.sub(r"`[^`]*`|\]\([^)]*\)", "x", entry)
-        assert not re.search(r"[.!?] +[A-Z]", text.replace("\n", " ")), f"more than one sentence: {entry[:60]!r} …"
-        assert len(text) <= 300, f"too long: {entry[:60]!r} …"
+def test_front_page_is_read_in_minutes_and_begins_with_a_picture() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.split()) <= 900
+    picture = re.match(r"# stiction\n\n!\[[^\]]+\]\(([^)]+)\)\n", text)
+    assert picture and (ROOT / picture.group(1)).stat().st_size <= 3_000_000
 
 
 SOURCES = sorted(
