@@ -55,7 +55,7 @@ test: setup
 	@scripts/test.sh $(JOBS)
 
 bench: setup
-	@scripts/build.sh release $(JOBS)
+	@scripts/build.sh release $(JOBS) stiction_cli stiction_bench
 	@$(STICTION) bench
 
 docs: setup

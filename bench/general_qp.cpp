@@ -1,8 +1,7 @@
 #include "contact_ticks.hpp"
 
-#if __has_include(<proxsuite/proxqp/dense/dense.hpp>)
-#define STICTION_HAS_PROXQP 1
-#include <proxsuite/proxqp/dense/dense.hpp>
+#ifdef STICTION_HAS_PROXQP
+#include "proxqp.hpp"
 #endif
 #if __has_include(<interfaces/highs_c_api.h>) && defined(STICTION_HIGHS_LIBRARY)
 #define STICTION_HAS_HIGHS 1
@@ -68,32 +67,6 @@ template <class Solve>
     }
   return out;
 }
-
-#ifdef STICTION_HAS_PROXQP
-/// ProxQP's dense solver, which keeps its workspace.
-class ProxQp {
- public:
-  ProxQp(Index n, Index m) : solver_(n, m, n), identity_(Eigen::MatrixXd::Identity(n, n)) {
-    solver_.settings.eps_abs = kResidual;
-    solver_.settings.eps_rel = 0;
-    solver_.settings.compute_timings = false;
-  }
-  bool operator()(const Program& p) {
-    if (first_)
-      solver_.init(p.H, p.g, p.A, p.b, identity_, p.lower, p.upper);
-    else
-      solver_.update(p.H, p.g, p.A, p.b, identity_, p.lower, p.upper);
-    solver_.solve();
-    first_ = false;
-    return solver_.results.info.status == proxsuite::proxqp::QPSolverOutput::PROXQP_SOLVED;
-  }
-
- private:
-  proxsuite::proxqp::dense::QP<double> solver_;
-  Eigen::MatrixXd identity_;
-  bool first_ = true;
-};
-#endif
 
 #ifdef STICTION_HAS_HIGHS
 /// The active-set method for quadratic programs of HiGHS, through its C interface. The library is loaded here and never linked: only this row needs it.
@@ -167,7 +140,12 @@ std::vector<GeneralQp> time_general_qps([[maybe_unused]] const control::RobotLim
   if (ticks.empty()) return out;
 #ifdef STICTION_HAS_PROXQP
   const Index n = ticks[0].q.size(), m = ticks[0].J_u.rows();
-  out.push_back(time_solver("proxqp", robot, ticks, options, repeat, ProxQp(n + m, m)));
+  ProxQp proxqp(n + m, m, n + m, {.residual = kResidual, .max_iterations = 10000});
+  QuadraticProgram program{.C = Eigen::MatrixXd::Identity(n + m, n + m)};
+  out.push_back(time_solver("proxqp", robot, ticks, options, repeat, [&](const Program& p) {
+    program.H = p.H, program.g = p.g, program.A = p.A, program.b = p.b, program.lower = p.lower, program.upper = p.upper;
+    return proxqp.solve(program);
+  }));
 #endif
 #ifdef STICTION_HAS_HIGHS
   Highs highs;

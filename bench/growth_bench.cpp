@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   }
   for (const std::string& name : names) {
     tasks::Task task = tasks::load_task(name);
-    task.options.stop_at_goal = false;
+    task.options.thesis.emplace().stop_at_goal = false;
     task.options.max_iterations = 100 * static_cast<int>(nodes);
     task.options.threads = 1;
     core::RunControl control;

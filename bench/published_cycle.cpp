@@ -1,11 +1,11 @@
 #include "published_cycle.hpp"
 
-#if __has_include(<proxsuite/proxqp/dense/dense.hpp>)
+#ifdef STICTION_HAS_PROXQP
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <proxsuite/proxqp/dense/dense.hpp>
 
+#include "proxqp.hpp"
 #include "stiction/sensing/residual_map.hpp"
 
 namespace stiction::bench {
@@ -17,40 +17,29 @@ using Eigen::Vector3d;
 /// (4.5) as a program of β ≥ 0.
 class QpResidual {
  public:
-  explicit QpResidual(int rays) : solver_(rays, 0, rays), identity_(Eigen::MatrixXd::Identity(rays, rays)) {
-    lower_.setZero(rays);
-    upper_.setConstant(rays, 1e20);
-    solver_.settings.eps_abs = 1e-5;  // a hundredth of OSQP's
-    solver_.settings.eps_rel = 0;
-    solver_.settings.compute_timings = false;
-    solver_.settings.initial_guess = proxsuite::proxqp::InitialGuessStatus::WARM_START_WITH_PREVIOUS_RESULT;
+  explicit QpResidual(int rays) : solver_(rays, 0, rays, {.residual = 1e-5, .max_iterations = 10000, .warm_start = true}) {  // a hundredth of OSQP's
+    program_.C.setIdentity(rays, rays);
+    program_.lower.setZero(rays);
+    program_.upper.setConstant(rays, 1e20);
   }
 
   sensing::ContactPoint evaluate(const sensing::LinkTorque& torque, const sensing::FrictionCone& cone, const sensing::ContactPoint& point) {
     const Eigen::Matrix3d R_LC = sensing::make_contact_frame(point.n_L);
     const Eigen::MatrixXd J = (torque.torque_map(point.p_L) * R_LC * cone.ray_matrix()).transpose();
-    H_ = 2 * J * J.transpose();
-    g_ = -2 * J * torque.R_tau;
-    if (first_)
-      solver_.init(H_, g_, proxsuite::nullopt, proxsuite::nullopt, identity_, lower_, upper_);
-    else
-      solver_.update(H_, g_, proxsuite::nullopt, proxsuite::nullopt, identity_, lower_, upper_);
-    first_ = false;
-    solver_.solve();
-    unsolved_ += solver_.results.info.status != proxsuite::proxqp::QPSolverOutput::PROXQP_SOLVED;
+    program_.H = 2 * J * J.transpose();
+    program_.g = -2 * J * torque.R_tau;
+    unsolved_ += !solver_.solve(program_);
     sensing::ContactPoint out = point;
-    out.f_L = R_LC * cone.ray_matrix() * solver_.results.x;
-    out.residual = (J.transpose() * solver_.results.x - torque.R_tau).squaredNorm();
+    out.f_L = R_LC * cone.ray_matrix() * solver_.x();
+    out.residual = (J.transpose() * solver_.x() - torque.R_tau).squaredNorm();
     return out;
   }
 
   int unsolved() const { return unsolved_; }
 
  private:
-  proxsuite::proxqp::dense::QP<double> solver_;
-  Eigen::MatrixXd identity_, H_;
-  Eigen::VectorXd g_, lower_, upper_;
-  bool first_ = true;
+  ProxQp solver_;
+  QuadraticProgram program_;
   int unsolved_ = 0;
 };
 

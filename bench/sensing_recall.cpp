@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "known_arms.hpp"
+#include "sensing_baselines/line_of_action.hpp"
+#include "sensing_baselines/metropolis.hpp"
+#include "sensing_baselines/particle_filter.hpp"
 #include "stiction/core/quantile.hpp"
-#include "stiction/sensing/line_of_action.hpp"
-#include "stiction/sensing/metropolis.hpp"
-#include "stiction/sensing/particle_filter.hpp"
 
 namespace {
 
@@ -81,19 +81,19 @@ class Estimator {
 
  private:
   void run_line(const sensing::KnownCase& c, Estimate& out) const {
-    out.points = sensing::find_line_of_action(*sensor_, c.q, c.tau, 3 * options_.noise).points;
+    out.points = bench::find_line_of_action(*sensor_, c.q, c.tau, 3 * options_.noise).points;
     out.places = static_cast<int>(out.points.size());
   }
 
   void run_filter(const sensing::KnownCase& c, Estimate& out) const {
-    sensing::ParticleFilterOptions options;
+    bench::ParticleFilterOptions options;
     options.cone = options_.cone;
     options.noise = std::max(options_.noise, options.noise);
     options.particles = kParticles;
     options.seed = runs_;
-    sensing::ParticleFilter filter(sensor_, options);
+    bench::ParticleFilter filter(sensor_, options);
     for (int i = 1; i < kMeasurements; ++i) (void)filter.update(c.q, c.tau);
-    const sensing::ParticleEstimate& estimate = filter.update(c.q, c.tau);
+    const bench::ParticleEstimate& estimate = filter.update(c.q, c.tau);
     if (!estimate.agrees) return;
     out.points.push_back(estimate.point);
     out.places = 1;
@@ -101,11 +101,11 @@ class Estimator {
 
   /// Ends of chains that explain the torques; near each other they are one place.
   void run_chains(const sensing::KnownCase& c, Estimate& out) const {
-    sensing::MetropolisOptions options;
+    bench::MetropolisOptions options;
     options.cone = options_.cone;
     options.noise = std::max(options_.noise, options.noise);
     options.seed = runs_;
-    for (const sensing::ContactPoint& point : sensing::walk_metropolis(*sensor_, c.q, c.tau, options)) {
+    for (const sensing::ContactPoint& point : bench::walk_metropolis(*sensor_, c.q, c.tau, options)) {
       if (point.residual > sensing::calc_noise_bound(options.noise, c.tau.size())) break;
       const double apart = options_.merge * sensor_->links()[static_cast<std::size_t>(point.link)].spacing;
       out.places += std::none_of(out.points.begin(), out.points.end(), [&](const sensing::ContactPoint& other) {

@@ -1,4 +1,4 @@
-# What `cmake --install` copies. Components: program (with its data), python, development (library, headers, CMake package).
+# What `cmake --install` copies. Components: program (with its data), python, development (library, headers, CMake package), bench (`stiction-bench`, where it is built).
 include(CMakePackageConfigHelpers)
 
 install(DIRECTORY tasks models scenarios DESTINATION ${STICTION_INSTALL_DATADIR} COMPONENT program)

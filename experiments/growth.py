@@ -43,7 +43,7 @@ SYSTEMS = {
 
 
 def variants(system: System) -> dict[str, dict[str, Any]]:
-    """What each curve of Fig. 3-6 changes in the settings of the planner."""
+    """What each curve of Fig. 3-6 changes in the settings of Algorithm 2."""
     return {
         "analytic": {},
         "randomized-first": {"scheme": "randomized-first"},
@@ -54,10 +54,11 @@ def variants(system: System) -> dict[str, dict[str, Any]]:
     }
 
 
-def grow(name: str, options: dict[str, Any], seed: int, iterations: int) -> st.PlanResult:
-    """A tree of so many extensions, with the settings of the published runs."""
-    options = options | {"max_iterations": iterations, "stop_at_goal": False, "record_tree": True}
-    return st.plan(st.load_task(f"{name}_table_3_2"), options=options, seed=seed, timeout_s=600)
+def grow(name: str, settings: dict[str, Any], seed: int, iterations: int) -> st.PlanResult:
+    """A tree of so many extensions, with the settings of the published runs and those that differ from them."""
+    task = st.load_task(f"{name}_table_3_2")
+    options = {"max_iterations": iterations, "thesis": task.options.thesis | settings | {"stop_at_goal": False}}
+    return st.plan(task, options=options, seed=seed, timeout_s=600)
 
 
 def distances(result: st.PlanResult, iterations: int) -> np.ndarray:

@@ -32,7 +32,8 @@ def run(quick: bool) -> Result:
         of_scheme = {}
         for scheme, published in zip(growth.SCHEMES, system.published):
             task = st.load_task(f"{name}_table_3_2")
-            options = growth.variants(system)[scheme] | {"max_iterations": iterations, "stop_at_goal": False}
+            settings = task.options.thesis | growth.variants(system)[scheme] | {"stop_at_goal": False}
+            options = {"max_iterations": iterations, "thesis": settings}
             wall, processor = np.median([timed(task, options, seed) for seed in seeds], axis=0)
             of_scheme[scheme] = processor
             for column, value in zip(table.values(), (wall, processor, published)):

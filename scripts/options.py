@@ -14,16 +14,16 @@ import stiction
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 HEAD = """# Options of the planner
 
-A task needs none. Those of the first table may stand in the section `planner` of a task file, those of the second in its map `advanced`; in Python all have
-their plain names (`st.plan(task, options={"margins": False, "gamma": 1e-3})`). Defaults follow from sizes, weights and springs of the scene
-([scales](theory/scales.md)); a plan file lists the values that were used. Numbers such as (3.5) and Alg. 2 are those of the thesis, (P.11) is ours.
+A task needs none of these options. They stand in the section `planner` of a task file; in Python they have the same names, as in
+`st.plan(task, options={"margins": False, "goal_bias": 0.2})`. Everything else that the planner needs follows from sizes, weights and springs of the scene
+([scales](theory/scales.md)). A plan file lists the options that were used. Numbers such as (3.5) and Alg. 2 are those of the thesis.
 `scripts/options.py` writes this page.
 
 """
 
 
 def table(properties):
-    rows = [f"| `{name}` | {value['description']} |" for name, value in properties.items() if name != "advanced"]
+    rows = [f"| `{name}` | {value['description']} |" for name, value in properties.items()]
     return "\n".join(["| option | what it is |", "|---|---|", *rows]) + "\n"
 
 
@@ -33,7 +33,7 @@ def main():
     arguments = parser.parse_args()
     schema = stiction.planner_schema()
     options = schema["properties"]
-    page = HEAD + table(options) + "\n## Advanced\n\n" + table(options["advanced"]["properties"])
+    page = HEAD + table(options)
     files = {ROOT / "tasks/schema/planner.schema.json": json.dumps(schema, indent=2, ensure_ascii=False) + "\n", ROOT / "docs/options.md": page}
     wrong = [file for file, text in files.items() if not file.exists() or file.read_text() != text]
     if arguments.check:

@@ -46,12 +46,6 @@ void handle_signals(void (*handler)(int)) {
   if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // else of a program started with nohup
 }
 
-fs::path program_dir() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  return error ? fs::path() : program.parent_path();
-}
-
 /// The first of the folders that holds the package; empty where none does.
 fs::path first_with(const fs::path& package, std::initializer_list<fs::path> folders) {
   for (const fs::path& folder : folders) {
@@ -63,6 +57,12 @@ fs::path first_with(const fs::path& package, std::initializer_list<fs::path> fol
 }
 
 }  // namespace
+
+fs::path program_dir() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  return error ? fs::path() : program.parent_path();
+}
 
 std::vector<fs::path> data_dirs() {
   std::vector<fs::path> out;

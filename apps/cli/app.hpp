@@ -88,6 +88,9 @@ std::FILE* people(bool json);
 /// One named row of a summary.
 void print_row(std::FILE* to, std::string_view name, const std::string& value);
 
+/// Folder of the program that runs; empty where the system does not tell.
+std::filesystem::path program_dir();
+
 /// Folders with built-in tasks: beside the program (of a build or of an installation), then the one compiled in.
 std::vector<std::filesystem::path> data_dirs();
 

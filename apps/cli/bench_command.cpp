@@ -1,76 +1,42 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
+#include <cerrno>
 #include <cstdio>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <cstring>
 
-#include "bench_table.hpp"
-#include "commit.hpp"
-#include "stiction/core/invalid_input.hpp"
+#include "app.hpp"
 
 namespace stiction::app {
 namespace {
 
-std::string machine() {
-  std::ifstream in("/proc/cpuinfo");
-  std::string text;
-  std::string name = "unknown processor";
-  int threads = 0;
-  while (std::getline(in, text)) {
-    if (text.starts_with("processor")) ++threads;
-    if (text.starts_with("model name") || text.starts_with("Model")) name = text.substr(std::min(text.find(':') + 2, text.size()));
-  }
-  return fmt::format("{}, {} threads", name, threads);
-}
+namespace fs = std::filesystem;
 
-nlohmann::ordered_json number(std::optional<double> value) { return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(); }
-
-int run_bench(const BenchArguments& arguments) {
-  catch_signals();
-  BenchTable table(arguments);
-  if (arguments.tasks.empty()) {
-    for (const auto add : {add_step_rows, add_cone_rows, add_plan_rows, add_sensing_rows, add_control_rows}) add(table);
-  } else {
-    add_task_rows(table);
-  }
-  table.line().clear();
-  const auto& rows = table.rows();
-  if (rows.empty() && !interrupted()) core::throw_invalid("--filter", fmt::format("'{}'", arguments.filter), "part of the name of a row");
-  if (arguments.json) {
-    nlohmann::ordered_json out;
-    out["machine"] = machine();
-    out["commit"] = kCommit;
-    out["results"] = nlohmann::ordered_json::array();
-    for (const auto& row : rows) {
-      nlohmann::ordered_json entry;
-      entry["name"] = row.name;
-      entry["median_s"] = row.median_s;
-      entry["p95_s"] = row.p95_s;
-      entry["p99_s"] = row.p99_s;
-      entry["published_s"] = number(row.reference.published);
-      entry["peer_s"] = number(row.reference.peer);
-      entry["ratio"] = number(row.reference.published ? std::optional(row.median_s / *row.reference.published) : std::nullopt);
-      entry["allocations"] = row.allocations ? nlohmann::ordered_json(*row.allocations) : nlohmann::ordered_json();
-      entry["contacts"] = number(row.contacts);
-      out["results"].push_back(std::move(entry));
-    }
-    fmt::print("{}\n", out.dump());
-  }
-  return interrupted() ? kInterrupted : kDone;
+/// Goes on as `stiction-bench`: signals, output and exit code are those of that program.
+[[noreturn]] void become_bench(std::vector<std::string> words) {
+  const fs::path program = program_dir() / "stiction-bench";
+  std::error_code error;
+  if (!fs::is_regular_file(program, error))
+    throw InstallationFault(
+        fmt::format("bench: got no program {}, which a wheel does not carry; `make bench` in a clone of the repository "
+                    "builds and starts it",
+                    program.string()));
+  words.insert(words.begin(), program.string());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  std::fflush(nullptr);
+  ::execv(argv[0], argv.data());
+  throw InstallationFault(fmt::format("bench: {} cannot be started: {}", program.string(), std::strerror(errno)));
 }
 
 }  // namespace
 
 Run declare_bench(CLI::App& command) {
-  const auto arguments = std::make_shared<BenchArguments>();
-  BenchArguments& a = *arguments;
-  add_json(command, a.json);
-  command.add_option("--filter", a.filter, "Only the rows whose name contains this");
-  command.add_option("--task", a.tasks, "Only steps of this task, a built-in one or a file (.yaml); may be given again");
-  add_integer(command, "--repeat", a.repeat, "Repetitions of each timing", {1, 1000});
-  return [arguments] { return run_bench(*arguments); };
+  command.set_help_flag();
+  command.prefix_command();  // every word is for stiction-bench
+  return [&command]() -> int { become_bench(command.remaining()); };
 }
 
 }  // namespace stiction::app

@@ -7,6 +7,7 @@
 #include "app.hpp"
 #include "control_page.hpp"
 #include "stiction/execution/control_run.hpp"
+#include "stiction/tasks/control_scenario_file.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
@@ -46,8 +47,7 @@ std::string_view law_name(control::Law law) {
 
 execution::ControlScenario load(const ControlArguments& arguments) {
   const auto package_dirs = tasks::default_package_dirs();
-  execution::ControlScenario scenario =
-      execution::load_control_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), package_dirs);
+  execution::ControlScenario scenario = tasks::load_control_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), package_dirs);
   for (const auto& [name, value] : kLaws)
     if (arguments.law == name) scenario.controller.law = value;
   if (arguments.lambda_max) execution::set_lambda_max(scenario, *arguments.lambda_max);

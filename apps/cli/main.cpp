@@ -1,13 +1,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "app.hpp"
+#include "guard.hpp"
 #include "python_command.hpp"
 #include "run_command.hpp"
-#include "stiction/core/invalid_input.hpp"
 #include "stiction/core/version.hpp"
 #include "touch_command.hpp"
 
@@ -48,18 +46,6 @@ constexpr const char* kExitCodes =
     "2 a mistake in what was given; 3 not done within the budget (the best result is kept); "
     "70 a fault of the program or its installation; 130 interrupted (the best result is kept).";
 
-/// One clear message on stderr and, with --json, one object on stdout.
-int fail(bool json, app::ExitCode code, std::string_view status, std::string_view message) {
-  app::say(stderr, "stiction: {}\n", message);
-  if (json) {
-    nlohmann::ordered_json out;
-    out["status"] = status;
-    out["message"] = message;
-    app::say(stdout, "{}\n", out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-  }
-  return code;
-}
-
 /// @throws CLI::ValidationError: the first word is no command; CLI11 would say that one is missing
 void require_command(int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
@@ -71,8 +57,10 @@ void require_command(int argc, char** argv) {
   throw CLI::ValidationError("command", fmt::format("got '{}', expected one of {}", argv[1], names));
 }
 
-int run(int argc, char** argv, bool json) {
-  try {
+}  // namespace
+
+int main(int argc, char** argv) {
+  return app::guard("stiction", argc, argv, [&]() -> int {
     CLI::App cli("Plans robot motion through contact.", "stiction");
     cli.set_version_flag("--version", std::string("stiction ") + std::string(core::version()));
     cli.require_subcommand(1);
@@ -87,27 +75,10 @@ int run(int argc, char** argv, bool json) {
       cli.parse(argc, argv);
     } catch (const CLI::Success& e) {
       return cli.exit(e);
-    } catch (const CLI::ParseError& e) {
-      return fail(json, app::kBadInput, "InvalidInput",
-                  std::string(e.what()) + "; `stiction --help` and `stiction COMMAND --help` say what there is");
     }
     for (const auto& [subcommand, run] : commands) {
       if (*subcommand) return run();
     }
-  } catch (const core::InvalidInput& e) {
-    return fail(json, app::kBadInput, "InvalidInput", e.what());
-  } catch (const std::exception& e) {
-    return fail(json, app::kInternalError, "Error", e.what());
-  }
-  return app::kInternalError;
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-  const bool json = std::any_of(argv + 1, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
-  app::open_output();
-  app::begin_signals(json);
-  const int code = run(argc, argv, json);
-  return app::close_output() || code != app::kDone ? code : app::kInternalError;
+    return app::kInternalError;
+  });
 }

@@ -131,9 +131,9 @@ int run_optimize(const OptimizeArguments& arguments) {
   line.clear();
   const auto plan = as_plan(task, result, setup.randomized_first.seed);
   planning::PlannerOptions options = task.options;
-  options.h = setup.options.step.h;
-  options.regularisation = setup.options.step.regularisation;
-  options.substep.reset();
+  if (!options.thesis) options.thesis.emplace();
+  options.thesis->h = setup.options.step.h;
+  options.thesis->regularisation = setup.options.step.regularisation;
   tasks::write_plan(tasks::make_plan_file(task, options, plan, file), file);
   const auto json = to_json(task, result, plan, file);
   tasks::write_text(json.dump(1) + "\n", dir / "optimize.json");

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -28,18 +29,33 @@ struct PlanArguments {
   std::optional<int> threads;
   std::string out_dir;
   std::string scheme;  ///< empty: that of the task
+  std::string without;  ///< mechanisms of the search that are left out, for ablations
   bool anytime = false;
   bool html = false;
   bool json = false;
 };
 
+/// Names with commas between as bits of PlannerOptions::without.
+unsigned parse_mechanisms(const std::string& names) {
+  const auto& known = planning::kMechanismNames;
+  unsigned out = 0;
+  for (std::size_t begin = 0; begin < names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    const auto found = std::ranges::find(known, std::string_view(names).substr(begin, end - begin));
+    if (found == known.end()) core::throw_invalid("--without", names, fmt::format("names among {}", fmt::join(known, ", ")));
+    out |= 1U << static_cast<unsigned>(found - known.begin());
+    begin = end + 1;
+  }
+  return out;
+}
+
 struct Counts {
-  long knots = 0, regrasps = 0, loose = 0, contact_segments = 0;
+  long knots = 0, regrasps = 0, unstable = 0, contact_segments = 0;
   explicit Counts(const planning::Plan& plan) {
     for (const auto& segment : plan.segments) {
       knots += static_cast<long>(segment.knots.size());
       regrasps += segment.kind == planning::SegmentKind::Regrasp;
-      loose += segment.loose;
+      unstable += segment.unstable;
       contact_segments += segment.kind == planning::SegmentKind::Contact;
     }
   }
@@ -54,9 +70,9 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.plan.error.position,
                                        1e3 * r.plan.goal.tol_position, r.plan.error.angle, r.plan.goal.tol_angle));
   row("path", fmt::format("{} pushes, {} regrasps, {} sub-steps", counts.contact_segments, counts.regrasps, counts.knots));
-  if (counts.loose > 0)
-    row("loose", fmt::format("{} of the regrasps: meanwhile an object would not stay with gravity a little aside", counts.loose));
-  row("cost", fmt::format("{:.1f} s at joint speeds, with {:.0f} s per regrasp{}", r.cost, o.cost.regrasp,
+  if (counts.unstable > 0)
+    row("unstable", fmt::format("{} of the regrasps: meanwhile an object would not stay with gravity a little aside", counts.unstable));
+  row("cost", fmt::format("{:.1f} s at joint speeds, with {:.0f} s per regrasp{}", r.cost, planning::PathCost{}.regrasp,
                           r.improvements.size() > 1 ? fmt::format("; the first plan: {:.1f} s", r.improvements.front().cost) : ""));
   if (r.plan.step.friction_scale < o.friction)
     row("friction", fmt::format("{:g} of that of the scene, in every step", r.plan.step.friction_scale));
@@ -68,7 +84,7 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   const auto& g = r.regrasps;
   row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted,
                                     g.no_sample, g.no_path, g.object_moved, g.failed_step));
-  if (task.options.thesis_edges())
+  if (task.options.thesis)
     row("edges", "as published, not simulated in sub-steps: `stiction check` does that, and need not accept them");
   if (!r.reason.empty()) row("reason", r.reason);
   if (r.start_moved > 1e-3) row("start", fmt::format("an object was not at rest: it moved by {:.3g} (m or rad) first", r.start_moved));
@@ -92,14 +108,14 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["failed_steps"] = r.failed_steps;
   out["distrusted"] = r.distrusted;
   out["regrasps"] = {{"in_plan", counts.regrasps},
-                     {"loose", counts.loose},
+                     {"unstable", counts.unstable},
                      {"tried", r.regrasps.tried},
                      {"accepted", r.regrasps.accepted},
                      {"no_sample", r.regrasps.no_sample},
                      {"no_path", r.regrasps.no_path},
                      {"object_moved", r.regrasps.object_moved},
                      {"failed_step", r.regrasps.failed_step}};
-  out["thesis_edges"] = task.options.thesis_edges();
+  out["thesis_edges"] = task.options.thesis.has_value();
   out["error"] = {{"position", r.plan.error.position}, {"angle", r.plan.error.angle}};
   out["tolerance"] = {{"position", r.plan.goal.tol_position}, {"angle", r.plan.goal.tol_angle}};
   out["cost"] = r.cost;
@@ -130,8 +146,13 @@ int run_plan(const PlanArguments& arguments) {
   planning::PlannerOptions options = task.options;
   options.seed = arguments.seed.value_or(options.seed);
   options.threads = arguments.threads.value_or(options.threads);
-  if (!arguments.scheme.empty()) options.scheme = tasks::parse_scheme("--scheme", arguments.scheme);
+  if (!arguments.scheme.empty()) {
+    if (!options.thesis)
+      core::throw_invalid("--scheme", arguments.scheme, "a task with settings of the thesis, planner.thesis, such as planar_hand_table_3_2");
+    options.thesis->scheme = tasks::parse_scheme("--scheme", arguments.scheme);
+  }
   options.anytime |= arguments.anytime;
+  options.without = parse_mechanisms(arguments.without);
   options.validate(*task.model);
   const fs::path dir = task_dir(arguments.out_dir, task.name, options.seed);
   const fs::path file = dir / "plan.json";
@@ -183,6 +204,7 @@ Run declare_plan(CLI::App& command) {
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
   add_scheme(command, a.scheme);
+  command.add_option("--without", a.without, "Mechanisms of the search that are left out, with commas between (bench/search.py)")->group("");
   add_out(command, a.out_dir, "Folder for plan.json (default ./TASK-seedN)");
   command.add_flag("--anytime", a.anytime, "Go on after the first plan, for cheaper ones, until the budget is used up");
   command.add_flag("--html", a.html, "Also write a page to look at, plan.html");

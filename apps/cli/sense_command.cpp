@@ -12,6 +12,7 @@
 #include "stiction/execution/poke.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/scenarios.hpp"
+#include "stiction/tasks/sensing_scenario_file.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::app {
@@ -88,7 +89,7 @@ void print_sets(std::FILE* to, const sensing::Scenario& scenario, const sensing:
   }
 }
 
-using KnownContacts = std::span<const sensing::KnownContact>;
+using KnownContacts = std::span<const sensing::ContactPoint>;
 
 /// Distance of known contacts from the nearest answer: a candidate where there is one contact, a set where there are several; infinite: none.
 double calc_distance(KnownContacts contacts, const sensing::SenseResult& single, const sensing::ContactSetResult& sets) {
@@ -105,7 +106,7 @@ void report_distance(std::FILE* to, const sensing::Scenario& scenario, KnownCont
   if (contacts.empty()) return;
   const bool found = std::isfinite(distance);
   std::string links;
-  for (const sensing::KnownContact& contact : contacts) links += (links.empty() ? "" : " and ") + scenario.sensor->link_name(contact.link);
+  for (const sensing::ContactPoint& contact : contacts) links += (links.empty() ? "" : " and ") + scenario.sensor->link_name(contact.link);
   say(to, "  the contact on {} is {}\n", links,
       found ? fmt::format("{:.1f} cm from the nearest candidate", 100 * distance) : "not among them");
   moment["distance"] = found ? Json(distance) : Json();
@@ -145,7 +146,7 @@ class SenseRun {
       print_sets(to_, scenario_, sets_);
       moment["contact_sets"] = to_json(scenario_, sets_);
     }
-    const std::vector<sensing::KnownContact> contacts = scenario_.contacts_at(i);
+    const std::vector<sensing::ContactPoint> contacts = scenario_.contacts_at(i);
     report_distance(to_, scenario_, contacts, calc_distance(contacts, result_, sets_), moment);
     return moment;
   }
@@ -175,7 +176,8 @@ int run_sense(const SenseArguments& arguments) {
         "sense", Packages::ViewerAndModule,
         {"stiction_view.studio.sense_live", "--host", arguments.host, "--port", std::to_string(arguments.port), "--", arguments.scenario});
   require_page(arguments.html);
-  sensing::Scenario scenario = sensing::load_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
+  sensing::Scenario scenario =
+      tasks::load_sensing_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   for (const std::string& note : scenario.sensor->notes()) say(stderr, "note: {}\n", note);
   for (const std::string& note : scenario.series.notes) say(stderr, "note: {}\n", note);
   for (const int gap : scenario.series.gaps)

@@ -77,9 +77,9 @@ Json SensePage::truths(std::size_t i, const Eigen::VectorXd& q) const {
   world::Kinematics kinematics;
   world::calc_kinematics(model, q, work, kinematics);
   Json out = Json::array();
-  const std::vector<sensing::KnownContact> contacts = scenario_.contacts_at(i);
+  const std::vector<sensing::ContactPoint> contacts = scenario_.contacts_at(i);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const sensing::KnownContact& contact = contacts[k];
+    const sensing::ContactPoint& contact = contacts[k];
     const auto& X_WL =
         kinematics.X_WB[static_cast<std::size_t>(scenario_.sensor->links()[static_cast<std::size_t>(contact.link)].surface.body)];
     Eigen::Vector3d f_W = X_WL.R * contact.f_L;
@@ -140,7 +140,7 @@ std::string SensePage::document(double force) const {
     out["links"].push_back(to_json(link, sensor.link_name(static_cast<int>(i)), scene_.place(link.surface.body)));
   }
   out["truths"] = Json::array();
-  for (const sensing::KnownContact& truth : scenario_.contacts) {
+  for (const sensing::ContactPoint& truth : scenario_.contacts) {
     const auto& link = sensor.links()[static_cast<std::size_t>(truth.link)];
     out["truths"].push_back({{"body", scene_.place(link.surface.body)},
                              {"link", sensor.link_name(truth.link)},

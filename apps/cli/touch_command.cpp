@@ -10,6 +10,7 @@
 #include "stiction/execution/touch_run.hpp"
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
+#include "stiction/tasks/touch_scenario_file.hpp"
 #include "touch_command.hpp"
 #include "touch_page.hpp"
 
@@ -109,7 +110,7 @@ json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_
 
 int run_touch_command(const TouchArguments& arguments) {
   const TouchScenario scenario =
-      execution::load_touch_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
+      tasks::load_touch_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
   require_page(arguments.html);
   catch_signals();
   execution::TouchRunOptions options;

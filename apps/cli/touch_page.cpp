@@ -69,8 +69,8 @@ std::string touch_document(const execution::TouchScenario& scenario, const execu
   for (std::size_t k = 0; k < result.run.samples.size(); ++k) {
     const execution::ControlSample& s = result.run.samples[k];
     out["ticks"][k]["to_goal"] = (s.q - scenario.goal).cwiseAbs().cwiseQuotient(joints).maxCoeff();
-    if (s.told.empty()) continue;  // the likeliest
-    out["ticks"][k]["told"] = {{"point", page_numbers(s.told.front().p_WC)}, {"force", page_numbers(s.told.front().force_W)}};
+    if (s.reported.empty()) continue;  // the likeliest
+    out["ticks"][k]["told"] = {{"point", page_numbers(s.reported.front().p_WC)}, {"force", page_numbers(s.reported.front().force_W)}};
   }
   out["touches"] = out["routes"] = Json::array();
   for (const auto& touch : result.touches) out["touches"].push_back(to_json(*scenario.arm.model, touch));

@@ -3,6 +3,7 @@
 #include "pickles.hpp"
 #include "scenario_file.hpp"
 #include "stiction/execution/control_run.hpp"
+#include "stiction/tasks/control_scenario_file.hpp"
 #include "watcher.hpp"
 #include "yaml_text.hpp"
 
@@ -18,14 +19,14 @@ using execution::ControlScenario;
 ControlScenario load(const ScenarioFile& scenario) {
   const auto file = file_of(scenario);
   const nb::gil_scoped_release unlocked;
-  return execution::load_control_scenario(file, tasks::default_package_dirs());
+  return tasks::load_control_scenario(file, tasks::default_package_dirs());
 }
 
 ControlScenario parse(const nb::dict& scenario, const std::optional<std::filesystem::path>& base) {
   const std::string text = yaml_text(scenario);
   const auto folder = folder_of(base);
   const nb::gil_scoped_release unlocked;
-  return execution::parse_control_scenario(text, folder, tasks::default_package_dirs());
+  return tasks::parse_control_scenario(text, folder, tasks::default_package_dirs());
 }
 
 /// What a run has instead of the scenario's.

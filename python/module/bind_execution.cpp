@@ -55,7 +55,8 @@ void bind_piece(nb::module_& m) {
       .def_ro("end_angle", &PieceError::end_angle, "[rad]")
       .def_ro("length_position", &PieceError::length_position, "of the planned path [m]")
       .def_ro("length_angle", &PieceError::length_angle, "of the planned path [rad]")
-      .def_prop_ro("normalised_position", &PieceError::normalised_position, "None where the plan moves the object by less than 0.1 mm")
+      .def_prop_ro("normalised_position", &PieceError::normalised_position,
+                   "None where the plan moves the object by less than a thousandth of its length")
       .def_prop_ro("normalised_angle", &PieceError::normalised_angle);
   nb::class_<PieceReport>(m, "PieceReport", "A push or a regrasp of a run beside its plan.")
       .def_ro("kind", &PieceReport::kind, "Contact or Regrasp")

@@ -7,8 +7,8 @@
 #include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
-#include "stiction/planning/default_options.hpp"
-#include "stiction/planning/packing.hpp"
+#include "stiction/planning/sample_boxes.hpp"
+#include "stiction/planning/thesis/packing.hpp"
 #include "stiction/planning/planner.hpp"
 #include "watcher.hpp"
 
@@ -87,7 +87,7 @@ Rows tree_errors(const PlanResult& r) {
 }
 
 Eigen::VectorXd packing_ratio(const PlanResult& r, double threshold, int samples, std::uint64_t seed) {
-  const planning::PackingOptions options{.threshold = threshold, .gamma = r.options.gamma, .samples = samples, .seed = seed};
+  const planning::PackingOptions options{.threshold = threshold, .gamma = r.options.thesis.value_or(planning::thesis::Settings{}).gamma, .samples = samples, .seed = seed};
   const auto boxes = r.options.sample_boxes.empty() ? planning::default_sample_boxes(r.task.problem) : r.options.sample_boxes;
   return planning::calc_packing_ratio(*r.task.model, boxes, r.result.records, options);
 }
@@ -146,7 +146,7 @@ void bind_planning(nb::module_& m) {
       .def_prop_ro("failed_steps", [](const PlanResult& r) { return r.result.failed_steps; })
       .def_prop_ro("wall_s", [](const PlanResult& r) { return r.result.wall_s; })
       .def_prop_ro(
-          "tree", [](const PlanResult& r) { return r.result.records; }, "its nodes, the root first, with the option record_tree")
+          "tree", [](const PlanResult& r) { return r.result.records; }, "its nodes, the root first, of a search with the option `thesis`")
       .def_prop_ro("tree_errors", &tree_errors, "distances of the nodes in `tree` from the goal [m], [rad] (nodes, 2)")
       .def("packing_ratio", &packing_ratio, "threshold"_a = 3.0, "samples"_a = 1000, "seed"_a = 0,
            "(3.9) after each node in `tree`, by the boxes and γ of the task (nodes)")

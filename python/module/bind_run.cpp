@@ -76,7 +76,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
       core::throw_invalid("plant", fmt::format("an object without {}()", call), "one with read() and command(u, period)");
   }
   OwnPlant own(own_plant);
-  execution::Plant& plant = own_plant.is_none() ? static_cast<execution::Plant&>(simulated) : own;
+  execution::Driver& plant = own_plant.is_none() ? static_cast<execution::Driver&>(simulated) : own;
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
   const auto start = core::RunControl::Clock::now();

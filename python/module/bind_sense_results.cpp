@@ -72,7 +72,7 @@ void bind_candidate(nb::module_& m) {
 }
 
 double calc_distance(const SenseResult& r, const std::string& link, const Vector& p_L) {
-  const sensing::KnownContact contact{r.sensor->link_index(link), require_vector3("p_L", p_L), Eigen::Vector3d::Zero()};
+  const sensing::ContactPoint contact{.link = r.sensor->link_index(link), .p_L = require_vector3("p_L", p_L)};
   double out = std::numeric_limits<double>::infinity();
   for (const sensing::Candidate& c : r.result.candidates)
     if (c.explains) out = std::min(out, sensing::calc_distance(r.result, c, contact));

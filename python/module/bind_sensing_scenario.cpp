@@ -4,6 +4,7 @@
 #include "scenario_file.hpp"
 #include "sensor.hpp"
 #include "stiction/execution/poke.hpp"
+#include "stiction/tasks/sensing_scenario_file.hpp"
 #include "yaml_text.hpp"
 
 namespace stiction::python {
@@ -30,19 +31,19 @@ Scenario with_sensor(sensing::Scenario&& scenario) {
 Scenario load(const ScenarioFile& scenario) {
   const auto file = file_of(scenario);
   const nb::gil_scoped_release unlocked;
-  return with_sensor(sensing::load_scenario(file, tasks::default_package_dirs()));
+  return with_sensor(tasks::load_sensing_scenario(file, tasks::default_package_dirs()));
 }
 
 Scenario parse(const nb::dict& scenario, const std::optional<std::filesystem::path>& base) {
   const std::string text = yaml_text(scenario);
   const auto folder = folder_of(base);
   const nb::gil_scoped_release unlocked;
-  return with_sensor(sensing::parse_scenario(text, folder, tasks::default_package_dirs()));
+  return with_sensor(tasks::parse_sensing_scenario(text, folder, tasks::default_package_dirs()));
 }
 
 std::vector<KnownContact> contacts_of(const Scenario& s) {
   std::vector<KnownContact> out;
-  for (const sensing::KnownContact& c : s.values.contacts) out.push_back({s.values.sensor->link_name(c.link), c.p_L, c.f_L});
+  for (const sensing::ContactPoint& c : s.values.contacts) out.push_back({s.values.sensor->link_name(c.link), c.p_L, c.f_L});
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "pickles.hpp"
 #include "scenario_file.hpp"
 #include "stiction/execution/touch_run.hpp"
+#include "stiction/tasks/touch_scenario_file.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {
@@ -37,7 +38,7 @@ struct TouchResult {
 TouchScenario load(const ScenarioFile& scenario) {
   const auto file = file_of(scenario);
   const nb::gil_scoped_release unlocked;
-  return execution::load_touch_scenario(file, tasks::default_package_dirs());
+  return tasks::load_touch_scenario(file, tasks::default_package_dirs());
 }
 
 std::unique_ptr<TouchResult> run(const TouchScenario& scenario, std::optional<std::uint64_t> seed, double settle,

@@ -3,12 +3,12 @@
 #include <exception>
 
 #include "bindings.hpp"
-#include "stiction/execution/plant.hpp"
+#include "stiction/execution/driver.hpp"
 
 namespace stiction::python {
 
 /// A robot behind an object of Python's with read() and command(u, period); an error in them ends the run and is that of the call.
-class OwnPlant final : public execution::Plant {
+class OwnPlant final : public execution::Driver {
  public:
   explicit OwnPlant(nb::object driver) : driver_(std::move(driver)) {}
   bool read(execution::Measurement& out) override;

@@ -2,33 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "stiction/tasks/option_table.hpp"
 #include "stiction/tasks/options.hpp"
 #include "yaml_text.hpp"
 
 namespace stiction::python {
 namespace {
 
-/// Every option by its name, those of the map `advanced` beside the others.
 nb::dict to_dict(const PlannerOptions& options) {
   const nb::object loads = nb::module_::import_("json").attr("loads");
-  auto out = nb::cast<nb::dict>(loads(tasks::planner_options_json(options.value, *options.model, tasks::WhichOptions::All)));
-  out.update(nb::cast<nb::dict>(out.attr("pop")(tasks::kAdvanced.data())));
-  return out;
+  return nb::cast<nb::dict>(loads(tasks::planner_options_json(options.value, *options.model, tasks::WhichOptions::All)));
 }
 
 PlannerOptions from_dict(const ModelPtr& model, const nb::dict& values) {
-  nb::dict nested, advanced;
-  for (const auto& [key, value] : values) {
-    const bool of_method = std::ranges::any_of(tasks::option_table(), [name = nb::cast<std::string>(key)](const tasks::OptionRow& row) {
-      return row.key == name && row.level == tasks::OptionLevel::Advanced;
-    });
-    (of_method ? advanced : nested)[key] = value;
-  }
-  if (advanced.size() > 0) nested[tasks::kAdvanced.data()] = advanced;
-  const auto node = world::YamlNode::parse(yaml_text(nested), std::filesystem::path());
+  const auto node = world::YamlNode::parse(yaml_text(values), std::filesystem::path());
   return {model, tasks::read_planner_options(node, *model)};
 }
 

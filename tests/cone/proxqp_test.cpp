@@ -1,9 +1,8 @@
 // Independent oracle: problems of half-lines and bounds against ProxQP.
 #include <gtest/gtest.h>
 
-#include <proxsuite/proxqp/dense/dense.hpp>
-
 #include "cone/random_problem.hpp"
+#include "proxqp.hpp"
 
 namespace stiction::cone::test {
 namespace {
@@ -27,16 +26,14 @@ TEST(ConeOracle, HalfLineProblems_AgreeWithProxQp) {
     if (G.rows() == 0) continue;
     // Scaled by the diagonal of Q, which ProxQP needs for mass ratios of 100 and a robot.
     const Eigen::VectorXd d = raw.Q.diagonal().cwiseSqrt().cwiseInverse();
-    proxsuite::proxqp::dense::QP<double> qp(raw.n, 0, G.rows());
-    qp.settings.eps_abs = 1e-12;
-    qp.settings.eps_rel = 0;
-    qp.settings.max_iter = 20000;
-    const Eigen::VectorXd upper = Eigen::VectorXd::Constant(G.rows(), 1e20);
-    qp.init(Eigen::MatrixXd(d.asDiagonal() * raw.Q * d.asDiagonal()), Eigen::VectorXd(d.cwiseProduct(raw.b)), proxsuite::nullopt,
-            proxsuite::nullopt, Eigen::MatrixXd(G * d.asDiagonal()), Eigen::VectorXd(-g), upper);
-    qp.solve();
-    if (qp.results.info.status != proxsuite::proxqp::QPSolverOutput::PROXQP_SOLVED) continue;
-    const Eigen::VectorXd x = d.cwiseProduct(qp.results.x);
+    const bench::QuadraticProgram scaled{.H = d.asDiagonal() * raw.Q * d.asDiagonal(),
+                                         .g = d.cwiseProduct(raw.b),
+                                         .C = G * d.asDiagonal(),
+                                         .lower = -g,
+                                         .upper = Eigen::VectorXd::Constant(G.rows(), 1e20)};
+    const auto minimiser = bench::minimise_by_proxqp(scaled, {.residual = 1e-12});
+    if (!minimiser) continue;
+    const Eigen::VectorXd x = d.cwiseProduct(*minimiser);
     // In the metric of Q, in which the minimiser is unique and equally conditioned.
     const Eigen::VectorXd error = (r.x - x).cwiseQuotient(d);
     EXPECT_LE(error.norm(), 1e-6 * std::max(1.0, x.cwiseQuotient(d).norm())) << "seed " << seed;

@@ -275,7 +275,16 @@ TEST(ControllerInput, BadNumbers_AreNamed) {
   EXPECT_NE(update(kTick).find("contact.body: got 1000"), std::string::npos);
   bench.contacts[0].body = bench.link, bench.contacts[0].force_W[1] = std::nan("");
   EXPECT_NE(update(kTick).find("contact: got"), std::string::npos);
-  bench.contacts.clear(), bench.q[2] = std::nan("");
+  bench.contacts.clear();
+  ToolReference tool{.body = bench.link, .X_BT = {}, .X_WT = {}};
+  tool.X_WT.p[1] = std::nan("");
+  EXPECT_EQ(message_of([&] {
+              (void)bench.controller.update({.time = 1, .q = bench.q, .q_ref = bench.q_ref, .contacts = {}, .tool = &tool}, kTick);
+            }),
+            "tool: got a number that is not finite, expected finite poses");
+  EXPECT_TRUE(bench.controller.update({.time = 2, .q = bench.q, .q_ref = bench.q_ref, .contacts = {}}, kTick).q_cmd.allFinite())
+      << "later ticks are as good as before";
+  bench.q[2] = std::nan("");
   EXPECT_NE(update(kTick).find("q: got nan"), std::string::npos);
   bench.q = VectorXd::Zero(6);
   EXPECT_NE(update(kTick).find("q: got"), std::string::npos);

@@ -1,7 +1,6 @@
 // Independent oracle of (S.15): planar steps as a quadratic program with the slack of every spring written out, by ProxQP.
-#include <proxsuite/proxqp/dense/dense.hpp>
-
 #include "dynamics/systems.hpp"
+#include "proxqp.hpp"
 
 namespace stiction::dynamics::test {
 namespace {
@@ -81,22 +80,19 @@ TEST(EffortOracle, PlanarSteps_AgreeWithSlacksInProxQp) {
     const StepOptions options{.joint_limits = false, .effort_limits = true};
     if (step(*model, {q, u}, options, work, r) != Status::Solved) continue;
     const SlackProgram program(*model, q, u, options.h, r);
-    proxsuite::proxqp::dense::QP<double> qp(program.P.rows(), 0, program.C.rows());
-    qp.settings.eps_abs = 1e-11;
-    qp.settings.eps_rel = 0;
-    qp.settings.max_iter = 20000;
-    qp.init(program.P, program.g, proxsuite::nullopt, proxsuite::nullopt, program.C, program.l,
-            VectorXd(VectorXd::Constant(program.C.rows(), 1e20)));
-    qp.solve();
-    if (qp.results.info.status != proxsuite::proxqp::QPSolverOutput::PROXQP_SOLVED) continue;
+    const auto minimiser = bench::minimise_by_proxqp(
+        {.H = program.P, .g = program.g, .C = program.C, .lower = program.l, .upper = VectorXd::Constant(program.C.rows(), 1e20)},
+        {.residual = 1e-11});
+    if (!minimiser) continue;
+    const VectorXd& x = *minimiser;
     ++compared;
     for (const char s : r.saturated) saturated += s;
     // Both are off by the root of their gap over the curvature (docs/theory/cone.md, §5).
-    EXPECT_LE((r.delta - qp.results.x.head(model->n_v())).lpNorm<Eigen::Infinity>(), 2e-5) << attempt;
+    EXPECT_LE((r.delta - x.head(model->n_v())).lpNorm<Eigen::Infinity>(), 2e-5) << attempt;
     for (int j = 0; j < model->n_a(); ++j) {
       const Eigen::Index s = model->n_v() + j;
-      const double stretch = u[j] - q[model->n_qu() + j] - qp.results.x[model->n_vu() + j];
-      const double torque = model->stiffness()[j] * (stretch - qp.results.x[s] + qp.results.x[s + model->n_a()]);
+      const double stretch = u[j] - q[model->n_qu() + j] - x[model->n_vu() + j];
+      const double torque = model->stiffness()[j] * (stretch - x[s] + x[s + model->n_a()]);
       EXPECT_NEAR(r.torque[j], torque, 1e-4 * model->stiffness()[j]) << attempt;
     }
   }

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "stiction/execution/control_run.hpp"
 #include "stiction/sensing/scenario.hpp"
+#include "stiction/tasks/control_scenario_file.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"
 
@@ -16,6 +19,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using stiction::test::message_of;
 using stiction::test::source_dir;
+using tasks::load_control_scenario;
 
 constexpr double kTick = 0.005;
 
@@ -87,19 +91,19 @@ TEST_F(Estimator, SecondContact_IsToldBesideTheFirst) {
   Vector3d first, second;
   const VectorXd one = push(estimator, "arm/link_4", 15, &first), other = push(estimator, "arm/link_7", 15, &second);
   for (int k = 0; k < 10; ++k) (void)estimator.update(q, one, q, kTick);
-  ASSERT_EQ(estimator.told().front().count, 1);
+  ASSERT_EQ(estimator.hypotheses().front().count, 1);
   std::span<const control::ContactForce> told;
   for (int k = 0; k < 40; ++k) told = estimator.update(q, one + other, q, kTick);
   ASSERT_FALSE(told.empty());
-  ASSERT_EQ(estimator.told().front().count, 2);
+  ASSERT_EQ(estimator.hypotheses().front().count, 2);
   const double explained = estimator.sensed().explained;
-  EXPECT_LE(estimator.told().front().residual, explained);
+  EXPECT_LE(estimator.hypotheses().front().residual, explained);
   EXPECT_FALSE(estimator.sensed().candidates.front().explains) << "one contact would do: the test says nothing";
   double near_first = 1, near_second = 1;
   for (const auto& c : told) {
     near_first = std::min(near_first, (c.p_WC - first).norm()), near_second = std::min(near_second, (c.p_WC - second).norm());
-    EXPECT_EQ(c.set >= 0 && c.set < static_cast<int>(estimator.told().size()), true);
-    EXPECT_EQ(c.alternative, estimator.told().size() > 1);
+    EXPECT_EQ(c.set >= 0 && c.set < static_cast<int>(estimator.hypotheses().size()), true);
+    EXPECT_EQ(c.alternative, estimator.hypotheses().size() > 1);
   }
   EXPECT_LT(near_first, 0.1);
   EXPECT_LT(near_second, 0.1);
@@ -108,7 +112,7 @@ TEST_F(Estimator, SecondContact_IsToldBesideTheFirst) {
   std::sort(ids.begin(), ids.end());
   EXPECT_EQ(std::adjacent_find(ids.begin(), ids.end()), ids.end()) << "two contacts under one number";
   for (int k = 0; k < 10; ++k) (void)estimator.update(q, one, q, kTick);
-  EXPECT_EQ(estimator.told().front().count, 1) << "the second is gone";
+  EXPECT_EQ(estimator.hypotheses().front().count, 1) << "the second is gone";
 }
 
 TEST_F(Estimator, NoTorque_IsNoContact) {
@@ -196,6 +200,52 @@ TEST_F(Estimator, OffsetsAreLearnedWhileNothingTouches_AndAForceIsNotForgotten) 
   EXPECT_LT(nearest, 0.05);
 }
 
+/// One datagram with a number that is none: nothing is learned from it, and the loop goes on.
+TEST_F(Estimator, SampleThatIsNotFinite_IsLeftOut) {
+  ContactEstimatorOptions options = exact();
+  options.noise = 0.5;  // with a low-pass, which has a memory
+  ContactEstimator broken(scenario.model, options), other(scenario.model, options);
+  ASSERT_GT(broken.time_constant(), 0);
+  const VectorXd tau = push(broken, "arm/link_6", 60);
+  for (int k = 0; k < 200; ++k) (void)broken.update(q, tau, q, kTick), (void)other.update(q, tau, q, kTick);
+  const auto copy = [](std::span<const control::ContactForce> told) {
+    return std::vector<control::ContactForce>(told.begin(), told.end());
+  };
+  const std::vector<control::ContactForce> before = copy(broken.update(q, tau, q, kTick));
+  (void)other.update(q, tau, q, kTick);
+  ASSERT_FALSE(before.empty());
+
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  int missed = 0;
+  for (const double value : {nan, inf, -inf}) {
+    VectorXd bad = tau;
+    bad[3] = value;
+    const std::vector<control::ContactForce> told = copy(broken.update(q, bad, q, kTick));
+    EXPECT_EQ(broken.missed(), ++missed);
+    ASSERT_EQ(told.size(), before.size()) << "what was told before is told on";
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      EXPECT_EQ(told[i].id, before[i].id);
+      EXPECT_EQ(told[i].p_WC, before[i].p_WC);
+    }
+  }
+  VectorXd q_bad = q, q_moved = q;
+  q_bad[0] = nan, q_moved[0] += 0.5;
+  const auto moved = copy(broken.update(q_bad, tau, q_moved, kTick));
+  ASSERT_EQ(moved.size(), before.size());
+  EXPECT_GT((moved[0].p_WC - before[0].p_WC).norm(), 0.01) << "contacts move on with their links";
+
+  const auto after = copy(broken.update(q, tau, q, kTick)), same = copy(other.update(q, tau, q, 5 * kTick));
+  EXPECT_EQ(broken.missed(), 0);
+  ASSERT_EQ(after.size(), same.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_EQ(after[i].p_WC, same[i].p_WC) << "as if the time of the samples that were left out had belonged to this one";
+    EXPECT_EQ(after[i].force_W, same[i].force_W);
+  }
+  q_bad = q, q_bad[1] = nan;
+  EXPECT_EQ(message_of([&] { (void)broken.update(q, tau, q_bad, kTick); }), "q_now[1]: got nan, expected a finite number");
+  EXPECT_FALSE(broken.update(q, tau, q, kTick).empty());
+}
+
 TEST_F(Estimator, BadInput_IsNamed) {
   ContactEstimator estimator(scenario.model, exact());
   EXPECT_NE(message_of([&] { (void)estimator.update(q.head(3), q, q, kTick); }).find("q: got 3 numbers, expected 7"), std::string::npos);
@@ -213,6 +263,10 @@ TEST_F(Estimator, BadInput_IsNamed) {
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.pool: got 3, expected at least max_candidates, 4"), std::string::npos);
   options.pool = 8, options.noise = 0;
   EXPECT_NE(message_of([&] { options.validate(); }).find("estimator.noise: got 0"), std::string::npos);
+  options.sensor.links = {"nowhere"};
+  EXPECT_NE(message_of([&] { ContactEstimator(scenario.model, options); }).find("estimator.noise: got 0"), std::string::npos)
+      << "options are looked at before a sensor is made of them";
+  EXPECT_EQ(message_of([&] { ContactEstimator(nullptr, exact()); }), "model: got nothing, expected a model");
 }
 
 TEST(EstimatedControl, SameSeed_GivesTheSameBitsAndAnotherDoesNot) {
@@ -250,7 +304,7 @@ TEST(EstimatedControl, Delay_TellsOfContactsLaterByThat) {
     double touched = -1, told = -1;
     for (const ControlSample& s : out.samples) {
       if (touched < 0 && s.largest_force > 0) touched = s.time;
-      if (told < 0 && !s.told.empty()) told = s.time;
+      if (told < 0 && !s.reported.empty()) told = s.time;
     }
     EXPECT_GT(touched, 0);
     return told - touched;

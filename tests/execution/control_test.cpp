@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "stiction/execution/control_run.hpp"
+#include "stiction/tasks/control_scenario_file.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"
 #include "support/temporary_folder.hpp"
@@ -14,6 +15,7 @@ namespace {
 using core::Status;
 using stiction::test::message_of;
 using stiction::test::source_dir;
+using tasks::load_control_scenario;
 
 ControlScenario box() { return load_control_scenario(source_dir() / "scenarios" / "box_in_the_way.yaml"); }
 

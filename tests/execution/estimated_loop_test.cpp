@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "stiction/execution/control_run.hpp"
+#include "stiction/tasks/control_scenario_file.hpp"
 #include "support/paths.hpp"
 
 namespace stiction::execution::test {
@@ -9,6 +10,7 @@ namespace {
 
 using core::Status;
 using stiction::test::source_dir;
+using tasks::load_control_scenario;
 
 struct Case {
   const char* scenario;

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "stiction/execution/control_run.hpp"
+#include "stiction/tasks/control_scenario_file.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"
 
@@ -16,6 +17,8 @@ using core::Status;
 using Eigen::Vector3d;
 using stiction::test::message_of;
 using stiction::test::source_dir;
+using tasks::load_control_scenario;
+using tasks::parse_control_scenario;
 
 HandPush hand() {
   return {.body = 3,

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "stiction/tasks/sensing_scenario_file.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"
 
@@ -18,7 +19,7 @@ joints: {shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -1.97, wris
 
 sensing::Scenario parse(const std::string& poke) {
   const std::vector<std::filesystem::path> packages{stiction::test::package_dir()};
-  return sensing::parse_scenario(kScene + poke, stiction::test::source_dir(), packages);
+  return tasks::parse_sensing_scenario(kScene + poke, stiction::test::source_dir(), packages);
 }
 
 constexpr const char* kQuiet = R"(
@@ -85,7 +86,7 @@ poke:
 
 TEST(Poke, PushesAtTheSameTime_AddUpInTorquesAndUnderTheBase) {
   const std::vector<std::filesystem::path> packages{stiction::test::package_dir()};
-  sensing::Scenario scenario = sensing::parse_scenario(R"(
+  sensing::Scenario scenario = tasks::parse_sensing_scenario(R"(
 scene: {robots: [{name: arm, urdf: package://example-robot-data/robots/ur_description/urdf/ur5_robot.urdf}]}
 sensing: {friction: 0.5, noise: 0.02, samples: 200, max_contacts: 2}
 joints: {shoulder_lift_joint: -1.2, elbow_joint: 1.6, wrist_1_joint: -1.97, wrist_2_joint: -1.57}
@@ -97,7 +98,7 @@ poke:
     - {link: arm/wrist_3_link, point: [0.05, 0.06, 0], force: 15, begin: 0.4, duration: 0.5}
   observer: {noise: 0}
 )",
-                                                       stiction::test::source_dir(), packages);
+                                                             stiction::test::source_dir(), packages);
   std::string message;
   ASSERT_EQ(simulate_poke(scenario, message), core::Status::Solved) << message;
   const sensing::Series& series = scenario.series;

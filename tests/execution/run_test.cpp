@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <limits>
 
@@ -9,7 +11,6 @@
 #include "stiction/execution/object_watch.hpp"
 #include "stiction/execution/run_speed.hpp"
 #include "stiction/execution/simulated_plant.hpp"
-#include "stiction/planning/default_options.hpp"
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
 
@@ -38,11 +39,10 @@ struct Rig {
     problem.goal.X_WG = world::object_pose(*model, problem.q_start, 0);
     problem.goal.X_WG.p.z() += way;
     problem.goal.tol_position = 0.02;
-    planner = planning::default_options(*model, 0);
     planner.threads = 2;
     planner.seed = 1;
   }
-  Status run(Plant& plant, const planning::Plan* first = nullptr) {
+  Status run(Driver& plant, const planning::Plan* first = nullptr) {
     return execution::run(plant, problem, planner, how, control, out, first);
   }
   Status run() {
@@ -117,14 +117,15 @@ TEST(Run, GivenPlan_IsCarriedOutBeforeAnythingIsPlanned) {
 }
 
 /// Stops answering, or seeing the objects, after so many seconds, and keeps what it was told last.
-class FailingPlant final : public Plant {
+class FailingPlant final : public Driver {
  public:
   enum class What {
     Read,
     Command,
     Objects,
     Clock,
-    Jump  ///< the objects are reported elsewhere
+    Jump,  ///< the objects are reported elsewhere
+    Aside  ///< … farther and farther away, until they are back at once
   };
   FailingPlant(const Rig& rig, What what, double after, double until = std::numeric_limits<double>::infinity())
       : inner(rig.model, rig.problem.q_start, {}), what_(what), after_(after), until_(until) {}
@@ -132,6 +133,7 @@ class FailingPlant final : public Plant {
     if (!inner.read(out)) return false;
     const bool failed = out.time > after_ && out.time < until_;
     if (failed && what_ == What::Jump) out.q[0] += 5;
+    if (failed && what_ == What::Aside) out.q[0] += 0.3 * (out.time - after_);
     if (failed && what_ == What::Objects) out.object_time = after_;
     if (failed && what_ == What::Clock) out.time = after_;
     return !(failed && what_ == What::Read);
@@ -175,6 +177,101 @@ TEST(Run, PoseThatJumpsForAMoment_IsNotBelieved) {
   EXPECT_LT((rig.out.q.row(0).array() - rig.out.q(0, 0)).abs().maxCoeff(), 1);
 }
 
+/// An object that is out of its goal for a while and comes back needs no plan, and no grip that is let go.
+TEST(Run, ObjectThatComesBackToItsGoal_IsHeldOn) {
+  Rig rig(0);
+  FailingPlant plant(rig, FailingPlant::What::Aside, 0.5, 1.2);
+  const VectorXd u = plant.inner.world().u();
+  ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
+  double farthest = 0;
+  for (Eigen::Index k = 0; k < rig.out.q.cols(); ++k) farthest = std::max(farthest, error_of(rig, rig.out.q.col(k)));
+  EXPECT_GT(farthest, 2) << "it never left the goal: the test would say nothing";
+  EXPECT_TRUE(rig.out.plans.empty());
+  EXPECT_EQ(rig.out.replans, 0);
+  EXPECT_GE(rig.out.duration_s, 1.2 + rig.how.hold) << "held for as long as asked, once it was back";
+  EXPECT_LT((plant.inner.world().u() - u).cwiseAbs().maxCoeff(), 1e-12) << "the robot never moved";
+}
+
+/// A world in which something pushes the box out of its goal whenever the robot has brought it there.
+class HostilePlant final : public Driver {
+ public:
+  explicit HostilePlant(const Rig& rig) : plant_(make_world(rig.model, {})), rig_(rig) {
+    plant_.reset(rig.problem.q_start, rig.problem.q_start.tail(rig.model->n_a()));
+  }
+  bool read(Measurement& out) override {
+    out.time = out.object_time = plant_.time();
+    out.q = plant_.q(), out.u = plant_.u();
+    return true;
+  }
+  bool command(VectorRef u, double period) override {
+    const bool pushes = holds && error_of(rig_, plant_.q()) < 3;
+    plant_.set_pushes(std::array{simulation::Push{.body = rig_.model->objects()[0].body, .force_W = {0, pushes ? 60.0 : 0.0, 0}}});
+    return plant_.advance(u, period) == Status::Solved;
+  }
+  bool holds = false;  ///< the goal is being held
+
+ private:
+  simulation::SteppedPlant plant_;
+  const Rig& rig_;
+};
+
+TEST(Run, PlansAfterTheFirst_AreBoundedWhateverCallsForThem) {
+  for (const int replans : {0, 2}) {
+    Rig rig;
+    HostilePlant plant(rig);
+    rig.how.replans = replans;
+    rig.how.duration = 200;
+    rig.how.on_sample = [&](const RunSample& sample) {
+      plant.holds = sample.plans > 0 && sample.state == RunState::Hold && sample.goal_share <= 1;
+    };
+    EXPECT_EQ(rig.run(plant), Status::MaxIterations);
+    EXPECT_EQ(rig.out.end, RunEnd::Replans) << rig.out.message;
+    EXPECT_EQ(rig.out.replans, replans);
+    EXPECT_EQ(std::count_if(rig.out.plans.begin(), rig.out.plans.end(), [](const RunPlan& p) { return p.cause[0] != 'n'; }), 1 + replans)
+        << "plans, those that were asked for again because they were refused aside";
+  }
+}
+
+// ---- pushes from outside
+
+/// The box of Rig after 1 s with its robot at rest.
+VectorXd after_pushes(std::vector<OutsidePush> pushes, double tick = 1e-3) {
+  Rig rig;
+  rig.world.pushes = std::move(pushes);
+  SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
+  const VectorXd u = plant.world().u();
+  while (plant.world().time() < 1 - 0.5 * tick) EXPECT_TRUE(plant.command(u, tick)) << plant.message();
+  return plant.world().q();
+}
+
+TEST(OutsidePushes, EachActsInItsTimeWhateverOthersThereAre) {
+  const OutsidePush first{.object = 0, .begin = 0.1, .duration = 0.3, .force_W = {0, 30, 0}};
+  const OutsidePush later{.object = 0, .begin = 5, .duration = 1, .force_W = {0, 0, 30}};
+  const VectorXd still = after_pushes({}), alone = after_pushes({first});
+  ASSERT_GT((alone - still).norm(), 0.02) << "the push does nothing: the test would say nothing";
+  EXPECT_EQ(after_pushes({first, later}), alone);
+  EXPECT_EQ(after_pushes({later, first}), alone);
+}
+
+TEST(OutsidePushes, ThatOverlap_AddUp) {
+  OutsidePush push{.object = 0, .begin = 0.1, .duration = 0.3, .force_W = {0, 15, 0}};
+  OutsidePush twice = push, back = push;
+  twice.force_W *= 2, back.force_W *= -1;
+  EXPECT_LT((after_pushes({push, push}) - after_pushes({twice})).norm(), 1e-12);
+  EXPECT_LT((after_pushes({push, back}) - after_pushes({})).norm(), 1e-12);
+  back.begin = 0.25, back.duration = 0.15;
+  push.duration = 0.15;
+  EXPECT_LT((after_pushes({push, push, back, back}) - after_pushes({push, back, push, back})).norm(), 1e-12) << "in any order";
+  EXPECT_GT((after_pushes({push, back}) - after_pushes({push})).norm(), 1e-3);
+}
+
+TEST(OutsidePushes, ThatAreShorterThanATick_GiveTheirMomentum) {
+  const OutsidePush blow{.object = 0, .begin = 0.1003, .duration = 0.0005, .force_W = {0, 2000, 0}};
+  const OutsidePush same{.object = 0, .begin = 0.1, .duration = 0.001, .force_W = {0, 1000, 0}};
+  EXPECT_LT((after_pushes({blow}) - after_pushes({same})).norm(), 1e-12);
+  EXPECT_GT((after_pushes({blow}) - after_pushes({})).norm(), 1e-3);
+}
+
 TEST(Run, InterruptedRun_HoldsTheLastCommand) {
   Rig rig;
   std::atomic<bool> cancel{false};
@@ -211,10 +308,14 @@ TEST(Run, FallingObject_EndsTheRun) {
   rig.problem.q_start[0] = 0.4;  // beside it
   rig.problem.goal.X_WG = world::object_pose(*rig.model, rig.problem.q_start, 0);
   rig.problem.goal.X_WG.p.x() = -0.08;
-  rig.planner = planning::default_options(*rig.model, 0);
+  rig.planner = {};
   EXPECT_EQ(rig.run(), Status::MaxIterations);
-  EXPECT_TRUE(rig.out.end == RunEnd::Dropped || rig.out.end == RunEnd::NoPlan) << to_string(rig.out.end);
-  EXPECT_FALSE(rig.out.reached());
+  EXPECT_EQ(rig.out.end, RunEnd::Dropped) << rig.out.message;
+  EXPECT_EQ(rig.out.dropped, 0);
+  EXPECT_TRUE(rig.out.plans.empty()) << "it fell before anything was planned";
+  const double L = rig.model->scales().object(0).length, fallen = rig.out.q(2, 0) - rig.out.q(2, rig.out.q.cols() - 1);
+  EXPECT_GE(fallen, L);
+  EXPECT_LT(fallen, 1.5 * L) << "and the run ended at once";
 }
 
 /// A plan without the time for one is a plan that found nothing, and nobody's wish to stop.
@@ -283,6 +384,20 @@ TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
   }
   EXPECT_FALSE(moving.rests());
   EXPECT_NEAR(moving.mean()[0], 0.05, 1e-12);
+}
+
+TEST(ObjectWatch, ObjectThatCameToRest_IsWhereItRestsAndNotWhereItCameThrough) {
+  Rig rig;
+  ObjectWatch watch(*rig.model, rig.problem.goal, 0.2, 0.05);
+  VectorXd q = rig.problem.q_start;
+  for (int k = 0; k <= 15; ++k) {
+    q[0] = k < 10 ? 0.1 - 0.01 * k : 0;
+    watch.add(0.01 * k, q);
+    EXPECT_EQ(watch.rests(), k == 15) << k;
+  }
+  EXPECT_GT(watch.mean()[0], 0.02);
+  watch.forget_motion();
+  EXPECT_NEAR(watch.mean()[0], 0, 1e-12);
 }
 
 TEST(ShareOffPath, LaggingObject_IsOnThePathAndOneAsideIsNot) {

@@ -8,7 +8,6 @@
 #include "planning/push_plan.hpp"
 #include "stiction/execution/free_room.hpp"
 #include "stiction/execution/push_travel.hpp"
-#include "stiction/planning/default_options.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution::test {

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <fstream>
 
+#include "stiction/contact/contact.hpp"
 #include "stiction/execution/joint_path.hpp"
+#include "stiction/tasks/touch_scenario_file.hpp"
+#include "stiction/world/robot_chains.hpp"
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"
@@ -21,6 +24,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using stiction::test::message_of;
 using stiction::test::source_dir;
+using tasks::load_touch_scenario;
 
 TouchScenario pillar() { return load_touch_scenario(source_dir() / "scenarios" / "reach_past_pillar.yaml"); }
 
@@ -62,6 +66,24 @@ TEST(JointPath, NoPointOfTheArmIsFasterThanItsSpeed) {
   EXPECT_LE(fastest, 0.2);
   EXPECT_GT(fastest, 0.05) << "it could go twice as fast";
   EXPECT_LT(nearest, 1e-2) << "the corner is cut";
+}
+
+/// Of everything that the arm may meet along a polyline of postures, looked at every tenth of a millimetre.
+double smallest_gap(const world::Model& model, const std::vector<VectorXd>& postures) {
+  const world::RobotChains chains(model);
+  contact::GeometryWorkspace work(model);
+  chains.pairs_of(chains.all(), work.pairs);
+  VectorXd q = model.neutral();
+  double out = 1;
+  for (std::size_t i = 1; i < postures.size(); ++i) {
+    const int n = static_cast<int>(std::ceil(calc_travel(model, postures[i - 1], postures[i]) / 1e-4));
+    for (int k = 0; k <= n; ++k) {
+      q.tail(model.n_a()) = postures[i - 1] + static_cast<double>(k) / n * (postures[i] - postures[i - 1]);
+      world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+      out = std::min(out, contact::calc_min_distance(model, work.kinematics, work.pairs, 0, work.contact_work));
+    }
+  }
+  return out;
 }
 
 class Map : public testing::Test {
@@ -115,12 +137,57 @@ TEST_F(Map, RouteGoesStraightWithoutATouchAndAroundItAfterwards) {
   EXPECT_EQ(around.postures.front(), scenario.arm.start);
   EXPECT_EQ(around.postures.back(), scenario.goal);
   EXPECT_GT(around.travel, straight.travel);
+  const double clearance = world::share::kClearance * length;
+  EXPECT_GE(smallest_gap(*straight.model, straight.postures), 0.5 * clearance);
+  EXPECT_GE(smallest_gap(*around.model, around.postures), 0.5 * clearance);
 }
 
 TEST_F(Map, GoalInsideOfWhatWasTouched_IsBlocked) {
   TouchMap map(model);
   map.add({.p_W = hand(*model, scenario.goal), .n_W = -Vector3d::UnitY(), .spread = 0}, length);
   EXPECT_EQ(find_route(map, std::vector{scenario.arm.start}, scenario.goal, random, {}).outcome, PathOutcome::GoalBlocked);
+}
+
+/// A thin rod of 1 m that turns about z, and a plate in its way that is thinner than the tip moves between two coarse looks. The cube is the smallest thing in the
+/// scene, so that the clearance is a millimetre.
+std::shared_ptr<const world::Model> rod_and_plate() {
+  world::Scene scene;
+  scene.name = "rod";
+  world::RobotSpec robot;
+  robot.name = "arm";
+  robot.text = R"(<robot name="rod"><link name="base"/><link name="rod">
+    <inertial><origin xyz="0.5 0 0"/><mass value="1"/><inertia ixx="1e-4" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.002 0.002"/></geometry></collision></link>
+    <joint name="turn" type="revolute"><parent link="base"/><child link="rod"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="10" velocity="1"/></joint></robot>)";
+  scene.robots.push_back(robot);
+  world::FixedSpec plate;
+  plate.name = "plate";
+  plate.X_WB.p = {0.9, 0, 0};
+  plate.geometries = {{.name = "box", .shape = world::Box{Vector3d(0.05, 0.001, 0.05)}, .X_BG = {}}};
+  scene.fixed.push_back(plate);
+  world::ObjectSpec cube;
+  cube.name = "cube";
+  cube.X_WP.p = {5, 0, 0};
+  cube.joint = world::ObjectJoint::Slider;
+  cube.mass = 0.1, cube.inertia = 1e-4 * Eigen::Matrix3d::Identity();
+  cube.geometries = {{.name = "box", .shape = world::Box{Vector3d(0.025, 0.025, 0.025)}, .X_BG = {}}};
+  scene.objects.push_back(cube);
+  return world::Model::make(scene);
+}
+
+TEST(Route, NeverLeadsThroughAThinPlate) {
+  const auto rod = rod_and_plate();
+  const TouchMap map(rod);
+  core::Random random(0, 0);
+  for (int k = 0; k < 10; ++k) {  // looks that are 0.02 rad apart meet the plate for some of these and miss it for others
+    const VectorXd from = VectorXd::Constant(1, -0.5 + 0.002 * k), to = VectorXd::Constant(1, 0.5);
+    EXPECT_EQ(find_route(map, std::vector{from}, to, random, {}).outcome, PathOutcome::NotFound) << k;
+    const VectorXd before = VectorXd::Constant(1, -0.01 - 1e-4 * k);
+    const Route beside = find_route(map, std::vector{from}, before, random, {});
+    EXPECT_EQ(beside.outcome, PathOutcome::Found) << "up to the plate there is a way";
+    EXPECT_EQ(beside.postures.size(), 2u);
+  }
 }
 
 class Touching : public testing::TestWithParam<std::uint64_t> {};

@@ -4,6 +4,7 @@
 
 #include "planning/push_plan.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::execution::test {
@@ -202,19 +203,20 @@ TEST(Transfer, ObjectThatFalls_IsReportedAsDropped) {
   EXPECT_FALSE(r.reached);
   ASSERT_TRUE(r.dropped);
   EXPECT_EQ(*r.dropped, 0);
-  EXPECT_NEAR(r.dropped_s, std::sqrt(2 * 0.03 / 10), 0.02) << "free fall through 30 mm";
+  const double L = model->scales().object(0).length;
+  EXPECT_NEAR(r.dropped_s, std::sqrt(2 * L / 10), 0.02) << "free fall through the length of the ball";
   EXPECT_EQ(r.duration_s, r.dropped_s) << "and the run ends";
   ASSERT_EQ(r.pieces.size(), 1u);
   EXPECT_FALSE(r.pieces[0].in_plan);
   EXPECT_TRUE(r.pieces[0].alone);
 
   EXPECT_FALSE(r.lost) << "nobody asked";
-  options.lost_factor = 1;  // 20 mm, before it has fallen 30
+  options.lost_factor = 1;  // 20 mm, before it has fallen by its length
   ASSERT_EQ(transfer(simulation::Plant::make(model), plan, options, {}, r), Status::Solved) << r.message;
   EXPECT_TRUE(r.lost);
   EXPECT_FALSE(r.reached || r.dropped);
   EXPECT_NEAR(r.duration_s, std::sqrt(2 * 0.02 / 10), 0.02);
-  options.lost_factor = 2;
+  options.lost_factor = 2 * L / plan.goal.tol_position;
   ASSERT_EQ(transfer(simulation::Plant::make(model), plan, options, {}, r), Status::Solved) << r.message;
   EXPECT_TRUE(r.dropped) << "what comes first";
   EXPECT_FALSE(r.lost);
@@ -229,7 +231,9 @@ TEST(Transfer, ObjectThatComesDownSoonerThanPlanned_IsNotDropped) {
   EXPECT_NEAR(early.duration_s, 0.5, 0.1);
   const TransferResult late = Falling(0.2).run(1);
   ASSERT_TRUE(late.dropped);
-  EXPECT_NEAR(late.dropped_s, std::sqrt(2 * 0.23 / 10), 0.02) << "30 mm below the lowest place that it was to have";
+  const Falling falling(0.2);
+  EXPECT_NEAR(late.dropped_s, std::sqrt(2 * (0.2 + falling.model->scales().object(0).length) / 10), 0.02)
+      << "its length below the lowest place that it was to have";
 }
 
 TEST(Transfer, BadOptions_NameTheField) {

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "planning/systems.hpp"
+#include "stiction/planning/thresholds.hpp"
 
 namespace stiction::planning::test {
 namespace {
@@ -32,9 +33,9 @@ core::Status watch(const PlanningProblem& problem, const PlannerOptions& options
 
 TEST(Growth, EveryNodeOfTheTreeIsToldOnce_AndThePlanIsTheSame) {
   const PlanningProblem problem = hand_problem();
-  for (const int trees : {1, 2}) {
+  for (const std::uint64_t seed : {0U, 1U}) {
     PlannerOptions options = hand_options();
-    options.trees = trees;
+    options.seed = seed;
     options.max_iterations = 20000;
     PlanResult alone, watched;
     std::map<int, Told> told;
@@ -66,7 +67,7 @@ TEST(Growth, EveryNodeOfTheTreeIsToldOnce_AndThePlanIsTheSame) {
 TEST(Growth, Root_HasNoParentAndIsTheStart) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
-  options.max_iterations = options.batch;
+  options.max_iterations = threshold::kBatch;
   options.tolerance_fraction = 1e-3;
   PlanResult result;
   std::map<int, Told> told;

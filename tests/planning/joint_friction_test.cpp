@@ -1,6 +1,6 @@
 // A lever that rusts is planned for: it turns when it is pushed and stays while the hand goes elsewhere.
 #include "planning/systems.hpp"
-#include "stiction/planning/default_options.hpp"
+#include "stiction/planning/sample_boxes.hpp"
 #include "stiction/planning/refine.hpp"
 
 namespace stiction::planning::test {
@@ -37,7 +37,7 @@ PlanningProblem lever_problem(double friction) {
 
 TEST(JointFriction, LeverThatRusts_IsTurnedAndStays) {
   const PlanningProblem problem = lever_problem(2.5);  // its weight pulls with 1.47 N·m
-  PlannerOptions options = default_options(*problem.model, 0);
+  PlannerOptions options;
   options.sample_boxes = default_sample_boxes(problem);
   options.threads = 2;
   options.max_iterations = 20000;

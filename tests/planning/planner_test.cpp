@@ -2,6 +2,7 @@
 
 #include "planning/simulated_plan.hpp"
 #include "planning/systems.hpp"
+#include "stiction/planning/thresholds.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/object_space.hpp"
 #include "support/message_of.hpp"
@@ -30,80 +31,59 @@ TEST(Planner, PlanarHand_ReachesTheGoalAtBothResolutions) {
       EXPECT_FALSE(segment.kind == SegmentKind::Regrasp && last == SegmentKind::Regrasp) << "consecutive regrasps";
       last = segment.kind;
       for (const auto& knot : segment.knots) {
-        EXPECT_LE((knot.u - u).cwiseAbs().maxCoeff(), options.substep->joint_angle * (1 + 1e-9));
+        EXPECT_LE((knot.u - u).cwiseAbs().maxCoeff(), result.plan.substep.joint_angle * (1 + 1e-9));
         u = knot.u;
       }
     }
   }
 }
 
-TEST(Planner, RefinedFraction_IsWhereHalfTheSubStepsMayEnd) {
+/// Whole and half sub-steps agree on every edge of a plan.
+TEST(Planner, Edges_AgreeAtBothResolutions) {
   const PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
-  options.tolerance_fraction = 0.02;
-  options.refined_fraction = 0.3;
-  int farther = 0;
-  for (options.seed = 0; options.seed < 6; ++options.seed) {
-    PlanResult result;
-    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved) << "seed " << options.seed;
-    const auto share = [&](int parts) {
-      return goal_error(*problem.model, simulate(problem, result.plan, parts), problem.goal).share(problem.goal);
-    };
-    EXPECT_LE(share(1), options.tolerance_fraction + 1e-9);
-    EXPECT_LE(share(2), *options.refined_fraction);
-    farther += share(2) > options.tolerance_fraction;
-  }
-  EXPECT_GT(farther, 0);
-}
-
-// Half of all edges disagree somewhere at a hundredth of the tolerances: what is left of them has to carry the search.
-TEST(Planner, EdgesThatDisagree_AreBuiltOnUpToWhereTheyDo) {
-  const PlanningProblem problem = hand_problem();
-  PlannerOptions options = hand_options();
-  options.fidelity_edge = 0.01;
-  PlanResult result;
-  ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
-  EXPECT_GT(result.distrusted, 0);
   const world::ObjectSpace space(*problem.model);
-  Plan part = result.plan;
-  part.segments.clear();
-  Eigen::VectorXd before = Eigen::VectorXd::Zero(3), after(3);
-  for (const Segment& segment : result.plan.segments) {
-    part.segments.push_back(segment);
-    space.error(segment.knots.back().q.data(), simulate(problem, part, 2).data(), after.data());
-    const double share = world::largest_share(*problem.model, after - before, problem.goal.tol_position, problem.goal.tol_angle);
-    EXPECT_LE(share, options.fidelity_edge * (1 + 1e-3)) << "edge " << part.segments.size();
-    before = after;
+  for (options.seed = 0; options.seed < 3; ++options.seed) {
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+    Plan part = result.plan;
+    part.segments.clear();
+    Eigen::VectorXd before = Eigen::VectorXd::Zero(3), after(3);
+    for (const Segment& segment : result.plan.segments) {
+      part.segments.push_back(segment);
+      space.error(segment.knots.back().q.data(), simulate(problem, part, 2).data(), after.data());
+      const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(*problem.model, e, problem.goal.tol_position, problem.goal.tol_angle); };
+      EXPECT_LE(share(after - before), threshold::kFidelityEdge * (1 + 1e-3)) << "edge " << part.segments.size();
+      EXPECT_LE(share(after), threshold::kFidelityPath * (1 + 1e-3)) << "edge " << part.segments.size();
+      before = after;
+    }
   }
 }
 
-/// (P.11): however far a push has strained the springs, the next one starts from there, or from as much of it as grip_force leaves.
-TEST(Planner, GripForce_APushStartsWithTheGripOfTheOneBefore) {
+/// (P.11): however far a push has strained the springs, the next one starts from there, or from as much of it as the preload leaves.
+TEST(Planner, Preload_APushStartsWithTheGripOfTheOneBefore) {
   const PlanningProblem problem = hand_problem();
   const auto& model = *problem.model;
-  for (const double grip : {0.5, 1e6}) {
-    PlannerOptions options = hand_options();
-    options.grip_force = grip;
-    const double length = std::get<CappedLength>(options.length).length;
-    int kept = 0, pushes = 0;
-    for (options.seed = 0; options.seed < 4; ++options.seed) {
-      PlanResult result;
-      ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
-      const auto& segments = result.plan.segments;
-      for (std::size_t s = 1; s < segments.size(); ++s) {
-        if (segments[s].kind != SegmentKind::Contact) continue;
-        const auto& before = segments[s - 1].knots.back();
-        const Eigen::VectorXd q_a = before.q.tail(model.n_a()), strain = before.u - q_a;
-        const double force = strain.cwiseProduct(model.stiffness()).cwiseQuotient(model.reach()).cwiseAbs().maxCoeff();
-        const Eigen::VectorXd start = q_a + std::min(1.0, grip / force) * strain, end = segments[s].knots.back().u;
-        EXPECT_LE((end - start).norm(), length * (1 + 1e-9)) << "grip " << grip << ", seed " << options.seed << ", segment " << s;
-        kept += (end - q_a).norm() > length * (1 + 1e-9);
-        ++pushes;
-      }
+  const double grip = SceneThresholds(model, 0).preload;
+  PlannerOptions options = hand_options();
+  int kept = 0, pushes = 0;
+  for (options.seed = 0; options.seed < 4; ++options.seed) {
+    PlanResult result;
+    ASSERT_EQ(plan(problem, options, {}, result), Status::Solved);
+    const auto& segments = result.plan.segments;
+    for (std::size_t s = 1; s < segments.size(); ++s) {
+      if (segments[s].kind != SegmentKind::Contact) continue;
+      const auto& before = segments[s - 1].knots.back();
+      const Eigen::VectorXd q_a = before.q.tail(model.n_a()), strain = before.u - q_a;
+      const double force = strain.cwiseProduct(model.stiffness()).cwiseQuotient(model.reach()).cwiseAbs().maxCoeff();
+      const Eigen::VectorXd start = q_a + std::min(1.0, grip / force) * strain, end = segments[s].knots.back().u;
+      EXPECT_LE((end - start).norm(), threshold::kLength * (1 + 1e-9)) << "seed " << options.seed << ", segment " << s;
+      kept += (end - q_a).norm() > threshold::kLength * (1 + 1e-9);
+      ++pushes;
     }
-    EXPECT_GT(pushes, 20);
-    EXPECT_GT(kept, 0) << "some push goes farther than it could from the joints";
   }
+  EXPECT_GT(pushes, 10);
+  EXPECT_GT(kept, 0) << "some push goes farther than it could from the joints";
 }
 
 TEST(Planner, Friction_IsThatOfEveryStepOfThePlan) {
@@ -133,18 +113,17 @@ void expect_same_bits(const Plan& a, const Plan& b) {
 
 TEST(Planner, SameSeed_SameBitsForAnyNumberOfThreads) {
   const PlanningProblem problem = hand_problem();
-  for (const int trees : {1, 2, 3}) {
+  for (const std::uint64_t seed : {3U, 4U, 5U}) {
     std::vector<PlanResult> results(3);
     for (int i = 0; i < 3; ++i) {
       PlannerOptions options = hand_options();
-      options.seed = 3;
+      options.seed = seed;
       options.threads = 1 + i;
-      options.trees = trees;
-      ASSERT_EQ(plan(problem, options, {}, results[static_cast<std::size_t>(i)]), Status::Solved) << trees;
+      ASSERT_EQ(plan(problem, options, {}, results[static_cast<std::size_t>(i)]), Status::Solved) << seed;
     }
     for (int i = 1; i < 3; ++i) {
       const PlanResult &a = results[0], &b = results[static_cast<std::size_t>(i)];
-      EXPECT_EQ(a.iterations, b.iterations) << trees;
+      EXPECT_EQ(a.iterations, b.iterations) << seed;
       EXPECT_EQ(a.nodes, b.nodes);
       EXPECT_EQ(a.steps, b.steps);
       EXPECT_EQ(a.regrasps.tried, b.regrasps.tried);
@@ -153,30 +132,21 @@ TEST(Planner, SameSeed_SameBitsForAnyNumberOfThreads) {
   }
 }
 
-/// The first tree grows as it would alone; it is either done first, or another one was with less.
-TEST(Planner, TreesSideBySide_TheFirstThatIsDoneGivesThePlan) {
-  const PlanningProblem problem = hand_problem();
+/// An edge that verification refuses is not the best one, and an unsolved plan does not end with it.
+TEST(Planner, PlanOfAnUnsolvedRun_EndsWhereHalfStepsDo) {
+  PlanningProblem problem = hand_problem();
+  problem.goal.tol_position = 1e-4;  // close, so that many edges at the goal are refused
+  problem.goal.tol_angle = 1e-3;
   PlannerOptions options = hand_options();
-  int first = 0;
-  constexpr int kSeeds = 12;
-  for (int seed = 0; seed < kSeeds; ++seed) {
-    PlanResult alone, both;
-    options.seed = static_cast<std::uint64_t>(seed);
-    options.trees = 1;
-    options.batch = 4;
-    ASSERT_EQ(plan(problem, options, {}, alone), Status::Solved);
-    options.trees = 2;
-    options.batch = 8;
-    ASSERT_EQ(plan(problem, options, {}, both), Status::Solved);
-    if (both.nodes > alone.nodes && both.cost == alone.cost) {
-      ++first;
-      expect_same_bits(both.plan, alone.plan);
-    } else {
-      EXPECT_LT(both.steps, 2 * alone.steps) << "two trees that have cost as much";
-    }
+  options.max_iterations = 400;
+  int unsolved = 0;
+  for (options.seed = 0; options.seed < 6; ++options.seed) {
+    PlanResult result;
+    if (plan(problem, options, {}, result) == Status::Solved) continue;
+    ++unsolved;
+    EXPECT_GT(result.plan.error.share(problem.goal), options.tolerance_fraction) << "a plan at its goal would be solved, seed " << options.seed;
   }
-  EXPECT_GT(first, 0);
-  EXPECT_LT(first, kSeeds);
+  EXPECT_GT(unsolved, 0);
 }
 
 TEST(Planner, UnreachableGoal_KeepsTheBestPath) {
@@ -192,11 +162,10 @@ TEST(Planner, UnreachableGoal_KeepsTheBestPath) {
 }
 
 TEST(Planner, Tree_LeadsFromEveryNodeToTheStart) {
-  const PlanningProblem problem = hand_problem();
+  PlanningProblem problem = hand_problem();
   PlannerOptions options = hand_options();
   options.max_iterations = 200;
-  options.stop_at_goal = false;
-  options.threads = 1;  // which takes all turns: it is the calling one that reports
+  problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
   long reports = 0;
   double fraction = 0, elapsed_s = 0;
   core::RunControl control;
@@ -210,8 +179,8 @@ TEST(Planner, Tree_LeadsFromEveryNodeToTheStart) {
   };
   PlanResult result;
   (void)plan(problem, options, control, result);
-  ASSERT_EQ(static_cast<long>(result.tree.size()), result.nodes);
-  ASSERT_GT(result.nodes, 20);
+  ASSERT_LE(static_cast<long>(result.tree.size()), result.nodes) << "the better one of two trees";
+  ASSERT_GT(result.tree.size(), 10U);
   EXPECT_EQ(result.tree[0].parent, -1);
   const world::Pose start = world::object_pose(*problem.model, problem.q_start, problem.goal.object);
   EXPECT_LT((result.tree[0].X_WB.p - start.p).norm(), 1e-2);
@@ -244,13 +213,11 @@ TEST(Planner, DeadlineInThePast_EndsBeforeTheFirstRound) {
   EXPECT_EQ(result.iterations, 0);
 }
 
-/// A ball that a pusher on two sliders may push along a slide, on a floor or not.
 TEST(Planner, ProgressAndBudget_AreReported) {
-  const PlanningProblem problem = hand_problem();
+  PlanningProblem problem = hand_problem();
+  problem.goal.X_WG.p += Eigen::Vector3d(0, 0, 3);  // out of reach
   PlannerOptions options = hand_options();
-  options.stop_at_goal = false;
   options.max_iterations = 100;
-  options.threads = 1;  // which takes all turns: it is the calling one that reports
   long calls = 0, last = 0;
   core::RunControl control;
   control.on_progress = [&](const core::Progress& p) {
@@ -262,7 +229,7 @@ TEST(Planner, ProgressAndBudget_AreReported) {
   EXPECT_EQ(plan(problem, options, control, result), Status::MaxIterations);
   EXPECT_EQ(result.iterations, 100);
   EXPECT_EQ(last, 100);
-  EXPECT_EQ(calls, 13);  // rounds of 8
+  EXPECT_EQ(calls, (100 + threshold::kBatch - 1) / threshold::kBatch) << "one for each round";
 }
 
 TEST(Planner, CancelledTreesSideBySide_TheNearestIsKept) {
@@ -271,7 +238,6 @@ TEST(Planner, CancelledTreesSideBySide_TheNearestIsKept) {
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     PlannerOptions options = hand_options();
     options.seed = seed;
-    options.threads = 1;
     std::atomic<bool> stop = false;
     double best = 0;
     core::RunControl control;

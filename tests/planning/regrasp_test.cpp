@@ -28,15 +28,16 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   const core::RunControl control;
   SimulationScratch scratch(model, control);
   const Eigen::VectorXd q = allegro_start();
+  const Allowance& allowed = setting.thresholds.regrasp;
   RegraspCounts counts;
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(9, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    if (!try_regrasp(setting, q, q.tail(16), {contact::draw_grasp(setting.chains, options.sampler, random), true}, {}, random, scratch,
+    if (!try_regrasp(setting, q, q.tail(16), {contact::draw_grasp(setting.chains, contact::GenericSampler{}, random), true}, {}, random, scratch,
                      regrasp, counts))
       continue;
-    for (const double friction : {1.0, options.regrasp_friction}) {  // an own simulation of every knot
-      dynamics::StepOptions step_options;
+    for (const double friction : {1.0, threshold::kRegraspFriction}) {  // an own simulation of every knot
+      dynamics::StepOptions step_options = setting.exact;
       step_options.friction_scale = friction;
       Eigen::VectorXd now = q;
       dynamics::StepResult result;
@@ -44,7 +45,7 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
       for (const auto& knot : regrasp.knots) {
         ASSERT_EQ(dynamics::step(*model, {now, knot.u}, step_options, scratch.steps, result), core::Status::Solved);
         now = result.q_next;
-        EXPECT_LE(setting.goal.share(q, now, options.regrasp_tol_position + 1e-5, options.regrasp_tol_angle + 1e-4), 1);
+        EXPECT_LE(setting.goal.share(q, now, allowed.position + 1e-5, allowed.angle + 1e-4), 1);
       }
     }
   }
@@ -68,7 +69,7 @@ TEST(TryRegrasp, BallThatIsFreeToRoll_IsLeftAsTheLastResortOnly) {
       Regrasp regrasp;
       try_regrasp(setting, q, q.tail(16), {setting.chains.all(), last_resort}, {}, random, scratch, regrasp, counts);
       EXPECT_FALSE(regrasp.stuck);
-      EXPECT_TRUE(regrasp.loose);
+      EXPECT_TRUE(regrasp.unstable);
     }
     EXPECT_EQ(counts.accepted > 0, last_resort);
   }
@@ -86,7 +87,7 @@ struct HandRegrasps {
   Eigen::VectorXd q = hand_problem().q_start;
 
   bool attempt(const GraspJudge& judge, core::Random& random, Regrasp& out, RegraspCounts& counts) {
-    const world::ChainMask draw = contact::draw_grasp(setting.chains, options.sampler, random);
+    const world::ChainMask draw = contact::draw_grasp(setting.chains, contact::GenericSampler{}, random);
     return try_regrasp(setting, q, q.tail(4), {draw}, judge, random, scratch, out, counts);
   }
 };
@@ -96,7 +97,7 @@ TEST(FreeOnItsWay, TouchOnTheWayCountsAtItsEndsNot) {
   core::Random random(4, 0);
   const world::ChainMask draw{hand.setting.chains.all()};
   const auto sample =
-      contact::sample_contact(*hand.model, hand.setting.chains, hand.options.sampler, draw, hand.q, random, hand.scratch.geometry);
+      contact::sample_contact(*hand.model, hand.setting.chains, contact::GenericSampler{}, draw, hand.q, random, hand.scratch.geometry);
   ASSERT_TRUE(sample);
   const auto at = [&](double share) {  // of the way from the start, which is free, to the contact sample
     dynamics::Knot knot;
@@ -121,7 +122,7 @@ TEST(FreeOnItsWay, TouchOnTheWayCountsAtItsEndsNot) {
 TEST(TryRegrasp, AcceptedOnes_HoldTheObjectForAsLongAsCommandsRest) {
   HandRegrasps hand("planar_hand_fixed_y");
   hand.q = (Eigen::VectorXd(6) << 0.35, 0, hand_problem().q_start.tail(4)).finished();
-  const double resting_move = kRestingMove * hand.model->scales().robots().length;  // in a step, when it was taken to rest
+  const Allowance& rest = hand.setting.thresholds.rest;  // in a step, when it was taken to rest
   RegraspCounts counts;
   for (int attempt = 0; attempt < 100; ++attempt) {
     core::Random random(13, static_cast<std::uint64_t>(attempt));
@@ -132,17 +133,16 @@ TEST(TryRegrasp, AcceptedOnes_HoldTheObjectForAsLongAsCommandsRest) {
     hand.scratch.steps.forget();
     for (int k = 0; k < 100; ++k) {
       ASSERT_EQ(dynamics::step(*hand.model, {now, regrasp.knots.back().u}, {}, hand.scratch.steps, result), core::Status::Solved);
-      EXPECT_LE(hand.setting.goal.share(now, result.q_next, 2 * resting_move, 2 * kRestingTurn), 1) << attempt << ", step " << k;
+      EXPECT_LE(hand.setting.goal.share(now, result.q_next, 2 * rest.position, 2 * rest.angle), 1) << attempt << ", step " << k;
       now = result.q_next;
     }
   }
   EXPECT_GT(counts.accepted, 10);
 }
 
-/// Postures promise more the later they were drawn, and the first two of those that promise most turn out in the opposite order.
+/// Postures promise more the later they were drawn, and the simulated ones of those that promise most turn out in the opposite order.
 TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
   HandRegrasps hand;
-  hand.options.grasp_trials = 2;
   RegraspCounts counts;
   int best_taken = 0;
   for (int attempt = 0; attempt < 40; ++attempt) {
@@ -161,10 +161,10 @@ TEST(TryRegrasp, Trials_TakeWhatWasSimulatedBestOfThoseThatPromiseMost) {
     };
     Regrasp regrasp;
     const bool held = hand.attempt(judge, random, regrasp, counts);
-    ASSERT_EQ(simulated.size(), std::min<std::size_t>(2, drawn.size()));
+    ASSERT_EQ(simulated.size(), std::min<std::size_t>(threshold::kTrials, drawn.size()));
     for (std::size_t i = 0; i < simulated.size(); ++i) EXPECT_EQ(simulated[i], drawn[drawn.size() - 1 - i]);
-    if (!held || simulated.size() < 2) continue;
-    best_taken += (regrasp.knots.back().u - simulated[1]).norm() < 1e-9;
+    if (!held || simulated.size() < threshold::kTrials) continue;
+    best_taken += (regrasp.knots.back().u - simulated.back()).norm() < 1e-9;
   }
   EXPECT_GT(counts.accepted, 10);
   EXPECT_GT(best_taken, counts.accepted * 3 / 4) << "the others had no path";

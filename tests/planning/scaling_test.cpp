@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "planning/systems.hpp"
-#include "stiction/planning/default_options.hpp"
+#include "stiction/planning/sample_boxes.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace stiction::planning::test {
@@ -60,7 +60,7 @@ TEST(Scaling, TaskOfAnotherSize_GetsTheSamePlan) {
   Eigen::MatrixXd first;
   for (const double s : {1.0, 1.0 / 64, 1.0 / 8, 8.0, 128.0}) {
     const PlanningProblem problem = pushing(s);
-    PlannerOptions options = default_options(*problem.model, 0);
+    PlannerOptions options;
     options.max_iterations = 20000;
     PlanResult result;
     ASSERT_EQ(plan(problem, options, {}, result), Status::Solved) << s;
@@ -107,7 +107,7 @@ TEST(Scaling, TaskOfAnotherWeight_GetsTheSamePlan) {
   Eigen::MatrixXd first;
   for (const double m : {1.0, 0x1p-20, 0x1p-7, 0x1p7, 0x1p13}) {  // 10⁻⁶ to 10⁴
     const PlanningProblem problem = pushing_over_ground(m);
-    PlannerOptions options = default_options(*problem.model, 0);
+    PlannerOptions options;
     options.max_iterations = 20000;
     PlanResult result;
     ASSERT_EQ(plan(problem, options, {}, result), Status::Solved) << m;

@@ -32,8 +32,6 @@ inline PlanningProblem hand_problem() {
 inline PlannerOptions hand_options() {
   PlannerOptions options;
   options.threads = 2;
-  options.grasp_probability = 0.2;
-  options.gamma = 1e-4;
   world::SampleBox box;
   box.lower = Eigen::Vector3d(-0.3, 0.3, -0.01);
   box.upper = Eigen::Vector3d(0.3, 0.5, 3.15);

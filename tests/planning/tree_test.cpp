@@ -9,7 +9,7 @@ namespace stiction::planning::test {
 namespace {
 
 struct RandomTree {
-  explicit RandomTree(const std::string& task) : model(load_model(task)), space(*model), tree(space), random(6, 0) {
+  explicit RandomTree(const std::string& task) : model(load_model(task)), space(*model), tree(space, Eigen::VectorXd::Ones(space.n_v())), random(6, 0) {
     goal = model->neutral().head(model->n_qu());
     for (int i = 0; i < 200; ++i) {
       Node node;
@@ -58,50 +58,21 @@ TEST(Tree, Nearest_IsTheBruteForceMinimum) {
   }
 }
 
-TEST(Tree, GoalNodes_AreTakenOnceInOrderOfDistance) {
-  RandomTree t("planar_pushing");
-  double last = 0;
-  std::vector<char> seen(200, 0);
-  for (int k = 0; k < 200; ++k) {
-    const int i = t.tree.take_nearest_to_goal();
-    ASSERT_GE(i, 0);
-    EXPECT_FALSE(seen[static_cast<std::size_t>(i)]);
-    seen[static_cast<std::size_t>(i)] = 1;
-    EXPECT_GE(t.distance(i, t.goal), last * (1 - 1e-6));
-    last = t.distance(i, t.goal);
-  }
-  EXPECT_EQ(t.tree.take_nearest_to_goal(), -1);
-}
-
-TEST(Tree, ExtensionWithoutProgress_IsNotTakenToTheGoalButStaysInTheTree) {
-  RandomTree t("planar_pushing");
-  for (const double share : {0.96, 0.94}) {
-    Node node = t.tree[0];
-    node.parent = 0;
-    node.goal_distance = share * t.tree[0].goal_distance;
-    node.local.set(node.q, Eigen::MatrixXd::Identity(t.model->n_v(), t.model->n_a()), t.model->n_qu(),
-                   Eigen::VectorXd::Constant(t.model->n_vu(), 1e-4));
-    node.local.c_u = t.goal;  // at distance 0: it would be the first to be taken
-    const int added = t.tree.add(node, t.goal);
-    EXPECT_EQ(t.tree.take_nearest_to_goal() == added, share < 0.95);
-  }
-}
-
-TEST(Tree, NodesToPushOnFrom_AreThoseNearTheGoalMoreOften) {  // in which order: tests/planning/front_test.cpp
+TEST(Tree, NodesOfTheFrontier_AreThoseNearTheGoalMoreOften) {  // in which order: tests/planning/frontier_test.cpp
   RandomTree t("planar_pushing");
   int nearest = 0;
   for (int i = 1; i < t.tree.size(); ++i) {
     if (t.tree[i].goal_distance < t.tree[nearest].goal_distance) nearest = i;
   }
   std::vector<int> taken(200, 0);
-  for (int k = 0; k < 2000; ++k) ++taken[static_cast<std::size_t>(t.tree.take_for_push())];
+  for (int k = 0; k < 2000; ++k) ++taken[static_cast<std::size_t>(t.tree.take(false))];
   EXPECT_GT(taken[static_cast<std::size_t>(nearest)], 2 * taken[0]) << "0 is the farthest";
-  EXPECT_GT(taken[0], 0) << "what is tried often wears, and all get their turn";
+  EXPECT_GT(taken[0], 0) << "nodes that are visited often come later, and all get their turn";
 }
 
-TEST(Tree, FollowedNode_ComesBackAsFarAsItIsByThat) {
+TEST(Tree, ReplayedNode_ComesBackAsFarAsItIsByThat) {
   RandomTree t("planar_pushing");
-  const int nearest = t.tree.take_for_push();
+  const int nearest = t.tree.take(false);
   EdgeReplay replay;
   replay.q_fine = t.tree[nearest].q;
   t.tree.set_replay(nearest, replay, 20, 1000);
@@ -109,8 +80,20 @@ TEST(Tree, FollowedNode_ComesBackAsFarAsItIsByThat) {
   EXPECT_EQ(t.tree[nearest].goal_ratio, 20);
   EXPECT_EQ(t.tree[nearest].goal_distance, 1000);
   int again = 0;
-  for (int k = 0; k < 400; ++k) again += t.tree.take_for_push() == nearest;
+  for (int k = 0; k < 400; ++k) again += t.tree.take(false) == nearest;
   EXPECT_LE(again, 1);  // it was in the queue as near as it had seemed
+}
+
+TEST(Tree, Best_IsTheNearestThatIsNotPruned) {
+  RandomTree t("planar_pushing");
+  for (int i = 0; i < t.tree.size(); ++i) t.tree.set_replay(i, {.q_fine = t.tree[i].q, .disturbed = {}}, 1 + i, 1);
+  EXPECT_EQ(t.tree.best(), 0);
+  t.tree.prune(0);
+  EXPECT_EQ(t.tree.best(), 1) << "a node that verification refused is not carried out";
+  t.tree.set_replay(1, {.q_fine = t.tree[1].q, .disturbed = {}}, 1000, 1);
+  EXPECT_EQ(t.tree.best(), 2);
+  t.tree.prune_subtree(2);
+  EXPECT_FALSE(t.tree.pruned(t.tree.best()));
 }
 
 TEST(Tree, BuriedNode_IsNeverFoundAgain) {
@@ -118,9 +101,8 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   const int first = t.tree.nearest(t.goal);
   t.tree.prune(first);
   EXPECT_NE(t.tree.nearest(t.goal), first);
-  for (int k = 0; k < 199; ++k) EXPECT_NE(t.tree.take_nearest_to_goal(), first);
-  for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_for_regrasp(), first);
-  for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_for_push(), first);
+  for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take(true), first);
+  for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take(false), first);
 }
 
 TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
@@ -137,33 +119,22 @@ TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
   EXPECT_EQ(t.tree.prune_subtree(kNode), expected);
   EXPECT_EQ(t.tree.prune_subtree(kNode), 0) << "a second time";
   for (int i = 0; i < t.tree.size(); ++i) EXPECT_EQ(t.tree.pruned(i), behind(i) || i == kNode + 20) << i;
-  int found = 0;
-  for (int i = t.tree.take_nearest_to_goal(); i >= 0; i = t.tree.take_nearest_to_goal(), ++found) EXPECT_FALSE(behind(i)) << i;
-  EXPECT_EQ(found, 200 - expected - 1);
+  for (int k = 0; k < 500; ++k) EXPECT_FALSE(behind(t.tree.take(k % 2 == 0)));
 }
 
-TEST(Tree, GraspsForASubgoal_StartWhereTheObjectIsNearest) {
+TEST(Tree, NodesForAChangeOfContacts_AreThoseThatCanLetGo) {
   RandomTree t("planar_pushing");
-  Node grasp;
+  Node grasp = t.tree[0];
   grasp.parent = 0;
   grasp.edge = SegmentKind::Regrasp;
-  grasp.q = t.tree[0].q;
-  grasp.local = t.tree[0].local;
+  grasp.goal_distance = 0;
   grasp.local.set(grasp.q, t.tree[0].local.B_u, t.model->n_qu(), Eigen::VectorXd::Constant(t.model->n_vu(), 1e-4));
   const int regrasp = t.tree.add(grasp, t.goal);
-  for (int query = 0; query < 50; ++query) {
-    const Eigen::VectorXd q_u = Eigen::VectorXd::NullaryExpr(3, [&] { return t.random.normal(); });
-    const auto distance = [&](int i) {
-      Eigen::Vector3d e = q_u - t.tree[i].q.head(3);
-      e[2] = std::remainder(e[2], 2 * std::numbers::pi);
-      return e.squaredNorm();
-    };
-    const int near = t.tree.nearest_for_regrasp(q_u);
-    ASSERT_NE(near, regrasp) << "another grasp starts where this one did";
-    for (int i = 0; i < regrasp; ++i) EXPECT_LE(distance(near), distance(i) * (1 + 1e-9)) << i;
-  }
+  EXPECT_NE(t.tree.take(true), regrasp) << "another grasp starts where this one did";
+  EXPECT_EQ(t.tree.take(false), regrasp) << "the nearest";
   for (int i = 0; i < regrasp; ++i) t.tree.set_cannot_release(i);
-  EXPECT_EQ(t.tree.nearest_for_regrasp(t.goal), -1);
+  EXPECT_EQ(t.tree.take(true), -1);
+  EXPECT_GE(t.tree.take(false), 0);
 }
 
 TEST(Tree, PathTo_GoesFromTheRootAlongParents) {

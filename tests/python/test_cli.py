@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import signal
 
 import children
@@ -278,8 +279,9 @@ def test_json_also_when_refused():
     [
         ("planar_hand", {"goals": {}}, ("task.yaml:", "goals", "unknown key")),
         ("planar_hand", {"planner": {"goal_bais": 1}}, ("planner.goal_bais", "did you mean 'goal_bias'")),
-        ("planar_hand", {"planner": {"advanced": {"gamma": "much"}}}, ("planner.advanced.gamma", "'much'", "a number")),
-        ("planar_hand", {"planner": {"advanced": {"h": float("inf")}}}, ("planner.advanced.h", "finite")),
+        ("planar_hand", {"planner": {"thesis": {"gamma": "much"}}}, ("planner.thesis.gamma", "'much'", "a number")),
+        ("planar_hand", {"planner": {"thesis": {"h": float("inf")}}}, ("planner.thesis.h", "finite")),
+        ("planar_hand", {"planner": {"advanced": {"h": 0.1}}}, ("planner.advanced", "the planner sets what stood there", "docs/options.md")),
         ("planar_hand", {"tolerance": {"angle": float("nan")}}, ("tolerance.angle", "finite")),
         ("planar_hand", {"start": {"joints": [0, 0, 0, 9]}}, ("start.joints", "joint_2 = 9", "joint limits")),
         ("planar_hand", {"start": {"joints": {"left/elbow": 0}}}, ("left/elbow",)),
@@ -424,14 +426,14 @@ def test_forged_plans_fail_the_check(plan, tmp_path, change):
     assert {item["name"] for item in report["checks"] if not item["pass"]} - before, "no check fails that did not fail before"
 
 
-def test_regrasps_of_a_cube_on_a_palm_are_not_loose(tmp_path):
+def test_releases_of_a_cube_on_a_palm_are_stable(tmp_path):
     done = run("plan", "allegro_cube", "--seed", 0, "-o", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
     regrasps = json.loads(done.stdout)["regrasps"]
-    assert regrasps["in_plan"] > 0 and regrasps["loose"] == 0
-    assert "\n  loose" not in done.stderr
+    assert regrasps["in_plan"] > 0 and regrasps["unstable"] == 0
+    assert "\n  unstable" not in done.stderr
     report = json.loads(run("check", tmp_path, "--json").stdout)
-    assert next(item["value"] for item in report["checks"] if item["name"] == "loose_regrasps") == 0
+    assert next(item["value"] for item in report["checks"] if item["name"] == "unstable_releases") == 0
 
 
 def test_contacts_of_plans_by_coulombs_law_stay_closed(tmp_path):
@@ -487,6 +489,25 @@ def test_bench_prints_the_agreed_object(rows):
     for row in data["results"]:
         assert list(row) == ["name", "median_s", "p95_s", "p99_s", "published_s", "peer_s", "ratio", "allocations", "contacts"]
         assert row["median_s"] > 0
+
+
+def test_bench_without_its_program_says_what_to_do(tmp_path):
+    """A wheel carries `stiction` alone."""
+    alone = tmp_path / "stiction"
+    shutil.copy2(PROGRAM, alone)
+    done = subprocess.run([alone, "bench", "--json"], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 70
+    assert str(tmp_path / "stiction-bench") in done.stderr and "make bench" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert json.loads(done.stdout)["status"] == "Error"
+
+
+def test_bench_passes_its_words_on():
+    done = run("bench", "--help")
+    assert done.returncode == 0 and "--filter" in done.stdout and "--repeat" in done.stdout
+    done = run("bench", "--repeat", 0, "--json")
+    assert done.returncode == 2 and json.loads(done.stdout)["status"] == "InvalidInput"
+    assert "--repeat" in done.stderr and "`stiction bench --help`" in done.stderr
 
 
 def test_bench_times_steps_of_a_task(tmp_path):

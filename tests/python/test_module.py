@@ -462,9 +462,9 @@ def test_lint_names_what_is_hardly_meant(pushing: st.Task) -> None:
 
 
 def test_plan_goes_by_its_options(pushing: st.Task) -> None:
-    result = st.plan(pushing, options={"max_iterations": 3, "stop_at_goal": False, "record_tree": True}, seed=5)
-    assert result.iterations >= 3 and len(result.tree) == result.nodes and result.tree_errors.shape == (result.nodes, 2)
-    assert result.seed == 5 and result.options.max_iterations == 3
+    result = st.plan(pushing, options={"max_iterations": 30, "thesis": {"stop_at_goal": False}}, seed=5)
+    assert result.iterations == 30 and len(result.tree) == result.nodes and result.tree_errors.shape == (result.nodes, 2)
+    assert result.seed == 5 and result.options.max_iterations == 30
     assert result.tree[1].edge in (st.SegmentKind.Contact, st.SegmentKind.Regrasp)
     again = st.plan(pushing, options=result.options, threads=1)
     assert again.seed == 5 and np.array_equal(again.plan.q, result.plan.q)

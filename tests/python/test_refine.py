@@ -108,14 +108,9 @@ def hardest_brace(plan: dict) -> float:
     return max((abs(normal(c)) for c in contacts if {c["a"], c["b"]} <= robot_or_fixed), default=0)
 
 
-def test_arms_do_not_lean_on_each_other_where_the_task_says_so(stiction, root: Path, tmp_path: Path) -> None:
-    def lean(seed: int, limit: float | None) -> float:
-        task = tmp_path / "task.yaml"
-        task.write_text(yaml.safe_dump({"base": str(root / "tasks/iiwa_bimanual.yaml"), "planner": {"advanced": {"brace_force": limit}}}))
-        done = stiction("plan", task, "--seed", seed, "-o", tmp_path)
+def test_arms_do_not_lean_on_each_other(stiction, root: Path, tmp_path: Path) -> None:
+    """A push ends before the robot presses on itself harder than with five times the weight of the bucket of 0.5 kg."""
+    for seed in range(3):
+        done = stiction("plan", "iiwa_bimanual", "--seed", seed, "-o", tmp_path)
         assert done.returncode == 0, done.stderr
-        return hardest_brace(json.loads((tmp_path / "plan.json").read_text()))
-
-    leaning = next((seed for seed in range(16) if lean(seed, None) > 10), None)
-    assert leaning is not None, "without it some do"
-    assert lean(leaning, 5) <= 5
+        assert hardest_brace(json.loads((tmp_path / "plan.json").read_text())) <= 5 * 0.5 * 9.81 * 1.01

@@ -91,4 +91,4 @@ def test_options_of_the_planner_are_written_down_as_the_program_has_them():
 
 def test_users_have_ten_options():
     schema = json.loads((ROOT / "tasks/schema/planner.schema.json").read_text())
-    assert len(set(schema["properties"]) - {"advanced"}) <= 10
+    assert len(set(schema["properties"]) - {"thesis"}) <= 10

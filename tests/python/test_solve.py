@@ -51,8 +51,8 @@ def test_plan_that_does_not_hold_is_kept_and_said_so(stiction, tmp_path: Path) -
 
 def test_interrupted_run_keeps_the_best_plan(interrupted, root: Path, tmp_path: Path) -> None:
     endless = tmp_path / "task.yaml"
-    changes = {"max_iterations": 2**31 - 1, "advanced": {"stop_at_goal": False}}
-    endless.write_text(yaml.safe_dump({"base": str(root / "tasks/planar_hand.yaml"), "planner": changes}))
+    out_of_reach = {"goal": {"objects": {"ball": {"coordinates": [0, 3, 0]}}}, "planner": {"max_iterations": 2**31 - 1}}
+    endless.write_text(yaml.safe_dump({"base": str(root / "tasks/planar_hand.yaml"), **out_of_reach}))
     done = interrupted("solve", endless, "--timeout", 60, "-o", tmp_path, "--json")
     assert done.returncode == 130, done.stderr
     assert json.loads(done.stdout)["status"] == "Cancelled"

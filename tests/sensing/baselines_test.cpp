@@ -4,14 +4,16 @@
 #include <array>
 
 #include "sensing/robots.hpp"
+#include "sensing_baselines/line_of_action.hpp"
+#include "sensing_baselines/metropolis.hpp"
+#include "sensing_baselines/particle_filter.hpp"
 #include "stiction/sensing/known_contacts.hpp"
-#include "stiction/sensing/line_of_action.hpp"
-#include "stiction/sensing/metropolis.hpp"
-#include "stiction/sensing/particle_filter.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::sensing::test {
 namespace {
+
+using namespace bench;
 
 constexpr double kNear = 0.01;  // [m]
 constexpr double kNoise = 0.1;  // assumed by all [N m]
@@ -26,7 +28,7 @@ KnownCase make_case(core::Random& random) {
                           FrictionCone(1, 4), 10, random);
 }
 
-bool is_near(const ContactPoint& point, const KnownContact& contact, double distance) {
+bool is_near(const ContactPoint& point, const ContactPoint& contact, double distance) {
   return point.link == contact.link && (point.p_L - contact.p_L).norm() <= distance;
 }
 

@@ -38,7 +38,7 @@ BaseWrench exact(BaseWrench base) {
 int link(const char* name) { return ur5()->link_index(std::string("arm/") + name); }
 
 /// Distance of the nearest set that explains.
-double distance(const ContactSetResult& result, std::span<const KnownContact> contacts) {
+double distance(const ContactSetResult& result, std::span<const ContactPoint> contacts) {
   double out = std::numeric_limits<double>::infinity();
   for (const ContactSet& set : result.sets) out = std::min(out, calc_distance(set, contacts));
   return out;
@@ -226,7 +226,7 @@ TEST(ContactSets, SetsOfTheLastCycle_AreFollowedUntilTheyDoNotExplain) {
   ASSERT_LT(distance(first, c.contacts), 0.01);
   // A little later, in another posture and with stronger forces.
   c.q.array() += 0.02;
-  for (KnownContact& contact : c.contacts) contact.f_L *= 1.1;
+  for (ContactPoint& contact : c.contacts) contact.f_L *= 1.1;
   calc_known_rows(*ur5(), c.q, c.contacts, c.tau, c.base);
   base = exact(c.base);
   sense_contacts(*ur5(), {c.q, c.tau, &base, &first.sets}, noiseless(2), work, out);
@@ -290,7 +290,17 @@ TEST(ContactSets, BadInput_IsNamed) {
   EXPECT_EQ(message_of([&] {
               sense_contacts(*ur5(), {q, tau, nullptr, &last}, {}, work, out);
             }),
-            "last: got a contact on link 7 of 7, expected sets of the same sensor");
+            "last: got a contact on link 7 of 7, expected contacts of the same sensor");
+  last[0].contacts[0].link = 6;
+  EXPECT_NE(message_of([&] {
+              sense_contacts(*ur5(), {q, tau, nullptr, &last}, {}, work, out);
+            }).find("last: got a contact on triangle -1 of "),
+            std::string::npos);
+  last[0].count = kMostContacts + 1;
+  EXPECT_EQ(message_of([&] {
+              sense_contacts(*ur5(), {q, tau, nullptr, &last}, {}, work, out);
+            }),
+            "last: got a set of 4 contacts, expected sets of at most 3");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "stiction/sensing/line_of_action.hpp"
+#include "sensing_baselines/line_of_action.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,8 @@
 
 namespace stiction::sensing::test {
 namespace {
+
+using namespace bench;
 
 constexpr double kThreshold = 1e-9;  // [N m]: torques here are exact
 

@@ -1,8 +1,9 @@
 // Independent oracle: the residual (4.5b) as a quadratic program of the ray coordinates β.
 #include <gtest/gtest.h>
 
-#include <proxsuite/proxqp/dense/dense.hpp>
+#include <Eigen/QR>
 
+#include "proxqp.hpp"
 #include "sensing/random_contact.hpp"
 
 namespace stiction::sensing::test {
@@ -13,18 +14,15 @@ namespace {
 double solve_qp(const RandomContact& c, const FrictionCone& cone) {
   const Eigen::MatrixXd J = cone.ray_matrix().transpose() * c.R.transpose() * c.J_C();  // J (4.5)
   const int n = cone.rays();
-  proxsuite::proxqp::dense::QP<double> qp(n, 0, n);
-  qp.settings.eps_abs = 1e-12;
-  qp.settings.eps_rel = 0;
-  qp.settings.max_iter = 20000;
   const double unit = c.tau.squaredNorm();
-  const Eigen::MatrixXd H = 2 * J * J.transpose();
-  const Eigen::VectorXd g = -2 * J * c.tau / std::sqrt(unit);  // of β in units of ‖τ‖
-  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(n), most = Eigen::VectorXd::Constant(n, 1e20);
-  qp.init(H, g, proxsuite::nullopt, proxsuite::nullopt, Eigen::MatrixXd::Identity(n, n).eval(), zero, most);
-  qp.solve();
-  if (qp.results.info.status != proxsuite::proxqp::QPSolverOutput::PROXQP_SOLVED) return -1;
-  const Eigen::VectorXd& beta = qp.results.x;
+  const auto minimiser = bench::minimise_by_proxqp({.H = 2 * J * J.transpose(),
+                                                    .g = -2 * J * c.tau / std::sqrt(unit),  // of β in units of ‖τ‖
+                                                    .C = Eigen::MatrixXd::Identity(n, n),
+                                                    .lower = Eigen::VectorXd::Zero(n),
+                                                    .upper = Eigen::VectorXd::Constant(n, 1e20)},
+                                                   {.residual = 1e-12});
+  if (!minimiser) return -1;
+  const Eigen::VectorXd& beta = *minimiser;
   std::vector<Eigen::Index> carrying;
   for (Eigen::Index i = 0; i < n; ++i)
     if (beta[i] > 1e-6 * beta.cwiseAbs().maxCoeff()) carrying.push_back(i);

@@ -1,5 +1,6 @@
 #include "stiction/sensing/sense.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -76,7 +77,7 @@ TEST(PublishedCase, StartOnLinkSix_HasTheResidualAndGradientOfTheReference) {
   EXPECT_NEAR((gradient - Vector3d(-10.2311, 1.9531, 5.5823)).norm(), 0, 2e-3);
 }
 
-double distance_to_truth(const SenseResult& result, const KnownContact& contact) {
+double distance_to_truth(const SenseResult& result, const ContactPoint& contact) {
   double out = std::numeric_limits<double>::infinity();
   for (const Candidate& candidate : result.candidates)
     if (candidate.explains) out = std::min(out, calc_distance(result, candidate, contact));
@@ -361,6 +362,15 @@ TEST(Sense, BadInput_IsNamed) {
   wrong.friction_error = 0;
   wrong.plausible_force = 0;
   EXPECT_EQ(with(kQ1, kTau1, wrong), "plausible_force: got 0, expected a finite number > 0");
+  const auto after = [&](ContactPoint point) {
+    const std::vector<ContactPoint> last{point};
+    return message_of([&] { sense(*sensor, {kQ1, kTau1, &last}, {}, work, result); });
+  };
+  EXPECT_EQ(after({}), fmt::format("last: got a contact on link -1 of {}, expected contacts of the same sensor", sensor->links().size()));
+  EXPECT_NE(after({.link = 2}).find("last: got a contact on triangle -1 of "), std::string::npos);
+  EXPECT_NE(after({.link = 2, .triangle = 1 << 30}).find("expected contacts of the same sensor"), std::string::npos);
+  EXPECT_EQ(after({.link = 2, .triangle = 0, .p_L = {0, std::nan(""), 0}}),
+            "last: got a contact at a point that is not finite, expected finite points");
   SensorOptions unknown;
   unknown.links = {"arm/link_9"};
   EXPECT_NE(message_of([&] { Sensor::make(sensor->model_ptr(), unknown); }).find("links: got 'arm/link_9', expected one of"),

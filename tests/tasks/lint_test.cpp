@@ -159,7 +159,7 @@ planner: {sample_box: {drawer: {lower: [-0.5], upper: [0.5]}}}
   dynamics::StepWorkspace work(wedged.model);
   dynamics::StepResult result;
   dynamics::StepOptions options;
-  options.h = wedged.options.h;
+  options.h = wedged.options.step_options(*wedged.model).h;
   const auto& q = wedged.problem.q_start;
   const bool solved = dynamics::step(*wedged.model, {q, q.tail(3)}, options, work, result) == core::Status::Solved;
   EXPECT_EQ(found.find("stuck: start: no step can be made from here") == std::string::npos, solved) << found;

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "stiction/planning/thresholds.hpp"
 #include "stiction/dynamics/rollout.hpp"
 
 namespace stiction::tasks {
@@ -11,9 +12,9 @@ ScriptedPlan run_script(Task task, const std::vector<Eigen::VectorXd>& commands)
   planning::Plan& plan = out.result.plan;
   plan.q_start = task.problem.q_start;
   plan.u_start = task.problem.q_start.tail(task.model->n_a());
-  plan.step = task.options.step_options();
+  plan.step = task.options.step_options(*task.model);
   plan.step.warm_start = false;
-  plan.substep = *task.options.substep;
+  plan.substep = planning::SceneThresholds(*task.model, task.problem.goal.object).substep;
   dynamics::StepWorkspace work(task.model);
   Eigen::VectorXd q = plan.q_start, u = plan.u_start;
   for (const auto& command : commands) {

@@ -119,8 +119,8 @@ TEST(Tasks, BuiltIn_ObjectsRestWhereTheyStart) {
     dynamics::StepWorkspace work(task.model);
     dynamics::StepResult result;
     dynamics::StepOptions options;
-    options.h = task.options.h;
-    options.regularisation = task.options.regularisation;
+    options.h = task.options.step_options(*task.model).h;
+    options.regularisation = task.options.step_options(*task.model).regularisation;
     const world::ObjectSpace space(model);
     Eigen::VectorXd q = task.problem.q_start;
     const Eigen::VectorXd u = q.tail(model.n_a());
@@ -146,10 +146,8 @@ TEST(Tasks, Table32Variants_AreTheThesis) {
         Published{"allegro_plate", 0.2, 10, 6, 19, 641}, Published{"allegro_door", 0.2, 0, 2, 19, 263}}) {
     SCOPED_TRACE(name);
     const Task task = load_task(std::string(name) + "_table_3_2");
-    EXPECT_FALSE(task.options.substep.has_value());
-    EXPECT_FALSE(task.options.real_regrasps);
-    ASSERT_TRUE(std::holds_alternative<planning::FixedLength>(task.options.length));
-    EXPECT_EQ(std::get<planning::FixedLength>(task.options.length).length, length);
+    ASSERT_TRUE(task.options.thesis.has_value());
+    EXPECT_EQ(task.options.thesis->length, length);
     EXPECT_EQ(task.model->scene().gravity.norm(), gravity);
     EXPECT_EQ(task.model->n_vu(), n_vu);
     EXPECT_EQ(task.model->n_a(), n_a);
@@ -171,27 +169,22 @@ TEST(Tasks, OptionsAsJson_ReadBackTheSame) {
   }
 }
 
-TEST(Tasks, OptionsOfTheMethod_AreReadBesideTheUsersAsWell) {
-  const Task task = load_task("planar_pushing");
-  const auto read = [&](const char* text) { return read_planner_options(world::YamlNode::parse(text, "options"), *task.model); };
-  EXPECT_EQ(read("{goal_bias: 0.1, gamma: 0.5}").gamma, 0.5);
-  EXPECT_EQ(read("{goal_bias: 0.1, advanced: {gamma: 0.5}}").gamma, 0.5);
-  EXPECT_EQ(read("{gamma: 0.25, advanced: {gamma: 0.5}}").gamma, 0.25) << "over that of a base";
+TEST(Tasks, SettingsOfTheThesis_AreAddedToThoseOfABase) {
+  const Task task = load_task("planar_pushing_table_3_2");
+  const auto read = [&](const char* text) { return read_planner_options(world::YamlNode::parse(text, "options"), *task.model, task.options); };
+  ASSERT_TRUE(read("{}").thesis);
+  EXPECT_EQ(read("{thesis: {h: 0.05}}").thesis->h, 0.05);
+  EXPECT_EQ(read("{thesis: {h: 0.05}}").thesis->gamma, task.options.thesis->gamma) << "kept";
+  EXPECT_TRUE(std::holds_alternative<dynamics::FixedEpsilon>(read("{thesis: {h: 0.05}}").thesis->regularisation));
+  const Task plain = load_task("planar_pushing");
+  EXPECT_FALSE(plain.options.thesis);
 }
 
-TEST(Tasks, Margins_AreOneSwitchThatSingleOptionsGoBeyond) {
-  const Task task = load_task("box_grazing");
-  EXPECT_FALSE(task.options.margins());
-  const auto read = [&](const char* text) {
-    return read_planner_options(world::YamlNode::parse(text, "options"), *task.model, task.options);
-  };
-  const planning::PlannerOptions all = read("{margins: true}");
-  EXPECT_TRUE(all.start_noise > 0 && all.edge_tilt > 0 && all.friction_noise > 0);
-  const planning::PlannerOptions one = read("{margins: false, advanced: {edge_tilt: 0.1}}");
-  EXPECT_TRUE(one.margins());
-  EXPECT_EQ(one.start_noise, 0);
-  EXPECT_EQ(one.edge_tilt, 0.1);
-  EXPECT_FALSE(read_planner_options(world::YamlNode::parse("{margins: false}", "options"), *task.model, one).margins());
+/// What users get is what PlannerOptions says.
+TEST(Tasks, OptionsOfATaskWithoutAny_AreTheDefaultsOfTheLibrary) {
+  const Task task = load_task("allegro_cube");
+  EXPECT_EQ(planner_options_json(task.options, *task.model, WhichOptions::All),
+            planner_options_json(planning::PlannerOptions{}, *task.model, WhichOptions::All));
 }
 
 TEST(Tasks, GoalOfAnObjectOnAnother_IsTheWholeChain) {
@@ -327,13 +320,14 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing", "goals: {}\n", {"mine.yaml:2", "goals", "unknown key"}},
         Mistake{"planar_pushing", "planner: {goal_bais: 0.3}\n", {"mine.yaml:2", "planner.goal_bais", "did you mean 'goal_bias'"}},
         Mistake{"planar_pushing", "planner: {goal_bias: 1.5}\n", {"mine.yaml:2", "planner.goal_bias", "1.5", "[0, 1]"}},
-        Mistake{"planar_pushing", "planner: {advanced: {batch: 0}}\n", {"planner.advanced.batch", "0", "≥ 1"}},
-        Mistake{"planar_pushing", "planner: {advanced: {batch: many}}\n", {"planner.advanced.batch", "'many'", "an integer"}},
-        Mistake{"planar_pushing", "planner: {advanced: {h: -0.1}}\n", {"planner.advanced.h", "-0.1", "> 0"}},
-        Mistake{"planar_pushing", "planner: {advanced: {gamma: .nan}}\n", {"planner.advanced.gamma", "finite"}},
+        Mistake{"planar_pushing", "planner: {max_iterations: 0}\n", {"planner.max_iterations", "0", "≥ 1"}},
+        Mistake{"planar_pushing", "planner: {max_iterations: many}\n", {"planner.max_iterations", "'many'", "an integer"}},
+        Mistake{"planar_pushing", "planner: {advanced: {batch: 8}}\n", {"mine.yaml:2", "planner.advanced", "docs/options.md"}},
+        Mistake{"planar_pushing", "planner: {thesis: {h: -0.1}}\n", {"planner.thesis.h", "-0.1", "> 0"}},
+        Mistake{"planar_pushing", "planner: {thesis: {gamma: .nan}}\n", {"planner.thesis.gamma", "finite"}},
         Mistake{"planar_pushing",
-                "planner: {advanced: {length: {capped: 0.3, fixed: 0.3}}}\n",
-                {"planner.advanced.length", "either 'capped' or 'fixed'"}},
+                "planner: {thesis: {regularisation: {ratio: 0.3, epsilon: 0.3}}}\n",
+                {"planner.thesis.regularisation", "either 'ratio' or 'epsilon'"}},
         Mistake{"planar_pushing",
                 "planner: {sample_box: {bax: {lower: [0, 0, 0], upper: [1, 1, 1]}}}\n",
                 {"planner.sample_box.bax", "did you mean 'box'"}},
@@ -362,10 +356,10 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing",
                 "goal: {objects: {box: {coordinates: [0, [1, -1], 0]}}}\n",
                 {"goal.objects.box.coordinates[1]", "lower ≤ upper"}},
-        Mistake{"planar_pushing", "planner: {advanced: {gama: 1}}\n", {"planner.advanced.gama", "did you mean 'gamma'"}},
-        Mistake{"planar_pushing", "planner: {advanced: {scheme: smooth}}\n", {"planner.advanced.scheme", "smooth", "randomized-zeroth"}},
-        Mistake{"planar_pushing", "planner: {advanced: {metric: euclid}}\n", {"planner.advanced.metric", "euclid", "global"}},
-        Mistake{"planar_pushing", "planner: {anytime: true, advanced: {stop_at_goal: false}}\n", {"planner.anytime", "stop_at_goal"}},
+        Mistake{"planar_pushing", "planner: {thesis: {gama: 1}}\n", {"planner.thesis.gama", "did you mean 'gamma'"}},
+        Mistake{"planar_pushing", "planner: {thesis: {scheme: smooth}}\n", {"planner.thesis.scheme", "smooth", "randomized-zeroth"}},
+        Mistake{"planar_pushing", "planner: {thesis: {metric: euclid}}\n", {"planner.thesis.metric", "euclid", "global"}},
+        Mistake{"planar_pushing", "planner: {anytime: true, thesis: {}}\n", {"planner.anytime", "thesis"}},
         Mistake{"allegro_door",
                 "goal: {objects: {handle: {coordinates: [0, 1]}}}\n",
                 {"mine.yaml:2", "goal.objects.handle.coordinates", "1 number"}},

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <optional>
-#include <proxsuite/proxqp/dense/dense.hpp>
 
+#include "proxqp.hpp"
 #include "trajopt/random_lq.hpp"
 
 namespace stiction::trajopt::test {
@@ -12,19 +12,17 @@ namespace {
 /// Minimum by ProxQP; nullopt where it gives up.
 std::optional<double> minimum(const Condensed& qp) {
   const auto N = qp.h.size();
-  Eigen::MatrixXd C(qp.C.rows() + N, N);
-  C << qp.C, Eigen::MatrixXd::Identity(N, N);
-  Eigen::VectorXd low(C.rows()), high(C.rows());
-  low << -qp.c, qp.lower;
-  high << Eigen::VectorXd::Constant(qp.c.size(), 1e20), qp.upper;
-  proxsuite::proxqp::dense::QP<double> solver(N, 0, C.rows());
-  solver.settings.eps_abs = 1e-10;
-  solver.settings.eps_rel = 0;
-  solver.settings.max_iter = 20000;
-  solver.init(qp.H, qp.h, proxsuite::nullopt, proxsuite::nullopt, C, low, high);
-  solver.solve();
-  if (solver.results.info.status != proxsuite::proxqp::QPSolverOutput::PROXQP_SOLVED) return {};
-  return qp.cost(solver.results.x);
+  const auto rows = qp.C.rows() + N;
+  bench::QuadraticProgram program{.H = qp.H, .g = qp.h};
+  program.C.resize(rows, N);
+  program.C << qp.C, Eigen::MatrixXd::Identity(N, N);
+  program.lower.resize(rows);
+  program.lower << -qp.c, qp.lower;
+  program.upper.resize(rows);
+  program.upper << Eigen::VectorXd::Constant(qp.c.size(), 1e20), qp.upper;
+  const auto minimiser = bench::minimise_by_proxqp(program, {.residual = 1e-10});
+  if (!minimiser) return {};
+  return qp.cost(*minimiser);
 }
 
 void compare(int rows) {

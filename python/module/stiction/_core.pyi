@@ -1753,7 +1753,7 @@ class PlanResult:
 
     @property
     def tree(self) -> list[TreeNode]:
-        """its nodes, the root first, with the option record_tree"""
+        """its nodes, the root first, of a search with the option `thesis`"""
 
     @property
     def tree_errors(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:

@@ -18,7 +18,6 @@ class Field:
     name: str
     meaning: str
     kind: str
-    advanced: bool
     choices: tuple[str, ...] = ()
     low: float | None = None
     high: float | None = None
@@ -60,7 +59,7 @@ def _resolve(entry: dict[str, Any]) -> dict[str, Any]:
             return entry
 
 
-def _field(name: str, entry: dict[str, Any], value: Any, advanced: bool) -> Field:
+def _field(name: str, entry: dict[str, Any], value: Any) -> Field:
     entry = _resolve(entry)
     low = entry.get("minimum", entry.get("exclusiveMinimum"))
     kind = {"boolean": "bool", "integer": "int", "number": "number"}.get(str(entry.get("type")), "json")
@@ -69,16 +68,15 @@ def _field(name: str, entry: dict[str, Any], value: Any, advanced: bool) -> Fiel
     fits = {"bool": bool, "int": int, "number": (int, float), "choice": str}.get(kind, object)
     if not isinstance(value, fits):  # left out: no value of that kind stands for it
         kind = "json"
-    return Field(name, entry.get("description", ""), kind, advanced, tuple(entry.get("enum", ())), low, entry.get("maximum"))
+    return Field(name, entry.get("description", ""), kind, tuple(entry.get("enum", ())), low, entry.get("maximum"))
 
 
 def fields(options: st.PlannerOptions) -> list[Field]:
-    """One per option that has a place in the form, those for users first. Seed and threads have places of their own."""
+    """One per option that has a place in the form. Seed and threads have places of their own, and trees of the thesis none."""
     schema: dict[str, Any] = dict(st.planner_schema())["properties"]  # type: ignore[assignment]
     values = options.to_dict()
-    groups = ((schema, False), (schema.get("advanced", {}).get("properties", {}), True))
-    own = ("seed", "threads", "advanced", "record_tree", "stop_at_goal")
-    return [_field(name, entry, values.get(name), advanced) for group, advanced in groups for name, entry in group.items() if name not in own]
+    own = ("seed", "threads", "thesis")
+    return [_field(name, entry, values.get(name)) for name, entry in schema.items() if name not in own]
 
 
 def changed(given: st.PlannerOptions, values: dict[str, Any]) -> dict[str, Any]:

@@ -185,7 +185,6 @@ class OptionControls:
         self.fault = gui.add_markdown("", visible=False)
         self.reset = handlers.on_click(gui.add_button("Reset all"), "options_reset")
         self.folder = gui.add_folder("Options")
-        self.advanced_folder = gui.add_folder("Advanced", expand_by_default=False)
         self.fields: dict[str, tuple[Field, Any]] = {}
 
     def say(self, text: str) -> None:
@@ -199,7 +198,7 @@ class OptionControls:
             handle.remove()
         self.fields = {}
         for field in fields:
-            with self.advanced_folder if field.advanced else self.folder:
+            with self.folder:
                 self.fields[field.name] = (field, self._handlers.on_update(self._option(field, field.write(values.get(field.name))), "options"))
 
     def _option(self, field: Field, value: Any) -> Any:

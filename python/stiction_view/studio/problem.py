@@ -195,10 +195,7 @@ class Problem:
         if self.start_moved:
             out["start"] = self._start()
         if options and self.options:
-            simple = set(st.planner_schema()["properties"]) - {"advanced"}  # type: ignore[arg-type]
-            out["planner"] = {k: v for k, v in self.options.items() if k in simple}
-            if advanced := {k: v for k, v in self.options.items() if k not in simple}:
-                out["planner"]["advanced"] = advanced
+            out["planner"] = dict(self.options)
         return out
 
     def in_file(self) -> bool:

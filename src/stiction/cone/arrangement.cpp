@@ -91,6 +91,64 @@ void set_weight(Bank<R>& b, int i, double value, const Unit& unit) {
   harden(group, i);
 }
 
+double weight_of(bool smoothed, double sigma, double theta, const Unit& unit) {
+  if (smoothed && !(sigma > 0)) core::throw_invalid("sigma", std::to_string(sigma), "greater than 0 in Smoothed mode");
+  return smoothed ? sigma : theta * unit.work;
+}
+
+/// Weights of the rows, and lanes without a row.
+template <int R>
+void set_weights(GeneralBank<R>& b, int n, const Problem::Rows& rows, bool smoothed) {
+  constexpr double kDegree = R == 3 ? 2.0 : 1.0;
+  for (int i = 0; i < n; ++i) {
+    const auto row = at(b.order[at(i)]);
+    set_weight(b, i, weight_of(smoothed, rows.sigma[row], kDegree, rows.unit[row]), rows.unit[row]);
+  }
+  for (int i = n; i < 4 * b.groups; ++i) idle_lane(b, i);
+}
+
+void set_bounds(const Problem& problem, bool smoothed, State& s) {
+  s.gives = false;
+  for (int g = 0; g < s.bounds.groups; ++g) {
+    const auto& group = problem.bound_groups()[at(g)];
+    s.bound_tile[at(g)] = group.tile;
+    for (int lane = 0; lane < kTile; ++lane) {
+      s.bound_sign[at(4 * g + lane)] = group.sign[lane];
+      if (group.index[lane] < 0) {
+        idle_lane(s.bounds, 4 * g + lane);
+        continue;
+      }
+      s.bound_slot[at(group.index[lane])] = 4 * g + lane;
+      detail::lane(s.bounds.of(4 * g).g, lane)[0] = group.offset[lane];
+      set_weight(s.bounds, 4 * g + lane, weight_of(smoothed, group.sigma[lane], 1.0, group.unit[lane]), group.unit[lane]);
+      *detail::lane(&s.bounds.of(4 * g).give, lane) = group.give[lane];
+      s.gives = s.gives || group.give[lane] > 0;
+    }
+  }
+}
+
+/// Tiles that the rows and Q couple, and the factor for them.
+void find_factor(State& s) {
+  const Layout& layout = *s.layout;
+  std::ranges::fill(s.below, TileMask{});
+  const auto couple = [&](const Run& run) {
+    const auto& tiles = layout.support(run.support).tiles;
+    for (std::size_t j = 0; j < tiles.size(); ++j) {
+      for (std::size_t i = j + 1; i < tiles.size(); ++i) s.below[at(tiles[j])].set(tiles[i]);
+    }
+  };
+  for (const Run& run : s.cones.runs) couple(run);
+  for (const Run& run : s.lines.runs) couple(run);
+  for (const auto& q : layout.q_tiles()) {
+    if (q.row != q.column) s.below[at(q.column)].set(q.row);
+  }
+  if (!s.factor.analyse(s.below)) return;
+  s.q_of.assign(at(s.factor.n_tiles_stored()), -1);
+  for (std::size_t q = 0; q < layout.q_tiles().size(); ++q) {
+    s.q_of[at(s.factor.index(layout.q_tiles()[q].row, layout.q_tiles()[q].column))] = static_cast<int>(q);
+  }
+}
+
 template <int R>
 void remember_rows(const Bank<R>& b, const std::vector<int>& place, int n, const std::vector<std::uint64_t>& id, bool saved,
                    Memory::Rows& out) {
@@ -110,10 +168,9 @@ void remember_rows(const Bank<R>& b, const std::vector<int>& place, int n, const
 }  // namespace
 
 void prepare(const Problem& problem, const Options& options, State& s) {
-  const Layout& layout = *s.layout;
   const bool smoothed = options.mode == Mode::Smoothed;
-  arrange(s.cones, problem.cones(), layout, s.cone_place);
-  arrange(s.lines, problem.half_lines(), layout, s.line_place);
+  arrange(s.cones, problem.cones(), *s.layout, s.cone_place);
+  arrange(s.lines, problem.half_lines(), *s.layout, s.line_place);
   s.bounds.resize(4 * problem.n_bound_groups());
   s.n_cones = problem.n_cones();
   s.n_lines = problem.n_half_lines();
@@ -123,57 +180,10 @@ void prepare(const Problem& problem, const Options& options, State& s) {
     s.bound_tile.resize(at(s.bounds.groups));
     s.bound_sign.resize(at(4 * s.bounds.groups));
   }
-  const auto weight_of = [smoothed](double sigma, double theta, const Unit& unit) {
-    if (smoothed && !(sigma > 0)) core::throw_invalid("sigma", std::to_string(sigma), "greater than 0 in Smoothed mode");
-    return smoothed ? sigma : theta * unit.work;
-  };
-  for (int i = 0; i < s.n_cones; ++i) {
-    const auto row = at(s.cones.order[at(i)]);
-    const Unit& unit = problem.cones().unit[row];
-    set_weight(s.cones, i, weight_of(problem.cones().sigma[row], 2.0, unit), unit);
-  }
-  for (int i = 0; i < s.n_lines; ++i) {
-    const auto row = at(s.lines.order[at(i)]);
-    const Unit& unit = problem.half_lines().unit[row];
-    set_weight(s.lines, i, weight_of(problem.half_lines().sigma[row], 1.0, unit), unit);
-  }
-  for (int i = s.n_cones; i < 4 * s.cones.groups; ++i) idle_lane(s.cones, i);
-  for (int i = s.n_lines; i < 4 * s.lines.groups; ++i) idle_lane(s.lines, i);
-  s.gives = false;
-  for (int g = 0; g < s.bounds.groups; ++g) {
-    const auto& group = problem.bound_groups()[at(g)];
-    s.bound_tile[at(g)] = group.tile;
-    for (int lane = 0; lane < kTile; ++lane) {
-      s.bound_sign[at(4 * g + lane)] = group.sign[lane];
-      if (group.index[lane] < 0) {
-        idle_lane(s.bounds, 4 * g + lane);
-        continue;
-      }
-      s.bound_slot[at(group.index[lane])] = 4 * g + lane;
-      detail::lane(s.bounds.of(4 * g).g, lane)[0] = group.offset[lane];
-      set_weight(s.bounds, 4 * g + lane, weight_of(group.sigma[lane], 1.0, group.unit[lane]), group.unit[lane]);
-      *detail::lane(&s.bounds.of(4 * g).give, lane) = group.give[lane];
-      s.gives = s.gives || group.give[lane] > 0;
-    }
-  }
-  std::ranges::fill(s.below, TileMask{});
-  const auto couple = [&](const Run& run) {
-    const auto& tiles = layout.support(run.support).tiles;
-    for (std::size_t j = 0; j < tiles.size(); ++j) {
-      for (std::size_t i = j + 1; i < tiles.size(); ++i) s.below[at(tiles[j])].set(tiles[i]);
-    }
-  };
-  for (const Run& run : s.cones.runs) couple(run);
-  for (const Run& run : s.lines.runs) couple(run);
-  for (const auto& q : layout.q_tiles()) {
-    if (q.row != q.column) s.below[at(q.column)].set(q.row);
-  }
-  if (s.factor.analyse(s.below)) {
-    s.q_of.assign(at(s.factor.n_tiles_stored()), -1);
-    for (std::size_t q = 0; q < layout.q_tiles().size(); ++q) {
-      s.q_of[at(s.factor.index(layout.q_tiles()[q].row, layout.q_tiles()[q].column))] = static_cast<int>(q);
-    }
-  }
+  set_weights(s.cones, s.n_cones, problem.cones(), smoothed);
+  set_weights(s.lines, s.n_lines, problem.half_lines(), smoothed);
+  set_bounds(problem, smoothed, s);
+  find_factor(s);
 }
 
 void remember(const Problem& problem, const Options& options, State& s) {

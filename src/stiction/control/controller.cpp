@@ -8,7 +8,7 @@
 #include <string>
 
 #include "stiction/control/baseline.hpp"
-#include "stiction/control/contact_tracker.hpp"
+#include "stiction/control/contact_filter.hpp"
 #include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
 
@@ -64,7 +64,7 @@ struct ContactController::Impl {
   };
   std::vector<Predicted> predicted;  // contacts of the last tick
 
-  ContactTracker tracker;
+  ContactFilter filter;
   double release_damping = 0;  // w while a lost contact is let go, and after (C.17)
   bool touched = false;        // a contact was in the model of the last tick
   std::vector<char> seen;      // of the contacts taken
@@ -81,7 +81,7 @@ struct ContactController::Impl {
   Eigen::VectorXd e;
 
   explicit Impl(std::shared_ptr<const world::Model> made, const ControllerOptions& given)
-      : model(std::move(made)), options(given), damping(given.damping), tracker(options), kinematics_work(*model) {
+      : model(std::move(made)), options(given), damping(given.damping), filter(options), kinematics_work(*model) {
     const Index n = model->n_a(), m = options.max_contacts;
     robot = {.stiffness = model->stiffness(),
              .rate = Eigen::VectorXd::Ones(n),
@@ -117,7 +117,10 @@ struct ContactController::Impl {
       if (c.lambda_max) core::require_positive("contact.lambda_max", *c.lambda_max);
       if (c.set < 0) core::throw_invalid("contact.set", std::to_string(c.set), "an integer ≥ 0");
     }
-    if (state.tool != nullptr) require_link("tool.body", state.tool->body);
+    if (state.tool == nullptr) return;
+    require_link("tool.body", state.tool->body);
+    for (const world::Pose* X : {&state.tool->X_BT, &state.tool->X_WT})
+      if (!X->p.allFinite() || !X->R.allFinite()) core::throw_invalid("tool", "a number that is not finite", "finite poses");
   }
 
   void require_link(const char* field, int body) const {
@@ -147,7 +150,7 @@ struct ContactController::Impl {
     bool holds = false;  ///< tracking alone would press it harder
   };
   /// @param row  of J_u    @param bound  λ_max [N]
-  Wall calc_wall(KnownContact& k, Index row, const ControllerState& state, double bound) const {
+  Wall calc_wall(FilteredContact& k, Index row, const ControllerState& state, double bound) const {
     Wall out;
     const double softness = calc_softness(row);
     if (!(softness > 0)) return out;
@@ -160,7 +163,7 @@ struct ContactController::Impl {
   }
 
   /// What a contact is pressed with beside springs at rest: by joints that move, and by contacts too weak to count [N].                  (C.18)
-  double calc_excess(KnownContact& k, double dt) {
+  double calc_excess(FilteredContact& k, double dt) {
     const auto last = std::find_if(predicted.begin(), predicted.end(), [&](const Predicted& p) { return p.id == k.contact.id; });
     if (last == predicted.end()) return 0;
     const double before = k.at_rest.value_or(last->at_rest);
@@ -172,7 +175,7 @@ struct ContactController::Impl {
   void take_contacts(const ControllerState& state, double dt) {
     command.taken.clear();
     const bool gradual = options.law == Law::ContactAware && solve_tracking(state) == Status::Solved;
-    for (KnownContact& k : tracker.known) {
+    for (FilteredContact& k : filter.known) {
       const double force = k.contact.force_W.norm(), bound = k.contact.lambda_max.value_or(options.lambda_max);
       const auto row = static_cast<Index>(command.taken.size());
       calc_point_jacobian(*model, kinematics, k.contact.body, k.contact.p_WC, J_point);
@@ -190,7 +193,7 @@ struct ContactController::Impl {
       lambda_max[row] = is_wall ? std::max(wall.allowed - wall.beyond, kLeastBound * wall.allowed) : bound - excess;
     }
     command.bound = lambda_max.head(static_cast<Index>(command.taken.size()));
-    std::erase_if(tracker.known, [&](const KnownContact& k) { return !k.seen && !k.counts; });
+    std::erase_if(filter.known, [&](const FilteredContact& k) { return !k.seen && !k.counts; });
   }
 
   /// ‖λ_pred − λ_est‖_∞ over the contacts that are there and were there a tick ago.
@@ -307,7 +310,7 @@ void ContactController::configure(VectorRef q) {
   impl_->release_damping = 0;
   impl_->touched = false;
   impl_->predicted.clear();
-  impl_->tracker.known.clear();
+  impl_->filter.known.clear();
   impl_->last_time = -std::numeric_limits<double>::infinity();
 }
 
@@ -320,7 +323,7 @@ const ControllerCommand& ContactController::update(const ControllerState& state,
   c.robot.rate = dt * c.speed;
   c.q_full.tail(c.model->n_a()) = state.q;
   calc_kinematics(*c.model, c.q_full, c.kinematics_work, c.kinematics);
-  c.command.left_out = c.tracker.update(state.contacts, c.kinematics, dt);
+  c.command.left_out = c.filter.update(state.contacts, c.kinematics, dt);
   c.calc_wanted(state, dt);
   if (state.tool != nullptr) c.calc_task(*state.tool);
   c.take_contacts(state, dt);

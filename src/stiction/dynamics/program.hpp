@@ -135,7 +135,6 @@ struct StepWorkspace::Impl {
   std::vector<char> included;          // per contact: its rows are in the problem
   std::vector<Eigen::Vector3d> moved;  // per contact that is not: J_c δq
   std::vector<char> limit_included;    // per limit_id
-  double least_share = 0;              // of σ that a rim has (S.17); 1: it is a point as any other
   std::vector<int> bound_variables;    // of the limits in the problem, in order of adding, of the motors and of friction_joints after them
   std::size_t moving_bounds = 0;       // how many of them: limits and motors, whose offsets move with q
   std::vector<signed char> motor;      // per robot joint: the side, ±1, on which its spring saturates (S.15); 0: on none

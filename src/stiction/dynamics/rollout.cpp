@@ -40,6 +40,39 @@ double largest_move(const world::Model& model, int joint, const SubstepLimits& l
   return dof.kind == world::DofKind::Revolute ? limits.joint_angle : limits.joint_travel;
 }
 
+void clear(RolloutResult& out) {
+  out.knots.clear();
+  out.steps = 0;
+  out.max_slide = 0;
+  out.penetration = 0;
+  out.min_phi = 0;
+  out.status = Status::Solved;
+}
+
+/// Moves each joint of u back towards u_now until no joint goes farther than a sub-step may.
+void clamp_to_substep(const world::Model& model, const Eigen::VectorXd& u_now, const SubstepLimits& limits, Eigen::VectorXd& u) {
+  for (int j = 0; j < model.n_a(); ++j) {
+    const double most = largest_move(model, j, limits);
+    u[j] = u_now[j] + std::clamp(u[j] - u_now[j], -most, most);
+  }
+}
+
+/// Takes the sub-step over as the next knot.
+void add_knot(const world::Model& model, const Eigen::VectorXd& u, const StepResult& step, RolloutResult& out) {
+  if (!out.knots.empty()) {
+    for (const auto& c : step.contacts) {
+      out.min_phi = std::min(out.min_phi, c.contact.phi);
+      out.penetration = std::max(out.penetration, -c.contact.phi / model.scales().contact_tolerance(c.contact.pair));
+    }
+  }
+  Knot& knot = out.knots.emplace_back();
+  knot.u = u;
+  knot.q = step.q_next;
+  for (const auto& c : step.contacts) {
+    if (c.active) knot.contacts.push_back(c);
+  }
+}
+
 }  // namespace
 
 void SubstepLimits::validate() const {
@@ -81,13 +114,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
   limits.validate();
   core::require_size("u_start", u_start.size(), model.n_a());
   core::require_size("u_end", u_end.size(), model.n_a());
-  out.knots.clear();
-  out.steps = 0;
-  out.max_slide = 0;
-  out.penetration = 0;
-  out.min_phi = 0;
-  out.status = Status::Solved;
-
+  clear(out);
   const double ds_max = 1.0 / count_substeps(model, u_start, u_end, limits);
   const double ds_min = ds_max / (1 << kMaxHalvings);
   Eigen::VectorXd q_now = q;
@@ -101,10 +128,7 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
     const bool last = s + ds >= 1.0 - 1e-9;
     const double s_next = last ? 1.0 : s + ds;
     u = (1 - s_next) * u_start + s_next * u_end;
-    for (int j = 0; behind && j < model.n_a(); ++j) {
-      const double most = largest_move(model, j, limits);
-      u[j] = u_now[j] + std::clamp(u[j] - u_now[j], -most, most);
-    }
+    if (behind) clamp_to_substep(model, u_now, limits, u);
     u_next = u;
     out.status = step_within_efforts(model, q_now, u_next, options, work, step_result, out.steps);
     if (out.status != Status::Solved) return out.status;
@@ -116,32 +140,15 @@ Status rollout(const world::Model& model, VectorRef q, VectorRef u_start, Vector
       ds = std::max(ds_min, 0.5 * ds);
       continue;
     }
-    if (recoils || (far && overrun == Overrun::Stop)) {
-      out.status = Status::MaxIterations;
-      return out.status;
-    }
+    if (recoils || (far && overrun == Overrun::Stop)) return out.status = Status::MaxIterations;
     out.max_slide = std::max(out.max_slide, slide);
-    if (!out.knots.empty()) {
-      for (const auto& c : step_result.contacts) {
-        out.min_phi = std::min(out.min_phi, c.contact.phi);
-        out.penetration = std::max(out.penetration, -c.contact.phi / model.scales().contact_tolerance(c.contact.pair));
-      }
-    }
-    Knot& knot = out.knots.emplace_back();
-    knot.u = u_next;
-    knot.q = step_result.q_next;
-    for (const auto& c : step_result.contacts) {
-      if (c.active) knot.contacts.push_back(c);
-    }
+    add_knot(model, u_next, step_result, out);
     q_now = step_result.q_next;
-    behind = behind || knot.u != u;
-    u_now = knot.u;
+    behind = behind || u_next != u;
+    u_now = u_next;
     s = s_next;
     if (slide < 0.4 * limits.slide) ds = std::min(ds_max, 2 * ds);
-    if (static_cast<int>(out.knots.size()) >= limits.max_substeps && s < 1.0) {
-      out.status = Status::MaxIterations;
-      return out.status;
-    }
+    if (static_cast<int>(out.knots.size()) >= limits.max_substeps && s < 1.0) return out.status = Status::MaxIterations;
   }
   return out.status;
 }

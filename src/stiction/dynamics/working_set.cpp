@@ -20,8 +20,6 @@ constexpr double kNearLimit = 0.02;                                // of the uni
 /// Where δq is known roughly, the rows are those that keep less room than this under it.
 constexpr double kGuessContact = 0.01;  // of L
 constexpr double kGuessLimit = 0.01;    // of the unit of the joint
-/// Coulomb's law: a solution that leaves a contact nearer to or farther from its obstacle than this is not its fixed point.
-constexpr double kClosed = 3e-3;  // of L
 
 }  // namespace
 
@@ -87,13 +85,13 @@ double least_commanded_gap(const Model& model, const StepOptions& options, std::
 
 }  // namespace
 
-void include_smoothed(const Model& model, const StepInput& in, const StepOptions& options, double self_sharpness,
+void include_smoothed(const Model& model, const StepInput& in, const StepOptions& options, double self_sharpness, double least_share,
                       StepWorkspace::Impl& work) {
   const double near_self = (model.scene().contact_distance + options.contact_margin) / self_sharpness;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
     const bool self = work.self_contact[at(work.contacts[i].pair)] != 0;
     work.included[i] = (!self || least_commanded_gap(model, options, i, work) < near_self) &&
-                       std::max(barrier_share(model, work.kinematics, work.contacts[i]), work.least_share) > kLeastShare;
+                       std::max(barrier_share(model, work.kinematics, work.contacts[i]), least_share) > kLeastShare;
   }
   for_each_limit(model, in,
                  [&](int variable, double sign, double) { work.limit_included[limit_id(variable, sign)] = options.joint_limits; });
@@ -135,20 +133,6 @@ void include_met(StepWorkspace::Impl& work) {
 void include_all(const StepOptions& options, StepWorkspace::Impl& work) {
   std::ranges::fill(work.included, char{1});
   if (options.joint_limits) std::ranges::fill(work.limit_included, char{1});
-}
-
-bool misses_contact(const Model& model, const StepOptions& options, const StepWorkspace::Impl& work) {
-  const cone::Result& s = work.solution;
-  Eigen::Index cone = 0;
-  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
-    if (!work.included[i] || work.contacts[i].friction * options.friction_scale == 0) continue;
-    const double gap = s.w_cone(0, cone) - s.shift_cone[cone];
-    const world::Scale& scale = model.scales().pair(work.contacts[i].pair);
-    const bool active = s.z_cone(0, cone) > options.h * world::share::kActive * scale.force;
-    if (gap < -kClosed * scale.length || (active && gap > kClosed * scale.length)) return true;
-    ++cone;
-  }
-  return false;
 }
 
 bool saturate_motors(const Model& model, const StepInput& in, StepWorkspace::Impl& work) {

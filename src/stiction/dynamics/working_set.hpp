@@ -17,7 +17,8 @@ Eigen::Vector3d displacement(const world::Model& model, std::size_t i, const Eig
 double slack(const StepWorkspace::Impl& work, double phi, double mu, const Eigen::Vector3d& v);
 
 /// Rows of a smoothed step: self-contacts enter where they push as hard as a contact with an object does where it enters, σ/φ is the same.
-void include_smoothed(const world::Model& model, const StepInput& in, const StepOptions& options, double self_sharpness,
+/// @param least_share  of σ that the point of a rim has (S.17)
+void include_smoothed(const world::Model& model, const StepInput& in, const StepOptions& options, double self_sharpness, double least_share,
                       StepWorkspace::Impl& work);
 
 /// Contacts that the last solution met on its way have their rows in the program.
@@ -32,9 +33,6 @@ void include_near(const world::Model& model, const StepInput& in, const StepOpti
                   StepWorkspace::Impl& work);
 
 void include_all(const StepOptions& options, StepWorkspace::Impl& work);
-
-/// Coulomb's law is not found: a row in the problem penetrates, or carries a force across a gap, by more than kClosed L.
-bool misses_contact(const world::Model& model, const StepOptions& options, const StepWorkspace::Impl& work);
 
 /// Joints whose spring pulls with more than its effort at the solution saturate on that side in the next round, and on no other; true when there are any. The program of a
 /// round bounds the energy (S.15) from above and is equal to it at the last solution, so that its minimum falls from round to round and none comes twice.

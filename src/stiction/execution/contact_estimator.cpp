@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 
@@ -33,8 +34,20 @@ void ContactEstimatorOptions::validate() const {
     core::throw_invalid("estimator.pool", std::to_string(pool), "at least max_candidates, " + std::to_string(max_candidates));
 }
 
+namespace {
+
+/// Options are looked at before anything is made of them.
+std::shared_ptr<const sensing::Sensor> make_sensor(const std::shared_ptr<const world::Model>& model,
+                                                   const ContactEstimatorOptions& options) {
+  options.validate();
+  if (!model) core::throw_invalid("model", "nothing", "a model");
+  return sensing::Sensor::make(model, options.sensor);
+}
+
+}  // namespace
+
 ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, const ContactEstimatorOptions& options)
-    : sensor_(sensing::Sensor::make(model, options.sensor)),
+    : sensor_(make_sensor(model, options)),
       options_(options),
       sense_(options.sense),
       work_(sensor_),
@@ -42,10 +55,9 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
       q_full_(model->neutral()),
       tau_(Eigen::VectorXd::Zero(model->n_a())),
       external_(tau_) {
-  options.validate();
   double spacing = 0;
   for (const sensing::SensedLink& link : sensor_->links()) spacing = std::max(spacing, link.spacing);
-  constexpr double kDeviations = 3;  // within which candidates are told
+  constexpr double kDeviations = 3;  // within which candidates are reported
   const double allowed = options.least_force * spacing / kDeviations;
   time_constant_ = options.lag * std::max(0.0, options.noise * options.noise / (allowed * allowed) - 1);  // (C.13)
   white_ = options.noise * std::sqrt(options.lag / (options.lag + time_constant_));
@@ -60,10 +72,11 @@ void ContactEstimator::reset() {
   tare_ = {.offset = Eigen::VectorXd::Zero(tau_.size()), .q = tau_, .variance = kMost * options_.bias * options_.bias};
   last_.clear();
   tracked_.clear();
-  told_.clear();
+  hypotheses_.clear();
   contacts_.clear();
   for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
   next_id_ = 0;
+  since_sample_ = 0, missed_ = 0;
 }
 
 /// The nearest contact of the last tick on the same link, within reach of merging, that has not gone on as another one; null: none.
@@ -84,22 +97,22 @@ double ContactEstimator::calc_rho() const { return std::pow(sense_.noise / optio
 /// Single contacts as sets of one, by (C.12).
 void ContactEstimator::rank_singles() {
   const double rho = calc_rho();
-  told_.clear(), last_.clear();
+  hypotheses_.clear(), last_.clear();
   for (const sensing::Candidate& c : sensed_.candidates) {
-    sensing::ContactSet& one = told_.emplace_back();
+    sensing::ContactSet& one = hypotheses_.emplace_back();
     one.count = 1, one.contacts[0] = c.best, one.residual = c.best.residual;
     one.objective = c.best.residual + rho * c.f_W.squaredNorm();
   }
-  std::sort(told_.begin(), told_.end(), sensing::is_better);
-  for (std::size_t k = 0; k < std::min(told_.size(), at(options_.pool)); ++k) last_.push_back(told_[k].contacts[0]);
+  std::sort(hypotheses_.begin(), hypotheses_.end(), sensing::is_better);
+  for (std::size_t k = 0; k < std::min(hypotheses_.size(), at(options_.pool)); ++k) last_.push_back(hypotheses_[k].contacts[0]);
 }
 
 /// No explanation so far leaves less than noise and tolerance.
 bool ContactEstimator::needs_more() const {
-  return std::none_of(told_.begin(), told_.end(), [&](const auto& set) { return set.residual <= sensed_.explained; });
+  return std::none_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& set) { return set.residual <= sensed_.explained; });
 }
 
-/// To what a further contact is added. The contacts that were told a tick ago come first: of two the one that came first is known best from before.
+/// To what a further contact is added. The contacts that were reported a tick ago come first: of two the one that came first is known best from before.
 std::span<const sensing::ContactSet> ContactEstimator::make_parents(std::size_t tracker) {
   if (tracker > 0) return trackers_[tracker - 1].sets();
   parents_.clear();
@@ -116,7 +129,7 @@ std::span<const sensing::ContactSet> ContactEstimator::make_parents(std::size_t 
 void ContactEstimator::find_sets() {
   if (sensed_.verdict == sensing::Verdict::BelowThreshold)
     for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
-  if (trackers_.empty() || told_.empty() || !needs_more()) return;
+  if (trackers_.empty() || hypotheses_.empty() || !needs_more()) return;
   const double sigma = sense_.noise, rho = calc_rho();
   const world::Model& model = sensor_->model();
   world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
@@ -125,22 +138,24 @@ void ContactEstimator::find_sets() {
     sensing::ContactTracker& tracker = trackers_[k];
     tracker.update({rows_, rho, sigma, sensed_.explained, make_parents(k)});
     const bool likelier =
-        !tracker.sets().empty() && tracker.sets().front().objective + options_.score_margin * sigma * sigma < told_.front().objective;
-    if (likelier) told_ = tracker.sets();
+        !tracker.sets().empty() && tracker.sets().front().objective + options_.score_margin * sigma * sigma < hypotheses_.front().objective;
+    if (likelier) hypotheses_ = tracker.sets();
   }
 }
 
-/// Of the explanations the most likely, and those not much less likely. Contacts do not jump: of these only what was told before, where any of it is left, so that
+/// Of the hypotheses the most likely, and those not much less likely. Contacts do not jump: of these only what was reported before, where any of it is left, so that
 /// there are fewer and fewer until all are refuted.
-void ContactEstimator::choose_told() {
+void ContactEstimator::choose_reported() {
   std::size_t kept = 0;
   const double margin = options_.score_margin * sense_.noise * sense_.noise;
-  while (kept < std::min(told_.size(), at(options_.max_candidates)) && told_[kept].objective <= told_[0].objective + margin) ++kept;
-  told_.resize(kept);
+  while (kept < std::min(hypotheses_.size(), at(options_.max_candidates)) &&
+         hypotheses_[kept].objective <= hypotheses_[0].objective + margin)
+    ++kept;
+  hypotheses_.resize(kept);
   const auto is_new = [&](const sensing::ContactSet& set) {
     return std::any_of(set.contacts.begin(), set.contacts.begin() + set.count, [&](const auto& p) { return find_tracked(p) == nullptr; });
   };
-  if (!std::all_of(told_.begin(), told_.end(), is_new)) std::erase_if(told_, is_new);
+  if (!std::all_of(hypotheses_.begin(), hypotheses_.end(), is_new)) std::erase_if(hypotheses_, is_new);
 }
 
 /// A Kalman filter of each offset: a random walk over the way that the arm moves, measured where nothing touches it, by torques whose noise has a memory. At rest
@@ -182,40 +197,57 @@ std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, Vec
   core::require_size("q", q.size(), n);
   core::require_size("q_now", q_now.size(), n);
   core::require_size("tau", tau.size(), n);
+  core::require_finite("q_now", std::span(q_now.data(), at(static_cast<int>(n))));
   core::require_positive("dt", dt);
+  since_sample_ += dt;
+  if (!q.allFinite() || !tau.allFinite()) {
+    ++missed_;
+    place(q_now);
+    return contacts_;
+  }
+  missed_ = 0;
+  take_sample(q, tau, std::exchange(since_sample_, 0));
+  report();
+  place(q_now);
+  return contacts_;
+}
+
+/// Hypotheses that explain the torques as they are after a sample. @param dt  since the one before [s]
+void ContactEstimator::take_sample(VectorRef q, VectorRef tau, double dt) {
   tau_ += dt / (time_constant_ + dt) * (tau - tau_);
-  q_full_.tail(n) = q;
+  q_full_.tail(q.size()) = q;
   sense(q, dt);
 
   tracked_before_.swap(tracked_);
   rank_singles();
   find_sets();
-  choose_told();
-  tell(q_now);
-  return contacts_;
+  choose_reported();
 }
 
-/// The contacts of all explanations, moved on with their links, under the numbers that they had.
-void ContactEstimator::tell(VectorRef q_now) {
-  const world::Model& model = sensor_->model();
-  q_full_.tail(model.n_a()) = q_now;
-  world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
+/// The contacts of all hypotheses, under the numbers that they had.
+void ContactEstimator::report() {
   tracked_.clear(), contacts_.clear();
-  for (int s = 0; s < static_cast<int>(told_.size()); ++s)
-    for (int i = 0; i < told_[at(s)].count; ++i) {
-      const sensing::ContactPoint& point = told_[at(s)].contacts[at(i)];
+  for (int s = 0; s < static_cast<int>(hypotheses_.size()); ++s)
+    for (int i = 0; i < hypotheses_[at(s)].count; ++i) {
+      const sensing::ContactPoint& point = hypotheses_[at(s)].contacts[at(i)];
       Tracked* before = find_tracked(point);
       const int id = before != nullptr ? before->id : next_id_++;
       if (before != nullptr) before->taken = true;
       tracked_.push_back({id, point});
-      const world::Pose& X_WB = kinematics_.X_WB[at(bodies_[at(point.link)])];
-      contacts_.push_back({.id = id,
-                           .body = bodies_[at(point.link)],
-                           .p_WC = X_WB * point.p_L,
-                           .force_W = X_WB.R * point.f_L,
-                           .alternative = told_.size() > 1,
-                           .set = s});
+      contacts_.push_back({.id = id, .body = bodies_[at(point.link)], .alternative = hypotheses_.size() > 1, .set = s});
     }
+}
+
+/// Contacts have moved on with their links.
+void ContactEstimator::place(VectorRef q_now) {
+  const world::Model& model = sensor_->model();
+  q_full_.tail(model.n_a()) = q_now;
+  world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const world::Pose& X_WB = kinematics_.X_WB[at(contacts_[i].body)];
+    contacts_[i].p_WC = X_WB * tracked_[i].point.p_L;
+    contacts_[i].force_W = X_WB.R * tracked_[i].point.f_L;
+  }
 }
 
 }  // namespace stiction::execution

@@ -23,14 +23,14 @@ struct ContactEstimatorOptions {
   /// F: forces are taken to be normal with this standard deviation before torques are seen [N], > 0. A touch near an axis needs a force of hundreds of newtons
   /// to make what noise alone makes.
   double plausible_force = 30;
-  /// Candidates whose score (C.12) is within this of the best are told, ≥ 0: three standard deviations.
+  /// Candidates whose score (C.12) is within this of the best are reported, ≥ 0: three standard deviations.
   double score_margin = 9;
-  int max_candidates = 4;  ///< explanations that are told, ≥ 1
-  /// Contacts that may act together, 1 to sensing::kMostContacts. More than one are told where fewer do not explain the torques, and only if they lower the score
+  int max_candidates = 4;  ///< hypotheses that are reported, ≥ 1
+  /// Contacts that may act together, 1 to sensing::kMostContacts. More than one are reported where fewer do not explain the torques, and only if they lower the score
   /// by more than `score_margin`.
   int max_contacts = 3;
   sensing::ContactTrackerOptions tracker{};  ///< of sets of more than one; its cone is that of `sense`
-  /// Points of the last tick from which descents start as well, told or not, ≥ max_candidates: what is found is kept, so that a tick searches only
+  /// Points of the last tick from which descents start as well, reported or not, ≥ max_candidates: what is found is kept, so that a tick searches only
   /// `sense.max_descents` more places, and the whole surface is searched over several ticks.
   int pool = 8;
   void validate() const;  ///< @throws core::InvalidInput naming the field
@@ -42,7 +42,7 @@ struct ContactEstimatorOptions {
 /// minus twice the logarithm of their posterior with noise σ and forces of standard deviation F, and those that are nearly as likely. They are alternatives,
 /// of which the controller bounds each. Where no single contact explains the torques, sets of two and then of three do in their place, with the sum of ‖f‖², followed
 /// from tick to tick by `sensing::ContactTracker`. Seven torques never isolate such a set (Y.11a): forces are those of the prior among all that would do, and every
-/// set that is nearly as likely is told. What follows from what is known of the torques:
+/// set that is nearly as likely is reported. What follows from what is known of the torques:
 ///     T = T_O ⟨(3 s / f d)² − 1⟩₊ ,   σ² = s² T_O / (T_O + T) + P ,                                                         (C.13)
 /// a low-pass of T on torques with noise s behind the lag T_O, so that three deviations move the point of the least force f by less than the sample spacing d, and
 /// the noise left with the variance P of offsets of deviation b, which are learned while nothing touches the arm; like weights they change over a radian.
@@ -57,15 +57,19 @@ class ContactEstimator {
 
   /// @param dt  since the last call [s], > 0    @param q  joints (n_a) when the torques were measured    @param tau  external torques (n_a) [N m; N]
   /// @param q_now  joints (n_a) now: contacts have moved on with their links
+  /// A sample with a number in q or tau that is not finite is no measurement and is left out: the contacts of the sample before are reported again, moved on with
+  /// their links, and the next sample counts for the time since. missed() says how many were left out in a row; who asks decides how long that may last.
+  /// @throws core::InvalidInput: sizes, q_now that is not finite, dt ≤ 0. Nothing has changed then
   /// @returns contacts, valid until the next call; the same contact keeps its number while its point moves on its link by less than a few sample spacings
   std::span<const control::ContactForce> update(control::VectorRef q, control::VectorRef tau, control::VectorRef q_now, double dt);
 
-  const sensing::SenseResult& sensed() const { return sensed_; }          ///< single contacts
-  const std::vector<sensing::ContactSet>& told() const { return told_; }  ///< explanations, the likeliest first
+  const sensing::SenseResult& sensed() const { return sensed_; }                      ///< single contacts
+  const std::vector<sensing::ContactSet>& hypotheses() const { return hypotheses_; }  ///< that are reported, the likeliest first
   const sensing::Sensor& sensor() const { return *sensor_; }
   double time_constant() const { return time_constant_; }              ///< T [s]
   double noise() const { return sense_.noise; }                        ///< σ of the last tick [N m; N]
   const Eigen::VectorXd& offset() const { return tare_.offset; }       ///< of the torques, as learned (n_a) [N m; N]
+  int missed() const { return missed_; }                               ///< samples left out since the last one that was taken
   bool is_ready() const { return options_.bias == 0 || tare_.ready; }  ///< offsets are learned
 
  private:
@@ -87,8 +91,10 @@ class ContactEstimator {
   void find_sets();
   bool needs_more() const;
   std::span<const sensing::ContactSet> make_parents(std::size_t tracker);
-  void choose_told();
-  void tell(control::VectorRef q_now);
+  void choose_reported();
+  void take_sample(control::VectorRef q, control::VectorRef tau, double dt);
+  void report();
+  void place(control::VectorRef q_now);
   Tracked* find_tracked(const sensing::ContactPoint& point);
   double calc_rho() const;
 
@@ -108,9 +114,11 @@ class ContactEstimator {
   sensing::ContactRows rows_;
   std::vector<int> bodies_;                        ///< of the links
   std::vector<sensing::ContactTracker> trackers_;  ///< of two contacts, of three
-  std::vector<sensing::ContactSet> told_, parents_;
+  std::vector<sensing::ContactSet> hypotheses_, parents_;
   std::vector<control::ContactForce> contacts_;
   int next_id_ = 0;
+  double since_sample_ = 0;  ///< [s]
+  int missed_ = 0;
 };
 
 }  // namespace stiction::execution

@@ -120,24 +120,24 @@ struct ControlLoop::Impl {
     const auto delay = static_cast<std::size_t>(std::lround(scenario.delay / scenario.period));
     if (measured.size() > delay + 1) measured.pop_front();
     if (measured.size() <= delay) {
-      told.clear();
+      reported.clear();
       return;
     }
     const Measured& m = measured.front();
     if (!is_estimated()) {
-      told = m.contacts;
+      reported = m.contacts;
       return;
     }
     sense_s.push_back(time_of([&] {
       const auto estimated = estimator->update(m.q, m.external, q, scenario.period);
-      told.assign(estimated.begin(), estimated.end());
+      reported.assign(estimated.begin(), estimated.end());
     }));
   }
 
   void command(const Eigen::VectorXd& reference, ControlSample& out) {
     control::ToolReference tool;
     const Eigen::VectorXd q = plant.q().tail(model.n_a());
-    control::ControllerState state{.time = time, .q = q, .q_ref = scenario.tool >= 0 ? scenario.start : reference, .contacts = told};
+    control::ControllerState state{.time = time, .q = q, .q_ref = scenario.tool >= 0 ? scenario.start : reference, .contacts = reported};
     if (scenario.tool >= 0) {
       tool = {.body = scenario.tool, .X_BT = scenario.X_BT, .X_WT = calc_tool_reference(reference)};
       state.tool = &tool;
@@ -151,7 +151,13 @@ struct ControlLoop::Impl {
 
   void record(const Eigen::VectorXd& q, const Eigen::VectorXd& reference, const control::ToolReference& tool,
               const control::ControllerCommand& command, ControlSample& out) {
-    out = {.time = time, .q = q, .q_cmd = command.q_cmd, .reference = reference, .torque = plant.torque(), .forces = forces, .told = told};
+    out = {.time = time,
+           .q = q,
+           .q_cmd = command.q_cmd,
+           .reference = reference,
+           .torque = plant.torque(),
+           .forces = forces,
+           .reported = reported};
     for (const auto& f : forces) out.largest_force = std::max(out.largest_force, f.force_W.norm());
     out.speed = plant.v().tail(model.n_a()).norm();
     if (scenario.tool >= 0) {
@@ -181,7 +187,7 @@ struct ControlLoop::Impl {
   world::Pose X_WT_start, X_WL_start;  ///< of the tool, and of the link that a hand presses on
   Eigen::VectorXd q_cmd;
   std::deque<Measured> measured;  ///< the oldest is what the controller is told of
-  std::vector<control::ContactForce> contacts, told;
+  std::vector<control::ContactForce> contacts, reported;
   std::vector<simulation::PairForce> forces;
   std::vector<double> update_s, sense_s;
   double time = 0;

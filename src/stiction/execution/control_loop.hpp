@@ -11,17 +11,17 @@ namespace stiction::execution {
 
 /// One tick.
 struct ControlSample {
-  double time = 0;                            ///< [s]
-  Eigen::VectorXd q, q_cmd, reference;        ///< (n_a), (n_a), joints (n_a) or tool (6)
-  Eigen::VectorXd torque;                     ///< of the motors, beside what carries the weight (n_a) [N·m or N]
-  std::vector<simulation::PairForce> forces;  ///< on the robot, of pairs of a robot with something else, and of the hand (pair −1)
-  double largest_force = 0;                   ///< of one contact [N]
-  double speed = 0;                           ///< ‖q̇‖ [rad/s]
-  double error = 0;                           ///< ‖q − q_ref‖ [rad], or distance of the tool [m]
-  double angle_error = 0;                     ///< of the tool [rad]
-  bool bounded = false;                       ///< a force is predicted at its bound: the reference asks for more
-  double slack = 0;                           ///< largest [N]
-  std::vector<control::ContactForce> told;    ///< contacts that the controller was told of in this tick
+  double time = 0;                              ///< [s]
+  Eigen::VectorXd q, q_cmd, reference;          ///< (n_a), (n_a), joints (n_a) or tool (6)
+  Eigen::VectorXd torque;                       ///< of the motors, beside what carries the weight (n_a) [N·m or N]
+  std::vector<simulation::PairForce> forces;    ///< on the robot, of pairs of a robot with something else, and of the hand (pair −1)
+  double largest_force = 0;                     ///< of one contact [N]
+  double speed = 0;                             ///< ‖q̇‖ [rad/s]
+  double error = 0;                             ///< ‖q − q_ref‖ [rad], or distance of the tool [m]
+  double angle_error = 0;                       ///< of the tool [rad]
+  bool bounded = false;                         ///< a force is predicted at its bound: the reference asks for more
+  double slack = 0;                             ///< largest [N]
+  std::vector<control::ContactForce> reported;  ///< contacts that the controller was told of in this tick
 };
 
 /// The arm of a scenario in the second-order simulation, tick by tick: impedance control of the joints, the contact controller above it, contacts as simulated

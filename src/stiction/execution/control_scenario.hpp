@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -14,10 +13,6 @@
 #include "stiction/simulation/momentum_observer.hpp"
 #include "stiction/simulation/simulation.hpp"
 #include "stiction/world/model.hpp"
-
-namespace stiction::world {
-class YamlNode;
-}
 
 namespace stiction::execution {
 
@@ -34,7 +29,7 @@ enum class ContactSource {
   Estimated,  ///< what joint torques show: a momentum observer, then `ContactEstimator`
 };
 
-/// A robot whose reference goes through things that it does not know, as a YAML file says (keys: scenarios/README.md).
+/// A robot whose reference goes through things that it does not know, as a YAML file says (tasks/control_scenario_file.hpp).
 struct ControlScenario {
   std::string name, description;
   std::filesystem::path file;
@@ -55,20 +50,6 @@ struct ControlScenario {
   std::optional<double> plausible_force{};  ///< F of (C.12) [N], > 0; nullopt: twice lambda_max
   double delay = 0;  ///< of contacts or of torques and the joints at which they were measured, rounded to ticks [s], ≥ 0
 };
-
-/// @param package_dirs  where package:// of a robot is looked up after its own
-/// @throws core::InvalidInput "FILE:LINE: field: got …, expected …": unknown keys, times that do not increase, λ_max ≤ 0, a reference outside joint limits, …
-ControlScenario load_control_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs = {});
-
-/// What scenarios of an arm have in common: the keys name, description, scene, start, controller, plant, estimator of a map.
-void read_arm(const world::YamlNode& top, std::span<const std::filesystem::path> package_dirs, ControlScenario& out);
-
-/// Joints within their limits (n_a).
-Eigen::VectorXd read_posture(const world::YamlNode& node, const world::Model& model);
-/// A scenario in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
-/// @throws core::InvalidInput "field: got …, expected …"
-ControlScenario parse_control_scenario(const std::string& text, const std::filesystem::path& folder,
-                                       std::span<const std::filesystem::path> package_dirs = {});
 
 /// Another bound of every contact force; a third of it counts as a contact at most. @throws core::InvalidInput: not positive
 void set_lambda_max(ControlScenario& scenario, double lambda_max);

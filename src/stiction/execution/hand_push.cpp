@@ -14,7 +14,7 @@ HandKnot calc_hand(const HandPush& hand, double time) {
   return {time, from.p_L + share * (to.p_L - from.p_L), from.depth + share * (to.depth - from.depth)};
 }
 
-simulation::DrivenPlant::Push calc_push(const HandPush& hand, const world::Pose& start, const world::Pose& now, double time) {
+simulation::Push calc_push(const HandPush& hand, const world::Pose& start, const world::Pose& now, double time) {
   const HandKnot at = calc_hand(hand, time);
   const double yielded = hand.direction_W.dot(now * at.p_L - start * at.p_L);
   return {.body = hand.body, .p_BP = at.p_L, .force_W = hand.stiffness * std::max(0.0, at.depth - yielded) * hand.direction_W};

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "stiction/simulation/driven_plant.hpp"
+#include "stiction/simulation/push.hpp"
 #include "stiction/world/model.hpp"
 
 namespace stiction::execution {
@@ -28,6 +28,6 @@ HandKnot calc_hand(const HandPush& hand, double time);
 
 /// Its force on the link, k ⟨depth − u·(p − p_start)⟩₊ u: what of the depth the point has not yielded, in the direction u. Without friction.
 /// @param start, now  poses of the link with the arm at the start, and now
-simulation::DrivenPlant::Push calc_push(const HandPush& hand, const world::Pose& start, const world::Pose& now, double time);
+simulation::Push calc_push(const HandPush& hand, const world::Pose& start, const world::Pose& now, double time);
 
 }  // namespace stiction::execution

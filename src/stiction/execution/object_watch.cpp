@@ -26,6 +26,11 @@ void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
 
 bool ObjectWatch::rests() const { return rests_over(least_) || rests_over(window_); }
 
+void ObjectWatch::forget_motion() {
+  if (rests_over(window_)) return;
+  while (seen_.size() > 1 && seen_.front().time < seen_.back().time - least_ * (1 + 1e-9)) seen_.pop_front();
+}
+
 bool ObjectWatch::rests_over(double window) const {
   std::size_t begin = seen_.size();
   while (begin > 0 && seen_[begin - 1].time >= seen_.back().time - window * (1 + 1e-9)) --begin;

@@ -22,6 +22,8 @@ class ObjectWatch {
   void forget() { seen_.clear(); }
   /// The window, or the least of it, is full, and no object is elsewhere in its second half than in its first.
   bool rests() const;
+  /// Where they rest: what was seen before they did is forgotten, so that mean() is not where they came through.
+  void forget_motion();
   /// Objects as they are in the mean of the window, joints as last seen (n_q).
   Eigen::VectorXd mean() const { return mean(0, seen_.size()); }
 

@@ -21,16 +21,16 @@ std::vector<int> find_pushes(const sensing::Poke& poke, double time) {
   return out;
 }
 
-simulation::DrivenPlant::Push make_push(const sensing::Scenario& scenario, int push) {
+simulation::Push make_push(const sensing::Scenario& scenario, int push) {
   const sensing::Poke::Push& acting = scenario.poke->pushes[static_cast<std::size_t>(push)];
-  const sensing::KnownContact& contact = scenario.contacts[static_cast<std::size_t>(acting.contact)];
+  const sensing::ContactPoint& contact = scenario.contacts[static_cast<std::size_t>(acting.contact)];
   const int body = scenario.sensor->links()[static_cast<std::size_t>(contact.link)].surface.body;
   return {.body = body, .p_BP = contact.p_L, .force_W = acting.force_W};
 }
 
 /// What a sensor under the base would have measured of pushes, with its noise: what the moving masses add is taken for known.
 sensing::BaseWrench measure_base(const sensing::BaseWrench& sensor, const world::Kinematics& kinematics,
-                                 std::span<const simulation::DrivenPlant::Push> pushes, core::Random& random) {
+                                 std::span<const simulation::Push> pushes, core::Random& random) {
   sensing::BaseWrench out = sensor;
   for (double& force : out.force_W) force = sensor.force_noise * random.normal();
   for (double& moment : out.moment_W) moment = sensor.moment_noise * random.normal();
@@ -60,7 +60,7 @@ Status simulate_poke(sensing::Scenario& scenario, std::string& message) {
   series = {};
   series.q.resize(model.n_a(), moments);
   series.tau.resize(model.n_a(), moments);
-  std::vector<simulation::DrivenPlant::Push> pushes;
+  std::vector<simulation::Push> pushes;
   world::KinematicsWorkspace kinematics_work(model);
   world::Kinematics kinematics;
   constexpr std::uint64_t kBaseStream = 1;  // beside that of the observer

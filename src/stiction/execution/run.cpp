@@ -9,8 +9,9 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/processor_time.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/execution/driver_link.hpp"
+#include "stiction/execution/fall.hpp"
 #include "stiction/execution/object_watch.hpp"
-#include "stiction/execution/plant_link.hpp"
 #include "stiction/execution/run_timing.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/world/scales.hpp"
@@ -30,15 +31,13 @@ constexpr double kThere = 0.3;
 constexpr int kMostWindows = 10;
 /// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
 constexpr double kGain = 0.8;
-/// An object has fallen that is this far below where it was and will be [L].
-constexpr double kFall = 1;
 
 /// Of objects that rest on what stops them, those trail their plan for some follow times.
 constexpr double kFollowTimes = 2;
 
 class Executor {
  public:
-  Executor(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
+  Executor(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
            const core::RunControl& control, RunResult& out)
       : model_(*problem.model),
         link_(plant, model_, how.tick, how.silence),
@@ -55,7 +54,6 @@ class Executor {
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     planner_.tolerance_fraction = std::min(planner_.tolerance_fraction, how.plan_fraction);
     planner_.friction *= how.friction;
-    planner_.stop_at_goal = true;
   }
 
   void go(const planning::Plan* first) {
@@ -121,14 +119,14 @@ class Executor {
     return world::object_pose(model_, q, object).p.dot(model_.scene().gravity.normalized());
   }
 
-  /// Objects may be as deep as they are, and as the plan has them.
-  void set_floor(const Trajectory& trajectory) {
+  /// Objects may be as deep as they are, and as what is planned (n_q × knots) has them.
+  void set_floor(const Eigen::MatrixXd& planned) {
     floor_.assign(model_.objects().size(), std::numeric_limits<double>::infinity());
     for (int i = 0; i < static_cast<int>(floor_.size()); ++i) {
       const bool free = model_.scene().objects[static_cast<std::size_t>(i)].joint == world::ObjectJoint::Free;
       if (!free || model_.scene().gravity.norm() == 0) continue;
       double lowest = depth(measured_.q, i);
-      for (Eigen::Index k = 0; k < trajectory.q.cols(); ++k) lowest = std::max(lowest, depth(trajectory.q.col(k), i));
+      for (Eigen::Index k = 0; k < planned.cols(); ++k) lowest = std::max(lowest, depth(planned.col(k), i));
       floor_[static_cast<std::size_t>(i)] = lowest + kFall * model_.scales().object(i).length;
     }
   }
@@ -155,7 +153,12 @@ class Executor {
     while (now() - begin < kMostWindows * window_) {
       looked_ = false;
       if (!tick(u_)) return false;
-      if (looked_ && (watch_.rests() || there())) return true;
+      if (!looked_) continue;
+      if (watch_.rests()) {
+        watch_.forget_motion();
+        return true;
+      }
+      if (there()) return true;
     }
     return true;
   }
@@ -199,6 +202,7 @@ class Executor {
     start_ = measured_.time;
     u_ = measured_.u;
     q_plan_ = measured_.q;
+    set_floor({});
     look();
     if (!settle()) return;
     std::string cause = "start";
@@ -207,36 +211,41 @@ class Executor {
       trajectory = make_trajectory(model_, *first, speed_, &lead_);
       if (!starts_here(*trajectory)) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
-    for (;;) {
-      if (goal_share(watch_.mean()) <= 1) {
+    while (!over_) {
+      if (is_at_goal()) {
         if (hold_goal()) {
           end(RunEnd::Reached);
           return;
         }
-        if (over_) return;
         cause = "the object left the goal";
         trajectory.reset();
-        if (!settle()) return;
+        if (!over_) settle();
+      } else if (trajectory || (may_plan() && (trajectory = make_plan(cause)))) {
+        has_plan_ = true;
+        cause = carry_out(*trajectory);
+        trajectory.reset();
+        if (!over_) settle();
       }
-      if (!trajectory && !(trajectory = make_plan(cause))) return;
-      cause = carry_out(*trajectory);
-      trajectory.reset();
-      if (over_ || !settle()) return;
-      if (goal_share(watch_.mean()) <= 1) continue;
-      if (out_.replans == how_.replans) {
-        end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", out_.replans));
-        return;
-      }
-      ++out_.replans;
     }
   }
 
+  bool is_at_goal() const { return goal_share(watch_.mean()) <= 1; }
+
   // ---- plans
 
-  /// From what is measured; where there is none the springs are let go, and it is asked again. Nothing: the run is over.
+  /// Every plan after the first counts, whatever calls for it. False: they are used up, and the run is over.
+  bool may_plan() {
+    if (!has_plan_) return has_plan_ = true;
+    if (out_.replans == how_.replans) return end(RunEnd::Replans, fmt::format("the goal was not reached with {} replans", out_.replans));
+    ++out_.replans;
+    return true;
+  }
+
+  /// From what is measured; where there is none the springs are let go, and it is asked again.
+  /// @returns nothing: the run is over, or the object came to its goal as the springs were let go
   std::optional<Trajectory> make_plan(const std::string& cause) {
     for (int refused = 0; refused < how_.refusals; ++refused) {
-      if (refused > 0 && !let_go()) return std::nullopt;
+      if (refused > 0 && (!let_go() || is_at_goal())) return std::nullopt;
       planning::PlanResult result;
       ask_planner(refused == 0 ? cause : "no plan from where springs were strained", result);
       if (control_.stop()) {
@@ -281,7 +290,7 @@ class Executor {
 
   /// @returns why it ended, for the next plan
   std::string carry_out(const Trajectory& trajectory) {
-    set_floor(trajectory);
+    set_floor(trajectory.q);
     link_.pause();  // the trajectory took its time
     state_ = RunState::Push;
     if (!move_to(trajectory.u.col(0))) return {};
@@ -351,7 +360,7 @@ class Executor {
   }
 
   const Model& model_;
-  PlantLink link_;
+  DriverLink link_;
   const planning::PlanningProblem& problem_;
   planning::PlannerOptions planner_;
   const RunOptions& how_;
@@ -368,6 +377,7 @@ class Executor {
   double next_look_ = 0;
   bool looked_ = false;  ///< in the last tick
   bool over_ = false;
+  bool has_plan_ = false;  ///< one was given or asked for
   RunState state_ = RunState::Hold;
   double off_ = 0;  ///< of the last look, in tolerances
   Eigen::VectorXd u_, q_plan_;
@@ -377,7 +387,7 @@ class Executor {
 
 }  // namespace
 
-Status run(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
+Status run(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
            const core::RunControl& control, RunResult& out, const planning::Plan* first) {
   const auto start = core::RunControl::Clock::now();
   how.validate();

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/execution/plant.hpp"
+#include "stiction/execution/driver.hpp"
 #include "stiction/execution/run_speed.hpp"
 #include "stiction/planning/planner.hpp"
 
@@ -59,7 +59,7 @@ struct RunOptions {
   /// … or this much time of all cores of the process [s], > 0, which other work on the machine does not shorten; nothing: plan_timeout alone.
   std::optional<double> plan_processor_time;
   int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
-  int replans = 60;                                        ///< after the first plan, ≥ 0
+  int replans = 60;                                        ///< plans after the first one, whatever calls for them, ≥ 0
   double duration = 600;                                   ///< of the run, without planning [s], > 0
   double silence = 0.5;                                    ///< objects that were not seen for so long are not seen any more [s], > 0
   std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds
@@ -95,7 +95,7 @@ struct RunResult {
   double planning_s = 0;      ///< wall time of all plans
   double wall_s = 0;
   std::vector<RunPlan> plans;
-  int replans = 0;  ///< of them, those that something on the way called for
+  int replans = 0;  ///< of them, those after the first; a plan that is asked for again because it was refused counts once
   std::vector<RunPiece> pieces;
   std::optional<int> dropped;                      ///< object that fell
   std::optional<planning::PlanResult> first_plan;  ///< of the planner
@@ -118,7 +118,7 @@ struct RunResult {
 /// @returns Solved: Reached; Cancelled; NumericalFailure: Silent; MaxIterations: anything else. `out` holds what was done
 /// @throws  core::InvalidInput: options, problem, a plan that does not fit the model
 /// Tests: tests/execution/run_test.cpp, tests/python/test_run.py
-[[nodiscard]] core::Status run(Plant& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options,
+[[nodiscard]] core::Status run(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& options,
                                const RunOptions& how, const core::RunControl& control, RunResult& out,
                                const planning::Plan* first = nullptr);
 

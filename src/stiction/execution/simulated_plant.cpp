@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/speed_limits.hpp"
 
@@ -73,18 +75,26 @@ bool SimulatedPlant::read(Measurement& out) {
 }
 
 bool SimulatedPlant::command(VectorRef u, double period) {
-  apply_pushes();
+  apply_pushes(period);
   if (plant_.advance(u, period) != core::Status::Solved) return false;
   past_.push_back({plant_.time(), plant_.q()});
   while (past_.size() > 1 && past_[1].time <= plant_.time() - options_.pose_delay) past_.pop_front();
   return true;
 }
 
-void SimulatedPlant::apply_pushes() {
+/// Within a period each force acts with the share of it in which its push lasts, so that the momentum that it gives is exact.
+void SimulatedPlant::apply_pushes(double period) {
+  acting_.clear();
+  const double now = plant_.time();
   for (const OutsidePush& push : options_.pushes) {
-    const bool acts = plant_.time() >= push.begin && plant_.time() < push.begin + push.duration;
-    plant_.set_force(model_->objects()[static_cast<std::size_t>(push.object)].body, acts ? push.force_W : Eigen::Vector3d::Zero().eval());
+    const double lasts = std::min(now + period, push.begin + push.duration) - std::max(now, push.begin);
+    if (!(lasts > 0)) continue;
+    const auto object = static_cast<std::size_t>(push.object);
+    acting_.push_back({.body = model_->objects()[object].body,
+                       .p_BP = model_->scene().objects[object].p_BCom,
+                       .force_W = std::min(1.0, lasts / period) * push.force_W});
   }
+  plant_.set_pushes(acting_);
 }
 
 }  // namespace stiction::execution

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "stiction/core/random.hpp"
-#include "stiction/execution/plant.hpp"
+#include "stiction/execution/driver.hpp"
 #include "stiction/simulation/stepped_plant.hpp"
 
 namespace stiction::execution {
 
-/// A force on an object for a while.
+/// A force on an object for a while. Those that act at the same time add up.
 struct OutsidePush {
   int object = 0;
   double begin = 0, duration = 0;                     ///< [s] ≥ 0
@@ -32,8 +32,8 @@ struct WorldOptions {
 /// A simulated world in which motors saturate, joints are told the speed of their commands and objects on joints come to rest.
 std::shared_ptr<const simulation::Plant> make_world(const std::shared_ptr<const world::Model>& model, const WorldOptions& options);
 
-/// MuJoCo as a plant.
-class SimulatedPlant final : public Plant {
+/// MuJoCo behind the interface of a driver.
+class SimulatedPlant final : public Driver {
  public:
   /// At rest in q (n_q), joints commanded where they are. @throws core::InvalidInput
   SimulatedPlant(const std::shared_ptr<const world::Model>& model, VectorRef q, const WorldOptions& options = {});
@@ -46,7 +46,7 @@ class SimulatedPlant final : public Plant {
   Eigen::VectorXd take_torques() { return plant_.take_torques(); }  ///< of SteppedPlant
 
  private:
-  void apply_pushes();
+  void apply_pushes(double period);
 
   std::shared_ptr<const world::Model> model_;
   WorldOptions options_;
@@ -56,6 +56,7 @@ class SimulatedPlant final : public Plant {
     Eigen::VectorXd q;
   };
   std::deque<Seen> past_;  ///< as far back as the delay
+  std::vector<simulation::Push> acting_;
   core::Random random_;
 };
 

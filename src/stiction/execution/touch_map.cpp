@@ -25,7 +25,7 @@ world::FixedSpec make_ball(const std::string& name, const TouchedPlace& place, d
   return out;
 }
 
-/// Distances of the arm from everything, or from what stands still alone.
+/// The distance of the arm from everything, or from what stands still alone.
 class Room {
  public:
   Room(const world::Model& model, bool fixed_alone) : model_(model), work_(model), q_(model.neutral()) {
@@ -40,12 +40,37 @@ class Room {
   }
 
   bool is_at_least(const VectorXd& q_a, double distance) {
-    q_.tail(model_.n_a()) = q_a;
-    world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
+    place(q_a);
     return !contact::any_nearer(model_, work_.kinematics, pairs_, distance, work_.contact_work);
   }
 
+  /// The straight line between two postures is free. The arm is looked at in steps within which no gap shrinks by more than it was at the step's beginning:
+  /// both sides of a pair may move, and no point of either travels farther than (G.1) says. The line keeps half of the clearance, or the gap that it has at an
+  /// end where that is less; there a step shrinks gaps by half of a clearance at most, and what lies between two looks overlaps by less than a quarter of it.
+  bool is_free(const VectorXd& from, const VectorXd& to, double clearance) {
+    const double travel = calc_travel(model_, from, to), half = 0.5 * clearance;
+    const double least = std::min({half, calc_gap(from), calc_gap(to)});
+    if (least < 0) return false;
+    for (double s = 0; s < 1;) {
+      const double gap = calc_gap((1 - s) * from + s * to);
+      if (gap < least) return false;
+      s += std::max(gap, half) / (2 * travel);
+    }
+    return true;
+  }
+
  private:
+  /// The smallest gap where nothing overlaps; else any number < 0 [m].
+  double calc_gap(const VectorXd& q_a) {
+    place(q_a);
+    return contact::calc_min_distance(model_, work_.kinematics, pairs_, 0, work_.contact_work);
+  }
+
+  void place(const VectorXd& q_a) {
+    q_.tail(model_.n_a()) = q_a;
+    world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
+  }
+
   const world::Model& model_;
   contact::GeometryWorkspace work_;
   VectorXd q_;
@@ -64,8 +89,15 @@ contact::PathOptions make_path_options(const world::Model& known) {
   return out;
 }
 
+/// Nothing simulates a route before the arm follows it: every line of it is looked at once more.
+bool is_free(Room& room, std::span<const VectorXd> path, double clearance) {
+  for (std::size_t i = 1; i < path.size(); ++i)
+    if (!room.is_free(path[i - 1], path[i], clearance)) return false;
+  return true;
+}
+
 void find_shortest(const world::Model& model, const VectorXd& goal, const contact::PathOptions& options, core::Random& random,
-                   const core::RunControl& control, Route& out) {
+                   const core::RunControl& control, Room& room, Route& out) {
   const world::RobotChains chains(model);
   contact::GeometryWorkspace work(model);
   work.control = &control;
@@ -81,6 +113,7 @@ void find_shortest(const world::Model& model, const VectorXd& goal, const contac
     }
     path.insert(path.begin(), out.retreat.back());
     if (path.size() > 2 && path[path.size() - 2] == path.back()) path.pop_back();
+    if (!is_free(room, path, options.clearance)) continue;
     double travel = 0;
     for (std::size_t i = 1; i < path.size(); ++i) travel += calc_travel(model, path[i - 1], path[i]);
     if (out.outcome == PathOutcome::Found && travel >= out.travel) continue;
@@ -136,7 +169,7 @@ Route find_route(const TouchMap& map, std::span<const VectorXd> way, const Vecto
       out.outcome = PathOutcome::GoalBlocked;  // find_path would only keep away from it until the end
     } else {
       out.retreat.push_back(way[i - 1]);
-      find_shortest(*out.model, goal, options, random, control, out);
+      find_shortest(*out.model, goal, options, random, control, room, out);
     }
     if (out.outcome == PathOutcome::Found || map.size() == 0) break;
   }

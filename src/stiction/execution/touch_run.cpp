@@ -58,19 +58,19 @@ struct Estimate {
   }
 };
 
-/// Contacts that were told without a break until now.
+/// Contacts that were reported without a break until now.
 class Feeling {
  public:
   /// @param lag  of the estimates behind contacts [s]    @param period  of a tick [s]
   Feeling(double lag, double period) : needed_(static_cast<int>(std::ceil(kPress * lag / period))) {}
 
   void add(const ControlSample& sample) {
-    if (sample.told.empty()) {
+    if (sample.reported.empty()) {
       reset();
       return;
     }
     if (++ticks_ <= needed_ / 2) return;
-    for (std::size_t i = 0; i < sample.told.size(); ++i) estimates_[sample.told[i].id].add(sample.told[i], i == 0);
+    for (std::size_t i = 0; i < sample.reported.size(); ++i) estimates_[sample.reported[i].id].add(sample.reported[i], i == 0);
   }
   void reset() { ticks_ = 0, estimates_.clear(); }
   bool is_sure() const { return ticks_ >= needed_; }
@@ -88,9 +88,9 @@ class Feeling {
   std::map<int, Estimate> estimates_;  ///< by the number of the contact
 };
 
-class Errand {
+class TouchRun {
  public:
-  Errand(const TouchScenario& scenario, const TouchRunOptions& options, TouchRunResult& out)
+  TouchRun(const TouchScenario& scenario, const TouchRunOptions& options, TouchRunResult& out)
       : scenario_(scenario),
         model_(*scenario.arm.model),
         options_(options),
@@ -259,7 +259,7 @@ Status run_touch(const TouchScenario& scenario, const TouchRunOptions& options, 
   options.validate();
   out = {};
   out.world = make_world(scenario, options.seed);
-  out.status = Errand(scenario, options, out).go();
+  out.status = TouchRun(scenario, options, out).go();
   return out.status;
 }
 

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "stiction/execution/control_scenario.hpp"
@@ -18,7 +16,7 @@ struct UnknownBody {
   double yaw_spread = 0;                                      ///< and its turn about z of W, through its place [rad], ≥ 0
 };
 
-/// An arm that goes to a posture among things that it does not know, as a YAML file says (keys: scenarios/README.md).
+/// An arm that goes to a posture among things that it does not know, as a YAML file says (tasks/touch_scenario_file.hpp).
 struct TouchScenario {
   ControlScenario arm;      ///< what is known: model, start, controller, plant, estimator. Without a reference; contacts are estimated
   Eigen::VectorXd goal;     ///< joints (n_a)
@@ -27,14 +25,6 @@ struct TouchScenario {
   double tolerance = 0.01;  ///< of the largest joint at the goal [rad, L of the robots]
   std::vector<UnknownBody> unknown;
 };
-
-/// @throws core::InvalidInput "FILE:LINE: field: got …, expected …": unknown keys, a goal outside joint limits, a name that is taken, …
-TouchScenario load_touch_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs = {});
-
-/// A scenario in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
-/// @throws core::InvalidInput "field: got …, expected …"
-TouchScenario parse_touch_scenario(const std::string& text, const std::filesystem::path& folder,
-                                   std::span<const std::filesystem::path> package_dirs = {});
 
 /// The known scene and what is not known, in the places of this seed.
 /// @throws core::InvalidInput: the arm at its start touches something

@@ -9,6 +9,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/parallel.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
 namespace {
@@ -156,7 +157,7 @@ class Transfer {
   bool falls(double t, const Eigen::VectorXd& planned, VectorRef q, const Eigen::Vector3d& down) {
     for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
       if (model_.scene().objects[static_cast<std::size_t>(i)].joint != world::ObjectJoint::Free) continue;
-      const double depth = world::object_pose(model_, q, i).p.dot(down) - options_.drop_height;
+      const double depth = world::object_pose(model_, q, i).p.dot(down) - options_.fall * model_.scales().object(i).length;
       if (depth < world::object_pose(model_, planned, i).p.dot(down) || comes_down_to(depth, i, t, down)) continue;
       out_.dropped = i;
       out_.dropped_s = t;
@@ -212,8 +213,8 @@ class Transfer {
   Trajectory compared_;    ///< … and the states that it is compared with
 };
 
-std::optional<double> ratio(double mean, double length) {
-  if (length < kLeastLength) return std::nullopt;
+std::optional<double> ratio(double mean, double length, double least) {
+  if (length < least) return std::nullopt;
   return mean / length;
 }
 
@@ -224,20 +225,21 @@ void TransferOptions::validate() const {
   core::require_nonnegative("pause", pause);
   if (uniform) uniform->validate();
   core::require_nonnegative("hold", hold);
-  core::require_positive("drop_height", drop_height);
+  core::require_positive("fall", fall);
   if (!(lost_factor > 0)) core::throw_invalid("lost_factor", fmt::format("{:g}", lost_factor), "a number > 0");
   core::require_positive("record_interval", record_interval);
   if (threads < 0) core::throw_invalid("threads", std::to_string(threads), "0 (all cores) or more");
 }
 
-std::optional<double> PieceError::normalised_position() const { return ratio(mean_position, length_position); }
-std::optional<double> PieceError::normalised_angle() const { return ratio(mean_angle, length_angle); }
+std::optional<double> PieceError::normalised_position() const { return ratio(mean_position, length_position, least_position); }
+std::optional<double> PieceError::normalised_angle() const { return ratio(mean_angle, length_angle, kLeastAngle); }
 
 PieceError measure(const Model& model, int object, VectorRef times, Eigen::Ref<const Eigen::MatrixXd> q_plan,
                    Eigen::Ref<const Eigen::MatrixXd> q_sim, Eigen::Ref<const Eigen::MatrixXd> path) {
   core::require_size("q_plan.cols", q_plan.cols(), times.size());
   core::require_size("q_sim.cols", q_sim.cols(), times.size());
   PieceError out;
+  out.least_position = world::share::kMotionless * model.scales().object(object).length;
   const Eigen::Index n = times.size();
   if (n == 0) return out;
   Distance before{0, 0};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
+#include "stiction/execution/fall.hpp"
 #include "stiction/execution/run_speed.hpp"
 #include "stiction/execution/trajectory.hpp"
 #include "stiction/simulation/simulation.hpp"
@@ -21,8 +22,8 @@ struct TransferOptions {
   double pause = 0;                    ///< commands rest this long between pieces [s], ≥ 0
   std::optional<SpeedLimits> uniform;  ///< in place of both: as published, the same for every object and robot
   double hold = 4.0;  ///< the last command is held this long before the goal is judged, at the plan's tolerances [s], ≥ 0
-  double drop_height =
-      0.03;  ///< a free object was dropped that is this far below where the plan has it from then to the end of a piece [m]
+  /// A free object was dropped that is so far below where the plan has it from then to the end of a piece [L of the object], > 0
+  double fall = kFall;
   /// The run ends where the object of the goal is farther from where the plan has it than this many tolerances, > 0
   double lost_factor = std::numeric_limits<double>::infinity();
   double record_interval = 0.02;  ///< of the samples [s]
@@ -42,11 +43,12 @@ struct PieceError {
   double end_angle = 0;        ///< [rad]
   double length_position = 0;  ///< L of the plan (3.12) [m]
   double length_angle = 0;     ///< [rad]
-  /// Δ/L (3.11), nothing where the plan moves the object by less than kLeastLength.
+  double least_position = 0;   ///< a plan that moves the object by less leaves it where it is: world::share::kMotionless of its length [m]
+  /// Δ/L (3.11), nothing where the plan moves the object by less than least_position, or turns it by less than kLeastAngle.
   std::optional<double> normalised_position() const;
   std::optional<double> normalised_angle() const;
 };
-inline constexpr double kLeastLength = 1e-4;  // [m or rad]
+inline constexpr double kLeastAngle = 1e-4;  // [rad]
 
 struct PieceReport {
   planning::SegmentKind kind = planning::SegmentKind::Contact;

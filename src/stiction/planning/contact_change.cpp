@@ -4,29 +4,22 @@
 #include <limits>
 
 namespace stiction::planning {
-namespace {
-
-/// Draws of the branches of a regrasp, until some may be able to let go of the object.
-constexpr int kDraws = 30;
-/// Extensions of a tree after which a loose regrasp is as good as any: of a ball in an open hand no other may lead to the goal.
-constexpr std::uint64_t kHeldExtensions = 1000;
-
-}  // namespace
-
 void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random) const {
   if (tree[x.near].edge == SegmentKind::Regrasp) x.near = tree[x.near].parent;
   const Node& near = tree[x.near];
   x.grasp = false;
   if (near.cannot_release) return;
   const auto failed = [&](world::ChainMask moved) { return moved == x.release.moved; };
-  // Where some leave it loose, these and others do.
-  const auto loose = [&](world::ChainMask moved) { return (moved & x.release.moved) == moved; };
-  for (int k = 0; k < kDraws && !x.grasp; ++k) {
-    x.release = {contact::draw_grasp(setting_.chains, setting_.options.sampler, random), x.stream >= kHeldExtensions};
-    x.grasp = std::ranges::none_of(near.failed_releases, failed) && (x.release.loose || std::ranges::none_of(near.loose_releases, loose));
+  // Where some branches leave the object unstable, these and others do.
+  const auto unstable = [&](world::ChainMask moved) { return (moved & x.release.moved) == moved; };
+  for (int k = 0; k < threshold::kBranchDraws && !x.grasp; ++k) {
+    x.release = {contact::draw_grasp(setting_.chains, contact::GenericSampler{}, random), x.may_be_unstable};
+    x.grasp = std::ranges::none_of(near.failed_releases, failed) &&
+              (x.may_be_unstable || std::ranges::none_of(near.unstable_releases, unstable));
   }
-  if (!x.grasp && !near.loose_releases.empty()) {  // the last resort
-    x.release = {near.loose_releases[static_cast<std::size_t>(random.index(static_cast<int>(near.loose_releases.size())))], true};
+  if (!x.grasp && !near.unstable_releases.empty()) {  // the last resort
+    const int n = static_cast<int>(near.unstable_releases.size());
+    x.release = {near.unstable_releases[static_cast<std::size_t>(random.index(n))], true};
     x.grasp = true;
   }
   if (!x.grasp) x.cannot_release = x.near;
@@ -34,44 +27,24 @@ void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random)
 
 bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& random, ThreadScratch& scratch, Node& node) const {
   const Node& near = tree[x.near];
-  if (!setting_.options.real_regrasps) {
-    ++x.totals.regrasps.tried;
-    const auto sample = contact::sample_contact(setting_.model, setting_.chains, setting_.options.sampler, x.release.moved, near.q, random,
-                                                scratch.geometry);
-    if (!sample) {
-      ++x.totals.regrasps.no_sample;
-      return false;
-    }
-    ++x.totals.regrasps.accepted;
-    node.q = near.q;
-    node.q.tail(setting_.model.n_a()) = sample->q_a;
-    node.u = sample->q_a;
-    node.commands = sample->q_a;
-    node.states = node.q;
-  } else {
-    const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
-                           [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); }};
-    const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, scratch.regrasp, x.totals.regrasps);
-    static_cast<Work&>(x.totals) += scratch.regrasp;
-    x.release_failed = scratch.regrasp.stuck;
-    x.release_loose = scratch.regrasp.loose && !x.release.loose;
-    node.loose = scratch.regrasp.loose;
-    if (!held) return false;
-    node.q = scratch.regrasp.knots.back().q;
-    node.u = scratch.regrasp.knots.back().u;
-    set_edge(scratch.regrasp.knots, setting_.model, node);
-  }
+  Regrasp& regrasp = scratch.regrasp;
+  const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
+                         [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); }};
+  const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, regrasp, x.totals.regrasps);
+  static_cast<Work&>(x.totals) += regrasp;
+  x.release_failed = regrasp.stuck;
+  x.release_unstable = regrasp.unstable && !x.release.may_be_unstable;
+  node.unstable = regrasp.unstable;
   node.edge = SegmentKind::Regrasp;
-  return true;
+  if (held) set_edge(regrasp.knots, setting_.model, node);
+  return held;
 }
 
 Promise ContactChange::predict(const Eigen::VectorXd& q, Expansion& x, ThreadScratch& scratch) const {
   Node& node = scratch.candidate;
   node.q = q;
   node.u = q.tail(setting_.model.n_a());
-  const bool solved =
-      x.in_cones ? models_.linearise_with_forces(node, scratch, x.totals) : models_.linearise(node, x.stream, scratch, x.totals);
-  if (!solved) return {std::numeric_limits<double>::infinity(), node.u};
+  if (!models_.linearise(node, x.in_cones, scratch, x.totals)) return {std::numeric_limits<double>::infinity(), node.u};
   const Eigen::VectorXd q_a = q.tail(setting_.model.n_a());
   Eigen::VectorXd e = setting_.goal.difference(node.local.c_u, x.target(setting_.goal, node.local.c_u));
   const Eigen::VectorXd delta_u =
@@ -88,7 +61,7 @@ double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::
   from.q = q;
   from.u = q.tail(setting_.model.n_a());
   Totals totals;
-  const bool moved = simulator_.move(from, command, scratch, totals, to);
+  const bool moved = extend_.push(from, command, scratch, totals, to);
   scratch.regrasp += totals;
   scratch.steps.forget();  // the regrasp goes on from elsewhere
   return x.distance(setting_.goal, moved ? to.q : q);

@@ -7,8 +7,8 @@ namespace stiction::planning {
 /// A change of contacts as an edge of the tree (3.4.3): which branches let go, and where they grasp anew.
 class ContactChange {
  public:
-  ContactChange(const Setting& setting, const NodeModels& models, const EdgeSimulator& simulator, const Extend& extend)
-      : setting_(setting), models_(models), simulator_(simulator), extend_(extend) {}
+  ContactChange(const Setting& setting, const NodeModels& models, const Extend& extend)
+      : setting_(setting), models_(models), extend_(extend) {}
 
   /// Where a regrasp starts, and the branches that let go. A regrasp after a regrasp would only undo it (3.4.5 (i)): grasp again from
   /// where the first one started. Where the object does not stay when branches let go, others are drawn; where it never does, push instead.
@@ -23,7 +23,6 @@ class ContactChange {
 
   const Setting& setting_;
   const NodeModels& models_;
-  const EdgeSimulator& simulator_;
   const Extend& extend_;
 };
 

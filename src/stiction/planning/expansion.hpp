@@ -18,6 +18,7 @@ inline RegraspCounts& operator+=(RegraspCounts& sum, const RegraspCounts& o) {
   sum.no_sample += o.no_sample;
   sum.no_path += o.no_path;
   sum.object_moved += o.object_moved;
+  sum.unstable += o.unstable;
   sum.failed_step += o.failed_step;
   return sum;
 }
@@ -38,34 +39,31 @@ struct Totals : Work {
 /// Everything one thread needs to grow a tree.
 struct ThreadScratch : SimulationScratch {
   ThreadScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control)
-      : SimulationScratch(model, control), locals(model), least_squares(model->n_a()) {}
+      : SimulationScratch(model, control), least_squares(model->n_a()) {}
 
-  dynamics::LocalModelWorkspace locals;
   cone::ConeLeastSquares least_squares;
-  dynamics::LocalModel local;
   Regrasp regrasp;
   Node candidate;
 };
 
-/// One growth of the tree, from the draw of the subgoal to the new nodes.
+/// One expansion of the tree, from the draw of the subgoal to the new nodes.
 struct Expansion {
   std::uint64_t stream = 0;
   int near = -1;  ///< −1: to be found by the thread
   bool grasp = false;
   bool to_goal = false;
-  bool by_place = false;        ///< near by the place of the objects, whatever the posture
   bool in_cones = false;        ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;      ///< qᵘ (n_qu)
   EdgeReplay near_replay;       ///< of `near`, when this expansion computed it
   int refined = -1;             ///< the node that it belongs to
-  bool rejected = false;        ///< it is too far from q to build on; the chain then is what is left of the node's edge
+  bool rejected = false;        ///< it is too far from q to build on
+  bool may_be_unstable = false;  ///< a release, since hardly any is stable
   Release release;              ///< of a regrasp
   bool release_failed = false;  ///< its branches cannot let go of the object at `near`
-  bool release_loose = false;   ///< or not without leaving it loose
+  bool release_unstable = false;  ///< or not without leaving it unstable
   int cannot_release = -1;      ///< a node at which no branches can
   Eigen::VectorXd command;      ///< that `near` was extended to (n_a); empty: it was not
   std::vector<Node> chain;      ///< new nodes, each the parent of the next
-  std::size_t taken = 0;        ///< so many of them were extended towards the subgoal already
   int broken = 0;               ///< edges given up at the end of the chain
   Totals totals;
 

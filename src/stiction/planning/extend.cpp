@@ -4,52 +4,66 @@
 #include <cmath>
 
 #include "stiction/cone/bounded_least_squares.hpp"
+#include "stiction/planning/contact_limits.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
 namespace {
 
-/// Contacts farther apart than this do not bound an extension by their forces: those are tiny, and their linear models of no use [L].
-constexpr double kForceReach = 0.1;
-/// Where a local model knows one direction only, all subgoals give the same command: another one nearer than this share of its length
-/// is not tried again from the same node.
-constexpr double kSameCommand = 0.1;
-/// What a command of a joint unit counts for, beside the error that it leaves of the objects [L].
-constexpr double kWorth = 0.02;
+/// An extension must turn the robot or an object at least this far [rad], or move it by this of L, to be worth a node.
+constexpr double kLeastTurn = 1e-4, kLeastMove = 1e-3;
 /// A shorter extension is none [joint units].
 constexpr double kNoMove = 1e-9;
 
 }  // namespace
 
-Extend::Extend(const Setting& setting, const NodeModels& models, const EdgeSimulator& simulator)
-    : setting_(setting), models_(models), simulator_(simulator) {
-  const world::Model& model = setting.model;
-  const bool thesis = setting.options.thesis_edges();
-  units_ = thesis ? Eigen::VectorXd::Ones(model.n_a()) : model.scales().joints();
-  weights_ = thesis ? Eigen::VectorXd::Ones(model.n_vu()) : setting.goal.lengths();
-  damping_ = thesis ? setting.options.gamma : std::pow(kWorth * model.scales().object(setting.goal.object()).length, 2);
-}
+Extend::Extend(const Setting& setting, const NodeModels& models)
+    : setting_(setting),
+      models_(models),
+      units_(setting.model.scales().joints()),
+      weights_(setting.goal.lengths()),
+      damping_(std::pow(threshold::kWorth * setting.model.scales().object(setting.goal.object()).length, 2)) {}
 
 bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Eigen::VectorXd& u, Node& out) const {
   const Eigen::VectorXd q_a = models_.preloaded_command(near);
-  Eigen::VectorXd e = setting_.goal.difference(near.local.c_u, x.target(setting_.goal, near.local.c_u));
-  // Aim with the mean of the two resolutions. A node that is new to the second has only the first: its next command is another one then.
-  if (!near.replay.empty()) e -= 0.5 * setting_.goal.difference(near.q, near.replay.q_fine);
+  const Eigen::VectorXd e = setting_.goal.difference(near.local.c_u, x.target(setting_.goal, near.local.c_u));
   if (x.in_cones) {  // the tree keeps no forces
     scratch.candidate.q = near.q;
     scratch.candidate.u = near.u;
-    if (!models_.linearise_with_forces(scratch.candidate, scratch, x.totals)) return false;
+    if (!models_.linearise(scratch.candidate, true, scratch, x.totals)) return false;
   }
   const Eigen::VectorXd delta_u =
       extension(near.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   if (delta_u.cwiseQuotient(units_).norm() < kNoMove) return false;
   const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper());
-  const double same = kSameCommand * (wanted - q_a).norm();
+  const double same = threshold::kSameCommand * (wanted - q_a).norm();
   if (std::any_of(near.tried.begin(), near.tried.end(), [&](const auto& tried) { return (tried - wanted).norm() < same; })) return false;
-  if (!setting_.options.thesis_edges()) u = wanted;
-  if (!simulator_.move(near, wanted, scratch, x.totals, out)) return false;
-  out.edge = SegmentKind::Contact;
-  return simulator_.moves(near, out);
+  u = wanted;
+  return push(near, wanted, scratch, x.totals, out) && moves(near, out);
+}
+
+bool Extend::push(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const {
+  const bool long_slips = setting_.exact.friction_law == dynamics::FrictionLaw::Coulomb;  // along which round sides part
+  const Watch watch{.most = {kMostEdgePenetration, long_slips ? kMostForceGap : kUnlimited, kMostPress}, .brace = true};
+  Trace trace{.q = from.q, .u = from.u};
+  scratch.steps.forget();
+  const Ending ending = Simulation(setting_, scratch, totals).follow(u, substeps(setting_), watch, trace);
+  if (ending == Ending::Unsolved || ending == Ending::Stopped || trace.knots.empty()) return false;
+  if (calc_penetration(setting_.model, trace.q, scratch.geometry) > kMostFinePenetration) return false;  // where no step has looked yet
+  to.edge = SegmentKind::Contact;
+  set_edge(trace.knots, setting_.model, to);
+  return true;
+}
+
+bool Extend::moves(const Node& from, const Node& to) const {
+  Eigen::VectorXd moved(setting_.model.n_v());
+  moved << setting_.goal.difference(from.q, to.q), (to.q - from.q).tail(setting_.model.n_a());
+  for (int v = 0; v < setting_.model.n_v(); ++v) {
+    const world::Dof& dof = setting_.model.dofs()[static_cast<std::size_t>(v)];
+    const world::Scale& scale = v < setting_.model.n_vu() ? setting_.model.scales().object(dof.owner) : setting_.model.scales().robots();
+    if (std::abs(moved[v]) > (dof.kind == world::DofKind::Revolute ? kLeastTurn : kLeastMove * scale.length)) return true;
+  }
+  return false;
 }
 
 Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
@@ -64,13 +78,7 @@ Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd
   if (forces == nullptr || !least_squares.solve(B, we, damping_, lower, upper, y))
     cone::solve_bounded_least_squares(B, we, damping_, lower, upper, y);
   const double length = y.norm();
-  if (length >= kNoMove) {
-    if (const auto* fixed = std::get_if<FixedLength>(&setting_.options.length)) {
-      y *= fixed->length / length;
-    } else {
-      y *= std::min(1.0, std::get<CappedLength>(setting_.options.length).length / length);
-    }
-  }
+  if (length > threshold::kLength) y *= threshold::kLength / length;
   return units_.cwiseProduct(y);
 }
 
@@ -79,8 +87,8 @@ void Extend::add_force_cones(const dynamics::StepResult& step, cone::ConeLeastSq
   Eigen::MatrixXd G(3, setting_.model.n_a());
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const auto& c = step.contacts[i];
-    const double mu = c.contact.friction * simulator_.exact().friction_scale;
-    if (c.contact.phi > kForceReach * setting_.model.scales().pair(c.contact.pair).length || mu <= 0 ||
+    const double mu = c.contact.friction * setting_.exact.friction_scale;
+    if (c.contact.phi > threshold::kForceReach * setting_.model.scales().pair(c.contact.pair).length || mu <= 0 ||
         !setting_.chains.touches_object(c.contact.pair) || setting_.chains.mask_of_pair(c.contact.pair) == 0)
       continue;
     const auto D = step.D_lambda_u[i];

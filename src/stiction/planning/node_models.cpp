@@ -11,70 +11,52 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// Of disturbed steps [J·s]: as sharp as a barrier weight of 1e5/J, far below what a mean of 100 samples resolves; a fifth faster.
-constexpr double kSampleComplementarity = 1e-6;
-
-/// Diagonal of Γ: γ for what moves, and for what turns that of the way that it makes at its length L. The thesis has one number.
-Eigen::VectorXd calc_gamma(const Model& model, const PlannerOptions& options) {
-  Eigen::VectorXd gamma = Eigen::VectorXd::Constant(model.n_vu(), options.gamma);
-  if (options.thesis_edges()) return gamma;
+/// Diagonal of Γ: γ for what moves, and for what turns that of the way that it makes at its length L.
+Eigen::VectorXd calc_gamma(const Model& model, double gamma) {
+  Eigen::VectorXd out = Eigen::VectorXd::Constant(model.n_vu(), gamma);
   for (int v = 0; v < model.n_vu(); ++v) {
     const world::Dof& dof = model.dofs()[static_cast<std::size_t>(v)];
-    if (dof.kind == world::DofKind::Revolute) gamma[v] /= std::pow(model.scales().object(dof.owner).length, 2);
+    if (dof.kind == world::DofKind::Revolute) out[v] /= std::pow(model.scales().object(dof.owner).length, 2);
   }
-  return gamma;
+  return out;
 }
 
 }  // namespace
 
 NodeModels::NodeModels(const Setting& setting)
-    : setting_(setting),
-      joint_units_(setting.options.thesis_edges() ? Eigen::VectorXd() : setting.model.scales().joints()),
-      gamma_(calc_gamma(setting.model, setting.options)),
-      smoothed_(setting.options.step_options()) {
+    : setting_(setting), gamma_(calc_gamma(setting.model, setting.thresholds.gamma)), smoothed_(setting.exact) {
   smoothed_.warm_start = false;
-  const Scheme scheme = setting.options.scheme;
-  if (scheme == Scheme::RandomizedFirst || scheme == Scheme::RandomizedZeroth) smoothed_.tol_complementarity = kSampleComplementarity;
+  smoothed_.friction_law = dynamics::FrictionLaw::Anitescu;  // the central path has no shift
 }
 
-bool NodeModels::linearise(Node& node, std::uint64_t stream, ThreadScratch& scratch, Totals& totals) const {
-  const Eigen::VectorXd u = preloaded_command(node);
-  const Status status =
-      dynamics::calc_local_model(setting_.model, {node.q, u}, scheme_at(node, stream), smoothed_, false, scratch.locals, scratch.local);
-  return take_model(status, scratch.local.c, scratch.local.B, node, totals);
-}
-
-bool NodeModels::linearise_with_forces(Node& node, ThreadScratch& scratch, Totals& totals) const {
+bool NodeModels::linearise(Node& node, bool with_forces, ThreadScratch& scratch, Totals& totals) const {
   dynamics::StepOptions smoothed = smoothed_;
-  smoothed.smoothing = std::get<dynamics::Analytic>(scheme_at(node, 0));
+  smoothed.smoothing = smoothing_at(node);
   smoothed.with_B = true;
-  smoothed.with_force_derivatives = true;
+  smoothed.with_force_derivatives = with_forces;
   const Eigen::VectorXd u = preloaded_command(node);
-  const Status status = dynamics::step(setting_.model, {node.q, u}, smoothed, scratch.steps, scratch.step_result);
-  return take_model(status, scratch.step_result.q_next, scratch.step_result.B, node, totals);
+  ++totals.linearisations;
+  if (dynamics::step(setting_.model, {node.q, u}, smoothed, scratch.steps, scratch.step_result) != Status::Solved) {
+    ++totals.failed_steps;
+    return false;
+  }
+  node.local.set(scratch.step_result.q_next, scratch.step_result.B, setting_.model.n_qu(), gamma_, setting_.model.scales().joints());
+  return true;
 }
 
 Eigen::VectorXd NodeModels::preloaded_command(const Node& node) const {
   const Eigen::VectorXd u = node.q.tail(setting_.model.n_a());
-  if (setting_.options.grip_force == 0) return u;
+  if (!setting_.options.uses(Mechanism::Preload)) return u;
   const Eigen::ArrayXd strain = (node.u - u).array();
   const double force = (strain * setting_.model.stiffness().array() / setting_.model.reach().array()).abs().maxCoeff();
-  return u + (force > setting_.options.grip_force ? setting_.options.grip_force / force : 1.0) * strain.matrix();
+  return u + (force > setting_.thresholds.preload ? setting_.thresholds.preload / force : 1.0) * strain.matrix();
 }
 
-dynamics::LocalModelScheme NodeModels::scheme_at(const Node& node, std::uint64_t stream) const {
-  return setting_.options.local_model_scheme(
-      stream, std::clamp(setting_.options.goal_sharpening / setting_.goal.ratio(node.q), 1.0, setting_.options.goal_sharpening));
-}
-
-bool NodeModels::take_model(Status status, const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, Node& node, Totals& totals) const {
-  ++totals.linearisations;
-  if (status != Status::Solved) {
-    ++totals.failed_steps;
-    return false;
-  }
-  node.local.set(q_next, B, setting_.model.n_qu(), gamma_, joint_units_);
-  return true;
+dynamics::Analytic NodeModels::smoothing_at(const Node& node) const {
+  dynamics::Analytic smoothing = setting_.thresholds.smoothing;
+  if (setting_.options.uses(Mechanism::Sharpening))
+    smoothing.kappa *= std::clamp(threshold::kSharpening / setting_.goal.ratio(node.q), 1.0, threshold::kSharpening);
+  return smoothing;
 }
 
 }  // namespace stiction::planning

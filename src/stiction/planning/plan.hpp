@@ -65,7 +65,7 @@ enum class SegmentKind {
 struct Segment {
   SegmentKind kind = SegmentKind::Contact;
   std::vector<dynamics::Knot> knots;
-  bool loose = false;  ///< of a regrasp, the last resort: an object would not stay where it is with gravity aside (kAside in regrasp.hpp)
+  bool unstable = false;  ///< of a regrasp, the last resort: an object would not stay with gravity aside (threshold::kReleaseTilt) while branches are away
 };
 
 /// What a path costs [s]: the time of its commands when every joint keeps to its speed, and a price for each regrasp.

@@ -1,6 +1,9 @@
 #include "stiction/planning/plan_path.hpp"
 
+#include "stiction/planning/simulate.hpp"
+
 namespace stiction::planning {
+
 Plan PathWriter::to_plan(const Tree& tree, const std::vector<int>& path, bool forces, ThreadScratch& scratch, Totals& totals) const {
   Plan plan = empty_plan(tree);
   for (const int i : path) {
@@ -17,29 +20,30 @@ Plan PathWriter::empty_plan(const Tree& tree) const {
   plan.q_start = setting_.problem.q_start;
   plan.u_start = tree[0].u;
   plan.goal = setting_.problem.goal;
-  plan.step = simulator_.exact();
-  if (setting_.options.substep) plan.substep = *setting_.options.substep;
+  plan.step = setting_.exact;
+  plan.substep = setting_.thresholds.substep;
   return plan;
 }
 
 Segment PathWriter::describe_edge(const Tree& tree, const Node& node, bool forces, ThreadScratch& scratch, Totals& totals) const {
-  Segment segment{node.edge, {}, node.loose};
+  Segment segment{node.edge, {}, node.unstable};
   for (Eigen::Index k = 0; k < node.commands.cols(); ++k)
     segment.knots.push_back({.u = node.commands.col(k), .q = node.states.col(k), .contacts = {}});
-  if (!forces || (node.edge == SegmentKind::Regrasp && !setting_.options.real_regrasps)) return segment;
+  if (!forces) return segment;
   scratch.steps.forget();
-  add_forces(setting_.model, simulator_.exact(), node.parent < 0 ? setting_.problem.q_start : tree[node.parent].q, segment, scratch,
+  add_forces(setting_.model, setting_.exact, node.parent < 0 ? setting_.problem.q_start : tree[node.parent].q, segment, scratch,
              totals);
   return segment;
 }
 
 void PathWriter::cut_motionless_tail(Plan& plan) const {
   if (plan.segments.empty()) return;
+  const Allowance& rest = setting_.thresholds.rest;
   const Eigen::VectorXd q_end = plan.segments.back().knots.back().q;
   while (!plan.segments.empty()) {
     auto& knots = plan.segments.back().knots;
     while (knots.size() > 1) {
-      if (setting_.goal.difference(knots[knots.size() - 2].q, q_end).cwiseAbs().maxCoeff() > 1e-6) break;
+      if (setting_.goal.share(knots[knots.size() - 2].q, q_end, rest.position, rest.angle) > 1) break;
       knots.pop_back();
     }
     if (knots.size() > 1 || plan.segments.back().kind != SegmentKind::Regrasp) break;
@@ -47,7 +51,8 @@ void PathWriter::cut_motionless_tail(Plan& plan) const {
   }
 }
 
-double cost_to(const world::Model& model, const PathCost& price, const Node& parent, const Node& node) {
+double cost_to(const world::Model& model, const Node& parent, const Node& node) {
+  const PathCost price;
   double cost = parent.cost + (node.edge == SegmentKind::Regrasp ? price.regrasp : 0.0);
   Eigen::VectorXd u = parent.u;
   for (Eigen::Index k = 0; k < node.commands.cols(); ++k) {

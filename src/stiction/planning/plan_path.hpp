@@ -1,13 +1,13 @@
 #pragma once
 
-#include "stiction/planning/edge_simulator.hpp"
+#include "stiction/planning/expansion.hpp"
 
 namespace stiction::planning {
 
 /// Makes a plan of a path of the tree.
 class PathWriter {
  public:
-  PathWriter(const Setting& setting, const EdgeSimulator& simulator) : setting_(setting), simulator_(simulator) {}
+  explicit PathWriter(const Setting& setting) : setting_(setting) {}
 
   /// Without what follows the last motion of an object.
   /// @param forces  with those of every sub-step, which take a step each
@@ -15,16 +15,15 @@ class PathWriter {
 
  private:
   Plan empty_plan(const Tree& tree) const;
-  /// States along an edge, and the forces of every sub-step: the tree keeps no forces. A jump (regrasps of the thesis) has none.
+  /// States along an edge, and the forces of every sub-step: the tree keeps no forces.
   Segment describe_edge(const Tree& tree, const Node& node, bool forces, ThreadScratch& scratch, Totals& totals) const;
   /// 3.4.5 (ii): what follows the last motion of the object is dropped.
   void cut_motionless_tail(Plan& plan) const;
 
   const Setting& setting_;
-  const EdgeSimulator& simulator_;
 };
 
 /// Of the path from the root [s].
-double cost_to(const world::Model& model, const PathCost& price, const Node& parent, const Node& node);
+double cost_to(const world::Model& model, const Node& parent, const Node& node);
 
 }  // namespace stiction::planning

@@ -3,8 +3,9 @@
 #include <span>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/planning/default_options.hpp"
-#include "stiction/planning/forest.hpp"
+#include "stiction/planning/sample_boxes.hpp"
+#include "stiction/planning/search.hpp"
+#include "stiction/planning/thesis/rrt.hpp"
 
 namespace stiction::planning {
 namespace {
@@ -22,7 +23,11 @@ core::Status run(const PlanningProblem& problem, const Eigen::VectorXd& u_start,
   if (whole.sample_boxes.empty()) whole.sample_boxes = default_sample_boxes(problem);
 
   result = PlanResult{};
-  grow_forest(problem, u_start, whole, control, start, grown, result);
+  if (options.thesis) {
+    thesis::grow_tree(problem, whole, control, result);
+  } else {
+    search(problem, u_start, whole, control, start, grown, result);
+  }
   if (result.status == core::Status::Solved) {
     result.improvements.push_back({result.cost, result.iterations, core::seconds_since(start)});
     if (options.anytime) improve(problem, u_start, whole, control, start, result);

@@ -1,105 +1,37 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/core/run_control.hpp"
-#include "stiction/dynamics/local_model.hpp"
+#include "stiction/planning/mechanisms.hpp"
 #include "stiction/planning/plan.hpp"
+#include "stiction/planning/thesis/settings.hpp"
 #include "stiction/world/object_space.hpp"
 
 namespace stiction::planning {
 
-/// Ways to the local model of a node (2.4.1).
-enum class Scheme {
-  Exact,             ///< no smoothing: the first ablation of 3.5
-  Analytic,          ///< `smoothing`
-  RandomizedFirst,   ///< `randomized`, averaged derivatives (2.22)
-  RandomizedZeroth,  ///< `randomized`, least squares (2.23)
-};
-
-/// Metric of Nearest.
-struct LocalMetric {};  ///< (3.5): every node has its own
-struct GlobalMetric {
-  double position = 1;  ///< [1/m²] > 0
-  double angle = 1;     ///< [1/rad²] > 0
-};                      ///< Σ wᵢ eᵢ² with e = q_subgoal ⊖ qᵘ of the node, the same everywhere: the ablation Global of 3.5
-using Metric = std::variant<LocalMetric, GlobalMetric>;
-
-/// Length rule of Extend (Alg. 3).
-struct FixedLength {
-  double length = 0.3;
-};  ///< ‖δu‖ is always this [rad or m]
-struct CappedLength {
-  double length = 0.3;
-};  ///< at most this, with joints that slide measured by L of the robots (world::Scales::joint)
-using LengthRule = std::variant<CappedLength, FixedLength>;
-
 struct PlannerOptions {
-  std::uint64_t seed = 0;
-  int threads = 0;                 ///< 0 = all cores; the result does not depend on it
-  int trees = 2;                   ///< that grow side by side, ≥ 1; the result does depend on it. One where it does not stop at the goal
-  int batch = 8;                   ///< extensions under way at once, ≥ 1, the same number in each tree; the result does depend on it
-  int max_iterations = 100000;     ///< extensions, ≥ 1
-  bool stop_at_goal = true;        ///< false: always run max_iterations (timing)
-  double goal_bias = 0.3;          ///< probability that the subgoal is the goal
-  double grasp_probability = 0.3;  ///< probability that a node gets a contact sample instead of an extension
-  double gamma = 1e-6;             ///< γ of the metric (3.5)
-  LengthRule length = CappedLength{};
-  Scheme scheme = Scheme::Analytic;  ///< of local models (3.3)
-  dynamics::Analytic smoothing;
-  dynamics::Sampling randomized;  ///< the seed is not used: every node has a substream of that of the plan
-  Metric metric = LocalMetric{};
-  double goal_sharpening = 10;  ///< κ grows (disturbances shrink) up to this factor as the object comes within as many tolerances of the
-                                ///< goal, ≥ 1
-  double h = 0.1;               ///< time step of every model [s]
-  dynamics::Regularisation regularisation = dynamics::ByRule{};
-  std::optional<dynamics::SubstepLimits> substep = dynamics::SubstepLimits{};  ///< nullopt: one single step per extension
-  int grasp_candidates = 6;  ///< postures drawn for a regrasp, ≥ 1; the one that promises to bring the object nearest its subgoal is taken
-  int grasp_trials = 0;      ///< … after so many of those that promise most were simulated: then by what came of it, ≥ 0
-  bool real_regrasps = true;  ///< false: the robot jumps to its contact sample, as in the thesis's trees
-  dynamics::FrictionLaw friction_law = dynamics::FrictionLaw::Anitescu;  ///< of every exact step of the plan
-  double friction = 1.0;  ///< every μ of the plan is that of the scene times this: what slips in the world then slips in the plan as well
-  double grip_force =
-      0.0;  ///< extensions start with the springs as strained as they are, up to this at the reach of a joint (P.11) [N], ≥ 0
-  /// Pushes end before the robot presses on itself or on what does not move with more than this [N], > 0.
-  double brace_force = std::numeric_limits<double>::infinity();
-  double regrasp_friction = 0.8;       ///< regrasps must hold with every μ times this
-  double regrasp_clearance = 2e-3;     ///< that moving branches keep to everything between their contacts [m]
-  double regrasp_tol_position = 2e-3;  ///< the object may move this much while branches move to their new contacts [m]
-  double regrasp_tol_angle = 0.02;     ///< [rad]
-  double release_tol_position = 5e-3;  ///< … and this much while they let go of it before: it settles on what is left [m]
-  double release_tol_angle = 0.1;      ///< [rad]
-  contact::GenericSampler sampler;
-  std::vector<world::SampleBox> sample_boxes;  ///< none: default_sample_boxes
-  double fidelity_edge = 0.15;  ///< a node is built on only if half the sub-step moves the object to the same place, up to this
-                                ///< share of the goal's tolerances on its own edge …
-  double fidelity_path = 0.8;   ///< … and up to this share on the whole path from the start
-  double start_noise = 0;  ///< nodes that are built on are reached, and so is the goal, when pushes start with the objects off by up to
-                           ///< this share of the goal's tolerances, ≥ 0 …
-  /// … when gravity comes from this far aside, from another side in each of these four paths [rad], in [0, π/2): what a hand balances at a rim swings out …
-  double edge_tilt = 0;
-  double friction_noise = 0;  ///< … and when μ is less by this share at half of what touches (calc_friction_factors), in [0, 1)
-  bool anytime = false;       ///< go on after the first solution, for cheaper ones, until the deadline or the budget of iterations
-  PathCost cost;
-  bool record_tree = false;                ///< keep every node in PlanResult::records
-  double tolerance_fraction = 0.9;         ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it
-  std::optional<double> refined_fraction;  ///< … and for refined plans at this, in [tolerance_fraction, 1]; without it at the same
-  /// Share of the tolerances at which refined plans, and what half the sub-steps of a plan come to, are at the goal.
-  double share_when_refined() const { return refined_fraction.value_or(tolerance_fraction); }
-  /// Single steps or jumps, as in the thesis: edges that nothing but the checker of that chapter looks at.
-  bool thesis_edges() const { return !substep || !real_regrasps; }
-  /// Pushes hold with objects a little off, gravity a little aside or less friction.
-  bool margins() const { return start_noise > 0 || edge_tilt > 0 || friction_noise > 0; }
-  void set_margins(bool on);  ///< start_noise, edge_tilt and friction_noise: the defaults, or none
-  /// Of a node. @param stream  of the samples  @param sharpening  ≥ 1: κ times this, or disturbances divided by it
-  dynamics::LocalModelScheme local_model_scheme(std::uint64_t stream, double sharpening = 1) const;
-  dynamics::StepOptions step_options() const;  ///< of every exact step of the plan
+  std::uint64_t seed = 0;           ///< the same seed gives the same plan
+  int threads = 0;                  ///< 0 = all cores; the plan does not depend on it
+  int max_iterations = 100000;      ///< extensions, ≥ 1
+  double goal_bias = 0.4;           ///< probability that the subgoal is the goal (Alg. 2)
+  double tolerance_fraction = 0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it, in (0, 1]
+  std::vector<world::SampleBox> sample_boxes;          ///< where subgoals are drawn; none: default_sample_boxes
+  std::optional<dynamics::FrictionLaw> friction_law;   ///< of every exact step; nullopt: Coulomb's law, in a planar scene Anitescu's
+  double friction = 1;                                 ///< every μ of the plan is that of the scene times this, in (0, 1]
+  bool margins = false;                                ///< pushes hold with the objects off, gravity aside and less friction
+  bool anytime = false;                                ///< go on after the first solution, for cheaper ones, until the deadline or the budget is used up
+  std::optional<thesis::Settings> thesis;              ///< Algorithm 2 as printed, for the tables and figures of the thesis
+  /// Mechanisms that are left out, for ablations only (bench/ablation.py); each is 1 << Mechanism.
+  unsigned without = 0;
+
+  bool uses(Mechanism mechanism) const { return (without >> static_cast<unsigned>(mechanism) & 1U) == 0; }
+  /// Of every exact step of the plan.
+  dynamics::StepOptions step_options(const world::Model& model) const;
+  /// @throws core::InvalidInput naming the field
   void validate(const world::Model& model) const;
 };
 
@@ -120,6 +52,7 @@ struct RegraspCounts {
   long no_sample = 0;     ///< no posture in contact was found
   long no_path = 0;       ///< no collision-free path
   long object_moved = 0;  ///< the object did not stay where it was
+  long unstable = 0;      ///< … of these: with gravity aside, when branches had let go
   long failed_step = 0;   ///< a step was not solved
 };
 

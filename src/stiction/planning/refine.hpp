@@ -28,7 +28,7 @@ struct RefineOptions {
 struct RefineResult {
   core::Status status = core::Status::NumericalFailure;
   Plan plan;
-  std::string variant;  ///< what was done: "shortened", "reconnected" or "unchanged"
+  std::string variant;  ///< what was done: "refined" or "unchanged"
   bool rests = false;   ///< pushes end at rest
   int pushes_before = 0, pushes = 0;
   int regrasps_before = 0, regrasps = 0;
@@ -48,12 +48,11 @@ struct RefineResult {
 /// nothing are dropped, motionless tails cut, and the robot goes from where one push leaves it to where the next one starts: it lets go, keeps the largest of the
 /// clearances for which there is a path, and touches nothing before it arrives (find_path). Everything is simulated anew with the exact dynamics.
 ///
-/// In small steps, and what they leave of the plan is planned anew; where that comes to nothing at the steps of the plan.
-/// Variants, and ways through a push or a regrasp, are tried side by side on options.threads; the result does not depend on their number.
-/// A variant counts only if the goal is reached at the sub-step and at half of it; else the next, milder one is tried, in the end the given plan.
+/// Pushes are followed in steps of `h`, with feedback and iMPC where they end elsewhere; where a push still misses, the rest is planned anew. The refined plan
+/// counts only if the goal is reached at the sub-step and at half of it; else the plan is handed back as it was.
 /// @param plan     in sub-steps, with real regrasps, at its goal
 /// @param options  those that the plan was made with
-/// @returns Solved; Cancelled, MaxIterations (deadline): `out.plan` is refined at its own steps, or the given plan; NumericalFailure: the given plan does not reach its goal, and is handed back
+/// @returns Solved; Cancelled, MaxIterations (deadline): `out.plan` is the given plan; NumericalFailure: the given plan does not reach its goal, and is handed back
 /// @throws  core::InvalidInput
 /// Tests: tests/planning/refine_test.cpp
 core::Status refine(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options,

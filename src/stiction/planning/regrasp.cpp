@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <optional>
+#include <utility>
 
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
@@ -12,142 +12,9 @@
 #include "stiction/world/scales.hpp"
 
 namespace stiction::planning {
-
-bool fits_cones(const dynamics::Knot& knot, double friction_scale) {
-  return std::all_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
-    return c.lambda.tail<2>().norm() <= friction_scale * c.contact.friction * c.lambda[0];
-  });
-}
-
-Outcome holds_slippery(const Setting& setting, Eigen::VectorXd q, std::span<const dynamics::Knot> knots, const dynamics::StepOptions& full,
-                       SimulationScratch& scratch, Work& work) {
-  const PlannerOptions& options = setting.options;
-  dynamics::StepOptions slippery = full;
-  slippery.friction_scale *= options.regrasp_friction;
-  std::size_t k = 0;
-  while (k < knots.size() && fits_cones(knots[k], slippery.friction_scale)) ++k;
-  if (k > 0) q = knots[k - 1].q;
-  scratch.steps.forget();
-  for (; k < knots.size(); ++k) {
-    if (scratch.stop()) return Outcome::Failed;
-    if (!work.add(1, dynamics::step(setting.model, {q, knots[k].u}, slippery, scratch.steps, scratch.step_result))) return Outcome::Failed;
-    q = scratch.step_result.q_next;
-    if (setting.goal.share(knots[k].q, q, options.regrasp_tol_position, options.regrasp_tol_angle) > 1) return Outcome::Moved;
-  }
-  return Outcome::Held;
-}
-
 namespace {
 
-using core::Status;
 using Posture = Eigen::VectorXd;
-
-/// How far an object may be from where it should be.
-struct Allowance {
-  double position;  ///< [m]
-  double angle;     ///< [rad]
-};
-
-/// Simulates the commands of a regrasp and watches the object.
-class RegraspRun {
- public:
-  RegraspRun(const Setting& setting, const Eigen::VectorXd& q0, const Eigen::VectorXd& u0, SimulationScratch& scratch, Regrasp& out)
-      : q(q0), u(u0), setting_(setting), options_(setting.options), scratch_(scratch), q0_(q0), q_rest_(q0), out_(out) {
-    out_.knots.clear();
-    scratch_.steps.forget();
-  }
-
-  Eigen::VectorXd q, u;  ///< state and command reached
-
-  /// Moves the command to u_next while the object is let go of.
-  Outcome release(const Eigen::VectorXd& u_next) { return follow(u_next, {options_.release_tol_position, options_.release_tol_angle}); }
-
-  /// Holds the command until the object rests; what follows is judged against where that is.
-  Outcome settle() {
-    bool rests = false;
-    const Outcome outcome = hold({options_.release_tol_position, options_.release_tol_angle}, rests);
-    if (outcome == Outcome::Held) q_rest_ = q;
-    return outcome;
-  }
-
-  /// Holds the command until the object rests in the new grip: Moved where it slides out of it.
-  Outcome keep() {
-    bool rests = false;
-    const Outcome outcome = hold({options_.regrasp_tol_position, options_.regrasp_tol_angle}, rests);
-    return outcome == Outcome::Held && !rests ? Outcome::Moved : outcome;
-  }
-
-  /// The objects stay where they rest with gravity aside, from four sides.
-  bool stays_with_gravity_aside() {
-    bool stays = true;
-    for (int draw = 0; draw < dynamics::kDisturbances && stays; ++draw) stays = stays_with_gravity_aside(draw);
-    scratch_.steps.forget();
-    return stays;
-  }
-
-  /// Moves the command to u_next while the object rests.
-  Outcome move(const Eigen::VectorXd& u_next) { return follow(u_next, {options_.regrasp_tol_position, options_.regrasp_tol_angle}); }
-
-  Outcome follow_slippery() { return holds_slippery(setting_, q0_, out_.knots, step_, scratch_, out_); }
-
- private:
-  bool stays_with_gravity_aside(int draw) {
-    Eigen::VectorXd q_aside = q;
-    bool rests = false;
-    scratch_.steps.forget();
-    for (int k = 0; k < kMostHeld && !rests; ++k) {
-      const Eigen::VectorXd aside = dynamics::calc_weights_aside(setting_.model, q_aside, kAside, draw);
-      const dynamics::StepInput input{q_aside, u, &aside};
-      if (!out_.add(1, dynamics::step(setting_.model, input, step_, scratch_.steps, scratch_.step_result))) return false;
-      rests = rest(q_aside, scratch_.step_result.q_next);
-      q_aside = scratch_.step_result.q_next;
-      if (setting_.goal.share(q, q_aside, options_.regrasp_tol_position, options_.regrasp_tol_angle) > 1) return false;
-    }
-    return true;
-  }
-
-  /// The objects, from one step to the next.
-  bool rest(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const {
-    return setting_.goal.share(before, after, kRestingMove * setting_.model.scales().robots().length, kRestingTurn) <= 1;
-  }
-
-  /// Holds the command for up to kMostHeld steps, or until the object rests.
-  Outcome hold(const Allowance& allowance, bool& rests) {
-    for (int k = 0; k < kMostHeld && !rests; ++k) {
-      const Eigen::VectorXd before = q;
-      const Outcome outcome = follow(u, allowance);
-      if (outcome != Outcome::Held) return outcome;
-      rests = rest(before, q);
-    }
-    return Outcome::Held;
-  }
-
-  /// At full friction; appends the knots. While the object rests it is judged against the place where it came to rest, else against the
-  /// start.
-  Outcome follow(const Eigen::VectorXd& u_next, const Allowance& allowance) {
-    auto& rolled = scratch_.rollout_result;
-    const Status status = dynamics::rollout(setting_.model, q, u, u_next, step_, *options_.substep, scratch_.steps, rolled,
-                                            dynamics::Overrun::Accept, scratch_.geometry.control);
-    if (!out_.add(rolled.steps, status)) return Outcome::Failed;
-    for (const auto& knot : rolled.knots) {
-      if (setting_.goal.share(q_rest_, knot.q, allowance.position, allowance.angle) > 1) return Outcome::Moved;
-      if (setting_.press.share(knot.contacts, step_.h) > kMostPress) return Outcome::Moved;
-    }
-    if (rolled.max_slide > options_.substep->slide) return Outcome::Moved;
-    q = rolled.knots.back().q;
-    u = rolled.knots.back().u;
-    out_.knots.insert(out_.knots.end(), std::make_move_iterator(rolled.knots.begin()), std::make_move_iterator(rolled.knots.end()));
-    return Outcome::Held;
-  }
-
-  const Setting& setting_;
-  const PlannerOptions& options_;
-  SimulationScratch& scratch_;
-  const Eigen::VectorXd& q0_;
-  Eigen::VectorXd q_rest_;
-  Regrasp& out_;
-  const dynamics::StepOptions step_ = options_.step_options();
-};
 
 /// The command u with the joints of the branches in `moving` at a posture.
 Eigen::VectorXd command_of(const world::RobotChains& chains, world::ChainMask moving, const Posture& posture, Eigen::VectorXd u) {
@@ -155,66 +22,13 @@ Eigen::VectorXd command_of(const world::RobotChains& chains, world::ChainMask mo
   return u;
 }
 
-/// The branches in `relaxed` stop pushing, those in `moving` back off, and the object settles: Moved where it goes too far, or after
-/// them so that they would touch it on their way. False in `clear` when they cannot back off.
-Outcome let_go(const Setting& setting, world::ChainMask relaxed, world::ChainMask moving, contact::GeometryWorkspace& geometry,
-               RegraspRun& run, bool& clear) {
-  const world::Model& model = setting.model;
-  const double clearance = setting.options.regrasp_clearance;
-  clear = true;
-  // Springs of branches that stop pushing are unloaded, the others keep their grip.
-  Outcome outcome = run.release(command_of(setting.chains, relaxed, run.q.tail(model.n_a()), run.u));
-  if (outcome != Outcome::Held) return outcome;
-  std::vector<Posture> path;
-  Eigen::VectorXd q_clear = run.q;
-  clear = contact::retreat(model, setting.chains, moving, clearance, q_clear, geometry, path);
-  if (!clear) return Outcome::Moved;
-  for (const auto& posture : path) {
-    outcome = run.release(command_of(setting.chains, moving, posture, run.u));
-    if (outcome != Outcome::Held) return outcome;
-  }
-  outcome = run.settle();
-  if (outcome != Outcome::Held) return outcome;
-  setting.chains.pairs_of(moving, geometry.pairs);
-  world::calc_kinematics(model, run.q, geometry.kinematics_work, geometry.kinematics);
-  const bool touched = contact::any_nearer(model, geometry.kinematics, geometry.pairs, 0.5 * clearance, geometry.contact_work);
-  return touched ? Outcome::Moved : Outcome::Held;
-}
-
-/// A posture to grasp with.
-struct Candidate {
-  Promise promise;
-  Posture q_a;
-};
-
-/// Best first. Of those that promise most, some become what the simulation says: a local model sees forces across gaps that the exact dynamics does not make.
-std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask draw, Eigen::VectorXd q, const GraspJudge& judge,
-                                       core::Random& random, contact::GeometryWorkspace& geometry) {
-  const PlannerOptions& options = setting.options;
-  std::vector<Candidate> out;
-  const Eigen::VectorXd q_before = q;
-  for (int k = 0; k < options.grasp_candidates && !geometry.stop(); ++k) {
-    const auto sample = contact::sample_contact(setting.model, setting.chains, options.sampler, draw, q_before, random, geometry);
-    if (!sample) continue;
-    q.tail(sample->q_a.size()) = sample->q_a;
-    out.push_back({judge.promise ? judge.promise(q) : Promise{}, sample->q_a});
-  }
-  const auto sort = [&](std::size_t n) {
-    std::stable_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(n),
-                     [](const Candidate& a, const Candidate& b) { return a.promise.distance < b.promise.distance; });
-  };
-  sort(out.size());
-  if (!judge.simulated) return out;
-  const std::size_t trials = std::min(static_cast<std::size_t>(options.grasp_trials), out.size());
-  for (Candidate& candidate : std::span(out).first(trials)) {
-    q.tail(candidate.q_a.size()) = candidate.q_a;
-    candidate.promise.distance = judge.simulated(q, candidate.promise.command);
-  }
-  sort(trials);
-  return out;
-}
-
 }  // namespace
+
+bool fits_cones(const dynamics::Knot& knot, double friction_scale) {
+  return std::all_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
+    return c.lambda.tail<2>().norm() <= friction_scale * c.contact.friction * c.lambda[0];
+  });
+}
 
 bool is_free_on_its_way(const world::Model& model, const world::RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         contact::GeometryWorkspace& work) {
@@ -242,71 +56,224 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
   return true;
 }
 
+// ---- RegraspSimulation
+
+RegraspSimulation::RegraspSimulation(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
+                                     SimulationScratch& scratch, Work& work)
+    : setting_(setting), sizes_(sizes), scratch_(scratch), simulation_(setting, scratch, work), q_start_(q), q_rest_(q), at_{.q = q, .u = u} {
+  scratch_.steps.forget();
+}
+
+Ending RegraspSimulation::let_go(const Eigen::VectorXd& u_kept, world::ChainMask unloaded, world::ChainMask moving, bool& clear) {
+  const world::Model& model = setting_.model;
+  const Allowance& allowance = setting_.thresholds.release;
+  contact::GeometryWorkspace& geometry = scratch_.geometry;
+  clear = true;
+  Ending ending = move(command_of(setting_.chains, unloaded, at_.q.tail(model.n_a()), u_kept), sizes_.pace.limits, allowance);
+  if (ending != Ending::Reached || moving == 0) return ending;
+  std::vector<Posture> path;
+  Eigen::VectorXd q_clear = at_.q;
+  clear = contact::retreat(model, setting_.chains, moving, sizes_.clearance, q_clear, geometry, path);
+  if (!clear) return Ending::Moved;
+  for (const Posture& posture : path) {
+    ending = move(command_of(setting_.chains, moving, posture, at_.u), sizes_.pace.limits, allowance);
+    if (ending != Ending::Reached) return ending;
+  }
+  bool rests = false;
+  ending = simulation_.hold(threshold::kMostHeld * sizes_.cuts, rest(), sizes_.pace, {}, watch(allowance), at_, rests);
+  if (ending != Ending::Reached) return ending;
+  q_rest_ = at_.q;
+  return is_clear(moving, at_.q.tail(model.n_a())) ? Ending::Reached : Ending::Moved;
+}
+
+bool RegraspSimulation::is_stable() {
+  Pace steps = sizes_.pace;
+  steps.kind = Pace::Kind::Steps;
+  const Watch stays{.places = {{{&at_.q, setting_.thresholds.regrasp}, {}}}};
+  bool stable = true;
+  for (int side = 0; side < dynamics::kDisturbances && stable; ++side) {
+    Trace aside{.q = at_.q, .u = at_.u};
+    bool rests = false;
+    scratch_.steps.forget();
+    const Disturbance tilt{nullptr, threshold::kReleaseTilt, side};
+    stable = simulation_.hold(threshold::kMostHeld * sizes_.cuts, rest(), steps, tilt, stays, aside, rests) == Ending::Reached && rests;
+  }
+  scratch_.steps.forget();
+  return stable;
+}
+
+bool RegraspSimulation::find_path(world::ChainMask moving, const Posture& posture, core::Random& random, std::vector<Posture>& path) {
+  const contact::PathOptions options{.clearance = sizes_.clearance};
+  return contact::find_path(setting_.model, setting_.chains, moving, at_.q, posture, options, random, scratch_.geometry, path) ==
+         contact::PathOutcome::Found;
+}
+
+Ending RegraspSimulation::go(world::ChainMask moving, const std::vector<Posture>& path, const Eigen::VectorXd& u_end) {
+  bool was_clear = false;
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const bool clear = sizes_.free_limits && is_clear(moving, path[k]);
+    const dynamics::SubstepLimits& limits = was_clear && clear ? *sizes_.free_limits : sizes_.pace.limits;
+    const Posture& posture = k + 1 == path.size() ? u_end : path[k];
+    const Ending ending = move(command_of(setting_.chains, moving, posture, at_.u), limits, setting_.thresholds.regrasp);
+    if (ending != Ending::Reached) return ending;
+    was_clear = clear;
+  }
+  return hold();
+}
+
+Ending RegraspSimulation::hold() {
+  bool rests = false;
+  const Ending ending =
+      simulation_.hold(threshold::kMostHeld * sizes_.cuts, rest(), sizes_.pace, {}, watch(setting_.thresholds.regrasp), at_, rests);
+  return ending == Ending::Reached && !rests ? Ending::Moved : ending;
+}
+
+Ending RegraspSimulation::hold_with_less_friction() {
+  Pace slippery = sizes_.pace;
+  slippery.kind = Pace::Kind::Steps;
+  slippery.step.friction_scale *= threshold::kRegraspFriction;
+  std::span<const dynamics::Knot> knots = at_.knots;
+  Trace trace{.q = q_start_, .u = at_.u};
+  while (!knots.empty() && fits_cones(knots.front(), slippery.step.friction_scale)) {
+    trace.q = knots.front().q;
+    knots = knots.subspan(1);
+  }
+  scratch_.steps.forget();
+  const Watch same{.places = {{{nullptr, setting_.thresholds.regrasp}, {}}}, .along = knots};
+  return simulation_.follow(commands_of(knots), slippery, {}, same, trace);
+}
+
+Ending RegraspSimulation::move(const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, const Allowance& allowance) {
+  Pace pace = sizes_.pace;
+  pace.limits = limits;
+  return simulation_.follow(u, pace, watch(allowance), at_);
+}
+
+Watch RegraspSimulation::watch(const Allowance& allowance) const {
+  return {.most = sizes_.most, .places = {{{&q_rest_, allowance}, sizes_.also}}};
+}
+
+bool RegraspSimulation::is_clear(world::ChainMask moving, const Posture& q_a) {
+  Eigen::VectorXd q = at_.q;
+  q.tail(setting_.model.n_a()) = q_a;
+  contact::GeometryWorkspace& geometry = scratch_.geometry;
+  setting_.chains.pairs_of(moving, geometry.pairs);
+  world::calc_kinematics(setting_.model, q, geometry.kinematics_work, geometry.kinematics);
+  return !contact::any_nearer(setting_.model, geometry.kinematics, geometry.pairs, 0.5 * sizes_.clearance, geometry.contact_work);
+}
+
+Allowance RegraspSimulation::rest() const {
+  return {setting_.thresholds.rest.position / sizes_.cuts, setting_.thresholds.rest.angle / sizes_.cuts};
+}
+
+// ---- the tree's regrasps
+
+namespace {
+
+/// A posture to grasp with.
+struct Candidate {
+  Promise promise;
+  Posture q_a;
+};
+
+/// Best first. Of those that promise most, some become what the simulation says: a local model sees forces across gaps that the exact dynamics does not make.
+std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask draw, Eigen::VectorXd q, const GraspJudge& judge,
+                                       core::Random& random, contact::GeometryWorkspace& geometry) {
+  const bool choose = setting.options.uses(Mechanism::GraspChoice);
+  std::vector<Candidate> out;
+  const Eigen::VectorXd q_before = q;
+  for (int k = 0; k < (choose ? threshold::kCandidates : 1) && !geometry.stop(); ++k) {
+    const auto sample = contact::sample_contact(setting.model, setting.chains, contact::GenericSampler{}, draw, q_before, random, geometry);
+    if (!sample) continue;
+    q.tail(sample->q_a.size()) = sample->q_a;
+    out.push_back({judge.promise ? judge.promise(q) : Promise{}, sample->q_a});
+  }
+  const auto sort = [&](std::size_t n) {
+    std::stable_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(n),
+                     [](const Candidate& a, const Candidate& b) { return a.promise.distance < b.promise.distance; });
+  };
+  sort(out.size());
+  if (!judge.simulated || !choose) return out;
+  const std::size_t trials = std::min(static_cast<std::size_t>(threshold::kTrials), out.size());
+  for (Candidate& candidate : std::span(out).first(trials)) {
+    q.tail(candidate.q_a.size()) = candidate.q_a;
+    candidate.promise.distance = judge.simulated(q, candidate.promise.command);
+  }
+  sort(trials);
+  return out;
+}
+
+/// @returns false
+bool count_failure(Ending ending, RegraspCounts& counts) {
+  ++(ending == Ending::Unsolved || ending == Ending::Stopped ? counts.failed_step : counts.object_moved);
+  return false;
+}
+
+/// With the grip of the branches that hold, or else with everything let go.
+/// @returns nothing where the branches cannot let go; counted by cause
+std::optional<RegraspSimulation> let_go(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
+                                        world::ChainMask moved, SimulationScratch& scratch, Work& work, RegraspCounts& counts) {
+  std::optional<RegraspSimulation> run;
+  Ending ending = Ending::Moved;
+  for (const world::ChainMask unloaded : {moved, setting.chains.all()}) {
+    run.emplace(setting, sizes, q, u, scratch, work);
+    bool clear = false;
+    ending = run->let_go(u, unloaded, moved, clear);
+    if (!clear) {
+      ++counts.no_path;
+      return std::nullopt;
+    }
+    if (ending == Ending::Reached) return run;
+    if (unloaded == setting.chains.all()) break;
+  }
+  count_failure(ending, counts);
+  return std::nullopt;
+}
+
+}  // namespace
+
 bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
                  const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts) {
-  const world::Model& model = setting.model;
-  const world::RobotChains& chains = setting.chains;
-  contact::GeometryWorkspace& geometry = scratch.geometry;
   static_cast<Work&>(out) = {};
   out.stuck = true;
-  out.loose = false;
+  out.unstable = false;
+  out.knots.clear();
   ++counts.tried;
-  const world::ChainMask moved = release.moved;
-  if (moved == 0) {
+  if (release.moved == 0) {
     ++counts.no_sample;
     return false;
   }
-  const auto count_failure = [&](Outcome outcome) {
-    ++(outcome == Outcome::Failed ? counts.failed_step : counts.object_moved);
-    return false;
-  };
-
-  // First with the grip of the branches that hold, then with everything let go.
-  std::optional<RegraspRun> run;
-  contact::PathOptions path_options;
-  path_options.clearance = setting.options.regrasp_clearance;
-  Outcome outcome = Outcome::Moved;
-  for (const world::ChainMask relaxed : {moved, chains.all()}) {
-    run.emplace(setting, q, u, scratch, out);
-    bool clear = false;
-    outcome = let_go(setting, relaxed, moved, geometry, *run, clear);
-    if (!clear) {
-      ++counts.no_path;
-      return false;
-    }
-    if (outcome == Outcome::Held || relaxed == chains.all()) break;
-  }
-  if (outcome != Outcome::Held) return count_failure(outcome);
+  const RegraspSizes sizes{.pace = substeps(setting), .clearance = setting.thresholds.clearance, .most = {kUnlimited, kUnlimited, kMostPress}};
+  auto run = let_go(setting, sizes, q, u, release.moved, scratch, out, counts);
+  if (!run) return false;
   out.stuck = false;
-  out.loose = !run->stays_with_gravity_aside();
-  if (out.loose && !release.loose) return count_failure(Outcome::Moved);
+  out.unstable = setting.options.uses(Mechanism::StableReleases) && !run->is_stable();
+  if (out.unstable && !release.may_be_unstable) {
+    ++counts.unstable;
+    return count_failure(Ending::Moved, counts);
+  }
 
-  const auto candidates = draw_candidates(setting, moved, run->q, judge, random, geometry);
+  const auto candidates = draw_candidates(setting, release.moved, run->at().q, judge, random, scratch.geometry);
   if (candidates.empty()) {
     ++counts.no_sample;
     return false;
   }
   std::vector<Posture> path;
-  const bool found = std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
-    return contact::find_path(model, chains, moved, run->q, candidate.q_a, path_options, random, geometry, path) ==
-           contact::PathOutcome::Found;
-  });
-  if (!found) {
+  const auto reachable = std::ranges::find_if(
+      candidates, [&](const Candidate& candidate) { return run->find_path(release.moved, candidate.q_a, random, path); });
+  if (reachable == candidates.end()) {
     ++counts.no_path;
     return false;
   }
-  for (const auto& posture : path) {  // commands: the moving joints follow the path, the others hold
-    outcome = run->move(command_of(chains, moved, posture, run->u));
-    if (outcome != Outcome::Held) return count_failure(outcome);
-  }
-  outcome = run->keep();
-  if (outcome != Outcome::Held) return count_failure(outcome);
-  if (!is_free_on_its_way(model, chains, out.knots, geometry)) {
+  Ending ending = run->go(release.moved, path, path.back());
+  if (ending != Ending::Reached) return count_failure(ending, counts);
+  if (!run->is_free_on_its_way()) {
     ++counts.no_path;
     return false;
   }
-  outcome = run->follow_slippery();
-  if (outcome != Outcome::Held) return count_failure(outcome);
+  if (setting.options.uses(Mechanism::FirmRegrasps)) ending = run->hold_with_less_friction();
+  if (ending != Ending::Reached) return count_failure(ending, counts);
+  out.knots = std::move(run->knots());
   ++counts.accepted;
   return true;
 }

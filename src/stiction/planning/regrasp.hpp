@@ -2,51 +2,91 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "stiction/planning/setting.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/planning/simulate.hpp"
 
 namespace stiction::planning {
 
-/// All forces of a sub-step lie in friction cones with every μ times this. It is then the solution with those cones too: it stays feasible, since v_n ≥ μ‖v_t‖
-/// only gets weaker, and complementary.
+/// All forces of a sub-step lie in friction cones with every μ times this. The sub-step is then the solution with those cones too: it stays feasible, since
+/// v_n ≥ μ‖v_t‖ only gets weaker, and complementary.
 bool fits_cones(const dynamics::Knot& knot, double friction_scale);
-
-/// How objects come through a part of a regrasp.
-enum class Outcome {
-  Held,
-  Moved,
-  Failed  ///< a step was not solved
-};
-
-/// The objects do the same with every μ at options.regrasp_friction of it, up to options.regrasp_tol_*. Steps that fit the smaller cones are the same, so that
-/// the first ones that do are not simulated again.
-/// @param q, knots  a regrasp from q (n_q), simulated with `full`
-Outcome holds_slippery(const Setting& setting, Eigen::VectorXd q, std::span<const dynamics::Knot> knots, const dynamics::StepOptions& full,
-                       SimulationScratch& scratch, Work& work);
 
 /// Every branch that goes elsewhere in a regrasp, 0.1 rad or L, touches nothing from when it first is 0.01 L away from everything to when it last is, as the
 /// checker demands. A path keeps its clearance; springs that give way do not follow it exactly.
 bool is_free_on_its_way(const world::Model& model, const world::RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         contact::GeometryWorkspace& work);
 
+/// How a regrasp is simulated: as it differs between the tree and a refinement in smaller steps.
+struct RegraspSizes {
+  Pace pace;                                              ///< near contacts
+  std::optional<dynamics::SubstepLimits> free_limits{};   ///< where the branches that move are clear of everything
+  int cuts = 1;                                           ///< steps for each of the search's
+  double clearance = 0;                                   ///< that moving branches keep to everything between their contacts [m]
+  Worst most = kAnything;
+  Place also{};                                           ///< where the objects may be as well
+};
+
+/// One regrasp, simulated from (q, u): branches let go and back off, the objects come to rest, the branches go to another posture and hold until the objects
+/// rest in the new grip. Objects must stay within thresholds.release of the start while branches let go, and within thresholds.regrasp of where they came
+/// to rest from then on.
+class RegraspSimulation {
+ public:
+  RegraspSimulation(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
+                    SimulationScratch& scratch, Work& work);
+
+  const Trace& at() const { return at_; }
+  std::vector<dynamics::Knot>& knots() { return at_.knots; }
+
+  /// The command goes to u_kept with the springs of the branches in `unloaded` unloaded, those in `moving` back off, and the objects settle.
+  /// @param clear  false: they cannot back off
+  Ending let_go(const Eigen::VectorXd& u_kept, world::ChainMask unloaded, world::ChainMask moving, bool& clear);
+  /// The objects come to rest where they are with gravity kReleaseTilt aside, from each of four sides.
+  bool is_stable();
+  /// A path of the branches in `moving` to a posture, free of contact between its ends. @returns false where there is none
+  bool find_path(world::ChainMask moving, const Eigen::VectorXd& posture, core::Random& random, std::vector<Eigen::VectorXd>& path);
+  /// Along the path; its last command is u_end for the joints of `moving`. Then the command is held until the objects rest.
+  Ending go(world::ChainMask moving, const std::vector<Eigen::VectorXd>& path, const Eigen::VectorXd& u_end);
+  /// Held until the objects rest. @returns Moved where they do not come to rest
+  Ending hold();
+  bool is_free_on_its_way() { return planning::is_free_on_its_way(setting_.model, setting_.chains, at_.knots, scratch_.geometry); }
+  /// The objects do the same with every μ times kRegraspFriction. Steps that fit the smaller cones are the same and are not simulated again.
+  Ending hold_with_less_friction();
+
+ private:
+  Ending move(const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, const Allowance& allowance);
+  Watch watch(const Allowance& allowance) const;
+  bool is_clear(world::ChainMask moving, const Eigen::VectorXd& q_a);
+  Allowance rest() const;
+
+  const Setting& setting_;
+  const RegraspSizes& sizes_;
+  SimulationScratch& scratch_;
+  Simulation simulation_;
+  const Eigen::VectorXd q_start_;
+  Eigen::VectorXd q_rest_;  // where the objects rest
+  Trace at_;
+};
+
 /// Branches that let go of the objects.
 struct Release {
   world::ChainMask moved = 0;  ///< 0: no branch of the robots can touch an object
-  bool loose = false;          ///< the objects need not stay with gravity aside meanwhile
+  bool may_be_unstable = false;  ///< the objects need not stay with gravity aside meanwhile: the last resort
 };
 
 /// A regrasp that was simulated and holds.
 struct Regrasp : Work {
   std::vector<dynamics::Knot> knots;  ///< at full friction
   bool stuck = false;                 ///< the drawn branches cannot let go of the object at this node: no sample can help
-  bool loose = false;                 ///< meanwhile an object would not stay with gravity aside
+  bool unstable = false;              ///< meanwhile an object would not stay with gravity aside
 };
 
 /// What a posture that was drawn is good for.
 struct Promise {
-  double distance;          ///< of the objects from their subgoal after the extension, lower is better
+  double distance = 0;      ///< of the objects from their subgoal after the extension, lower is better
   Eigen::VectorXd command;  ///< of that extension (n_a)
 };
 
@@ -56,19 +96,9 @@ struct GraspJudge {
   std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& command)> simulated;  ///< what comes of it
 };
 
-/// Objects that move by less than this in a step of the plan rest [L of the robots] and [rad]; a command is held for so many of them at most.
-inline constexpr double kRestingMove = 1e-4, kRestingTurn = 1e-5;
-inline constexpr int kMostHeld = 20;
-/// While branches are away from an object, it stays with gravity this far aside, from four sides [rad]: pulled by a tenth of its weight, as by the inertia of what moves under it.
-inline constexpr double kAside = 0.1;
-
-/// Tries one regrasp at (q, u): the branches of `release` let go and back off, a contact sample is drawn where the object comes to rest, and
-/// they move there and hold until the object rests in the new grip; all simulated with the exact dynamics, at full friction and at
-/// options.regrasp_friction of it. The object must stay within options.release_tol_* while it is let go and within options.regrasp_tol_* of
-/// where it came to rest from then on. Branches that do not move keep their grip; where the object does not stay with that, everything
-/// lets go first.
-/// @param judge   of options.grasp_candidates postures the one that promises most and has a path is taken; options.grasp_trials of those that
-///                promise most are simulated before, and the others come after them
+/// Tries one regrasp of the tree at (q, u): a contact sample is drawn where the objects came to rest after the branches of `release` let go. Branches that do
+/// not move keep their grip; where the objects do not stay with that, everything lets go first.
+/// @param judge   of kCandidates postures the best that has a path is taken
 /// @param counts  the outcome is counted by cause
 bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
                  const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts);

@@ -6,6 +6,7 @@
 #include "stiction/contact/geometry_workspace.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/planning/press_limits.hpp"
+#include "stiction/planning/thresholds.hpp"
 
 namespace stiction::planning {
 
@@ -15,15 +16,19 @@ struct Setting {
       : problem(std::move(given)),
         model(*problem.model),
         options(planner_options),
+        thresholds(model, problem.goal.object),
+        exact(planner_options.step_options(model)),
         chains(model),
         goal(problem),
-        press(model, chains, options.brace_force) {}
+        press(model, chains, thresholds.brace) {}
   Setting(const Setting&) = delete;
   Setting& operator=(const Setting&) = delete;
 
   const PlanningProblem problem;
   const world::Model& model;
   const PlannerOptions& options;
+  const SceneThresholds thresholds;
+  const dynamics::StepOptions exact;  ///< of every exact step
   const world::RobotChains chains;
   const GoalMeasure goal;
   const PressLimits press;
@@ -46,7 +51,7 @@ struct Work {
   }
 };
 
-/// What one thread needs to follow commands.
+/// What one thread needs to simulate commands.
 struct SimulationScratch {
   SimulationScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control) : steps(model), geometry(*model) {
     geometry.control = &control;

@@ -12,10 +12,7 @@ namespace {
 using core::Status;
 using world::Model;
 
-/// The settling of the start stops when no object moves farther than this in a step [L of the robots], [rad].
-constexpr double kSettledMove = 1e-5, kSettledTurn = 1e-6;
-constexpr int kMaxSettleSteps = 100;
-/// An object that is still moving after so many steps and has gone this far is not supported [L of the robots], [rad].
+/// An object that is still moving after kMostSettling steps and has gone this far is not supported [L of the robots], [rad].
 constexpr double kFallenMove = 0.5, kFallenTurn = 0.05;
 
 /// The pair that overlaps most at the start of a step, in words; empty where none does.
@@ -30,41 +27,43 @@ std::string deepest_pair(const Model& model, const dynamics::StepResult& step) {
 
 }  // namespace
 
-std::optional<SettledStart> settle_start(const Setting& setting, const Eigen::VectorXd& u_start, const EdgeSimulator& simulator,
-                                         ThreadScratch& scratch, Totals& totals, PlanResult& result) {
+std::optional<Trace> settle_start(const Setting& setting, const Eigen::VectorXd& u_start, ThreadScratch& scratch, Totals& totals,
+                                  PlanResult& result) {
   const Model& model = setting.model;
   const Eigen::VectorXd& q_start = setting.problem.q_start;
   const double length = model.scales().robots().length;
-  SettledStart out{q_start, u_start.size() > 0 ? u_start : q_start.tail(model.n_a()), {}};
-  out.u = out.u.cwiseMax(model.lower()).cwiseMin(model.upper()).eval();
+  Trace at{.q = q_start, .u = u_start.size() > 0 ? u_start : q_start.tail(model.n_a())};
+  at.u = at.u.cwiseMax(model.lower()).cwiseMin(model.upper()).eval();
+  Simulation simulation(setting, scratch, totals);
+  const Pace pace{Pace::Kind::WithinEfforts, setting.exact, {}, {}};
   scratch.steps.forget();
   bool rests = false;
-  for (int k = 0; k < kMaxSettleSteps && !rests; ++k) {
-    int steps = 0;
-    const Status status = dynamics::step_within_efforts(model, out.q, out.u, simulator.exact(), scratch.steps, scratch.step_result, steps);
-    if (!totals.add(steps, status)) {
-      result.reason = fmt::format("the start cannot be settled: step {} of the exact dynamics ends in {}{}", k + 1, core::to_string(status),
-                                  deepest_pair(model, scratch.step_result));
+  for (int k = 0; k < threshold::kMostSettling && !rests; ++k) {
+    Trace next{.q = at.q, .u = at.u};
+    const Ending ending = simulation.hold(1, setting.thresholds.rest, pace, {}, {}, next, rests);
+    if (ending == Ending::Stopped) return std::nullopt;
+    const dynamics::StepResult& step = scratch.step_result;
+    if (ending != Ending::Reached) {
+      result.reason = fmt::format("the start cannot be settled: step {} of the exact dynamics ends in {}{}", k + 1, core::to_string(step.status),
+                                  deepest_pair(model, step));
       return std::nullopt;
     }
-    const auto& r = scratch.step_result;
     if (k == 0) {
-      for (const auto& c : r.contacts) result.start_penetration = std::max(result.start_penetration, -c.contact.phi);
+      for (const auto& c : step.contacts) result.start_penetration = std::max(result.start_penetration, -c.contact.phi);
+      result.start_projected = world::largest_share(model, step.delta, world::share::kContact * length, world::share::kContact) > 1;
     }
-    rests = world::largest_share(model, r.delta, kSettledMove * length, kSettledTurn) < 1;
+    at.u = next.u;
     if (rests) break;
-    if (k == 0 && world::largest_share(model, r.delta, world::share::kContact * length, world::share::kContact) > 1)
-      result.start_projected = true;
-    out.knots.push_back({.u = out.u, .q = r.q_next, .contacts = {}});
-    out.q = r.q_next;
+    at.q = next.q;
+    at.knots.push_back(std::move(next.knots.front()));
   }
-  const Eigen::VectorXd e = setting.goal.difference(q_start, out.q);
+  const Eigen::VectorXd e = setting.goal.difference(q_start, at.q);
   result.start_moved = world::largest_share(model, e, 1, 1);
-  if (rests || world::largest_share(model, e, kFallenMove * length, kFallenTurn) <= 1) return out;
+  if (rests || world::largest_share(model, e, kFallenMove * length, kFallenTurn) <= 1) return at;
   result.reason = fmt::format(
       "the objects do not come to rest at the start: after {} steps one has moved by {:.3g} (m or rad); "
       "is it supported?",
-      kMaxSettleSteps, result.start_moved);
+      threshold::kMostSettling, result.start_moved);
   return std::nullopt;
 }
 

@@ -4,17 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stiction/planning/thresholds.hpp"
+
 namespace stiction::planning {
-namespace {
-
-/// An extension that left the object farther from the goal than this share of before is not taken on towards the goal: its direction is
-/// used up, and chains of such nodes once swallowed the whole budget.
-constexpr double kProgress = 0.95;
-/// Objects nearer than this share of their distance from the goal, and of a tolerance, to those of a cell are in it.
-constexpr double kCell = 0.1;
-
-}  // namespace
-
 void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, int n_qu, const Eigen::VectorXd& gamma,
                      const Eigen::VectorXd& joint_units) {
   c_u = q_next.head(n_qu);
@@ -29,47 +21,60 @@ void LocalModel::set(const Eigen::VectorXd& q_next, const Eigen::MatrixXd& B, in
   S.llt().matrixL().solveInPlace(L_inv);
 }
 
-namespace {
-
-/// A point with the metric Σ wᵢ eᵢ².
-void add_weighted(NearestPoints& points, const Eigen::VectorXd& c, const Eigen::VectorXd& w) {
-  points.add(c, w.cwiseInverse().asDiagonal().toDenseMatrix(), w.cwiseSqrt().asDiagonal().toDenseMatrix());
+void set_edge(const std::vector<dynamics::Knot>& knots, const world::Model& model, Node& node) {
+  const auto n = static_cast<Eigen::Index>(knots.size());
+  node.commands.resize(model.n_a(), n);
+  node.states.resize(model.n_q(), n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    node.commands.col(k) = knots[static_cast<std::size_t>(k)].u;
+    node.states.col(k) = knots[static_cast<std::size_t>(k)].q;
+  }
+  if (n == 0) return;
+  node.q = knots.back().q;
+  node.u = knots.back().u;
 }
 
-}  // namespace
-
-int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool taken) {
+int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   const int i = size();
-  if (global_weights_.size() == 0) {
-    nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
-  } else {
-    add_weighted(nearest_, node.q.head(q_goal.size()), global_weights_);
-  }
-  add_weighted(places_, node.q.head(q_goal.size()), place_weights_);
-  if (node.edge == SegmentKind::Regrasp) places_.remove(i);  // another grasp starts where this one did
+  const Eigen::VectorXd q_u = node.q.head(q_goal.size());
+  nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
+  places_.add(q_u, weights_.cwiseInverse().asDiagonal().toDenseMatrix(), weights_.cwiseSqrt().asDiagonal().toDenseMatrix());
+  if (node.edge == SegmentKind::Regrasp) places_.remove(i);  // another change of contacts starts where this one did
+  effort_.push_back(std::sqrt(nearest_.distance(i, q_goal.data())) / threshold::kLength);
+  pushes_.add(q_u, effort_.back(), visited);
+  regrasps_.add(q_u, node.goal_distance, false);
   nodes_.push_back(std::move(node));
   Node& added = nodes_.back();
   added.local.S.resize(0, 0);  // nearest_ has them
   added.local.L_inv.resize(0, 0);
-  const bool stalled =
-      added.parent >= 0 && added.edge == SegmentKind::Contact && added.goal_distance > kProgress * (*this)[added.parent].goal_distance;
-  if (!stalled && !taken) to_goal_.push({nearest_.distance(i, q_goal.data()), i});
-  const int cell = cell_of(added);
-  if (added.edge != SegmentKind::Regrasp) to_regrasp_.add(i, cell, added.goal_distance);
-  to_push_.add(i, cell, added.goal_distance);
+  if (best_ < 0 || added.goal_ratio < (*this)[best_].goal_ratio) best_ = i;
   return i;
 }
 
-int Tree::cell_of(const Node& node) {
-  const int cell = cells_.nearest(node.q.data());
-  if (cell >= 0 && std::sqrt(cells_.distance(cell, node.q.data())) < kCell * (1 + node.goal_distance)) return cell;
-  add_weighted(cells_, node.q.head(node.local.c_u.size()), place_weights_);
-  return cells_.size() - 1;
+int Tree::nearest(const Eigen::VectorXd& q_u, bool grasp) const {
+  const int near = grasp ? places_.nearest(q_u.data()) : -1;
+  return near >= 0 ? near : nearest(q_u);
+}
+
+void Tree::set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance) {
+  Node& node = nodes_[static_cast<std::size_t>(i)];
+  node.replay = std::move(replay);
+  node.goal_ratio = goal_ratio;
+  node.goal_distance = goal_distance;
+  if (i == best_) find_best();
+}
+
+void Tree::find_best() {
+  best_ = -1;
+  for (int k = 0; k < size(); ++k) {
+    if (!pruned(k) && (best_ < 0 || (*this)[k].goal_ratio < (*this)[best_].goal_ratio)) best_ = k;
+  }
 }
 
 void Tree::prune(int i) {
   nearest_.remove(i);
   places_.remove(i);
+  if (i == best_) find_best();
 }
 
 int Tree::prune_subtree(int i) {
@@ -80,28 +85,17 @@ int Tree::prune_subtree(int i) {
     const int parent = (*this)[k].parent;
     if (k > i && (parent < 0 || behind[static_cast<std::size_t>(parent)] == 0)) continue;
     behind[static_cast<std::size_t>(k)] = 1;
-    n += !nearest_.removed(k);
-    prune(k);
+    n += !pruned(k);
+    nearest_.remove(k);
+    places_.remove(k);
   }
+  find_best();
   return n;
 }
 
-int Tree::take_nearest_to_goal() {
-  while (!to_goal_.empty()) {
-    const int i = to_goal_.top().node;
-    to_goal_.pop();
-    if (!nearest_.removed(i)) return i;
-  }
-  return -1;
-}
-
-int Tree::take_for_regrasp() {
-  return to_regrasp_.take([this](int i) { return !nearest_.removed(i) && !(*this)[i].cannot_release; },
-                          [this](int i) { return (*this)[i].goal_distance; });
-}
-
-int Tree::take_for_push() {
-  return to_push_.take([this](int i) { return !nearest_.removed(i); }, [this](int i) { return (*this)[i].goal_distance; });
+int Tree::take(bool grasp) {
+  if (!grasp) return pushes_.take([this](int i) { return !pruned(i); }, [this](int i) { return effort_[static_cast<std::size_t>(i)]; });
+  return regrasps_.take([this](int i) { return !places_.removed(i); }, [this](int i) { return (*this)[i].goal_distance; });
 }
 
 std::vector<int> Tree::path_to(int i) const {

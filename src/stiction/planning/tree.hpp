@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "stiction/planning/front.hpp"
+#include "stiction/planning/frontier.hpp"
 #include "stiction/planning/nearest.hpp"
 #include "stiction/planning/plan.hpp"
 #include "stiction/world/robot_chains.hpp"
@@ -22,10 +22,10 @@ struct LocalModel {
            const Eigen::VectorXd& joint_units = {});
 };
 
-/// What comes of a path from the root when it is replay otherwise than the tree did.
+/// Where a path from the root leads when it is replayed otherwise than the tree simulated it.
 struct EdgeReplay {
   Eigen::VectorXd q_fine;     ///< at half its sub-steps (n_q)
-  Eigen::MatrixXd disturbed;  ///< with something otherwise than planned, one column per draw (n_q × kDisturbances), or none
+  Eigen::MatrixXd disturbed;  ///< with each of the disturbances of the margins (n_q × kDisturbances), or none
 
   bool empty() const { return q_fine.size() == 0; }
 };
@@ -34,7 +34,7 @@ struct EdgeReplay {
 struct Node {
   int parent = -1;
   SegmentKind edge = SegmentKind::Contact;
-  bool loose = false;        ///< see Segment
+  bool unstable = false;     ///< see Segment
   Eigen::VectorXd q;         ///< (n_q)
   Eigen::VectorXd u;         ///< command at q (n_a)
   Eigen::MatrixXd commands;  ///< of the edge's sub-steps, one column each (n_a × steps)
@@ -47,60 +47,47 @@ struct Node {
   double cost = 0;                                  ///< of the path from the root [s]
   std::vector<Eigen::VectorXd> tried{};             ///< commands of extensions from here (n_a each)
   std::vector<world::ChainMask> failed_releases{};  ///< branches that cannot let go of the object together
-  std::vector<world::ChainMask> loose_releases{};   ///< branches that can, but leave it loose
+  std::vector<world::ChainMask> unstable_releases{};  ///< branches that can, but leave it unstable
   bool cannot_release = false;                      ///< none can
 };
 
-/// Nodes, and the orders in which the search takes them. No choice scans all nodes.
+/// The sub-steps of an edge become those of its node, and the last one its state.
+void set_edge(const std::vector<dynamics::Knot>& knots, const world::Model& model, Node& node);
+
+/// Nodes, and how near they are. No choice scans all nodes.
+///
+/// A node is near a place of the objects by one of two measures. For a push it is the local metric of the node (3.5). For a change of contacts it is the
+/// distance of the objects from that place, because the posture will change: nodes that are no change of contacts themselves, and can let go.
 class Tree {
  public:
-  /// @param global_weights  diagonal of a metric that is the same everywhere (n_v); empty: every node has its own
-  /// @param place_weights   w of nearest_for_regrasp (n_v); empty: 1
-  explicit Tree(const world::ObjectSpace& space, Eigen::VectorXd global_weights = {}, Eigen::VectorXd place_weights = {})
-      : nearest_(space),
-        places_(space),
-        cells_(space),
-        global_weights_(std::move(global_weights)),
-        place_weights_(std::move(place_weights)) {
-    if (place_weights_.size() == 0) place_weights_.setOnes(space.n_v());
-  }
+  /// @param weights  w of the distance Σ wᵢ eᵢ² between objects, in tolerances of the goal (n_v)
+  Tree(const world::ObjectSpace& space, const Eigen::VectorXd& weights)
+      : nearest_(space), places_(space), pushes_(space, weights), regrasps_(space, weights), weights_(weights) {}
 
-  /// @param taken  it was taken towards the goal already
-  int add(Node node, const Eigen::VectorXd& q_goal, bool taken = false);
+  /// @param q_goal   objects at the goal (n_qu)  @param visited  it was extended already
+  int add(Node node, const Eigen::VectorXd& q_goal, bool visited = false);
   int size() const { return static_cast<int>(nodes_.size()); }
   const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
 
-  /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8), or of Σ wᵢ eᵢ² with e = q_u ⊖ qᵘ.
+  /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
   int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
+  /// The same for a push, or for a change of contacts; where none can let go, for a push.
+  int nearest(const Eigen::VectorXd& q_u, bool grasp) const;
 
-  /// argmin Σ wᵢ eᵢ² with e = q_u ⊖ qᵘ over the nodes at which branches may let go of the object: where a grasp for q_u starts. The
-  /// posture will change, so that the node's metric says nothing. −1 when there is none.
-  int nearest_for_regrasp(const Eigen::VectorXd& q_u) const { return places_.nearest(q_u.data()); }
-
-  /// The node nearest to the goal among those never taken towards it before; marks it. −1 when none is left.
-  int take_nearest_to_goal();
-
-  /// The node to grasp anew from for the goal: what counts is how near the object is, since the robot's posture will change; every
-  /// earlier choice makes a node less attractive. Marks it. −1 when none is left.
-  int take_for_regrasp();
-
-  /// The same for the node to push on from, regrasps included.
-  int take_for_push();
+  /// The node of the frontier to extend to the goal, by a push or a change of contacts; −1 when there is none.
+  int take(bool grasp);
+  /// The node nearest to the goal that is not pruned.
+  int best() const { return best_; }
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
-  void add_loose_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].loose_releases.push_back(branches); }
+  void add_unstable_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].unstable_releases.push_back(branches); }
   void set_cannot_release(int i) {
     nodes_[static_cast<std::size_t>(i)].cannot_release = true;
     places_.remove(i);
   }
-  /// What came of following a node, and how far it is from the goal by that.
-  void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance) {
-    Node& node = nodes_[static_cast<std::size_t>(i)];
-    node.replay = std::move(replay);
-    node.goal_ratio = goal_ratio;
-    node.goal_distance = goal_distance;
-  }
+  /// Where the path to a node leads at half steps, and how far the node is from the goal by that.
+  void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance);
 
   /// Takes a node out of every later search; it must have no children.
   void prune(int i);
@@ -112,16 +99,14 @@ class Tree {
   std::vector<int> path_to(int i) const;
 
  private:
-  /// Number of the cell of a node; a new one where no other is near.
-  int cell_of(const Node& node);
+  void find_best();
 
   std::vector<Node> nodes_;
-  NearestPoints nearest_;
-  NearestPoints places_;  // of the objects at the nodes
-  NearestPoints cells_;   // a place each, for Front
-  Eigen::VectorXd global_weights_, place_weights_;
-  Choices to_goal_;  // by d(q_goal; node); a node taken is gone
-  Front to_regrasp_, to_push_;
+  NearestPoints nearest_, places_;
+  Frontier pushes_, regrasps_;
+  std::vector<double> effort_;  // by node: extensions to the goal by its metric
+  Eigen::VectorXd weights_;
+  int best_ = -1;
 };
 
 }  // namespace stiction::planning

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <array>
-
 #include "stiction/dynamics/disturbances.hpp"
-#include "stiction/planning/edge_simulator.hpp"
+#include "stiction/planning/expansion.hpp"
+#include "stiction/planning/simulate.hpp"
 
 namespace stiction::planning {
 
@@ -13,31 +12,26 @@ constexpr int kOnPath = -1;
 /// What an edge has to stand before others are built on it (docs/theory/verification.md).
 class EdgeVerifier {
  public:
-  EdgeVerifier(const Setting& setting, const EdgeSimulator& simulator);
+  explicit EdgeVerifier(const Setting& setting);
 
-  /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a
-  /// finger about to slip off would not survive the check of the plan; and where a disturbed path goes elsewhere. Done once, when the node is first built on.
-  /// @param left  of an edge that the resolutions disagree on, what comes before; no q where that is nothing
+  /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a finger about to slip off
+  /// would not survive the check of the plan; and, with margins, where a disturbed path goes elsewhere. Done once, when the node is first built on.
   bool verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch, Totals& totals,
-                   EdgeReplay& replay, Node* left = nullptr) const;
-  /// Something is to be disturbed.
-  bool disturbs() const;
-  /// @returns kOnPath: the goal was reached; else the first edge that went elsewhere, or the last one
+                   EdgeReplay& replay) const;
+  /// The replay of a root that settles from the given start. @returns false where a half step is not solved
+  bool verify_root(const Node& root, ThreadScratch& scratch, Totals& totals, EdgeReplay& replay) const;
+  /// With every command off by a random error of up to kCommandNoise, the path still reaches the goal.
+  /// @returns kOnPath: it does; else the first edge that went elsewhere, or the last one
   int follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const;
 
  private:
-  /// The first n sub-steps of an edge. False where they move nothing.
-  bool cut_edge(const Node& parent, const Node& node, Eigen::Index n, Eigen::VectorXd q_fine, Node& out) const;
-  /// The objects off by up to start_noise of the tolerances wherever a push starts, by two draws of errors either way, the same in all n-th pushes; gravity
-  /// edge_tilt aside; less friction: after every edge they still are within the tolerances of where the tree has them. Pushes that multiply errors, and those
-  /// that hold an object by less than that, are left before others are built on them.
+  /// The objects off by up to kStartNoise of the tolerances wherever a push starts, by two draws of errors either way, the same in all n-th pushes; gravity
+  /// kEdgeTilt aside; less friction: after every edge they still are within the tolerances of where the tree has them.
   bool holds_disturbed(const Node& node, const Node& parent, const EdgeReplay& parent_replay, ThreadScratch& scratch, Totals& totals,
                        Eigen::MatrixXd& disturbed) const;
-  /// Disturbed paths in the order in which they are likely to go elsewhere.
-  std::array<Eigen::Index, dynamics::kDisturbances> farthest_first(const Node& node, const Eigen::MatrixXd& disturbed) const;
+  void move_objects(const Node& parent, int draw, Eigen::VectorXd& q) const;
 
   const Setting& setting_;
-  const EdgeSimulator& simulator_;
   std::vector<Eigen::VectorXd> friction_;  ///< of each disturbance: factors of μ (pairs)
 };
 

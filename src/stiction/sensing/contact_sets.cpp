@@ -210,16 +210,18 @@ void collect(const JointProblem& problem, JointWorkspace& joint, std::vector<Con
   out.ambiguous = any && (out.groups.size() > 1 || out.sets.front().freedom > 0);
 }
 
-void require_input(const world::Model& model, int links, const ContactSetInput& input) {
+void require_input(const Sensor& sensor, const ContactSetInput& input) {
+  const world::Model& model = sensor.model();
   world::require_configuration(model, "q", input.q);
   core::require_size("tau", input.tau.size(), model.n_a());
   core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
   if (input.base != nullptr) input.base->validate();
   if (input.last == nullptr) return;
-  for (const ContactSet& set : *input.last)
-    for (int i = 0; i < set.count; ++i)
-      if (const int link = set.contacts[at(i)].link; link < 0 || link >= links)
-        core::throw_invalid("last", fmt::format("a contact on link {} of {}", link, links), "sets of the same sensor");
+  for (const ContactSet& set : *input.last) {
+    if (set.count < 0 || set.count > kMostContacts)
+      core::throw_invalid("last", fmt::format("a set of {} contacts", set.count), fmt::format("sets of at most {}", kMostContacts));
+    for (int i = 0; i < set.count; ++i) require_point(sensor, "last", set.contacts[at(i)]);
+  }
 }
 
 }  // namespace
@@ -228,7 +230,7 @@ void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const Co
                     ContactSetResult& out) {
   const world::Model& model = sensor.model();
   options.validate();
-  require_input(model, static_cast<int>(sensor.links().size()), input);
+  require_input(sensor, input);
   ContactSetWorkspace::Impl& work = workspace.impl();
   const double noise = options.sense.noise;
   out.verdict = Verdict::BelowThreshold;

@@ -1,13 +1,30 @@
 #include "stiction/sensing/descent.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
 
 namespace stiction::sensing {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+void require_point(const Sensor& sensor, const char* field, const ContactPoint& point) {
+  const auto links = static_cast<int>(sensor.links().size());
+  if (point.link < 0 || point.link >= links)
+    core::throw_invalid(field, fmt::format("a contact on link {} of {}", point.link, links), "contacts of the same sensor");
+  const SensedLink& link = sensor.links()[static_cast<std::size_t>(point.link)];
+  const Eigen::Index triangles = link.surface.normals.cols();
+  if (point.triangle < 0 || point.triangle >= triangles)
+    core::throw_invalid(field,
+                        fmt::format("a contact on triangle {} of {} of '{}'", point.triangle, triangles, sensor.link_name(point.link)),
+                        "contacts of the same sensor");
+  if (!point.p_L.allFinite()) core::throw_invalid(field, "a contact at a point that is not finite", "finite points");
+}
 
 ContactPoint evaluate(const DescentProblem& problem, int triangle, const Vector3d& p) {
   ContactPoint out;

@@ -35,6 +35,9 @@ struct ContactPoint {
   double residual = 0;                            ///< l (4.5) [(N·m)²]
 };
 
+/// @throws core::InvalidInput naming `field`: a link or a triangle that the sensor does not have, a point that is not finite
+void require_point(const Sensor& sensor, const char* field, const ContactPoint& point);
+
 /// What a descent needs to know; refers to its parts.
 struct DescentProblem {
   const SensedLink& link;

@@ -19,7 +19,7 @@ Eigen::VectorXd place_robots(const world::Model& model, VectorRef joints) {
   return q;
 }
 
-void calc_known_rows(const Sensor& sensor, VectorRef q, std::span<const KnownContact> contacts, Eigen::VectorXd& tau, BaseWrench& base) {
+void calc_known_rows(const Sensor& sensor, VectorRef q, std::span<const ContactPoint> contacts, Eigen::VectorXd& tau, BaseWrench& base) {
   const world::Model& model = sensor.model();
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;
@@ -27,7 +27,7 @@ void calc_known_rows(const Sensor& sensor, VectorRef q, std::span<const KnownCon
   tau.setZero(model.n_a());
   base.force_W.setZero();
   base.moment_W.setZero();
-  for (const KnownContact& contact : contacts) {
+  for (const ContactPoint& contact : contacts) {
     const int body = sensor.links()[static_cast<std::size_t>(contact.link)].surface.body;
     const auto& X_WL = kinematics.X_WB[static_cast<std::size_t>(body)];
     tau += calc_contact_torque(model, q, body, contact.p_L, contact.f_L);
@@ -49,8 +49,8 @@ Eigen::VectorXd make_random_posture(const world::Model& model, core::Random& ran
   return place_robots(model, joints);
 }
 
-KnownContact make_random_contact(const Sensor& sensor, int index, const FrictionCone& cone, double force, core::Random& random) {
-  KnownContact out;
+ContactPoint make_random_contact(const Sensor& sensor, int index, const FrictionCone& cone, double force, core::Random& random) {
+  ContactPoint out;
   out.link = index;
   const SensedLink& link = sensor.links()[static_cast<std::size_t>(index)];
   const SurfacePoint point = sample_surface(link.surface, 1, Sampling::Uniform, random.bits())[0];
@@ -77,7 +77,7 @@ KnownCases make_random_cases(const Sensor& sensor, std::span<const int> links, c
     out.contacts.push_back(make_random_contact(sensor, left[static_cast<std::size_t>(chosen)], cone, force, random));
     left.erase(left.begin() + chosen);
   }
-  std::sort(out.contacts.begin(), out.contacts.end(), [](const KnownContact& a, const KnownContact& b) { return a.link < b.link; });
+  std::sort(out.contacts.begin(), out.contacts.end(), [](const ContactPoint& a, const ContactPoint& b) { return a.link < b.link; });
   calc_known_rows(sensor, out.q, out.contacts, out.tau, out.base);
   return out;
 }
@@ -87,9 +87,9 @@ KnownCase make_random_case(const Sensor& sensor, std::span<const int> links, con
   return {std::move(one.q), std::move(one.tau), one.contacts[0]};
 }
 
-ContactSet make_set(const Sensor& sensor, std::span<const KnownContact> contacts) {
+ContactSet make_set(const Sensor& sensor, std::span<const ContactPoint> contacts) {
   ContactSet out;
-  for (const KnownContact& contact : contacts) {
+  for (const ContactPoint& contact : contacts) {
     const Surface& surface = sensor.links()[static_cast<std::size_t>(contact.link)].surface;
     const int triangle = surface.tree.closest(contact.p_L).triangle;
     out.contacts[static_cast<std::size_t>(out.count++)] = {.link = contact.link,
@@ -119,7 +119,7 @@ int calc_freedom(const Sensor& sensor, const KnownCases& known, bool base, doubl
   return set.freedom;
 }
 
-double calc_distance(const SenseResult& result, const Candidate& candidate, const KnownContact& contact) {
+double calc_distance(const SenseResult& result, const Candidate& candidate, const ContactPoint& contact) {
   double squared = std::numeric_limits<double>::infinity();
   if (candidate.best.link != contact.link) return squared;
   for (int i = candidate.first; i < candidate.first + candidate.count; ++i) {
@@ -130,7 +130,7 @@ double calc_distance(const SenseResult& result, const Candidate& candidate, cons
   return std::sqrt(squared);
 }
 
-double calc_distance(const ContactSet& set, std::span<const KnownContact> contacts) {
+double calc_distance(const ContactSet& set, std::span<const ContactPoint> contacts) {
   double least = std::numeric_limits<double>::infinity();
   if (set.count != static_cast<int>(contacts.size())) return least;
   std::array<std::size_t, kMostContacts> order{};
@@ -140,7 +140,7 @@ double calc_distance(const ContactSet& set, std::span<const KnownContact> contac
     double largest = 0;
     for (int i = 0; i < set.count; ++i) {
       const ContactPoint& point = set.contacts[static_cast<std::size_t>(i)];
-      const KnownContact& known = contacts[order[static_cast<std::size_t>(i)]];
+      const ContactPoint& known = contacts[order[static_cast<std::size_t>(i)]];
       largest = std::max(largest, point.link == known.link ? (point.p_L - known.p_L).norm() : std::numeric_limits<double>::infinity());
     }
     least = std::min(least, largest);

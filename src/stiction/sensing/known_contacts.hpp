@@ -7,27 +7,23 @@
 
 namespace stiction::sensing {
 
-/// A contact that is known, in the link's frame.
-struct KnownContact {
-  int link = -1;  ///< index into Sensor::links()
-  Eigen::Vector3d p_L = Eigen::Vector3d::Zero(), f_L = Eigen::Vector3d::Zero();
-};
+// Contacts that are known: of them only link, p_L and f_L count.
 
 /// A configuration with the torques of a contact that is known.
 struct KnownCase {
   Eigen::VectorXd q, tau;
-  KnownContact contact;
+  ContactPoint contact;
 };
 
 /// The same of several contacts, with the wrench at the base.
 struct KnownCases {
   Eigen::VectorXd q, tau;
-  std::vector<KnownContact> contacts;  ///< by link
+  std::vector<ContactPoint> contacts;  ///< by link
   BaseWrench base;
 };
 
 /// Torques (n_a) and the wrench at the base of known contacts at q.
-void calc_known_rows(const Sensor& sensor, VectorRef q, std::span<const KnownContact> contacts, Eigen::VectorXd& tau, BaseWrench& base);
+void calc_known_rows(const Sensor& sensor, VectorRef q, std::span<const ContactPoint> contacts, Eigen::VectorXd& tau, BaseWrench& base);
 
 /// A force of `force` [N] in a direction uniform in the cone, at a point uniform by area on one of the links (indices into Sensor::links()),
 /// at joint positions uniform in 90 % of their limits (of a turn where there are none).
@@ -38,7 +34,7 @@ KnownCases make_random_cases(const Sensor& sensor, std::span<const int> links, c
                              core::Random& random);
 
 /// A set of known contacts with their forces.
-ContactSet make_set(const Sensor& sensor, std::span<const KnownContact> contacts);
+ContactSet make_set(const Sensor& sensor, std::span<const ContactPoint> contacts);
 
 /// Freedom (Y.11) at known contacts: 0 where what is measured isolates them. @param base  whether the wrench at the base is measured
 int calc_freedom(const Sensor& sensor, const KnownCases& known, bool base, double noise);
@@ -47,9 +43,9 @@ int calc_freedom(const Sensor& sensor, const KnownCases& known, bool base, doubl
 Eigen::VectorXd place_robots(const world::Model& model, VectorRef joints);
 
 /// Distance of a known contact from a candidate: from the nearest of its points that explain the torques as well [m]; infinite on another link.
-double calc_distance(const SenseResult& result, const Candidate& candidate, const KnownContact& contact);
+double calc_distance(const SenseResult& result, const Candidate& candidate, const ContactPoint& contact);
 
 /// Largest distance of the contacts of a set from as many known ones, in the order that makes it least [m]; infinite where links differ.
-double calc_distance(const ContactSet& set, std::span<const KnownContact> contacts);
+double calc_distance(const ContactSet& set, std::span<const ContactPoint> contacts);
 
 }  // namespace stiction::sensing

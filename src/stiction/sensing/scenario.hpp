@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -42,7 +41,7 @@ struct Poke {
   std::uint64_t seed = 0;       ///< of noise and offsets
 };
 
-/// A robot, what is known of its torques, and what was measured, as one YAML file says (schema: tasks/schema/sensing.schema.json).
+/// A robot, what is known of its torques, and what was measured, as one YAML file says (tasks/sensing_scenario_file.hpp).
 struct Scenario {
   std::string name, description;
   std::filesystem::path file;
@@ -50,25 +49,17 @@ struct Scenario {
   SenseOptions options;
   int max_contacts = 1;                ///< at the same time; above 1, or with a wrench at the base, sense_contacts() is asked as well
   Series series;                       ///< a single measurement is one moment at t = 0
-  std::vector<KnownContact> contacts;  ///< from which the torques were computed, where the file gives them instead of torques
+  std::vector<ContactPoint> contacts;  ///< from which the torques were computed, where the file gives them instead of torques
   std::optional<Poke> poke;            ///< then `series` is empty until it is simulated
   std::optional<BaseWrench> base;      ///< measured under the base, or computed from the contacts; not with a recorded series
 
   bool asks_for_sets() const { return max_contacts > 1 || base; }
   ContactSetOptions set_options() const;
   /// The known contacts that act at a moment.
-  std::vector<KnownContact> contacts_at(std::size_t moment) const;
+  std::vector<ContactPoint> contacts_at(std::size_t moment) const;
   /// What was measured under the base at a moment, or null.
   const BaseWrench* base_at(std::size_t moment) const;
 };
-
-/// @param package_dirs  searched after those of each robot
-/// @throws core::InvalidInput "FILE:LINE: field: got …, expected …"
-Scenario load_scenario(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs);
-
-/// A scenario in memory. @param text  as in a file (YAML or JSON)  @param folder  that paths in it are relative to
-/// @throws core::InvalidInput "field: got …, expected …"
-Scenario parse_scenario(const std::string& text, const std::filesystem::path& folder, std::span<const std::filesystem::path> package_dirs);
 
 /// A CSV file whose first line names its columns (find_columns() says by which names), or that has no names and on each line a time, n_a joint positions and
 /// n_a torques in the order of u; or an NPZ file of t (moments), q and tau (moments × n_a), which may name its columns in an array `joints`.

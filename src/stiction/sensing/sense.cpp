@@ -262,6 +262,8 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   world::require_configuration(model, "q", input.q);
   core::require_size("tau", input.tau.size(), model.n_a());
   core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
+  if (input.last != nullptr)
+    for (const ContactPoint& point : *input.last) require_point(sensor, "last", point);
   SenseWorkspace::Impl& work = workspace.impl();
 
   out.candidates.clear();

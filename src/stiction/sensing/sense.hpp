@@ -97,7 +97,7 @@ class SenseWorkspace {
 
 /// Every single contact on the sensed links that makes the torques: samples (4.9) or (4.10), descents (4.11), clusters. No heap use once
 /// workspace and result have met as many points.
-/// @throws core::InvalidInput: q or tau of the wrong size or not finite, options
+/// @throws core::InvalidInput: q or tau of the wrong size or not finite, options, points of the last cycle that are not on this sensor
 void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, SenseWorkspace& work, SenseResult& out);
 
 /// The torques (n_a) of a force on a link at q: f_L at p_L in the link's frame (Y.1).

@@ -95,22 +95,6 @@ struct DrivenPlant::Impl {
     for (Eigen::Index j = 0; j < n.size(); ++j) last_n[j] = data->qfrc_passive[v_address(j)] - known * data->qfrc_bias[v_address(j)];
   }
 
-  void apply_pushes() {
-    mju_zero(data->qfrc_applied, plant->impl().mujoco->nv);
-    for (const Push& push : pushes)
-      if (push.body >= 0) apply(push);
-  }
-
-  void apply(const Push& push) {
-    const mjModel* m = plant->impl().mujoco.get();
-    const int body = plant->impl().body_id[at(push.body)];
-    mjtNum point[3];
-    mju_mulMatVec3(point, data->xmat + 9 * body, push.p_BP.data());
-    mju_addTo3(point, data->xpos + 3 * body);
-    const mjtNum torque_free[3] = {0, 0, 0};
-    mj_applyFT(m, data.get(), push.force_W.data(), torque_free, point, body, data->qfrc_applied);
-  }
-
   /// Torques as controls: a spring K (u − q) is told where it pulls as hard as that.
   void write_torque() {
     const Eigen::VectorXd& K = plant->model().stiffness();
@@ -127,7 +111,7 @@ struct DrivenPlant::Impl {
     const mjModel* m = plant->impl().mujoco.get();
     const auto report = world::call_mujoco([&] {
       mj_step1(m, data.get());
-      apply_pushes();
+      apply_pushes(plant->impl(), pushes, data.get());
       if (first) {
         read();
         if (observer) observe();
@@ -180,11 +164,7 @@ void DrivenPlant::reset(VectorRef q) {
 }
 
 void DrivenPlant::set_pushes(std::span<const Push> pushes) {
-  for (const Push& push : pushes) {
-    if (push.body >= static_cast<int>(impl_->plant->model().bodies().size()))
-      core::throw_invalid("push.body", fmt::format("{}", push.body), "a body");
-    if (!push.p_BP.allFinite() || !push.force_W.allFinite()) core::throw_invalid("push", "a number that is not finite", "finite numbers");
-  }
+  require_pushes(impl_->plant->model(), pushes);
   impl_->pushes.assign(pushes.begin(), pushes.end());
 }
 

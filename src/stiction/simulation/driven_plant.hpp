@@ -8,6 +8,7 @@
 
 #include "stiction/simulation/impedance.hpp"
 #include "stiction/simulation/momentum_observer.hpp"
+#include "stiction/simulation/push.hpp"
 #include "stiction/simulation/simulation.hpp"
 
 namespace stiction::simulation {
@@ -25,14 +26,9 @@ class DrivenPlant {
   /// At rest in q (n_q) at time 0. @throws core::InvalidInput
   void reset(VectorRef q);
 
-  /// A constant force on a point fixed in a body from now on; zero ends it.
-  struct Push {
-    int body = -1;
-    Eigen::Vector3d p_BP = Eigen::Vector3d::Zero();     ///< [m]
-    Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< [N]
-  };
+  /// Forces that act from now on, added up, in place of those before. @throws core::InvalidInput: no body, not finite
+  void set_pushes(std::span<const Push> pushes);
   void set_push(const Push& push) { set_pushes({&push, 1}); }
-  void set_pushes(std::span<const Push> pushes);  ///< several at the same time, in place of those before
 
   /// Holds the command (n_a) for `duration` [s], rounded to periods of the impedance controller, at least one.
   /// @returns Solved | NumericalFailure: MuJoCo warned, message() says what; only reset() goes on from there

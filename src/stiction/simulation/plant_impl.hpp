@@ -4,9 +4,11 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "stiction/simulation/push.hpp"
 #include "stiction/simulation/simulation.hpp"
 #include "stiction/world/call_mujoco.hpp"
 
@@ -52,6 +54,12 @@ Eigen::VectorXd calc_lead(const Plant::Impl& plant);
 
 /// What MuJoCo said against a step, or numbers out of range; empty: nothing.
 std::string find_fault(const Plant::Impl& plant, const mjData* data, const world::MujocoReport& report, double t);
+
+/// @throws core::InvalidInput: no body, not finite
+void require_pushes(const world::Model& model, std::span<const Push> pushes);
+
+/// The sum of these forces takes the place of what was applied before. Bodies are where `data` was last evaluated.
+void apply_pushes(const Plant::Impl& plant, std::span<const Push> pushes, mjData* data);
 
 /// Contact forces of the state that was last evaluated, by pair.
 void read_forces(const Plant::Impl& plant, const mjData* data, std::vector<PairForce>& out);

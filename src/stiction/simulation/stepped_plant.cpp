@@ -22,6 +22,7 @@ struct SteppedPlant::Impl {
   std::shared_ptr<const Plant> plant;
   std::unique_ptr<mjData, DeleteMujoco> data;
   Eigen::VectorXd lead, q, v, u, peak;
+  std::vector<Push> pushes;
   long steps = 0;
   double largest_effort = 0, max_depth = 0;
   std::string message;
@@ -39,7 +40,15 @@ struct SteppedPlant::Impl {
       message = find_fault(p, data.get(), report, static_cast<double>(steps) * timestep());
       return message.empty();
     };
-    if (!good(world::call_mujoco([&] { mj_forward(p.mujoco.get(), data.get()); }))) return false;
+    auto forward = [&] {
+      if (!pushes.empty()) {
+        mj_kinematics(p.mujoco.get(), data.get());
+        mj_comPos(p.mujoco.get(), data.get());
+        apply_pushes(p, pushes, data.get());
+      }
+      mj_forward(p.mujoco.get(), data.get());
+    };
+    if (!good(world::call_mujoco(forward))) return false;
     watch();
     if (!good(world::call_mujoco([&] { mj_implicit(p.mujoco.get(), data.get()); }))) return false;
     ++steps;
@@ -83,15 +92,14 @@ void SteppedPlant::reset(VectorRef q, VectorRef u) {
   d.steps = 0;
   d.largest_effort = d.max_depth = 0;
   d.message.clear();
+  d.pushes.clear();
   d.read();
 }
 
-void SteppedPlant::set_force(int body, const Eigen::Vector3d& force_W) {
-  if (body < 0 || body >= static_cast<int>(plant().model().bodies().size()))
-    core::throw_invalid("force.body", fmt::format("{}", body), "a body");
-  if (!force_W.allFinite()) core::throw_invalid("force", "a number that is not finite", "finite numbers");
-  const int id = impl_->plant->impl().body_id[at(body)];
-  std::copy_n(force_W.data(), 3, impl_->data->xfrc_applied + 6 * id);  // at the centre of mass
+void SteppedPlant::set_pushes(std::span<const Push> pushes) {
+  require_pushes(plant().model(), pushes);
+  impl_->pushes.assign(pushes.begin(), pushes.end());
+  mju_zero(impl_->data->qfrc_applied, impl_->plant->impl().mujoco->nv);
 }
 
 Status SteppedPlant::advance(VectorRef u, double duration) {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "stiction/simulation/push.hpp"
 #include "stiction/simulation/simulation.hpp"
 
 namespace stiction::simulation {
@@ -19,8 +21,8 @@ class SteppedPlant {
   /// At rest in q (n_q) with its joints commanded to u (n_a), at time 0, without a force from outside. @throws core::InvalidInput
   void reset(VectorRef q, VectorRef u);
 
-  /// A force on the origin of a body from now on [N]; zero ends it. @throws core::InvalidInput: no body, not finite
-  void set_force(int body, const Eigen::Vector3d& force_W);
+  /// Forces that act from now on, added up, in place of those before. @throws core::InvalidInput: no body, not finite
+  void set_pushes(std::span<const Push> pushes);
 
   /// Commands go straight to u (n_a) in `duration` [s], rounded to timesteps, at least one.
   /// @returns Solved | NumericalFailure: MuJoCo warned, message() says what; only reset() goes on from there

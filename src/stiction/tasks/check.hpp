@@ -61,7 +61,7 @@ struct CheckOptions {
 /// force_cone, force_gap          of re-simulated forces; the gap is the true distance after the step, in the same units
 /// regrasp_contact                travel of a branch in contact between its first and its last moment one such unit away from everything, in a regrasp
 ///                                in which it goes elsewhere
-/// loose_regrasps                 those in which an object moves farther than a regrasp lets it when gravity comes from 0.1 rad aside while the branches are
+/// unstable_releases                 those in which an object moves farther than a regrasp lets it when gravity comes from 0.1 rad aside while the branches are
 ///                                away, from one of four sides; not judged
 /// effort                         largest K_a|u − q| of a stored knot, in units of the motor's effort; judged where the plan's step bounds efforts
 /// max_force                      largest normal force of a pair, re-simulated or stored, in units of what its weaker side bears; 0 where nothing is fragile. brace: of the robot on itself or on what is fixed, in units of PlannerOptions::brace_force, not judged

@@ -26,7 +26,7 @@ std::string options_of_task(const Task& task, const planning::PlannerOptions& se
   planning::PlannerOptions options = task.options;
   options.seed = searched.seed;
   options.threads = searched.threads;
-  options.scheme = searched.scheme;
+  if (options.thesis && searched.thesis) options.thesis->scheme = searched.thesis->scheme;
   options.anytime = searched.anytime;
   return planner_options_json(options, *task.model);
 }
@@ -121,9 +121,9 @@ void FileCheck::check_settings() {
   if (planner_options_json(searched, model_) == options_of_task(task_, searched)) return;
   if (task_.optimize && !plan_.substep) {
     Task optimised = task_;
-    optimised.options.h = task_.optimize->options.step.h;
-    optimised.options.regularisation = task_.optimize->options.step.regularisation;
-    optimised.options.substep.reset();
+    if (!optimised.options.thesis) optimised.options.thesis.emplace();
+    optimised.options.thesis->h = task_.optimize->options.step.h;
+    optimised.options.thesis->regularisation = task_.optimize->options.step.regularisation;
     if (planner_options_json(searched, model_) == options_of_task(optimised, searched)) return;
   }
   settings_.see(1, [] { return std::string("options of the plan against the task"); });
@@ -132,19 +132,20 @@ void FileCheck::check_settings() {
 void FileCheck::check_dynamics() {
   const auto differs = [this](const char* what) { dynamics_.see(1, [&] { return std::string(what); }); };
   const dynamics::StepOptions& step = plan_.step;
-  if (step.h > task_.options.h) differs("step.h above that of the task");
-  if (step.friction_law != task_.options.friction_law) differs("step.friction_law is not that of the task");
+  const dynamics::StepOptions of_task = task_.options.step_options(model_);
+  if (step.h > of_task.h) differs("step.h above that of the task");
+  if (step.friction_law != of_task.friction_law) differs("step.friction_law is not that of the task");
   if (step.friction_scale > 1) differs("step.friction_scale above 1");
   if (step.contact_margin != 0) differs("step.contact_margin is not 0");
   if (!step.joint_limits) differs("step.joint_limits is off");
   if (!step.effort_limits) differs("step.effort_limits is off");
   if (step.tol_complementarity > 1e-8) differs("step.tol_complementarity above 1e-8");
-  if (step.regularisation.index() != task_.options.regularisation.index() ||
-      value_of(step.regularisation) != value_of(task_.options.regularisation))
+  if (step.regularisation.index() != of_task.regularisation.index() || value_of(step.regularisation) != value_of(of_task.regularisation))
     differs("step.regularisation is not that of the task");
-  if (plan_.substep.has_value() != task_.options.substep.has_value()) return differs("substep is not that of the task");
+  if (plan_.substep.has_value() == task_.options.thesis.has_value()) return differs("substep is not that of the task");
   if (!plan_.substep) return;
-  const auto &mine = *plan_.substep, &wanted = *task_.options.substep;
+  const double length = model_.scales().object(task_.problem.goal.object).length;
+  const dynamics::SubstepLimits wanted{.joint_travel = world::share::kTravel * length, .slide = world::share::kSlide * length}, &mine = *plan_.substep;
   if (mine.joint_angle > wanted.joint_angle || mine.joint_travel > wanted.joint_travel || mine.slide > wanted.slide)
     differs("substep allows more than the task");
 }

@@ -16,13 +16,13 @@ constexpr double kStill = 1e-3;  // share of what it may move: an object that mo
 
 }  // namespace
 
-/// A regrasp is loose when an object does not stay with gravity aside, at the knot where its branches are farthest away.
+/// A release is unstable when an object does not stay with gravity aside, at the knot where its branches are farthest away.
 void Replay::see_hold(std::size_t segment, const StoredKnot& away) {
   for (int side = 0; side < 4; ++side) {
     const auto slip = slip_aside(away, side);
     if (slip && slip->position <= stays_.position && slip->angle <= stays_.angle) continue;
     const std::string how = slip ? fmt::format("{:.3g} mm, {:.3g} rad", 1e3 * slip->position, slip->angle) : "a step that is not solved";
-    loose_regrasps_.see(static_cast<double>(++loose_), [&] { return fmt::format("{} in segment {}", how, segment); });
+    unstable_releases_.see(static_cast<double>(++unstable_), [&] { return fmt::format("{} in segment {}", how, segment); });
     return;
   }
 }

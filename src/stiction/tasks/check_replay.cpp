@@ -9,6 +9,12 @@
 #include "stiction/world/scales.hpp"
 
 namespace stiction::tasks {
+namespace {
+
+/// An object may turn by so much in a regrasp [rad].
+constexpr double kRegraspTurn = 0.02;
+
+}  // namespace
 
 using core::Status;
 
@@ -23,8 +29,9 @@ Replay::Replay(const Task& task, const PlanFile& plan, const CheckOptions& optio
   step_options_.smoothing = dynamics::Exact{};
   step_options_.with_B = false;
   step_options_.warm_start = false;  // every step depends on its input alone
-  brace_force_ = task.options.brace_force;
-  stays_ = {task.options.regrasp_tol_position, task.options.regrasp_tol_angle};
+  const world::Scale& scale = model_.scales().object(task.problem.goal.object);
+  brace_force_ = world::share::kBrace * scale.force;
+  stays_ = {world::share::kClearance * scale.length, kRegraspTurn};
   goal_object_ = model_.object_index(plan_.goal_object);
   find_branches();
 }
@@ -73,7 +80,7 @@ void Replay::report(CheckReport& out) const {
   add(out, "force_gap", force_gap_, limits_.force_gap, std::string(tolerance));
   add(out, "regrasp_contact", regrasp_contact_, 0.0, "rad or m");
   const bool bounded = step_options_.effort_limits && model_.effort().array().isFinite().any();
-  add(out, "loose_regrasps", loose_regrasps_, std::nullopt, "");
+  add(out, "unstable_releases", unstable_releases_, std::nullopt, "");
   add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
   add(out, "max_force", max_force_, 1.0, "of what the weaker side bears");
   add(out, "brace", brace_, std::nullopt, "of the force that ends a push");

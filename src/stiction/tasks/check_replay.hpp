@@ -74,14 +74,14 @@ class Replay {
   int goal_object_ = 0;
   double brace_force_ = 0;  ///< of the planner: how hard the robot may press on itself or on what does not move [N]
   PoseError stays_{0, 0};   ///< of the planner: an object that moves less in a regrasp stays where it is
-  long loose_ = 0;          ///< regrasps in which one would not with gravity aside
+  long unstable_ = 0;       ///< regrasps in which one would not with gravity aside
   std::vector<Branch> branches_;
   double start_penetration_ = 0;
   long steps_ = 0;
   long failed_steps_ = 0;
   Place place_;
   PoseError end_{0, 0};
-  Worst penetration_, joint_limits_, force_cone_, force_gap_, regrasp_contact_, loose_regrasps_, stored_position_, stored_angle_,
+  Worst penetration_, joint_limits_, force_cone_, force_gap_, regrasp_contact_, unstable_releases_, stored_position_, stored_angle_,
       stored_force_, stored_contact_, path_position_, path_angle_, slide_, effort_, max_force_, brace_;
 };
 

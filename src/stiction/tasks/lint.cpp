@@ -130,8 +130,8 @@ class Linter {
     dynamics::StepWorkspace work(task_.model);
     dynamics::StepResult result;
     const Eigen::VectorXd& q = task_.problem.q_start;
-    const core::Status status = dynamics::step(model_, {q, q.tail(model_.n_a())}, task_.options.step_options(), work, result);
-    if (status == core::Status::Solved) return press(result, task_.options.h);
+    const core::Status status = dynamics::step(model_, {q, q.tail(model_.n_a())}, task_.options.step_options(model_), work, result);
+    if (status == core::Status::Solved) return press(result, task_.options.step_options(model_).h);
     place(q);
     int worst = -1;
     double depth = 0;

@@ -135,8 +135,8 @@ class MotorLinter {
     int postures = 0;
     for (int k = 0; k < kPostures && given < need.force && !work_.stop(); ++k) {
       core::Random random(0, static_cast<std::uint64_t>(k));
-      const auto draw = contact::draw_grasp(chains_, task_.options.sampler, random);
-      const auto sample = contact::sample_contact(model_, chains_, task_.options.sampler, draw, *need.at, random, work_);
+      const auto draw = contact::draw_grasp(chains_, contact::GenericSampler{}, random);
+      const auto sample = contact::sample_contact(model_, chains_, contact::GenericSampler{}, draw, *need.at, random, work_);
       if (!sample) continue;
       VectorXd q = *need.at;
       q.tail(model_.n_a()) = sample->q_a;

@@ -8,7 +8,7 @@
 
 namespace stiction::tasks {
 
-using planning::Scheme;
+using planning::thesis::Scheme;
 inline constexpr std::string_view kSchemeNames[] = {"exact", "analytic", "randomized-first", "randomized-zeroth"};
 /// @throws core::InvalidInput with the known names
 Scheme parse_scheme(std::string_view field, std::string_view name);

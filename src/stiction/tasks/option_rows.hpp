@@ -14,20 +14,8 @@ double probability(const world::YamlNode& node);  ///< in [0, 1]
 double share(const world::YamlNode& node);        ///< in (0, 1]
 
 // Rows of options that are more than a number.
-OptionRow length_row();
-OptionRow smoothing_row();
-OptionRow scheme_row();
-OptionRow randomized_row();
-OptionRow metric_row();
-OptionRow cost_row();
-OptionRow regularisation_row();
-OptionRow substep_row();
-OptionRow single_step_row();
-OptionRow sampler_row();
 OptionRow sample_box_row();
 OptionRow friction_law_row();
-OptionRow margins_row();
-OptionRow brace_force_row();
-OptionRow refined_fraction_row();
+OptionRow thesis_row();  ///< map of the settings of published runs
 
 }  // namespace stiction::tasks

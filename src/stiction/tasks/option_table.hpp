@@ -12,17 +12,10 @@
 
 namespace stiction::tasks {
 
-/// Who an option is for.
-enum class OptionLevel {
-  User,      ///< `planner: {KEY: …}`: at most ten
-  Advanced,  ///< `planner: {advanced: {KEY: …}}`: of the method, for experiments; its default follows from the scene
-};
-
 /// An option of the planner as files and Python have it. The table of them drives the reader, the writer, the JSON schema, docs/options.md and the
 /// names in Python.
 struct OptionRow {
   std::string_view key;
-  OptionLevel level;
   bool in_plan;          ///< a plan file has it among its options; the others it has elsewhere or not at all
   std::string_view doc;  ///< what it is, with its unit
   std::string schema;    ///< JSON schema of the value; null, which takes an option back, besides

@@ -11,19 +11,16 @@ namespace stiction::tasks {
 
 inline constexpr std::array<std::string_view, 2> kFrictionLawNames = {"anitescu", "coulomb"};  // of dynamics::FrictionLaw
 
-inline constexpr std::string_view kAdvanced = "advanced";  ///< map of the options of the method
-
-/// Reads the `planner` section of a task file: the rows of option_table() by their names, those of the method in its map `advanced`, or beside
-/// the others as in files of earlier versions, where it goes before the map.
+/// Reads the `planner` section of a task file: the rows of option_table() by their names.
 /// A null stands for a key that is not given, so that a file may take back a choice of its base.
-/// @param defaults  of what is not given; single steps and jumps are those of the thesis, and start from PlannerOptions{}
+/// @param defaults  of what is not given
 /// @throws core::InvalidInput with file, line and field
 planning::PlannerOptions read_planner_options(const world::YamlNode& node, const world::Model& model,
                                               const planning::PlannerOptions& defaults = {});
 
 enum class WhichOptions {
   OfPlan,  ///< what a plan file has among its options
-  All      ///< seed, threads and record_tree as well
+  All      ///< seed and threads as well
 };
 
 /// The same options as one JSON object (which is YAML) in the same spelling.

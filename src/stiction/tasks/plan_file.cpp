@@ -10,6 +10,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/version.hpp"
 #include "stiction/tasks/options.hpp"
+#include <nlohmann/json.hpp>
 #include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/world/yaml.hpp"
 
@@ -114,7 +115,7 @@ planning::Plan plan_of(const Task& task, const planning::PlannerOptions& options
   out.q_start = task.problem.q_start;
   out.u_start = out.q_start.tail(task.model->n_a());
   out.goal = task.problem.goal;
-  out.step = options.step_options();
+  out.step = options.step_options(*task.model);
   out.error = planning::goal_error(*task.model, out.q_start, out.goal);
   return out;
 }
@@ -182,7 +183,7 @@ PlanFile make_plan_file(const Task& task, const planning::PlannerOptions& option
   out.code_version = core::version();
   out.created = now_utc();
   out.step = plan.step;
-  if (options.substep) out.substep = plan.substep;
+  if (!options.thesis) out.substep = plan.substep;
 
   const ShownBodies shown(model);
   world::KinematicsWorkspace work(model);
@@ -250,7 +251,10 @@ fs::path file_of_plan(const fs::path& file) { return fs::is_directory(file) ? fi
 
 planning::PlannerOptions options_of_plan(const world::Model& model, const PlanFile& plan, const fs::path& file) {
   // Options are spelled as in a task file, so the reader of task files judges them.
-  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", plan.options), file_of_plan(file));
+  nlohmann::ordered_json options = nlohmann::ordered_json::parse(plan.options);
+  options.erase("advanced");  // of files before 0.3.0; what followed from them is in `step` and `substep`
+  if (!plan.substep && !options.contains("thesis")) options["thesis"] = nlohmann::ordered_json::object();
+  const auto text = world::YamlNode::parse(fmt::format("{{\"options\": {}}}", options.dump()), file_of_plan(file));
   planning::PlannerOptions out = read_planner_options(text.at("options"), model);
   out.seed = plan.seed;
   out.threads = plan.threads;

@@ -9,7 +9,6 @@
 
 #include "stiction/core/faults.hpp"
 #include "stiction/core/sha256.hpp"
-#include "stiction/planning/default_options.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/tasks/options.hpp"
 #include "stiction/tasks/scene_text.hpp"
@@ -75,7 +74,6 @@ Task read_task(const YamlNode& root, std::string name) {
   faults.collect([&] { read_goal(root.at("goal"), model, task.problem); });
   faults.collect([&] { require_touch(root.find("scene").value_or(root), model); });
   if (model.objects().empty()) faults.raise();  // there is none to be brought to its goal
-  task.options = planning::default_options(model, task.problem.goal.object);
   faults.collect([&] {
     if (const auto planner = root.find("planner")) task.options = read_planner_options(*planner, model, task.options);
   });

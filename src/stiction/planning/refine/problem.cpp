@@ -1,17 +1,10 @@
 #include "stiction/planning/refine/problem.hpp"
 
-#include <algorithm>
+#include <cmath>
 
 #include "stiction/planning/contact_limits.hpp"
-#include "stiction/world/scales.hpp"
 
 namespace stiction::planning::refinement {
-namespace {
-
-/// Motion of an object that counts as none [L], [rad].
-constexpr double kMotionless = 0.01, kMotionlessAngle = 1e-3;
-
-}  // namespace
 
 Problem::Problem(const std::shared_ptr<const world::Model>& shared, const Plan& given, const PlannerOptions& planner_options,
                  const RefineOptions& refine_options, const core::RunControl& run_control)
@@ -19,13 +12,25 @@ Problem::Problem(const std::shared_ptr<const world::Model>& shared, const Plan& 
       plan(given),
       refine(refine_options),
       control(run_control),
-      motion{goal, kMotionless * model.scales().robots().length, kMotionlessAngle},
-      q_goal(at_goal(model, end_of(given), given.goal)) {
-  set_allowed({});
-}
-
-void Problem::set_allowed(const Worst& given) {
-  allowed = {std::max(kMostPenetration, given.penetration), std::max(kMostForceGap, given.force_gap), std::max(kMostPress, given.press)};
+      motion{goal, thresholds.motionless.position, thresholds.motionless.angle},
+      q_goal(at_goal(model, end_of(given), given.goal)),
+      cuts(std::max(1, static_cast<int>(std::ceil(plan.step.h / refine_options.h * (1 - 1e-12))))),
+      limits(model.n_a()),
+      allowed{kMostPenetration, kMostForceGap, kMostPress} {
+  pace = {Pace::Kind::SubSteps, given.step, given.substep, dynamics::Overrun::Accept};
+  pace.step.smoothing = dynamics::Exact{};
+  pace.step.with_A = pace.step.with_B = false;
+  pace.step.warm_start = false;
+  pace.step.h = plan.step.h / cuts;
+  pace.limits.joint_angle /= cuts;
+  pace.limits.joint_travel /= cuts;
+  pace.limits.slide /= cuts;
+  pace.limits.max_substeps *= cuts;
+  halves = {Pace::Kind::HalfSteps, pace.step, {}, {}};
+  for (int j = 0; j < model.n_a(); ++j) {
+    const bool revolute = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
+    limits[j] = revolute ? pace.limits.joint_angle : pace.limits.joint_travel;
+  }
 }
 
 std::vector<Push> Problem::shortened(const Plan& given) const {
@@ -35,25 +40,17 @@ std::vector<Push> Problem::shortened(const Plan& given) const {
   return pushes;
 }
 
-StepSizes::StepSizes(const Problem& problem, int parts)
-    : cuts(parts), exact(problem.plan.step), substep(problem.plan.substep), limits(problem.model.n_a()) {
-  exact.smoothing = dynamics::Exact{};
-  exact.with_A = exact.with_B = false;
-  exact.warm_start = false;
-  exact.h = problem.plan.step.h / cuts;
-  coarse = exact.h > problem.refine.h * (1 + 1e-9);
-  substep.joint_angle /= cuts;
-  substep.joint_travel /= cuts;
-  substep.slide /= cuts;
-  substep.max_substeps *= cuts;
-  free_substep = substep;
-  free_substep.joint_angle = problem.plan.substep.joint_angle;
-  free_substep.joint_travel = problem.plan.substep.joint_travel;
-  const world::Model& model = problem.model;
-  for (int j = 0; j < model.n_a(); ++j) {
-    const bool revolute = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
-    limits[j] = revolute ? substep.joint_angle : substep.joint_travel;
+void finish(const Problem& problem, const Cursor& start, const Eigen::VectorXd& q_target, Scratch& scratch, Work& work, Run& run) {
+  run.end.fine = start.fine;
+  Simulation simulation(problem, scratch, work);
+  const Watch watch{.most = problem.allowed};
+  run.holds = true;
+  for (const Segment& segment : run.segments) {
+    run.holds = run.holds && simulation.follow(commands_of(segment.knots), problem.halves, {}, watch, run.end.fine) == Ending::Reached;
+    run.end.fine.knots.clear();
   }
+  run.holds = run.holds && simulation.ends_well(watch, run.end.fine);
+  run.missed = std::max(problem.miss(q_target, run.end.q), problem.miss(q_target, run.end.fine.q));
 }
 
 const Eigen::VectorXd& end_of(const Plan& plan) { return plan.segments.empty() ? plan.q_start : plan.segments.back().knots.back().q; }

@@ -3,15 +3,17 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "stiction/planning/edge_simulator.hpp"
 #include "stiction/planning/pushes.hpp"
 #include "stiction/planning/refine.hpp"
+#include "stiction/planning/simulate.hpp"
+#include "stiction/trajopt/optimize.hpp"
 
 namespace stiction::planning::refinement {
 
-/// A plan to be refined, and what is the same in all trials. Shared by the threads.
+/// A plan to be refined, in which steps, and what is allowed.
 struct Problem : Setting {
   Problem(const std::shared_ptr<const world::Model>& shared, const Plan& given, const PlannerOptions& planner_options,
           const RefineOptions& refine_options, const core::RunControl& run_control);
@@ -19,40 +21,54 @@ struct Problem : Setting {
   const Plan& plan;
   const RefineOptions& refine;
   const core::RunControl& control;
-  Motion motion;
-  Eigen::VectorXd q_goal;  ///< the objects at the goal, in a whole configuration (n_q)
-  Worst allowed;           ///< at half sub-steps; set_allowed
+  const Motion motion;
+  const Eigen::VectorXd q_goal;  ///< the objects at the goal, in a whole configuration (n_q)
+  int cuts = 1;                  ///< steps for each of the plan's
+  Pace pace;                     ///< whole sub-steps, `cuts` times as short as those of the plan
+  Pace halves;                   ///< half of them
+  Eigen::VectorXd limits;        ///< of the change of the command in a sub-step (n_a) [rad or m]
+  Worst allowed;                 ///< at half sub-steps; a refined plan may be as bad as the given one
 
-  /// A refined plan may be as bad as the given one.
-  void set_allowed(const Worst& given);
-
+  /// Objects that move less in a step rest.
+  Allowance rest() const { return {thresholds.rest.position / cuts, thresholds.rest.angle / cuts}; }
+  /// Whole sub-steps of a push or a regrasp; their gaps are judged at half sub-steps.
+  Worst allowed_at_whole_steps() const { return {allowed.penetration, kUnlimited, allowed.press}; }
   /// Distance of the objects from where they should be, in tolerances of the goal.
   double miss(const Eigen::VectorXd& q_target, const Eigen::VectorXd& q) const { return goal.share_of_tolerances(q_target, q); }
-
-  /// The verdict on an end at whole and at half sub-steps: both are at the goal within a fraction of its tolerances.
+  /// Both are at the goal within the planner's share of its tolerances.
   bool reaches_goal(const Eigen::VectorXd& q, const Eigen::VectorXd& q_fine, double fraction) const {
     return std::max(goal.ratio(q), goal.ratio(q_fine)) <= fraction;
   }
-
   /// The pushes of a plan, cut and dropped as asked for.
   std::vector<Push> shortened(const Plan& given) const;
 };
 
-/// Places of the objects that differ by less than this, in tolerances of the goal, are one: of a regrasp, or of ways through a push that miss.
-inline constexpr double kSamePlace = 0.05;
-/// A push that feedback leaves farther away than this, in tolerances of the goal, is for iMPC; a regrasp may leave the objects as far from where they are wanted.
-inline constexpr double kFarOff = 0.5;
-
-/// Every sub-step of the plan in so many of the same length.
-struct StepSizes {
-  StepSizes(const Problem& problem, int parts);
-
-  int cuts;                     ///< parts of a step of the plan
-  bool coarse;                  ///< longer than asked for: the last resort, where pushes end as planned and iMPC only makes things worse
-  dynamics::StepOptions exact;  ///< every knot follows from the one before it alone
-  dynamics::SubstepLimits substep, free_substep;  ///< … and where the branches that move touch nothing, in commands as far as in the plan
-  Eigen::VectorXd limits;                         ///< of the change of the command in a sub-step (n_a) [rad or m]
+/// Scratch of the thread that refines.
+struct Scratch : SimulationScratch {
+  using SimulationScratch::SimulationScratch;
+  std::optional<trajopt::OptimizeWorkspace> optimizer;  ///< made when first needed
+  trajopt::OptimizeResult optimized;
 };
+
+/// Where a refinement is, at whole sub-steps and at half of them.
+struct Cursor {
+  Eigen::VectorXd q{}, u{};
+  Trace fine{};
+};
+
+/// A push or a regrasp as it was simulated, and where that left everything.
+struct Run {
+  std::vector<Segment> segments{};
+  Cursor end{};
+  bool holds = false;    ///< at half sub-steps as well
+  double missed = 0;     ///< the worse of whole and half sub-steps, in tolerances of the goal
+  bool led = false;      ///< a push with feedback
+  bool rests = false;    ///< a push ends at rest
+  double clearance = 0;  ///< of a regrasp that was planned anew [m]
+};
+
+/// The same commands at half sub-steps from where `start` is; sets holds and missed.
+void finish(const Problem& problem, const Cursor& start, const Eigen::VectorXd& q_target, Scratch& scratch, Work& work, Run& run);
 
 /// Where a plan ends (n_q).
 const Eigen::VectorXd& end_of(const Plan& plan);

@@ -1,0 +1,42 @@
+#include "stiction/dynamics/coulomb.hpp"
+
+#include "stiction/world/scales.hpp"
+
+namespace stiction::dynamics::detail {
+namespace {
+
+using core::Status;
+
+/// A solution that leaves a contact nearer to or farther from its obstacle than this is not the fixed point of Coulomb's law.
+constexpr double kClosed = 3e-3;  // of L of the pair (world::Scales)
+
+/// A row of the program penetrates, or carries a force across a gap, by more than kClosed L.
+bool misses_contact(const world::Model& model, const StepOptions& options, const StepWorkspace::Impl& work) {
+  const cone::Result& s = work.solution;
+  Eigen::Index cone = 0;
+  for (std::size_t i = 0; i < work.contacts.size(); ++i) {
+    if (!work.included[i] || work.contacts[i].friction * options.friction_scale == 0) continue;
+    const double gap = s.w_cone(0, cone) - s.shift_cone[cone];
+    const world::Scale& scale = model.scales().pair(work.contacts[i].pair);
+    const bool active = s.z_cone(0, cone) > options.h * world::share::kActive * scale.force;
+    if (gap < -kClosed * scale.length || (active && gap > kClosed * scale.length)) return true;
+    ++cone;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool is_coulomb(const StepOptions& options) {
+  return options.friction_law == FrictionLaw::Coulomb && std::holds_alternative<Exact>(options.smoothing);
+}
+
+Status solve_by_law(const StepProgram& program, StepWorkspace::Impl& work, int& iterations) {
+  if (is_coulomb(program.options)) {
+    const Status status = solve_rounds(program, {.closed = true}, work, iterations);
+    if (status == Status::Solved && !misses_contact(program.model, program.options, work)) return status;
+  }
+  return solve_rounds(program, {.closed = false}, work, iterations);
+}
+
+}  // namespace stiction::dynamics::detail

@@ -1,0 +1,8 @@
+#pragma once
+
+namespace stiction::execution {
+
+/// An object has fallen that is so far below every place in which it was or is planned to be [L of the object].
+inline constexpr double kFall = 1;
+
+}  // namespace stiction::execution

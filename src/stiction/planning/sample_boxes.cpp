@@ -1,0 +1,57 @@
+#include "stiction/planning/sample_boxes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/planning/goal_measure.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::planning {
+namespace {
+
+/// Of the way from start to goal that boxes of subgoals go beyond either …
+constexpr double kWayBeyond = 0.25;
+/// … and the least angle that they do [rad].
+constexpr double kBeyond = 0.2;
+
+/// Coordinates in which a box is given: x y z roll pitch yaw of a free object, else those of its joint.
+Eigen::VectorXd box_coordinates(const world::ObjectInfo& object, const Eigen::VectorXd& q) {
+  if (object.n_v != 6) return q.segment(object.q_begin, object.n_q);
+  Eigen::VectorXd out(6);
+  out << q.segment<3>(object.q_begin),
+      roll_pitch_yaw(Eigen::Quaterniond(Eigen::Vector4d(q.segment<4>(object.q_begin + 3))).normalized().toRotationMatrix());
+  return out;
+}
+
+}  // namespace
+
+std::vector<world::SampleBox> default_sample_boxes(const PlanningProblem& problem) {
+  const world::Model& model = *problem.model;
+  const world::ObjectSpace space(model);
+  Eigen::VectorXd q_goal = problem.q_start;
+  q_goal.head(model.n_qu()) = goal_configuration(problem, space);
+  std::vector<world::SampleBox> boxes;
+  for (int o = problem.goal.object; o >= 0; o = model.objects()[static_cast<std::size_t>(o)].parent) {
+    const world::ObjectInfo& object = model.objects()[static_cast<std::size_t>(o)];
+    const Eigen::VectorXd start = box_coordinates(object, problem.q_start), goal = box_coordinates(object, q_goal);
+    world::SampleBox& box = boxes.emplace_back();
+    box.object = o;
+    box.lower = box.upper = start;
+    for (Eigen::Index i = 0; i < start.size(); ++i) {
+      const world::Dof& dof = model.dofs()[static_cast<std::size_t>(object.v_begin + i)];
+      if (object.n_v == 1 && std::isfinite(dof.lower) && std::isfinite(dof.upper)) {
+        box.lower[i] = dof.lower;
+        box.upper[i] = dof.upper;
+        continue;
+      }
+      const bool revolute = dof.kind == world::DofKind::Revolute;
+      const double to = revolute && object.n_v > 1 ? world::nearest_turn(goal[i], start[i]) : goal[i];
+      const double beyond = std::max(kWayBeyond * std::abs(to - start[i]), revolute ? kBeyond : 0.5 * model.scales().object(o).length);
+      box.lower[i] = std::min(start[i], to) - beyond;
+      box.upper[i] = std::max(start[i], to) + beyond;
+    }
+  }
+  return boxes;
+}
+
+}  // namespace stiction::planning

@@ -1,0 +1,265 @@
+#include "stiction/planning/search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "stiction/core/parallel.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/planning/tree_search.hpp"
+
+namespace stiction::planning {
+namespace {
+
+using core::Status;
+
+/// Keeps the seeds of later trees apart from the draws of the first one.
+constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
+
+/// A tree that grows.
+struct GrowingTree {
+  std::unique_ptr<TreeSearch> search;
+  int number = 0;  ///< in the run
+  int told = 0;    ///< nodes of which GrowthSink was told
+};
+
+/// Trees side by side, in rounds, so that the plan depends neither on the number of threads nor on their speed.
+class Search {
+ public:
+  Search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
+         const GrowthSink& grown, int trees, double bound)
+      : setting_(problem, options),
+        u_start_(u_start),
+        control_(control),
+        grown_(grown),
+        pool_(options.threads > 0 ? options.threads : core::hardware_threads()),
+        unstopped_(problem.model, to_the_end_),
+        bound_(bound),
+        trees_(static_cast<std::size_t>(trees)) {
+    for (int i = 0; i < pool_.size(); ++i) scratch_.emplace_back(problem.model, control);
+  }
+
+  /// Algorithm 2 for several trees. @param budget  extensions
+  void run(long budget, PlanResult& out) {
+    out.status = grow(budget, out);
+    if (out.status != Status::Solved) keep_best(out);
+    for (const GrowingTree& tree : trees_) count(tree);
+    out.iterations = iterations_;
+    out.nodes = nodes_;
+    out.steps = totals_.steps;
+    out.failed_steps = totals_.failed_steps;
+    out.linearisations = totals_.linearisations;
+    out.distrusted = totals_.distrusted;
+    out.regrasps = totals_.regrasps;
+  }
+
+ private:
+  struct Item {
+    GrowingTree* tree;
+    Expansion expansion;
+  };
+
+  Status grow(long budget, PlanResult& out) {
+    for (GrowingTree& tree : trees_) {
+      if (!plant(tree, out)) return Status::NumericalFailure;
+      if (tree.search->reaches_goal(0, unstopped_)) return solve(tree, 0, out);
+    }
+    while (iterations_ < budget && !control_.stop() && !cannot_touch(out)) {
+      draw_round(std::min<long>(threshold::kBatch, budget - iterations_));                             // SampleSubgoal
+      pool_.run(static_cast<int>(round_.size()), [&](int item, int worker) { expand(item, worker); });  // Nearest, Extend
+      for (Item& item : round_) {                                                                      // AddNode
+        ++iterations_;
+        const int node = item.tree->search->insert(item.expansion, scratch_[0]);
+        if (node >= 0) return solve(*item.tree, node, out);  // GoalReached
+      }
+      report();
+      for (GrowingTree& tree : trees_) {
+        if (tree.search->stalled() && !replace(tree, out)) return Status::NumericalFailure;
+      }
+    }
+    return control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
+  }
+
+  /// A new tree in the place of one.
+  bool plant(GrowingTree& tree, PlanResult& out) {
+    const std::uint64_t seed = setting_.options.seed;
+    tree = {nullptr, planted_, 0};
+    tree.search = std::make_unique<TreeSearch>(
+        setting_, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_);
+    ++planted_;
+    return tree.search->plant_root(unstopped_, out);
+  }
+
+  /// The better one of the trees that stalled is kept for its best path.
+  bool replace(GrowingTree& tree, PlanResult& out) {
+    count(tree);
+    if (!stalled_ || tree.search->goal_ratio() < stalled_->goal_ratio()) stalled_ = std::move(tree.search);
+    return plant(tree, out);
+  }
+
+  void draw_round(long size) {
+    round_.clear();
+    for (long i = 0; i < size; ++i) {
+      GrowingTree& tree = trees_[static_cast<std::size_t>(i) % trees_.size()];
+      round_.push_back({&tree, tree.search->draw()});
+    }
+    // Regrasps take longest, and a round as long as its last one.
+    std::ranges::stable_partition(round_, [](const Item& item) { return item.expansion.grasp; });
+  }
+
+  void expand(int item, int worker) {
+    Item& one = round_[static_cast<std::size_t>(item)];
+    one.tree->search->expand(one.expansion, scratch_[static_cast<std::size_t>(worker)]);
+  }
+
+  bool cannot_touch(PlanResult& out) {
+    bool any = false;
+    for (int c = 0; c < setting_.chains.size(); ++c) any |= !setting_.chains.object_pairs(c).empty();
+    RegraspCounts r = totals_.regrasps;
+    for (const GrowingTree& tree : trees_) r += tree.search->totals().regrasps;
+    const bool hopeless = r.tried >= threshold::kHopelessSamples && r.no_sample == r.tried;
+    if (any && !hopeless) return false;
+    out.reason = any ? fmt::format("the robot cannot touch an object: {} draws of a posture in contact all failed", r.tried)
+                     : std::string("the robot cannot touch an object: no pair of a moving link and an object is looked at");
+    return true;
+  }
+
+  Status solve(GrowingTree& tree, int node, PlanResult& out) {
+    take_path(*tree.search, node, true, out);
+    tell(tree);
+    return Status::Solved;
+  }
+
+  void keep_best(PlanResult& out) {
+    TreeSearch* best = stalled_.get();
+    for (const GrowingTree& tree : trees_) {
+      TreeSearch* const search = tree.search.get();
+      if (search == nullptr || search->tree().size() == 0) continue;
+      if (best == nullptr || search->goal_ratio() < best->goal_ratio()) best = search;
+    }
+    if (best != nullptr) take_path(*best, best->tree().best(), !control_.stop(), out);
+  }
+
+  void take_path(TreeSearch& search, int node, bool forces, PlanResult& out) {
+    out.plan = search.plan_to(node, forces, unstopped_);
+    out.cost = path_cost(setting_.model, out.plan, {});
+    const Tree& tree = search.tree();
+    for (int i = 0; i < tree.size(); ++i)
+      out.tree.push_back({tree[i].parent, tree[i].edge, world::object_pose(setting_.model, tree[i].q, setting_.problem.goal.object)});
+  }
+
+  void count(const GrowingTree& tree) {
+    if (!tree.search) return;
+    nodes_ += tree.search->tree().size();
+    totals_ += tree.search->totals();
+  }
+
+  void report() {
+    for (GrowingTree& tree : trees_) tell(tree);
+    if (!control_.on_progress) return;
+    core::Progress progress;
+    progress.iteration = iterations_;
+    progress.best = stalled_ ? stalled_->goal_ratio() : std::numeric_limits<double>::infinity();
+    for (const GrowingTree& tree : trees_) {
+      progress.best = std::min(progress.best, tree.search->goal_ratio());
+      progress.size += tree.search->tree().size();
+    }
+    control_.on_progress(progress);
+  }
+
+  void tell(GrowingTree& growing) {
+    const Tree& tree = growing.search->tree();
+    if (!grown_ || growing.told == tree.size()) return;
+    Growth growth;
+    growth.tree = growing.number;
+    growth.first = growing.told;
+    growth.best = tree.best();
+    growth.best_ratio = growing.search->goal_ratio();
+    growth.q.resize(setting_.model.n_q(), tree.size() - growing.told);
+    for (int i = growing.told; i < tree.size(); ++i) {
+      growth.parents.push_back(tree[i].parent);
+      growth.q.col(i - growing.told) = tree[i].q;
+    }
+    growing.told = tree.size();
+    grown_(growth);
+  }
+
+  const Setting setting_;
+  const Eigen::VectorXd& u_start_;
+  const core::RunControl& control_;
+  const GrowthSink& grown_;
+  core::ThreadPool pool_;
+  const core::RunControl to_the_end_;
+  std::deque<ThreadScratch> scratch_;  // one per thread
+  ThreadScratch unstopped_;            // roots and paths are made also in a run that was stopped
+  const double bound_;                 // [s]
+  std::vector<GrowingTree> trees_;
+  std::unique_ptr<TreeSearch> stalled_;
+  std::vector<Item> round_;
+  int planted_ = 0;
+  long iterations_ = 0, nodes_ = 0;  // nodes_ and totals_ are of the trees that stalled, until run() ends
+  Totals totals_;
+};
+
+/// What a search reports, as part of a run that had so many extensions before it.
+core::RunControl part_of_run(const PlannerOptions& options, const core::RunControl& control, core::RunControl::Clock::time_point start,
+                             const PlanResult& before, bool solved) {
+  core::RunControl out = control;
+  if (!control.on_progress) return out;
+  out.on_progress = [&options, &control, start, &before, solved](core::Progress progress) {
+    progress.iteration += before.iterations;
+    progress.elapsed_s = core::seconds_since(start);
+    progress.fraction = static_cast<double>(progress.iteration) / options.max_iterations;
+    if (control.deadline) {
+      const double budget_s = std::chrono::duration<double>(*control.deadline - start).count();
+      progress.fraction = std::max(progress.fraction, progress.elapsed_s / budget_s);
+    }
+    if (solved) {
+      progress.best = before.plan.error.share(before.plan.goal);
+      progress.cost = before.cost;
+    }
+    control.on_progress(progress);
+  };
+  return out;
+}
+
+}  // namespace
+
+void search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
+            core::RunControl::Clock::time_point start, const GrowthSink& grown, PlanResult& out) {
+  const PlanResult nothing;
+  const core::RunControl part = part_of_run(options, control, start, nothing, false);
+  Search(problem, u_start, options, part, grown, threshold::kTrees, std::numeric_limits<double>::infinity()).run(options.max_iterations, out);
+  out.seed = options.seed;
+}
+
+void improve(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
+             core::RunControl::Clock::time_point start, PlanResult& best) {
+  const long patience = std::max(threshold::kLeastPatience, threshold::kPatience * best.iterations);
+  const core::RunControl part = part_of_run(options, control, start, best, true);
+  for (std::uint64_t tree = 1; best.iterations < options.max_iterations && !control.stop(); ++tree) {
+    PlannerOptions next = options;
+    next.seed = core::Random(options.seed, ~tree).bits();
+    PlanResult found;
+    Search(problem, u_start, next, part, {}, 1, best.cost).run(std::min<long>(patience, options.max_iterations - best.iterations), found);
+    best.iterations += found.iterations;
+    best.nodes += found.nodes;
+    best.steps += found.steps;
+    best.linearisations += found.linearisations;
+    best.failed_steps += found.failed_steps;
+    best.distrusted += found.distrusted;
+    best.regrasps += found.regrasps;
+    if (found.status == Status::NumericalFailure) break;
+    if (found.status != Status::Solved || found.cost >= best.cost) continue;
+    best.plan = std::move(found.plan);
+    best.cost = found.cost;
+    best.improvements.push_back({found.cost, best.iterations, core::seconds_since(start)});
+  }
+  best.status = control.cancelled() ? Status::Cancelled : Status::Solved;
+}
+
+}  // namespace stiction::planning
