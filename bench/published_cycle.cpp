@@ -17,7 +17,8 @@ using Eigen::Vector3d;
 /// (4.5) as a program of β ≥ 0.
 class QpResidual {
  public:
-  explicit QpResidual(int rays) : solver_(rays, 0, rays, {.residual = 1e-5, .max_iterations = 10000, .warm_start = true}) {  // a hundredth of OSQP's
+  explicit QpResidual(int rays)
+      : solver_(rays, 0, rays, {.residual = 1e-5, .max_iterations = 10000, .warm_start = true}) {  // a hundredth of OSQP's
     program_.C.setIdentity(rays, rays);
     program_.lower.setZero(rays);
     program_.upper.setConstant(rays, 1e20);

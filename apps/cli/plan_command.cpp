@@ -28,7 +28,7 @@ struct PlanArguments {
   double timeout_s = 20;
   std::optional<int> threads;
   std::string out_dir;
-  std::string scheme;  ///< empty: that of the task
+  std::string scheme;   ///< empty: that of the task
   std::string without;  ///< mechanisms of the search that are left out, for ablations
   bool anytime = false;
   bool html = false;
@@ -84,8 +84,7 @@ void print_summary(std::FILE* to, const tasks::Task& task, const planning::Plann
   const auto& g = r.regrasps;
   row("regrasps tried", fmt::format("{} ({} accepted; no posture {}, no path {}, object moved {}, failed step {})", g.tried, g.accepted,
                                     g.no_sample, g.no_path, g.object_moved, g.failed_step));
-  if (task.options.thesis)
-    row("edges", "as published, not simulated in sub-steps: `stiction check` does that, and need not accept them");
+  if (task.options.thesis) row("edges", "as published, not simulated in sub-steps: `stiction check` does that, and need not accept them");
   if (!r.reason.empty()) row("reason", r.reason);
   if (r.start_moved > 1e-3) row("start", fmt::format("an object was not at rest: it moved by {:.3g} (m or rad) first", r.start_moved));
   if (r.start_projected)
@@ -148,7 +147,8 @@ int run_plan(const PlanArguments& arguments) {
   options.threads = arguments.threads.value_or(options.threads);
   if (!arguments.scheme.empty()) {
     if (!options.thesis)
-      core::throw_invalid("--scheme", arguments.scheme, "a task with settings of the thesis, planner.thesis, such as planar_hand_table_3_2");
+      core::throw_invalid("--scheme", arguments.scheme,
+                          "a task with settings of the thesis, planner.thesis, such as planar_hand_table_3_2");
     options.thesis->scheme = tasks::parse_scheme("--scheme", arguments.scheme);
   }
   options.anytime |= arguments.anytime;
@@ -204,7 +204,8 @@ Run declare_plan(CLI::App& command) {
   add_timeout(command, a.timeout_s);
   add_threads(command, a.threads);
   add_scheme(command, a.scheme);
-  command.add_option("--without", a.without, "Mechanisms of the search that are left out, with commas between (bench/search.py)")->group("");
+  command.add_option("--without", a.without, "Mechanisms of the search that are left out, with commas between (bench/search.py)")
+      ->group("");
   add_out(command, a.out_dir, "Folder for plan.json (default ./TASK-seedN)");
   command.add_flag("--anytime", a.anytime, "Go on after the first plan, for cheaper ones, until the budget is used up");
   command.add_flag("--html", a.html, "Also write a page to look at, plan.html");

@@ -69,7 +69,8 @@ void write_trajectory(const fs::path& file, const world::Model& model, const exe
 namespace {
 
 /// What --json prints.
-nlohmann::ordered_json report(const tasks::PlanFile& file, const RefineResult& result, const execution::Trajectory& trajectory, const fs::path& dir) {
+nlohmann::ordered_json report(const tasks::PlanFile& file, const RefineResult& result, const execution::Trajectory& trajectory,
+                              const fs::path& dir) {
   nlohmann::ordered_json out;
   out["status"] = core::to_string(result.status);
   out["task"] = file.task_name;

@@ -148,7 +148,9 @@ void steps(BenchTable& table, const TaskReference& entry, bool main_rows_only) {
       dynamics::StepOptions options = kind.coulomb ? of_plan : step_options;
       options.with_A = kind.with_A;
       options.with_B = kind.with_B;
-      if (kind.smoothed) options.smoothing = task->options.thesis ? task->options.thesis->smoothing : planning::SceneThresholds(*task->model, task->problem.goal.object).smoothing;
+      if (kind.smoothed)
+        options.smoothing = task->options.thesis ? task->options.thesis->smoothing
+                                                 : planning::SceneThresholds(*task->model, task->problem.goal.object).smoothing;
       table.add(time_steps(name, scenario, options, warm, *kind.reference, table.repeat()));
     }
   }

@@ -7,9 +7,9 @@
 #include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
+#include "stiction/planning/planner.hpp"
 #include "stiction/planning/sample_boxes.hpp"
 #include "stiction/planning/thesis/packing.hpp"
-#include "stiction/planning/planner.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {
@@ -87,7 +87,8 @@ Rows tree_errors(const PlanResult& r) {
 }
 
 Eigen::VectorXd packing_ratio(const PlanResult& r, double threshold, int samples, std::uint64_t seed) {
-  const planning::PackingOptions options{.threshold = threshold, .gamma = r.options.thesis.value_or(planning::thesis::Settings{}).gamma, .samples = samples, .seed = seed};
+  const planning::PackingOptions options{
+      .threshold = threshold, .gamma = r.options.thesis.value_or(planning::thesis::Settings{}).gamma, .samples = samples, .seed = seed};
   const auto boxes = r.options.sample_boxes.empty() ? planning::default_sample_boxes(r.task.problem) : r.options.sample_boxes;
   return planning::calc_packing_ratio(*r.task.model, boxes, r.result.records, options);
 }

@@ -1,7 +1,7 @@
 // A lever that rusts is planned for: it turns when it is pushed and stays while the hand goes elsewhere.
 #include "planning/systems.hpp"
-#include "stiction/planning/sample_boxes.hpp"
 #include "stiction/planning/refine.hpp"
+#include "stiction/planning/sample_boxes.hpp"
 
 namespace stiction::planning::test {
 namespace {

@@ -2,8 +2,8 @@
 
 #include "planning/simulated_plan.hpp"
 #include "planning/systems.hpp"
-#include "stiction/planning/thresholds.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/planning/thresholds.hpp"
 #include "stiction/world/object_space.hpp"
 #include "support/message_of.hpp"
 
@@ -52,7 +52,9 @@ TEST(Planner, Edges_AgreeAtBothResolutions) {
     for (const Segment& segment : result.plan.segments) {
       part.segments.push_back(segment);
       space.error(segment.knots.back().q.data(), simulate(problem, part, 2).data(), after.data());
-      const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(*problem.model, e, problem.goal.tol_position, problem.goal.tol_angle); };
+      const auto share = [&](const Eigen::VectorXd& e) {
+        return world::largest_share(*problem.model, e, problem.goal.tol_position, problem.goal.tol_angle);
+      };
       EXPECT_LE(share(after - before), threshold::kFidelityEdge * (1 + 1e-3)) << "edge " << part.segments.size();
       EXPECT_LE(share(after), threshold::kFidelityPath * (1 + 1e-3)) << "edge " << part.segments.size();
       before = after;
@@ -144,7 +146,8 @@ TEST(Planner, PlanOfAnUnsolvedRun_EndsWhereHalfStepsDo) {
     PlanResult result;
     if (plan(problem, options, {}, result) == Status::Solved) continue;
     ++unsolved;
-    EXPECT_GT(result.plan.error.share(problem.goal), options.tolerance_fraction) << "a plan at its goal would be solved, seed " << options.seed;
+    EXPECT_GT(result.plan.error.share(problem.goal), options.tolerance_fraction)
+        << "a plan at its goal would be solved, seed " << options.seed;
   }
   EXPECT_GT(unsolved, 0);
 }

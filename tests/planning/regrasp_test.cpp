@@ -33,8 +33,8 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRestWithLessFriction) {
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(9, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    if (!try_regrasp(setting, q, q.tail(16), {contact::draw_grasp(setting.chains, contact::GenericSampler{}, random), true}, {}, random, scratch,
-                     regrasp, counts))
+    if (!try_regrasp(setting, q, q.tail(16), {contact::draw_grasp(setting.chains, contact::GenericSampler{}, random), true}, {}, random,
+                     scratch, regrasp, counts))
       continue;
     for (const double friction : {1.0, threshold::kRegraspFriction}) {  // an own simulation of every knot
       dynamics::StepOptions step_options = setting.exact;

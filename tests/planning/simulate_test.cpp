@@ -58,7 +58,9 @@ std::shared_ptr<const world::Model> weak_hand_on_table() {
 /// The problem of a plan from q, in which the box may be anywhere.
 struct Rig {
   Rig(std::shared_ptr<const world::Model> shared, VectorXd q)
-      : model(std::move(shared)), setting({.model = model, .q_start = q, .goal = {.X_WG = world::object_pose(*model, q, 0)}, .q_goal = {}}, options), scratch(model, control) {}
+      : model(std::move(shared)),
+        setting({.model = model, .q_start = q, .goal = {.X_WG = world::object_pose(*model, q, 0)}, .q_goal = {}}, options),
+        scratch(model, control) {}
 
   std::shared_ptr<const world::Model> model;
   PlannerOptions options;

@@ -9,7 +9,8 @@ namespace stiction::planning::test {
 namespace {
 
 struct RandomTree {
-  explicit RandomTree(const std::string& task) : model(load_model(task)), space(*model), tree(space, Eigen::VectorXd::Ones(space.n_v())), random(6, 0) {
+  explicit RandomTree(const std::string& task)
+      : model(load_model(task)), space(*model), tree(space, Eigen::VectorXd::Ones(space.n_v())), random(6, 0) {
     goal = model->neutral().head(model->n_qu());
     for (int i = 0; i < 200; ++i) {
       Node node;
@@ -58,21 +59,21 @@ TEST(Tree, Nearest_IsTheBruteForceMinimum) {
   }
 }
 
-TEST(Tree, NodesOfTheFrontier_AreThoseNearTheGoalMoreOften) {  // in which order: tests/planning/frontier_test.cpp
+TEST(Tree, NodesForAChangeOfContacts_AreThoseNearTheGoalMoreOften) {  // in which order: tests/planning/frontier_test.cpp
   RandomTree t("planar_pushing");
   int nearest = 0;
   for (int i = 1; i < t.tree.size(); ++i) {
     if (t.tree[i].goal_distance < t.tree[nearest].goal_distance) nearest = i;
   }
   std::vector<int> taken(200, 0);
-  for (int k = 0; k < 2000; ++k) ++taken[static_cast<std::size_t>(t.tree.take(false))];
+  for (int k = 0; k < 2000; ++k) ++taken[static_cast<std::size_t>(t.tree.take(true))];
   EXPECT_GT(taken[static_cast<std::size_t>(nearest)], 2 * taken[0]) << "0 is the farthest";
   EXPECT_GT(taken[0], 0) << "nodes that are visited often come later, and all get their turn";
 }
 
 TEST(Tree, ReplayedNode_ComesBackAsFarAsItIsByThat) {
   RandomTree t("planar_pushing");
-  const int nearest = t.tree.take(false);
+  const int nearest = t.tree.take(true);
   EdgeReplay replay;
   replay.q_fine = t.tree[nearest].q;
   t.tree.set_replay(nearest, replay, 20, 1000);
@@ -80,8 +81,39 @@ TEST(Tree, ReplayedNode_ComesBackAsFarAsItIsByThat) {
   EXPECT_EQ(t.tree[nearest].goal_ratio, 20);
   EXPECT_EQ(t.tree[nearest].goal_distance, 1000);
   int again = 0;
-  for (int k = 0; k < 400; ++k) again += t.tree.take(false) == nearest;
+  for (int k = 0; k < 400; ++k) again += t.tree.take(true) == nearest;
   EXPECT_LE(again, 1);  // it was in the queue as near as it had seemed
+}
+
+TEST(Tree, NodesToPushFrom_AreThoseWithTheLeastMetricMoreOften) {
+  RandomTree t("planar_pushing");
+  int nearest = 0, farthest = 0;
+  for (int i = 1; i < t.tree.size(); ++i) {
+    if (t.distance(i, t.goal) < t.distance(nearest, t.goal)) nearest = i;
+    if (t.distance(i, t.goal) > t.distance(farthest, t.goal)) farthest = i;
+  }
+  EXPECT_EQ(t.tree.take(false), nearest);
+  std::vector<int> taken(200, 0);
+  for (int k = 0; k < 2000; ++k) ++taken[static_cast<std::size_t>(t.tree.take(false))];
+  EXPECT_GT(taken[static_cast<std::size_t>(nearest)], taken[static_cast<std::size_t>(farthest)]);
+}
+
+/// The posture will change, so that the metric of a node says nothing: what counts is the place of the objects.
+TEST(Tree, NearestForAChangeOfContacts_IsTheOneWhoseObjectIsNearest) {
+  RandomTree t("planar_pushing");
+  for (int query = 0; query < 50; ++query) {
+    const Eigen::VectorXd q_u = Eigen::VectorXd::NullaryExpr(3, [&] { return t.random.normal(); });
+    const auto distance = [&](int i) {
+      Eigen::Vector3d e = q_u - t.tree[i].q.head(3);
+      e[2] = std::remainder(e[2], 2 * std::numbers::pi);
+      return e.squaredNorm();
+    };
+    const int near = t.tree.nearest(q_u, true);
+    for (int i = 0; i < t.tree.size(); ++i) EXPECT_LE(distance(near), distance(i) * (1 + 1e-9)) << i;
+    EXPECT_EQ(t.tree.nearest(q_u, false), t.tree.nearest(q_u));
+  }
+  for (int i = 0; i < t.tree.size(); ++i) t.tree.set_cannot_release(i);
+  EXPECT_EQ(t.tree.nearest(t.goal, true), t.tree.nearest(t.goal)) << "none can let go";
 }
 
 TEST(Tree, Best_IsTheNearestThatIsNotPruned) {
@@ -122,7 +154,7 @@ TEST(Tree, BuriedBranch_IsTheNodeAndAllBehindIt) {
   for (int k = 0; k < 500; ++k) EXPECT_FALSE(behind(t.tree.take(k % 2 == 0)));
 }
 
-TEST(Tree, NodesForAChangeOfContacts_AreThoseThatCanLetGo) {
+TEST(Tree, ChangesOfContacts_StartWhereBranchesCanLetGo) {
   RandomTree t("planar_pushing");
   Node grasp = t.tree[0];
   grasp.parent = 0;
@@ -131,7 +163,6 @@ TEST(Tree, NodesForAChangeOfContacts_AreThoseThatCanLetGo) {
   grasp.local.set(grasp.q, t.tree[0].local.B_u, t.model->n_qu(), Eigen::VectorXd::Constant(t.model->n_vu(), 1e-4));
   const int regrasp = t.tree.add(grasp, t.goal);
   EXPECT_NE(t.tree.take(true), regrasp) << "another grasp starts where this one did";
-  EXPECT_EQ(t.tree.take(false), regrasp) << "the nearest";
   for (int i = 0; i < regrasp; ++i) t.tree.set_cannot_release(i);
   EXPECT_EQ(t.tree.take(true), -1);
   EXPECT_GE(t.tree.take(false), 0);

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "stiction/planning/thresholds.hpp"
 #include "stiction/dynamics/rollout.hpp"
+#include "stiction/planning/thresholds.hpp"
 
 namespace stiction::tasks {
 

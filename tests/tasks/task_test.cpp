@@ -171,7 +171,9 @@ TEST(Tasks, OptionsAsJson_ReadBackTheSame) {
 
 TEST(Tasks, SettingsOfTheThesis_AreAddedToThoseOfABase) {
   const Task task = load_task("planar_pushing_table_3_2");
-  const auto read = [&](const char* text) { return read_planner_options(world::YamlNode::parse(text, "options"), *task.model, task.options); };
+  const auto read = [&](const char* text) {
+    return read_planner_options(world::YamlNode::parse(text, "options"), *task.model, task.options);
+  };
   ASSERT_TRUE(read("{}").thesis);
   EXPECT_EQ(read("{thesis: {h: 0.05}}").thesis->h, 0.05);
   EXPECT_EQ(read("{thesis: {h: 0.05}}").thesis->gamma, task.options.thesis->gamma) << "kept";

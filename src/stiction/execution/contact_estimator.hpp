@@ -14,8 +14,8 @@ namespace stiction::execution {
 struct ContactEstimatorOptions {
   sensing::SensorOptions sensor{.samples = 200};
   sensing::SenseOptions sense{.max_descents = 2};  ///< `noise` and `threshold` are those of `noise`, `lag`, `bias` below
-  double noise = 0.05;          ///< standard deviation of each torque as it is given, white before a lag of `lag` [N m; N], > 0
-  double lag = 0.01;            ///< 1/K_O of the observer that gives them [s], > 0
+  double noise = 0.05;     ///< standard deviation of each torque as it is given, white before a lag of `lag` [N m; N], > 0
+  double lag = 0.01;       ///< 1/K_O of the observer that gives them [s], > 0
   double least_force = 5;  ///< smallest force that matters to who asks [N], > 0: noise is to move its point by less than a sample spacing
   /// Standard deviation of offsets of the torques, of sensors and of weights that are not as thought [N m; N], ≥ 0. Where there are any, nothing may touch
   /// the arm while the first are learned, five lags long.

@@ -15,7 +15,7 @@ using core::Status;
 using planning::Plan;
 using planning::SegmentKind;
 
-constexpr double kPartOfRamp = 0.2;      // in which the speed of a regrasp is constant
+constexpr double kPartOfRamp = 0.2;  // in which the speed of a regrasp is constant
 
 void require_plan(const world::Model& model, const Plan& plan) {
   world::require_configuration(model, "plan.q_start", plan.q_start);

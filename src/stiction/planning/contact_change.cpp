@@ -14,8 +14,8 @@ void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random)
   const auto unstable = [&](world::ChainMask moved) { return (moved & x.release.moved) == moved; };
   for (int k = 0; k < threshold::kBranchDraws && !x.grasp; ++k) {
     x.release = {contact::draw_grasp(setting_.chains, contact::GenericSampler{}, random), x.may_be_unstable};
-    x.grasp = std::ranges::none_of(near.failed_releases, failed) &&
-              (x.may_be_unstable || std::ranges::none_of(near.unstable_releases, unstable));
+    x.grasp =
+        std::ranges::none_of(near.failed_releases, failed) && (x.may_be_unstable || std::ranges::none_of(near.unstable_releases, unstable));
   }
   if (!x.grasp && !near.unstable_releases.empty()) {  // the last resort
     const int n = static_cast<int>(near.unstable_releases.size());

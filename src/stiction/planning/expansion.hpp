@@ -52,19 +52,19 @@ struct Expansion {
   int near = -1;  ///< −1: to be found by the thread
   bool grasp = false;
   bool to_goal = false;
-  bool in_cones = false;        ///< contact forces stay in their cones (P.7)
-  Eigen::VectorXd subgoal;      ///< qᵘ (n_qu)
-  EdgeReplay near_replay;       ///< of `near`, when this expansion computed it
-  int refined = -1;             ///< the node that it belongs to
-  bool rejected = false;        ///< it is too far from q to build on
-  bool may_be_unstable = false;  ///< a release, since hardly any is stable
-  Release release;              ///< of a regrasp
-  bool release_failed = false;  ///< its branches cannot let go of the object at `near`
+  bool in_cones = false;          ///< contact forces stay in their cones (P.7)
+  Eigen::VectorXd subgoal;        ///< qᵘ (n_qu)
+  EdgeReplay near_replay;         ///< of `near`, when this expansion computed it
+  int refined = -1;               ///< the node that it belongs to
+  bool rejected = false;          ///< it is too far from q to build on
+  bool may_be_unstable = false;   ///< a release, since hardly any is stable
+  Release release;                ///< of a regrasp
+  bool release_failed = false;    ///< its branches cannot let go of the object at `near`
   bool release_unstable = false;  ///< or not without leaving it unstable
-  int cannot_release = -1;      ///< a node at which no branches can
-  Eigen::VectorXd command;      ///< that `near` was extended to (n_a); empty: it was not
-  std::vector<Node> chain;      ///< new nodes, each the parent of the next
-  int broken = 0;               ///< edges given up at the end of the chain
+  int cannot_release = -1;        ///< a node at which no branches can
+  Eigen::VectorXd command;        ///< that `near` was extended to (n_a); empty: it was not
+  std::vector<Node> chain;        ///< new nodes, each the parent of the next
+  int broken = 0;                 ///< edges given up at the end of the chain
   Totals totals;
 
   /// Where the objects are wanted when they are at q_u: the subgoal, or of a goal region the nearest place.

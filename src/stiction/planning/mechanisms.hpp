@@ -5,7 +5,7 @@
 
 namespace stiction::planning {
 
-/// What the planner adds to Algorithm 2 and can be left out for an ablation (docs/lab/mechanisms.md).
+/// What the planner adds to Algorithm 2 and can be left out for an ablation (bench/search.py --without).
 ///
 /// Five more are no choice, since a plan without them is not accepted: sub-steps (EdgeSimulator), replay at half steps (EdgeVerifier), regrasps that are
 /// simulated (Regrasp), limits of penetration, gap and press (contact_limits.hpp, press_limits.hpp), and a start at rest (settle_start).
@@ -21,7 +21,8 @@ enum class Mechanism : unsigned {
   NoiseReplay,     ///< a path to the goal must stand small errors of commands
   Restarts,        ///< a tree that stalls makes room for a new one
 };
-inline constexpr std::array<std::string_view, 10> kMechanismNames = {"frontier",     "chains",         "sharpening",   "force_cones", "preload",
-                                                                     "grasp_choice", "stable_releases", "firm_regrasps", "noise_replay", "restarts"};
+inline constexpr std::array<std::string_view, 10> kMechanismNames = {"frontier",     "chains",       "sharpening",      "force_cones",
+                                                                     "preload",      "grasp_choice", "stable_releases", "firm_regrasps",
+                                                                     "noise_replay", "restarts"};
 
 }  // namespace stiction::planning

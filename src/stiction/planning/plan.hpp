@@ -65,7 +65,8 @@ enum class SegmentKind {
 struct Segment {
   SegmentKind kind = SegmentKind::Contact;
   std::vector<dynamics::Knot> knots;
-  bool unstable = false;  ///< of a regrasp, the last resort: an object would not stay with gravity aside (threshold::kReleaseTilt) while branches are away
+  bool unstable =
+      false;  ///< of a regrasp, the last resort: an object would not stay with gravity aside (threshold::kReleaseTilt) while branches are away
 };
 
 /// What a path costs [s]: the time of its commands when every joint keeps to its speed, and a price for each regrasp.

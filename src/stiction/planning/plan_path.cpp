@@ -31,8 +31,7 @@ Segment PathWriter::describe_edge(const Tree& tree, const Node& node, bool force
     segment.knots.push_back({.u = node.commands.col(k), .q = node.states.col(k), .contacts = {}});
   if (!forces) return segment;
   scratch.steps.forget();
-  add_forces(setting_.model, setting_.exact, node.parent < 0 ? setting_.problem.q_start : tree[node.parent].q, segment, scratch,
-             totals);
+  add_forces(setting_.model, setting_.exact, node.parent < 0 ? setting_.problem.q_start : tree[node.parent].q, segment, scratch, totals);
   return segment;
 }
 

@@ -14,17 +14,18 @@
 namespace stiction::planning {
 
 struct PlannerOptions {
-  std::uint64_t seed = 0;           ///< the same seed gives the same plan
-  int threads = 0;                  ///< 0 = all cores; the plan does not depend on it
-  int max_iterations = 100000;      ///< extensions, ≥ 1
-  double goal_bias = 0.4;           ///< probability that the subgoal is the goal (Alg. 2)
-  double tolerance_fraction = 0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it, in (0, 1]
-  std::vector<world::SampleBox> sample_boxes;          ///< where subgoals are drawn; none: default_sample_boxes
-  std::optional<dynamics::FrictionLaw> friction_law;   ///< of every exact step; nullopt: Coulomb's law, in a planar scene Anitescu's
-  double friction = 1;                                 ///< every μ of the plan is that of the scene times this, in (0, 1]
-  bool margins = false;                                ///< pushes hold with the objects off, gravity aside and less friction
-  bool anytime = false;                                ///< go on after the first solution, for cheaper ones, until the deadline or the budget is used up
-  std::optional<thesis::Settings> thesis;              ///< Algorithm 2 as printed, for the tables and figures of the thesis
+  std::uint64_t seed = 0;       ///< the same seed gives the same plan
+  int threads = 0;              ///< 0 = all cores; the plan does not depend on it
+  int max_iterations = 100000;  ///< extensions, ≥ 1
+  double goal_bias = 0.4;       ///< probability that the subgoal is the goal (Alg. 2)
+  double tolerance_fraction =
+      0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it, in (0, 1]
+  std::vector<world::SampleBox> sample_boxes;         ///< where subgoals are drawn; none: default_sample_boxes
+  std::optional<dynamics::FrictionLaw> friction_law;  ///< of every exact step; nullopt: Coulomb's law, in a planar scene Anitescu's
+  double friction = 1;                                ///< every μ of the plan is that of the scene times this, in (0, 1]
+  bool margins = false;                               ///< pushes hold with the objects off, gravity aside and less friction
+  bool anytime = false;  ///< go on after the first solution, for cheaper ones, until the deadline or the budget is used up
+  std::optional<thesis::Settings> thesis;  ///< Algorithm 2 as printed, for the tables and figures of the thesis
   /// Mechanisms that are left out, for ablations only (bench/ablation.py); each is 1 << Mechanism.
   unsigned without = 0;
 

@@ -60,7 +60,13 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
 
 RegraspSimulation::RegraspSimulation(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
                                      SimulationScratch& scratch, Work& work)
-    : setting_(setting), sizes_(sizes), scratch_(scratch), simulation_(setting, scratch, work), q_start_(q), q_rest_(q), at_{.q = q, .u = u} {
+    : setting_(setting),
+      sizes_(sizes),
+      scratch_(scratch),
+      simulation_(setting, scratch, work),
+      q_start_(q),
+      q_rest_(q),
+      at_{.q = q, .u = u} {
   scratch_.steps.forget();
 }
 
@@ -211,8 +217,9 @@ bool count_failure(Ending ending, RegraspCounts& counts) {
 
 /// With the grip of the branches that hold, or else with everything let go.
 /// @returns nothing where the branches cannot let go; counted by cause
-std::optional<RegraspSimulation> let_go(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
-                                        world::ChainMask moved, SimulationScratch& scratch, Work& work, RegraspCounts& counts) {
+std::optional<RegraspSimulation> let_go(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q,
+                                        const Eigen::VectorXd& u, world::ChainMask moved, SimulationScratch& scratch, Work& work,
+                                        RegraspCounts& counts) {
   std::optional<RegraspSimulation> run;
   Ending ending = Ending::Moved;
   for (const world::ChainMask unloaded : {moved, setting.chains.all()}) {
@@ -243,7 +250,8 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
     ++counts.no_sample;
     return false;
   }
-  const RegraspSizes sizes{.pace = substeps(setting), .clearance = setting.thresholds.clearance, .most = {kUnlimited, kUnlimited, kMostPress}};
+  const RegraspSizes sizes{
+      .pace = substeps(setting), .clearance = setting.thresholds.clearance, .most = {kUnlimited, kUnlimited, kMostPress}};
   auto run = let_go(setting, sizes, q, u, release.moved, scratch, out, counts);
   if (!run) return false;
   out.stuck = false;

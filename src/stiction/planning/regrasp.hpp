@@ -22,12 +22,12 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
 
 /// How a regrasp is simulated: as it differs between the tree and a refinement in smaller steps.
 struct RegraspSizes {
-  Pace pace;                                              ///< near contacts
-  std::optional<dynamics::SubstepLimits> free_limits{};   ///< where the branches that move are clear of everything
-  int cuts = 1;                                           ///< steps for each of the search's
-  double clearance = 0;                                   ///< that moving branches keep to everything between their contacts [m]
+  Pace pace;                                             ///< near contacts
+  std::optional<dynamics::SubstepLimits> free_limits{};  ///< where the branches that move are clear of everything
+  int cuts = 1;                                          ///< steps for each of the search's
+  double clearance = 0;                                  ///< that moving branches keep to everything between their contacts [m]
   Worst most = kAnything;
-  Place also{};                                           ///< where the objects may be as well
+  Place also{};  ///< where the objects may be as well
 };
 
 /// One regrasp, simulated from (q, u): branches let go and back off, the objects come to rest, the branches go to another posture and hold until the objects
@@ -73,7 +73,7 @@ class RegraspSimulation {
 
 /// Branches that let go of the objects.
 struct Release {
-  world::ChainMask moved = 0;  ///< 0: no branch of the robots can touch an object
+  world::ChainMask moved = 0;    ///< 0: no branch of the robots can touch an object
   bool may_be_unstable = false;  ///< the objects need not stay with gravity aside meanwhile: the last resort
 };
 

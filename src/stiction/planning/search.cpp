@@ -69,9 +69,9 @@ class Search {
       if (tree.search->reaches_goal(0, unstopped_)) return solve(tree, 0, out);
     }
     while (iterations_ < budget && !control_.stop() && !cannot_touch(out)) {
-      draw_round(std::min<long>(threshold::kBatch, budget - iterations_));                             // SampleSubgoal
+      draw_round(std::min<long>(threshold::kBatch, budget - iterations_));                              // SampleSubgoal
       pool_.run(static_cast<int>(round_.size()), [&](int item, int worker) { expand(item, worker); });  // Nearest, Extend
-      for (Item& item : round_) {                                                                      // AddNode
+      for (Item& item : round_) {                                                                       // AddNode
         ++iterations_;
         const int node = item.tree->search->insert(item.expansion, scratch_[0]);
         if (node >= 0) return solve(*item.tree, node, out);  // GoalReached
@@ -233,7 +233,8 @@ void search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, cons
             core::RunControl::Clock::time_point start, const GrowthSink& grown, PlanResult& out) {
   const PlanResult nothing;
   const core::RunControl part = part_of_run(options, control, start, nothing, false);
-  Search(problem, u_start, options, part, grown, threshold::kTrees, std::numeric_limits<double>::infinity()).run(options.max_iterations, out);
+  Search(problem, u_start, options, part, grown, threshold::kTrees, std::numeric_limits<double>::infinity())
+      .run(options.max_iterations, out);
   out.seed = options.seed;
 }
 

@@ -44,8 +44,8 @@ std::optional<Trace> settle_start(const Setting& setting, const Eigen::VectorXd&
     if (ending == Ending::Stopped) return std::nullopt;
     const dynamics::StepResult& step = scratch.step_result;
     if (ending != Ending::Reached) {
-      result.reason = fmt::format("the start cannot be settled: step {} of the exact dynamics ends in {}{}", k + 1, core::to_string(step.status),
-                                  deepest_pair(model, step));
+      result.reason = fmt::format("the start cannot be settled: step {} of the exact dynamics ends in {}{}", k + 1,
+                                  core::to_string(step.status), deepest_pair(model, step));
       return std::nullopt;
     }
     if (k == 0) {

@@ -15,7 +15,8 @@ Ending Simulation::follow(std::span<const Eigen::VectorXd> commands, const Pace&
                           Trace& at) {
   for (std::size_t k = 0; k < commands.size(); ++k) {
     if (scratch_.stop()) return Ending::Stopped;
-    const Ending ending = pace.kind == Pace::Kind::SubSteps ? roll(commands[k], pace, watch, at) : step(commands[k], pace, disturbance, watch, at);
+    const Ending ending =
+        pace.kind == Pace::Kind::SubSteps ? roll(commands[k], pace, watch, at) : step(commands[k], pace, disturbance, watch, at);
     if (ending != Ending::Reached) return ending;
     const Allowance& within = watch.places[0].within;
     if (!watch.along.empty() && setting_.goal.share(watch.along[k].q, at.q, within.position, within.angle) > 1) return Ending::Moved;
@@ -129,8 +130,8 @@ Pace half_steps(const Setting& setting) {
   return pace;
 }
 
-void add_forces(const world::Model& model, const dynamics::StepOptions& options, Eigen::VectorXd q, Segment& segment, SimulationScratch& scratch,
-                Work& work) {
+void add_forces(const world::Model& model, const dynamics::StepOptions& options, Eigen::VectorXd q, Segment& segment,
+                SimulationScratch& scratch, Work& work) {
   for (dynamics::Knot& knot : segment.knots) {
     knot.contacts.clear();
     if (work.add(1, dynamics::step(model, {q, knot.u}, options, scratch.steps, scratch.step_result))) {

@@ -22,15 +22,15 @@ inline constexpr Worst kAnything{kUnlimited, kUnlimited, kUnlimited};
 /// How commands become steps.
 struct Pace {
   enum class Kind {
-    SubSteps,        ///< the command moves in parts within `limits` and motors (dynamics::rollout); knots have contacts
-    WithinEfforts,   ///< each command is one step; a command that a motor cannot follow is drawn back
-    Steps,           ///< each command is one step
-    HalfSteps,       ///< each command is reached in two equal parts, a step each: how the checker replays a plan
+    SubSteps,       ///< the command moves in parts within `limits` and motors (dynamics::rollout); knots have contacts
+    WithinEfforts,  ///< each command is one step; a command that a motor cannot follow is drawn back
+    Steps,          ///< each command is one step
+    HalfSteps,      ///< each command is reached in two equal parts, a step each: how the checker replays a plan
   };
   Kind kind = Kind::SubSteps;
   dynamics::StepOptions step{};
-  dynamics::SubstepLimits limits{};                             ///< of SubSteps
-  dynamics::Overrun overrun = dynamics::Overrun::Stop;          ///< of SubSteps
+  dynamics::SubstepLimits limits{};                     ///< of SubSteps
+  dynamics::Overrun overrun = dynamics::Overrun::Stop;  ///< of SubSteps
 };
 
 /// What differs from the scene in a simulation (Kind::Steps alone).
@@ -49,9 +49,9 @@ struct Place {
 /// What ends a simulation before its commands do.
 struct Watch {
   Worst most = kAnything;
-  bool brace = false;                        ///< the robot may not press harder than `brace` on itself or on what does not move
-  std::array<Place, 2> places{};             ///< the objects are at the first one, or at the second one
-  std::span<const dynamics::Knot> along{};   ///< after each command the objects are at its knot, within places[0].within
+  bool brace = false;                       ///< the robot may not press harder than `brace` on itself or on what does not move
+  std::array<Place, 2> places{};            ///< the objects are at the first one, or at the second one
+  std::span<const dynamics::Knot> along{};  ///< after each command the objects are at its knot, within places[0].within
 };
 
 /// How a simulation ended.
@@ -65,10 +65,10 @@ enum class Ending {
 
 /// Where a simulation is, and how it came there.
 struct Trace {
-  Eigen::VectorXd q{}, u{};  ///< state and command reached
+  Eigen::VectorXd q{}, u{};             ///< state and command reached
   std::vector<dynamics::Knot> knots{};  ///< of every sub-step; one for each command with the other kinds of Pace, without contacts
   Worst worst{};
-  bool started = false;               ///< the first state may penetrate what it was given in
+  bool started = false;  ///< the first state may penetrate what it was given in
 };
 
 /// Follows commands with the exact dynamics. One of these is used by tree, regrasps, verification, settling and refinement alike.
@@ -85,7 +85,8 @@ class Simulation {
     return follow(std::span(&command, 1), pace, {}, watch, at);
   }
   /// Holds the command of `at` for up to so many steps, until the objects move by less than `rest` in one.
-  Ending hold(int most, const Allowance& rest, const Pace& pace, const Disturbance& disturbance, const Watch& watch, Trace& at, bool& rests);
+  Ending hold(int most, const Allowance& rest, const Pace& pace, const Disturbance& disturbance, const Watch& watch, Trace& at,
+              bool& rests);
   /// Looks at the end of the commands, where no step has looked yet.
   bool ends_well(const Watch& watch, Trace& at);
 

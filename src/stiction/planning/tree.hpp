@@ -40,15 +40,15 @@ struct Node {
   Eigen::MatrixXd commands;  ///< of the edge's sub-steps, one column each (n_a × steps)
   Eigen::MatrixXd states;    ///< after each of them (n_q × steps)
   LocalModel local;
-  double goal_ratio = 0;                            ///< worst of position and angle error, divided by the tolerance
-  double goal_distance = 0;                         ///< of all objects from the goal, in tolerances
-  int pushes = 0;                                   ///< that started on the path from the root
-  EdgeReplay replay{};                              ///< empty until asked for
-  double cost = 0;                                  ///< of the path from the root [s]
-  std::vector<Eigen::VectorXd> tried{};             ///< commands of extensions from here (n_a each)
-  std::vector<world::ChainMask> failed_releases{};  ///< branches that cannot let go of the object together
+  double goal_ratio = 0;                              ///< worst of position and angle error, divided by the tolerance
+  double goal_distance = 0;                           ///< of all objects from the goal, in tolerances
+  int pushes = 0;                                     ///< that started on the path from the root
+  EdgeReplay replay{};                                ///< empty until asked for
+  double cost = 0;                                    ///< of the path from the root [s]
+  std::vector<Eigen::VectorXd> tried{};               ///< commands of extensions from here (n_a each)
+  std::vector<world::ChainMask> failed_releases{};    ///< branches that cannot let go of the object together
   std::vector<world::ChainMask> unstable_releases{};  ///< branches that can, but leave it unstable
-  bool cannot_release = false;                      ///< none can
+  bool cannot_release = false;                        ///< none can
 };
 
 /// The sub-steps of an edge become those of its node, and the last one its state.

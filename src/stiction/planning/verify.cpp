@@ -19,14 +19,15 @@ EdgeVerifier::EdgeVerifier(const Setting& setting) : setting_(setting) {
     friction_.push_back(dynamics::calc_friction_factors(setting.model, setting.chains, threshold::kFrictionNoise, i));
 }
 
-bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch, Totals& totals,
-                               EdgeReplay& replay) const {
+bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch,
+                               Totals& totals, EdgeReplay& replay) const {
   replay.q_fine = node.q;  // says that it was tried, whatever comes out
   Simulation simulation(setting_, scratch, totals);
   const Watch watch{.most = kMostFine};
   Trace fine{.q = parent_replay.q_fine, .u = parent.u};
   const std::vector<Eigen::VectorXd> commands = commands_of(node.commands);
-  if (simulation.follow(commands, half_steps(setting_), {}, watch, fine) != Ending::Reached || !simulation.ends_well(watch, fine)) return false;
+  if (simulation.follow(commands, half_steps(setting_), {}, watch, fine) != Ending::Reached || !simulation.ends_well(watch, fine))
+    return false;
   const Goal& goal = setting_.problem.goal;
   const Eigen::VectorXd before = setting_.goal.difference(parent.q, parent_replay.q_fine), after = setting_.goal.difference(node.q, fine.q);
   const auto share = [&](const Eigen::VectorXd& e) { return world::largest_share(setting_.model, e, goal.tol_position, goal.tol_angle); };
@@ -60,7 +61,8 @@ int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& pa
     at.started = false;  // what an edge starts in is judged at the end of the one before
     at.worst = {};
     const Watch watch{.most = node.edge == SegmentKind::Settle ? kAnything : kMostFine};
-    const bool whole = simulation.follow(commands, half_steps(setting_), {}, watch, at) == Ending::Reached && simulation.ends_well(watch, at);
+    const bool whole =
+        simulation.follow(commands, half_steps(setting_), {}, watch, at) == Ending::Reached && simulation.ends_well(watch, at);
     const bool held = whole && setting_.goal.share_of_tolerances(node.replay.q_fine, at.q) <= threshold::kFidelityEdge;
     if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
     if (!whole) return lost(path.back());
@@ -82,7 +84,8 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
     scratch.steps.forget();
     bool rests = false;
     if (simulation.follow(commands, steps, disturbance, {}, at) != Ending::Reached ||
-        simulation.hold(commands.empty() ? 0 : threshold::kTiltHeld, setting_.thresholds.rest, steps, disturbance, {}, at, rests) != Ending::Reached)
+        simulation.hold(commands.empty() ? 0 : threshold::kTiltHeld, setting_.thresholds.rest, steps, disturbance, {}, at, rests) !=
+            Ending::Reached)
       return false;
     if (setting_.goal.share_of_tolerances(node.q, at.q) > 1) return false;
     disturbed.col(draw) = at.q;

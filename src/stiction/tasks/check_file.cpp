@@ -145,7 +145,8 @@ void FileCheck::check_dynamics() {
   if (plan_.substep.has_value() == task_.options.thesis.has_value()) return differs("substep is not that of the task");
   if (!plan_.substep) return;
   const double length = model_.scales().object(task_.problem.goal.object).length;
-  const dynamics::SubstepLimits wanted{.joint_travel = world::share::kTravel * length, .slide = world::share::kSlide * length}, &mine = *plan_.substep;
+  const dynamics::SubstepLimits wanted{.joint_travel = world::share::kTravel * length, .slide = world::share::kSlide * length},
+      &mine = *plan_.substep;
   if (mine.joint_angle > wanted.joint_angle || mine.joint_travel > wanted.joint_travel || mine.slide > wanted.slide)
     differs("substep allows more than the task");
 }

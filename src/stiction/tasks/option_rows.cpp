@@ -108,7 +108,8 @@ dynamics::Regularisation read_regularisation_of(const YamlNode& node) {
 }
 
 void read_thesis(const YamlNode& node, const Model& model, Settings& out) {
-  node.require_map({"grasp_probability", "length", "gamma", "scheme", "smoothing", "randomized", "metric", "h", "regularisation", "stop_at_goal"});
+  node.require_map(
+      {"grasp_probability", "length", "gamma", "scheme", "smoothing", "randomized", "metric", "h", "regularisation", "stop_at_goal"});
   if (const auto v = given(node, "grasp_probability")) out.grasp_probability = probability(*v);
   out.length = node.positive_or("length", out.length);
   out.gamma = node.positive_or("gamma", out.gamma);
@@ -123,13 +124,15 @@ void read_thesis(const YamlNode& node, const Model& model, Settings& out) {
 
 Json thesis_json(const Settings& s) {
   using planning::thesis::Scheme;
-  Json out{{"grasp_probability", s.grasp_probability},
-           {"length", s.length},
-           {"gamma", s.gamma},
-           {"scheme", kSchemeNames[static_cast<std::size_t>(s.scheme)]},
-           {"smoothing",
-            {{"kappa", s.smoothing.kappa}, {"self_sharpness", s.smoothing.self_sharpness}, {"limit_sharpness", s.smoothing.limit_sharpness}}}};
-  if (s.scheme == Scheme::RandomizedFirst || s.scheme == Scheme::RandomizedZeroth) out["randomized"] = Json::parse(sampling_json(s.randomized));
+  Json out{
+      {"grasp_probability", s.grasp_probability},
+      {"length", s.length},
+      {"gamma", s.gamma},
+      {"scheme", kSchemeNames[static_cast<std::size_t>(s.scheme)]},
+      {"smoothing",
+       {{"kappa", s.smoothing.kappa}, {"self_sharpness", s.smoothing.self_sharpness}, {"limit_sharpness", s.smoothing.limit_sharpness}}}};
+  if (s.scheme == Scheme::RandomizedFirst || s.scheme == Scheme::RandomizedZeroth)
+    out["randomized"] = Json::parse(sampling_json(s.randomized));
   out["metric"] = s.metric ? Json{{"global", {{"position", s.metric->position}, {"angle", s.metric->angle}}}} : Json("local");
   out["h"] = s.h;
   const auto* rule = std::get_if<dynamics::ByRule>(&s.regularisation);
@@ -160,17 +163,20 @@ std::string thesis_schema() {
 }  // namespace
 
 OptionRow thesis_row() {
-  return {"thesis",
-          true,
-          "Algorithm 2 as printed, with single steps and jumps to contacts, for the tables and figures of the thesis. Keys: probability of a "
-          "contact sample, length of extensions [rad or m], γ of the metric (3.5), scheme of local models (2.4.1) with its barrier weight κ [1/J] "
-          "(2.27) or samples (2.22), (2.23), metric of Nearest, time step h [s], ε of the objects in (2.6c), stop_at_goal: false to measure time.",
-          thesis_schema(),
-          [](const YamlNode& node, const Model& model, PlannerOptions& out) {
-            if (!out.thesis) out.thesis.emplace();
-            read_thesis(node, model, *out.thesis);
-          },
-          [](const PlannerOptions& o, const Model&) { return o.thesis ? thesis_json(*o.thesis) : Json(); }};
+  return {
+      "thesis",
+      true,
+      "Algorithm 2 as printed, with single steps and jumps to contacts, for the tables and figures of the thesis. Keys: probability of a "
+      "contact sample, length of extensions [rad or m], γ of the metric (3.5), scheme of local models (2.4.1) with its barrier weight κ "
+      "[1/J] "
+      "(2.27) or samples (2.22), (2.23), metric of Nearest, time step h [s], ε of the objects in (2.6c), stop_at_goal: false to measure "
+      "time.",
+      thesis_schema(),
+      [](const YamlNode& node, const Model& model, PlannerOptions& out) {
+        if (!out.thesis) out.thesis.emplace();
+        read_thesis(node, model, *out.thesis);
+      },
+      [](const PlannerOptions& o, const Model&) { return o.thesis ? thesis_json(*o.thesis) : Json(); }};
 }
 
 OptionRow sample_box_row() {
@@ -192,7 +198,7 @@ OptionRow sample_box_row() {
 
 OptionRow friction_law_row() {
   return {"friction_law",
-              true,
+          true,
           "What a sliding contact does in exact steps: anitescu, it opens by μ times its slip (2.3.4); coulomb, it stays closed. Default: "
           "coulomb in space.",
           R"({"enum": ["anitescu", "coulomb"]})",

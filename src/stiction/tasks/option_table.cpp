@@ -54,8 +54,8 @@ std::vector<OptionRow> make_table() {
   const auto count = [](const YamlNode& node) { return node.positive_int(); };
   return {
       outside_plan(field("seed", &P::seed, kNumberOfThem, seed, "Seed of the search. The same seed gives the same plan.")),
-      outside_plan(field("threads", &P::threads, kNumberOfThem, threads,
-                         "Number of threads; 0 takes all cores. The plan does not depend on it.")),
+      outside_plan(
+          field("threads", &P::threads, kNumberOfThem, threads, "Number of threads; 0 takes all cores. The plan does not depend on it.")),
       field("max_iterations", &P::max_iterations, kCount, count, "Budget of extensions of the search trees."),
       field("tolerance_fraction", &P::tolerance_fraction, kShare, share,
             "The planner aims at this share of the goal's tolerances. The rest is left for the execution."),
@@ -63,7 +63,8 @@ std::vector<OptionRow> make_table() {
       friction_law_row(),
       field("friction", &P::friction, kShare, share, "Every friction coefficient of the plan is that of the scene times this."),
       boolean("margins", &P::margins,
-              "Pushes must also hold with the objects a little off, gravity a little aside, and less friction at half of the contacts; default: "
+              "Pushes must also hold with the objects a little off, gravity a little aside, and less friction at half of the contacts; "
+              "default: "
               "false."),
       boolean("anytime", &P::anytime, "Go on after the first plan, for cheaper plans, until the budget is used up."),
       field("goal_bias", &P::goal_bias, kProbability, probability, "Probability that the subgoal is the goal (Alg. 2)."),

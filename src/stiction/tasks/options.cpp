@@ -18,7 +18,9 @@ constexpr std::string_view kAdvanced = "advanced";
 
 void require_known_keys(const YamlNode& node) {
   if (const auto advanced = given(node, kAdvanced))
-    advanced->fail("no such map: the planner sets what stood there from the scene (docs/options.md). Take it out; settings of published runs are in `thesis`");
+    advanced->fail(
+        "no such map: the planner sets what stood there from the scene (docs/options.md). Take it out; settings of published runs are in "
+        "`thesis`");
   std::vector<std::string_view> all{kAdvanced};
   for (const OptionRow& row : option_table()) all.push_back(row.key);
   node.require_map(all);

@@ -7,10 +7,10 @@
 #include <chrono>
 #include <cmath>
 
+#include <nlohmann/json.hpp>
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/version.hpp"
 #include "stiction/tasks/options.hpp"
-#include <nlohmann/json.hpp>
 #include "stiction/tasks/pose_numbers.hpp"
 #include "stiction/world/yaml.hpp"
 

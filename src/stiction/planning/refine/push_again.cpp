@@ -32,7 +32,8 @@ bool advance(const Problem& problem, const Eigen::VectorXd& command, Scratch& sc
 }
 
 /// The change of the command that moves the objects by e in the smoothed local model where they are, (E.6).
-bool calc_feedback(const Problem& problem, const Cursor& at, const Eigen::VectorXd& e, Scratch& scratch, Work& work, Eigen::VectorXd& delta) {
+bool calc_feedback(const Problem& problem, const Cursor& at, const Eigen::VectorXd& e, Scratch& scratch, Work& work,
+                   Eigen::VectorXd& delta) {
   const world::Model& model = problem.model;
   dynamics::StepOptions smooth = problem.pace.step;
   smooth.smoothing = problem.thresholds.smoothing;
@@ -41,7 +42,8 @@ bool calc_feedback(const Problem& problem, const Cursor& at, const Eigen::Vector
   const Eigen::VectorXd& W = problem.goal.inverse_tolerances();
   const Eigen::MatrixXd WB = W.asDiagonal() * scratch.step_result.B.topRows(model.n_vu()) * problem.limits.asDiagonal();
   const auto limited = [&](const Eigen::VectorXd& bound) {
-    return Eigen::VectorXd((bound - at.u).cwiseQuotient(problem.limits).cwiseMax(-threshold::kMostFeedback).cwiseMin(threshold::kMostFeedback));
+    return Eigen::VectorXd(
+        (bound - at.u).cwiseQuotient(problem.limits).cwiseMax(-threshold::kMostFeedback).cwiseMin(threshold::kMostFeedback));
   };
   cone::solve_bounded_least_squares(WB, W.cwiseProduct(e), threshold::kFeedback, limited(model.lower()).cwiseMin(0.0),
                                     limited(model.upper()).cwiseMax(0.0), delta);
@@ -91,7 +93,8 @@ bool come_to_rest(const Problem& problem, Scratch& scratch, Work& work, Run& run
   Trace trace{.q = run.end.q, .u = run.end.u};
   const Watch watch{.most = problem.allowed_at_whole_steps()};
   bool rests = false;
-  const Ending ending = Simulation(problem, scratch, work).hold(kMostResting * problem.cuts, problem.rest(), problem.pace, {}, watch, trace, rests);
+  const Ending ending =
+      Simulation(problem, scratch, work).hold(kMostResting * problem.cuts, problem.rest(), problem.pace, {}, watch, trace, rests);
   if (ending != Ending::Reached) return false;
   run.end.q = std::move(trace.q);
   run.end.u = std::move(trace.u);
@@ -100,8 +103,8 @@ bool come_to_rest(const Problem& problem, Scratch& scratch, Work& work, Run& run
   return true;
 }
 
-bool correct_by_impc(const Problem& problem, const Cursor& start, const Eigen::VectorXd& q_target, Scratch& scratch, double& spent, Work& work,
-                     Run& run) {
+bool correct_by_impc(const Problem& problem, const Cursor& start, const Eigen::VectorXd& q_target, Scratch& scratch, double& spent,
+                     Work& work, Run& run) {
   if (problem.refine.mpc_iterations == 0) return false;
   std::vector<Eigen::VectorXd> u, reference{start.q};
   for (const Segment& segment : run.segments) {

@@ -19,7 +19,7 @@ bool come_to_rest(const Problem& problem, Scratch& scratch, Work& work, Run& run
 /// iMPC (Alg. 1) starts from the commands of a push that ends away from its target. Its commands replace them if they end nearer.
 /// @param spent  by iMPC so far, in units of kMostWork; counts up
 /// @returns true: `run` was replaced
-bool correct_by_impc(const Problem& problem, const Cursor& start, const Eigen::VectorXd& q_target, Scratch& scratch, double& spent, Work& work,
-                     Run& run);
+bool correct_by_impc(const Problem& problem, const Cursor& start, const Eigen::VectorXd& q_target, Scratch& scratch, double& spent,
+                     Work& work, Run& run);
 
 }  // namespace stiction::planning::refinement

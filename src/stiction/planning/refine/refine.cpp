@@ -81,7 +81,8 @@ class Builder {
       if (segment.kind != SegmentKind::Settle) continue;
       Run run{.end = at_};
       Trace trace{.q = at_.q, .u = at_.u};
-      if (Simulation(problem_, scratch_, work_).follow(commands_of(segment.knots), problem_.pace, {}, {}, trace) != Ending::Reached) return false;
+      if (Simulation(problem_, scratch_, work_).follow(commands_of(segment.knots), problem_.pace, {}, {}, trace) != Ending::Reached)
+        return false;
       run.end.q = std::move(trace.q);
       run.end.u = std::move(trace.u);
       run.segments.push_back({as, std::move(trace.knots), false});
@@ -112,7 +113,8 @@ class Builder {
       if (best && best->missed <= enough) break;
     }
     if (!best) return false;
-    if (best->clearance > 0) out_.least_clearance = out_.reconnected++ > 0 ? std::min(out_.least_clearance, best->clearance) : best->clearance;
+    if (best->clearance > 0)
+      out_.least_clearance = out_.reconnected++ > 0 ? std::min(out_.least_clearance, best->clearance) : best->clearance;
     take(*best);
     return true;
   }
@@ -132,7 +134,8 @@ class Builder {
         take_push(*best);
         return true;
       }
-      if (best && !nearer && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end)) nearer = std::move(best);
+      if (best && !nearer && problem_.miss(q_goal_, best->end.q) < problem_.miss(q_goal_, at_.q) && agrees(best->end))
+        nearer = std::move(best);
     }
     if (nearer) take_push(*nearer);
     return false;
@@ -160,7 +163,8 @@ class Builder {
     options.tolerance_fraction = std::min(options.tolerance_fraction, threshold::kAgree);
     options.anytime = false;
     PlanResult rest;
-    while (rest.status == Status::NumericalFailure && !sure_.empty() && extensions_ < problem_.refine.extensions && !problem_.control.stop()) {
+    while (rest.status == Status::NumericalFailure && !sure_.empty() && extensions_ < problem_.refine.extensions &&
+           !problem_.control.stop()) {
       const Place place = std::move(sure_.back());
       sure_.pop_back();
       at_ = place.at;
@@ -202,10 +206,10 @@ class Builder {
   Scratch& scratch_;
   Plan built_;
   Cursor at_;
-  Eigen::VectorXd q_goal_;    // where what is left of the plan ends
-  std::vector<Place> sure_;   // ends of pushes and regrasps at which whole and half sub-steps agree, from where no search has begun
-  int searches_ = 0;          // for what is left …
-  long extensions_ = 0;       // … and theirs
+  Eigen::VectorXd q_goal_;   // where what is left of the plan ends
+  std::vector<Place> sure_;  // ends of pushes and regrasps at which whole and half sub-steps agree, from where no search has begun
+  int searches_ = 0;         // for what is left …
+  long extensions_ = 0;      // … and theirs
   RefineResult out_;
   Work work_;
   double mpc_work_ = 0;
@@ -243,8 +247,8 @@ void keep_given_plan(const Problem& problem, const Eigen::VectorXd& q_fine, Scra
   out.q_fine = q_fine;
 }
 
-Status run(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options, const RefineOptions& refine_options,
-           const core::RunControl& control, RefineResult& out) {
+Status run(const std::shared_ptr<const world::Model>& model, const Plan& plan, const PlannerOptions& options,
+           const RefineOptions& refine_options, const core::RunControl& control, RefineResult& out) {
   core::RunControl quiet = control;  // there is no measure of how far a refinement has come
   quiet.on_progress = nullptr;
   Problem problem(model, plan, options, refine_options, quiet);
@@ -300,7 +304,8 @@ core::Status refine(const std::shared_ptr<const world::Model>& model, const Plan
   if (!model) core::throw_invalid("model", "nothing", "a model");
   refine_options.validate();
   options.validate(*model);
-  if (options.thesis) core::throw_invalid("options.thesis", "single steps and jumps", "a plan in sub-steps, with regrasps that can be carried out");
+  if (options.thesis)
+    core::throw_invalid("options.thesis", "single steps and jumps", "a plan in sub-steps, with regrasps that can be carried out");
   world::require_configuration(*model, "plan.q_start", plan.q_start);
   core::require_size("plan.u_start", plan.u_start.size(), model->n_a());
   if (plan.goal.object < 0 || plan.goal.object >= static_cast<int>(model->objects().size()))

@@ -24,17 +24,24 @@ constexpr double kNoMove = 1e-9;
 struct Node {
   int parent = -1;
   SegmentKind edge = SegmentKind::Contact;
-  Eigen::VectorXd q, u;      ///< state, and the command that led to it
+  Eigen::VectorXd q, u;        ///< state, and the command that led to it
   dynamics::LocalModel local;  ///< around u = qᵃ
 };
 
 class Tree {
  public:
   Tree(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& out)
-      : setting_(problem, options), how_(*options.thesis), control_(control), out_(out), scratch_(problem.model, to_the_end_), locals_(problem.model), nearest_(setting_.goal.space()) {
+      : setting_(problem, options),
+        how_(*options.thesis),
+        control_(control),
+        out_(out),
+        scratch_(problem.model, to_the_end_),
+        locals_(problem.model),
+        nearest_(setting_.goal.space()) {
     smoothed_ = setting_.exact;
     smoothed_.warm_start = false;
-    if (how_.scheme == Scheme::RandomizedFirst || how_.scheme == Scheme::RandomizedZeroth) smoothed_.tol_complementarity = kSampleComplementarity;
+    if (how_.scheme == Scheme::RandomizedFirst || how_.scheme == Scheme::RandomizedZeroth)
+      smoothed_.tol_complementarity = kSampleComplementarity;
   }
 
   /// Algorithm 2.
@@ -84,7 +91,8 @@ class Tree {
   std::optional<Node> extend(int near, const Eigen::VectorXd& q_subgoal) {
     const world::Model& model = setting_.model;
     const Node& from = nodes_[static_cast<std::size_t>(near)];
-    const Eigen::VectorXd q_a = from.q.tail(model.n_a()), lower = (model.lower() - q_a).cwiseMin(0.0), upper = (model.upper() - q_a).cwiseMax(0.0);
+    const Eigen::VectorXd q_a = from.q.tail(model.n_a()), lower = (model.lower() - q_a).cwiseMin(0.0),
+                          upper = (model.upper() - q_a).cwiseMax(0.0);
     const Eigen::VectorXd e = setting_.goal.difference(from.local.c.head(model.n_qu()), q_subgoal);
     Eigen::VectorXd delta_u;
     cone::solve_bounded_least_squares(from.local.B.topRows(model.n_vu()), e, how_.gamma, lower, upper, delta_u);
@@ -104,8 +112,9 @@ class Tree {
     if (nodes_[static_cast<std::size_t>(near)].edge == SegmentKind::Regrasp) near = nodes_[static_cast<std::size_t>(near)].parent;
     const Node& from = nodes_[static_cast<std::size_t>(near)];
     ++totals_.regrasps.tried;
-    const auto sample = contact::sample_contact(setting_.model, setting_.chains, how_.sampler,
-                                                contact::draw_grasp(setting_.chains, how_.sampler, random), from.q, random, scratch_.geometry);
+    const auto sample =
+        contact::sample_contact(setting_.model, setting_.chains, how_.sampler, contact::draw_grasp(setting_.chains, how_.sampler, random),
+                                from.q, random, scratch_.geometry);
     if (!sample) {
       ++totals_.regrasps.no_sample;
       return std::nullopt;
@@ -155,7 +164,9 @@ class Tree {
     return weights;
   }
 
-  bool reaches_goal(int node) const { return setting_.goal.ratio(nodes_[static_cast<std::size_t>(node)].q) <= setting_.options.tolerance_fraction; }
+  bool reaches_goal(int node) const {
+    return setting_.goal.ratio(nodes_[static_cast<std::size_t>(node)].q) <= setting_.options.tolerance_fraction;
+  }
 
   void report() {
     if (control_.on_progress)

@@ -28,12 +28,12 @@ struct Settings {
   double gamma = 1e-4;             ///< γ of the metric (3.5), > 0
   Scheme scheme = Scheme::Analytic;
   dynamics::Analytic smoothing;
-  dynamics::Sampling randomized;               ///< the seed is not used: every node has a substream of that of the plan
-  std::optional<GlobalMetric> metric;          ///< nullopt: every node has its own (3.5)
-  double h = 0.1;                              ///< time step [s], > 0
+  dynamics::Sampling randomized;       ///< the seed is not used: every node has a substream of that of the plan
+  std::optional<GlobalMetric> metric;  ///< nullopt: every node has its own (3.5)
+  double h = 0.1;                      ///< time step [s], > 0
   dynamics::Regularisation regularisation = dynamics::ByRule{};
   contact::GenericSampler sampler;
-  bool stop_at_goal = true;                    ///< false: all extensions, to measure time
+  bool stop_at_goal = true;  ///< false: all extensions, to measure time
 
   /// Of a node. @param seed  of the tree  @param stream  of the samples of a randomised scheme
   dynamics::LocalModelScheme local_model_scheme(std::uint64_t seed, std::uint64_t stream) const;
