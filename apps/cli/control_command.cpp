@@ -6,7 +6,7 @@
 
 #include "app.hpp"
 #include "control_page.hpp"
-#include "stiction/execution/control_run.hpp"
+#include "stiction/execution/contact_control/control_run.hpp"
 #include "stiction/tasks/control_scenario_file.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/scenarios.hpp"

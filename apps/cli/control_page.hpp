@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "stiction/execution/control_run.hpp"
+#include "stiction/execution/contact_control/control_run.hpp"
 
 namespace stiction::app {
 

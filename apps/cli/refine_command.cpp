@@ -7,7 +7,7 @@
 #include "app.hpp"
 #include "open_loop_speed.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/execution/run_timing.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/planning/refine.hpp"
 #include "stiction/tasks/plan_file.hpp"
 

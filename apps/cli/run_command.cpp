@@ -8,9 +8,9 @@
 #include "frames.hpp"
 #include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/execution/run.hpp"
-#include "stiction/execution/run_timing.hpp"
-#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/execution/closed_loop/run.hpp"
+#include "stiction/execution/closed_loop/simulated_plant.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/tasks/lint.hpp"
 
 namespace stiction::app {

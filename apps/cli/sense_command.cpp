@@ -9,7 +9,7 @@
 #include "app.hpp"
 #include "python_start.hpp"
 #include "sense_page.hpp"
-#include "stiction/execution/poke.hpp"
+#include "stiction/execution/contact_control/poke.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/sensing_scenario_file.hpp"

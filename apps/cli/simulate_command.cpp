@@ -8,7 +8,7 @@
 #include "frames.hpp"
 #include "open_loop_speed.hpp"
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/execution/transfer.hpp"
+#include "stiction/execution/open_loop/transfer.hpp"
 #include "stiction/tasks/plan_file.hpp"
 
 namespace stiction::app {

@@ -6,7 +6,7 @@
 
 #include "app.hpp"
 #include "open_loop_speed.hpp"
-#include "stiction/execution/run_timing.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/plan_file.hpp"
 #include "stiction/tasks/solve.hpp"

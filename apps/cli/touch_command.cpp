@@ -7,7 +7,7 @@
 
 #include "app.hpp"
 #include "page_scene.hpp"
-#include "stiction/execution/touch_run.hpp"
+#include "stiction/execution/touch/touch_run.hpp"
 #include "stiction/tasks/scenarios.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"

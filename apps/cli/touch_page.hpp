@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "stiction/execution/touch_run.hpp"
+#include "stiction/execution/touch/touch_run.hpp"
 
 namespace stiction::app {
 

@@ -9,7 +9,7 @@
 #include "contact_ticks.hpp"
 #include "stiction/core/quantile.hpp"
 #include "stiction/core/random.hpp"
-#include "stiction/execution/contact_estimator.hpp"
+#include "stiction/execution/contact_control/contact_estimator.hpp"
 #include "stiction/sensing/known_contacts.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/task.hpp"

@@ -2,7 +2,7 @@
 
 #include "pickles.hpp"
 #include "scenario_file.hpp"
-#include "stiction/execution/control_run.hpp"
+#include "stiction/execution/contact_control/control_run.hpp"
 #include "stiction/tasks/control_scenario_file.hpp"
 #include "watcher.hpp"
 #include "yaml_text.hpp"

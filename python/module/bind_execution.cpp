@@ -2,7 +2,7 @@
 
 #include "pickles.hpp"
 #include "plan.hpp"
-#include "stiction/execution/transfer.hpp"
+#include "stiction/execution/open_loop/transfer.hpp"
 
 namespace stiction::python {
 namespace {

@@ -9,9 +9,9 @@
 #include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
-#include "stiction/execution/run.hpp"
-#include "stiction/execution/run_timing.hpp"
-#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/execution/closed_loop/run.hpp"
+#include "stiction/execution/closed_loop/simulated_plant.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 #include "watcher.hpp"
 
 namespace stiction::python {

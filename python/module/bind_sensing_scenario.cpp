@@ -3,7 +3,7 @@
 #include "pickles.hpp"
 #include "scenario_file.hpp"
 #include "sensor.hpp"
-#include "stiction/execution/poke.hpp"
+#include "stiction/execution/contact_control/poke.hpp"
 #include "stiction/tasks/sensing_scenario_file.hpp"
 #include "yaml_text.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "pickles.hpp"
 #include "scenario_file.hpp"
-#include "stiction/execution/touch_run.hpp"
+#include "stiction/execution/touch/touch_run.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"
 #include "watcher.hpp"
 

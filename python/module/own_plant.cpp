@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "pickles.hpp"
-#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/tasks/task.hpp"
 
 namespace stiction::python {

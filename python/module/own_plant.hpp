@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "bindings.hpp"
-#include "stiction/execution/driver.hpp"
+#include "stiction/execution/closed_loop/driver.hpp"
 
 namespace stiction::python {
 

@@ -1,11 +1,11 @@
 // Contacts from torques, and the force of an arm that is told of them.
-#include "stiction/execution/contact_estimator.hpp"
+#include "stiction/execution/contact_control/contact_estimator.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "stiction/execution/control_run.hpp"
+#include "stiction/execution/contact_control/control_run.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/control_scenario_file.hpp"
 #include "support/message_of.hpp"

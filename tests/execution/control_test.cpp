@@ -3,7 +3,7 @@
 
 #include <fstream>
 
-#include "stiction/execution/control_run.hpp"
+#include "stiction/execution/contact_control/control_run.hpp"
 #include "stiction/tasks/control_scenario_file.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"

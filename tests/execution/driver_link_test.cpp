@@ -1,4 +1,4 @@
-#include "stiction/execution/driver_link.hpp"
+#include "stiction/execution/closed_loop/driver_link.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // The loop from touch to command: contacts known from noisy torques alone, at several rates, delays, offsets and masses.
 #include <gtest/gtest.h>
 
-#include "stiction/execution/control_run.hpp"
+#include "stiction/execution/contact_control/control_run.hpp"
 #include "stiction/tasks/control_scenario_file.hpp"
 #include "support/paths.hpp"
 

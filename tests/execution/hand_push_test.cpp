@@ -1,11 +1,11 @@
 // A hand that presses on an arm through a spring, moves along it, and is bounded as any other contact.
-#include "stiction/execution/hand_push.hpp"
+#include "stiction/execution/contact_control/hand_push.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "stiction/execution/control_run.hpp"
+#include "stiction/execution/contact_control/control_run.hpp"
 #include "stiction/tasks/control_scenario_file.hpp"
 #include "support/message_of.hpp"
 #include "support/paths.hpp"

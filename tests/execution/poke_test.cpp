@@ -1,4 +1,4 @@
-#include "stiction/execution/poke.hpp"
+#include "stiction/execution/contact_control/poke.hpp"
 
 #include <gtest/gtest.h>
 

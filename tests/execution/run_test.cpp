@@ -1,4 +1,4 @@
-#include "stiction/execution/run.hpp"
+#include "stiction/execution/closed_loop/run.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "planning/push_plan.hpp"
-#include "stiction/execution/object_watch.hpp"
-#include "stiction/execution/run_speed.hpp"
-#include "stiction/execution/simulated_plant.hpp"
+#include "stiction/execution/closed_loop/object_watch.hpp"
+#include "stiction/execution/closed_loop/simulated_plant.hpp"
+#include "stiction/execution/open_loop/run_speed.hpp"
 #include "stiction/world/scales.hpp"
 #include "support/message_of.hpp"
 

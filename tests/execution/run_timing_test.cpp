@@ -1,4 +1,4 @@
-#include "stiction/execution/run_timing.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "planning/push_plan.hpp"
-#include "stiction/execution/free_room.hpp"
-#include "stiction/execution/push_travel.hpp"
+#include "stiction/execution/open_loop/free_room.hpp"
+#include "stiction/execution/open_loop/push_travel.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution::test {

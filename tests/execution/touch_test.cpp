@@ -1,5 +1,5 @@
 // An arm that feels its way: paths, the map of touches, and whole runs in the simulation.
-#include "stiction/execution/touch_run.hpp"
+#include "stiction/execution/touch/touch_run.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "stiction/contact/contact.hpp"
-#include "stiction/execution/joint_path.hpp"
+#include "stiction/execution/touch/joint_path.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"
 #include "stiction/world/robot_chains.hpp"
 #include "stiction/world/scales.hpp"

@@ -1,4 +1,4 @@
-#include "stiction/execution/trajectory.hpp"
+#include "stiction/execution/open_loop/trajectory.hpp"
 
 #include <numbers>
 

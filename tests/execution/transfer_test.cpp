@@ -1,4 +1,4 @@
-#include "stiction/execution/transfer.hpp"
+#include "stiction/execution/open_loop/transfer.hpp"
 
 #include <atomic>
 

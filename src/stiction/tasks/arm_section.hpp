@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <span>
 
-#include "stiction/execution/control_scenario.hpp"
+#include "stiction/execution/contact_control/control_scenario.hpp"
 #include "stiction/world/yaml.hpp"
 
 // Internal to the layer: what scenarios of an arm have in common.

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "stiction/execution/control_scenario.hpp"
+#include "stiction/execution/contact_control/control_scenario.hpp"
 
 namespace stiction::tasks {
 

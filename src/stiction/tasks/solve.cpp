@@ -6,7 +6,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/parallel.hpp"
-#include "stiction/execution/transfer.hpp"
+#include "stiction/execution/open_loop/transfer.hpp"
 #include "stiction/planning/refine.hpp"
 #include "stiction/tasks/check.hpp"
 #include "stiction/tasks/plan_file.hpp"

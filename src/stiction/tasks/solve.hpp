@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
-#include "stiction/execution/run_speed.hpp"
+#include "stiction/execution/open_loop/run_speed.hpp"
 #include "stiction/planning/planner.hpp"
 #include "stiction/tasks/task.hpp"
 

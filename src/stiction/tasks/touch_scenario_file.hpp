@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "stiction/execution/touch_scenario.hpp"
+#include "stiction/execution/touch/touch_scenario.hpp"
 
 namespace stiction::tasks {
 

@@ -1,0 +1,70 @@
+#include "stiction/execution/closed_loop/object_watch.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+
+namespace stiction::execution {
+namespace {
+
+/// Objects that moved by less than this over half a window rest [tolerances of the goal].
+constexpr double kStill = 0.1;
+
+}  // namespace
+
+double share_between(const world::Model& model, int object, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
+                     const planning::Goal& goal) {
+  const world::Pose X0 = world::object_pose(model, q0, object), X1 = world::object_pose(model, q1, object);
+  const planning::GoalError error{(X0.p - X1.p).norm(), Eigen::Quaterniond(X0.R).angularDistance(Eigen::Quaterniond(X1.R))};
+  return error.share(goal);
+}
+
+void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
+  seen_.push_back({time, q});
+  while (seen_.size() > 1 && seen_[1].time <= time - window_) seen_.pop_front();
+}
+
+bool ObjectWatch::rests() const { return rests_over(least_) || rests_over(window_); }
+
+void ObjectWatch::forget_motion() {
+  if (rests_over(window_)) return;
+  while (seen_.size() > 1 && seen_.front().time < seen_.back().time - least_ * (1 + 1e-9)) seen_.pop_front();
+}
+
+bool ObjectWatch::rests_over(double window) const {
+  std::size_t begin = seen_.size();
+  while (begin > 0 && seen_[begin - 1].time >= seen_.back().time - window * (1 + 1e-9)) --begin;
+  if (seen_.size() - begin < 2 || seen_.back().time - seen_[begin].time < window * (1 - 1e-9)) return false;
+  const std::size_t half = begin + (seen_.size() - begin) / 2;
+  const Eigen::VectorXd before = mean(begin, half), after = mean(half, seen_.size());
+  for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
+    if (share_between(model_, i, before, after, goal_) > kStill * window / window_) return false;
+  }
+  return true;
+}
+
+Eigen::VectorXd ObjectWatch::mean(std::size_t begin, std::size_t end) const {
+  const Eigen::VectorXd& last = seen_[end - 1].q;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(model_.n_v()), difference(model_.n_v()), out(model_.n_q());
+  for (std::size_t i = begin; i < end; ++i) {
+    world::local(model_, last, seen_[i].q, difference);
+    sum += difference;
+  }
+  sum /= static_cast<double>(end - begin);
+  sum.tail(model_.n_a()).setZero();
+  world::retract(model_, last, sum, out);
+  return out;
+}
+
+double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
+                      const Eigen::VectorXd& q, const planning::Goal& goal) {
+  Eigen::VectorXd planned(model.n_q());
+  double least = std::numeric_limits<double>::infinity();
+  for (double t = end;; t -= interval) {
+    interpolate(model, trajectory, std::max(t, begin), planned);
+    least = std::min(least, share_between(model, goal.object, planned, q, goal));
+    if (t <= begin) return least;
+  }
+}
+
+}  // namespace stiction::execution

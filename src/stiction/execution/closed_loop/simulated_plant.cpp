@@ -1,0 +1,100 @@
+#include "stiction/execution/closed_loop/simulated_plant.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/open_loop/speed_limits.hpp"
+
+namespace stiction::execution {
+namespace {
+
+/// The same scene with other masses: what is measured and commanded stays the same.
+std::shared_ptr<const world::Model> with_mass(const std::shared_ptr<const world::Model>& model, double factor) {
+  if (factor == 1) return model;
+  world::Scene scene = model->scene();
+  for (auto& object : scene.objects) {
+    object.mass *= factor;
+    object.inertia *= factor;
+  }
+  return world::Model::make(scene);
+}
+
+}  // namespace
+
+void WorldOptions::validate(const world::Model& model) const {
+  core::require_nonnegative("world.friction", friction);
+  core::require_positive("world.mass", mass);
+  core::require_nonnegative("world.pose_noise", pose_noise);
+  core::require_nonnegative("world.angle_noise", angle_noise);
+  core::require_nonnegative("world.pose_delay", pose_delay);
+  for (const OutsidePush& push : pushes) {
+    if (push.object < 0 || push.object >= static_cast<int>(model.objects().size()))
+      core::throw_invalid("world.push.object", std::to_string(push.object), "the index of an object");
+    core::require_nonnegative("world.push.begin", push.begin);
+    core::require_positive("world.push.duration", push.duration);
+    core::require_finite("world.push.force", std::span(push.force_W.data(), 3));
+  }
+}
+
+std::shared_ptr<const simulation::Plant> make_world(const std::shared_ptr<const world::Model>& model, const WorldOptions& options) {
+  if (!model) core::throw_invalid("model", "nothing", "a model");
+  options.validate(*model);
+  simulation::PlantOptions plant;
+  plant.rest_time = kRestTime;
+  plant.velocity_reference = true;
+  plant.effort_limits = true;
+  plant.contact.friction_scale = options.friction;
+  return simulation::Plant::make(with_mass(model, options.mass), plant);
+}
+
+SimulatedPlant::SimulatedPlant(const std::shared_ptr<const world::Model>& model, VectorRef q, const WorldOptions& options)
+    : model_(model), options_(options), plant_(make_world(model, options)), random_(options.seed, 0) {
+  const Eigen::VectorXd u = q.tail(model->n_a()).cwiseMax(model->lower()).cwiseMin(model->upper());
+  plant_.reset(q, u);
+  past_.push_back({0, plant_.q()});
+}
+
+bool SimulatedPlant::read(Measurement& out) {
+  out.time = plant_.time();
+  out.u = plant_.u();
+  out.q = past_.front().q;
+  out.object_time = past_.front().time;
+  out.q.tail(model_->n_a()) = plant_.q().tail(model_->n_a());
+  if (options_.pose_noise > 0 || options_.angle_noise > 0) {
+    Eigen::VectorXd noise = Eigen::VectorXd::Zero(model_->n_v());
+    for (int i = 0; i < model_->n_vu(); ++i) {
+      const bool turns = model_->dofs()[static_cast<std::size_t>(i)].kind == world::DofKind::Revolute;
+      noise[i] = (turns ? options_.angle_noise : options_.pose_noise) * random_.normal();
+    }
+    const Eigen::VectorXd q = out.q;
+    world::retract(*model_, q, noise, out.q);
+  }
+  return plant_.message().empty();
+}
+
+bool SimulatedPlant::command(VectorRef u, double period) {
+  apply_pushes(period);
+  if (plant_.advance(u, period) != core::Status::Solved) return false;
+  past_.push_back({plant_.time(), plant_.q()});
+  while (past_.size() > 1 && past_[1].time <= plant_.time() - options_.pose_delay) past_.pop_front();
+  return true;
+}
+
+/// Within a period each force acts with the share of it in which its push lasts, so that the momentum that it gives is exact.
+void SimulatedPlant::apply_pushes(double period) {
+  acting_.clear();
+  const double now = plant_.time();
+  for (const OutsidePush& push : options_.pushes) {
+    const double lasts = std::min(now + period, push.begin + push.duration) - std::max(now, push.begin);
+    if (!(lasts > 0)) continue;
+    const auto object = static_cast<std::size_t>(push.object);
+    acting_.push_back({.body = model_->objects()[object].body,
+                       .p_BP = model_->scene().objects[object].p_BCom,
+                       .force_W = std::min(1.0, lasts / period) * push.force_W});
+  }
+  plant_.set_pushes(acting_);
+}
+
+}  // namespace stiction::execution

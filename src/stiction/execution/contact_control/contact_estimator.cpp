@@ -1,0 +1,253 @@
+#include "stiction/execution/contact_control/contact_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "stiction/core/invalid_input.hpp"
+
+namespace stiction::execution {
+
+using control::VectorRef;
+
+namespace {
+constexpr double kMost = 2;  ///< of b²: what the difference of two offsets has at most
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+}  // namespace
+
+void ContactEstimatorOptions::validate() const {
+  sensor.validate();
+  sense.validate();
+  core::require_positive("estimator.noise", noise);
+  core::require_positive("estimator.lag", lag);
+  core::require_positive("estimator.least_force", least_force);
+  core::require_nonnegative("estimator.bias", bias);
+  core::require_positive("estimator.plausible_force", plausible_force);
+  core::require_nonnegative("estimator.score_margin", score_margin);
+  if (max_candidates < 1) core::throw_invalid("estimator.max_candidates", std::to_string(max_candidates), "an integer ≥ 1");
+  if (max_contacts < 1 || max_contacts > sensing::kMostContacts)
+    core::throw_invalid("estimator.max_contacts", std::to_string(max_contacts),
+                        "an integer from 1 to " + std::to_string(sensing::kMostContacts));
+  if (pool < max_candidates)
+    core::throw_invalid("estimator.pool", std::to_string(pool), "at least max_candidates, " + std::to_string(max_candidates));
+}
+
+namespace {
+
+/// Options are looked at before anything is made of them.
+std::shared_ptr<const sensing::Sensor> make_sensor(const std::shared_ptr<const world::Model>& model,
+                                                   const ContactEstimatorOptions& options) {
+  options.validate();
+  if (!model) core::throw_invalid("model", "nothing", "a model");
+  return sensing::Sensor::make(model, options.sensor);
+}
+
+}  // namespace
+
+ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, const ContactEstimatorOptions& options)
+    : sensor_(make_sensor(model, options)),
+      options_(options),
+      sense_(options.sense),
+      work_(sensor_),
+      kinematics_work_(*model),
+      q_full_(model->neutral()),
+      tau_(Eigen::VectorXd::Zero(model->n_a())),
+      external_(tau_) {
+  double spacing = 0;
+  for (const sensing::SensedLink& link : sensor_->links()) spacing = std::max(spacing, link.spacing);
+  constexpr double kDeviations = 3;  // within which candidates are reported
+  const double allowed = options.least_force * spacing / kDeviations;
+  time_constant_ = options.lag * std::max(0.0, options.noise * options.noise / (allowed * allowed) - 1);  // (C.13)
+  white_ = options.noise * std::sqrt(options.lag / (options.lag + time_constant_));
+  for (const sensing::SensedLink& link : sensor_->links()) bodies_.push_back(link.surface.body);
+  options_.tracker.cone = options.sense.cone;
+  for (int count = 2; count <= options.max_contacts; ++count) trackers_.emplace_back(sensor_, count, options_.tracker);
+  reset();
+}
+
+void ContactEstimator::reset() {
+  tau_.setZero();
+  tare_ = {.offset = Eigen::VectorXd::Zero(tau_.size()), .q = tau_, .variance = kMost * options_.bias * options_.bias};
+  last_.clear();
+  tracked_.clear();
+  hypotheses_.clear();
+  contacts_.clear();
+  for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
+  next_id_ = 0;
+  since_sample_ = 0, missed_ = 0;
+}
+
+/// The nearest contact of the last tick on the same link, within reach of merging, that has not gone on as another one; null: none.
+ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::ContactPoint& point) {
+  const double reach = options_.sense.merge * sensor_->links()[at(point.link)].spacing;
+  Tracked* nearest = nullptr;
+  double least = reach * reach;
+  for (Tracked& t : tracked_before_) {
+    const double squared = (t.point.p_L - point.p_L).squaredNorm();
+    if (t.point.link == point.link && !t.taken && squared < least) least = squared, nearest = &t;
+  }
+  return nearest;
+}
+
+/// ρ of (C.12).
+double ContactEstimator::calc_rho() const { return std::pow(sense_.noise / options_.plausible_force, 2); }
+
+/// Single contacts as sets of one, by (C.12).
+void ContactEstimator::rank_singles() {
+  const double rho = calc_rho();
+  hypotheses_.clear(), last_.clear();
+  for (const sensing::Candidate& c : sensed_.candidates) {
+    sensing::ContactSet& one = hypotheses_.emplace_back();
+    one.count = 1, one.contacts[0] = c.best, one.residual = c.best.residual;
+    one.objective = c.best.residual + rho * c.f_W.squaredNorm();
+  }
+  std::sort(hypotheses_.begin(), hypotheses_.end(), sensing::is_better);
+  for (std::size_t k = 0; k < std::min(hypotheses_.size(), at(options_.pool)); ++k) last_.push_back(hypotheses_[k].contacts[0]);
+}
+
+/// No explanation so far leaves less than noise and tolerance.
+bool ContactEstimator::needs_more() const {
+  return std::none_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& set) { return set.residual <= sensed_.explained; });
+}
+
+/// To what a further contact is added. The contacts that were reported a tick ago come first: of two the one that came first is known best from before.
+std::span<const sensing::ContactSet> ContactEstimator::make_parents(std::size_t tracker) {
+  if (tracker > 0) return trackers_[tracker - 1].sets();
+  parents_.clear();
+  const auto add = [&](const sensing::ContactPoint& point) {
+    sensing::ContactSet& one = parents_.emplace_back();
+    one.count = 1, one.contacts[0] = point;
+  };
+  for (const Tracked& t : tracked_before_) add(t.point);
+  for (const sensing::ContactPoint& point : last_) add(point);
+  return parents_;
+}
+
+/// Sets of two contacts, then of three, in the place of what explains less.
+void ContactEstimator::find_sets() {
+  if (sensed_.verdict == sensing::Verdict::BelowThreshold)
+    for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
+  if (trackers_.empty() || hypotheses_.empty() || !needs_more()) return;
+  const double sigma = sense_.noise, rho = calc_rho();
+  const world::Model& model = sensor_->model();
+  world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
+  sensing::calc_contact_rows(model, kinematics_, bodies_, external_, nullptr, sigma, rows_work_, rows_);
+  for (std::size_t k = 0; k < trackers_.size() && needs_more(); ++k) {
+    sensing::ContactTracker& tracker = trackers_[k];
+    tracker.update({rows_, rho, sigma, sensed_.explained, make_parents(k)});
+    const bool likelier =
+        !tracker.sets().empty() && tracker.sets().front().objective + options_.score_margin * sigma * sigma < hypotheses_.front().objective;
+    if (likelier) hypotheses_ = tracker.sets();
+  }
+}
+
+/// Of the hypotheses the most likely, and those not much less likely. Contacts do not jump: of these only what was reported before, where any of it is left, so that
+/// there are fewer and fewer until all are refuted.
+void ContactEstimator::choose_reported() {
+  std::size_t kept = 0;
+  const double margin = options_.score_margin * sense_.noise * sense_.noise;
+  while (kept < std::min(hypotheses_.size(), at(options_.max_candidates)) &&
+         hypotheses_[kept].objective <= hypotheses_[0].objective + margin)
+    ++kept;
+  hypotheses_.resize(kept);
+  const auto is_new = [&](const sensing::ContactSet& set) {
+    return std::any_of(set.contacts.begin(), set.contacts.begin() + set.count, [&](const auto& p) { return find_tracked(p) == nullptr; });
+  };
+  if (!std::all_of(hypotheses_.begin(), hypotheses_.end(), is_new)) std::erase_if(hypotheses_, is_new);
+}
+
+/// A Kalman filter of each offset: a random walk over the way that the arm moves, measured where nothing touches it, by torques whose noise has a memory. At rest
+/// it soon learns nothing, so that a force that holds on is not forgotten.                                                                    (C.13)
+void ContactEstimator::learn_offset(VectorRef q, double dt) {
+  Tare& t = tare_;
+  const double b2 = options_.bias * options_.bias, memory = options_.lag + time_constant_;
+  if (t.time > 0) t.variance = std::min(kMost * b2, t.variance + b2 * (q - t.q).norm());
+  t.q = q;
+  t.time += dt;
+  const bool free = !t.ready || (tau_ - t.offset).cwiseAbs().maxCoeff() < sense_.threshold.value_or(4 * sense_.noise);
+  t.ready = t.ready || t.time >= 5 * memory;
+  if (!free) return;
+  const double gain = t.variance / (t.variance + white_ * white_ * (1 + 2 * memory / dt));
+  t.offset += gain * (tau_ - t.offset);
+  t.variance *= 1 - gain;
+}
+
+/// Candidates for the torques less their offsets, and the noise that is left.
+void ContactEstimator::sense(VectorRef q, double dt) {
+  external_ = tau_;
+  sense_.noise = white_;
+  if (options_.bias > 0) {
+    sense_.noise = std::hypot(white_, std::sqrt(tare_.variance));
+    learn_offset(q, dt);
+    sense_.noise = std::hypot(white_, std::sqrt(tare_.variance));
+    if (tare_.ready) {
+      external_ -= tare_.offset;
+    } else {
+      external_.setZero();
+    }
+  }
+  sensing::sense(*sensor_, {.q = q_full_, .tau = external_, .last = &last_}, sense_, work_, sensed_);
+}
+
+std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, VectorRef tau, VectorRef q_now, double dt) {
+  const world::Model& model = sensor_->model();
+  const Eigen::Index n = model.n_a();
+  core::require_size("q", q.size(), n);
+  core::require_size("q_now", q_now.size(), n);
+  core::require_size("tau", tau.size(), n);
+  core::require_finite("q_now", std::span(q_now.data(), at(static_cast<int>(n))));
+  core::require_positive("dt", dt);
+  since_sample_ += dt;
+  if (!q.allFinite() || !tau.allFinite()) {
+    ++missed_;
+    place(q_now);
+    return contacts_;
+  }
+  missed_ = 0;
+  take_sample(q, tau, std::exchange(since_sample_, 0));
+  report();
+  place(q_now);
+  return contacts_;
+}
+
+/// Hypotheses that explain the torques as they are after a sample. @param dt  since the one before [s]
+void ContactEstimator::take_sample(VectorRef q, VectorRef tau, double dt) {
+  tau_ += dt / (time_constant_ + dt) * (tau - tau_);
+  q_full_.tail(q.size()) = q;
+  sense(q, dt);
+
+  tracked_before_.swap(tracked_);
+  rank_singles();
+  find_sets();
+  choose_reported();
+}
+
+/// The contacts of all hypotheses, under the numbers that they had.
+void ContactEstimator::report() {
+  tracked_.clear(), contacts_.clear();
+  for (int s = 0; s < static_cast<int>(hypotheses_.size()); ++s)
+    for (int i = 0; i < hypotheses_[at(s)].count; ++i) {
+      const sensing::ContactPoint& point = hypotheses_[at(s)].contacts[at(i)];
+      Tracked* before = find_tracked(point);
+      const int id = before != nullptr ? before->id : next_id_++;
+      if (before != nullptr) before->taken = true;
+      tracked_.push_back({id, point});
+      contacts_.push_back({.id = id, .body = bodies_[at(point.link)], .alternative = hypotheses_.size() > 1, .set = s});
+    }
+}
+
+/// Contacts have moved on with their links.
+void ContactEstimator::place(VectorRef q_now) {
+  const world::Model& model = sensor_->model();
+  q_full_.tail(model.n_a()) = q_now;
+  world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const world::Pose& X_WB = kinematics_.X_WB[at(contacts_[i].body)];
+    contacts_[i].p_WC = X_WB * tracked_[i].point.p_L;
+    contacts_[i].force_W = X_WB.R * tracked_[i].point.f_L;
+  }
+}
+
+}  // namespace stiction::execution

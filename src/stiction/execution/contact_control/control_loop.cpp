@@ -1,0 +1,224 @@
+#include "stiction/execution/contact_control/control_loop.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <optional>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/processor_time.hpp"
+#include "stiction/simulation/driven_plant.hpp"
+
+namespace stiction::execution {
+
+using core::Status;
+
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+/// With estimated contacts (5.28) knows of a force the lag of observer, low-pass, delay and tick later, in which the command of a reference that asks for R λ_max
+/// adds R λ_max lag/T_w of force: a share of the bound, for T_w = w_max h. An error of a share of the least force that counts is none of noise.   (C.14)
+control::ControllerOptions make_controller_options(const ControlScenario& scenario, double filter) {
+  constexpr double kDemand = 4, kShare = 0.125, kOfThreshold = 0.2;  // R, and the shares
+  control::ControllerOptions out = scenario.controller;
+  if (out.law == control::Law::ForceEquality) out = control::make_early_form(out);
+  if (scenario.contacts == ContactSource::True) return out;
+  const double lag = scenario.observer.time_constant + filter + scenario.delay + scenario.period;
+  out.damping.largest = kDemand / kShare * lag / out.damping.period;
+  out.damping.force_scale = kOfThreshold * out.force_threshold;
+  const ContactEstimatorOptions& e = scenario.estimator;  // all that it tells, and as many walls
+  out.max_contacts = std::clamp(2 * e.max_contacts * e.max_candidates, out.max_contacts, control::kMaxContacts);
+  return out;
+}
+
+/// What f() takes of this thread [s].
+template <class F>
+double time_of(F&& f) {
+  const double started = core::processor_time(CLOCK_THREAD_CPUTIME_ID);
+  f();
+  return core::processor_time(CLOCK_THREAD_CPUTIME_ID) - started;
+}
+
+}  // namespace
+
+struct ControlLoop::Impl {
+  /// What is known a delay later.
+  struct Measured {
+    Eigen::VectorXd q, external;
+    std::vector<control::ContactForce> contacts;
+  };
+
+  Impl(const ControlScenario& s, std::shared_ptr<const world::Model> world_model)
+      : scenario(s),
+        model(*s.model),
+        world(*world_model),
+        plant(simulation::Plant::make(world_model, s.plant), s.impedance, is_estimated() ? std::optional(s.observer) : std::nullopt),
+        estimator(is_estimated() ? std::make_optional<ContactEstimator>(s.model, make_estimator_options(s)) : std::nullopt),
+        controller(s.model, make_controller_options(s, estimator ? estimator->time_constant() : 0)),
+        kinematics_work(model) {
+    core::require_size("world: joints", world.n_a(), model.n_a());
+    core::require_size("world: configuration", world.n_q(), model.n_q());
+    Eigen::VectorXd q = model.neutral();
+    q.tail(model.n_a()) = s.start;
+    plant.reset(q);
+    controller.configure(s.start);
+    q_cmd = s.start;
+    if (s.tool >= 0) X_WT_start = calc_tool_pose();
+    if (s.hand.body >= 0) X_WL_start = calc_pose(s.hand.body);
+  }
+
+  bool is_estimated() const { return scenario.contacts == ContactSource::Estimated; }
+
+  world::Pose calc_pose(int body) {
+    world::calc_kinematics(model, plant.q(), kinematics_work, kinematics);
+    return kinematics.X_WB[at(body)];
+  }
+
+  world::Pose calc_tool_pose() { return calc_pose(scenario.tool) * scenario.X_BT; }
+
+  world::Pose calc_tool_reference(const Eigen::VectorXd& reference) const {
+    const Eigen::Vector3d turn = reference.tail<3>();
+    const double angle = turn.norm();
+    const Eigen::Matrix3d R = angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
+    return {R * X_WT_start.R, X_WT_start.p + reference.head<3>()};
+  }
+
+  /// Forces on robots by anything else.
+  void read_contacts() {
+    contacts.clear(), forces.clear();
+    for (const simulation::PairForce& f : plant.forces()) {
+      const world::Pair& pair = world.pairs()[at(f.pair)];
+      const int body_a = world.geometries()[at(pair.geometry_a)].body, body_b = world.geometries()[at(pair.geometry_b)].body;
+      const bool a_is_robot = world.bodies()[at(body_a)].kind == world::BodyKind::Robot;
+      const bool b_is_robot = world.bodies()[at(body_b)].kind == world::BodyKind::Robot;
+      if (a_is_robot == b_is_robot || !(f.force_W.norm() > 0)) continue;
+      simulation::PairForce on_robot = f;
+      if (b_is_robot) on_robot.force_W = -f.force_W;  // it is given as acting on A
+      forces.push_back(on_robot);
+      contacts.push_back({.id = f.pair, .body = a_is_robot ? body_a : body_b, .p_WC = f.p_WC, .force_W = on_robot.force_W});
+    }
+  }
+
+  /// The hand, until the next tick, and its force among those on the robot.
+  void press() {
+    if (scenario.hand.body < 0) return;
+    const world::Pose X_WL = calc_pose(scenario.hand.body);
+    const auto push = calc_push(scenario.hand, X_WL_start, X_WL, time);
+    plant.set_push(push);
+    if (push.force_W.isZero(0)) return;
+    const Eigen::Vector3d p_W = X_WL * push.p_BP;
+    forces.push_back({.normal = push.force_W.norm(), .force_W = push.force_W, .p_WC = p_W});
+    contacts.push_back({.id = static_cast<int>(world.pairs().size()), .body = push.body, .p_WC = p_W, .force_W = push.force_W});
+  }
+
+  /// What is known of contacts after the delay: as a skin would measure them, or from torques.
+  void measure() {
+    const Eigen::VectorXd q = plant.q().tail(model.n_a());
+    measured.push_back({q, plant.observed(), contacts});
+    const auto delay = static_cast<std::size_t>(std::lround(scenario.delay / scenario.period));
+    if (measured.size() > delay + 1) measured.pop_front();
+    if (measured.size() <= delay) {
+      reported.clear();
+      return;
+    }
+    const Measured& m = measured.front();
+    if (!is_estimated()) {
+      reported = m.contacts;
+      return;
+    }
+    sense_s.push_back(time_of([&] {
+      const auto estimated = estimator->update(m.q, m.external, q, scenario.period);
+      reported.assign(estimated.begin(), estimated.end());
+    }));
+  }
+
+  void command(const Eigen::VectorXd& reference, ControlSample& out) {
+    control::ToolReference tool;
+    const Eigen::VectorXd q = plant.q().tail(model.n_a());
+    control::ControllerState state{.time = time, .q = q, .q_ref = scenario.tool >= 0 ? scenario.start : reference, .contacts = reported};
+    if (scenario.tool >= 0) {
+      tool = {.body = scenario.tool, .X_BT = scenario.X_BT, .X_WT = calc_tool_reference(reference)};
+      state.tool = &tool;
+    }
+    const control::ControllerCommand* command = nullptr;
+    update_s.push_back(time_of([&] { command = &controller.update(state, scenario.period); }));
+    if (command->status != Status::Solved) ++unsolved;
+    record(q, reference, tool, *command, out);
+    q_cmd = command->q_cmd;
+  }
+
+  void record(const Eigen::VectorXd& q, const Eigen::VectorXd& reference, const control::ToolReference& tool,
+              const control::ControllerCommand& command, ControlSample& out) {
+    out = {.time = time,
+           .q = q,
+           .q_cmd = command.q_cmd,
+           .reference = reference,
+           .torque = plant.torque(),
+           .forces = forces,
+           .reported = reported};
+    for (const auto& f : forces) out.largest_force = std::max(out.largest_force, f.force_W.norm());
+    out.speed = plant.v().tail(model.n_a()).norm();
+    if (scenario.tool >= 0) {
+      const world::Pose X_WT = calc_tool_pose();
+      out.error = (tool.X_WT.p - X_WT.p).norm();
+      out.angle_error = std::abs(Eigen::AngleAxisd(tool.X_WT.R * X_WT.R.transpose()).angle());
+    } else {
+      out.error = (q - reference).norm();
+    }
+    if (scenario.controller.law == control::Law::ContactAware) {
+      for (Eigen::Index i = 0; i < command.qp.lambda.size(); ++i) {
+        out.bounded = out.bounded || command.qp.lambda[i] > (1 - 1e-3) * command.bound[i];
+        out.slack = std::max(out.slack, command.qp.slack[i]);
+      }
+    } else {
+      out.bounded = !command.taken.empty();
+    }
+  }
+
+  const ControlScenario& scenario;
+  const world::Model &model, &world;
+  simulation::DrivenPlant plant;
+  std::optional<ContactEstimator> estimator;
+  control::ContactController controller;
+  world::KinematicsWorkspace kinematics_work;
+  world::Kinematics kinematics;
+  world::Pose X_WT_start, X_WL_start;  ///< of the tool, and of the link that a hand presses on
+  Eigen::VectorXd q_cmd;
+  std::deque<Measured> measured;  ///< the oldest is what the controller is told of
+  std::vector<control::ContactForce> contacts, reported;
+  std::vector<simulation::PairForce> forces;
+  std::vector<double> update_s, sense_s;
+  double time = 0;
+  long ticks = 0;
+  int unsolved = 0;
+};
+
+ControlLoop::ControlLoop(const ControlScenario& scenario, std::shared_ptr<const world::Model> world)
+    : impl_(std::make_unique<Impl>(scenario, std::move(world))) {}
+ControlLoop::~ControlLoop() = default;
+ControlLoop::ControlLoop(ControlLoop&&) noexcept = default;
+
+Status ControlLoop::tick(const Eigen::VectorXd& reference, ControlSample& out) {
+  Impl& loop = *impl_;
+  loop.read_contacts();
+  loop.press();
+  loop.measure();
+  loop.command(reference, out);
+  loop.time = static_cast<double>(++loop.ticks) * loop.scenario.period;
+  return loop.plant.advance(loop.q_cmd, loop.scenario.period);
+}
+
+double ControlLoop::time() const { return impl_->time; }
+const Eigen::VectorXd& ControlLoop::q() const { return impl_->plant.q(); }
+const world::Model& ControlLoop::world() const { return impl_->world; }
+const std::string& ControlLoop::message() const { return impl_->plant.message(); }
+double ControlLoop::lag() const {
+  return impl_->estimator ? impl_->scenario.observer.time_constant + impl_->estimator->time_constant() : 0;
+}
+int ControlLoop::unsolved_ticks() const { return impl_->unsolved; }
+const std::vector<double>& ControlLoop::update_times() const { return impl_->update_s; }
+const std::vector<double>& ControlLoop::sense_times() const { return impl_->sense_s; }
+
+}  // namespace stiction::execution

@@ -1,0 +1,102 @@
+#include "stiction/execution/open_loop/drag_lead.hpp"
+
+#include <algorithm>
+
+#include "stiction/world/object_space.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::execution {
+namespace {
+
+using core::Status;
+
+/// Of the stiff robot, times that of the robot.
+constexpr double kStiffer = 1e3;
+/// An object follows that is off its step by at most this share of it, in the norm of its damping, or by what counts as no motion.
+constexpr double kOff = 0.2;
+/// The speed is halved so often at most.
+constexpr int kHalvings = 4;
+constexpr double kLeastSpeed = 1.0 / 16;
+/// Of their effort motors give to what is planned and to damping.
+constexpr double kEffortShare = 0.8;
+
+std::shared_ptr<const world::Model> make_stiff(const world::Model& model) {
+  world::Scene scene = model.scene();
+  for (auto& robot : scene.robots) robot.stiffness.clear();
+  for (int j = 0; j < model.n_a(); ++j) {
+    const world::Dof& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
+    const std::string joint = dof.name.substr(dof.name.find('/') + 1);
+    scene.robots[static_cast<std::size_t>(dof.owner)].stiffness.emplace_back(joint, kStiffer * model.stiffness()[j]);
+  }
+  return world::Model::make(scene);
+}
+
+/// D_i = M_ii/τ (E.7) of objects on joints: what they rest on, which is not in the scene, stops them in τ.
+Eigen::VectorXd calc_support_damping(const world::Model& model) {
+  Eigen::VectorXd damping = Eigen::VectorXd::Zero(model.n_v());
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, model.neutral(), work, kinematics);
+  for (std::size_t i = 0; i < model.objects().size(); ++i) {
+    if (model.scene().objects[i].joint == world::ObjectJoint::Free) continue;
+    const auto& object = model.objects()[i];
+    Eigen::MatrixXd M(object.n_v, object.n_v);
+    world::calc_object_mass(model, kinematics, static_cast<int>(i), M);
+    damping.segment(object.v_begin, object.n_v) = M.diagonal() / kRestTime;
+  }
+  return damping;
+}
+
+}  // namespace
+
+bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
+  const double least = world::share::kMotionless;
+  return world::largest_share(model, delta.head(model.n_vu()), least * model.scales().robots().length, least) < 1;
+}
+
+DragLead::DragLead(std::shared_ptr<const world::Model> model)
+    : model_(std::move(model)), damping_(calc_support_damping(*model_)), stiff_(acts() ? make_stiff(*model_) : model_), work_(stiff_) {}
+
+bool DragLead::follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const {
+  const auto norm = [&](const Eigen::VectorXd& x) { return x.dot(damping_.cwiseProduct(x)); };
+  const Eigen::VectorXd off = delta - planned;
+  return norm(off) <= kOff * kOff * norm(planned) || moves_nothing(*model_, off);
+}
+
+double DragLead::speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const {
+  double speed = 1;
+  for (int j = 0; j < model_->n_a(); ++j) {
+    const double room = kEffortShare * model_->effort()[j] / model_->stiffness()[j] - std::abs(strain[j]);
+    if (std::abs(lead[j]) * speed > room) speed = room / std::abs(lead[j]);
+  }
+  return speed;
+}
+
+DragLead::Lead DragLead::calc(const planning::Plan& plan, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& q_next,
+                              double duration) {
+  Lead out{Eigen::VectorXd::Zero(model_->n_a()), 1};
+  const Eigen::VectorXd strain = u - q_next.tail(model_->n_a());
+  const Eigen::VectorXd u_s = q_next.tail(model_->n_a()) + strain / kStiffer;
+  dynamics::StepOptions options = plan.step;
+  options.smoothing = dynamics::Exact{};
+  options.with_A = options.with_B = options.effort_limits = false;
+  const auto step = [&](const Eigen::VectorXd* damping) {
+    work_.forget();
+    return dynamics::step(*stiff_, {q, u_s, nullptr, damping}, options, work_, result_) == Status::Solved;
+  };
+  // The regularisation of the plan, which the stiff robot would raise.
+  if (const auto* rule = std::get_if<dynamics::ByRule>(&options.regularisation))
+    options.regularisation = dynamics::ByRule{rule->ratio / kStiffer};
+  if (!step(nullptr)) return out;
+  const Eigen::VectorXd free = result_.delta;
+  for (int k = 0; k <= kHalvings; ++k, out.speed /= 2) {
+    const Eigen::VectorXd damping = out.speed * options.h / duration * damping_;
+    if (!step(&damping)) continue;
+    out.strain = kStiffer * (free - result_.delta).tail(model_->n_a()) / out.speed;
+    if (follows(result_.delta, free)) break;
+  }
+  out.speed = std::clamp(out.speed, kLeastSpeed, std::max(kLeastSpeed, speed_within_efforts(strain, out.strain)));
+  return out;
+}
+
+}  // namespace stiction::execution

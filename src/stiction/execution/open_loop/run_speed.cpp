@@ -1,0 +1,121 @@
+#include "stiction/execution/open_loop/run_speed.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/open_loop/speed_limits.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::execution {
+namespace {
+
+using world::Model;
+
+/// Way that an object coasts, trails its plan or falls while springs take it up [L].
+constexpr double kCoast = 0.05;
+/// Of what objects on joints rest on is not known: so much of their lag is not led.
+constexpr double kUnknownDrag = 0.3;
+/// Rest times of an object on a joint in which its speed changes.
+constexpr double kStartTimes = 4;
+/// Of its effort a motor spends on the inertia of what it moves.
+constexpr double kInertiaShare = 0.5;
+
+bool is_free(const Model& model, int object) {
+  return model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Free;
+}
+
+/// The least μ of what may touch an object, that stops it; 1 where nothing has friction.
+double least_friction(const Model& model, int object) {
+  const int body = model.objects()[static_cast<std::size_t>(object)].body;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& pair : model.pairs()) {
+    const bool touches = model.geometries()[static_cast<std::size_t>(pair.geometry_a)].body == body ||
+                         model.geometries()[static_cast<std::size_t>(pair.geometry_b)].body == body;
+    if (touches && pair.friction > 0) least = std::min(least, pair.friction);
+  }
+  return std::isfinite(least) ? least : 1.0;
+}
+
+/// v² = 2 μ g s L of what friction stops, v (τ + δ T_f) = s L of what is damped.                                                        (E.13)
+double calc_object_speed(const Model& model, int object) {
+  const double way = kCoast * model.scales().object(object).length;
+  if (is_free(model, object)) return std::sqrt(2 * least_friction(model, object) * kGravity * way);
+  return way / (kRestTime + kUnknownDrag * calc_follow_time(model, object));
+}
+
+/// A spring K_a on the inertia M of its joint trails by M q̈/K_a, and after a jump Δq̇ of its speed by at most Δq̇/(e ω), ω² = K_a/M. Both stay within the room
+/// at the reach of the joint, and within what the motor gives.                                                                           (E.18)
+void set_free_motion(const Model& model, RunSpeeds& out) {
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, model.neutral(), work, kinematics);
+  const Eigen::VectorXd omega_squared = model.stiffness().cwiseQuotient(world::calc_joint_inertia(model, kinematics));
+  out.room = world::share::kClearance * model.scales().robots().length;
+  out.most_room = kInertiaShare * model.effort().cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
+  const Eigen::VectorXd trail = out.most_room.cwiseMin(out.room).cwiseQuotient(model.reach());
+  out.acceleration = omega_squared.cwiseProduct(trail);
+  out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(trail);
+}
+
+/// Time that goes `share` times as fast: springs and inertia have less to say.
+void slow_down(double share, RunSpeeds& out) {
+  out.object *= share;
+  out.push *= share;
+  out.most *= share;
+  out.springs *= share;
+  out.acceleration *= share * share;
+  out.jump *= share;
+}
+
+}  // namespace
+
+void RunSpeeds::validate(const Model& model) const {
+  for (const auto& [name, values] : {std::pair("speed.push", &push),
+                                     {"speed.most", &most},
+                                     {"speed.springs", &springs},
+                                     {"speed.acceleration", &acceleration},
+                                     {"speed.jump", &jump},
+                                     {"speed.most_room", &most_room}}) {
+    core::require_size(name, values->size(), model.n_a());
+    for (const double v : *values) {
+      if (!(v > 0)) core::throw_invalid(name, fmt::format("{:g}", v), "numbers > 0");
+    }
+  }
+  core::require_positive("speed.factor", factor);
+  core::require_positive("speed.object", object);
+  core::require_positive("speed.room", room);
+  core::require_nonnegative("speed.start_time", start_time);
+}
+
+double calc_follow_time(const Model& model, int object) {
+  if (is_free(model, object)) return 0;
+  return model.objects()[static_cast<std::size_t>(object)].carried_mass / (kRestTime * model.scales().softest_stiffness());
+}
+
+RunSpeeds calc_run_speeds(const Model& model, int object, double factor) {
+  core::require_positive("speed", factor);
+  const double speed = std::max(factor, 1.0) * calc_object_speed(model, object), way = kCoast * model.scales().object(object).length;
+  SpeedLimits limits;
+  limits.load_time = std::sqrt(2 * way / kGravity);
+  RunSpeeds out;
+  out.factor = factor;
+  out.object = speed;
+  out.most = model.speed_limit();
+  out.springs = limits.of_springs(model);
+  out.start_time = is_free(model, object) ? 0 : kStartTimes * kRestTime;
+  out.push.resize(model.n_a());
+  for (int j = 0; j < model.n_a(); ++j) {
+    const bool turns = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].kind == world::DofKind::Revolute;
+    out.push[j] = std::min(turns ? speed / model.reach()[j] : speed, out.most[j]);
+  }
+  set_free_motion(model, out);
+  slow_down(std::min(factor, 1.0), out);
+  return out;
+}
+
+}  // namespace stiction::execution

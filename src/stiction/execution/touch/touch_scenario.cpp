@@ -1,0 +1,53 @@
+#include "stiction/execution/touch/touch_scenario.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "stiction/contact/contact.hpp"
+#include "stiction/contact/contact_sampler.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/world/robot_chains.hpp"
+
+namespace stiction::execution {
+
+namespace {
+
+constexpr std::uint64_t kPlaceStream = 1;  ///< of random numbers; the observer has 0 of the same seed
+
+/// The first fixed body that the arm touches at `q_a`; empty: none.
+std::string find_touched(const world::Model& model, const Eigen::VectorXd& q_a) {
+  contact::GeometryWorkspace work(model);
+  Eigen::VectorXd q = model.neutral();
+  q.tail(model.n_a()) = q_a;
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  const world::RobotChains chains(model);
+  chains.pairs_of(chains.all(), work.pairs);
+  contact::query_pairs(model, work.kinematics, work.pairs, 0, work.contact_work, work.contacts);
+  if (work.contacts.empty()) return "";
+  const world::Pair& pair = model.pairs()[static_cast<std::size_t>(work.contacts.front().pair)];
+  return model.geometries()[static_cast<std::size_t>(pair.geometry_b)].name;
+}
+
+}  // namespace
+
+std::shared_ptr<const world::Model> make_world(const TouchScenario& scenario, std::uint64_t seed) {
+  world::Scene scene = scenario.arm.model->scene();
+  core::Random random(seed, kPlaceStream);
+  for (const UnknownBody& unknown : scenario.unknown) {
+    world::FixedSpec body = unknown.body;
+    for (int i = 0; i < 3; ++i) body.X_WB.p[i] += unknown.position_spread[i] * random.uniform(-1, 1);
+    const double yaw = unknown.yaw_spread * random.uniform(-1, 1);
+    body.X_WB.R = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * body.X_WB.R;
+    scene.fixed.push_back(std::move(body));
+  }
+  auto model = world::Model::make(scene);
+  if (const std::string touched = find_touched(*model, scenario.arm.start); !touched.empty())
+    core::throw_invalid(scenario.arm.file.empty() ? "start" : fmt::format("{}: start", scenario.arm.file.string()),
+                        fmt::format("a posture that touches '{}' (seed {})", touched, seed), "one that touches nothing");
+  return model;
+}
+
+}  // namespace stiction::execution
