@@ -15,6 +15,9 @@
 #include "bindings.hpp"
 #include "stiction/core/version.hpp"
 #include "stiction/dynamics/local_model.hpp"
+#include "stiction/tasks/lint.hpp"
+#include "stiction/world/robot_tree.hpp"
+#include "stiction/world/yaml.hpp"
 
 // Values are pickled and copied as the bytes of all their fields. boost::pfr lists the fields, so that a new one cannot be forgotten. Models, sensors,
 // plans and tasks that a value shares with others are Python objects beside the bytes: pickle writes each of them once.
@@ -83,6 +86,10 @@ class Writer {
       std::visit([this](const auto& which) { put(which); }, value);
     } else if constexpr (is_a<T, std::shared_ptr>) {
       put_shared(value);
+    } else if constexpr (std::is_same_v<T, world::YamlNode>) {
+      // What lint reads of a file stays with the file.
+    } else if constexpr (std::is_same_v<T, tasks::Finding>) {
+      put_all(value.kind, value.message, value.where, value.names, value.p_W, value.amount);  // boost::pfr takes no optional vector
     } else if constexpr (std::is_same_v<T, dynamics::ImpulseDerivatives>) {
       put(value.size());
       for (std::size_t i = 0; i < value.size(); ++i) put(Eigen::MatrixXd(value[i]));
@@ -95,6 +102,11 @@ class Writer {
       static_assert(std::is_aggregate_v<T>, "no value: its fields cannot be listed");
       boost::pfr::for_each_field(value, [this](const auto& field) { put(field); });
     }
+  }
+
+  template <class... Fields>
+  void put_all(const Fields&... fields) {
+    (put(fields), ...);
   }
 
   nb::tuple state() const {
@@ -174,6 +186,10 @@ class Reader {
       get_alternative(value, get_size(), std::make_index_sequence<std::variant_size_v<T>>());
     } else if constexpr (is_a<T, std::shared_ptr>) {
       get_shared(value);
+    } else if constexpr (std::is_same_v<T, world::YamlNode>) {
+      value = {};
+    } else if constexpr (std::is_same_v<T, tasks::Finding>) {
+      get_all(value.kind, value.message, value.where, value.names, value.p_W, value.amount);
     } else if constexpr (std::is_same_v<T, dynamics::ImpulseDerivatives>) {
       const std::size_t size = get_size();
       for (std::size_t i = 0; i < size; ++i) {
@@ -189,6 +205,11 @@ class Reader {
     } else {
       boost::pfr::for_each_field(value, [this](auto& field) { get_into(field); });
     }
+  }
+
+  template <class... Fields>
+  void get_all(Fields&... fields) {
+    (get_into(fields), ...);
   }
 
  private:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 import enum
 import os
 import pathlib
-from typing import Annotated, Any, overload
+from typing import Annotated, Any, Self, overload
 
 import numpy
 import numpy.typing
@@ -70,6 +70,10 @@ class Pose:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class BodyKind(enum.Enum):
     """What moves a body."""
 
@@ -98,6 +102,10 @@ class Body:
     @property
     def dofs(self) -> list[int]:
         """velocity indices that move it"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class RobotLink:
     """A link of a robot, and what it hangs on."""
@@ -141,6 +149,10 @@ class Geometry:
         Largest normal force that it bears from one other geometry [N], infinite where there is no limit
         """
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Pair:
     """Two geometries that may touch, as indices into Model.geometries."""
 
@@ -156,6 +168,10 @@ class Pair:
     @property
     def max_distance(self) -> float:
         """[m]"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Dof:
     """A coordinate: of an object, or a joint of a robot."""
@@ -196,6 +212,10 @@ class Dof:
         Viscous friction of a hinge, slider or robot joint [N m s/rad or N s/m], in simulation only
         """
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class ObjectInfo:
     """Where the coordinates of an object stand in q and v."""
 
@@ -225,6 +245,10 @@ class ObjectInfo:
     def mass(self) -> float:
         """[kg]"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Kinematics:
     """Poses of all bodies and axes of all coordinates at one configuration."""
 
@@ -239,6 +263,10 @@ class Kinematics:
     def origin_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3, None), order='F')]:
         """a point on each axis [m] (3, n_v)"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Scene:
     """What there is, as a scene file says."""
 
@@ -252,6 +280,10 @@ class Scene:
     @property
     def contact_distance(self) -> float:
         """[m]"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 @overload
 def load_scene(file: str | os.PathLike) -> Scene:
@@ -298,7 +330,7 @@ class Model:
     def make(scene: Scene) -> Model:
         """The model of a scene. Raises InvalidInput."""
 
-    def __reduce__(self) -> tuple: ...
+    def __reduce__(self) -> tuple[object, ...]: ...
 
     @property
     def scene(self) -> Scene: ...
@@ -420,6 +452,10 @@ class Model:
 
     def __repr__(self) -> str: ...
 
+    def __copy__(self) -> Self: ...
+
+    def __deepcopy__(self, memo: object, /) -> Self: ...
+
 class ContactImpulse:
     """
     One contact of a step; the impulse acts on geometry a, its opposite on b.
@@ -501,6 +537,10 @@ class ContactImpulse:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Residuals:
     """How far a solution is from the conditions of optimality."""
 
@@ -515,6 +555,10 @@ class Residuals:
 
     @property
     def cone(self) -> float: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class StepResult:
     """What a step came to."""
@@ -595,6 +639,10 @@ class StepResult:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class LocalModel:
     """q_next(q ⊕ δq, u + δu) ≈ c ⊕ (A δq + B δu)."""
 
@@ -615,6 +663,10 @@ class LocalModel:
     def failed(self) -> int:
         """samples whose step had no solution"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Knot:
     """State after one sub-step."""
 
@@ -627,6 +679,10 @@ class Knot:
     @property
     def contacts(self) -> list[ContactImpulse]:
         """the active ones"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class RolloutResult:
     """Sub-steps of one motion of the command."""
@@ -648,12 +704,20 @@ class RolloutResult:
     def min_phi(self) -> float:
         """[m]"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Exact:
     """The contact dynamics themselves (2.6)."""
 
     def __init__(self) -> None: ...
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Analytic:
     """
@@ -673,6 +737,10 @@ class Analytic:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class RandomizedFirstOrder:
     """Averages of exact steps and their derivatives (2.22)."""
 
@@ -689,6 +757,10 @@ class RandomizedFirstOrder:
 
     @property
     def seed(self) -> int: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class RandomizedZerothOrder:
     """Least-squares fit to exact steps (2.23)."""
@@ -707,6 +779,10 @@ class RandomizedZerothOrder:
     @property
     def seed(self) -> int: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class ByRule:
     """
     Regularisation of the objects in units of the springs, > 0 (docs/theory/step.md).
@@ -719,6 +795,10 @@ class ByRule:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class FixedEpsilon:
     """Regularisation of the objects, 1 for their true mass, > 0 (2.6c)."""
 
@@ -729,12 +809,20 @@ class FixedEpsilon:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class SecondOrderCone:
     """Friction of spatial models; planar ones have two rays, which is exact."""
 
     def __init__(self) -> None: ...
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class PolyhedralCone:
     """A pyramid of rays inside the friction cone, in [3, 64]."""
@@ -745,6 +833,10 @@ class PolyhedralCone:
     def rays(self) -> int: ...
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class FrictionLaw(enum.Enum):
     """What a sliding contact does."""
@@ -765,7 +857,9 @@ class StepWorkspace:
     def forget(self) -> None:
         """drops warm starts, so that the next step depends on its input alone"""
 
-def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, with_B: bool = False, with_force_derivatives: bool = False, warm_start: bool = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepResult:
+    def __reduce__(self) -> tuple: ...
+
+def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, with_force_derivatives: bool | numpy.bool_ = False, warm_start: bool | numpy.bool_ = True, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepResult:
     """
     One quasi-static step: the configuration in which the robots' springs, commanded to u, and the contacts are in balance (2.6).
 
@@ -800,7 +894,7 @@ def step(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, 
     Raises InvalidInput by the name of the argument.
     """
 
-def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> LocalModel:
+def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, scheme: Exact | Analytic | RandomizedFirstOrder | RandomizedZerothOrder | None = None, tau_ext: numpy.typing.ArrayLike | None = None, damping: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, threads: int = 1, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> LocalModel:
     """
     Local model q_next(q + dq, u + du) ~ c + (A dq + B du) around q (n_q) and u (n_a) [m or rad], in tangent coordinates (2.4.1).
 
@@ -832,7 +926,7 @@ def calc_local_model(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.Ar
     Raises InvalidInput by the name of the argument.
     """
 
-def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutResult:
+def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.ArrayLike, u_end: numpy.typing.ArrayLike, *, joint_angle: float = 0.03, joint_travel: float = 0.01, slide: float = 0.001, max_substeps: int = 400, workspace: StepWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutResult:
     """
     Moves the command from u_start to u_end (n_a) [m or rad] in exact sub-steps from q (n_q).
 
@@ -903,7 +997,11 @@ class StepBatch:
 
     def __repr__(self) -> str: ...
 
-def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, with_A: bool = False, with_B: bool = False, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool = True, effort_limits: bool = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
+def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
     """
     step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
 
@@ -965,6 +1063,10 @@ class PairForce:
     def depth(self) -> float:
         """deepest penetration [m]"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class SimulationResult:
     """Samples of a second-order simulation."""
 
@@ -1006,6 +1108,10 @@ class SimulationResult:
     @property
     def wall_s(self) -> float: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Plant:
     """
     A model as MuJoCo simulates it; docs/theory/simulation.md says what follows from each argument.
@@ -1026,7 +1132,7 @@ class Plant:
     Raises InvalidInput by the name of the argument.
     """
 
-    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool = False, effort_limits: bool = False, joint_friction: bool = False) -> None: ...
+    def __init__(self, model: Model, *, timestep: float = 0.0002, damping_ratio: float = 1.0, armature: float = 0.0, spring_resolution: float = 1.0, time_constant: float = 0.002, friction_time_constant: float = 0.02, impedance: float = 0.95, friction_stiffening: float = 100.0, noslip_iterations: int = 0, friction_scale: float = 1.0, ground_softness: float = 2.5, velocity_reference: bool | numpy.bool_ = False, effort_limits: bool | numpy.bool_ = False, joint_friction: bool | numpy.bool_ = False) -> None: ...
 
     @property
     def timestep(self) -> float:
@@ -1039,6 +1145,8 @@ class Plant:
     @property
     def armature(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """(n_a) [kg or kg m^2]"""
+
+    def __reduce__(self) -> tuple: ...
 
 def simulate(plant: Plant, q0: numpy.typing.ArrayLike, times: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, v0: numpy.typing.ArrayLike | None = None, record_interval: float = 0.01, timeout_s: float | None = None) -> SimulationResult:
     """
@@ -1128,6 +1236,8 @@ class DrivenPlant:
     @property
     def message(self) -> str: ...
 
+    def __reduce__(self) -> tuple: ...
+
 class PlannerOptions:
     """
     Options of the planner. Each has the name and the value that it has in the section `planner` of a task file (tasks/schema/task.schema.json); dir() lists them.
@@ -1158,6 +1268,10 @@ class PlannerOptions:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 def planner_schema() -> dict[str, object]:
     """
     JSON schema of the section `planner` of a task file: every option with what it is, its unit and its range.
@@ -1184,6 +1298,10 @@ class Goal:
     def tol_angle(self) -> float:
         """[rad]"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class GoalError:
     """How far an object is from its goal."""
 
@@ -1196,6 +1314,10 @@ class GoalError:
         """[rad]"""
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Task:
     """A scene, a start, a goal and how to plan."""
@@ -1263,6 +1385,10 @@ class Task:
         x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other. Raises InvalidInput.
         """
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 def list_tasks() -> list[str]:
     """
     Names of the built-in tasks.
@@ -1312,6 +1438,10 @@ class Progress:
     @property
     def elapsed_s(self) -> float: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Growth:
     """Nodes that a tree gained since it was last told of."""
 
@@ -1341,6 +1471,10 @@ class Growth:
     def best_ratio(self) -> float:
         """how far that one is, in tolerances"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class TreeNode:
     """A node of the search tree."""
 
@@ -1367,6 +1501,10 @@ class TreeNode:
     @property
     def B_u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
         """their rows of B"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class PlanContact:
     """
@@ -1401,6 +1539,10 @@ class PlanContact:
         """signed distance before the sub-step [m]"""
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Trajectory:
     """
@@ -1437,6 +1579,10 @@ class Trajectory:
     def duration(self) -> float:
         """[s]"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 OPEN_LOOP_SPEED: float = 0.1
 
 def make_trajectory(plan: Plan, *, speed: float = 0.1, pause: float = 0.0) -> Trajectory:
@@ -1464,6 +1610,10 @@ class Segment:
     @property
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """(knots, n_a)"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Plan:
     """
@@ -1620,6 +1770,10 @@ class RefineResult:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 def refine(plan: Plan, *, options: PlannerOptions | dict | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None) -> RefineResult:
     """
     Makes a plan shorter and its regrasps wider (docs/theory/refinement.md).
@@ -1660,6 +1814,10 @@ class CheckItem:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class CheckReport:
     """What came of a check."""
 
@@ -1691,6 +1849,10 @@ class CheckReport:
     def wall_s(self) -> float: ...
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 def check_plan(plan: Plan) -> CheckReport:
     """
@@ -1766,6 +1928,10 @@ class PlanResult:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 def plan(task: Task, *, q_start: numpy.typing.ArrayLike | None = None, u_start: numpy.typing.ArrayLike | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, threads: int | None = None, timeout_s: float = 20.0, on_progress: Callable[[Progress], bool | None] | None = None, on_growth: Callable[[Growth], None] | None = None) -> PlanResult:
     """
     Plans a path of the object to the goal (Algorithms 2 and 3).
@@ -1806,6 +1972,10 @@ class CostTerms:
     @property
     def total(self) -> float: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class IterationLog:
     """What an iteration came to."""
 
@@ -1833,6 +2003,10 @@ class IterationLog:
 
     @property
     def elapsed_s(self) -> float: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class OptimizeResult:
     """The best trajectory of an optimisation."""
@@ -1866,7 +2040,11 @@ class OptimizeResult:
 
     def __repr__(self) -> str: ...
 
-def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], bool | None] | None = None) -> OptimizeResult:
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
+def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool | numpy.bool_ = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], bool | None] | None = None) -> OptimizeResult:
     """
     Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
 
@@ -1912,6 +2090,10 @@ class Finding:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 def lint(task: Task) -> list[Finding]:
     """
     Looks at a task without planning it: overlaps, objects that nothing supports, goals that nothing reaches, units that look wrong.
@@ -1949,6 +2131,10 @@ class SolveRun:
     @property
     def error(self) -> GoalError:
         """of the object at the end"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class SolveTry:
     """What became of one seed."""
@@ -1988,6 +2174,10 @@ class SolveTry:
     @property
     def simulate_s(self) -> float: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class SolveResult:
     """What became of all seeds."""
 
@@ -2006,6 +2196,10 @@ class SolveResult:
     def wall_s(self) -> float: ...
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 def solve(task: Task, *, options: PlannerOptions | dict | None = None, seed: int | None = None, tries: int = 20, friction: Sequence[float] = [1.0], speed: float = 0.1, threads: int = 0, timeout_s: float = 120.0, on_progress: Callable[[Progress], bool | None] | None = None) -> SolveResult:
     """
@@ -2064,10 +2258,16 @@ class PieceError:
 
     @property
     def normalised_position(self) -> float | None:
-        """None where the plan moves the object by less than 0.1 mm"""
+        """
+        None where the plan moves the object by less than a thousandth of its length
+        """
 
     @property
     def normalised_angle(self) -> float | None: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class PieceReport:
     """A push or a regrasp of a run beside its plan."""
@@ -2097,6 +2297,10 @@ class PieceReport:
     @property
     def alone(self) -> PieceError | None:
         """started from the planned state; None for regrasps"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class TransferResult:
     """A plan run open loop, beside what it predicts."""
@@ -2152,6 +2356,10 @@ class TransferResult:
     @property
     def wall_s(self) -> float: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class SpeedLimits:
     """
     Speeds of commands that are the same for any object and robot (E.1), (E.8), (E.9).
@@ -2181,7 +2389,11 @@ class SpeedLimits:
     def pause(self) -> float:
         """[s]"""
 
-def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool = True, hold: float = 4.0, whole: bool = True, alone: bool = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
+def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool | numpy.bool_ = True, hold: float = 4.0, whole: bool | numpy.bool_ = True, alone: bool | numpy.bool_ = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
     Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
@@ -2259,6 +2471,10 @@ class RunPlan:
     def reason(self) -> str:
         """what the planner said, where it found nothing"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class RunPiece:
     """What was carried out of a piece of a plan."""
 
@@ -2286,6 +2502,10 @@ class RunPiece:
     def given_up(self) -> bool:
         """it was too far off"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Measurement:
     """What a plant says of itself."""
 
@@ -2308,6 +2528,10 @@ class Measurement:
     def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """commands in force (n_a) [rad or m]"""
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class SimulatedPlant:
     """
     MuJoCo as a plant, at rest in the start of a task: what stands behind run() where no other does.
@@ -2320,6 +2544,8 @@ class SimulatedPlant:
 
     def command(self, u: numpy.typing.ArrayLike, period: float) -> bool:
         """Commands go straight to u (n_a) within period [s]. False: not taken."""
+
+    def __reduce__(self) -> tuple: ...
 
 class RunResult:
     """What came of bringing an object to its goal in closed loop."""
@@ -2408,6 +2634,10 @@ class RunResult:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
@@ -2472,7 +2702,7 @@ class ForceDampingOptions:
       forget_rate: alpha, in (0, 1]. Both are stated for ticks of `period` [s], > 0; other ticks slow down as much per second. printed: (5.29) as printed, an average of two ticks; else a low-pass.
     """
 
-    def __init__(self, *, largest: float = 5.0, force_scale: float = 5.0, forget_rate: float = 0.2, period: float = 0.005, printed: bool = False) -> None: ...
+    def __init__(self, *, largest: float = 5.0, force_scale: float = 5.0, forget_rate: float = 0.2, period: float = 0.005, printed: bool | numpy.bool_ = False) -> None: ...
 
     @property
     def largest(self) -> float: ...
@@ -2491,6 +2721,10 @@ class ForceDampingOptions:
     def printed(self) -> bool: ...
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class ContactForce:
     """
@@ -2524,6 +2758,10 @@ class ContactForce:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class ToolReference:
     """
     Where a point fixed in a link is to be.
@@ -2541,6 +2779,10 @@ class ToolReference:
 
     @property
     def X_WT(self) -> Pose: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class ControllerState:
     """
@@ -2571,6 +2813,10 @@ class ControllerState:
 
     @property
     def tool(self) -> ToolReference | None: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class ControllerCommand:
     """
@@ -2627,6 +2873,10 @@ class ControllerCommand:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class ContactController:
     """
     Commands of a stiffness-controlled robot with bounded contact forces, as ros2_control shapes one: configured once, then one
@@ -2659,7 +2909,7 @@ class ContactController:
         (Status.Solved, (7,))
     """
 
-    def __init__(self, model: Model, *, law: Law = Law.ContactAware, cost: TrackingCost = TrackingCost.Command, lambda_max: float = 15.0, force_threshold: float | None = None, force_time_constant: float = 0.05, release_time: float = 0.5, max_contacts: int = 8, revolute_speed: float = 1.5, prismatic_speed: float = 0.25, torque: numpy.typing.ArrayLike | None = None, posture_time_constant: float = 0.5, tool_length: float = 0.5, damping: ForceDampingOptions = ..., unilateral: bool = True, contact_compliance: float = 0.01, posture_weight: float = 0.001, epsilon: float = 0.001, least_lever: float = 0.01, force_priority: float = 1000000.0, unilateral_priority: float = 1000.0) -> None: ...
+    def __init__(self, model: Model, *, law: Law = Law.ContactAware, cost: TrackingCost = TrackingCost.Command, lambda_max: float = 15.0, force_threshold: float | None = None, force_time_constant: float = 0.05, release_time: float = 0.5, max_contacts: int = 8, revolute_speed: float = 1.5, prismatic_speed: float = 0.25, torque: numpy.typing.ArrayLike | None = None, posture_time_constant: float = 0.5, tool_length: float = 0.5, damping: ForceDampingOptions = ..., unilateral: bool | numpy.bool_ = True, contact_compliance: float = 0.01, posture_weight: float = 0.001, epsilon: float = 0.001, least_lever: float = 0.01, force_priority: float = 1000000.0, unilateral_priority: float = 1000.0) -> None: ...
 
     @property
     def model(self) -> Model: ...
@@ -2683,6 +2933,8 @@ class ContactController:
         A state that is not younger than the last one changes nothing: `held`. Raises InvalidInput: sizes, numbers that are not finite, dt <= 0,
         a link that is not the robot's.
         """
+
+    def __reduce__(self) -> tuple: ...
 
 class ContactSource(enum.Enum):
     """What a controller is told of contacts."""
@@ -2752,6 +3004,10 @@ class ControlScenario:
         """
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class ControlRunResult:
     """
@@ -2890,6 +3146,10 @@ class ControlRunResult:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 @overload
 def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
     """
@@ -2977,6 +3237,10 @@ class TouchScenario:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class TouchOutcome(enum.Enum):
     """How a touch run ended."""
 
@@ -3030,6 +3294,10 @@ class Touch:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class TouchRoute:
     """A way to the goal among what was known then."""
 
@@ -3051,6 +3319,10 @@ class TouchRoute:
     @property
     def wall_s(self) -> float:
         """that the search took"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class TouchResult:
     """What came of going to a posture among unknown things."""
@@ -3094,6 +3366,10 @@ class TouchResult:
         """
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 def load_touch_scenario(scenario: str | str | os.PathLike) -> TouchScenario:
     """
@@ -3171,6 +3447,10 @@ class SurfaceOptions:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class GaussNewton:
     """
     Levenberg-Marquardt on point and force together; steps in shares of the link's size.
@@ -3180,6 +3460,10 @@ class GaussNewton:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class SteepestDescent:
     """Algorithm 4 of the thesis (RSGD): steepest descent on the surface."""
 
@@ -3187,12 +3471,20 @@ class SteepestDescent:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class RejectionSampling:
     """The accepted samples as they are (4.9)."""
 
     def __init__(self) -> None: ...
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Detectability(enum.Enum):
     """
@@ -3224,6 +3516,10 @@ class DetectabilityMap:
     @property
     def full(self) -> int:
         """number of fully detectable samples"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Verdict(enum.Enum):
     """What torques say of contacts."""
@@ -3275,6 +3571,10 @@ class SensedLink:
         """diagonal of its bounding box [m]"""
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Candidate:
     """
@@ -3347,6 +3647,10 @@ class Candidate:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class Discrimination:
     """A small motion that tells candidates apart (4.13)."""
 
@@ -3373,6 +3677,10 @@ class Discrimination:
         """linear programs that were solved"""
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class SenseResult:
     """What torques say of one moment."""
@@ -3413,7 +3721,7 @@ class SenseResult:
         Distance of a known contact, p_L in the frame of a link [m] (3), from the nearest point that explains the torques [m]; inf where none is on that link.
         """
 
-    def discriminate(self, q: numpy.typing.ArrayLike, *, all: bool = False, joint_step: float = 0.05, travel: float | None = None, least: float = 0.1, sideways: float = 0.5) -> Discrimination:
+    def discriminate(self, q: numpy.typing.ArrayLike, *, all: bool | numpy.bool_ = False, joint_step: float = 0.05, travel: float | None = None, least: float = 0.1, sideways: float = 0.5) -> Discrimination:
         """
         The motion that pulls away from half of the candidates and pushes into the others, as nearly as can be (4.13): what becomes
         of the torques then refutes one half. Of those that explain, in their order; with `all` of all.
@@ -3427,6 +3735,10 @@ class SenseResult:
         """
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class Sensor:
     """
@@ -3540,6 +3852,14 @@ class Sensor:
         Raises InvalidInput by the name of the argument.
         """
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
+    def __copy__(self) -> Self: ...
+
+    def __deepcopy__(self, memo: object, /) -> Self: ...
+
 class BaseWrench:
     """
     What a force and moment sensor under the base of a robot measures of contacts.
@@ -3565,6 +3885,10 @@ class BaseWrench:
     @property
     def moment_noise(self) -> float:
         """[N m]"""
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 def calc_base_wrench(p_W: numpy.typing.ArrayLike, f_W: numpy.typing.ArrayLike) -> BaseWrench:
     """That of a force at a point: f_W [N] (3) at p_W [m] (3)."""
@@ -3600,6 +3924,10 @@ class SetContact:
         no motion of the points and forces that leaves all torques moves this point
         """
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 class ContactSet:
     """Contacts that make the torques together."""
 
@@ -3618,6 +3946,10 @@ class ContactSet:
         """
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class ContactSets:
     """What one measurement says of contacts at the same time."""
@@ -3651,6 +3983,10 @@ class ContactSets:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 def calc_contact_torque(model: Model, q: numpy.typing.ArrayLike, link: str, p_L: numpy.typing.ArrayLike, f_L: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
     """
     Torques (n_a) of a force on a link [N m; N] (Y.1).
@@ -3674,6 +4010,10 @@ class KnownContact:
         """on the robot [N] (3)"""
 
     def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
 
 class SensingScenario:
     """
@@ -3762,6 +4102,10 @@ class SensingScenario:
 
     def __repr__(self) -> str: ...
 
+    def __getstate__(self) -> tuple[object, ...]: ...
+
+    def __setstate__(self, state: tuple[object, ...], /) -> None: ...
+
 @overload
 def load_sensing_scenario(scenario: str | str | os.PathLike) -> SensingScenario:
     """
@@ -3790,3 +4134,12 @@ def sense(scenario: SensingScenario) -> list[SenseResult]:
 @overload
 def sense(scenario: str | str | os.PathLike) -> list[SenseResult]:
     """The same of load_sensing_scenario(scenario)."""
+
+class _SharedSensor:
+    def __reduce__(self) -> tuple[object, ...]: ...
+
+    def __copy__(self) -> Self: ...
+
+    def __deepcopy__(self, memo: object, /) -> Self: ...
+
+def _make_shared_sensor(model: Model, options: tuple) -> _SharedSensor: ...
