@@ -123,8 +123,9 @@ core::RunControl make_run_control(std::optional<double> budget_s) {
   return control;
 }
 
-void print_notes(const world::Model& model) {
-  for (const std::string& note : model.notes()) say(stderr, "note: {}\n", note);
+void print_notes(const tasks::Task& task) {
+  for (const std::string& note : task.model->notes()) say(stderr, "note: {}\n", note);
+  for (const std::string& note : task.notes) say(stderr, "note: {}\n", note);
 }
 
 ProgressLine::ProgressLine() : terminal_(::isatty(STDERR_FILENO) == 1) {}

@@ -24,6 +24,7 @@ struct Trajectory;
 }
 namespace stiction::tasks {
 struct Finding;
+struct Task;
 }
 namespace stiction::world {
 class Model;
@@ -110,8 +111,8 @@ const std::atomic<bool>& interrupted();
 /// Stops at a signal, and after the budget where there is one [s].
 core::RunControl make_run_control(std::optional<double> budget_s = std::nullopt);
 
-/// What the model took otherwise than its files say, a line each on stderr.
-void print_notes(const world::Model& model);
+/// What the task and its model took otherwise than their files say, a line each on stderr.
+void print_notes(const tasks::Task& task);
 
 /// One line on stderr that is rewritten at most ten times a second; nothing when stderr is not a terminal.
 class ProgressLine {

@@ -103,7 +103,7 @@ void print_summary(std::FILE* to, const tasks::Task& task, const OptimizeResult&
 
 int run_optimize(const OptimizeArguments& arguments) {
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
-  print_notes(*task.model);
+  print_notes(task);
   if (!task.optimize) core::throw_invalid("task", fmt::format("'{}', which has no section 'optimize'", task.name), "a task with one");
   tasks::OptimizeSetup& setup = *task.optimize;
   if (!arguments.scheme.empty()) setup.choose(tasks::parse_scheme("--scheme", arguments.scheme));

@@ -140,7 +140,7 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
 int run_plan(const PlanArguments& arguments) {
   core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
-  print_notes(*task.model);
+  print_notes(task);
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
   planning::PlannerOptions options = task.options;
   options.seed = arguments.seed.value_or(options.seed);

@@ -209,7 +209,7 @@ bool write(const Given& given, const execution::RunResult& r, const Recorder& re
 
 int run_run(RunArguments arguments) {
   const Given given = load(arguments);
-  print_notes(*given.task.model);
+  print_notes(given.task);
   if (!arguments.noise.empty()) {
     arguments.world.pose_noise = arguments.noise[0];
     arguments.world.angle_noise = arguments.noise[1];

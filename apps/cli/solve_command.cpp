@@ -95,7 +95,7 @@ void show(ProgressLine& line, std::uint64_t seed, tasks::SolveStage stage, const
 int run_solve(const SolveArguments& arguments) {
   const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
   tasks::Task task = tasks::load_task(arguments.task, data_dirs());
-  print_notes(*task.model);
+  print_notes(task);
   if (!arguments.goal.empty()) tasks::set_goal(task, parse_numbers("--goal", arguments.goal));
   ProgressLine line;
   std::FILE* const to = people(arguments.json);

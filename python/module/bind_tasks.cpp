@@ -21,7 +21,10 @@ Task make_task(const nb::dict& task, const std::optional<std::filesystem::path>&
 /// @param task  a name or a file; what is no str is a file
 Task load_task(const std::variant<std::string, std::filesystem::path>& task) {
   const auto* file = std::get_if<std::filesystem::path>(&task);
-  return tasks::load_task(file != nullptr ? std::filesystem::absolute(*file).string() : std::get<std::string>(task));
+  Task out = tasks::load_task(file != nullptr ? std::filesystem::absolute(*file).string() : std::get<std::string>(task));
+  const nb::gil_scoped_acquire gil;
+  warn_of_options(out.notes);
+  return out;
 }
 
 /// The task with other values, as a task of its own.

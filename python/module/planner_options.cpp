@@ -13,9 +13,22 @@ nb::dict to_dict(const PlannerOptions& options) {
   return nb::cast<nb::dict>(loads(tasks::planner_options_json(options.value, *options.model, tasks::WhichOptions::All)));
 }
 
+}  // namespace
+
+void warn_of_options(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) {
+    if (PyErr_WarnEx(PyExc_DeprecationWarning, note.c_str(), 2) != 0) throw nb::python_error();
+  }
+}
+
+namespace {
+
 PlannerOptions from_dict(const ModelPtr& model, const nb::dict& values) {
   const auto node = world::YamlNode::parse(yaml_text(values), std::filesystem::path());
-  return {model, tasks::read_planner_options(node, *model)};
+  std::vector<std::string> notes;
+  PlannerOptions out{model, tasks::read_planner_options(node, *model, {}, &notes)};
+  warn_of_options(notes);
+  return out;
 }
 
 PlannerOptions replace(const PlannerOptions& options, const nb::dict& changes) {

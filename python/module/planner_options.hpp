@@ -19,6 +19,9 @@ using OptionsLike = std::variant<PlannerOptions, nb::dict>;
 /// @throws core::InvalidInput: unknown names, values that cannot be, options of another model
 planning::PlannerOptions options_of(const PlannerOptions& base, const OptionsLike& options);
 
+/// A DeprecationWarning for each option that is none any more. Needs the GIL.
+void warn_of_options(const std::vector<std::string>& notes);
+
 void bind_planner_options(nb::module_& m);
 
 }  // namespace stiction::python

@@ -281,7 +281,7 @@ def test_json_also_when_refused():
         ("planar_hand", {"planner": {"goal_bais": 1}}, ("planner.goal_bais", "did you mean 'goal_bias'")),
         ("planar_hand", {"planner": {"thesis": {"gamma": "much"}}}, ("planner.thesis.gamma", "'much'", "a number")),
         ("planar_hand", {"planner": {"thesis": {"h": float("inf")}}}, ("planner.thesis.h", "finite")),
-        ("planar_hand", {"planner": {"advanced": {"h": 0.1}}}, ("planner.advanced", "the planner sets what stood there", "docs/options.md")),
+        ("planar_hand", {"planner": {"advanced": {"single_step": True}}}, ("planner.advanced.single_step", "`thesis`", "docs/options.md")),
         ("planar_hand", {"tolerance": {"angle": float("nan")}}, ("tolerance.angle", "finite")),
         ("planar_hand", {"start": {"joints": [0, 0, 0, 9]}}, ("start.joints", "joint_2 = 9", "joint limits")),
         ("planar_hand", {"start": {"joints": {"left/elbow": 0}}}, ("left/elbow",)),

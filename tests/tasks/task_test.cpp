@@ -182,6 +182,18 @@ TEST(Tasks, SettingsOfTheThesis_AreAddedToThoseOfABase) {
   EXPECT_FALSE(plain.options.thesis);
 }
 
+/// Files of 0.2 are read: options that are none any more are ignored, and named.
+TEST(Tasks, OptionsThatWent_AreNotedAndIgnored) {
+  const Task task = load_task("planar_pushing");
+  std::vector<std::string> notes;
+  const auto node = world::YamlNode::parse("{goal_bias: 0.2, gamma: 0.5, advanced: {substep: {slide: 0.002}, trees: 3}}", "options");
+  const auto options = read_planner_options(node, *task.model, {}, &notes);
+  EXPECT_EQ(options.goal_bias, 0.2);
+  ASSERT_EQ(notes.size(), 3U);
+  EXPECT_NE(notes[0].find("gamma: no option any more"), std::string::npos) << notes[0];
+  EXPECT_NE((notes[1] + notes[2]).find("advanced.substep"), std::string::npos) << notes[1];
+}
+
 /// What users get is what PlannerOptions says.
 TEST(Tasks, OptionsOfATaskWithoutAny_AreTheDefaultsOfTheLibrary) {
   const Task task = load_task("allegro_cube");
@@ -324,7 +336,9 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"planar_pushing", "planner: {goal_bias: 1.5}\n", {"mine.yaml:2", "planner.goal_bias", "1.5", "[0, 1]"}},
         Mistake{"planar_pushing", "planner: {max_iterations: 0}\n", {"planner.max_iterations", "0", "≥ 1"}},
         Mistake{"planar_pushing", "planner: {max_iterations: many}\n", {"planner.max_iterations", "'many'", "an integer"}},
-        Mistake{"planar_pushing", "planner: {advanced: {batch: 8}}\n", {"mine.yaml:2", "planner.advanced", "docs/options.md"}},
+        Mistake{
+            "planar_pushing", "planner: {advanced: {single_step: true}}\n", {"mine.yaml:2", "planner.advanced.single_step", "`thesis`"}},
+        Mistake{"planar_pushing", "planner: {scheme: exact}\n", {"mine.yaml:2", "planner.scheme", "`thesis`"}},
         Mistake{"planar_pushing", "planner: {thesis: {h: -0.1}}\n", {"planner.thesis.h", "-0.1", "> 0"}},
         Mistake{"planar_pushing", "planner: {thesis: {gamma: .nan}}\n", {"planner.thesis.gamma", "finite"}},
         Mistake{"planar_pushing",

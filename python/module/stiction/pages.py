@@ -40,7 +40,11 @@ def _load(shown: Plan | Task) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "plan.json"
         plan.write(file)
-        return _viewer("plan").load_plan(file)
+        viewer = _viewer("plan")
+        try:
+            return viewer.load_plan(file)
+        except viewer.InvalidPlan as error:
+            raise InvalidInput(f"{str(error).removeprefix(f'{file}: ')}; a Task shows its start") from None
 
 
 def view(shown: Plan | Task, *, html: str | Path | None = None, port: int = 8080) -> Path | None:

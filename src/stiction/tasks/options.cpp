@@ -13,24 +13,78 @@ namespace {
 using planning::PlannerOptions;
 using world::YamlNode;
 
-/// Options of the method, which went in 0.3.0.
+/// The map that most options of the method stood in. It and they went in 0.3.0, and are refused from 0.4.0 on.
 constexpr std::string_view kAdvanced = "advanced";
+/// The planner sets them from the scene: they change nothing any more.
+constexpr std::string_view kGone[] = {"trees",
+                                      "batch",
+                                      "record_tree",
+                                      "stop_at_goal",
+                                      "gamma",
+                                      "length",
+                                      "smoothing",
+                                      "metric",
+                                      "goal_sharpening",
+                                      "cost",
+                                      "sampler",
+                                      "randomized",
+                                      "grasp_probability",
+                                      "grasp_candidates",
+                                      "grasp_trials",
+                                      "h",
+                                      "regularisation",
+                                      "substep",
+                                      "fidelity_edge",
+                                      "fidelity_path",
+                                      "start_noise",
+                                      "edge_tilt",
+                                      "friction_noise",
+                                      "grip_force",
+                                      "brace_force",
+                                      "regrasp_friction",
+                                      "regrasp_clearance",
+                                      "regrasp_tol_position",
+                                      "regrasp_tol_angle",
+                                      "release_tol_position",
+                                      "release_tol_angle",
+                                      "refined_fraction"};
+/// They made another algorithm of it, which is asked for by `thesis` now.
+constexpr std::string_view kOfTheThesis[] = {"single_step", "real_regrasps", "scheme"};
 
-void require_known_keys(const YamlNode& node) {
-  if (const auto advanced = given(node, kAdvanced))
-    advanced->fail(
-        "no such map: the planner sets what stood there from the scene (docs/options.md). Take it out; settings of published runs are in "
-        "`thesis`");
-  std::vector<std::string_view> all{kAdvanced};
+/// What is left of options that went. @throws core::InvalidInput: one of those that made another algorithm of it
+void look_at_gone(const YamlNode& node, std::vector<std::string>* notes) {
+  for (const std::string_view key : kOfTheThesis) {
+    if (const auto value = given(node, key))
+      value->fail("no such option: trees with the settings of the thesis have a map `thesis` (docs/options.md)");
+  }
+  for (const std::string_view key : kGone) {
+    const auto value = given(node, key);
+    if (value && notes != nullptr)
+      notes->push_back(
+          fmt::format("{}: no option any more, and ignored: the planner sets it from the scene (docs/options.md)", value->where()));
+  }
+}
+
+void require_known_keys(const YamlNode& node, std::vector<std::string>* notes) {
+  std::vector<std::string_view> gone(std::begin(kGone), std::end(kGone));
+  gone.insert(gone.end(), std::begin(kOfTheThesis), std::end(kOfTheThesis));
+  std::vector<std::string_view> all = gone;
+  all.push_back(kAdvanced);
   for (const OptionRow& row : option_table()) all.push_back(row.key);
   node.require_map(all);
+  look_at_gone(node, notes);
+  if (const auto advanced = given(node, kAdvanced)) {
+    advanced->require_map(gone);
+    look_at_gone(*advanced, notes);
+  }
 }
 
 }  // namespace
 
-PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model, const PlannerOptions& defaults) {
+PlannerOptions read_planner_options(const YamlNode& node, const world::Model& model, const PlannerOptions& defaults,
+                                    std::vector<std::string>* notes) {
   node.require_map();
-  require_known_keys(node);
+  require_known_keys(node, notes);
   PlannerOptions out = defaults;
   core::Faults faults;
   for (const OptionRow& row : option_table()) {

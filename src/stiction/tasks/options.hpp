@@ -13,10 +13,10 @@ inline constexpr std::array<std::string_view, 2> kFrictionLawNames = {"anitescu"
 
 /// Reads the `planner` section of a task file: the rows of option_table() by their names.
 /// A null stands for a key that is not given, so that a file may take back a choice of its base.
-/// @param defaults  of what is not given
+/// @param defaults  of what is not given  @param notes  gets a sentence for each option that is none any more
 /// @throws core::InvalidInput with file, line and field
 planning::PlannerOptions read_planner_options(const world::YamlNode& node, const world::Model& model,
-                                              const planning::PlannerOptions& defaults = {});
+                                              const planning::PlannerOptions& defaults = {}, std::vector<std::string>* notes = nullptr);
 
 enum class WhichOptions {
   OfPlan,  ///< what a plan file has among its options

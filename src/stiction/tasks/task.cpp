@@ -75,7 +75,7 @@ Task read_task(const YamlNode& root, std::string name) {
   faults.collect([&] { require_touch(root.find("scene").value_or(root), model); });
   if (model.objects().empty()) faults.raise();  // there is none to be brought to its goal
   faults.collect([&] {
-    if (const auto planner = root.find("planner")) task.options = read_planner_options(*planner, model, task.options);
+    if (const auto planner = root.find("planner")) task.options = read_planner_options(*planner, model, task.options, &task.notes);
   });
   faults.collect([&] {
     if (const auto optimize = root.find("optimize")) task.optimize = read_optimize_setup(*optimize, model);

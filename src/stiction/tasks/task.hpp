@@ -30,6 +30,7 @@ struct Task {
   std::string scene_sha256;               ///< of scene_text
   bool start_from_command_line = false;   ///< set_start replaced the start of the file
   bool goal_from_command_line = false;    ///< set_goal replaced the goal of the file
+  std::vector<std::string> notes;         ///< what was taken otherwise than the file says, a sentence each
 };
 
 /// Where built-in tasks are looked up when no folders are given: share/stiction/tasks of the installation that runs, the source folder.
