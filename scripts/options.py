@@ -20,6 +20,10 @@ A task needs none of these options. They stand in the section `planner` of a tas
 `scripts/options.py` writes this page.
 
 """
+FOOT = """
+Files of version 0.2 may have other options, for example `substep`, `gamma`, `trees` or `brace_force`, and a map `advanced`. The program names and ignores
+them, because the planner sets them from the scene. `single_step`, `real_regrasps` and `scheme` are refused: the map `thesis` stands for them.
+"""
 
 
 def table(properties):
@@ -33,7 +37,7 @@ def main():
     arguments = parser.parse_args()
     schema = stiction.planner_schema()
     options = schema["properties"]
-    page = HEAD + table(options)
+    page = HEAD + table(options) + FOOT
     files = {ROOT / "tasks/schema/planner.schema.json": json.dumps(schema, indent=2, ensure_ascii=False) + "\n", ROOT / "docs/options.md": page}
     wrong = [file for file, text in files.items() if not file.exists() or file.read_text() != text]
     if arguments.check:

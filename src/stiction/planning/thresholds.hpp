@@ -3,7 +3,7 @@
 #include "stiction/dynamics/rollout.hpp"
 #include "stiction/world/scales.hpp"
 
-// Every number that decides something in search and refinement. Lengths are shares of L, forces of F (world/scales.hpp), distances from the goal are
+// The numbers that decide something in search and refinement; shares of L and F that other layers know as well are in world/scales.hpp. Lengths are shares of L, forces of F (world/scales.hpp), distances from the goal are
 // in tolerances of the goal.
 
 namespace stiction::planning {
