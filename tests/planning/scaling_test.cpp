@@ -2,6 +2,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <limits>
 #include <regex>
 #include <sstream>
@@ -21,7 +22,9 @@ std::filesystem::path pusher_of(double radius) {
   std::stringstream text;
   text << in.rdbuf();
   const auto file = stiction::test::folder_of_the_process() / ("pusher_" + std::to_string(radius) + ".urdf");
-  std::ofstream(file) << std::regex_replace(text.str(), std::regex("radius=\"0.1\""), "radius=\"" + std::to_string(radius) + "\"");
+  std::ostringstream exact;  // six digits would be another radius, and another plan
+  exact << std::setprecision(17) << "radius=\"" << radius << "\"";
+  std::ofstream(file) << std::regex_replace(text.str(), std::regex("radius=\"0.1\""), exact.str());
   return file;
 }
 

@@ -301,7 +301,7 @@ TEST_F(BadInput, SeveralFaults_AreNamedInOneRun) {
         "<joint name='j' type='ball'><parent link='a'/><child link='b'/></joint>\n"
         "<joint name='k' type='fixed'><parent link='a'/><child link='c'/></joint>\n</robot>\n");
   EXPECT_EQ(message(arm("    stiffness: 1\n")),
-            "arm.urdf:2: sphere radius: got -1, expected a number > 0\n"
+            "arm.urdf:2: sphere radius: got -1, expected a number > 0, or 0 for no shape\n"
             "arm.urdf:3: mesh filename: got 'no.stl', which is nowhere, expected a file that exists (package:// is looked for in "
             "package_dirs and above the URDF)\n"
             "arm.urdf:4: joint 'j': got type 'ball', expected revolute, continuous, prismatic or fixed\n"
