@@ -53,7 +53,7 @@ def draw_tree(ax: plt.Axes, result: st.PlanResult, nodes: int, title: str) -> No
 
 def outline(node: st.TreeNode) -> np.ndarray:
     """Of the 1-sublevel set of its metric."""
-    sigma = node.B_u @ node.B_u.T + SETTINGS["gamma"] * np.eye(2)
+    sigma = node.B_u @ node.B_u.T + THESIS["gamma"] * np.eye(2)
     circle = np.array([f(np.linspace(0, 2 * np.pi, 15)) for f in (np.cos, np.sin)])
     return np.linalg.cholesky(sigma) @ circle + node.c_u[:2, None]
 
@@ -67,7 +67,7 @@ def coverage(model: st.Model, result: st.PlanResult) -> float:
         local = st.calc_local_model(model, node.q, node.q[2:], smoothing=st.Analytic(kappa=100.0), regularisation=st.FixedEpsilon(epsilon=1.0))
         if local.status != st.Status.Solved:
             continue
-        sigma = local.B[:2] @ local.B[:2].T + SETTINGS["gamma"] * np.eye(2)
+        sigma = local.B[:2] @ local.B[:2].T + THESIS["gamma"] * np.eye(2)
         e = samples - local.c[:2]
         inside |= np.einsum("ij,ij->i", e, np.linalg.solve(sigma, e.T).T) <= THRESHOLD
     return float(inside.mean())

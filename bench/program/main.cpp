@@ -67,7 +67,7 @@ void declare_options(CLI::App& command, BenchArguments& a) {
   add_json(command, a.json);
   command.add_option("--filter", a.filter, "Only the rows whose name contains this");
   command.add_option("--task", a.tasks, "Only steps of this task, a built-in one or a file (.yaml); may be given again");
-  command.add_option("--repeat", a.repeat, "Repetitions of each timing")->capture_default_str()->check(CLI::Range(1, 1000));
+  add_integer(command, "--repeat", a.repeat, "Repetitions of each timing", {1, 1000});
 }
 
 }  // namespace

@@ -72,7 +72,9 @@ std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Ve
   {
     const nb::gil_scoped_release unlocked;
     (void)planning::plan_watched(out->task.problem, u, out->options, control, teller.sink(), out->result);  // the status is in the result
-    out->plan = std::make_shared<Plan>(out->task, out->options, out->result);
+    tasks::Task planned = out->task;  // the plan is checked against what was asked for
+    planned.options = out->options;
+    out->plan = std::make_shared<Plan>(planned, out->options, out->result);
   }
   watcher.rethrow();
   teller.rethrow();

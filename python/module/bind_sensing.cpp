@@ -274,7 +274,7 @@ void bind_pickle(nb::module_& m) {
             return nb::make_tuple(nb::module_::import_("stiction._pickles").attr("make_shared_sensor"),
                                   nb::make_tuple(sensor.model_ptr(), options.state()));
           },
-          nb::sig("def __reduce__(self) -> tuple[object, ...]"));
+          nb::sig("def __reduce__(self) -> tuple"));
   m.def(
       "_make_shared_sensor",
       [](const ModelPtr& model, const nb::tuple& state) {
@@ -285,10 +285,10 @@ void bind_pickle(nb::module_& m) {
       "model"_a, "options"_a, nb::sig("def _make_shared_sensor(model: Model, options: tuple) -> _SharedSensor"));
   add_method<Sensor>(
       "__getstate__", [](const Sensor& self) { return nb::make_tuple(self.ptr()); },
-      nb::sig("def __getstate__(self) -> tuple[object, ...]"));
+      nb::sig("def __getstate__(self) -> tuple"));
   add_method<Sensor>(
       "__setstate__", [](Sensor& self, const nb::tuple& state) { new (&self) Sensor(nb::cast<SensorPtr>(state[0])); },
-      nb::sig("def __setstate__(self, state: tuple[object, ...], /) -> None"));
+      nb::sig("def __setstate__(self, state: tuple, /) -> None"));
   def_shared_copy<sensing::Sensor>();
   def_shared_copy<Sensor>();
   def_pickle<SurfaceOptions, sensing::GaussNewton, sensing::SteepestDescent, sensing::RejectionSampling, sensing::DetectabilityMap>();

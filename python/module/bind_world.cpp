@@ -277,7 +277,7 @@ void bind_world(nb::module_& m) {
           [](const Model& model) {
             return nb::make_tuple(nb::module_::import_("stiction._pickles").attr("make_model"), nb::make_tuple(model.scene()));
           },
-          nb::sig("def __reduce__(self) -> tuple[object, ...]"))
+          nb::sig("def __reduce__(self) -> tuple"))
       .def_prop_ro("scene", &Model::scene, nb::rv_policy::reference_internal)
       .def_prop_ro("n_q", &Model::n_q)
       .def_prop_ro("n_v", &Model::n_v)
@@ -325,7 +325,7 @@ void bind_world(nb::module_& m) {
         return fmt::format("<stiction.Model '{}': n_q {}, n_v {}, n_a {}, {} pairs>", model.scene().name, model.n_q(), model.n_v(),
                            model.n_a(), model.pairs().size());
       });
-  def_pickle<Pose, world::Body, world::Geometry, world::Pair, world::Dof, world::ObjectInfo, world::Kinematics, world::Scene>();
+  def_pickle<Pose, RobotLink, world::Body, world::Geometry, world::Pair, world::Dof, world::ObjectInfo, world::Kinematics, world::Scene>();
   def_shared_copy<Model>();
 }
 

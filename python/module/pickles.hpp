@@ -275,10 +275,10 @@ void def_pickle() {
           writer.put(self);
           return writer.state();
         },
-        nb::sig("def __getstate__(self) -> tuple[object, ...]"));
+        nb::sig("def __getstate__(self) -> tuple"));
     add_method<T>(
         "__setstate__", [](T& self, const nb::tuple& state) { new (&self) T(pickles::Reader(state).get<T>()); },
-        nb::sig("def __setstate__(self, state: tuple[object, ...], /) -> None"));
+        nb::sig("def __setstate__(self, state: tuple, /) -> None"));
   };
   (def(std::type_identity<Types>()), ...);
 }

@@ -8,11 +8,13 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import children
 import pytest
+from limits import within
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "build" / "release" / "stiction"
@@ -199,6 +201,18 @@ def test_folder_with_a_module_of_the_same_name_is_not_read(real_plan: Path, tmp_
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
+def wait_until_it_opens(child: children.Child) -> None:
+    """Until a program handles signals and sleeps, as it does nowhere but at a pipe that nobody has opened to write."""
+    with within(children.LIMIT, f"a program that sleeps: {child.args!r}"):
+        while True:
+            status = dict(line.split(":\t", 1) for line in Path(f"/proc/{child.pid}/status").read_text().splitlines() if ":\t" in line)
+            caught = int(status.get("SigCgt", "0"), 16)  # a program that has ended has none
+            if all(caught >> (number - 1) & 1 for number in SIGNALS) and status["State"].startswith("S"):
+                return
+            assert child.poll() is None, child.communicate()
+            time.sleep(0.01)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("command", ["plan", "lint", "solve", "optimize", "run", "check", "simulate", "refine", "sense", "control", "touch"])
 def test_signal_while_files_are_read_is_code_130(command: str, number: signal.Signals, tmp_path: Path) -> None:
@@ -206,8 +220,8 @@ def test_signal_while_files_are_read_is_code_130(command: str, number: signal.Si
     waits = tmp_path / ("plan.json" if command in ("check", "simulate", "refine") else "task.yaml")
     os.mkfifo(waits)
     with children.Child([PROGRAM, command, waits, "--json"], cwd=tmp_path) as child:
-        with open(waits, "w"):  # waits until the program reads
-            done = child.stop(number)
+        wait_until_it_opens(child)  # nobody writes: a program that had the file open would refuse it, perhaps before the signal
+        done = child.stop(number)
     assert done.returncode == 130 and done.stderr == "stiction: interrupted\n", done.stderr
     assert json.loads(done.stdout)["status"] == "Cancelled"
 
@@ -223,12 +237,12 @@ KEPT = [
 
 @pytest.fixture()
 def endless(tmp_path: Path) -> Path:
-    """A task that is planned until its time is used up."""
+    """A task that is planned until its time is used up: no arm reaches its goal, and there are more extensions than time."""
     import yaml
 
     task = tmp_path / "task.yaml"
-    changes = {"max_iterations": 2**31 - 1, "advanced": {"stop_at_goal": False}}
-    task.write_text(yaml.safe_dump({"base": str(ROOT / "tasks/planar_hand.yaml"), "planner": changes}))
+    changes = {"planner": {"max_iterations": 2**31 - 1}, "goal": {"objects": {"ball": {"coordinates": [3.0, 3.0, 0.0]}}}}
+    task.write_text(yaml.safe_dump({"base": str(ROOT / "tasks/planar_hand.yaml"), **changes}))
     return task
 
 

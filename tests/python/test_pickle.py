@@ -27,7 +27,7 @@ VALUES = """
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof Exact Finding FixedEpsilon ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth IterationLog Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce PieceError PieceReport Plan
     PlanContact PlanResult PlannerOptions PolyhedralCone Pose Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
-    RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SimulationResult SolveResult
+    RobotLink RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
     TransferResult TreeNode
 """.split()
@@ -62,6 +62,10 @@ def same(a: Any, b: Any, path: str = "value", depth: int = 0) -> None:
             same(a[key], b[key], f"{path}[{key!r}]", depth)
     elif isinstance(a, float):
         assert a == b or (np.isnan(a) and np.isnan(b)), f"{path}: {a} and {b}"
+    elif isinstance(a, st.PlanContact):  # for display: the text of a plan has it to a millionth
+        assert (a.a, a.b) == (b.a, b.b), path
+        for name in ("point", "normal", "force", "friction", "gap"):
+            np.testing.assert_allclose(getattr(a, name), getattr(b, name), rtol=0, atol=5.1e-7, err_msg=f"{path}.{name}")
     elif type(a).__name__ in VALUES + SHARED:
         assert depth < 12, path
         for name in dir(a):
@@ -80,7 +84,7 @@ def task() -> Any:
 
 
 def planned() -> Any:
-    return st.plan(task(), seed=0, threads=1, options={"record_tree": True})
+    return st.plan(task(), seed=0, threads=1)
 
 
 def stepped(**options: Any) -> Any:
@@ -187,6 +191,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "RefineResult": lambda: st.refine(planned().plan),
     "RejectionSampling": lambda: st.RejectionSampling(),
     "Residuals": lambda: stepped().residuals,
+    "RobotLink": lambda: first(task().model.links),
     "RolloutResult": rolled,
     "RunPiece": lambda: first(MAKE["RunResult"]().pieces),
     "RunPlan": lambda: first(MAKE["RunResult"]().plans),
@@ -215,7 +220,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "TouchScenario": lambda: st.load_touch_scenario("reach_past_pillar"),
     "Trajectory": lambda: st.make_trajectory(planned().plan),
     "TransferResult": lambda: st.transfer(planned().plan, speed=20.0, hold=0.2, alone=True),
-    "TreeNode": lambda: planned().tree[-1],
+    "TreeNode": lambda: st.plan(task(), seed=0, options={"max_iterations": 30, "thesis": {"stop_at_goal": False}}).tree[-1],
 }
 
 

@@ -24,7 +24,7 @@ import stiction as st  # noqa: E402
 def ran(stiction, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
     """A push aside on its way calls for a new plan."""
     folder = tmp_path_factory.mktemp("run")
-    done = stiction("run", "planar_hand", "--goal", "0 0.35 0.8", "--seed", 1, "--push", "0.6 0.3 0 40 0", "--html", "--json", "-o", folder, timeout=300)
+    done = stiction("run", "planar_hand", "--goal", "0 0.35 0.8", "--seed", 1, "--push", "0.6 0.3 0 20 0", "--html", "--json", "-o", folder, timeout=300)
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 1
     return json.loads(done.stdout), folder
@@ -62,7 +62,7 @@ def test_page_shows_what_the_motors_gave(ran: tuple[dict, Path]) -> None:
 def test_same_seed_gives_the_same_run_from_python(ran: tuple[dict, Path]) -> None:
     task = st.load_task("planar_hand")
     task.set_goal([0, 0.35, 0.8])
-    run = st.run(task, seed=1, pushes=[(0.6, 0.3, [0, 40, 0])])
+    run = st.run(task, seed=1, pushes=[(0.6, 0.3, [0, 20, 0])])
     out, _ = ran
     assert run.end == st.RunEnd.Reached and run.status == st.Status.Solved
     assert run.duration_s == out["duration_s"] and run.replans == out["replans"] and len(run.pieces) == len(out["pieces"])

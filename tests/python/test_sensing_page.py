@@ -97,7 +97,8 @@ def test_series_has_a_frame_a_moment(program: Path, tmp_path: Path) -> None:
     del scenario["joints"], scenario["contact"]
     scenario["series"] = "series.csv"
     still = "0,-1.2,1.6,-1.97,-1.57,0"
-    lines = ["t,q,tau", *(f"{0.01 * k},{still},{3 * k},{4 * k},{-2 * k},0,0,0" for k in range(3))]
+    names = ",".join(["t", *(f"q{j}" for j in range(1, 7)), *(f"tau{j}" for j in range(1, 7))])
+    lines = [names, *(f"{0.01 * k},{still},{3 * k},{4 * k},{-2 * k},0,0,0" for k in range(3))]
     (tmp_path / "series.csv").write_text("\n".join(lines))
     (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(scenario))
     out, page = make(program, "sense", tmp_path / "scenario.yaml", tmp_path / "series.html")

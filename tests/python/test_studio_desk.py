@@ -164,17 +164,17 @@ def test_options_are_named_refused_and_used(driven: Driven) -> None:
     studio, panel = driven.studio, driven.panel
     field, handle = panel.options.fields["goal_bias"]
     assert field.meaning.startswith("Probability")
-    handle.value = 0.4
+    handle.value = 0.25
     driven.until(lambda: "goal_bias" in panel.options.fault.content)
-    panel.options.fields["cost"][1].value = "{not json"
+    panel.options.fields["sample_box"][1].value = "{not json"
     driven.until(lambda: "⚠" in panel.options.fault.content)
     driven.press("options_reset")
-    assert studio.posing.problem.options == {} and panel.options.fields["goal_bias"][1].value != 0.4
-    panel.options.fields["goal_bias"][1].value = 0.4
-    driven.until(lambda: studio.posing.problem.options == {"goal_bias": 0.4})
+    assert studio.posing.problem.options == {} and panel.options.fields["goal_bias"][1].value != 0.25
+    panel.options.fields["goal_bias"][1].value = 0.25
+    driven.until(lambda: studio.posing.problem.options == {"goal_bias": 0.25})
     driven.plan()
-    assert studio.showing.result.plan.options.goal_bias == 0.4
-    assert '"goal_bias": 0.4' in panel.export.command.content and "task.yaml" in panel.export.command.content
+    assert studio.showing.result.plan.options.goal_bias == 0.25
+    assert '"goal_bias": 0.25' in panel.export.command.content and "task.yaml" in panel.export.command.content
 
 
 @pytest.mark.parametrize(("name", "words"), [("panda_wrist", "N, leaves"), ("box_in_the_way", "** of 15")])

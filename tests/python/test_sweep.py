@@ -190,11 +190,11 @@ def test_the_program_sweeps_as_the_library_does(stiction, tmp_path: Path) -> Non
 
 def test_a_file_says_the_same(stiction, tmp_path: Path) -> None:
     spec = tmp_path / "spec.toml"
-    spec.write_text('tasks = ["planar_pushing"]\nseeds = 2\nrefine = false\n[options]\n"sampler.near_std" = [0.3]\n', encoding="utf-8")
+    spec.write_text('tasks = ["planar_pushing"]\nseeds = 2\nrefine = false\n[options]\n"goal_bias" = [0.3]\n', encoding="utf-8")
     done = stiction("sweep", spec, "-o", tmp_path / "sweep.csv", "--json")
     assert done.returncode == 0, done.stderr
     (group,) = json.loads(done.stdout)["results"]
-    assert group["options"] == {"sampler.near_std": 0.3} and group["solved"] == 2
+    assert group["options"] == {"goal_bias": 0.3} and group["solved"] == 2
     for text, message in (
         ("seeds = 2\n", "tasks: got none"),
         ('tasks = "planar_pushing"\n', "tasks: got 'planar_pushing', expected list"),

@@ -227,7 +227,7 @@ def main(words: Sequence[str]) -> int:
         print(f"stiction: warning: {arguments.plan}: {miss}", file=sys.stderr)
     knots, duration = len(trajectory.times), trajectory.duration
     rows = {"motion": f"{knots} knots, {duration:.1f} s at {trajectory.speed:g} of the full timing"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
-    result = {"status": "NotSolved" if miss else "Done", "plan_status": plan.status.name, "task": plan.task.name, "seed": plan.seed, "format": format}
+    result: dict[str, object] = {"status": "NotSolved" if miss else "Done", "plan_status": plan.status.name, "task": plan.task.name, "seed": plan.seed, "format": format}
     result |= {"speed": trajectory.speed, "knots": knots, "duration_s": duration, "files": [str(path) for path in files]}
     _command.report(arguments, f"{plan.task.name}, seed {plan.seed}: exported", rows, result)
     return _command.NOT_SOLVED if miss else _command.DONE

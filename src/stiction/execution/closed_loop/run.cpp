@@ -53,7 +53,6 @@ class Executor {
         watch_(model_, problem.goal, window_, how.settle_time),
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     planner_.tolerance_fraction = std::min(planner_.tolerance_fraction, how.plan_fraction);
-    planner_.friction *= how.friction;
   }
 
   void go(const planning::Plan* first) {
@@ -241,13 +240,14 @@ class Executor {
     return true;
   }
 
-  /// From what is measured; where there is none the springs are let go, and it is asked again.
+  /// From what is measured; where there is none the springs are let go, and it is asked again, now with the friction of the scene: a place may be left by
+  /// no push that holds with less.
   /// @returns nothing: the run is over, or the object came to its goal as the springs were let go
   std::optional<Trajectory> make_plan(const std::string& cause) {
     for (int refused = 0; refused < how_.refusals; ++refused) {
       if (refused > 0 && (!let_go() || is_at_goal())) return std::nullopt;
       planning::PlanResult result;
-      ask_planner(refused == 0 ? cause : "no plan from where springs were strained", result);
+      ask_planner(refused == 0 ? cause : "no plan from where springs were strained", refused == 0 ? how_.friction : 1, result);
       if (control_.stop()) {
         end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
         return std::nullopt;
@@ -263,11 +263,13 @@ class Executor {
     return std::nullopt;
   }
 
-  void ask_planner(const std::string& cause, planning::PlanResult& result) {
+  /// @param friction  every μ of the plan times this
+  void ask_planner(const std::string& cause, double friction, planning::PlanResult& result) {
     state_ = RunState::Replan;
     planning::PlanningProblem problem = problem_;
     problem.q_start = watch_.mean();
     planning::PlannerOptions options = planner_;
+    options.friction *= friction;
     if (const std::size_t n = out_.plans.size(); n > 0) options.seed = core::Random(planner_.seed ^ kPlanSeed, n).bits();
     core::RunControl control = control_;
     const auto budget = core::RunControl::Clock::now() +
