@@ -74,6 +74,8 @@ std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Ve
     (void)planning::plan_watched(out->task.problem, u, out->options, control, teller.sink(), out->result);  // the status is in the result
     tasks::Task planned = out->task;  // the plan is checked against what was asked for
     planned.options = out->options;
+    planned.options.seed = task.options.seed;
+    planned.options.threads = task.options.threads;
     out->plan = std::make_shared<Plan>(planned, out->options, out->result);
   }
   watcher.rethrow();
