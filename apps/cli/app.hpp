@@ -25,7 +25,7 @@ struct Trajectory;
 namespace stiction::tasks {
 struct Finding;
 struct Task;
-}
+}  // namespace stiction::tasks
 namespace stiction::world {
 class Model;
 }

@@ -79,7 +79,8 @@ inline nanobind::object as_array(nanobind::handle source) noexcept {
 template <class T>
 bool read_array(nanobind::handle source, T& out) noexcept {
   nanobind::detail::make_caster<T> caster;
-  const bool plain = std::string_view(Py_TYPE(source.ptr())->tp_name) == "numpy.ndarray";  // a masked array is another type, of the same layout
+  const bool plain =
+      std::string_view(Py_TYPE(source.ptr())->tp_name) == "numpy.ndarray";  // a masked array is another type, of the same layout
   if (!plain || !caster.from_python(source, 0, nullptr)) {
     const nanobind::object array = as_array(source);
     if (!array.is_valid() || !caster.from_python(array, 0, nullptr)) return false;

@@ -284,8 +284,7 @@ void bind_pickle(nb::module_& m) {
       },
       "model"_a, "options"_a, nb::sig("def _make_shared_sensor(model: Model, options: tuple) -> _SharedSensor"));
   add_method<Sensor>(
-      "__getstate__", [](const Sensor& self) { return nb::make_tuple(self.ptr()); },
-      nb::sig("def __getstate__(self) -> tuple"));
+      "__getstate__", [](const Sensor& self) { return nb::make_tuple(self.ptr()); }, nb::sig("def __getstate__(self) -> tuple"));
   add_method<Sensor>(
       "__setstate__", [](Sensor& self, const nb::tuple& state) { new (&self) Sensor(nb::cast<SensorPtr>(state[0])); },
       nb::sig("def __setstate__(self, state: tuple, /) -> None"));

@@ -163,19 +163,21 @@ std::string thesis_schema() {
 }  // namespace
 
 OptionRow thesis_row() {
-  return {
-      "thesis",
-      true,
-      "Algorithm 2 as printed, with single steps and jumps to contacts, for the tables and figures of the thesis. Keys: `grasp_probability`, "
-      "`length` of extensions [rad or m], `gamma` of the metric (3.5), `scheme` of local models (2.4.1) with its `smoothing` (κ in 1/J, 2.27) "
-      "or samples `randomized` (2.22, 2.23), `metric` of Nearest, time step `h` [s], `regularisation` (ε in 2.6c), `stop_at_goal` (false to "
-      "measure time).",
-      thesis_schema(),
-      [](const YamlNode& node, const Model& model, PlannerOptions& out) {
-        if (!out.thesis) out.thesis.emplace();
-        read_thesis(node, model, *out.thesis);
-      },
-      [](const PlannerOptions& o, const Model&) { return o.thesis ? thesis_json(*o.thesis) : Json(); }};
+  return {"thesis",
+          true,
+          "Algorithm 2 as printed, with single steps and jumps to contacts, for the tables and figures of the thesis. Keys: "
+          "`grasp_probability`, "
+          "`length` of extensions [rad or m], `gamma` of the metric (3.5), `scheme` of local models (2.4.1) with its `smoothing` (κ in "
+          "1/J, 2.27) "
+          "or samples `randomized` (2.22, 2.23), `metric` of Nearest, time step `h` [s], `regularisation` (ε in 2.6c), `stop_at_goal` "
+          "(false to "
+          "measure time).",
+          thesis_schema(),
+          [](const YamlNode& node, const Model& model, PlannerOptions& out) {
+            if (!out.thesis) out.thesis.emplace();
+            read_thesis(node, model, *out.thesis);
+          },
+          [](const PlannerOptions& o, const Model&) { return o.thesis ? thesis_json(*o.thesis) : Json(); }};
 }
 
 OptionRow sample_box_row() {
