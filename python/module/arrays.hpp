@@ -69,6 +69,14 @@ inline nanobind::object as_array(nanobind::handle source) noexcept {
     const auto kind = nanobind::cast<std::string_view>(array.attr("dtype").attr("kind"));
     if (std::string_view("biufO").find(kind) == std::string_view::npos) return {};
     return numpy.attr("asarray")(array, nanobind::arg("dtype") = numpy.attr("float64"), nanobind::arg("order") = "F");
+  } catch (nanobind::python_error& error) {
+    // A caster cannot raise: what a signal raised meanwhile is raised again where Python goes on.
+    const auto raise = [](void*) {
+      PyErr_SetNone(PyExc_KeyboardInterrupt);
+      return -1;
+    };
+    if (error.matches(PyExc_KeyboardInterrupt)) Py_AddPendingCall(raise, nullptr);
+    return {};
   } catch (...) {
     PyErr_Clear();
     return {};

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import json
 import math
@@ -250,6 +251,21 @@ def test_numbers_that_are_masked_are_not_taken(wall: st.Model) -> None:
     st.step(wall, np.ma.array([0.0]), [0.1])
     with pytest.raises(TypeError):
         st.step(wall, np.ma.array([0.0], mask=[True]), [0.1])
+
+
+class Interrupted:
+    """Ctrl-C while NumPy reads an argument."""
+
+    def __array__(self, *_: object, **__: object) -> np.ndarray:
+        raise KeyboardInterrupt
+
+
+def test_ctrl_c_while_an_argument_is_read_is_not_lost() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        with contextlib.suppress(TypeError):
+            st.Pose(Interrupted(), [0, 0, 0])
+        for _ in range(1000):  # where Python looks for what is pending
+            pass
 
 
 # ---- scenes, tasks and options from memory

@@ -90,7 +90,7 @@ def test_where_a_push_fails_after_a_wide_regrasp_a_narrower_one_is_taken(stictio
     least = []
     for seed in (0, 5):
         plan = tmp_path / str(seed)
-        assert stiction("plan", "planar_hand_fixed_y", "--seed", seed, "-o", plan).returncode == 0
+        assert stiction("plan", "planar_hand_fixed_y", "--seed", seed, "--timeout", 120, "-o", plan).returncode == 0
         done = stiction("refine", plan, "-o", plan / "refined", "--json")
         assert done.returncode == 0, done.stderr
         out = json.loads(done.stdout)
