@@ -3,7 +3,7 @@
 
     .venv/bin/python bench/screen.py TASK OPTION=LOW,HIGH … [--runs 200] [--timeout 10] [-j 2] [--first-seed 50000] > screen.json
 
-OPTION is a key of the planner, with dots into maps: goal_bias=0.5,0.8 advanced.sampler.near_std=0.3,0.6. Every run has a seed of its own and takes each option at
+OPTION is a key of the planner, with dots into maps: goal_bias=0.5,0.8 friction=0.7,1. Every run has a seed of its own and takes each option at
 one of its two values, drawn by that seed, so that every run tells something about every option. Planning times of a task are about exponential: the ratios are
 those of the mean time at HIGH to that at LOW by maximum likelihood, where a run that came to no plan counts for the time that it took. They are shrunk towards 1 by
 a unit normal prior on half their logarithm. One JSON object on stdout, a line for each option on stderr; an option matters where |z| > 2, say.

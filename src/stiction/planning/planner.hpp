@@ -92,9 +92,9 @@ struct PlanResult {
   long failed_steps = 0;    ///< steps whose solve did not end in Solved
   long distrusted = 0;      ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
-  double cost = 0;                        ///< of the plan, by PlannerOptions::cost [s]
+  double cost = 0;                        ///< of the plan, by PathCost [s]
   std::vector<Improvement> improvements;  ///< solutions in the order found; their cost falls
-  std::vector<NodeRecord> records;        ///< all nodes, with PlannerOptions::record_tree, the root first
+  std::vector<NodeRecord> records;        ///< all nodes of Algorithm 2 as printed (PlannerOptions::thesis), the root first
   double wall_s = 0;
   std::vector<TreeNode> tree;    ///< all nodes, in the order of their making
   std::string reason;            ///< why not Solved, where there is more to say than that the budget was used up

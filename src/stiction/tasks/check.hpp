@@ -64,7 +64,7 @@ struct CheckOptions {
 /// unstable_releases                 those in which an object moves farther than a regrasp lets it when gravity comes from 0.1 rad aside while the branches are
 ///                                away, from one of four sides; not judged
 /// effort                         largest K_a|u − q| of a stored knot, in units of the motor's effort; judged where the plan's step bounds efforts
-/// max_force                      largest normal force of a pair, re-simulated or stored, in units of what its weaker side bears; 0 where nothing is fragile. brace: of the robot on itself or on what is fixed, in units of PlannerOptions::brace_force, not judged
+/// max_force                      largest normal force of a pair, re-simulated or stored, in units of what its weaker side bears; 0 where nothing is fragile. brace: of the robot on itself or on what is fixed, in units of world::share::kBrace of F, not judged
 /// failed_steps                   steps that were not solved
 /// edited, status                 the file is as it was written (its digest), and of a plan that was solved
 /// quaternion_norm, start, goal, settings, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated
