@@ -175,14 +175,14 @@ def test_budget_that_ends_before_the_check_or_the_run_is_no_verdict(plan):
 
 def test_results_lie_in_one_folder(tmp_path):
     """Those of a task in TASK-seedN, those of a plan beside it."""
-    for arguments in (
-        ("plan", "planar_pushing", "--seed", 4),
-        ("refine", "planar_pushing-seed4", "--seed", 7, "--threads", 1),
-        ("simulate", "planar_pushing-seed4", "--whole-only", "--speed", 2, "--html"),
-        ("optimize", "impc_planar_hand", "--iterations", 1),
+    for code, *arguments in (
+        (0, "plan", "planar_pushing", "--seed", 4),
+        (0, "refine", "planar_pushing-seed4", "--seed", 7, "--threads", 1),
+        (1, "simulate", "planar_pushing-seed4", "--whole-only", "--speed", 2, "--html"),  # twice the speed of the joints: what is pushed slides on
+        (0, "optimize", "impc_planar_hand", "--iterations", 1),
     ):
         done = children.run([PROGRAM, *arguments], cwd=tmp_path)
-        assert done.returncode in (0, 1, 3), done.stderr
+        assert done.returncode == code, done.stderr
     found = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
     pushing, hand = "planar_pushing-seed4", "impc_planar_hand-seed0"
     assert found == {
@@ -458,8 +458,8 @@ def test_contacts_of_plans_by_coulombs_law_stay_closed(tmp_path):
 
 def test_start_in_penetration_is_planned_from_the_projected_state(tmp_path):
     path = task_file(tmp_path, "planar_pushing", start={"joints": [0.0, 0.05]})
-    done = run("plan", path, "--goal", "0 0.55 0", "--timeout", 5, "-o", tmp_path / "out", "--json")
-    assert done.returncode in (0, 3), done.stderr
+    done = run("plan", path, "--goal", "0 0.55 0", "--timeout", 20, "-o", tmp_path / "out", "--json")
+    assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert figures["start_projected"] and figures["start_penetration"] > 0.01
     kinds = [segment["kind"] for segment in json.loads((tmp_path / "out/plan.json").read_text())["segments"]]

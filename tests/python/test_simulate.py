@@ -17,7 +17,7 @@ FAST = ("--speed", 2)
 def simulated(stiction, real_plan: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("simulation")
     done = stiction("simulate", real_plan, *FAST, "--html", "--json", "-o", folder)
-    assert done.returncode == (0 if json.loads(done.stdout)["reached"] else 1), done.stderr
+    assert done.returncode == 1, done.stderr
     assert len(done.stdout.splitlines()) == 1
     (folder / "stdout.json").write_text(done.stdout)
     return folder
@@ -26,7 +26,7 @@ def simulated(stiction, real_plan: Path, tmp_path_factory: pytest.TempPathFactor
 def test_json_is_one_object_with_an_error_per_piece(simulated: Path) -> None:
     out = json.loads((simulated / "stdout.json").read_text())
     assert {"status", "seed", "wall_s", "steps", "reached", "error", "max_penetration", "dropped", "pieces"} <= out.keys()
-    assert out["status"] == ("Reached" if out["reached"] else "Missed")
+    assert out["status"] == "Missed" and not out["reached"], "at twice the speed of the joints what is pushed slides on"
     assert out["pieces"]
     for piece in out["pieces"]:
         assert piece["begin_s"] < piece["end_s"]

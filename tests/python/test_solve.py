@@ -29,7 +29,7 @@ def test_tries_side_by_side_give_the_plan_of_one_after_the_other(stiction, tmp_p
     for threads in (1, 3):
         out = tmp_path / str(threads)
         done = stiction("solve", "iiwa_bimanual_planar", "--seed", 3, "--threads", threads, "--tries", 5, "-o", out, "--json")
-        assert done.returncode in (0, 3), done.stderr
+        assert done.returncode == 0, done.stderr
         report = json.loads(done.stdout)
         seeds.append((report["seed"], [t["seed"] for t in report["tries"]]))
         plans.append([knot["u"] for segment in json.loads((out / "plan.json").read_text())["segments"] for knot in segment["knots"]])

@@ -17,7 +17,7 @@ struct PlannerOptions {
   std::uint64_t seed = 0;       ///< the same seed gives the same plan
   int threads = 0;              ///< 0 = all cores; the plan does not depend on it
   int max_iterations = 100000;  ///< extensions, ≥ 1
-  double goal_bias = 0.4;       ///< probability that the subgoal is the goal (Alg. 2)
+  double goal_bias = 0.6;       ///< probability that the subgoal is the goal (Alg. 2)
   double tolerance_fraction =
       0.9;  ///< a goal counts as reached at this share of its tolerances, at the sub-step and at half of it, in (0, 1]
   std::vector<world::SampleBox> sample_boxes;         ///< where subgoals are drawn; none: default_sample_boxes

@@ -53,6 +53,9 @@ inline constexpr double kSameCommand = 0.1;       ///< another extension from a 
 inline constexpr double kSharpening = 10;         ///< κ grows up to this factor, as objects come within as many tolerances of the goal
 inline constexpr std::size_t kLongestChain = 12;  ///< extensions in a row towards one subgoal
 inline constexpr double kProgress = 0.95;         ///< an extension has come nearer when less than this share of the distance is left
+inline constexpr double kByPlaceToGoal =
+    0.25;  ///< share of the pushes to the goal that start where objects are nearest to it, not by the metric …
+inline constexpr double kByPlace = 0.5;  ///< … and of all expansions to drawn places
 inline constexpr double kVisit =
     0.2;  ///< a node, or a cell beside the mean, that was visited five times counts as twice as far from the goal
 inline constexpr double kCell = 0.1;           ///< objects nearer than this share of (1 + distance from the goal) share a cell [tolerances]

@@ -38,10 +38,9 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   const int i = size();
   const Eigen::VectorXd q_u = node.q.head(q_goal.size());
   nearest_.add(node.local.c_u, node.local.S, node.local.L_inv);
-  places_.add(q_u, weights_.cwiseInverse().asDiagonal().toDenseMatrix(), weights_.cwiseSqrt().asDiagonal().toDenseMatrix());
-  if (node.edge == SegmentKind::Regrasp) places_.remove(i);  // another change of contacts starts where this one did
   effort_.push_back(std::sqrt(nearest_.distance(i, q_goal.data())) / threshold::kLength);
-  pushes_.add(q_u, effort_.back(), visited);
+  by_metric_.add(q_u, effort_.back(), visited);
+  pushes_.add(q_u, node.goal_distance, false);
   regrasps_.add(q_u, node.goal_distance, false);
   nodes_.push_back(std::move(node));
   Node& added = nodes_.back();
@@ -49,11 +48,6 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   added.local.L_inv.resize(0, 0);
   if (best_ < 0 || added.goal_ratio < (*this)[best_].goal_ratio) best_ = i;
   return i;
-}
-
-int Tree::nearest(const Eigen::VectorXd& q_u, bool grasp) const {
-  const int near = grasp ? places_.nearest(q_u.data()) : -1;
-  return near >= 0 ? near : nearest(q_u);
 }
 
 void Tree::set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance) {
@@ -73,7 +67,6 @@ void Tree::find_best() {
 
 void Tree::prune(int i) {
   nearest_.remove(i);
-  places_.remove(i);
   if (i == best_) find_best();
 }
 
@@ -87,15 +80,20 @@ int Tree::prune_subtree(int i) {
     behind[static_cast<std::size_t>(k)] = 1;
     n += !pruned(k);
     nearest_.remove(k);
-    places_.remove(k);
   }
   find_best();
   return n;
 }
 
-int Tree::take(bool grasp) {
-  if (!grasp) return pushes_.take([this](int i) { return !pruned(i); }, [this](int i) { return effort_[static_cast<std::size_t>(i)]; });
-  return regrasps_.take([this](int i) { return !places_.removed(i); }, [this](int i) { return (*this)[i].goal_distance; });
+int Tree::take_by_metric() {
+  return by_metric_.take([this](int i) { return !pruned(i); }, [this](int i) { return effort_[static_cast<std::size_t>(i)]; });
+}
+
+int Tree::take_by_place(bool grasp) {
+  const auto distance = [this](int i) { return (*this)[i].goal_distance; };
+  if (!grasp) return pushes_.take([this](int i) { return !pruned(i); }, distance);
+  return regrasps_.take([this](int i) { return !pruned(i) && (*this)[i].edge != SegmentKind::Regrasp && !(*this)[i].cannot_release; },
+                        distance);
 }
 
 std::vector<int> Tree::path_to(int i) const {

@@ -54,15 +54,12 @@ struct Node {
 /// The sub-steps of an edge become those of its node, and the last one its state.
 void set_edge(const std::vector<dynamics::Knot>& knots, const world::Model& model, Node& node);
 
-/// Nodes, and how near they are. No choice scans all nodes.
-///
-/// A node is near a place of the objects by one of two measures. For a push it is the local metric of the node (3.5). For a change of contacts it is the
-/// distance of the objects from that place, because the posture will change: nodes that are no change of contacts themselves, and can let go.
+/// Nodes, and which one is extended next. No choice scans all nodes.
 class Tree {
  public:
   /// @param weights  w of the distance Σ wᵢ eᵢ² between objects, in tolerances of the goal (n_v)
   Tree(const world::ObjectSpace& space, const Eigen::VectorXd& weights)
-      : nearest_(space), places_(space), pushes_(space, weights), regrasps_(space, weights), weights_(weights) {}
+      : nearest_(space), by_metric_(space, weights), pushes_(space, weights), regrasps_(space, weights) {}
 
   /// @param q_goal   objects at the goal (n_qu)  @param visited  it was extended already
   int add(Node node, const Eigen::VectorXd& q_goal, bool visited = false);
@@ -71,21 +68,19 @@ class Tree {
 
   /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
   int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
-  /// The same for a push, or for a change of contacts; where none can let go, for a push.
-  int nearest(const Eigen::VectorXd& q_u, bool grasp) const;
 
-  /// The node of the frontier to extend to the goal, by a push or a change of contacts; −1 when there is none.
-  int take(bool grasp);
+  /// The node of the frontier whose push, by its local metric, comes nearest to the goal; −1 when there is none.
+  int take_by_metric();
+  /// The node of the frontier whose objects are nearest to the goal, for a push or a change of contacts; −1 when there is none. What a change of contacts
+  /// starts from is no change of contacts itself, and can let go.
+  int take_by_place(bool grasp);
   /// The node nearest to the goal that is not pruned.
   int best() const { return best_; }
 
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
   void add_unstable_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].unstable_releases.push_back(branches); }
-  void set_cannot_release(int i) {
-    nodes_[static_cast<std::size_t>(i)].cannot_release = true;
-    places_.remove(i);
-  }
+  void set_cannot_release(int i) { nodes_[static_cast<std::size_t>(i)].cannot_release = true; }
   /// Where the path to a node leads at half steps, and how far the node is from the goal by that.
   void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance);
 
@@ -102,10 +97,9 @@ class Tree {
   void find_best();
 
   std::vector<Node> nodes_;
-  NearestPoints nearest_, places_;
-  Frontier pushes_, regrasps_;
+  NearestPoints nearest_;
+  Frontier by_metric_, pushes_, regrasps_;
   std::vector<double> effort_;  // by node: extensions to the goal by its metric
-  Eigen::VectorXd weights_;
   int best_ = -1;
 };
 

@@ -17,7 +17,7 @@ TreeSearch::TreeSearch(const Setting& setting, const Eigen::VectorXd& u_start, s
       models_(setting_),
       extend_(setting_, models_),
       contact_change_(setting_, models_, extend_),
-      verifier_(setting_),
+      verifier_(setting_, seed),
       writer_(setting_),
       tree_(setting_.goal.space(), setting_.goal.inverse_tolerances().cwiseAbs2()),
       least_distance_(std::numeric_limits<double>::infinity()) {}
@@ -48,20 +48,23 @@ Expansion TreeSearch::draw() {
   core::Random random(seed_, x.stream << 1);
   x.grasp = random.chance(threshold::kGraspProbability);
   x.in_cones = setting_.options.uses(Mechanism::ForceCones) && random.chance(threshold::kInCones);
-  x.to_goal = random.chance(setting_.options.goal_bias);
   x.may_be_unstable = totals_.regrasps.unstable > threshold::kStableReleases * std::max(1L, totals_.regrasps.accepted);
   x.subgoal = setting_.goal.q_goal();
-  if (x.to_goal) {
-    if (setting_.options.uses(Mechanism::Frontier)) x.near = tree_.take(x.grasp);
-  } else {
-    setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
+  x.to_goal = random.chance(setting_.options.goal_bias);
+  if (!x.to_goal) setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
+  if (!setting_.options.uses(Mechanism::Frontier)) return x;
+  const bool by_place = random.chance(x.to_goal ? threshold::kByPlaceToGoal : threshold::kByPlace);
+  if (by_place || (x.to_goal && x.grasp)) {
+    x.near = tree_.take_by_place(x.grasp);
+  } else if (x.to_goal) {
+    x.near = tree_.take_by_metric();
   }
   return x;
 }
 
 void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
   if (scratch.stop()) return;
-  if (x.near < 0) x.near = tree_.nearest(x.subgoal, x.grasp);  // (3.8)
+  if (x.near < 0) x.near = tree_.nearest(x.subgoal);  // (3.8)
   if (tree_[x.near].replay.empty()) {
     x.refined = x.near;
     const Node& node = tree_[x.near];

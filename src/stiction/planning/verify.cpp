@@ -14,7 +14,7 @@ constexpr Worst kMostFine{kMostFinePenetration, kMostForceGap, kMostPress};
 
 bool starts_push(const Node& parent, const Node& node) { return node.edge == SegmentKind::Contact && parent.edge != SegmentKind::Contact; }
 
-EdgeVerifier::EdgeVerifier(const Setting& setting) : setting_(setting) {
+EdgeVerifier::EdgeVerifier(const Setting& setting, std::uint64_t seed) : setting_(setting), seed_(seed) {
   for (int i = 0; i < dynamics::kDisturbances; ++i)
     friction_.push_back(dynamics::calc_friction_factors(setting.model, setting.chains, threshold::kFrictionNoise, i));
 }
@@ -46,7 +46,7 @@ bool EdgeVerifier::verify_root(const Node& root, ThreadScratch& scratch, Totals&
 }
 
 int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
-  core::Random random(setting_.options.seed, 0);
+  core::Random random(seed_, 0);
   Simulation simulation(setting_, scratch, totals);
   Trace at{.q = setting_.problem.q_start, .u = tree[0].u};
   int astray = kOnPath;
@@ -95,8 +95,7 @@ bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const E
 
 void EdgeVerifier::move_objects(const Node& parent, int draw, Eigen::VectorXd& q) const {
   const Eigen::VectorXd most = threshold::kStartNoise * setting_.goal.inverse_tolerances().cwiseInverse();
-  core::Random random(setting_.options.seed ^ kDisturbanceSeed,
-                      static_cast<std::uint64_t>(dynamics::kDisturbances * parent.pushes + draw / 2));
+  core::Random random(seed_ ^ kDisturbanceSeed, static_cast<std::uint64_t>(dynamics::kDisturbances * parent.pushes + draw / 2));
   Eigen::VectorXd error = Eigen::VectorXd::Zero(setting_.model.n_v());
   for (int k = 0; k < setting_.model.n_vu(); ++k) error[k] = (draw % 2 == 0 ? 1 : -1) * random.uniform(-most[k], most[k]);
   world::retract(setting_.model, q, error, q);

@@ -12,7 +12,8 @@ constexpr int kOnPath = -1;
 /// What an edge has to stand before others are built on it (docs/theory/verification.md).
 class EdgeVerifier {
  public:
-  explicit EdgeVerifier(const Setting& setting);
+  /// @param seed  of the tree: two trees do not stand the same errors of objects, else a search with unlucky ones would find no plan
+  EdgeVerifier(const Setting& setting, std::uint64_t seed);
 
   /// Computes Node::replay of a node whose parent has it. False where the two resolutions disagree: an object about to tip or a finger about to slip off
   /// would not survive the check of the plan; and, with margins, where a disturbed path goes elsewhere. Done once, when the node is first built on.
@@ -32,6 +33,7 @@ class EdgeVerifier {
   void move_objects(const Node& parent, int draw, Eigen::VectorXd& q) const;
 
   const Setting& setting_;
+  const std::uint64_t seed_;
   std::vector<Eigen::VectorXd> friction_;  ///< of each disturbance: factors of μ (pairs)
 };
 
