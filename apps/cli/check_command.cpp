@@ -41,6 +41,7 @@ int run_check(const CheckArguments& arguments) {
   }
   if (plan.start_from_command_line) say(to, "  the start is a given one, not that of the task\n");
   if (plan.goal_from_command_line) say(to, "  the goal is one of the command line, not that of the task\n");
+  if (plan.options_from_command_line) say(to, "  the options are given ones, not those of the task\n");
   say(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
 
   if (arguments.json) {
@@ -54,6 +55,7 @@ int run_check(const CheckArguments& arguments) {
     out["knots"] = report.knots;
     out["start_from"] = plan.start_from_command_line ? "command_line" : "task";
     out["goal_from"] = plan.goal_from_command_line ? "command_line" : "task";
+    out["options_from"] = plan.options_from_command_line ? "command_line" : "task";
     out["force_threshold"] = report.threshold_N;
     out["checks"] = nlohmann::ordered_json::array();
     for (const auto& item : report.items) {

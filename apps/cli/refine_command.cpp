@@ -120,6 +120,7 @@ int run_refine(const RefineArguments& arguments) {
   refined.wall_s += result.wall_s;
   task.start_from_command_line = file.start_from_command_line;
   task.goal_from_command_line = file.goal_from_command_line;
+  task.options_from_command_line = file.options_from_command_line;
   const fs::path target = dir / "plan.json";
   tasks::write_plan(tasks::make_plan_file(task, options, refined, target), target);
   const execution::Trajectory trajectory = execution::make_trajectory(*task.model, result.plan, arguments.speed);

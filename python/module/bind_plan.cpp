@@ -22,6 +22,7 @@ Plan::Plan(tasks::PlanFile of, const std::filesystem::path& path)
     : task(tasks::load_task_of_plan(of, path, tasks::default_data_dirs())), file(std::move(of)) {
   if (file.start_from_command_line) tasks::set_start(task, file.q_start);
   task.goal_from_command_line = file.goal_from_command_line;
+  task.options_from_command_line = file.options_from_command_line;
 }
 
 tasks::PlanFile Plan::at(const std::filesystem::path& path) const {
@@ -123,7 +124,9 @@ std::unique_ptr<Refined> refine(const Plan& plan, const std::optional<OptionsLik
     (void)planning::refine(plan.task.model, refined.plan, options, {}, control, out->result);
     refined.plan = out->result.plan;
     refined.wall_s += out->result.wall_s;
-    out->plan = std::make_shared<Plan>(plan.task, options, refined);
+    tasks::Task of = plan.task;
+    of.options_from_command_line |= given.has_value();
+    out->plan = std::make_shared<Plan>(of, options, refined);
   }
   watcher.rethrow();
   return out;

@@ -60,7 +60,10 @@ std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Ve
                                  double timeout_s, const Callback& on_progress, const OnGrowth& on_growth) {
   auto out =
       std::make_unique<PlanResult>(PlanResult{task, options ? options_of({task.model, task.options}, *options) : task.options, {}, {}});
-  if (q_start) out->task.problem.q_start = q_start->value;
+  if (q_start) {
+    out->task.problem.q_start = q_start->value;
+    out->task.start_from_command_line = true;
+  }
   const Eigen::VectorXd u = u_start ? u_start->value : Eigen::VectorXd();
   if (seed) out->options.seed = *seed;
   if (threads) out->options.threads = *threads;
@@ -74,6 +77,7 @@ std::unique_ptr<PlanResult> plan(const tasks::Task& task, const std::optional<Ve
     (void)planning::plan_watched(out->task.problem, u, out->options, control, teller.sink(), out->result);  // the status is in the result
     tasks::Task planned = out->task;  // the plan is checked against what was asked for
     planned.options = out->options;
+    planned.options_from_command_line |= options.has_value();
     planned.options.seed = task.options.seed;
     planned.options.threads = task.options.threads;
     out->plan = std::make_shared<Plan>(planned, out->options, out->result);

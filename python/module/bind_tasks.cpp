@@ -33,7 +33,10 @@ Task with(const Task& task, const std::optional<Vector>& start, const std::optio
   Task out = task;
   if (start) tasks::set_start(out, start->value);
   if (goal) tasks::set_goal(out, {goal->value.data(), static_cast<std::size_t>(goal->value.size())});
-  if (options) out.options = options_of({task.model, task.options}, *options);
+  if (options) {
+    out.options = options_of({task.model, task.options}, *options);
+    out.options_from_command_line = true;
+  }
   return out;
 }
 

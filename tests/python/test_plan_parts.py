@@ -50,6 +50,27 @@ def test_parts_of_a_plan_are_plans_that_follow_each_other(plan: st.Plan, tmp_pat
     assert failed <= {"goal_position", "goal_angle", "status"}, "nothing but that it ends early"
 
 
+@pytest.mark.parametrize("by", ["argument", "task"])
+def test_a_plan_with_options_of_its_own_passes_the_check_once_read(by: str, stiction, tmp_path: Path) -> None:
+    task, options = st.load_task("planar_pushing"), {"goal_bias": 0.3, "tolerance_fraction": 0.5}
+    result = st.plan(task, options=options) if by == "argument" else st.plan(task.with_(options=options))
+    assert result.status == st.Status.Solved and st.check_plan(result.plan).pass_
+    result.plan.write(tmp_path / "plan.json")
+    assert st.check_plan(st.read_plan(tmp_path)).pass_
+    done = stiction("check", tmp_path)
+    assert done.returncode == 0 and "the options are given ones" in done.stderr + done.stdout
+
+
+def test_a_plan_from_a_start_of_its_own_passes_the_check_once_read(stiction, tmp_path: Path) -> None:
+    task = st.load_task("planar_pushing")
+    start = task.q_start.copy()
+    start[0] += 0.05
+    result = st.plan(task, q_start=start)
+    assert result.status == st.Status.Solved
+    result.plan.write(tmp_path / "plan.json")
+    assert st.check_plan(st.read_plan(tmp_path)).pass_ and stiction("check", tmp_path).returncode == 0
+
+
 @pytest.mark.parametrize(("part", "message"), [(slice(2, 2), r"^segments: got \[2, 2\)"), (slice(None, None, 2), "^slice: got a step of 2, expected neighbouring segments")])
 def test_parts_that_are_no_plan_are_refused(plan: st.Plan, part: slice, message: str) -> None:
     with pytest.raises(st.InvalidInput, match=message):

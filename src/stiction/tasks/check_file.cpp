@@ -21,20 +21,25 @@ double value_of(const dynamics::Regularisation& r) {
   return std::get<dynamics::FixedEpsilon>(r).epsilon;
 }
 
-/// The options of the task as a search with these seed, threads, scheme and anytime writes them.
-std::string options_of_task(const Task& task, const planning::PlannerOptions& searched) {
-  planning::PlannerOptions options = task.options;
+/// Options as a search with these seed, threads, scheme and anytime writes them.
+std::string spell_as_searched(planning::PlannerOptions options, const planning::PlannerOptions& searched, const Model& model) {
   options.seed = searched.seed;
   options.threads = searched.threads;
   if (options.thesis && searched.thesis) options.thesis->scheme = searched.thesis->scheme;
   options.anytime = searched.anytime;
-  return planner_options_json(options, *task.model);
+  return planner_options_json(options, model);
 }
 
 }  // namespace
 
 FileCheck::FileCheck(const Task& task, const PlanFile& plan, const CheckOptions& options)
-    : task_(task), plan_(plan), limits_(options), model_(*task.model), work_(model_) {}
+    : task_(task),
+      plan_(plan),
+      limits_(options),
+      searched_(options_of_plan(*task.model, plan, "options")),
+      wanted_(plan.options_from_command_line ? searched_ : task.options),
+      model_(*task.model),
+      work_(model_) {}
 
 void FileCheck::run() {
   if (plan_.sha256 != content_sha256(plan_)) edited_.see(1, [] { return std::string("sha256 is not that of what the file says"); });
@@ -117,14 +122,14 @@ void FileCheck::check_goal() {
 
 /// `optimize` plans with time step and regularisation of its own, and in single steps.
 void FileCheck::check_settings() {
-  const planning::PlannerOptions searched = options_of_plan(model_, plan_, "options");
-  if (planner_options_json(searched, model_) == options_of_task(task_, searched)) return;
+  const std::string searched = planner_options_json(searched_, model_);
+  if (searched == spell_as_searched(wanted_, searched_, model_)) return;
   if (task_.optimize && !plan_.substep) {
-    Task optimised = task_;
-    if (!optimised.options.thesis) optimised.options.thesis.emplace();
-    optimised.options.thesis->h = task_.optimize->options.step.h;
-    optimised.options.thesis->regularisation = task_.optimize->options.step.regularisation;
-    if (planner_options_json(searched, model_) == options_of_task(optimised, searched)) return;
+    planning::PlannerOptions optimised = task_.options;
+    if (!optimised.thesis) optimised.thesis.emplace();
+    optimised.thesis->h = task_.optimize->options.step.h;
+    optimised.thesis->regularisation = task_.optimize->options.step.regularisation;
+    if (searched == spell_as_searched(optimised, searched_, model_)) return;
   }
   settings_.see(1, [] { return std::string("options of the plan against the task"); });
 }
@@ -132,7 +137,7 @@ void FileCheck::check_settings() {
 void FileCheck::check_dynamics() {
   const auto differs = [this](const char* what) { dynamics_.see(1, [&] { return std::string(what); }); };
   const dynamics::StepOptions& step = plan_.step;
-  const dynamics::StepOptions of_task = task_.options.step_options(model_);
+  const dynamics::StepOptions of_task = wanted_.step_options(model_);
   if (step.h > of_task.h) differs("step.h above that of the task");
   if (step.friction_law != of_task.friction_law) differs("step.friction_law is not that of the task");
   if (step.friction_scale > 1) differs("step.friction_scale above 1");
@@ -142,7 +147,7 @@ void FileCheck::check_dynamics() {
   if (step.tol_complementarity > 1e-8) differs("step.tol_complementarity above 1e-8");
   if (step.regularisation.index() != of_task.regularisation.index() || value_of(step.regularisation) != value_of(of_task.regularisation))
     differs("step.regularisation is not that of the task");
-  if (plan_.substep.has_value() == task_.options.thesis.has_value()) return differs("substep is not that of the task");
+  if (plan_.substep.has_value() == wanted_.thesis.has_value()) return differs("substep is not that of the task");
   if (!plan_.substep) return;
   const double length = model_.scales().object(task_.problem.goal.object).length;
   const dynamics::SubstepLimits wanted{.joint_travel = world::share::kTravel * length, .slide = world::share::kSlide * length},

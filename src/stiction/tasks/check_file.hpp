@@ -9,7 +9,7 @@ namespace stiction::tasks {
 ///   edited           the text is the one that was written (its digest)
 ///   status           Solved
 ///   start, goal      those of the task; a goal of the command line is one
-///   settings         the options of the search but for seed, threads, scheme and anytime are those of the task
+///   settings         the options of the search but for seed, threads, scheme and anytime are those of the task, where they were not given beside it
 ///   dynamics         step and sub-step are at least as fine as the task's, by the same laws
 ///   error            of the last knot, as stored
 ///   quaternion_norm, joint_limits, command_limits, command_step, display_poses, stored_cone of every knot
@@ -38,6 +38,8 @@ class FileCheck {
   const Task& task_;
   const PlanFile& plan_;
   const CheckOptions& limits_;
+  const planning::PlannerOptions searched_;  ///< those of the plan
+  const planning::PlannerOptions wanted_;    ///< those of the task, or those that were given beside it
   const world::Model& model_;
   world::KinematicsWorkspace work_;
   world::Kinematics kinematics_;

@@ -129,6 +129,7 @@ void add_task(const Task& task, const fs::path& file, PlanFile& out) {
   out.scene_text = task.scene_text;
   out.start_from_command_line = task.start_from_command_line;
   out.goal_from_command_line = task.goal_from_command_line;
+  out.options_from_command_line = task.options_from_command_line;
 }
 
 /// What the search came to, without its plan.

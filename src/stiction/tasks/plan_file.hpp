@@ -92,7 +92,7 @@ struct PlanFile {
   PoseNumbers goal_pose{};
   double tol_position = 0, tol_angle = 0;
   std::optional<planning::GoalRegion> region;  ///< of the goal (n_vu)
-  bool start_from_command_line = false, goal_from_command_line = false;
+  bool start_from_command_line = false, goal_from_command_line = false, options_from_command_line = false;
   planning::GoalError error;
   std::vector<StoredSegment> segments;
   std::vector<StoredTreeNode> tree;  ///< display; of a large tree an even choice of its nodes

@@ -242,7 +242,7 @@ planning::GoalRegion read_region(const Value& region, const PlanFile& plan) {
 }
 
 /// Start and goal: of the task, or given in its place.
-bool read_from_command_line(const Value& v) { return v.at("from").one_of(std::array<std::string_view, 2>{"task", "command_line"}) == 1; }
+bool is_of_command_line(const Value& from) { return from.one_of(std::array<std::string_view, 2>{"task", "command_line"}) == 1; }
 
 void read_goal(const Value& top, PlanFile& out) {
   const Value goal = top.at("goal");
@@ -259,7 +259,7 @@ void read_goal(const Value& top, PlanFile& out) {
   tolerance.require_keys({"position", "angle"});
   out.tol_position = tolerance.at("position").positive();
   out.tol_angle = tolerance.at("angle").positive();
-  out.goal_from_command_line = read_from_command_line(goal);
+  out.goal_from_command_line = is_of_command_line(goal.at("from"));
   const Value error = top.at("error");
   error.require_keys({"position", "angle"});
   out.error = {error.at("position").nonnegative(), error.at("angle").nonnegative()};
@@ -274,14 +274,15 @@ PlanFile read(const Value& top) {
   top.require_keys({"format",     "format_version", "code_version", "task",  "scene_sha256", "scene_text", "status",  "seed",
                     "options",    "statistics",     "timing",       "step",  "substep",      "joints",     "objects", "bodies",
                     "geometries", "start",          "goal",         "error", "segments",     "tree"},
-                   {"sha256"});
+                   {"sha256", "options_from"});
   PlanFile out;
   read_head(top, out);
   if (!top.at("options").node().is_object()) top.at("options").fail("an object");
+  out.options_from_command_line = top.has("options_from") && is_of_command_line(top.at("options_from"));
   read_scene(top, out);
   const Value start = top.at("start");
   start.require_keys({"u", "joints", "objects"}, {"from"});
-  out.start_from_command_line = start.has("from") && read_from_command_line(start);
+  out.start_from_command_line = start.has("from") && is_of_command_line(start.at("from"));
   out.u_start = start.at("u").vector(out.joints.size());
   out.q_start = read_state(start, out);
   read_goal(top, out);

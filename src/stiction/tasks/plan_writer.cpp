@@ -145,6 +145,7 @@ void write_head(Writer& w, const PlanFile& p) {
   w.raw(",\n\"scene_text\":");
   w.text(p.scene_text);
   w.raw(",\n\"status\":\"{}\",\n\"seed\":{},\n\"options\":{},\n", core::to_string(p.status), p.seed, p.options);
+  if (p.options_from_command_line) w.raw("\"options_from\":\"command_line\",\n");
   w.raw("\"statistics\":{{\"iterations\":{},\"nodes\":{},\"steps\":{},\"linearisations\":{},\"failed_steps\":{},\"distrusted\":{},",
         p.iterations, p.nodes, p.steps, p.linearisations, p.failed_steps, p.distrusted);
   w.raw("\"regrasps\":{{\"tried\":{},\"accepted\":{},\"no_sample\":{},\"no_path\":{},\"object_moved\":{},\"failed_step\":{}}},",

@@ -25,12 +25,13 @@ struct Task {
   std::shared_ptr<const world::Model> model;  ///< model->scene() is the scene
   planning::PlanningProblem problem;
   planning::PlannerOptions options;
-  std::optional<OptimizeSetup> optimize;  ///< the section of that name, if there is one
-  std::string scene_text;                 ///< see make_scene_text
-  std::string scene_sha256;               ///< of scene_text
-  bool start_from_command_line = false;   ///< set_start replaced the start of the file
-  bool goal_from_command_line = false;    ///< set_goal replaced the goal of the file
-  std::vector<std::string> notes;         ///< what was taken otherwise than the file says, a sentence each
+  std::optional<OptimizeSetup> optimize;   ///< the section of that name, if there is one
+  std::string scene_text;                  ///< see make_scene_text
+  std::string scene_sha256;                ///< of scene_text
+  bool start_from_command_line = false;    ///< set_start replaced the start of the file
+  bool goal_from_command_line = false;     ///< set_goal replaced the goal of the file
+  bool options_from_command_line = false;  ///< options were given beside those of the file
+  std::vector<std::string> notes;          ///< what was taken otherwise than the file says, a sentence each
 };
 
 /// Where built-in tasks are looked up when no folders are given: share/stiction/tasks of the installation that runs, the source folder.
