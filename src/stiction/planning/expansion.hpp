@@ -12,30 +12,6 @@
 
 namespace stiction::planning {
 
-inline RegraspCounts& operator+=(RegraspCounts& sum, const RegraspCounts& o) {
-  sum.tried += o.tried;
-  sum.accepted += o.accepted;
-  sum.no_sample += o.no_sample;
-  sum.no_path += o.no_path;
-  sum.object_moved += o.object_moved;
-  sum.unstable += o.unstable;
-  sum.failed_step += o.failed_step;
-  return sum;
-}
-
-struct Totals : Work {
-  long linearisations = 0, distrusted = 0;
-  RegraspCounts regrasps;
-
-  Totals& operator+=(const Totals& o) {
-    Work::operator+=(o);
-    linearisations += o.linearisations;
-    distrusted += o.distrusted;
-    regrasps += o.regrasps;
-    return *this;
-  }
-};
-
 /// Everything one thread needs to grow a tree.
 struct ThreadScratch : SimulationScratch {
   ThreadScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control)

@@ -9,6 +9,7 @@
 #include "stiction/planning/mechanisms.hpp"
 #include "stiction/planning/plan.hpp"
 #include "stiction/planning/thesis/settings.hpp"
+#include "stiction/planning/totals.hpp"
 #include "stiction/world/object_space.hpp"
 
 namespace stiction::planning {
@@ -45,16 +46,6 @@ struct PlanningProblem {
                ///< or relative to the world
   /// @throws core::InvalidInput: sizes, tolerances, a goal inside a fixed body or outside the range of the object's joint
   void validate() const;
-};
-
-/// How regrasp attempts ended.
-struct RegraspCounts {
-  long tried = 0, accepted = 0;
-  long no_sample = 0;     ///< no posture in contact was found
-  long no_path = 0;       ///< no collision-free path
-  long object_moved = 0;  ///< the object did not stay where it was
-  long unstable = 0;      ///< … of these: with gravity aside, when branches had let go
-  long failed_step = 0;   ///< a step was not solved
 };
 
 /// A node of the tree as a user sees it.

@@ -48,13 +48,17 @@ class Search {
     out.status = grow(budget, out);
     if (out.status != Status::Solved) keep_best(out);
     for (const GrowingTree& tree : trees_) count(tree);
-    out.iterations = iterations_;
-    out.nodes = nodes_;
-    out.steps = totals_.steps;
-    out.failed_steps = totals_.failed_steps;
-    out.linearisations = totals_.linearisations;
-    out.distrusted = totals_.distrusted;
-    out.regrasps = totals_.regrasps;
+  }
+
+  /// What run() computed, to what is counted already.
+  void add_counts(PlanResult& out) const {
+    out.iterations += iterations_;
+    out.nodes += nodes_;
+    out.steps += totals_.steps;
+    out.failed_steps += totals_.failed_steps;
+    out.linearisations += totals_.linearisations;
+    out.distrusted += totals_.distrusted;
+    out.regrasps += totals_.regrasps;
   }
 
  private:
@@ -233,8 +237,9 @@ void search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, cons
             core::RunControl::Clock::time_point start, const GrowthSink& grown, PlanResult& out) {
   const PlanResult nothing;
   const core::RunControl part = part_of_run(options, control, start, nothing, false);
-  Search(problem, u_start, options, part, grown, threshold::kTrees, std::numeric_limits<double>::infinity())
-      .run(options.max_iterations, out);
+  Search first(problem, u_start, options, part, grown, threshold::kTrees, std::numeric_limits<double>::infinity());
+  first.run(options.max_iterations, out);
+  first.add_counts(out);
   out.seed = options.seed;
 }
 
@@ -246,14 +251,9 @@ void improve(const PlanningProblem& problem, const Eigen::VectorXd& u_start, con
     PlannerOptions next = options;
     next.seed = core::Random(options.seed, ~tree).bits();
     PlanResult found;
-    Search(problem, u_start, next, part, {}, 1, best.cost).run(std::min<long>(patience, options.max_iterations - best.iterations), found);
-    best.iterations += found.iterations;
-    best.nodes += found.nodes;
-    best.steps += found.steps;
-    best.linearisations += found.linearisations;
-    best.failed_steps += found.failed_steps;
-    best.distrusted += found.distrusted;
-    best.regrasps += found.regrasps;
+    Search another(problem, u_start, next, part, {}, 1, best.cost);
+    another.run(std::min<long>(patience, options.max_iterations - best.iterations), found);
+    another.add_counts(best);
     if (found.status == Status::NumericalFailure) break;
     if (found.status != Status::Solved || found.cost >= best.cost) continue;
     best.plan = std::move(found.plan);

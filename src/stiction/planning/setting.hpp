@@ -34,23 +34,6 @@ struct Setting {
   const PressLimits press;
 };
 
-/// Dynamics steps that were computed.
-struct Work {
-  long steps = 0, failed_steps = 0;
-
-  /// So many steps, the last of which ended like this. @returns it was solved
-  bool add(long n, core::Status last) {
-    steps += n;
-    failed_steps += last != core::Status::Solved;
-    return last == core::Status::Solved;
-  }
-  Work& operator+=(const Work& o) {
-    steps += o.steps;
-    failed_steps += o.failed_steps;
-    return *this;
-  }
-};
-
 /// What one thread needs to simulate commands.
 struct SimulationScratch {
   SimulationScratch(const std::shared_ptr<const world::Model>& model, const core::RunControl& control) : steps(model), geometry(*model) {
