@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "planning/push_plan.hpp"
-#include "stiction/execution/open_loop/free_room.hpp"
+#include "stiction/execution/open_loop/lag_allowance.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -39,10 +39,10 @@ double speed_at(const execution::Trajectory& t, Eigen::Index k) {
 }
 
 /// Half of the distance to what is nearest.
-TEST(FreeRoom, IsAShareOfTheDistance) {
+TEST(LagAllowance, IsAShareOfTheDistance) {
   const auto model = load_model("planar_pushing");
   const double least = calc_run_speeds(*model, 0).room, most = model->scales().robots().length;
-  FreeRoom room(*model, least);
+  LagAllowance room(*model, least);
   const auto calc = [&](double gap0, double gap1) {
     const auto q = [](double gap) { return (VectorXd(5) << 0.5, kReach + gap, 0, 0.5, 0).finished(); };
     return room.calc(Eigen::Vector2d(0, 0), Eigen::Vector2d(0, 1), q(gap0), q(gap1));
@@ -56,13 +56,13 @@ TEST(FreeRoom, IsAShareOfTheDistance) {
 }
 
 /// One finger moves, and the other one, at the ball and holding it, gives a little.
-TEST(FreeRoom, BranchThatHolds_DoesNotMove) {
+TEST(LagAllowance, BranchThatHolds_DoesNotMove) {
   const auto model = load_model("planar_hand");
   const double least = calc_run_speeds(*model, 0).room;
   VectorXd q = model->neutral();
   q.head<2>() << 0.3, 0.3 + 2 * least;  // a ball of 0.25 m above the right finger of 0.05 m, which lies along y
   const VectorXd u = q.tail(model->n_a());
-  FreeRoom room(*model, least);
+  LagAllowance room(*model, least);
   /// @param left, right  how far the command of a joint of each moves   @param gives  a joint of the right one
   const auto calc = [&](double left, double right, double gives) {
     VectorXd u_next = u, q_next = q;
@@ -106,7 +106,7 @@ TEST(RunTiming, RegraspOverALine_TakesTheTimeOfItsAcceleration) {
   }
 }
 
-/// K_a trail = τ/2 at the most room that a motor can make use of.
+/// K_a lag = τ/2 at the most room that a motor can make use of.
 TEST(RunSpeeds, MostRoom_IsThatOfHalfOfTheEffort) {
   const auto model = load_model("planar_pushing");
   const RunSpeeds speeds = calc_run_speeds(*model, 0);
@@ -195,10 +195,10 @@ TEST(RunTiming, PushTakesItsObjectAtTheSpeedOfObjects) {
 }
 
 /// A straight push of a box of 5 kg, damped by m/τ = 100 N·s/m, by a spring of 100 N/m: commands are ahead by D v/K more than those of the plan.
-TEST(DragLead, StraightPush_LeadsByDampingOverStiffness) {
+TEST(DragFeedforward, StraightPush_LeadsByDampingOverStiffness) {
   const auto model = load_model("planar_pushing");
   const planning::Plan plan = planning::test::push_up(model);
-  DragLead lead(model);
+  DragFeedforward lead(model);
   ASSERT_TRUE(lead.acts());
   const auto& knots = plan.segments.back().knots;
   const auto &from = knots[knots.size() - 2], &to = knots.back();
@@ -219,7 +219,7 @@ TEST(DragLead, StraightPush_LeadsByDampingOverStiffness) {
 TEST(RunTiming, CommandsWithLeads_AreNoFasterThanTheirJoints) {
   const auto model = load_model("planar_pushing");
   const planning::Plan plan = planning::test::push_up(model);
-  DragLead lead(model);
+  DragFeedforward lead(model);
   ASSERT_TRUE(lead.acts());
   for (const double factor : {0.1, 1.0, 1000.0}) {
     RunSpeeds speeds = calc_run_speeds(*model, 0, factor);
@@ -240,17 +240,17 @@ TEST(RunTiming, CommandsWithLeads_AreNoFasterThanTheirJoints) {
 }
 
 /// 100 N of the motor are the most that the damping of 100 N·s/m may ask for.
-TEST(DragLead, MotorThatCannotPushSoFast_MakesThePushSlower) {
+TEST(DragFeedforward, MotorThatCannotPushSoFast_MakesThePushSlower) {
   const auto model = load_model("planar_pushing");
   const planning::Plan plan = planning::test::push_up(model);
   const auto& knots = plan.segments.back().knots;
   const auto &from = knots[knots.size() - 2], &to = knots.back();
   const double way = (to.q - from.q)[1], duration = way / 2;  // 2 m/s, 200 N
-  const auto led = DragLead(model).calc(plan, from.q, to.u, to.q, duration);
+  const auto led = DragFeedforward(model).calc(plan, from.q, to.u, to.q, duration);
   EXPECT_NEAR(led.speed, 0.8 * 100 / 200, 0.8 * 100 / 200 * 0.1 * 1.1) << "D/Δt is a tenth of the stiff robot's spring";
 }
 
-TEST(DragLead, FreeObject_HasNone) { EXPECT_FALSE(DragLead(load_model("allegro_cube")).acts()); }
+TEST(DragFeedforward, FreeObject_HasNone) { EXPECT_FALSE(DragFeedforward(load_model("allegro_cube")).acts()); }
 
 }  // namespace
 }  // namespace stiction::execution::test

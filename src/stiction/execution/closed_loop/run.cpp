@@ -32,7 +32,7 @@ constexpr int kMostWindows = 10;
 /// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
 constexpr double kGain = 0.8;
 
-/// Of objects that rest on what stops them, those trail their plan for some follow times.
+/// Of objects that rest on what stops them, those lag behind their plan for some follow times.
 constexpr double kFollowTimes = 2;
 
 class Executor {
@@ -318,7 +318,7 @@ class Executor {
   /// A piece in time, watched. @param zero  time of the run at which the trajectory began
   bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
     const double begin = trajectory.times[piece.first_knot], end = trajectory.times[piece.last_knot];
-    const double trail = how_.settle_time + kFollowTimes * follow_time_;
+    const double looked_back = how_.settle_time + kFollowTimes * follow_time_;
     Eigen::VectorXd u(model_.n_a());
     while (now() - zero < end - 0.5 * how_.tick) {
       const double t = std::min(now() - zero + how_.tick, end);
@@ -327,8 +327,8 @@ class Executor {
       looked_ = false;
       if (!tick(u)) return false;
       if (!looked_) continue;
-      off_ = share_off_path(model_, trajectory, std::max(begin, t - trail), std::min(end, t + how_.watch_interval), how_.watch_interval,
-                            measured_.q, problem_.goal);
+      off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
+                            how_.watch_interval, measured_.q, problem_.goal);
       if (off_ > how_.off_on_the_way) return false;
     }
     return true;
@@ -369,7 +369,7 @@ class Executor {
   const core::RunControl& control_;
   RunResult& out_;
   RunSpeeds speed_;
-  DragLead lead_;
+  DragFeedforward lead_;
   double follow_time_, window_;
   ObjectWatch watch_;
   Eigen::VectorXd strain_;  ///< that a motor bears at most (n_a)

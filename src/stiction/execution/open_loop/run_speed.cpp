@@ -57,9 +57,9 @@ void set_free_motion(const Model& model, RunSpeeds& out) {
   const Eigen::VectorXd omega_squared = model.stiffness().cwiseQuotient(world::calc_joint_inertia(model, kinematics));
   out.room = world::share::kClearance * model.scales().robots().length;
   out.most_room = kInertiaShare * model.effort().cwiseQuotient(model.stiffness()).cwiseProduct(model.reach());
-  const Eigen::VectorXd trail = out.most_room.cwiseMin(out.room).cwiseQuotient(model.reach());
-  out.acceleration = omega_squared.cwiseProduct(trail);
-  out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(trail);
+  const Eigen::VectorXd lag = out.most_room.cwiseMin(out.room).cwiseQuotient(model.reach());
+  out.acceleration = omega_squared.cwiseProduct(lag);
+  out.jump = std::numbers::e * omega_squared.cwiseSqrt().cwiseProduct(lag);
 }
 
 /// Time that goes `share` times as fast: springs and inertia have less to say.

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/execution/open_loop/free_room.hpp"
+#include "stiction/execution/open_loop/lag_allowance.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -112,7 +112,7 @@ double calc_time(const Stretch& s, double f0, double f1) {
 /// Takes a trajectory as knots and gives it times, knots in between and leads.
 class Timer {
  public:
-  Timer(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead, double pause)
+  Timer(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragFeedforward* lead, double pause)
       : model_(model),
         plan_(plan),
         speeds_(speeds),
@@ -220,10 +220,10 @@ class Timer {
   const Model& model_;
   const planning::Plan& plan_;
   const RunSpeeds& speeds_;
-  DragLead* lead_;
+  DragFeedforward* lead_;
   double pause_;
   PushTravel travel_;
-  FreeRoom room_;
+  LagAllowance room_;
   std::vector<Eigen::VectorXd> u_, q_;
   std::vector<int> segments_, knots_;
   std::vector<double> times_;
@@ -232,7 +232,7 @@ class Timer {
 
 }  // namespace
 
-Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead, double pause) {
+Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragFeedforward* lead, double pause) {
   speeds.validate(model);
   core::require_nonnegative("pause", pause);
   // At one unit a second, for the knots; their times follow.
@@ -243,7 +243,7 @@ Trajectory make_trajectory(const Model& model, const planning::Plan& plan, const
 
 Trajectory make_trajectory(const Model& model, const planning::Plan& plan, double speed, double pause) {
   // The model is owned by the caller for as long as this call lasts.
-  DragLead lead(std::shared_ptr<const Model>(&model, [](const Model*) {}));
+  DragFeedforward lead(std::shared_ptr<const Model>(&model, [](const Model*) {}));
   return make_trajectory(model, plan, calc_run_speeds(model, plan.goal.object, speed), &lead, pause);
 }
 

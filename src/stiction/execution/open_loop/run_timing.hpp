@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "stiction/execution/open_loop/drag_lead.hpp"
+#include "stiction/execution/open_loop/drag_feedforward.hpp"
 #include "stiction/execution/open_loop/run_speed.hpp"
 #include "stiction/execution/open_loop/trajectory.hpp"
 
@@ -15,7 +15,7 @@ namespace stiction::execution {
 /// @param pause  commands rest this long between pieces [s], ≥ 0
 /// @throws core::InvalidInput as make_trajectory()
 /// Tests: tests/execution/run_timing_test.cpp
-Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragLead* lead = nullptr,
+Trajectory make_trajectory(const world::Model& model, const planning::Plan& plan, const RunSpeeds& speeds, DragFeedforward* lead = nullptr,
                            double pause = 0);
 
 /// … at the speeds that follow from the object of its goal and from the motors, and with that lead: what a robot is given that knows nothing of the object.

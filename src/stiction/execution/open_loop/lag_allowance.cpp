@@ -1,4 +1,4 @@
-#include "stiction/execution/open_loop/free_room.hpp"
+#include "stiction/execution/open_loop/lag_allowance.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -15,10 +15,10 @@ constexpr double kShare = 0.5;
 
 }  // namespace
 
-FreeRoom::FreeRoom(const world::Model& model, double least)
+LagAllowance::LagAllowance(const world::Model& model, double least)
     : model_(model), chains_(model), least_(least), most_(std::max(least, model.scales().robots().length)), geometry_(model) {}
 
-double FreeRoom::calc(const VectorXd& u0, const VectorXd& u1, const VectorXd& q0, const VectorXd& q1) {
+double LagAllowance::calc(const VectorXd& u0, const VectorXd& u1, const VectorXd& q0, const VectorXd& q1) {
   const world::ChainMask moving = find_moving(u0, u1);
   if (moving != moving_) {
     moving_ = moving;
@@ -32,7 +32,7 @@ double FreeRoom::calc(const VectorXd& u0, const VectorXd& u1, const VectorXd& q0
   return std::clamp(kShare * std::min(before, distance_), least_, most_);
 }
 
-world::ChainMask FreeRoom::find_moving(const VectorXd& u0, const VectorXd& u1) const {
+world::ChainMask LagAllowance::find_moving(const VectorXd& u0, const VectorXd& u1) const {
   world::ChainMask moving = 0;
   for (int chain = 0; chain < chains_.size(); ++chain) {
     const auto joints = chains_.joints(chain);
@@ -42,7 +42,7 @@ world::ChainMask FreeRoom::find_moving(const VectorXd& u0, const VectorXd& u1) c
   return moving;
 }
 
-double FreeRoom::calc_distance(const VectorXd& q) {
+double LagAllowance::calc_distance(const VectorXd& q) {
   world::calc_kinematics(model_, q, geometry_.kinematics_work, geometry_.kinematics);
   return contact::calc_min_distance(model_, geometry_.kinematics, geometry_.pairs, -std::numeric_limits<double>::infinity(),
                                     geometry_.contact_work);

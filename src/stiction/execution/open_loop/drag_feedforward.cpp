@@ -1,4 +1,4 @@
-#include "stiction/execution/open_loop/drag_lead.hpp"
+#include "stiction/execution/open_loop/drag_feedforward.hpp"
 
 #include <algorithm>
 
@@ -54,16 +54,16 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
   return world::largest_share(model, delta.head(model.n_vu()), least * model.scales().robots().length, least) < 1;
 }
 
-DragLead::DragLead(std::shared_ptr<const world::Model> model)
+DragFeedforward::DragFeedforward(std::shared_ptr<const world::Model> model)
     : model_(std::move(model)), damping_(calc_support_damping(*model_)), stiff_(acts() ? make_stiff(*model_) : model_), work_(stiff_) {}
 
-bool DragLead::follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const {
+bool DragFeedforward::follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const {
   const auto norm = [&](const Eigen::VectorXd& x) { return x.dot(damping_.cwiseProduct(x)); };
   const Eigen::VectorXd off = delta - planned;
   return norm(off) <= kOff * kOff * norm(planned) || moves_nothing(*model_, off);
 }
 
-double DragLead::speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const {
+double DragFeedforward::speed_within_efforts(const Eigen::VectorXd& strain, const Eigen::VectorXd& lead) const {
   double speed = 1;
   for (int j = 0; j < model_->n_a(); ++j) {
     const double room = kEffortShare * model_->effort()[j] / model_->stiffness()[j] - std::abs(strain[j]);
@@ -72,8 +72,8 @@ double DragLead::speed_within_efforts(const Eigen::VectorXd& strain, const Eigen
   return speed;
 }
 
-DragLead::Lead DragLead::calc(const planning::Plan& plan, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Eigen::VectorXd& q_next,
-                              double duration) {
+DragFeedforward::Lead DragFeedforward::calc(const planning::Plan& plan, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
+                                            const Eigen::VectorXd& q_next, double duration) {
   Lead out{Eigen::VectorXd::Zero(model_->n_a()), 1};
   const Eigen::VectorXd strain = u - q_next.tail(model_->n_a());
   const Eigen::VectorXd u_s = q_next.tail(model_->n_a()) + strain / kStiffer;

@@ -7,10 +7,10 @@ namespace stiction::execution {
 
 /// How far branches that move freely may be off their path.
 /// Tests: tests/execution/run_timing_test.cpp
-class FreeRoom {
+class LagAllowance {
  public:
   /// @param least  room that there is everywhere [m], > 0: the clearance of a regrasp
-  FreeRoom(const world::Model& model, double least);
+  LagAllowance(const world::Model& model, double least);
 
   /// Of the branches whose commands (n_a) differ, at q0 and q1 (n_q), a step apart [m]: a share of their distance to what is nearest, from `least` to the length
   /// of the robots.

@@ -15,9 +15,9 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta);
 ///     Δu = K_a⁻¹ K_s (qᵃ_s(0) − qᵃ_s(D))                                                                                            (E.17)
 ///
 /// after an exact step from q_k, with the torques of the plan, in the time Δt in which the object goes there.
-class DragLead {
+class DragFeedforward {
  public:
-  explicit DragLead(std::shared_ptr<const world::Model> model);
+  explicit DragFeedforward(std::shared_ptr<const world::Model> model);
 
   bool acts() const { return !damping_.isZero(0); }  ///< there is an object that is damped
 
