@@ -314,7 +314,7 @@ TEST(Refine, LastPushThatMisses_IsKeptAndTheRestPlannedAnew) {
   p.refine_options.mpc_iterations = 0;
   RefineResult r;
   ASSERT_NO_FATAL_FAILURE(expect_planned_anew(p, r));
-  EXPECT_EQ(r.rest_planned_anew, 1);
+  EXPECT_GE(r.rest_planned_anew, 1);
   EXPECT_LE(r.plan.error.position, 0.01);
   EXPECT_LE(r.fine_error.position, 0.01);
   const VectorXd& u_kept = r.plan.segments.front().knots.back().u;

@@ -97,7 +97,8 @@ def test_where_a_push_fails_after_a_wide_regrasp_a_narrower_one_is_taken(stictio
         assert stiction("check", plan / "refined").returncode == 0
         if out["variant"] != "unchanged":
             least.append(out["least_clearance"])
-    assert least and min(least) >= 2e-3
+    length = 0.07746  # L of the fingers (L.1), of which RefineOptions::clearances are 0.2, 0.1, 0.05 and 0.02
+    assert least and 0.02 * length * (1 - 1e-4) <= min(least) < 0.2 * length
 
 
 def hardest_brace(plan: dict) -> float:
