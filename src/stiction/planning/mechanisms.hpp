@@ -7,7 +7,7 @@ namespace stiction::planning {
 
 /// What the planner adds to Algorithm 2 and can be left out for an ablation (bench/search.py --without).
 ///
-/// Five more are no choice, since a plan without them is not accepted: sub-steps (EdgeSimulator), replay at half steps (EdgeVerifier), regrasps that are
+/// Five more are no choice, since a plan without them is not accepted: sub-steps (Simulation), replay at half steps (EdgeVerifier), regrasps that are
 /// simulated (Regrasp), limits of penetration, gap and press (contact_limits.hpp, press_limits.hpp), and a start at rest (settle_start).
 enum class Mechanism : unsigned {
   Frontier,        ///< nodes are extended to the goal by distance, visits of the node and visits of its cell (P.12)
