@@ -1,5 +1,7 @@
 #include "stiction/dynamics/nearby.hpp"
 
+#include <algorithm>
+
 #include "stiction/world/scales.hpp"
 
 namespace stiction::dynamics::detail {
@@ -18,8 +20,8 @@ bool has_fixed_gap(const Model& model, const StepWorkspace::Impl& work, std::siz
   return J.col(0).lpNorm<Eigen::Infinity>() <= kRounding * J.lpNorm<Eigen::Infinity>();
 }
 
-void query(const Model& model, double margin, std::span<const double> near, StepWorkspace::Impl& work) {
-  contact::query(model, work.kinematics, {.margin = margin, .near = near}, work.contact_work, work.contacts);
+void query(const Model& model, double margin, StepWorkspace::Impl& work) {
+  contact::query(model, work.kinematics, {.margin = margin, .near = work.near}, work.contact_work, work.contacts);
   contact::calc_jacobians(model, work.kinematics, work.contacts, work.contact_work, work.J);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < work.contacts.size(); ++i) {
@@ -41,15 +43,21 @@ void calc_kinematics(const Model& model, VectorRef q, StepWorkspace::Impl& work)
   work.margin_seen = -1;
 }
 
-void find_contacts(const Model& model, const StepInput& in, double margin, std::span<const double> near, StepWorkspace::Impl& work) {
-  if (work.margin_seen != margin) {
-    query(model, margin, near, work);
+void find_contacts(const Model& model, const StepInput& in, double margin, double fall, bool within_reach, StepWorkspace::Impl& work) {
+  if (work.margin_seen != margin || work.fall_seen != fall) {
+    work.near.resize(model.pairs().size());
+    for (std::size_t i = 0; i < work.near.size(); ++i) {
+      const double seen = model.pairs()[i].max_distance + margin;
+      work.near[i] = within_reach ? std::min(seen, work.reach.near[i]) : seen;
+    }
+    query(model, margin + std::max(0.0, fall - model.scene().contact_distance), work);
     work.margin_seen = margin;
+    work.fall_seen = fall;
     work.near_contacts = work.contacts.size();
   }
   if (in.friction)
     for (auto& contact : work.contacts) contact.friction *= (*in.friction)[contact.pair];
-  if (in.friction || !near.empty()) work.margin_seen = -1;  // no other step takes these over
+  if (in.friction || within_reach) work.margin_seen = -1;  // no other step takes these over
 }
 
 }  // namespace stiction::dynamics::detail

@@ -113,8 +113,10 @@ struct StepWorkspace::Impl {
   std::size_t near_contacts = 0;  // the first of them, found by their distance at q; the others by what δq meets
   std::optional<detail::Sweep> sweep;
   detail::Reach reach{*model};
-  Eigen::VectorXd q_seen;   // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
-  double margin_seen = -1;  // of contacts and J [m]; < 0: there are none at q_seen
+  Eigen::VectorXd q_seen;    // of kinematics, contacts and J: a step from the same q, as the samples of a local model are, takes them over
+  double margin_seen = -1;   // of contacts and J [m]; < 0: there are none at q_seen
+  double fall_seen = 0;      // likewise
+  std::vector<double> near;  // per pair: nearer ones are listed [m]
   std::optional<cone::Problem> problem;
   std::optional<cone::Workspace> solver;
   cone::Result solution;

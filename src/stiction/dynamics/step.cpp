@@ -143,19 +143,20 @@ Status solve_with_met(const StepProgram& program, double margin, StepWorkspace::
 }
 
 /// The contacts that an exact step reaches, or all, and the solution.
-/// @param margin  beyond scene.contact_distance, within which contacts are looked for [m]
-Status find_and_solve(const StepProgram& program, double margin, StepWorkspace::Impl& work, double& least_share, int& iterations) {
+/// @param fall  of an object that nothing holds [m]
+Status find_and_solve(const StepProgram& program, double fall, StepWorkspace::Impl& work, double& least_share, int& iterations) {
   const auto& [model, in, options, guess, smoothing, barrier] = program;
+  const double margin = options.contact_margin;
   const bool within_reach =
       options.contacts_within_reach && smoothing == nullptr && guess == nullptr && !work.reach.pairs.empty() && !model.scene().max_contacts;
   if (within_reach) {
     guess_reach(model, in, options, margin, work);
-    find_contacts(model, in, margin, work.reach.near, work);
+    find_contacts(model, in, margin, fall, true, work);
     const Status status = solve_with_met(program, margin, work, least_share, iterations);
     if (status == Status::Solved && stays_within_reach(model, in, options, work)) return status;
     work.margin_seen = -1;
   }
-  find_contacts(model, in, margin, {}, work);
+  find_contacts(model, in, margin, fall, false, work);
   return solve_with_met(program, margin, work, least_share, iterations);
 }
 
@@ -194,13 +195,11 @@ Status solve_step(const Model& model, const StepInput& in, const Eigen::VectorXd
   const double fall = calc_objective(model, in, options, work, out.epsilon);
   set_stiction(model, options, work);
   work.commanded.tail(model.n_a()) = in.u - in.q.tail(model.n_a());
-  // An unsupported object must not fall through what it would have met: look as far as it can fall.
-  const double margin = options.contact_margin + std::max(0.0, fall - model.scene().contact_distance);
   const StepProgram program = make_program(model, in, guess, options);
   const int growths = work.problem->growths();
   double least_share = 0;
   out.iterations = 0;
-  out.status = find_and_solve(program, margin, work, least_share, out.iterations);
+  out.status = find_and_solve(program, fall, work, least_share, out.iterations);
   out.residuals = work.solution.residuals;
   out.growths = work.problem->growths() - growths;
   if (out.status != Status::Solved) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -23,12 +22,6 @@ Eigen::VectorXd command_of(const world::RobotChains& chains, world::ChainMask mo
 }
 
 }  // namespace
-
-bool fits_cones(const dynamics::Knot& knot, double friction_scale) {
-  return std::all_of(knot.contacts.begin(), knot.contacts.end(), [&](const dynamics::ContactImpulse& c) {
-    return c.lambda.tail<2>().norm() <= friction_scale * c.contact.friction * c.lambda[0];
-  });
-}
 
 bool is_free_on_its_way(const world::Model& model, const world::RobotChains& chains, const std::vector<dynamics::Knot>& knots,
                         contact::GeometryWorkspace& work) {
@@ -60,13 +53,7 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
 
 RegraspSimulation::RegraspSimulation(const Setting& setting, const RegraspSizes& sizes, const Eigen::VectorXd& q, const Eigen::VectorXd& u,
                                      SimulationScratch& scratch, Work& work)
-    : setting_(setting),
-      sizes_(sizes),
-      scratch_(scratch),
-      simulation_(setting, scratch, work),
-      q_start_(q),
-      q_rest_(q),
-      at_{.q = q, .u = u} {
+    : setting_(setting), sizes_(sizes), scratch_(scratch), simulation_(setting, scratch, work), q_rest_(q), at_{.q = q, .u = u} {
   scratch_.steps.forget();
 }
 
@@ -132,21 +119,6 @@ Ending RegraspSimulation::hold() {
   const Ending ending =
       simulation_.hold(threshold::kMostHeld * sizes_.cuts, rest(), sizes_.pace, {}, watch(setting_.thresholds.regrasp), at_, rests);
   return ending == Ending::Reached && !rests ? Ending::Moved : ending;
-}
-
-Ending RegraspSimulation::hold_with_less_friction() {
-  Pace slippery = sizes_.pace;
-  slippery.kind = Pace::Kind::Steps;
-  slippery.step.friction_scale *= threshold::kRegraspFriction;
-  std::span<const dynamics::Knot> knots = at_.knots;
-  Trace trace{.q = q_start_, .u = at_.u};
-  while (!knots.empty() && fits_cones(knots.front(), slippery.step.friction_scale)) {
-    trace.q = knots.front().q;
-    knots = knots.subspan(1);
-  }
-  scratch_.steps.forget();
-  const Watch same{.places = {{{nullptr, setting_.thresholds.regrasp}, {}}}, .along = knots};
-  return simulation_.follow(commands_of(knots), slippery, {}, same, trace);
 }
 
 Ending RegraspSimulation::move(const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, const Allowance& allowance) {
@@ -273,14 +245,12 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
     ++counts.no_path;
     return false;
   }
-  Ending ending = run->go(release.moved, path, path.back());
+  const Ending ending = run->go(release.moved, path, path.back());
   if (ending != Ending::Reached) return count_failure(ending, counts);
   if (!run->is_free_on_its_way()) {
     ++counts.no_path;
     return false;
   }
-  if (setting.options.uses(Mechanism::FirmRegrasps)) ending = run->hold_with_less_friction();
-  if (ending != Ending::Reached) return count_failure(ending, counts);
   out.knots = std::move(run->knots());
   ++counts.accepted;
   return true;

@@ -11,10 +11,6 @@
 
 namespace stiction::planning {
 
-/// All forces of a sub-step lie in friction cones with every μ times this. The sub-step is then the solution with those cones too: it stays feasible, since
-/// v_n ≥ μ‖v_t‖ only gets weaker, and complementary.
-bool fits_cones(const dynamics::Knot& knot, double friction_scale);
-
 /// Every branch that goes elsewhere in a regrasp, 0.1 rad or L, touches nothing from when it first is 0.01 L away from everything to when it last is, as the
 /// checker demands. A path keeps its clearance; springs that give way do not follow it exactly.
 bool is_free_on_its_way(const world::Model& model, const world::RobotChains& chains, const std::vector<dynamics::Knot>& knots,
@@ -53,8 +49,6 @@ class RegraspSimulation {
   /// Held until the objects rest. @returns Moved where they do not come to rest
   Ending hold();
   bool is_free_on_its_way() { return planning::is_free_on_its_way(setting_.model, setting_.chains, at_.knots, scratch_.geometry); }
-  /// The objects do the same with every μ times kRegraspFriction. Steps that fit the smaller cones are the same and are not simulated again.
-  Ending hold_with_less_friction();
 
  private:
   Ending move(const Eigen::VectorXd& u, const dynamics::SubstepLimits& limits, const Allowance& allowance);
@@ -66,7 +60,6 @@ class RegraspSimulation {
   const RegraspSizes& sizes_;
   SimulationScratch& scratch_;
   Simulation simulation_;
-  const Eigen::VectorXd q_start_;
   Eigen::VectorXd q_rest_;  // where the objects rest
   Trace at_;
 };

@@ -13,13 +13,10 @@ using core::Status;
 
 Ending Simulation::follow(std::span<const Eigen::VectorXd> commands, const Pace& pace, const Disturbance& disturbance, const Watch& watch,
                           Trace& at) {
-  for (std::size_t k = 0; k < commands.size(); ++k) {
+  for (const Eigen::VectorXd& command : commands) {
     if (scratch_.stop()) return Ending::Stopped;
-    const Ending ending =
-        pace.kind == Pace::Kind::SubSteps ? roll(commands[k], pace, watch, at) : step(commands[k], pace, disturbance, watch, at);
+    const Ending ending = pace.kind == Pace::Kind::SubSteps ? roll(command, pace, watch, at) : step(command, pace, disturbance, watch, at);
     if (ending != Ending::Reached) return ending;
-    const Allowance& within = watch.places[0].within;
-    if (!watch.along.empty() && setting_.goal.share(watch.along[k].q, at.q, within.position, within.angle) > 1) return Ending::Moved;
   }
   return Ending::Reached;
 }

@@ -49,9 +49,8 @@ struct Place {
 /// What ends a simulation before its commands do.
 struct Watch {
   Worst most = kAnything;
-  bool brace = false;                       ///< the robot may not press harder than `brace` on itself or on what does not move
-  std::array<Place, 2> places{};            ///< the objects are at the first one, or at the second one
-  std::span<const dynamics::Knot> along{};  ///< after each command the objects are at its knot, within places[0].within
+  bool brace = false;             ///< the robot may not press harder than `brace` on itself or on what does not move
+  std::array<Place, 2> places{};  ///< the objects are at the first one, or at the second one
 };
 
 /// How a simulation ended.

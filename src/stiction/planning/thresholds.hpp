@@ -34,14 +34,13 @@ inline constexpr double kFrictionNoise = 0.3;  ///< μ less by this share at hal
 inline constexpr int kTiltHeld = 3;            ///< steps for which the last command is held then
 
 // ---- regrasps
-inline constexpr double kReleaseTilt = 0.1;      ///< a release is stable if objects stay with gravity aside by this, from four sides [rad]
-inline constexpr double kRegraspFriction = 0.8;  ///< a regrasp holds with every μ times this
-inline constexpr double kRegraspAngle = 0.02;    ///< an object may turn by this while branches move [rad]
-inline constexpr int kMostHeld = 20;             ///< steps for which a command is held until objects rest
-inline constexpr int kCandidates = 32;           ///< postures in contact that are drawn for a regrasp …
-inline constexpr int kTrials = 4;                ///< … and how many of the most promising are simulated
-inline constexpr long kStableReleases = 20;  ///< where fewer than one in so many releases is stable, a search takes unstable ones as well
-inline constexpr int kBranchDraws = 30;      ///< draws of branches, until some may be able to let go
+inline constexpr double kReleaseTilt = 0.1;    ///< a release is stable if objects stay with gravity aside by this, from four sides [rad]
+inline constexpr double kRegraspAngle = 0.02;  ///< an object may turn by this while branches move [rad]
+inline constexpr int kMostHeld = 20;           ///< steps for which a command is held until objects rest
+inline constexpr int kCandidates = 32;         ///< postures in contact that are drawn for a regrasp …
+inline constexpr int kTrials = 4;              ///< … and how many of the most promising are simulated
+inline constexpr long kStableReleases = 20;    ///< where fewer than one in so many releases is stable, a search takes unstable ones as well
+inline constexpr int kBranchDraws = 30;        ///< draws of branches, until some may be able to let go
 inline constexpr double kGraspProbability = 0.3;  ///< share of the expansions that change contacts
 
 // ---- search

@@ -69,7 +69,7 @@ bool regrasp_again(const Problem& problem, const Cursor& start, const Push& push
   core::Random random(problem.refine.seed, number);
   std::vector<Eigen::VectorXd> path;
   return simulation.find_path(moving, posture, random, path) && simulation.go(moving, path, push.u_entry) == Ending::Reached &&
-         simulation.is_free_on_its_way() && simulation.hold_with_less_friction() == Ending::Reached && take(simulation, unstable, run);
+         simulation.is_free_on_its_way() && take(simulation, unstable, run);
 }
 
 bool regrasp_as_planned(const Problem& problem, const Cursor& start, const Push& push, Scratch& scratch, Work& work, Run& run) {
