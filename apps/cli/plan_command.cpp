@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "app.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -32,6 +34,7 @@ struct PlanArguments {
   std::string without;  ///< mechanisms of the search that are left out, for ablations
   bool anytime = false;
   bool html = false;
+  bool profile = false;
   bool json = false;
 };
 
@@ -132,9 +135,33 @@ nlohmann::ordered_json to_json(const tasks::Task& task, const planning::PlanResu
   out["start_moved"] = r.start_moved;
   out["start_projected"] = r.start_projected;
   out["start_penetration"] = r.start_penetration;
+  for (std::size_t i = 0; i < r.profile.entries.size(); ++i) {
+    const auto& [seconds, calls] = r.profile.entries[i];
+    out["profile"][std::string(planning::kActivityNames[i])] = {{"processor_s", seconds}, {"calls", calls}};
+  }
   out["plan"] = file.string();
   out["page"] = page.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(page);
   return out;
+}
+
+/// Activities by processor time, the longest first.
+std::vector<std::size_t> by_time(const planning::Profile& profile) {
+  std::vector<std::size_t> order(profile.entries.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater{}, [&](std::size_t i) { return profile.entries[i].processor_s; });
+  return order;
+}
+
+void print_profile(std::FILE* to, const planning::Profile& profile) {
+  double sum = 0;
+  for (const auto& entry : profile.entries) sum += entry.processor_s;
+  say(to, "  {:<16} {:>12} {:>7} {:>9} {:>12}\n", "activity", "processor s", "share", "calls", "µs a call");
+  for (const std::size_t i : by_time(profile)) {
+    const auto& [seconds, calls] = profile.entries[i];
+    if (calls == 0) continue;
+    say(to, "  {:<16} {:>12.3f} {:>5.0f} % {:>9} {:>12.1f}\n", planning::kActivityNames[i], seconds, 100 * seconds / sum, calls,
+        1e6 * seconds / static_cast<double>(calls));
+  }
 }
 
 int run_plan(const PlanArguments& arguments) {
@@ -174,6 +201,7 @@ int run_plan(const PlanArguments& arguments) {
   tasks::write_plan(tasks::make_plan_file(task, options, result, file), file);
   std::FILE* const to = people(arguments.json);
   print_summary(to, task, options, result, file);
+  if (arguments.profile) print_profile(to, result.profile);
 
   std::string page;
   bool page_failed = false;
@@ -209,6 +237,7 @@ Run declare_plan(CLI::App& command) {
   add_out(command, a.out_dir, "Folder for plan.json (default ./TASK-seedN)");
   command.add_flag("--anytime", a.anytime, "Go on after the first plan, for cheaper ones, until the budget is used up");
   command.add_flag("--html", a.html, "Also write a page to look at, plan.html");
+  command.add_flag("--profile", a.profile, "Also print what the search spent processor time on (--json has it always)");
   add_json(command, a.json);
   return [arguments] { return run_plan(*arguments); };
 }

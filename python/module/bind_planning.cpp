@@ -1,4 +1,7 @@
 #include <fmt/format.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
 
 #include <atomic>
@@ -153,6 +156,17 @@ void bind_planning(nb::module_& m) {
       .def_prop_ro("nodes", [](const PlanResult& r) { return r.result.nodes; })
       .def_prop_ro("steps", [](const PlanResult& r) { return r.result.steps; })
       .def_prop_ro("failed_steps", [](const PlanResult& r) { return r.result.failed_steps; })
+      .def_prop_ro(
+          "profile",
+          [](const PlanResult& r) {
+            std::map<std::string, std::pair<double, long>> out;
+            for (std::size_t i = 0; i < r.result.profile.entries.size(); ++i) {
+              const auto& [processor_s, calls] = r.result.profile.entries[i];
+              out.emplace(planning::kActivityNames[i], std::pair(processor_s, calls));
+            }
+            return out;
+          },
+          "activity -> (processor time [s], calls); all 0 with the options `thesis`")
       .def_prop_ro("wall_s", [](const PlanResult& r) { return r.result.wall_s; })
       .def_prop_ro(
           "tree", [](const PlanResult& r) { return r.result.records; }, "its nodes, the root first, of a search with the option `thesis`")

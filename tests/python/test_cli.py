@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import resource
 import shutil
 import signal
 import subprocess
@@ -72,6 +73,22 @@ def test_plan_json_is_one_object(tmp_path):
     assert pathlib.Path(figures["plan"]) == tmp_path / "plan.json"
     assert "\r" not in done.stderr, "a progress line without a terminal"
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_plan_profile_says_where_the_processor_time_went(tmp_path, threads):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = run("plan", "allegro_cube", "--seed", 1, "--threads", threads, "-o", tmp_path, "--json", "--profile")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    figures = json.loads(done.stdout)
+    profile = figures["profile"]
+    in_all = sum(entry["processor_s"] for entry in profile.values())
+    assert 0.5 * spent < in_all < spent, "the rest is reading, writing and threads that wait"
+    assert profile["grasping"]["calls"] <= figures["regrasps"]["tried"] <= profile["letting_go"]["calls"]
+    assert all(entry["processor_s"] > 0 for entry in profile.values() if entry["calls"] > 0)
+    table = done.stderr[done.stderr.index("activity ") :].splitlines()[1:]
+    assert {line.split()[0] for line in table} == {name for name, entry in profile.items() if entry["calls"] > 0}
 
 
 @pytest.mark.parametrize("task, published", [("planar_pushing_table_3_2", True), ("planar_hand", False)])

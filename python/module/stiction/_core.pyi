@@ -1915,6 +1915,12 @@ class PlanResult:
     def failed_steps(self) -> int: ...
 
     @property
+    def profile(self) -> dict[str, tuple[float, int]]:
+        """
+        activity -> (processor time [s], calls); all 0 with the options `thesis`
+        """
+
+    @property
     def wall_s(self) -> float: ...
 
     @property

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace stiction::planning {
 void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random) const {
@@ -30,7 +31,9 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   Regrasp& regrasp = scratch.regrasp;
   const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
                          [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); }};
-  const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, regrasp, x.totals.regrasps);
+  contact::TouchHistory touches{tree.touches()};
+  const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, touches, regrasp, x.totals.regrasps);
+  x.touches = std::move(touches.fresh);
   static_cast<Work&>(x.totals) += regrasp;
   x.release_failed = regrasp.stuck;
   x.release_unstable = regrasp.unstable && !x.release.may_be_unstable;
@@ -41,6 +44,7 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
 }
 
 Promise ContactChange::predict(const Eigen::VectorXd& q, Expansion& x, ThreadScratch& scratch) const {
+  const ProfileClock::Scope scope(scratch.profile, Activity::GraspModels);
   Node& node = scratch.candidate;
   node.q = q;
   node.u = q.tail(setting_.model.n_a());
@@ -57,6 +61,7 @@ Promise ContactChange::predict(const Eigen::VectorXd& q, Expansion& x, ThreadScr
 
 double ContactChange::simulated_distance(const Eigen::VectorXd& q, const Eigen::VectorXd& command, const Expansion& x,
                                          ThreadScratch& scratch) const {
+  const ProfileClock::Scope scope(scratch.profile, Activity::GraspTrials);
   Node from, to;
   from.q = q;
   from.u = q.tail(setting_.model.n_a());

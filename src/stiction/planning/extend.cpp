@@ -25,9 +25,11 @@ Extend::Extend(const Setting& setting, const NodeModels& models)
       damping_(std::pow(threshold::kWorth * setting.model.scales().object(setting.goal.object()).length, 2)) {}
 
 bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Eigen::VectorXd& u, Node& out) const {
+  const ProfileClock::Scope scope(scratch.profile, Activity::Extensions);
   const Eigen::VectorXd q_a = models_.preloaded_command(near);
   const Eigen::VectorXd e = setting_.goal.difference(near.local.c_u, x.target(setting_.goal, near.local.c_u));
   if (x.in_cones) {  // the tree keeps no forces
+    const ProfileClock::Scope again(scratch.profile, Activity::LocalModels);
     scratch.candidate.q = near.q;
     scratch.candidate.u = near.u;
     if (!models_.linearise(scratch.candidate, true, scratch, x.totals)) return false;
@@ -39,6 +41,7 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
   const double same = threshold::kSameCommand * (wanted - q_a).norm();
   if (std::any_of(near.tried.begin(), near.tried.end(), [&](const auto& tried) { return (tried - wanted).norm() < same; })) return false;
   u = wanted;
+  const ProfileClock::Scope pushing(scratch.profile, Activity::Pushes);
   return push(near, wanted, scratch, x.totals, out) && moves(near, out);
 }
 

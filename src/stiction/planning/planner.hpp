@@ -8,6 +8,7 @@
 #include "stiction/core/run_control.hpp"
 #include "stiction/planning/mechanisms.hpp"
 #include "stiction/planning/plan.hpp"
+#include "stiction/planning/profile.hpp"
 #include "stiction/planning/thesis/settings.hpp"
 #include "stiction/planning/totals.hpp"
 #include "stiction/world/object_space.hpp"
@@ -83,6 +84,7 @@ struct PlanResult {
   long failed_steps = 0;    ///< steps whose solve did not end in Solved
   long distrusted = 0;      ///< edges given up because half the sub-step gave something else
   RegraspCounts regrasps;
+  Profile profile;                        ///< processor time by activity; of Algorithm 2 as printed nothing
   double cost = 0;                        ///< of the plan, by PathCost [s]
   std::vector<Improvement> improvements;  ///< solutions in the order found; their cost falls
   std::vector<NodeRecord> records;        ///< all nodes of Algorithm 2 as printed (PlannerOptions::thesis), the root first

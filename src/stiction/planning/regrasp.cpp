@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
 #include "stiction/dynamics/disturbances.hpp"
 #include "stiction/world/scales.hpp"
@@ -58,6 +57,7 @@ RegraspSimulation::RegraspSimulation(const Setting& setting, const RegraspSizes&
 }
 
 Ending RegraspSimulation::let_go(const Eigen::VectorXd& u_kept, world::ChainMask unloaded, world::ChainMask moving, bool& clear) {
+  const ProfileClock::Scope scope(scratch_.profile, Activity::LettingGo);
   const world::Model& model = setting_.model;
   const Allowance& allowance = setting_.thresholds.release;
   contact::GeometryWorkspace& geometry = scratch_.geometry;
@@ -80,6 +80,7 @@ Ending RegraspSimulation::let_go(const Eigen::VectorXd& u_kept, world::ChainMask
 }
 
 bool RegraspSimulation::is_stable() {
+  const ProfileClock::Scope scope(scratch_.profile, Activity::Stability);
   Pace steps = sizes_.pace;
   steps.kind = Pace::Kind::Steps;
   const Watch stays{.places = {{{&at_.q, setting_.thresholds.regrasp}, {}}}};
@@ -96,12 +97,14 @@ bool RegraspSimulation::is_stable() {
 }
 
 bool RegraspSimulation::find_path(world::ChainMask moving, const Posture& posture, core::Random& random, std::vector<Posture>& path) {
+  const ProfileClock::Scope scope(scratch_.profile, Activity::Paths);
   const contact::PathOptions options{.clearance = sizes_.clearance};
   return contact::find_path(setting_.model, setting_.chains, moving, at_.q, posture, options, random, scratch_.geometry, path) ==
          contact::PathOutcome::Found;
 }
 
 Ending RegraspSimulation::go(world::ChainMask moving, const std::vector<Posture>& path, const Eigen::VectorXd& u_end) {
+  const ProfileClock::Scope scope(scratch_.profile, Activity::Grasping);
   bool was_clear = false;
   for (std::size_t k = 0; k < path.size(); ++k) {
     const bool clear = sizes_.free_limits && is_clear(moving, path[k]);
@@ -156,12 +159,15 @@ struct Candidate {
 
 /// Best first. Of those that promise most, some become what the simulation says: a local model sees forces across gaps that the exact dynamics does not make.
 std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask draw, Eigen::VectorXd q, const GraspJudge& judge,
-                                       core::Random& random, contact::GeometryWorkspace& geometry) {
+                                       core::Random& random, SimulationScratch& scratch, contact::TouchHistory& touches) {
+  const ProfileClock::Scope scope(scratch.profile, Activity::GraspSamples);
+  contact::GeometryWorkspace& geometry = scratch.geometry;
   const bool choose = setting.options.uses(Mechanism::GraspChoice);
   std::vector<Candidate> out;
   const Eigen::VectorXd q_before = q;
   for (int k = 0; k < (choose ? threshold::kCandidates : 1) && !geometry.stop(); ++k) {
-    const auto sample = contact::sample_contact(setting.model, setting.chains, contact::GenericSampler{}, draw, q_before, random, geometry);
+    const auto sample = contact::sample_contact(setting.model, setting.chains, contact::GenericSampler{}, draw, q_before, random, geometry,
+                                                setting.options.uses(Mechanism::TouchHistory) ? &touches : nullptr);
     if (!sample) continue;
     q.tail(sample->q_a.size()) = sample->q_a;
     out.push_back({judge.promise ? judge.promise(q) : Promise{}, sample->q_a});
@@ -212,7 +218,8 @@ std::optional<RegraspSimulation> let_go(const Setting& setting, const RegraspSiz
 }  // namespace
 
 bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
-                 const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts) {
+                 const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, contact::TouchHistory& touches, Regrasp& out,
+                 RegraspCounts& counts) {
   static_cast<Work&>(out) = {};
   out.stuck = true;
   out.unstable = false;
@@ -233,7 +240,7 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
     return count_failure(Ending::Moved, counts);
   }
 
-  const auto candidates = draw_candidates(setting, release.moved, run->at().q, judge, random, scratch.geometry);
+  const auto candidates = draw_candidates(setting, release.moved, run->at().q, judge, random, scratch, touches);
   if (candidates.empty()) {
     ++counts.no_sample;
     return false;

@@ -59,6 +59,8 @@ class Search {
     out.linearisations += totals_.linearisations;
     out.distrusted += totals_.distrusted;
     out.regrasps += totals_.regrasps;
+    for (const ThreadScratch& scratch : scratch_) out.profile += scratch.profile.profile();
+    out.profile += unstopped_.profile.profile();
   }
 
  private:
@@ -95,6 +97,7 @@ class Search {
     tree.search = std::make_unique<TreeSearch>(
         setting_, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_);
     ++planted_;
+    const ProfileClock::Scope scope(unstopped_.profile, Activity::Ends);
     return tree.search->plant_root(unstopped_, out);
   }
 
@@ -107,6 +110,7 @@ class Search {
 
   void draw_round(long size) {
     round_.clear();
+    const ProfileClock::Scope scope(scratch_[0].profile, Activity::Selection);
     for (long i = 0; i < size; ++i) {
       GrowingTree& tree = trees_[static_cast<std::size_t>(i) % trees_.size()];
       round_.push_back({&tree, tree.search->draw()});
@@ -149,6 +153,7 @@ class Search {
   }
 
   void take_path(TreeSearch& search, int node, bool forces, PlanResult& out) {
+    const ProfileClock::Scope scope(unstopped_.profile, Activity::Ends);
     out.plan = search.plan_to(node, forces, unstopped_);
     out.cost = path_cost(setting_.model, out.plan, {});
     const Tree& tree = search.tree();

@@ -6,6 +6,7 @@
 #include "stiction/contact/geometry_workspace.hpp"
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/planning/press_limits.hpp"
+#include "stiction/planning/profile.hpp"
 #include "stiction/planning/thresholds.hpp"
 
 namespace stiction::planning {
@@ -45,6 +46,7 @@ struct SimulationScratch {
   dynamics::StepResult step_result;
   dynamics::RolloutResult rollout_result;
   contact::GeometryWorkspace geometry;
+  ProfileClock profile;
 };
 
 }  // namespace stiction::planning

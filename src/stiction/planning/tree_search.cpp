@@ -64,6 +64,7 @@ Expansion TreeSearch::draw() {
 
 void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
   if (scratch.stop()) return;
+  const ProfileClock::Scope scope(scratch.profile, Activity::Selection);
   if (x.near < 0) x.near = tree_.nearest(x.subgoal);  // (3.8)
   if (tree_[x.near].replay.empty()) {
     x.refined = x.near;
@@ -87,12 +88,14 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
 }
 
 int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
+  const ProfileClock::Scope scope(scratch.profile, Activity::Selection);
   ++iterations_;
   totals_ += x.totals;
   if (x.refined >= 0 && !scratch.stop()) record_verdict(x);  // else it may have come to nothing for want of time
   if (x.release_failed) tree_.add_failed_release(x.near, x.release.moved);
   if (x.release_unstable) tree_.add_unstable_release(x.near, x.release.moved);
   if (x.cannot_release >= 0) tree_.set_cannot_release(x.cannot_release);
+  tree_.add_touches(x.touches);
   totals_.distrusted += x.broken;
   if (x.command.size() > 0) tree_.add_tried(x.near, std::move(x.command));
   int parent = x.near;
@@ -113,6 +116,7 @@ Plan TreeSearch::plan_to(int node, bool forces, ThreadScratch& scratch) {
 }
 
 bool TreeSearch::complete(const Node& parent, ThreadScratch& scratch, Totals& totals, Node& node) const {
+  const ProfileClock::Scope scope(scratch.profile, Activity::LocalModels);
   node.pushes = parent.pushes + starts_push(parent, node);
   node.cost = cost_to(setting_.model, parent, node);
   return node.cost < bound_ && models_.linearise(node, false, scratch, totals);

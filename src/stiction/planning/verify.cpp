@@ -21,6 +21,7 @@ EdgeVerifier::EdgeVerifier(const Setting& setting, std::uint64_t seed) : setting
 
 bool EdgeVerifier::verify_edge(const Node& parent, const EdgeReplay& parent_replay, const Node& node, ThreadScratch& scratch,
                                Totals& totals, EdgeReplay& replay) const {
+  const ProfileClock::Scope scope(scratch.profile, Activity::HalfSteps);
   replay.q_fine = node.q;  // says that it was tried, whatever comes out
   Simulation simulation(setting_, scratch, totals);
   const Watch watch{.most = kMostFine};
@@ -46,6 +47,7 @@ bool EdgeVerifier::verify_root(const Node& root, ThreadScratch& scratch, Totals&
 }
 
 int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& path, ThreadScratch& scratch, Totals& totals) const {
+  const ProfileClock::Scope scope(scratch.profile, Activity::NoiseReplay);
   core::Random random(seed_, 0);
   Simulation simulation(setting_, scratch, totals);
   Trace at{.q = setting_.problem.q_start, .u = tree[0].u};
@@ -73,6 +75,7 @@ int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& pa
 bool EdgeVerifier::holds_disturbed(const Node& node, const Node& parent, const EdgeReplay& parent_replay, ThreadScratch& scratch,
                                    Totals& totals, Eigen::MatrixXd& disturbed) const {
   if (!setting_.options.margins) return true;
+  const ProfileClock::Scope scope(scratch.profile, Activity::Disturbances);
   disturbed = parent_replay.disturbed;
   Simulation simulation(setting_, scratch, totals);
   const Pace steps{Pace::Kind::Steps, setting_.exact, {}, {}};
