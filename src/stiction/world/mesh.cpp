@@ -19,7 +19,9 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/decomposition.hpp"
+#include "stiction/world/encoding.hpp"
 #include "stiction/world/shapes.hpp"
+#include "stiction/world/simplify_hull.hpp"
 
 // After the others: its macros are not shy.
 extern "C" {
@@ -44,14 +46,15 @@ using Soup = std::vector<Vector3d>;
   throw core::InvalidInput(fmt::format("{}: mesh: got {}, expected {}", file.string(), got, expected));
 }
 
-/// Triangles of an STL, OBJ or DAE file, in the frame of the file; empty when there are none.
-Soup read_triangles(const std::filesystem::path& file) {
+/// Triangles of an STL, OBJ or DAE file, in the frame of the file; empty when there are none. @param extension  in lower case, with its dot
+Soup read_triangles(const std::filesystem::path& file, const std::string& extension, const std::string& bytes) {
   Assimp::Importer importer;
   // Points and lines are no surface: leave them out.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // The numbers of the file, as Coal and ROS tools take them: <up_axis> says how a viewer should look at them.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
+  const aiScene* scene = importer.ReadFileFromMemory(
+      bytes.data(), bytes.size(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices, extension.c_str() + 1);
   if (scene == nullptr) fail(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   Soup soup;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -70,14 +73,25 @@ Soup read_triangles(const std::filesystem::path& file) {
   return soup;
 }
 
-/// Corners of the triangles (3 × 3n), scaled.
-Matrix3Xd read_points(const std::filesystem::path& file, const Vector3d& scale) {
+/// A mesh file, which is opened once.
+struct MeshFile {
+  std::string extension;  ///< in lower case, with its dot
+  std::string bytes;
+};
+
+MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
   if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
-  const Soup soup = read_triangles(file);
+  std::string bytes = read_bytes(file);
+  return {std::move(extension), std::move(bytes)};
+}
+
+/// Corners of the triangles (3 × 3n), scaled.
+Matrix3Xd read_points(const std::filesystem::path& file, const MeshFile& contents, const Vector3d& scale) {
+  const Soup soup = read_triangles(file, contents.extension, contents.bytes);
   if (soup.size() < 12) fail(file, fmt::format("{} triangles", soup.size() / 3), "a closed convex mesh");
   Matrix3Xd points(3, static_cast<Eigen::Index>(soup.size()));
   for (std::size_t i = 0; i < soup.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = soup[i].cwiseProduct(scale);
@@ -342,11 +356,22 @@ LoadedMesh make_parts(const std::filesystem::path& file, const Matrix3Xd& points
   return out;
 }
 
+LoadedMesh make_simplified_parts(const std::filesystem::path& file, const Matrix3Xd& points, const MeshOptions& options) {
+  LoadedMesh out = make_parts(file, points, options);
+  if (options.tolerance == 0) return out;
+  for (ConvexMesh& part : out.parts) {
+    SimplifiedHull hull = simplify_hull_by_share(part, options.tolerance);
+    out.error = std::max(out.error, hull.error);
+    part = std::move(hull.mesh);
+  }
+  return out;
+}
+
 }  // namespace
 
 LoadedMesh load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
-  const auto points = std::make_shared<const Matrix3Xd>(read_points(file, scale));
-  LoadedMesh out = make_parts(file, *points, options);
+  const auto points = std::make_shared<const Matrix3Xd>(read_points(file, read_file(file, scale), scale));
+  LoadedMesh out = make_simplified_parts(file, *points, options);
   for (ConvexMesh& part : out.parts) part.surface = points;
   return out;
 }
