@@ -1,14 +1,19 @@
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <assimp/version.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <map>
 #include <numeric>
@@ -18,8 +23,10 @@
 #include <vector>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/cache_file.hpp"
 #include "stiction/world/decomposition.hpp"
 #include "stiction/world/encoding.hpp"
+#include "stiction/world/hull_cache.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/simplify_hull.hpp"
 
@@ -46,15 +53,37 @@ using Soup = std::vector<Vector3d>;
   throw core::InvalidInput(fmt::format("{}: mesh: got {}, expected {}", file.string(), got, expected));
 }
 
-/// Triangles of an STL, OBJ or DAE file, in the frame of the file; empty when there are none. @param extension  in lower case, with its dot
-Soup read_triangles(const std::filesystem::path& file, const std::string& extension, const std::string& bytes) {
+/// A mesh file, which is opened once.
+struct MeshFile {
+  std::string extension;  ///< in lower case, with its dot
+  std::string bytes;
+};
+
+/// Hands Assimp the bytes of one file. It opens files twice, and those with the materials besides.
+class OneFile final : public Assimp::IOSystem {
+ public:
+  OneFile(std::string name, const std::string& bytes) : name_(std::move(name)), bytes_(bytes) {}
+  bool Exists(const char* name) const override { return name_ == name; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char*) override {
+    return Exists(name) ? new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()), bytes_.size()) : nullptr;
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  std::string name_;
+  const std::string& bytes_;
+};
+
+/// Triangles of an STL, OBJ or DAE file, in the frame of the file; empty when there are none.
+Soup read_triangles(const std::filesystem::path& file, const std::string& bytes) {
   Assimp::Importer importer;
+  importer.SetIOHandler(new OneFile(file.string(), bytes));  // the importer deletes it
   // Points and lines are no surface: leave them out.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // The numbers of the file, as Coal and ROS tools take them: <up_axis> says how a viewer should look at them.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFileFromMemory(
-      bytes.data(), bytes.size(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices, extension.c_str() + 1);
+  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
   if (scene == nullptr) fail(file, fmt::format("a file that cannot be read ({})", importer.GetErrorString()), "a mesh");
   Soup soup;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -73,12 +102,6 @@ Soup read_triangles(const std::filesystem::path& file, const std::string& extens
   return soup;
 }
 
-/// A mesh file, which is opened once.
-struct MeshFile {
-  std::string extension;  ///< in lower case, with its dot
-  std::string bytes;
-};
-
 MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
   if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
@@ -91,7 +114,7 @@ MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
 
 /// Corners of the triangles (3 × 3n), scaled.
 Matrix3Xd read_points(const std::filesystem::path& file, const MeshFile& contents, const Vector3d& scale) {
-  const Soup soup = read_triangles(file, contents.extension, contents.bytes);
+  const Soup soup = read_triangles(file, contents.bytes);
   if (soup.size() < 12) fail(file, fmt::format("{} triangles", soup.size() / 3), "a closed convex mesh");
   Matrix3Xd points(3, static_cast<Eigen::Index>(soup.size()));
   for (std::size_t i = 0; i < soup.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = soup[i].cwiseProduct(scale);
@@ -367,12 +390,26 @@ LoadedMesh make_simplified_parts(const std::filesystem::path& file, const Matrix
   return out;
 }
 
+/// All that hulls depend on beside the bytes of the file and the code of this library.
+std::string say_how(const MeshFile& contents, const Vector3d& scale, const MeshOptions& options) {
+  return fmt::format("assimp {}.{}.{}.{:x} qhull {} file {} scale {:a} {:a} {:a} non-convex {} tolerance {:a}", aiGetVersionMajor(),
+                     aiGetVersionMinor(), aiGetVersionPatch(), aiGetVersionRevision(), qh_version, contents.extension, scale[0], scale[1],
+                     scale[2], static_cast<int>(options.non_convex), options.tolerance);
+}
+
 }  // namespace
 
 LoadedMesh load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
-  const auto points = std::make_shared<const Matrix3Xd>(read_points(file, read_file(file, scale), scale));
-  LoadedMesh out = make_simplified_parts(file, *points, options);
-  for (ConvexMesh& part : out.parts) part.surface = points;
+  const MeshFile contents = read_file(file, scale);
+  const auto points = std::make_shared<const Matrix3Xd>(read_points(file, contents, scale));
+  const auto make = [&] { return make_simplified_parts(file, *points, options); };
+  const std::filesystem::path folder = options.non_convex == NonConvex::Decompose ? std::filesystem::path() : hull_cache_dir();
+  LoadedMesh out =
+      folder.empty() ? make() : find_or_make_hulls(folder, calc_hull_key(contents.bytes, say_how(contents, scale, options)), make);
+  for (ConvexMesh& part : out.parts) {
+    part.source = file.string();
+    part.surface = points;
+  }
   return out;
 }
 
