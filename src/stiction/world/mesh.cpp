@@ -139,21 +139,26 @@ struct Surface {
 /// Gives each point one number: files repeat a point for every triangle (STL) or normal. Triangles with a corner twice go, which leaves
 /// a closed surface closed. @param inside_out  turn the triangles around
 Surface weld(const Matrix3Xd& points, bool inside_out) {
-  std::map<std::array<double, 3>, int> index;
-  const auto key = [&](Eigen::Index i) {
-    return std::array<double, 3>{points(0, i) + 0.0, points(1, i) + 0.0, points(2, i) + 0.0};
-  };  // −0 → 0
-  for (Eigen::Index i = 0; i < points.cols(); ++i) index.emplace(key(i), 0);
+  struct Corner {
+    std::array<double, 3> point;
+    Eigen::Index number;
+  };
+  std::vector<Corner> corners(static_cast<std::size_t>(points.cols()));
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+    corners[static_cast<std::size_t>(i)] = {{points(0, i) + 0.0, points(1, i) + 0.0, points(2, i) + 0.0}, i};  // −0 → 0
+  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.point < b.point; });
   Surface out;
-  out.vertices.resize(3, static_cast<Eigen::Index>(index.size()));
+  out.vertices.resize(3, points.cols());
+  std::vector<int> vertex_of(corners.size());
   int n = 0;
-  for (auto& [point, number] : index) {
-    out.vertices.col(n) = Eigen::Map<const Vector3d>(point.data());
-    number = n++;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i == 0 || corners[i].point != corners[i - 1].point) out.vertices.col(n++) = Eigen::Map<const Vector3d>(corners[i].point.data());
+    vertex_of[static_cast<std::size_t>(corners[i].number)] = n - 1;
   }
+  out.vertices.conservativeResize(3, n);
   std::vector<Eigen::Vector3i> triangles;
-  for (Eigen::Index i = 0; i + 2 < points.cols(); i += 3) {
-    Eigen::Vector3i t(index.at(key(i)), index.at(key(i + 1)), index.at(key(i + 2)));
+  for (std::size_t i = 0; i + 2 < vertex_of.size(); i += 3) {
+    Eigen::Vector3i t(vertex_of[i], vertex_of[i + 1], vertex_of[i + 2]);
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
     if (inside_out) std::swap(t[1], t[2]);
     triangles.push_back(t);
