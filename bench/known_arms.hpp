@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "stiction/sensing/known_contacts.hpp"
-#include "stiction/world/decomposition.hpp"
+#include "stiction/world/cache_file.hpp"
 #include "stiction/world/read.hpp"
 
 namespace stiction::bench {

@@ -86,7 +86,7 @@ function(stiction_test name)
   cmake_parse_arguments(A "" "" "SOURCES;LINK;LABELS" ${ARGN})
   add_executable(${name} ${A_SOURCES})
   target_link_libraries(${name} PRIVATE stiction_flags ${A_LINK} stiction_test_paths GTest::gtest_main)
-  set(properties TIMEOUT 300)
+  set(properties TIMEOUT 300 ENVIRONMENT "STICTION_CACHE=${CMAKE_BINARY_DIR}/cache")  # and not the one of who runs them
   if(A_LABELS)
     list(APPEND properties LABELS "${A_LABELS}")
   endif()

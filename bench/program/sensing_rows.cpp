@@ -12,7 +12,7 @@
 #include "stiction/sensing/discriminate.hpp"
 #include "stiction/sensing/sense.hpp"
 #include "stiction/tasks/task.hpp"
-#include "stiction/world/decomposition.hpp"
+#include "stiction/world/cache_file.hpp"
 #include "stiction/world/read.hpp"
 #include "table.hpp"
 

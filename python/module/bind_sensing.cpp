@@ -5,7 +5,7 @@
 #include "pickles.hpp"
 #include "sensor.hpp"
 #include "stiction/sensing/detectability.hpp"
-#include "stiction/world/decomposition.hpp"
+#include "stiction/world/cache_file.hpp"
 
 namespace stiction::python {
 

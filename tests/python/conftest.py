@@ -12,6 +12,7 @@ from limits import pytest_runtest_call, pytest_runtest_setup, pytest_runtest_tea
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
+os.environ.setdefault("STICTION_CACHE", str(ROOT / "build" / "cache"))  # tests write nothing to the cache of who runs them
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "stiction/contact/contact.hpp"
+#include "stiction/world/cache_file.hpp"
 #include "stiction/world/call_coacd.hpp"
 #include "stiction/world/model.hpp"
 #include "stiction/world/shapes.hpp"
@@ -144,7 +145,7 @@ TEST_F(Decompose, DamagedOrForeignCache_IsWrittenAgain) {
 
 TEST_F(Decompose, CacheFolder_FollowsTheEnvironment) {
   EXPECT_EQ(default_cache_dir(), dir_ / "cache/stiction");
-  ::setenv("XDG_CACHE_HOME", "relative", 1);
+  xdg_cache_.set("relative");
   const char* home = std::getenv("HOME");
   EXPECT_EQ(default_cache_dir(), home != nullptr ? fs::path(home) / ".cache/stiction" : fs::path());
 }

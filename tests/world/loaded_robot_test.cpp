@@ -114,6 +114,22 @@ TEST_F(LoadedRobot, IsNotChangedByAnEditOfItsFile) {
   EXPECT_EQ(Model::make(scene)->dofs()[0].name, "arm/elbow");
 }
 
+TEST_F(LoadedRobot, MeshOfSeveralLinks_IsTheSameInEach) {
+  write("tip.obj", kTetrahedron);
+  write("arm.urdf", R"(<robot name="arm"><link name="base"><collision><geometry><mesh filename="tip.obj"/></geometry></collision>
+    <collision><origin xyz="1 0 0"/><geometry><mesh filename="tip.obj"/></geometry></collision>
+    <collision><geometry><mesh filename="tip.obj" scale="2 1 1"/></geometry></collision></link></robot>)");
+  const Scene scene = parse_scene("robots: [{name: arm, urdf: arm.urdf}]", dir_);
+  std::vector<std::shared_ptr<const ConvexMesh>> meshes;
+  for (const auto& collision : scene.robots[0].contents->robot.links[0].collisions) meshes.push_back(std::get<Mesh>(collision.shape).mesh);
+  ASSERT_EQ(meshes.size(), 3u);
+  EXPECT_EQ(meshes[0]->vertices, meshes[1]->vertices);
+  EXPECT_EQ(meshes[0]->triangles, meshes[1]->triangles);
+  EXPECT_EQ(*meshes[0]->surface, *meshes[1]->surface);
+  EXPECT_NE(meshes[0]->surface, meshes[1]->surface) << "shapes with one surface would count as parts of one file";
+  EXPECT_EQ(meshes[2]->vertices.row(0).maxCoeff(), 2 * meshes[0]->vertices.row(0).maxCoeff());
+}
+
 TEST_F(LoadedRobot, IsReadAnewForOtherKeys) {
   write("tip.obj", kTetrahedron);
   write("arm.urdf", kArm);

@@ -4,15 +4,14 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+#include "support/environment.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace stiction::world::test {
@@ -111,17 +110,6 @@ inline ObjMesh make_ring(int around, int tube) {
 /// A folder for every test, removed at the end, in which the cache lies too.
 class MeshFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    if (const char* before = std::getenv("XDG_CACHE_HOME")) before_ = before;
-    ::setenv("XDG_CACHE_HOME", (dir_ / "cache").c_str(), 1);
-  }
-  void TearDown() override {
-    if (before_)
-      ::setenv("XDG_CACHE_HOME", before_->c_str(), 1);
-    else
-      ::unsetenv("XDG_CACHE_HOME");
-  }
-
   std::filesystem::path write(const std::string& name, const std::string& text) {
     std::ofstream(dir_ / name, std::ios::binary) << text;
     return dir_ / name;
@@ -141,9 +129,8 @@ class MeshFiles : public testing::Test {
 
   const stiction::test::TemporaryFolder temporary_;
   const std::filesystem::path& dir_ = temporary_.path();
-
- private:
-  std::optional<std::string> before_;
+  const stiction::test::EnvironmentVariable own_cache_{"STICTION_CACHE", nullptr};
+  const stiction::test::EnvironmentVariable xdg_cache_{"XDG_CACHE_HOME", (dir_ / "cache").c_str()};
 };
 
 }  // namespace stiction::world::test

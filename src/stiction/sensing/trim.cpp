@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "stiction/core/sha256.hpp"
-#include "stiction/world/decomposition.hpp"
+#include "stiction/world/cache_file.hpp"
 
 namespace stiction::sensing {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/world/decomposition.hpp"
+#include "stiction/world/cache_file.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/yaml.hpp"
 

@@ -1,21 +1,17 @@
 #include "stiction/world/decomposition.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
+#include "stiction/world/cache_file.hpp"
 #include "stiction/world/call_coacd.hpp"
 #include "stiction/world/shapes.hpp"
 
@@ -30,63 +26,45 @@ namespace fs = std::filesystem;
 
 /// First line of a file: what follows has this layout and comes from this version of the library.
 constexpr std::string_view kHeader = "stiction convex parts 1, coacd " STICTION_COACD_VERSION "\n";
-constexpr std::size_t kDigits = 64;              ///< of a SHA-256
 constexpr std::uint64_t kMaxPoints = 1'000'000;  ///< of one part; more is damage
 constexpr double kSnap = 5e-4;                   ///< of half the longest edge of the bounding box
-
-template <class T>
-void append(std::string& bytes, const T* values, std::size_t n) {
-  bytes.append(reinterpret_cast<const char*>(values), n * sizeof(T));
-}
 
 /// SHA-256 of everything that decides the parts.
 std::string calc_key(const Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, const Decomposition& options) {
   std::string bytes(kHeader);
   const std::array<std::int64_t, 3> sizes{vertices.cols(), triangles.cols(), options.max_parts};
-  append(bytes, sizes.data(), sizes.size());
-  append(bytes, &options.threshold, 1);
-  append(bytes, vertices.data(), static_cast<std::size_t>(vertices.size()));
-  append(bytes, triangles.data(), static_cast<std::size_t>(triangles.size()));
+  append_values(bytes, sizes.data(), sizes.size());
+  append_values(bytes, &options.threshold, 1);
+  append_values(bytes, vertices.data(), static_cast<std::size_t>(vertices.size()));
+  append_values(bytes, triangles.data(), static_cast<std::size_t>(triangles.size()));
   return core::sha256(bytes);
 }
 
-/// Points of each part, as: header, key, SHA-256 of the rest, number of parts, for each the number of points and the points.
-std::string write_parts(std::string_view key, const std::vector<Matrix3Xd>& parts) {
-  std::string rest;
+/// Number of parts, for each the number of points and the points.
+std::string write_parts(const std::vector<Matrix3Xd>& parts) {
+  std::string out;
   const std::uint64_t count = parts.size();
-  append(rest, &count, 1);
+  append_values(out, &count, 1);
   for (const Matrix3Xd& part : parts) {
     const auto n = static_cast<std::uint64_t>(part.cols());
-    append(rest, &n, 1);
-    append(rest, part.data(), static_cast<std::size_t>(part.size()));
+    append_values(out, &n, 1);
+    append_values(out, part.data(), static_cast<std::size_t>(part.size()));
   }
-  return fmt::format("{}{}\n{}\n", kHeader, key, core::sha256(rest)) + rest;
+  return out;
 }
 
 /// nullopt when the file is not there, damaged, of another version or of another mesh.
 std::optional<std::vector<Matrix3Xd>> read_parts(const fs::path& file, std::string_view key) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return std::nullopt;
-  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  const std::size_t start = kHeader.size() + 2 * (kDigits + 1);
-  if (bytes.size() < start || !bytes.starts_with(kHeader)) return std::nullopt;
-  std::string_view rest = std::string_view(bytes).substr(start);
-  const std::string expected = fmt::format("{}{}\n{}\n", kHeader, key, core::sha256(rest));
-  if (!bytes.starts_with(expected)) return std::nullopt;
-
-  const auto take = [&](void* into, std::size_t size) {
-    if (rest.size() < size) return false;
-    std::memcpy(into, rest.data(), size);
-    rest.remove_prefix(size);
-    return true;
-  };
+  const auto bytes = read_sealed(file, kHeader, key);
+  if (!bytes) return std::nullopt;
+  std::string_view rest = *bytes;
   std::uint64_t count = 0, n = 0;
-  if (!take(&count, sizeof count)) return std::nullopt;
+  if (!take_values(rest, &count, 1)) return std::nullopt;
   std::vector<Matrix3Xd> parts;
   for (std::uint64_t i = 0; i < count; ++i) {
-    if (!take(&n, sizeof n) || n > kMaxPoints) return std::nullopt;
+    if (!take_values(rest, &n, 1) || n > kMaxPoints) return std::nullopt;
     Matrix3Xd part(3, static_cast<Eigen::Index>(n));
-    if (!take(part.data(), n * 3 * sizeof(double))) return std::nullopt;
+    if (!take_values(rest, part.data(), 3 * n)) return std::nullopt;
     parts.push_back(std::move(part));
   }
   if (!rest.empty()) return std::nullopt;
@@ -126,32 +104,6 @@ std::vector<ConvexMesh> make_hulls(const std::vector<Matrix3Xd>& parts) {
 
 }  // namespace
 
-fs::path default_cache_dir() {
-  const auto folder = [](const char* variable, const char* below) {
-    const char* value = std::getenv(variable);
-    const fs::path path = value != nullptr ? value : "";
-    return path.is_absolute() ? path / below : fs::path();  // as the XDG specification has it, relative ones do not count
-  };
-  const fs::path xdg = folder("XDG_CACHE_HOME", "stiction");
-  return xdg.empty() ? folder("HOME", ".cache/stiction") : xdg;
-}
-
-/// Under a name of its own first, so that a reader never sees half a file.
-void store_in_cache(const fs::path& file, const std::string& bytes) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  if (error) return;
-  const fs::path part = fmt::format("{}.{}.part", file.string(), ::getpid());
-  {
-    std::ofstream out(part, std::ios::binary | std::ios::trunc);
-    out << bytes;
-    out.close();
-    if (out) fs::rename(part, file, error);
-    if (out && !error) return;
-  }
-  fs::remove(part, error);
-}
-
 std::vector<ConvexMesh> decompose(const Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, const Decomposition& options,
                                   const fs::path& cache_dir) {
   if (!(options.threshold >= Decomposition::kMinThreshold && options.threshold <= 1))
@@ -168,7 +120,7 @@ std::vector<ConvexMesh> decompose(const Matrix3Xd& vertices, const Eigen::Matrix
   snap(vertices, parts);
   auto hulls = make_hulls(parts);
   if (hulls.empty()) core::throw_invalid("convex_decomposition", "no part with a volume", "a mesh that encloses a volume");
-  if (!file.empty()) store_in_cache(file, write_parts(key, parts));
+  if (!file.empty()) store_in_cache(file, seal(kHeader, key, write_parts(parts)));
   return hulls;
 }
 

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "stiction/core/invalid_input.hpp"
@@ -74,7 +74,10 @@ std::string from_latin1(std::string_view text) {
 std::string read_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) core::throw_invalid(file.string(), "a file that cannot be read", "a readable file");
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  std::string bytes;
+  std::array<char, 1u << 16> block;
+  while (in.read(block.data(), block.size()), in.gcount() > 0) bytes.append(block.data(), static_cast<std::size_t>(in.gcount()));
+  return bytes;
 }
 
 std::string xml_text(std::string bytes, const std::filesystem::path& file, std::string_view what) {

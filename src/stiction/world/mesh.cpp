@@ -1,14 +1,19 @@
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <assimp/version.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <map>
 #include <numeric>
@@ -18,8 +23,12 @@
 #include <vector>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/cache_file.hpp"
 #include "stiction/world/decomposition.hpp"
+#include "stiction/world/encoding.hpp"
+#include "stiction/world/hull_cache.hpp"
 #include "stiction/world/shapes.hpp"
+#include "stiction/world/simplify_hull.hpp"
 
 // After the others: its macros are not shy.
 extern "C" {
@@ -44,9 +53,32 @@ using Soup = std::vector<Vector3d>;
   throw core::InvalidInput(fmt::format("{}: mesh: got {}, expected {}", file.string(), got, expected));
 }
 
+/// A mesh file, which is opened once.
+struct MeshFile {
+  std::string extension;  ///< in lower case, with its dot
+  std::string bytes;
+};
+
+/// Hands Assimp the bytes of one file. It opens files twice, and those with the materials besides.
+class OneFile final : public Assimp::IOSystem {
+ public:
+  OneFile(std::string name, const std::string& bytes) : name_(std::move(name)), bytes_(bytes) {}
+  bool Exists(const char* name) const override { return name_ == name; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char*) override {
+    return Exists(name) ? new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes_.data()), bytes_.size()) : nullptr;
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  std::string name_;
+  const std::string& bytes_;
+};
+
 /// Triangles of an STL, OBJ or DAE file, in the frame of the file; empty when there are none.
-Soup read_triangles(const std::filesystem::path& file) {
+Soup read_triangles(const std::filesystem::path& file, const std::string& bytes) {
   Assimp::Importer importer;
+  importer.SetIOHandler(new OneFile(file.string(), bytes));  // the importer deletes it
   // Points and lines are no surface: leave them out.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // The numbers of the file, as Coal and ROS tools take them: <up_axis> says how a viewer should look at them.
@@ -70,14 +102,19 @@ Soup read_triangles(const std::filesystem::path& file) {
   return soup;
 }
 
-/// Corners of the triangles (3 × 3n), scaled.
-Matrix3Xd read_points(const std::filesystem::path& file, const Vector3d& scale) {
+MeshFile read_file(const std::filesystem::path& file, const Vector3d& scale) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an STL, OBJ or DAE file");
   if (!scale.allFinite() || scale.cwiseAbs().minCoeff() <= 0) fail(file, "a scale that is 0 or not finite", "three numbers other than 0");
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension != ".stl" && extension != ".obj" && extension != ".dae") fail(file, fmt::format("'{}'", extension), ".stl, .obj or .dae");
-  const Soup soup = read_triangles(file);
+  std::string bytes = read_bytes(file);
+  return {std::move(extension), std::move(bytes)};
+}
+
+/// Corners of the triangles (3 × 3n), scaled.
+Matrix3Xd read_points(const std::filesystem::path& file, const MeshFile& contents, const Vector3d& scale) {
+  const Soup soup = read_triangles(file, contents.bytes);
   if (soup.size() < 12) fail(file, fmt::format("{} triangles", soup.size() / 3), "a closed convex mesh");
   Matrix3Xd points(3, static_cast<Eigen::Index>(soup.size()));
   for (std::size_t i = 0; i < soup.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = soup[i].cwiseProduct(scale);
@@ -102,21 +139,26 @@ struct Surface {
 /// Gives each point one number: files repeat a point for every triangle (STL) or normal. Triangles with a corner twice go, which leaves
 /// a closed surface closed. @param inside_out  turn the triangles around
 Surface weld(const Matrix3Xd& points, bool inside_out) {
-  std::map<std::array<double, 3>, int> index;
-  const auto key = [&](Eigen::Index i) {
-    return std::array<double, 3>{points(0, i) + 0.0, points(1, i) + 0.0, points(2, i) + 0.0};
-  };  // −0 → 0
-  for (Eigen::Index i = 0; i < points.cols(); ++i) index.emplace(key(i), 0);
+  struct Corner {
+    std::array<double, 3> point;
+    Eigen::Index number;
+  };
+  std::vector<Corner> corners(static_cast<std::size_t>(points.cols()));
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+    corners[static_cast<std::size_t>(i)] = {{points(0, i) + 0.0, points(1, i) + 0.0, points(2, i) + 0.0}, i};  // −0 → 0
+  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.point < b.point; });
   Surface out;
-  out.vertices.resize(3, static_cast<Eigen::Index>(index.size()));
+  out.vertices.resize(3, points.cols());
+  std::vector<int> vertex_of(corners.size());
   int n = 0;
-  for (auto& [point, number] : index) {
-    out.vertices.col(n) = Eigen::Map<const Vector3d>(point.data());
-    number = n++;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i == 0 || corners[i].point != corners[i - 1].point) out.vertices.col(n++) = Eigen::Map<const Vector3d>(corners[i].point.data());
+    vertex_of[static_cast<std::size_t>(corners[i].number)] = n - 1;
   }
+  out.vertices.conservativeResize(3, n);
   std::vector<Eigen::Vector3i> triangles;
-  for (Eigen::Index i = 0; i + 2 < points.cols(); i += 3) {
-    Eigen::Vector3i t(index.at(key(i)), index.at(key(i + 1)), index.at(key(i + 2)));
+  for (std::size_t i = 0; i + 2 < vertex_of.size(); i += 3) {
+    Eigen::Vector3i t(vertex_of[i], vertex_of[i + 1], vertex_of[i + 2]);
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
     if (inside_out) std::swap(t[1], t[2]);
     triangles.push_back(t);
@@ -342,12 +384,37 @@ LoadedMesh make_parts(const std::filesystem::path& file, const Matrix3Xd& points
   return out;
 }
 
+LoadedMesh make_simplified_parts(const std::filesystem::path& file, const Matrix3Xd& points, const MeshOptions& options) {
+  LoadedMesh out = make_parts(file, points, options);
+  if (options.tolerance == 0) return out;
+  for (ConvexMesh& part : out.parts) {
+    SimplifiedHull hull = simplify_hull_by_share(part, options.tolerance);
+    out.error = std::max(out.error, hull.error);
+    part = std::move(hull.mesh);
+  }
+  return out;
+}
+
+/// All that hulls depend on beside the bytes of the file and the code of this library.
+std::string say_how(const MeshFile& contents, const Vector3d& scale, const MeshOptions& options) {
+  return fmt::format("assimp {}.{}.{}.{:x} qhull {} file {} scale {:a} {:a} {:a} non-convex {} tolerance {:a}", aiGetVersionMajor(),
+                     aiGetVersionMinor(), aiGetVersionPatch(), aiGetVersionRevision(), qh_version, contents.extension, scale[0], scale[1],
+                     scale[2], static_cast<int>(options.non_convex), options.tolerance);
+}
+
 }  // namespace
 
 LoadedMesh load_mesh(const std::filesystem::path& file, const Vector3d& scale, const MeshOptions& options) {
-  const auto points = std::make_shared<const Matrix3Xd>(read_points(file, scale));
-  LoadedMesh out = make_parts(file, *points, options);
-  for (ConvexMesh& part : out.parts) part.surface = points;
+  const MeshFile contents = read_file(file, scale);
+  const auto points = std::make_shared<const Matrix3Xd>(read_points(file, contents, scale));
+  const auto make = [&] { return make_simplified_parts(file, *points, options); };
+  const std::filesystem::path folder = options.non_convex == NonConvex::Decompose ? std::filesystem::path() : hull_cache_dir();
+  LoadedMesh out =
+      folder.empty() ? make() : find_or_make_hulls(folder, calc_hull_key(contents.bytes, say_how(contents, scale, options)), make);
+  for (ConvexMesh& part : out.parts) {
+    part.source = file.string();
+    part.surface = points;
+  }
   return out;
 }
 

@@ -289,7 +289,7 @@ class MjcfReader : private MjcfView {
       if (plane && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);
       if (link != nullptr && !plane) {
         if (const auto* mesh = std::get_if<Mesh>(&c.shape); mesh != nullptr && !is_free(m_->body_weldid[body]))
-          c.shape = Mesh{hulls_.add(*mesh->mesh, given_name(mjOBJ_MESH, m_->geom_dataid[g]))};
+          c.shape = simplify(*mesh->mesh, given_name(mjOBJ_MESH, m_->geom_dataid[g]));
         link->collisions.push_back(std::move(c));
         continue;
       }
@@ -297,6 +297,12 @@ class MjcfReader : private MjcfView {
       for (int up = body; up != 0; up = m_->body_parentid[up]) X_WB = pose(m_->body_pos + 3 * up, m_->body_quat + 4 * up) * X_WB;
       out_.fixed.push_back({c.name, c.shape, X_WB * c.X_LG, *c.friction, c.mask});
     }
+  }
+
+  Mesh simplify(const ConvexMesh& mesh, const std::string& name) {
+    SimplifiedHull hull = simplify_hull_by_share(mesh, kHullTolerance);
+    hulls_.add(hull.error, name);
+    return {std::make_shared<const ConvexMesh>(std::move(hull.mesh))};
   }
 
   Shape read_shape(int g) const {

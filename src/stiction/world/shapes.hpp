@@ -47,14 +47,16 @@ enum class NonConvex {
 struct MeshOptions {
   NonConvex non_convex = NonConvex::Decompose;
   Decomposition decomposition{};  ///< for Decompose
+  double tolerance = 0;  ///< share of its diagonal by which the surface of a part may move to save corners (simplify_hull); 0: none
 };
 
 struct LoadedMesh {
   std::vector<ConvexMesh> parts;
   bool filled = false;  ///< TakeHulls found no convex solids: the hull holds more than the mesh
+  double error = 0;     ///< how far corners that are left out moved the surface of a part, at most [m]
 };
 
-/// Convex parts of an STL, OBJ or DAE file: one, its hull, where it is convex (of a decomposition those of default_cache_dir() if there).
+/// Convex parts of an STL, OBJ or DAE file: one, its hull, where it is convex. They are those of default_cache_dir() if there.
 /// @throws core::InvalidInput with the file name
 LoadedMesh load_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, const MeshOptions& options);
 

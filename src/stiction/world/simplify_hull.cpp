@@ -132,12 +132,14 @@ SimplifiedHull simplify_hull(const ConvexMesh& mesh, double tolerance) {
   }
 }
 
-std::shared_ptr<const ConvexMesh> LinkHulls::add(const ConvexMesh& part, const std::string& name) {
-  const double diagonal = (part.vertices.rowwise().maxCoeff() - part.vertices.rowwise().minCoeff()).norm();
-  SimplifiedHull hull = simplify_hull(part, kHullTolerance * diagonal);
-  if (hull.error > 0 && std::find(simplified_.begin(), simplified_.end(), name) == simplified_.end()) simplified_.push_back(name);
-  error_ = std::max(error_, hull.error);
-  return std::make_shared<const ConvexMesh>(std::move(hull.mesh));
+SimplifiedHull simplify_hull_by_share(const ConvexMesh& mesh, double share) {
+  const double diagonal = (mesh.vertices.rowwise().maxCoeff() - mesh.vertices.rowwise().minCoeff()).norm();
+  return simplify_hull(mesh, share * diagonal);
+}
+
+void LinkHulls::add(double error, const std::string& name) {
+  if (error > 0 && std::find(simplified_.begin(), simplified_.end(), name) == simplified_.end()) simplified_.push_back(name);
+  error_ = std::max(error_, error);
 }
 
 void LinkHulls::add_note(std::vector<std::string>& notes) const {

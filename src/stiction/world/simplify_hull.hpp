@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,11 +23,14 @@ struct SimplifiedHull {
 /// Tests: tests/world/simplify_hull_test.cpp
 SimplifiedHull simplify_hull(const ConvexMesh& mesh, double tolerance);
 
-/// The hulls of one robot's links, with kHullTolerance.
+/// The same with a tolerance relative to the diagonal of the mesh, such as kHullTolerance.
+SimplifiedHull simplify_hull_by_share(const ConvexMesh& mesh, double share);
+
+/// The meshes of one robot's links that lost corners, for its note.
 class LinkHulls {
  public:
-  /// @param name  of the mesh, for the note
-  std::shared_ptr<const ConvexMesh> add(const ConvexMesh& part, const std::string& name);
+  /// @param error  of its hull [m]
+  void add(double error, const std::string& name);
 
   /// How far which surfaces moved; nothing where none did.
   void add_note(std::vector<std::string>& notes) const;

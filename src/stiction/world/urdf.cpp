@@ -5,10 +5,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "stiction/core/faults.hpp"
 #include "stiction/core/sha256.hpp"
@@ -37,6 +40,7 @@ struct Source {
   MeshOptions options;
   std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{}, empty{};
   LinkHulls hulls{};
+  std::map<std::pair<std::filesystem::path, std::array<double, 3>>, LoadedMesh> meshes{};  ///< by file and scale: links share them
 
   std::vector<std::string> notes() const {
     std::vector<std::string> out;
@@ -53,6 +57,22 @@ struct Source {
   }
 };
 
+/// The parts of a mesh file, which is read once however many links name it. Each of them has triangles of its own, as those of a file that
+/// came in several parts count once in a link.
+LoadedMesh find_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale, Source& source) {
+  const auto key = std::pair{file, std::array{scale[0], scale[1], scale[2]}};
+  const auto known = source.meshes.find(key);
+  if (known == source.meshes.end()) {
+    MeshOptions options = source.options;
+    options.tolerance = kHullTolerance;
+    return source.meshes.emplace(key, load_mesh(file, scale, options)).first->second;
+  }
+  LoadedMesh again = known->second;
+  const auto surface = std::make_shared<const Eigen::Matrix3Xd>(*again.parts.at(0).surface);
+  for (ConvexMesh& part : again.parts) part.surface = surface;
+  return again;
+}
+
 std::vector<Shape> read_mesh(const XmlReader& reader, const XMLElement& element, Source& source) {
   const std::string uri = reader.required(element, "filename");
   const auto path = find_resource(uri, source.folder, source.package_dirs);
@@ -65,9 +85,10 @@ std::vector<Shape> read_mesh(const XmlReader& reader, const XMLElement& element,
   if ((scale.array() == 0).any()) return {};
   std::vector<Shape> shapes;
   try {
-    LoadedMesh mesh = load_mesh(path, scale, source.options);
+    const LoadedMesh mesh = find_mesh(path, scale, source);
     if (mesh.filled) add_once(source.filled, path.filename().string());
-    for (const ConvexMesh& part : mesh.parts) shapes.emplace_back(Mesh{source.hulls.add(part, path.filename().string())});
+    source.hulls.add(mesh.error, path.filename().string());
+    for (const ConvexMesh& part : mesh.parts) shapes.emplace_back(Mesh{std::make_shared<const ConvexMesh>(part)});
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}:{}: mesh: {}", source.file.string(), element.GetLineNum(), e.what()));
   }
