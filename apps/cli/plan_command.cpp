@@ -192,14 +192,23 @@ int run_plan(const PlanArguments& arguments) {
   ProgressLine line;
   control.on_progress = [&line](const core::Progress& progress) { line.show(progress); };
 
+  std::FILE* const to = people(arguments.json);
+  const auto write = [&](const planning::PlanResult& found) { tasks::write_plan(tasks::make_plan_file(task, options, found, file), file); };
+  const auto keep = [&](const planning::PlanResult& found) {  // usable while the search for a cheaper one goes on
+    if (!options.anytime) return;
+    write(found);
+    line.clear();
+    say(to, "  plan after {:.3f} s: cost {:.1f} s, {}{}\n", found.wall_s, found.cost, file.string(),
+        found.improvements.size() == 1 ? "; looking for a cheaper one, Ctrl-C ends with the best" : "");
+    std::fflush(to);
+  };
   planning::PlanResult result;
-  const Status status = planning::plan(task.problem, options, control, result);
+  const Status status = planning::plan_watched(task.problem, {}, options, control, {}, result, keep);
   line.clear();
   if (const auto stuck = std::find_if(findings.begin(), findings.end(), [](const auto& f) { return f.kind == "stuck"; });
       status == Status::NumericalFailure && stuck != findings.end())
     throw core::InvalidInput(stuck->message);
-  tasks::write_plan(tasks::make_plan_file(task, options, result, file), file);
-  std::FILE* const to = people(arguments.json);
+  write(result);
   print_summary(to, task, options, result, file);
   if (arguments.profile) print_profile(to, result.profile);
 

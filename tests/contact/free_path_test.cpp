@@ -1,8 +1,6 @@
 // Postures in contact, and paths from one to another.
 #include "stiction/contact/free_path.hpp"
 
-#include <numeric>
-
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/world/scales.hpp"
 #include "world/allegro.hpp"
@@ -55,50 +53,6 @@ TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
     }
     EXPECT_GT(found, 60) << task;
   }
-}
-
-/// What 400 draws of all branches of the ball task found: postures, and draws of pairs that each of them took.
-struct Draws {
-  int found = 0;
-  TouchCounts counts;
-  std::vector<Eigen::VectorXd> postures;
-};
-
-Draws draw_postures(bool learn) {
-  const auto model = world::test::load_task("allegro_ball");
-  const world::RobotChains chains(*model);
-  GeometryWorkspace work(*model);
-  core::Random random(17, 0);
-  Draws out;
-  for (int draw = 0; draw < 400; ++draw) {
-    const TouchCounts none;
-    TouchHistory history{learn ? out.counts : none};
-    const auto sample =
-        sample_contact(*model, chains, GenericSampler{}, chains.all(), world::test::allegro_start(), random, work, &history);
-    out.counts += history.fresh;
-    if (!sample) continue;
-    for (int c = 0; c < chains.size(); ++c) out.found += static_cast<int>(sample->moved >> c & 1);
-    out.postures.push_back(sample->q_a);
-  }
-  return out;
-}
-
-int sum(const std::vector<int>& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
-
-TEST(ContactSampler, DrawsThatLearn_FindMoreWithFewerAndEveryPairThatCanTouch) {
-  const Draws alike = draw_postures(false), learnt = draw_postures(true);
-  EXPECT_GE(learnt.found, alike.found);
-  EXPECT_LT(sum(learnt.counts.drawn), 0.8 * sum(alike.counts.drawn));
-  for (std::size_t i = 0; i < alike.counts.touched.size(); ++i) {
-    if (alike.counts.touched[i] < 20) continue;
-    EXPECT_GT(learnt.counts.touched[i], alike.counts.touched[i] / 2) << "pair " << i;
-  }
-}
-
-TEST(ContactSampler, EqualHistories_GiveEqualDraws) {
-  const Draws one = draw_postures(true), again = draw_postures(true);
-  ASSERT_EQ(one.postures.size(), again.postures.size());
-  for (std::size_t i = 0; i < one.postures.size(); ++i) EXPECT_EQ(one.postures[i], again.postures[i]);
 }
 
 TEST(FindPath, KeepsItsClearanceBetweenTheContacts) {

@@ -16,13 +16,11 @@ TEST(TryRegrasp, AcceptedOnes_KeepTheObjectAtRest) {
   const Eigen::VectorXd q = allegro_start();
   const Allowance& allowed = setting.thresholds.regrasp;
   RegraspCounts counts;
-  const contact::TouchCounts none;
   for (int attempt = 0; attempt < 40; ++attempt) {
     core::Random random(9, static_cast<std::uint64_t>(attempt));
     Regrasp regrasp;
-    contact::TouchHistory touches{none};
     if (!try_regrasp(setting, q, q.tail(16), {contact::draw_grasp(setting.chains, contact::GenericSampler{}, random), true}, {}, random,
-                     scratch, touches, regrasp, counts))
+                     scratch, regrasp, counts))
       continue;
     Eigen::VectorXd now = q;  // an own simulation of every knot
     dynamics::StepResult result;
@@ -51,9 +49,7 @@ TEST(TryRegrasp, BallThatIsFreeToRoll_IsLeftAsTheLastResortOnly) {
     for (int attempt = 0; attempt < 10; ++attempt) {
       core::Random random(3, static_cast<std::uint64_t>(attempt));
       Regrasp regrasp;
-      const contact::TouchCounts none;
-      contact::TouchHistory touches{none};
-      try_regrasp(setting, q, q.tail(16), {setting.chains.all(), last_resort}, {}, random, scratch, touches, regrasp, counts);
+      try_regrasp(setting, q, q.tail(16), {setting.chains.all(), last_resort}, {}, random, scratch, regrasp, counts);
       EXPECT_FALSE(regrasp.stuck);
       EXPECT_TRUE(regrasp.unstable);
     }
@@ -74,9 +70,7 @@ struct HandRegrasps {
 
   bool attempt(const GraspJudge& judge, core::Random& random, Regrasp& out, RegraspCounts& counts) {
     const world::ChainMask draw = contact::draw_grasp(setting.chains, contact::GenericSampler{}, random);
-    const contact::TouchCounts none;
-    contact::TouchHistory touches{none};
-    return try_regrasp(setting, q, q.tail(4), {draw}, judge, random, scratch, touches, out, counts);
+    return try_regrasp(setting, q, q.tail(4), {draw}, judge, random, scratch, out, counts);
   }
 };
 

@@ -75,6 +75,18 @@ def test_plan_json_is_one_object(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
 
 
+def test_first_plan_is_there_while_a_cheaper_one_is_looked_for(tmp_path):
+    with children.Child([PROGRAM, "plan", "planar_hand", "--seed", "1", "--anytime", "--timeout", "60", "-o", tmp_path], cwd=tmp_path) as process:
+        first = process.line(limit=30)
+        assert "plan after" in first
+        assert str(tmp_path / "plan.json") in first and "looking for a cheaper one" in first
+        assert run("check", tmp_path).returncode == 0, "a whole plan, while the search goes on"
+        assert process.poll() is None
+        done = process.stop(limit=30)
+    assert done.returncode == 130, "ended by a signal, with the best plan"
+    assert run("check", tmp_path).returncode == 0
+
+
 @pytest.mark.parametrize("threads", [1, 2])
 def test_plan_profile_says_where_the_processor_time_went(tmp_path, threads):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -106,32 +106,8 @@ bool touch(const world::Model& model, int pair, const std::vector<char>& moving,
   return false;
 }
 
-/// (P.13): a pair that touches in fewer than one of so many draws is drawn as much less often …
-constexpr double kHope = 20;
-/// … but not less than this, beside one that touches: objects go elsewhere.
-constexpr double kLeastHope = 0.02;
-
-/// One of the pairs, by what is known of them.
-int draw_pair(std::span<const int> pairs, const TouchHistory* history, core::Random& random) {
-  if (history == nullptr) return pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
-  const auto count = [](const std::vector<int>& counts, int pair) { return counts.empty() ? 0 : counts[static_cast<std::size_t>(pair)]; };
-  const auto weight = [&](int pair) {
-    const int drawn = count(history->known.drawn, pair) + count(history->fresh.drawn, pair);
-    const int touched = count(history->known.touched, pair) + count(history->fresh.touched, pair);
-    return std::clamp(kHope * (touched + 1) / (drawn + 1), kLeastHope, 1.0);
-  };
-  double sum = 0;
-  for (const int pair : pairs) sum += weight(pair);
-  double left = random.uniform(0, sum);
-  for (const int pair : pairs) {
-    left -= weight(pair);
-    if (left < 0) return pair;
-  }
-  return pairs.back();
-}
-
 bool sample_chain(const world::Model& model, const world::RobotChains& chains, const GenericSampler& options, int chain,
-                  core::Random& random, Eigen::VectorXd& q, GeometryWorkspace& work, TouchHistory* history) {
+                  core::Random& random, Eigen::VectorXd& q, GeometryWorkspace& work) {
   const auto joints = chains.joints(chain);
   const auto pairs = chains.object_pairs(chain);
   if (pairs.empty()) return false;
@@ -150,14 +126,10 @@ bool sample_chain(const world::Model& model, const world::RobotChains& chains, c
       const double spread = options.near_std * model.scales().joint(joints[k]);
       value = near ? std::clamp(value + spread * random.normal(), low, high) : random.uniform(low, high);
     }
-    const int pair = draw_pair(pairs, history, random);
-    bool found = touch(model, pair, moving, q, work);
-    if (found) {
-      update_kinematics(model, q, work);
-      found = around.are_clear(model, work);
-    }
-    if (history != nullptr) history->fresh.add(pair, found, model.pairs().size());
-    if (found) return true;
+    const int pair = pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
+    if (!touch(model, pair, moving, q, work)) continue;
+    update_kinematics(model, q, work);
+    if (around.are_clear(model, work)) return true;
   }
   q = q_before;
   return false;
@@ -179,23 +151,6 @@ void shuffle(std::vector<int>& values, core::Random& random) {
 
 }  // namespace
 
-void TouchCounts::add(int pair, bool found, std::size_t n_pairs) {
-  drawn.resize(n_pairs);
-  touched.resize(n_pairs);
-  ++drawn[static_cast<std::size_t>(pair)];
-  touched[static_cast<std::size_t>(pair)] += found;
-}
-
-TouchCounts& TouchCounts::operator+=(const TouchCounts& o) {
-  drawn.resize(std::max(drawn.size(), o.drawn.size()));
-  touched.resize(drawn.size());
-  for (std::size_t i = 0; i < o.drawn.size(); ++i) {
-    drawn[i] += o.drawn[i];
-    touched[i] += o.touched[i];
-  }
-  return *this;
-}
-
 world::ChainMask draw_grasp(const world::RobotChains& chains, const GenericSampler& sampler, core::Random& random) {
   std::vector<int> order = touching_chains(chains);
   shuffle(order, random);
@@ -206,8 +161,7 @@ world::ChainMask draw_grasp(const world::RobotChains& chains, const GenericSampl
 }
 
 std::optional<ContactSample> sample_contact(const world::Model& model, const world::RobotChains& chains, const GenericSampler& sampler,
-                                            world::ChainMask draw, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work,
-                                            TouchHistory* history) {
+                                            world::ChainMask draw, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work) {
   std::vector<int> order = touching_chains(chains);
   std::erase_if(order, [&](int c) { return !(draw >> c & 1); });
   shuffle(order, random);
@@ -216,7 +170,7 @@ std::optional<ContactSample> sample_contact(const world::Model& model, const wor
 
   ContactSample sample;
   for (const int chain : order) {
-    if (sample_chain(model, chains, sampler, chain, random, q, work, history)) sample.moved |= world::ChainMask{1} << chain;
+    if (sample_chain(model, chains, sampler, chain, random, q, work)) sample.moved |= world::ChainMask{1} << chain;
   }
   if (sample.moved == 0) return std::nullopt;
   sample.q_a = q.tail(model.n_a());

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <vector>
 
 #include "stiction/contact/geometry_workspace.hpp"
 #include "stiction/core/random.hpp"
@@ -18,21 +17,6 @@ struct GenericSampler {
   int tries = 20;                  ///< draws per branch
 };
 
-/// How often each pair of the model was drawn to be brought into contact, and how often a posture came of it.
-struct TouchCounts {
-  std::vector<int> drawn, touched;  ///< per pair; empty: never
-
-  bool empty() const { return drawn.empty(); }
-  void add(int pair, bool found, std::size_t n_pairs);
-  TouchCounts& operator+=(const TouchCounts& o);
-};
-
-/// What a sampler learns from: pairs of which hardly a draw in twenty ever touches are drawn as much less often. Equal counts give equal draws.
-struct TouchHistory {
-  const TouchCounts& known;
-  TouchCounts fresh{};  ///< of the draws since
-};
-
 /// A robot posture that touches the object, and the branches for which one was found; the others are where they were.
 struct ContactSample {
   Eigen::VectorXd q_a;  ///< (n_a)
@@ -46,11 +30,9 @@ world::ChainMask draw_grasp(const world::RobotChains& chains, const GenericSampl
 /// Draws a posture in contact with the objects at q (3.4.3): no moved branch penetrates anything by more than 0.001 L, and each
 /// touched an object within half of that when it was placed. Pure kinematics: nothing moves the object.
 /// @param draw  branches that move  @param q  configuration (n_q); branches that are not moved keep their joints
-/// @param history  of draws at like places of the objects; null: every pair of a branch is drawn alike
 /// @returns nullopt when the draws of the sampler were used up
 /// Tests: tests/contact/free_path_test.cpp
 std::optional<ContactSample> sample_contact(const world::Model& model, const world::RobotChains& chains, const GenericSampler& sampler,
-                                            world::ChainMask draw, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work,
-                                            TouchHistory* history = nullptr);
+                                            world::ChainMask draw, Eigen::VectorXd q, core::Random& random, GeometryWorkspace& work);
 
 }  // namespace stiction::contact

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 namespace stiction::planning {
 void ContactChange::choose(const Tree& tree, Expansion& x, core::Random& random) const {
@@ -31,9 +30,7 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   Regrasp& regrasp = scratch.regrasp;
   const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
                          [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); }};
-  contact::TouchHistory touches{tree.touches()};
-  const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, touches, regrasp, x.totals.regrasps);
-  x.touches = std::move(touches.fresh);
+  const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, regrasp, x.totals.regrasps);
   static_cast<Work&>(x.totals) += regrasp;
   x.release_failed = regrasp.stuck;
   x.release_unstable = regrasp.unstable && !x.release.may_be_unstable;

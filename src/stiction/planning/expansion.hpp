@@ -37,7 +37,6 @@ struct Expansion {
   Release release;                ///< of a regrasp
   bool release_failed = false;    ///< its branches cannot let go of the object at `near`
   bool release_unstable = false;  ///< or not without leaving it unstable
-  contact::TouchCounts touches;   ///< of the postures that were drawn
   int cannot_release = -1;        ///< a node at which no branches can
   Eigen::VectorXd command;        ///< that `near` was extended to (n_a); empty: it was not
   std::vector<Node> chain;        ///< new nodes, each the parent of the next

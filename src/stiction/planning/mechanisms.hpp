@@ -16,13 +16,11 @@ enum class Mechanism : unsigned {
   ForceCones,      ///< half of the extensions keep contact forces in their cones to first order (P.7)
   Preload,         ///< pushes start with what is left of the grip (P.11)
   GraspChoice,     ///< of many postures that touch, those with the best local models are simulated
-  TouchHistory,    ///< geometries that hardly ever touch the object are drawn less often for a grasp
   StableReleases,  ///< objects must stay with gravity aside while branches let go
   NoiseReplay,     ///< a path to the goal must stand small errors of commands
   Restarts,        ///< a tree that stalls makes room for a new one
 };
-inline constexpr std::array<std::string_view, 10> kMechanismNames = {"frontier",     "chains",       "sharpening",    "force_cones",
-                                                                     "preload",      "grasp_choice", "touch_history", "stable_releases",
-                                                                     "noise_replay", "restarts"};
+inline constexpr std::array<std::string_view, 9> kMechanismNames = {
+    "frontier", "chains", "sharpening", "force_cones", "preload", "grasp_choice", "stable_releases", "noise_replay", "restarts"};
 
 }  // namespace stiction::planning

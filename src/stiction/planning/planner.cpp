@@ -11,7 +11,7 @@ namespace stiction::planning {
 namespace {
 
 core::Status run(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
-                 const core::RunControl& control, const GrowthSink& grown, PlanResult& result) {
+                 const core::RunControl& control, const GrowthSink& grown, const PlanSink& found, PlanResult& result) {
   const auto start = core::RunControl::Clock::now();
   problem.validate();
   if (u_start.size() > 0) {
@@ -29,8 +29,10 @@ core::Status run(const PlanningProblem& problem, const Eigen::VectorXd& u_start,
     search(problem, u_start, whole, control, start, grown, result);
   }
   if (result.status == core::Status::Solved) {
-    result.improvements.push_back({result.cost, result.iterations, core::seconds_since(start)});
-    if (options.anytime) improve(problem, u_start, whole, control, start, result);
+    result.wall_s = core::seconds_since(start);
+    result.improvements.push_back({result.cost, result.iterations, result.wall_s});
+    if (found) found(result);
+    if (options.anytime) improve(problem, u_start, whole, control, start, found, result);
   }
   result.wall_s = core::seconds_since(start);
   return result.status;
@@ -39,17 +41,17 @@ core::Status run(const PlanningProblem& problem, const Eigen::VectorXd& u_start,
 }  // namespace
 
 core::Status plan(const PlanningProblem& problem, const PlannerOptions& options, const core::RunControl& control, PlanResult& result) {
-  return run(problem, {}, options, control, {}, result);
+  return run(problem, {}, options, control, {}, {}, result);
 }
 
 core::Status plan_from(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
                        const core::RunControl& control, PlanResult& result) {
-  return run(problem, u_start, options, control, {}, result);
+  return run(problem, u_start, options, control, {}, {}, result);
 }
 
 core::Status plan_watched(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
-                          const core::RunControl& control, const GrowthSink& grown, PlanResult& result) {
-  return run(problem, u_start, options, control, grown, result);
+                          const core::RunControl& control, const GrowthSink& grown, PlanResult& result, const PlanSink& found) {
+  return run(problem, u_start, options, control, grown, found, result);
 }
 
 }  // namespace stiction::planning

@@ -123,12 +123,16 @@ struct Growth {
   double best_ratio = 0;     ///< how far that one is, in tolerances
 };
 using GrowthSink = std::function<void(const Growth&)>;
+/// Told of the first plan that solves the problem and, anytime, of every cheaper one, as it is found: `result` as it would be if the run ended now, but for
+/// its totals.
+using PlanSink = std::function<void(const PlanResult& result)>;
 
 /// plan_from(), told between rounds how its trees grow, by the thread that called it. Trees that look for a cheaper path (anytime) are not told of.
 /// Every node of the tree whose path is the plan is told of once; the plan is that of plan_from(), to the last bit.
+/// @param found    called by the same thread; may be empty
 /// @param u_start  commands at the start (n_a) [rad or m]; empty: joints are commanded where they are
 /// @throws core::InvalidInput, as plan_from()
 core::Status plan_watched(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options,
-                          const core::RunControl& control, const GrowthSink& grown, PlanResult& result);
+                          const core::RunControl& control, const GrowthSink& grown, PlanResult& result, const PlanSink& found = {});
 
 }  // namespace stiction::planning

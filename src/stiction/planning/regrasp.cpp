@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
 #include "stiction/dynamics/disturbances.hpp"
 #include "stiction/world/scales.hpp"
@@ -159,15 +160,14 @@ struct Candidate {
 
 /// Best first. Of those that promise most, some become what the simulation says: a local model sees forces across gaps that the exact dynamics does not make.
 std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask draw, Eigen::VectorXd q, const GraspJudge& judge,
-                                       core::Random& random, SimulationScratch& scratch, contact::TouchHistory& touches) {
+                                       core::Random& random, SimulationScratch& scratch) {
   const ProfileClock::Scope scope(scratch.profile, Activity::GraspSamples);
   contact::GeometryWorkspace& geometry = scratch.geometry;
   const bool choose = setting.options.uses(Mechanism::GraspChoice);
   std::vector<Candidate> out;
   const Eigen::VectorXd q_before = q;
   for (int k = 0; k < (choose ? threshold::kCandidates : 1) && !geometry.stop(); ++k) {
-    const auto sample = contact::sample_contact(setting.model, setting.chains, contact::GenericSampler{}, draw, q_before, random, geometry,
-                                                setting.options.uses(Mechanism::TouchHistory) ? &touches : nullptr);
+    const auto sample = contact::sample_contact(setting.model, setting.chains, contact::GenericSampler{}, draw, q_before, random, geometry);
     if (!sample) continue;
     q.tail(sample->q_a.size()) = sample->q_a;
     out.push_back({judge.promise ? judge.promise(q) : Promise{}, sample->q_a});
@@ -218,8 +218,7 @@ std::optional<RegraspSimulation> let_go(const Setting& setting, const RegraspSiz
 }  // namespace
 
 bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
-                 const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, contact::TouchHistory& touches, Regrasp& out,
-                 RegraspCounts& counts) {
+                 const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts) {
   static_cast<Work&>(out) = {};
   out.stuck = true;
   out.unstable = false;
@@ -240,7 +239,7 @@ bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::
     return count_failure(Ending::Moved, counts);
   }
 
-  const auto candidates = draw_candidates(setting, release.moved, run->at().q, judge, random, scratch, touches);
+  const auto candidates = draw_candidates(setting, release.moved, run->at().q, judge, random, scratch);
   if (candidates.empty()) {
     ++counts.no_sample;
     return false;

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/simulate.hpp"
 
@@ -93,10 +92,8 @@ struct GraspJudge {
 /// Tries one regrasp of the tree at (q, u): a contact sample is drawn where the objects came to rest after the branches of `release` let go. Branches that do
 /// not move keep their grip; where the objects do not stay with that, everything lets go first.
 /// @param judge   of kCandidates postures the best that has a path is taken
-/// @param touches  what the draws of postures learn from
 /// @param counts  the outcome is counted by cause
 bool try_regrasp(const Setting& setting, const Eigen::VectorXd& q, const Eigen::VectorXd& u, const Release& release,
-                 const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, contact::TouchHistory& touches, Regrasp& out,
-                 RegraspCounts& counts);
+                 const GraspJudge& judge, core::Random& random, SimulationScratch& scratch, Regrasp& out, RegraspCounts& counts);
 
 }  // namespace stiction::planning

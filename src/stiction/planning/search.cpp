@@ -249,21 +249,23 @@ void search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, cons
 }
 
 void improve(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
-             core::RunControl::Clock::time_point start, PlanResult& best) {
+             core::RunControl::Clock::time_point start, const PlanSink& found, PlanResult& best) {
   const long patience = std::max(threshold::kLeastPatience, threshold::kPatience * best.iterations);
   const core::RunControl part = part_of_run(options, control, start, best, true);
   for (std::uint64_t tree = 1; best.iterations < options.max_iterations && !control.stop(); ++tree) {
     PlannerOptions next = options;
     next.seed = core::Random(options.seed, ~tree).bits();
-    PlanResult found;
+    PlanResult next_best;
     Search another(problem, u_start, next, part, {}, 1, best.cost);
-    another.run(std::min<long>(patience, options.max_iterations - best.iterations), found);
+    another.run(std::min<long>(patience, options.max_iterations - best.iterations), next_best);
     another.add_counts(best);
-    if (found.status == Status::NumericalFailure) break;
-    if (found.status != Status::Solved || found.cost >= best.cost) continue;
-    best.plan = std::move(found.plan);
-    best.cost = found.cost;
-    best.improvements.push_back({found.cost, best.iterations, core::seconds_since(start)});
+    if (next_best.status == Status::NumericalFailure) break;
+    if (next_best.status != Status::Solved || next_best.cost >= best.cost) continue;
+    best.plan = std::move(next_best.plan);
+    best.cost = next_best.cost;
+    best.wall_s = core::seconds_since(start);
+    best.improvements.push_back({best.cost, best.iterations, best.wall_s});
+    if (found) found(best);
   }
   best.status = control.cancelled() ? Status::Cancelled : Status::Solved;
 }

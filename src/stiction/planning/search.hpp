@@ -10,7 +10,8 @@ void search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, cons
             core::RunControl::Clock::time_point start, const GrowthSink& grown, PlanResult& out);
 
 /// Grows one tree after the other for cheaper paths, until the deadline, the budget or a cancel.
+/// @param found  told of each of them, where there is one
 void improve(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
-             core::RunControl::Clock::time_point start, PlanResult& best);
+             core::RunControl::Clock::time_point start, const PlanSink& found, PlanResult& best);
 
 }  // namespace stiction::planning

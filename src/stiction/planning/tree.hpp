@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/planning/frontier.hpp"
 #include "stiction/planning/nearest.hpp"
 #include "stiction/planning/plan.hpp"
@@ -81,9 +80,6 @@ class Tree {
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
   void add_unstable_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].unstable_releases.push_back(branches); }
-  /// Which geometries touched the objects in the draws of grasps so far.
-  const contact::TouchCounts& touches() const { return touches_; }
-  void add_touches(const contact::TouchCounts& counts) { touches_ += counts; }
   void set_cannot_release(int i) { nodes_[static_cast<std::size_t>(i)].cannot_release = true; }
   /// Where the path to a node leads at half steps, and how far the node is from the goal by that.
   void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance);
@@ -103,7 +99,6 @@ class Tree {
   std::vector<Node> nodes_;
   NearestPoints nearest_;
   Frontier by_metric_, pushes_, regrasps_;
-  contact::TouchCounts touches_;
   std::vector<double> effort_;  // by node: extensions to the goal by its metric
   int best_ = -1;
 };

@@ -95,7 +95,6 @@ int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
   if (x.release_failed) tree_.add_failed_release(x.near, x.release.moved);
   if (x.release_unstable) tree_.add_unstable_release(x.near, x.release.moved);
   if (x.cannot_release >= 0) tree_.set_cannot_release(x.cannot_release);
-  tree_.add_touches(x.touches);
   totals_.distrusted += x.broken;
   if (x.command.size() > 0) tree_.add_tried(x.near, std::move(x.command));
   int parent = x.near;
