@@ -208,6 +208,7 @@ int run_plan(const PlanArguments& arguments) {
   if (const auto stuck = std::find_if(findings.begin(), findings.end(), [](const auto& f) { return f.kind == "stuck"; });
       status == Status::NumericalFailure && stuck != findings.end())
     throw core::InvalidInput(stuck->message);
+  if (!result.improvements.empty()) result.status = Status::Solved;  // all that was interrupted is the search for a cheaper plan
   write(result);
   print_summary(to, task, options, result, file);
   if (arguments.profile) print_profile(to, result.profile);
