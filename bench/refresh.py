@@ -96,7 +96,7 @@ def steps_section(data):
         "* `stacking_69dof/step`: ten boxes, arm and gripper along the published motion at h = 0.1 s. `scaling_contacts/N`: one body on N feet;",
         "  `scaling_bodies/N`: a tower of N boxes, four contacts each. contacts: median number of candidates of a step.",
         "* `cone/…`: random but physical cone programs, seeded; the solve alone.",
-        "* `rrt_1000/…`: a tree of exactly 1000 extensions with the single-step settings of the published runs, no early stop, all cores.",
+        "* `rrt_1000/…`: a tree of exactly 1000 extensions with the single-step settings of the published runs, no early stop, one core.",
         "* `impc_10/…`: ten iterations of trajectory optimisation with the settings of Table 3.1, analytic scheme, all cores.",
         "* `residual/…`: one residual (4.5) of a contact point, batched where the name says so. `descent/…`: one descent of Algorithm 4.",
         "  `sense_cycle/…`: 1000 samples and their descents, δ = 0.1, on capsules or on `meshes`. `discriminate/10`: (4.13) for ten candidates. One core.",

@@ -11,38 +11,25 @@ that a slow hour of the machine is one for all. A run without an accepted plan c
 import argparse
 import collections
 import json
-import os
 import pathlib
-import resource
 import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from runs import ROOT, measure_run
+
 TASKS = (
     "planar_pushing planar_hand planar_hand_fixed_y allegro_ball allegro_cube allegro_cube_180 allegro_cube_roll allegro_door allegro_pen allegro_plate "
     "iiwa_bimanual iiwa_bimanual_box iiwa_bimanual_planar ur5_mesh_push box_grazing"
 ).split()
 
 
-def seconds_of(command: list[str], most: float) -> tuple[int, float]:
-    """Exit code, negative for a signal, and processor seconds."""
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_CPU, (int(most) + 1, int(most) + 2))
-
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=limit)
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    return process.returncode, usage.ru_utime + usage.ru_stime
-
-
 def run(program: str, extra: list[str], task: str, seed: int, most: float) -> dict[str, object]:
     with tempfile.TemporaryDirectory() as folder:
         command = [program, "plan", task, "--seed", str(seed), "--threads", "1", "--timeout", str(20 * most), "-o", folder, *extra]
-        code, spent = seconds_of(command, most)
-        accepted = code == 0 and subprocess.run([program, "check", folder], capture_output=True, timeout=600).returncode == 0
-    return {"solved": code == 0, "accepted": accepted, "cpu_s": spent}
+        done = measure_run(command, int(most) + 1)
+        accepted = done.code == 0 and subprocess.run([program, "check", folder], capture_output=True, timeout=600).returncode == 0
+    return {"solved": done.code == 0, "accepted": accepted, "cpu_s": done.processor_s}
 
 
 def main() -> int:

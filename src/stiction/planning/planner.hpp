@@ -28,7 +28,7 @@ struct PlannerOptions {
   bool margins = false;                               ///< pushes hold with the objects off, gravity aside and less friction
   bool anytime = false;  ///< go on after the first solution, for cheaper ones, until the deadline or the budget is used up
   std::optional<thesis::Settings> thesis;  ///< Algorithm 2 as printed, for the tables and figures of the thesis
-  /// Mechanisms that are left out, for ablations only (bench/ablation.py); each is 1 << Mechanism.
+  /// Mechanisms that are left out, for ablations only (bench/search.py); each is 1 << Mechanism.
   unsigned without = 0;
 
   bool uses(Mechanism mechanism) const { return (without >> static_cast<unsigned>(mechanism) & 1U) == 0; }
