@@ -2,6 +2,8 @@
 #include "stiction/contact/free_path.hpp"
 
 #include "stiction/contact/contact_sampler.hpp"
+#include "stiction/contact/gap_gradient.hpp"
+#include "stiction/contact/within_reach.hpp"
 #include "stiction/world/scales.hpp"
 #include "world/allegro.hpp"
 
@@ -52,6 +54,40 @@ TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
       }
     }
     EXPECT_GT(found, 60) << task;
+  }
+}
+
+/// Whatever posture it is asked in: a pair that touches in another posture of the same joints is within reach.
+TEST(WithinReach, NeverLeavesOutAPairThatTouches) {
+  for (const char* task : {"planar_pushing", "allegro_ball", "allegro_plate", "iiwa_bimanual"}) {
+    const auto model = world::test::load_task(task);
+    const world::RobotChains chains(*model);
+    GeometryWorkspace work(*model);
+    core::Random random(3, 0);
+    int touching = 0, out_of_reach = 0;
+    Eigen::VectorXd q = model->neutral();
+    const Eigen::VectorXd lower = model->lower().cwiseMax(-1.0), upper = model->upper().cwiseMin(1.0);
+    for (int draw = 0; draw < 200; ++draw) {
+      const int chain = random.index(chains.size());
+      const auto moving = joint_flags(*model, chains.joints(chain));
+      for (int k = 0; k < 3 && model->n_qu() > 3; ++k) q[k] = 0.2 * random.normal();
+      for (int j = 0; j < model->n_a(); ++j) q[model->n_qu() + j] = random.uniform(lower[j], upper[j]);
+      Eigen::VectorXd other = q;
+      for (const int j : chains.joints(chain)) other[model->n_qu() + j] = random.uniform(lower[j], upper[j]);
+      for (const int pair : chains.object_pairs(chain)) {
+        world::calc_kinematics(*model, other, work.kinematics_work, work.kinematics);
+        const bool touches = pair_distance(*model, work.kinematics, pair, work.contact_work).phi <= 0;
+        world::calc_kinematics(*model, q, work.kinematics_work, work.kinematics);
+        const bool within = may_touch(*model, work.kinematics, q, moving, pair);
+        EXPECT_TRUE(within || !touches) << task << ", pair " << pair;
+        touching += touches;
+        out_of_reach += !within;
+      }
+    }
+    EXPECT_GT(touching, 0) << task;
+    if (model->n_a() == 16) {
+      EXPECT_GT(out_of_reach, 100) << task;
+    }
   }
 }
 

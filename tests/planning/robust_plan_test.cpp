@@ -1,5 +1,6 @@
 // Plans that forgive what is not as planned: noise of commands, of starts, of the floor and its friction.
 #include <limits>
+#include <set>
 
 #include "planning/simulated_plan.hpp"
 #include "planning/systems.hpp"
@@ -85,8 +86,9 @@ PlanningProblem floor_problem(const world::Shape& shape) {
   return problem;
 }
 
-Status push_over_the_floor(const PlanningProblem& problem, bool margins) {
+PlanResult plan_over_the_floor(const PlanningProblem& problem, bool margins, std::uint64_t seed = 0) {
   PlannerOptions options;
+  options.seed = seed;
   options.threads = 1;
   options.max_iterations = 2000;
   options.goal_bias = 0.7;
@@ -96,8 +98,11 @@ Status push_over_the_floor(const PlanningProblem& problem, bool margins) {
   box.upper = (Eigen::VectorXd(6) << 0.1, 0.6, 0.2, 0, 0, 0).finished();
   options.sample_boxes.push_back(box);
   PlanResult result;
-  return plan(problem, options, {}, result);
+  (void)plan(problem, options, {}, result);
+  return result;
 }
+
+Status push_over_the_floor(const PlanningProblem& problem, bool margins) { return plan_over_the_floor(problem, margins).status; }
 
 /// A cube stays on a slope up to atan μ; a ball that nothing holds stays on none.
 TEST(Planner, Margins_WhatDoesNotStayOnASlopeIsNotBuiltOn) {
@@ -116,6 +121,23 @@ TEST(Planner, Margins_WhatNeedsAllItsFrictionIsNotBuiltOn) {
   cube.model = world::Model::make(scene);
   EXPECT_EQ(push_over_the_floor(cube, false), Status::Solved);
   EXPECT_EQ(push_over_the_floor(cube, true), Status::MaxIterations);
+}
+
+/// Every second tree has 0.7 of the friction. On the slope the cube would not rest with it, so that all have that of the scene.
+TEST(Planner, EverySecondTree_HasLessFrictionWhereTheStartRestsWithIt) {
+  const PlanningProblem level = floor_problem(world::Box{Eigen::Vector3d::Constant(0.2)});
+  PlanningProblem slope = level;
+  world::Scene scene = slope.model->scene();
+  scene.gravity = Eigen::Vector3d(0, 4, -10);
+  slope.model = world::Model::make(scene);
+  std::set<double> on_level, on_slope;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const PlanResult flat = plan_over_the_floor(level, false, seed), tilted = plan_over_the_floor(slope, false, seed);
+    if (flat.status == Status::Solved) on_level.insert(flat.plan.step.friction_scale);
+    if (tilted.status == Status::Solved) on_slope.insert(tilted.plan.step.friction_scale);
+  }
+  EXPECT_EQ(on_level, (std::set<double>{0.7, 1}));
+  EXPECT_EQ(on_slope, std::set<double>{1});
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stiction/contact/gap_gradient.hpp"
+#include "stiction/contact/within_reach.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::contact {
@@ -78,7 +79,8 @@ struct Surroundings {
 /// computed: the rest of the kinematics in `work` is out of date after it.
 bool touch(const world::Model& model, int pair, const std::vector<char>& moving, Eigen::VectorXd& q, GeometryWorkspace& work) {
   Eigen::VectorXd gradient(model.n_a());
-  const int pairs[1] = {pair};
+  Contact c;
+  c.pair = pair;
   const auto body = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].body; };
   const world::Pair& of = model.pairs()[static_cast<std::size_t>(pair)];
   const int bodies[2] = {body(of.geometry_a), body(of.geometry_b)};
@@ -89,11 +91,12 @@ bool touch(const world::Model& model, int pair, const std::vector<char>& moving,
   double gap = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
     work.links.update(model, q, work.kinematics);
-    query_pairs(model, work.kinematics, pairs, std::numeric_limits<double>::infinity(), work.contact_work, work.contacts);
-    if (work.contacts.empty()) return false;
-    const auto& c =
-        *std::min_element(work.contacts.begin(), work.contacts.end(), [](const auto& a, const auto& b) { return a.phi < b.phi; });
-    if (std::abs(c.phi) < close_enough) return true;
+    const Distance d = pair_distance(model, work.kinematics, pair, work.contact_work);
+    if (std::abs(d.phi) < close_enough) return true;
+    c.phi = d.phi;
+    c.p_WA = d.p_WA;
+    c.p_WB = d.p_WB;
+    c.nhat_BA_W = d.nhat_BA_W;
     if (iteration % kPatience == 0 && std::abs(c.phi) > 0.5 * std::exchange(gap, std::abs(c.phi))) return false;
     calc_gap_gradient(model, c, moving, work.kinematics, gradient);
     const Eigen::VectorXd slope = gradient.cwiseProduct(unit);  // dφ/d(q/unit)
@@ -116,6 +119,8 @@ bool sample_chain(const world::Model& model, const world::RobotChains& chains, c
   const Eigen::VectorXd q_before = q;
   update_kinematics(model, q, work);
   std::vector<std::pair<double, double>> ranges;
+  std::vector<char> reachable;
+  for (const int pair : pairs) reachable.push_back(may_touch(model, work.kinematics, q, moving, pair));
   for (const int j : joints) ranges.push_back(draw_range(model, pairs, j, q[model.n_qu() + j], work));
   for (int attempt = 0; attempt < options.tries && !work.stop(); ++attempt) {
     q = q_before;
@@ -126,8 +131,8 @@ bool sample_chain(const world::Model& model, const world::RobotChains& chains, c
       const double spread = options.near_std * model.scales().joint(joints[k]);
       value = near ? std::clamp(value + spread * random.normal(), low, high) : random.uniform(low, high);
     }
-    const int pair = pairs[static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())))];
-    if (!touch(model, pair, moving, q, work)) continue;
+    const auto drawn = static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())));
+    if (!reachable[drawn] || !touch(model, pairs[drawn], moving, q, work)) continue;
     update_kinematics(model, q, work);
     if (around.are_clear(model, work)) return true;
   }

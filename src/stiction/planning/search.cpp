@@ -20,6 +20,14 @@ using core::Status;
 /// Keeps the seeds of later trees apart from the draws of the first one.
 constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 
+/// Every second tree plans with less friction: what it pushes slips out of its fingers before they hold it aloft, where they could not let go, and does not jam
+/// between them and what it lies on. In a planar scene friction is all that moves things.
+PlannerOptions slippery(PlannerOptions options, const world::Model& model) {
+  if (options.uses(Mechanism::SlipperyTrees) && options.step_options(model).friction_law == dynamics::FrictionLaw::Coulomb)
+    options.friction = std::min(options.friction, threshold::kSlippery);
+  return options;
+}
+
 /// A tree that grows.
 struct GrowingTree {
   std::unique_ptr<TreeSearch> search;
@@ -32,7 +40,9 @@ class Search {
  public:
   Search(const PlanningProblem& problem, const Eigen::VectorXd& u_start, const PlannerOptions& options, const core::RunControl& control,
          const GrowthSink& grown, int trees, double bound)
-      : setting_(problem, options),
+      : slippery_options_(slippery(options, *problem.model)),
+        setting_(problem, options),
+        slippery_(problem, slippery_options_),
         u_start_(u_start),
         control_(control),
         grown_(grown),
@@ -90,14 +100,22 @@ class Search {
     return control_.cancelled() ? Status::Cancelled : Status::MaxIterations;
   }
 
-  /// A new tree in the place of one.
+  /// A new tree in the place of one. Where the start does not rest with less friction, it has that of the scene.
   bool plant(GrowingTree& tree, PlanResult& out) {
-    const std::uint64_t seed = setting_.options.seed;
-    tree = {nullptr, planted_, 0};
-    tree.search = std::make_unique<TreeSearch>(
-        setting_, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_);
-    ++planted_;
     const ProfileClock::Scope scope(unstopped_.profile, Activity::Ends);
+    const bool slips = planted_ % 2 == 1 && plant(slippery_, tree, out);
+    if (!slips && !plant(setting_, tree, out)) return false;
+    ++planted_;
+    return true;
+  }
+
+  bool plant(const Setting& setting, GrowingTree& tree, PlanResult& out) {
+    const std::uint64_t seed = setting.options.seed;
+    out.reason.clear();
+    tree = {
+        std::make_unique<TreeSearch>(
+            setting, u_start_, planted_ == 0 ? seed : core::Random(seed ^ kTreeSeed, static_cast<std::uint64_t>(planted_)).bits(), bound_),
+        planted_, 0};
     return tree.search->plant_root(unstopped_, out);
   }
 
@@ -197,7 +215,8 @@ class Search {
     grown_(growth);
   }
 
-  const Setting setting_;
+  const PlannerOptions slippery_options_;
+  const Setting setting_, slippery_;
   const Eigen::VectorXd& u_start_;
   const core::RunControl& control_;
   const GrowthSink& grown_;

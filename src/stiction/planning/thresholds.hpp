@@ -61,6 +61,7 @@ inline constexpr double kCell = 0.1;           ///< objects nearer than this sha
 inline constexpr double kGain = 0.9;           ///< a tree stalls when less than this share of the distance was not left …
 inline constexpr long kLeastStall = 1000;      ///< … for so many extensions, and for half of all that it had
 inline constexpr int kTrees = 2;               ///< trees that grow side by side
+inline constexpr double kSlippery = 0.7;       ///< … every second of them with this share of the friction, by Coulomb's law
 inline constexpr int kBatch = 8;               ///< expansions under way at once in all trees: a round
 inline constexpr long kHopelessSamples = 100;  ///< draws of postures that all fail before the robot is said to be unable to touch an object
 inline constexpr long kPatience = 4;           ///< a search for a cheaper path takes so many times the extensions of the first one …
