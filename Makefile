@@ -4,13 +4,14 @@ PRESET ?= release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 STICTION := build/release/stiction
 
-.PHONY: help setup build install wheel experiments demo demo-touch test bench docs check-all release-check format lock clean
+.PHONY: help setup build install wheel experiments learners demo demo-touch test bench docs check-all release-check format lock clean
 
 help:
 	@echo "make setup      system packages (when root), the Python environment .venv"
 	@echo "make build      Release build; the program is $(STICTION)    (PRESET=dev|asan-ubsan|tsan for the others)"
 	@echo "make install    the program, its data, the module and the library into PREFIX=…"
 	@echo "make wheel      dist/stiction-*.whl for pip, and the source archive"
+	@echo "make learners   PyTorch and JAX into build/learners, and the tests of stiction.torch and stiction.jax, optional"
 	@echo "make experiments  Drake and meshes of an iiwa into .venv: what \`$(STICTION) reproduce\` compares with, optional"
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
 	@echo "make demo-touch  an arm feels its way past what it does not know, in demo-out/"
@@ -41,6 +42,9 @@ wheel: setup
 experiments: setup
 	@scripts/extras.sh experiments
 	@scripts/meshes.sh
+
+learners: build
+	@scripts/learners.sh
 
 demo: setup
 	@scripts/build.sh release $(JOBS) stiction_cli

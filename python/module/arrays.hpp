@@ -22,6 +22,13 @@ struct Matrix {
   Eigen::MatrixXd value;
 };
 
+/// N series of T vectors of n numbers, an array (N, T, n): a series is a column, its vectors one after the other.
+struct Series {
+  Eigen::MatrixXd columns;  ///< (n·T × N)
+  long steps = 0;           ///< T
+  long size = 0;            ///< n
+};
+
 /// Python's bool, or NumPy's, which is another type; nothing else that could stand for one.
 struct Flag {
   bool value = false;
@@ -97,6 +104,22 @@ bool read_array(nanobind::handle source, T& out) noexcept {
   return true;
 }
 
+inline bool read_array(nanobind::handle source, Series& out) noexcept {
+  nanobind::detail::make_caster<nanobind::ndarray<const double, nanobind::ndim<3>, nanobind::device::cpu>> caster;
+  const nanobind::object array = as_array(source);
+  if (!array.is_valid() || !caster.from_python(array, 0, nullptr)) return false;
+  const auto& a = caster.value;
+  out.steps = static_cast<long>(a.shape(1));
+  out.size = static_cast<long>(a.shape(2));
+  out.columns.resize(out.steps * out.size, static_cast<Eigen::Index>(a.shape(0)));
+  for (Eigen::Index i = 0; i < out.columns.cols(); ++i) {
+    for (long t = 0; t < out.steps; ++t) {
+      for (long k = 0; k < out.size; ++k) out.columns(t * out.size + k, i) = a.data()[i * a.stride(0) + t * a.stride(1) + k * a.stride(2)];
+    }
+  }
+  return true;
+}
+
 /// False, and not what merely counts as false.
 inline bool is_false(nanobind::handle value) noexcept { return is_bool(value) && PyObject_IsTrue(value.ptr()) == 0; }
 
@@ -126,6 +149,14 @@ struct type_caster<stiction::python::Flag> {
   }
 };
 
+template <>
+struct type_caster<stiction::python::Series> {
+  NB_TYPE_CASTER(stiction::python::Series, const_name("numpy.typing.ArrayLike"))
+
+  bool from_python(handle source, std::uint32_t, cleanup_list*) noexcept {
+    return !source.is_none() && stiction::python::read_array(source, value);
+  }
+};
 template <>
 struct type_caster<stiction::python::Vector> : array_like_caster<stiction::python::Vector> {};
 template <>

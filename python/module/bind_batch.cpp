@@ -4,7 +4,7 @@
 
 #include "pickles.hpp"
 #include "step_arguments.hpp"
-#include "stiction/dynamics/step_batch.hpp"
+#include "stiction/dynamics/rollout_batch.hpp"
 
 namespace stiction::python {
 namespace {
@@ -39,6 +39,55 @@ std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelP
   (void)dynamics::step_batch(*model, {q_columns, u_columns}, options, work, out->result);  // the statuses are in the result
   out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return out;
+}
+
+struct RolloutBatch {
+  dynamics::RolloutBatchResult result;
+  long n_q = 0;
+  double wall_s = 0;
+};
+
+/// (N, T, n) of columns that hold T vectors of n numbers each, without a copy: the array keeps `owner` alive.
+Cube series(const Eigen::MatrixXd& columns, long n, nb::handle owner) {
+  const auto size = static_cast<std::size_t>(n);
+  return Cube(columns.data(), {static_cast<std::size_t>(columns.cols()), static_cast<std::size_t>(columns.rows()) / size, size}, owner);
+}
+
+/// The same, and the array is the owner.
+Cube owned_series(Eigen::MatrixXd columns, long n) {
+  auto kept = std::make_unique<Eigen::MatrixXd>(std::move(columns));
+  const Eigen::MatrixXd& values = *kept;
+  const nb::capsule owner(kept.release(), [](void* p) noexcept { delete static_cast<Eigen::MatrixXd*>(p); });
+  return series(values, n, owner);
+}
+
+std::unique_ptr<RolloutBatch> rollout_batch(const dynamics::StepOptions& options, ModelPtr model, Matrix q_start, Series u, int threads) {
+  core::require_size("q_start.shape[1]", q_start.value.cols(), model->n_q());
+  core::require_size("u.shape[2]", u.size, model->n_a());
+  auto out = std::make_unique<RolloutBatch>();
+  out->n_q = model->n_q();
+  const nb::gil_scoped_release unlocked;
+  const Eigen::MatrixXd starts = q_start.value.transpose();
+  dynamics::StepBatchWorkspace work(model, threads);
+  const auto start = std::chrono::steady_clock::now();
+  (void)dynamics::rollout_batch(*model, {starts, u.columns}, options, work, out->result);  // the statuses are in the result
+  out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return out;
+}
+
+std::pair<Rows, Cube> pull_back(const dynamics::StepOptions& options, ModelPtr model, const RolloutBatch& rolled, Series u, Series D_L_q,
+                                int threads) {
+  core::require_size("u.shape[2]", u.size, model->n_a());
+  core::require_size("D_L_q.shape[2]", D_L_q.size, model->n_q());
+  core::require_size("rolled.q.shape[2]", rolled.n_q, model->n_q());
+  dynamics::RolloutGradient gradient;
+  {
+    const nb::gil_scoped_release unlocked;
+    const Eigen::MatrixXd starts = rolled.result.q.topRows(rolled.n_q);
+    dynamics::StepBatchWorkspace work(model, threads);
+    dynamics::pull_back_rollout(*model, {starts, u.columns}, rolled.result, D_L_q.columns, options, work, gradient);
+  }
+  return {rows(gradient.q_start), owned_series(std::move(gradient.u), model->n_a())};
 }
 
 }  // namespace
@@ -88,6 +137,57 @@ void bind_batch(nb::module_& m) {
     ((1000, 5), (1000, 5, 2), 0))",
       "model"_a, "q"_a, "u"_a, nb::kw_only(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0);
   def_pickle<StepBatch>();
+
+  nb::class_<RolloutBatch>(m, "RolloutBatch", "N trajectories of T steps each.")
+      .def_prop_ro(
+          "q", [](const RolloutBatch& b) { return series(b.result.q, b.n_q, nb::find(b)); },
+          "(N, T + 1, n_q), the start first; not to be written to")
+      .def_prop_ro(
+          "status", [](const RolloutBatch& b) { return b.result.status; }, "(N); that of the first step that is not Solved")
+      .def_prop_ro(
+          "steps", [](const RolloutBatch& b) { return b.result.steps; }, "(N) that were solved; a trajectory stays where a step failed")
+      .def_prop_ro(
+          "failed", [](const RolloutBatch& b) { return b.result.failed; }, "trajectories that are not Solved")
+      .def_ro("wall_s", &RolloutBatch::wall_s, "that the steps took in the library, without copies of arrays [s]")
+      .def("__len__", [](const RolloutBatch& b) { return b.result.status.size(); })
+      .def("__repr__", [](const RolloutBatch& b) {
+        return fmt::format("<stiction.RolloutBatch: {} trajectories, {} failed>", b.result.status.size(), b.result.failed);
+      });
+  def_with_step_options(m, "rollout_batch", &rollout_batch,
+                        R"(N trajectories q[t + 1] = step(q[t], u[t]) on all cores.
+
+  q_start: (N, n_q).
+  u: commands (N, T, n_a) [m or rad].
+  threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> q = np.tile(task.q_start, (100, 1))
+    >>> u = q[:, None, 3:] + np.linspace(0, 0.2, 8)[None, :, None]
+    >>> rolled = st.rollout_batch(task.model, q, u)
+    >>> rolled.q.shape, rolled.failed
+    ((100, 9, 5), 0))",
+                        "model"_a, "q_start"_a, "u"_a, nb::kw_only(), "threads"_a = 0);
+  def_with_step_options(
+      m, "pull_back_rollout", &pull_back,
+      R"(Derivatives of a scalar L of the trajectories of rollout_batch() by starts and commands, from those by the configurations: the adjoint of the steps (S.25).
+
+  rolled: of rollout_batch(), for the same u.
+  D_L_q: dL/dq (N, T + 1, n_q).
+  Arguments of the step: those of the rollout, or smoother ones; an exact step has the derivative 0 where nothing touches.
+
+Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaternion is the one along the sphere of unit quaternions.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> q = task.q_start[None]
+    >>> u = q[:, None, 3:] + np.linspace(0, 0.2, 8)[None, :, None]
+    >>> rolled = st.rollout_batch(task.model, q, u)
+    >>> D_L_q = np.zeros_like(rolled.q)
+    >>> D_L_q[:, -1, 1] = 1  # L: where the box ends along z
+    >>> D_L_q_start, D_L_u = st.pull_back_rollout(task.model, rolled, u, D_L_q, smoothing=st.Analytic(kappa=100))
+    >>> D_L_q_start.shape, D_L_u.shape
+    ((1, 5), (1, 8, 2)))",
+      "model"_a, "rolled"_a, "u"_a, "D_L_q"_a, nb::kw_only(), "threads"_a = 0);
+  def_pickle<RolloutBatch>();
 }
 
 }  // namespace stiction::python

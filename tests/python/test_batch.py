@@ -95,3 +95,51 @@ def test_plan_from_another_start_is_accepted_from_its_file(tmp_path: Path) -> No
     assert report.pass_, [item for item in report.items if not item.pass_]
     done = children.run([ROOT / "build/release/stiction", "check", tmp_path / "plan.json"], limit=60)
     assert done.returncode == 0 and "the start is a given one" in done.stdout
+
+
+def commands(task: st.Task, n: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and commands that wander from them."""
+    q, u = states(task, n)
+    return q, u[:, None] + 0.02 * np.random.default_rng(4).standard_normal((n, steps, task.model.n_a)).cumsum(axis=1)
+
+
+def test_rollouts_are_steps_one_after_the_other(ball: st.Task) -> None:
+    q, u = commands(ball, 3, 4)
+    rolled = st.rollout_batch(ball.model, q, u, threads=2)
+    assert rolled.q.shape == (3, 5, ball.model.n_q) and not rolled.q.flags.writeable
+    assert rolled.failed == 0 and rolled.steps == [4, 4, 4] and len(rolled) == 3
+    np.testing.assert_array_equal(rolled.q[:, 0], q)
+    for t in range(4):
+        np.testing.assert_array_equal(rolled.q[:, t + 1], st.step_batch(ball.model, rolled.q[:, t], u[:, t]).q_next)
+
+
+def test_gradient_of_rollouts_is_the_slope_along_a_direction(ball: st.Task) -> None:
+    """Of commands in any layout and type of number, and with the gradient of a part of the configurations alone."""
+    q, u = commands(ball, 2, 5)
+    options = {"smoothing": st.Analytic(kappa=1000), "tol_complementarity": 1e-11}
+    rolled = st.rollout_batch(ball.model, q, u, **options)
+    slope = np.zeros_like(rolled.q)
+    slope[:, -1, :3] = [1.0, -2.0, 0.5]
+    by_start, by_u = st.pull_back_rollout(ball.model, rolled, np.asfortranarray(u), slope.tolist(), **options)
+    assert by_start.shape == q.shape and by_u.shape == u.shape
+    along = np.random.default_rng(5).standard_normal(u.shape)
+
+    def loss(s: float) -> np.ndarray:
+        return st.rollout_batch(ball.model, q, u + s * along, **options).q[:, -1, :3] @ np.array([1.0, -2.0, 0.5])
+
+    expected = (8 * (loss(1e-5) - loss(-1e-5)) - loss(2e-5) + loss(-2e-5)) / 12e-5
+    assert np.abs(expected).min() > 1e-3
+    np.testing.assert_allclose((by_u * along).sum(axis=(1, 2)), expected, rtol=1e-5)
+
+
+def test_rollouts_name_what_is_wrong(ball: st.Task) -> None:
+    q, u = commands(ball, 2, 3)
+    with pytest.raises(st.InvalidInput, match=r"^u.shape\[2\]: got 15 numbers, expected 16"):
+        st.rollout_batch(ball.model, q, u[:, :, 1:])
+    with pytest.raises(st.InvalidInput, match="^u: got 1 trajectories, expected 2, one for each start"):
+        st.rollout_batch(ball.model, q, u[:1])
+    with pytest.raises(TypeError):
+        st.rollout_batch(ball.model, q, u[0])
+    rolled = st.rollout_batch(ball.model, q, u)
+    with pytest.raises(st.InvalidInput, match="^D_L_q, numbers a trajectory: got"):
+        st.pull_back_rollout(ball.model, rolled, u, rolled.q[:, 1:])

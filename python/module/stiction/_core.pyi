@@ -1036,6 +1036,104 @@ def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLik
     Raises InvalidInput by the name of the argument.
     """
 
+class RolloutBatch:
+    """N trajectories of T steps each."""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]:
+        """(N, T + 1, n_q), the start first; not to be written to"""
+
+    @property
+    def status(self) -> list[Status]:
+        """(N); that of the first step that is not Solved"""
+
+    @property
+    def steps(self) -> list[int]:
+        """(N) that were solved; a trajectory stays where a step failed"""
+
+    @property
+    def failed(self) -> int:
+        """trajectories that are not Solved"""
+
+    @property
+    def wall_s(self) -> float:
+        """that the steps took in the library, without copies of arrays [s]"""
+
+    def __len__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutBatch:
+    """
+    N trajectories q[t + 1] = step(q[t], u[t]) on all cores.
+
+      q_start: (N, n_q).
+      u: commands (N, T, n_a) [m or rad].
+      threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+
+        >>> task = st.load_task("planar_pushing")
+        >>> q = np.tile(task.q_start, (100, 1))
+        >>> u = q[:, None, 3:] + np.linspace(0, 0.2, 8)[None, :, None]
+        >>> rolled = st.rollout_batch(task.model, q, u)
+        >>> rolled.q.shape, rolled.failed
+        ((100, 9, 5), 0)
+
+    Arguments of the step:
+      h: time step [s], > 0.
+      smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
+      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
+      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_scale: factor of every coefficient of friction, >= 0.
+      contact_margin: added to the contact distance of the scene [m], >= 0.
+      joint_limits: limits of the joints are constraints.
+      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
+      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+
+    Raises InvalidInput by the name of the argument.
+    """
+
+def pull_back_rollout(model: Model, rolled: RolloutBatch, u: numpy.typing.ArrayLike, D_L_q: numpy.typing.ArrayLike, *, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]]:
+    """
+    Derivatives of a scalar L of the trajectories of rollout_batch() by starts and commands, from those by the configurations: the adjoint of the steps (S.25).
+
+      rolled: of rollout_batch(), for the same u.
+      D_L_q: dL/dq (N, T + 1, n_q).
+      Arguments of the step: those of the rollout, or smoother ones; an exact step has the derivative 0 where nothing touches.
+
+    Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaternion is the one along the sphere of unit quaternions.
+
+        >>> task = st.load_task("planar_pushing")
+        >>> q = task.q_start[None]
+        >>> u = q[:, None, 3:] + np.linspace(0, 0.2, 8)[None, :, None]
+        >>> rolled = st.rollout_batch(task.model, q, u)
+        >>> D_L_q = np.zeros_like(rolled.q)
+        >>> D_L_q[:, -1, 1] = 1  # L: where the box ends along z
+        >>> D_L_q_start, D_L_u = st.pull_back_rollout(task.model, rolled, u, D_L_q, smoothing=st.Analytic(kappa=100))
+        >>> D_L_q_start.shape, D_L_u.shape
+        ((1, 5), (1, 8, 2))
+
+    Arguments of the step:
+      h: time step [s], > 0.
+      smoothing: Exact() (2.6), or Analytic(kappa=...) [1/J] (2.27).
+      regularisation: of the objects: ByRule(ratio=...) (docs/theory/step.md), or FixedEpsilon(epsilon=...), 1 for their true mass.
+      friction_cone: SecondOrderCone(), or PolyhedralCone(rays=...).
+      friction_law: of exact steps: Anitescu, sliding contacts open by mu |J_t dq|; Coulomb, they stay closed (S.14).
+      friction_scale: factor of every coefficient of friction, >= 0.
+      contact_margin: added to the contact distance of the scene [m], >= 0.
+      joint_limits: limits of the joints are constraints.
+      effort_limits: the joints push with Model.effort at most (S.15); off, springs have no limit.
+      tol_complementarity: worst |v lambda| of a contact [J s], in [1e-11, 1e-2].
+      kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
+
+    Raises InvalidInput by the name of the argument.
+    """
+
 class PairForce:
     """Force of one pair, its contact points together."""
 

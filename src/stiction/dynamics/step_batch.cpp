@@ -4,19 +4,11 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/parallel.hpp"
+#include "stiction/dynamics/batch_workspace.hpp"
 
 namespace stiction::dynamics {
 
 using core::Status;
-
-struct StepBatchWorkspace::Impl {
-  Impl(const std::shared_ptr<const world::Model>& model, int threads) : pool(threads), results(static_cast<std::size_t>(threads)) {
-    for (int i = 0; i < threads; ++i) steps.emplace_back(model);
-  }
-  core::ThreadPool pool;
-  std::vector<StepWorkspace> steps;  // per thread
-  std::vector<StepResult> results;
-};
 
 namespace {
 
@@ -51,27 +43,22 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
   options.with_force_derivatives = false;
   options.validate();
 
-  StepBatchWorkspace::Impl& work = workspace.impl();
   out.status.assign(static_cast<std::size_t>(n), Status::NumericalFailure);
   out.q_next.resize(model.n_q(), n);
   out.torque.resize(model.n_a(), n);
   out.A.resize(options.with_A ? model.n_v() * model.n_v() : 0, options.with_A ? n : 0);
   out.B.resize(options.with_B ? model.n_v() * model.n_a() : 0, options.with_B ? n : 0);
-  work.pool.run(static_cast<int>((n + kBlock - 1) / kBlock), [&](int block, int worker) {
-    StepWorkspace& steps = work.steps[static_cast<std::size_t>(worker)];
-    StepResult& result = work.results[static_cast<std::size_t>(worker)];
-    for (Eigen::Index i = Eigen::Index{block} * kBlock; i < std::min(n, Eigen::Index{block + 1} * kBlock); ++i) {
-      steps.forget();
-      try {
-        out.status[static_cast<std::size_t>(i)] = step(model, {in.q.col(i), in.u.col(i)}, options, steps, result);
-      } catch (const core::InvalidInput& error) {
-        throw core::InvalidInput(fmt::format("step {}: {}", i, error.what()));
-      }
-      out.q_next.col(i) = result.q_next;
-      out.torque.col(i) = result.torque;
-      if (options.with_A) store_rows(result.A, out.A.col(i));
-      if (options.with_B) store_rows(result.B, out.B.col(i));
+  detail::for_each_column(workspace, n, kBlock, [&](Eigen::Index i, StepWorkspace& steps, StepResult& result) {
+    steps.forget();
+    try {
+      out.status[static_cast<std::size_t>(i)] = step(model, {in.q.col(i), in.u.col(i)}, options, steps, result);
+    } catch (const core::InvalidInput& error) {
+      throw core::InvalidInput(fmt::format("step {}: {}", i, error.what()));
     }
+    out.q_next.col(i) = result.q_next;
+    out.torque.col(i) = result.torque;
+    if (options.with_A) store_rows(result.A, out.A.col(i));
+    if (options.with_B) store_rows(result.B, out.B.col(i));
   });
   out.failed = 0;
   Status first = Status::Solved;

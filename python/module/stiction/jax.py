@@ -1,0 +1,70 @@
+"""Steps and rollouts through contact as functions of JAX, with gradients: `pip install 'stiction[jax]'`.
+
+    import jax
+    jax.config.update("jax_enable_x64", True)
+    from stiction.jax import rollout
+    gradient = jax.grad(lambda u: (rollout(model, q_start, u)[:, -1, :3] ** 2).sum())(u)
+
+The steps run on the CPU, on all cores, also inside of jax.jit.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._extras import require
+
+jax = require("jax", "stiction.jax", "jax")
+
+
+def _check(name: str, value: Any, dimensions: str) -> Any:
+    value = jax.numpy.asarray(value)
+    if value.dtype != np.float64:
+        raise _core.InvalidInput(f"{name}: got {value.dtype}, expected float64; jax.config.update('jax_enable_x64', True) allows it")
+    if value.ndim != dimensions.count(",") + 1:
+        raise _core.InvalidInput(f"{name}: got the shape {value.shape}, expected ({dimensions})")
+    return value
+
+
+def _roll(model: _core.Model, options: dict[str, Any], q_start: Any, u: Any) -> Any:
+    return np.asarray(_core.rollout_batch(model, np.asarray(q_start), np.asarray(u), **options).q)
+
+
+def _pull_back(model: _core.Model, options: dict[str, Any], smoothing: Any, q_start: Any, u: Any, D_L_q: Any) -> Any:
+    rolled = _core.rollout_batch(model, np.asarray(q_start), np.asarray(u), **options)
+    of = options if smoothing is None else options | {"smoothing": smoothing}
+    return tuple(map(np.asarray, _core.pull_back_rollout(model, rolled, np.asarray(u), np.asarray(D_L_q), **of)))
+
+
+def rollout(model: _core.Model, q_start: Any, u: Any, *, gradient_smoothing: Any = None, **options: Any) -> Any:
+    """Configurations (N, T + 1, n_q) from the starts (N, n_q) along the commands (N, T, n_a), the start first.
+
+    gradient_smoothing: of the steps whose derivatives are taken, as st.Analytic(kappa=100); None: of the steps themselves. An exact step has the
+      derivative 0 where nothing touches.
+    options: threads, h, smoothing … of stiction.rollout_batch.
+
+    A trajectory whose step is not solved stays where it is. Gradients by quaternions are those along the sphere of unit quaternions. There are no second
+    derivatives.
+    """
+    q_start, u = _check("q_start", q_start, "N, n_q"), _check("u", u, "N, T, n_a")
+
+    @jax.custom_vjp
+    def rolled(q_start: Any, u: Any) -> Any:
+        shape = jax.ShapeDtypeStruct((u.shape[0], u.shape[1] + 1, model.n_q), np.float64)
+        return jax.pure_callback(partial(_roll, model, options), shape, q_start, u)
+
+    def backward(saved: Any, D_L_q: Any) -> Any:
+        shapes = tuple(jax.ShapeDtypeStruct(x.shape, np.float64) for x in saved)
+        return jax.pure_callback(partial(_pull_back, model, options, gradient_smoothing), shapes, *saved, D_L_q)
+
+    rolled.defvjp(lambda q_start, u: (rolled(q_start, u), (q_start, u)), backward)
+    return rolled(q_start, u)
+
+
+def step(model: _core.Model, q: Any, u: Any, *, gradient_smoothing: Any = None, **options: Any) -> Any:
+    """The next configurations (N, n_q) from q (N, n_q) and commands u (N, n_a); arguments as those of rollout()."""
+    return rollout(model, q, _check("u", u, "N, n_a")[:, None], gradient_smoothing=gradient_smoothing, **options)[:, 1]

@@ -1,0 +1,140 @@
+#include "stiction/dynamics/rollout_batch.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/dynamics/batch_workspace.hpp"
+
+namespace stiction::dynamics {
+namespace {
+
+using core::Status;
+using Eigen::Index;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// Numbers of a batch. @throws core::InvalidInput: they do not fit
+struct Sizes {
+  Sizes(const world::Model& model, const RolloutBatchInput& in) : n_q(model.n_q()), n_a(model.n_a()), n(in.q_start.cols()) {
+    core::require_size("q_start", in.q_start.rows(), n_q);
+    if (n_a == 0 || in.u.rows() % n_a != 0)
+      core::throw_invalid("u", fmt::format("{} numbers a trajectory", in.u.rows()),
+                          fmt::format("a multiple of {}, a command for each step", n_a));
+    if (in.u.cols() != n) core::throw_invalid("u", fmt::format("{} trajectories", in.u.cols()), fmt::format("{}, one for each start", n));
+    steps = in.u.rows() / n_a;
+  }
+  Index n_q, n_a, n, steps = 0;
+};
+
+StepOptions cold(StepOptions options, bool with_derivatives) {
+  options.warm_start = options.with_force_derivatives = false;
+  options.with_A = options.with_B = with_derivatives;
+  options.validate();
+  return options;
+}
+
+/// Where the quaternion of a free object begins in q, and its rotation in v: there alone a configuration has more numbers than its tangent.
+template <class Visit>
+void for_each_quaternion(const world::Model& model, Visit&& visit) {
+  for (const auto& object : model.objects()) {
+    if (object.n_v == 6) visit(object.q_begin + 3, object.v_begin + 3);
+  }
+}
+
+/// Copies what is the same in q and in v. @param copy  (first in q, first in v, how many)
+template <class Copy>
+void for_each_plain(const world::Model& model, Copy&& copy) {
+  for (const auto& object : model.objects()) copy(object.q_begin, object.v_begin, object.n_v == 6 ? 3 : object.n_v);
+  copy(model.n_qu(), model.n_vu(), model.n_a());
+}
+
+/// w += Gᵀ g. A unit quaternion (v, w) moves by ½ (w δ + v × δ, −v·δ).
+void add_tangent(const world::Model& model, VectorRef q, VectorRef g, VectorXd& w) {
+  for_each_plain(model, [&](Index i, Index v, Index n) { w.segment(v, n) += g.segment(i, n); });
+  for_each_quaternion(model, [&](Index i, Index v) {
+    const Vector3d a = q.segment<3>(i), g_a = g.segment<3>(i);
+    w.segment<3>(v) += 0.5 * (q[i + 3] * g_a + g_a.cross(a) - g[i + 3] * a);
+  });
+}
+
+/// G (GᵀG)⁻¹ w, GᵀG = ¼ for quaternions.
+void to_numbers(const world::Model& model, VectorRef q, const VectorXd& w, Eigen::Ref<VectorXd> g) {
+  for_each_plain(model, [&](Index i, Index v, Index n) { g.segment(i, n) = w.segment(v, n); });
+  for_each_quaternion(model, [&](Index i, Index v) {
+    const Vector3d a = q.segment<3>(i), w_r = w.segment<3>(v);
+    g.segment<3>(i) = 2 * (q[i + 3] * w_r + a.cross(w_r));
+    g[i + 3] = -2 * a.dot(w_r);
+  });
+}
+
+/// A mistake in the first step of a trajectory is one in what was given.
+Status step_of(const world::Model& model, Index trajectory, Index t, const StepInput& in, const StepOptions& options, StepWorkspace& steps,
+               StepResult& result) {
+  steps.forget();
+  try {
+    return step(model, in, options, steps, result);
+  } catch (const core::InvalidInput& error) {
+    throw core::InvalidInput(fmt::format("trajectory {}, step {}: {}", trajectory, t, error.what()));
+  }
+}
+
+}  // namespace
+
+Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, const StepOptions& given, StepBatchWorkspace& work,
+                     RolloutBatchResult& out) {
+  const Sizes size(model, in);
+  const StepOptions options = cold(given, false);
+  out.status.assign(static_cast<std::size_t>(size.n), Status::Solved);
+  out.steps.assign(static_cast<std::size_t>(size.n), 0);
+  out.q.resize(size.n_q * (size.steps + 1), size.n);
+  detail::for_each_column(work, size.n, 1, [&](Index i, StepWorkspace& steps, StepResult& result) {
+    Status& status = out.status[static_cast<std::size_t>(i)];
+    auto q = out.q.col(i);
+    q.head(size.n_q) = in.q_start.col(i);
+    for (Index t = 0; t < size.steps; ++t) {
+      const auto from = q.segment(t * size.n_q, size.n_q);
+      auto to = q.segment((t + 1) * size.n_q, size.n_q);
+      if (status == Status::Solved) {
+        status = step_of(model, i, t, {from, in.u.col(i).segment(t * size.n_a, size.n_a)}, options, steps, result);
+        out.steps[static_cast<std::size_t>(i)] += status == Status::Solved;
+      }
+      to = from;
+      if (status == Status::Solved) to = result.q_next;
+    }
+  });
+  out.failed = static_cast<int>(std::ranges::count_if(out.status, [](Status status) { return status != Status::Solved; }));
+  const auto first = std::ranges::find_if(out.status, [](Status status) { return status != Status::Solved; });
+  return first == out.status.end() ? Status::Solved : *first;
+}
+
+void pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, const RolloutBatchResult& rolled, MatrixRef D_L_q,
+                       const StepOptions& given, StepBatchWorkspace& work, RolloutGradient& out) {
+  const Sizes size(model, in);
+  const StepOptions options = cold(given, true);
+  core::require_size("q, trajectories", rolled.q.cols(), size.n);
+  core::require_size("q, numbers a trajectory", rolled.q.rows(), size.n_q * (size.steps + 1));
+  core::require_size("D_L_q, trajectories", D_L_q.cols(), size.n);
+  core::require_size("D_L_q, numbers a trajectory", D_L_q.rows(), size.n_q * (size.steps + 1));
+  out.q_start.resize(size.n_q, size.n);
+  out.u.setZero(size.n_a * size.steps, size.n);
+  detail::for_each_column(work, size.n, 1, [&](Index i, StepWorkspace& steps, StepResult& result) {
+    const auto q = rolled.q.col(i);
+    const auto g = D_L_q.col(i);
+    VectorXd w = VectorXd::Zero(model.n_v());
+    add_tangent(model, q.tail(size.n_q), g.tail(size.n_q), w);
+    for (Index t = size.steps; t-- > 0;) {
+      const auto from = q.segment(t * size.n_q, size.n_q);
+      const auto u = in.u.col(i).segment(t * size.n_a, size.n_a);
+      if (t < rolled.steps[static_cast<std::size_t>(i)] && step_of(model, i, t, {from, u}, options, steps, result) == Status::Solved) {
+        out.u.col(i).segment(t * size.n_a, size.n_a).noalias() = result.B.transpose() * w;
+        w = (result.A.transpose() * w).eval();
+      }
+      add_tangent(model, from, g.segment(t * size.n_q, size.n_q), w);
+    }
+    to_numbers(model, q.head(size.n_q), w, out.q_start.col(i));
+  });
+}
+
+}  // namespace stiction::dynamics
