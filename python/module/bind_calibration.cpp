@@ -2,6 +2,7 @@
 
 #include "pickles.hpp"
 #include "sensor.hpp"
+#include "stiction/sensing/series_columns.hpp"
 
 namespace stiction::python {
 namespace {
@@ -9,8 +10,13 @@ namespace {
 using sensing::Calibration;
 
 Calibrated calibrate(const ModelPtr& model, const Matrix& q, const Matrix& tau, const std::optional<Vector>& t,
-                     const std::optional<std::vector<int>>& records, const std::optional<std::string>& payload, double same_posture) {
-  sensing::RestRows rows{q.value.transpose(), tau.value.transpose()};
+                     const std::optional<std::vector<int>>& records, const std::optional<std::string>& payload, double same_posture,
+                     const std::vector<std::variant<int, std::string>>& unmeasured) {
+  sensing::RestRows rows{.q = q.value.transpose(), .tau = tau.value.transpose()};
+  std::vector<int> left_out;
+  for (const auto& joint : unmeasured)
+    left_out.push_back(std::holds_alternative<int>(joint) ? std::get<int>(joint) : model->joint_index(std::get<std::string>(joint)));
+  rows.measured = sensing::joints_but(model->n_a(), left_out);
   if (t) rows.times.assign(t->value.begin(), t->value.end());
   if (records) rows.records = *records;
   sensing::CalibrationOptions options{.same_posture = same_posture};
@@ -64,11 +70,13 @@ void bind_calibration(nb::module_& m) {
   m.def(
       "calibrate", &calibrate, "model"_a, "q"_a, "tau"_a, nb::kw_only(), "t"_a = nb::none(), "records"_a = nb::none(),
       "payload"_a = nb::none(), "same_posture"_a = sensing::CalibrationOptions{}.same_posture,
+      "unmeasured"_a = std::vector<std::variant<int, std::string>>(),
       R"(Offset, noise and drift of a robot's external torques, and a payload that it does not know of, from rows in which nothing touches it.
 
   q, tau: joint positions and torques as measured (rows, n_a). t: times [s] (rows). records: number of the record of each row (rows), or one record.
   payload: "robot/link" that may carry one; it takes rest in three postures or more.
   same_posture: largest difference of joint positions of one posture.
+  unmeasured: joints without a torque sensor, by index or name; their noise is given as 1 and their rest as 0.
 
 Raises InvalidInput: sizes, no record with two rows, a torque that never changes, rows of which many are touched.)");
   nb::class_<sensing::SignCheck>(m, "SignCheck", "Which sign total torques have.")

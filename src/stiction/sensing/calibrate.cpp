@@ -13,6 +13,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/quantile.hpp"
 #include "stiction/sensing/known_contacts.hpp"
+#include "stiction/sensing/series_columns.hpp"
 
 namespace stiction::sensing {
 
@@ -40,6 +41,12 @@ void require_rows(const world::Model& model, const RestRows& rows) {
   core::require_finite("times", rows.times);
   if (!rows.records.empty() && rows.records.size() != count)
     core::throw_invalid("records", fmt::format("{} numbers", rows.records.size()), fmt::format("one for each row, {}", n));
+}
+
+MatrixXd select_rows(const MatrixXd& all, const std::vector<int>& joints) {
+  MatrixXd out(static_cast<Index>(joints.size()), all.cols());
+  for (std::size_t i = 0; i < joints.size(); ++i) out.row(static_cast<Index>(i)) = all.row(joints[i]);
+  return out;
 }
 
 using Records = std::vector<std::vector<int>>;  ///< rows of each record, in the order in which they come
@@ -132,7 +139,8 @@ MatrixXd make_noise(const MatrixXd& squares, double freedom) {
   return student * (deviations.asDiagonal() * shrink(scale * squares * scale / freedom, freedom) * deviations.asDiagonal());
 }
 
-void find_within(const RestRows& rows, const Records& records, Calibration& out) {
+void find_within(const world::Model& model, const RestRows& rows, const std::vector<int>& joints, const Records& records,
+                 Calibration& out) {
   const Index n = rows.tau.rows();
   MatrixXd squares = MatrixXd::Zero(n, n);
   for (const auto& record : records) {
@@ -146,7 +154,9 @@ void find_within(const RestRows& rows, const Records& records, Calibration& out)
                         "two rows or more of one record; one row alone gives a rest, and says nothing of noise: pass noise= yourself");
   for (Index j = 0; j < n; ++j)
     if (!(squares(j, j) > 0))
-      core::throw_invalid("tau", fmt::format("the same torque of joint {} in all rows of each record", j),
+      core::throw_invalid("tau",
+                          fmt::format("the same torque of joint '{}' in all rows of each record",
+                                      model.dofs()[static_cast<std::size_t>(model.n_vu() + joints[static_cast<std::size_t>(j)])].name),
                           "rows that were measured at different times; a joint without a torque sensor is `unmeasured`");
   if (out.freedom < n)
     out.notes.push_back(
@@ -223,7 +233,8 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> gravity_columns(const world::Model& mod
 }
 
 /// Offsets of all records as one offset a joint and a rigid body on a link, in units of the noise between records.
-void find_payload(const world::Model& model, const RestRows& rows, const Records& records, int body, Calibration& out) {
+void find_payload(const world::Model& model, const RestRows& rows, const std::vector<int>& joints, const Records& records, int body,
+                  Calibration& out) {
   constexpr int kPostures = 3;
   if (out.postures < kPostures) {
     out.notes.push_back(fmt::format("a payload takes rest in {} postures or more, these rows have {}", kPostures, out.postures));
@@ -237,7 +248,7 @@ void find_payload(const world::Model& model, const RestRows& rows, const Records
     const auto& record = records[static_cast<std::size_t>(r)];
     const VectorXd q = place_robots(model, rows.q.col(record.front()));
     A.block(n * r, 0, n, n) = scale.asDiagonal();
-    A.block(n * r, n, n, 4) = scale.asDiagonal() * gravity_columns(model, q, body);
+    A.block(n * r, n, n, 4) = scale.asDiagonal() * select_rows(gravity_columns(model, q, body), joints);
     y.segment(n * r, n) = scale.asDiagonal() * mean_of(rows.tau, record);
   }
   const VectorXd lengths = A.colwise().norm().cwiseMax(1e-12);
@@ -276,20 +287,48 @@ VectorXd Calibration::calc_rest(const world::Model& model, VectorRef q) const {
   return rest + gravity_columns(model, q, payload->body) * body;
 }
 
-Calibration calibrate(const world::Model& model, const RestRows& rows, const CalibrationOptions& options) {
-  require_rows(model, rows);
+namespace {
+
+/// Σ of some joints as that of all, 1 of the others.
+MatrixXd spread(const MatrixXd& some, const std::vector<int>& joints, Index n) {
+  if (some.size() == 0) return some;
+  MatrixXd out = MatrixXd::Identity(n, n);
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    for (std::size_t j = 0; j < joints.size(); ++j) out(joints[i], joints[j]) = some(static_cast<Index>(i), static_cast<Index>(j));
+  return out;
+}
+
+}  // namespace
+
+Calibration calibrate(const world::Model& model, const RestRows& given, const CalibrationOptions& options) {
+  require_rows(model, given);
   core::require_positive("same_posture", options.same_posture);
+  std::vector<int> joints = given.measured;
+  if (joints.empty()) joints = joints_but(model.n_a(), {});
+  RestRows rows = given;
+  rows.tau = select_rows(given.tau, joints);
   Calibration out;
   out.rows = static_cast<int>(rows.tau.cols());
   Records records = find_records(rows);
   leave_out_touched(rows, records, out);
   out.records = static_cast<int>(records.size());
-  find_within(rows, records, out);
+  find_within(model, rows, joints, records, out);
   out.rest = mean_of(rows.tau, records.back());
   out.noise = (1 + 1 / static_cast<double>(records.back().size())) * out.within;
   find_between(rows, records, options.same_posture, out);
   find_drift(rows, records, out);
-  if (options.payload_body) find_payload(model, rows, records, *options.payload_body, out);
+  if (options.payload_body) find_payload(model, rows, joints, records, *options.payload_body, out);
+  const Index n = model.n_a();
+  const auto spread_vector = [&](const VectorXd& some) {
+    VectorXd all = VectorXd::Zero(n);
+    for (std::size_t i = 0; i < joints.size(); ++i) all[joints[i]] = some[static_cast<Index>(i)];
+    return all;
+  };
+  out.rest = spread_vector(out.rest);
+  if (out.drift.size() != 0) out.drift = spread_vector(out.drift);
+  out.within = spread(out.within, joints, n);
+  out.noise = spread(out.noise, joints, n);
+  out.noise_between = spread(out.noise_between, joints, n);
   return out;
 }
 
@@ -311,7 +350,7 @@ VectorXd calc_holding_torques(const world::Model& model, VectorRef q) {
 }
 
 SignCheck check_sign(const world::Model& model, const MatrixXd& q, const MatrixXd& tau) {
-  require_rows(model, {q, tau});
+  require_rows(model, {.q = q, .tau = tau});
   double product = 0, square = 0, left = 0;
   for (Index i = 0; i < tau.cols(); ++i) {
     const VectorXd held = calc_holding_torques(model, place_robots(model, q.col(i)));

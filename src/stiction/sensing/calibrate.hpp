@@ -14,6 +14,7 @@ struct RestRows {
   Eigen::MatrixXd tau;          ///< (n_a × rows) as measured [N·m; N]
   std::vector<double> times{};  ///< [s] (rows); empty: unknown, and no drift is found
   std::vector<int> records{};   ///< number of the record of each row; empty: one record
+  std::vector<int> measured{};  ///< joints that have a torque sensor; empty: all. Of the others the noise is 1 and the rest 0
 };
 
 /// A rigid body that the robot's own model of gravity lacks, or has too much: what hangs on a link.

@@ -59,15 +59,45 @@ double integrate(double from, double to, const Function& function) {
   return 0.5 * (to - from) * sum;
 }
 
-/// S(t) e^{−shift} = (1 + t √(2π) Φ(t) e^{t²/2}) e^{−shift}.
-double scaled_primitive(double t, double shift) {
-  constexpr double kSeries = -8, kAllBelow = 6;  // Φ is 1 − 1e-9 there
-  if (t < kSeries) {
-    const double s = 1 / (t * t);  // 1 + t E(t) as a series, of which the rest cancels
-    return std::exp(-shift) * s * (1 - s * (3 - s * (15 - 105 * s)));
+/// S(t) of t ≤ 0, and S(t) e^{−t²/2} = e^{−t²/2} + t √(2π) Φ(t) of t > 0, on a grid, between which cubics with the exact slopes run.
+class Table {
+ public:
+  static constexpr double kEnd = 8;
+
+  Table() {
+    for (std::size_t i = 0; i < kSize; ++i) {
+      const double t = -kEnd + static_cast<double>(i) * kStep, below = kRoot * 0.5 * std::erfc(-t / std::numbers::sqrt2);
+      const double growth = std::exp(0.5 * t * t);
+      nodes_[i] =
+          t > 0 ? Value{1 / growth + t * below, kStep * below} : Value{1 + t * below * growth, kStep * ((1 + t * t) * below * growth + t)};
+    }
   }
-  const double below = t > kAllBelow ? 1 : 0.5 * std::erfc(-t / std::numbers::sqrt2);
-  return std::exp(-shift) + t * std::sqrt(2 * kPi) * below * std::exp(0.5 * t * t - shift);
+  double operator()(double t) const {
+    const double at = (t + kEnd) / kStep;
+    const auto i = std::min(static_cast<std::size_t>(at), kSize - 2);
+    const double x = at - static_cast<double>(i), y = 1 - x;
+    const Value &a = nodes_[i], &b = nodes_[i + 1];
+    return y * y * ((1 + 2 * x) * a.value + x * a.slope) + x * x * ((1 + 2 * y) * b.value - y * b.slope);
+  }
+
+ private:
+  struct Value {
+    double value, slope;  ///< slope: of a step
+  };
+  static constexpr double kStep = 1.0 / 32, kRoot = 2.5066282746310002;  // √(2π)
+  static constexpr std::size_t kSize = static_cast<std::size_t>(2 * kEnd / kStep) + 1;
+  std::array<Value, kSize> nodes_;
+};
+
+/// S(t) e^{−shift} = (1 + t √(2π) Φ(t) e^{t²/2}) e^{−shift}. @param scale  e^{−shift}
+double scaled_primitive(double t, double shift, double scale) {
+  static const Table table;
+  if (t < -Table::kEnd) {
+    const double s = 1 / (t * t);  // 1 + t E(t) as a series, of which the rest cancels
+    return scale * s * (1 - s * (3 - s * (15 - 105 * s)));
+  }
+  if (t <= 0) return scale * table(t);
+  return (t < Table::kEnd ? table(t) : t * std::sqrt(2 * kPi)) * std::exp(0.5 * t * t - shift);
 }
 
 /// One edge of the cone of directions: part of a great circle, from angle `from` to `to` about the point of it nearest to e.
@@ -106,7 +136,7 @@ struct Edge {
 /// ∫ [S(±T) − S(t)] dψ e^{−shift} over an edge. Within a quarter of the circle about the foot tan angle = |s| sinh v, and the integrand is smooth in v.
 /// @param pole  e or −e, which the cone holds or is near to: all = S(±T)
 double near_edge(const Edge& edge, double T, int pole, double shift) {
-  const double all = scaled_primitive(pole * T, shift);
+  const double scale = std::exp(-shift), all = scaled_primitive(pole * T, shift, scale);
   const double sign = edge.s < 0 ? -1 : 1, turn = edge.azimuth(edge.to) - edge.azimuth(edge.from);
   const double t_near = T * edge.nearest();
   if (0.5 * (T * T - t_near * t_near) > kDrop && t_near > 0 && pole > 0) return sign * all * turn;
@@ -121,8 +151,8 @@ double near_edge(const Edge& edge, double T, int pole, double shift) {
     constexpr double kPanel = 4;
     const double first = std::asinh(std::tan(from) / s), last = std::asinh(std::tan(to) / s), middle = std::clamp(v_gone, first, last);
     const auto value = [&](double v) {
-      const double tan = s * std::sinh(v);
-      return (all - scaled_primitive(T * edge.c / std::sqrt(1 + tan * tan), shift)) / std::cosh(v);
+      const double growth = std::exp(v), tan = 0.5 * s * (growth - 1 / growth);
+      return (all - scaled_primitive(T * edge.c / std::sqrt(1 + tan * tan), shift, scale)) * 2 / (growth + 1 / growth);
     };
     const int panels = static_cast<int>(std::ceil((middle - first) / kPanel));
     for (int i = 0; i < panels; ++i)
@@ -134,7 +164,7 @@ double near_edge(const Edge& edge, double T, int pole, double shift) {
     const double first = edge.azimuth(from), last = edge.azimuth(to);
     sum += integrate(first, last, [&](double psi) {
       const double tangent = std::hypot(s * std::sin(psi), std::cos(psi));
-      return all - scaled_primitive(T * edge.c * std::cos(psi) / tangent, shift);
+      return all - scaled_primitive(T * edge.c * std::cos(psi) / tangent, shift, scale);
     });
   };
   const double from = edge.from, to = edge.to;
@@ -147,6 +177,7 @@ double near_edge(const Edge& edge, double T, int pole, double shift) {
 
 /// −∫ S(t) dψ e^{−shift} over an edge, where t²/2 is within kDrop of its largest value.
 double far_edge(const Edge& edge, double T, double shift) {
+  const double scale = std::exp(-shift);
   const double t_near = T * edge.nearest();
   if (t_near > 0 && shift - 0.5 * t_near * t_near > kDrop) return 0;
   double from = edge.from, to = edge.to;
@@ -157,7 +188,7 @@ double far_edge(const Edge& edge, double T, double shift) {
     to = std::min(to, window);
   }
   const double middle = std::clamp(0.0, from, std::max(from, to));
-  const auto value = [&](double angle) { return scaled_primitive(T * edge.c * std::cos(angle), shift) * edge.d_azimuth(angle); };
+  const auto value = [&](double angle) { return scaled_primitive(T * edge.c * std::cos(angle), shift, scale) * edge.d_azimuth(angle); };
   return (edge.s < 0 ? 1 : -1) * (integrate(from, middle, value) + integrate(middle, to, value));
 }
 

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kDrop = 14;  // places e^−14 less likely than the best carry no weight
 constexpr double kCredible = 0.95;
+constexpr int kMostPatches = 120, kMostIntegrals = 40;  // on each link
 
 using Columns = Eigen::Matrix<double, LinkTorque::kSize, 3>;
 using Tangents = Eigen::Matrix<double, LinkTorque::kSize, 2>;
@@ -35,6 +36,27 @@ void find_credible(Posterior& out) {
   std::size_t count = 0;
   while (count < links.size() && held < kCredible * all) held += of(links[count++]);
   links.resize(count);
+}
+
+/// Of the places of each link `most`, evenly in their order.
+void thin(int most, std::size_t links, PosteriorWorkspace& work) {
+  const auto at = [](int link) { return static_cast<std::size_t>(link); };
+  work.counts.assign(links, 0);
+  work.seen.assign(links, 0);
+  for (const TouchedPlace& place : work.kept) ++work.counts[at(place.link)];
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < work.kept.size(); ++i) {
+    const int count = work.counts[at(work.kept[i].link)], number = work.seen[at(work.kept[i].link)]++;
+    const bool keeps = count <= most || (2 * number + 1) * most / (2 * count) != (2 * number + 3) * most / (2 * count);
+    if (!keeps) continue;
+    work.kept[kept] = work.kept[i];
+    work.shares[kept] = work.shares[i] * std::max(1.0, static_cast<double>(count) / most);
+    if (!work.patches.empty()) work.patches[kept] = work.patches[i];
+    ++kept;
+  }
+  work.kept.resize(kept);
+  work.shares.resize(kept);
+  if (!work.patches.empty()) work.patches.resize(kept);
 }
 
 }  // namespace
@@ -67,8 +89,8 @@ PatchEvidence calc_patch_evidence(const LinkTorque& link, const Vector3d& p_L, c
   return out;
 }
 
-void normalize(const Sensor& sensor, std::span<const TouchedPlace> places, std::span<const double> log_evidence, double touch_prior,
-               PosteriorWorkspace& work, Posterior& out) {
+void normalize(const Sensor& sensor, std::span<const TouchedPlace> places, std::span<const double> shares,
+               std::span<const double> log_evidence, double touch_prior, PosteriorWorkspace& work, Posterior& out) {
   double all_area = 0;
   for (const SensedLink& link : sensor.links()) all_area += link.surface.area;
   const double log_nothing = std::log1p(-touch_prior);
@@ -80,7 +102,7 @@ void normalize(const Sensor& sensor, std::span<const TouchedPlace> places, std::
   work.weights.clear();
   for (std::size_t i = 0; i < places.size(); ++i) {
     const double area = area_per_sample(sensor.links()[static_cast<std::size_t>(places[i].link)]);
-    work.weights.push_back(touch_prior * area / all_area * std::exp(log_evidence[i] - most));
+    work.weights.push_back(touch_prior * shares[i] * area / all_area * std::exp(log_evidence[i] - most));
     out.links[static_cast<std::size_t>(places[i].link)] += work.weights.back();
     sum += work.weights.back();
   }
@@ -97,19 +119,31 @@ void normalize(const Sensor& sensor, std::span<const TouchedPlace> places, std::
 
 void calc_posterior(const Sensor& sensor, std::span<const LinkTorque> torques, std::span<const TouchedPlace> places,
                     const ConeEvidence& cone, double noise, double touch_prior, PosteriorWorkspace& work, Posterior& out) {
+  work.kept.assign(places.begin(), places.end());
+  work.shares.assign(places.size(), 1);
   work.patches.clear();
+  thin(kMostPatches, sensor.links().size(), work);
   double best = -std::numeric_limits<double>::infinity();
-  for (const TouchedPlace& place : places) {
+  for (const TouchedPlace& place : work.kept) {
     const SensedLink& link = sensor.links()[static_cast<std::size_t>(place.link)];
     work.patches.push_back(calc_patch_evidence(torques[static_cast<std::size_t>(place.link)], link.batch.p_L(place.sample),
                                                link.batch.R_LC(place.sample), cone, noise, link.spacing));
     best = std::max(best, work.patches.back().bound);
   }
+  std::size_t likely = 0;
+  for (std::size_t i = 0; i < work.kept.size(); ++i) {
+    if (work.patches[i].bound < best - kDrop) continue;
+    work.kept[likely] = work.kept[i];
+    work.shares[likely] = work.shares[i];
+    work.patches[likely++] = work.patches[i];
+  }
+  work.kept.resize(likely);
+  work.shares.resize(likely);
+  work.patches.resize(likely);
+  thin(kMostIntegrals, sensor.links().size(), work);
   work.evidence.clear();
-  for (const PatchEvidence& patch : work.patches)
-    work.evidence.push_back(patch.bound < best - kDrop ? -std::numeric_limits<double>::infinity()
-                                                       : patch.constant + cone.log_evidence(patch.H, patch.b));
-  normalize(sensor, places, work.evidence, touch_prior, work, out);
+  for (const PatchEvidence& patch : work.patches) work.evidence.push_back(patch.constant + cone.log_evidence(patch.H, patch.b));
+  normalize(sensor, work.kept, work.shares, work.evidence, touch_prior, work, out);
 }
 
 }  // namespace stiction::sensing

@@ -38,17 +38,21 @@ PatchEvidence calc_patch_evidence(const LinkTorque& link, const Eigen::Vector3d&
 
 /// Scratch of calc_posterior().
 struct PosteriorWorkspace {
-  std::vector<PatchEvidence> patches;
+  std::vector<TouchedPlace> kept;      ///< places that are looked at
+  std::vector<PatchEvidence> patches;  ///< of these
+  std::vector<double> shares;          ///< samples that each stands for
   std::vector<double> evidence, weights;
+  std::vector<int> counts, seen;  ///< by link
 };
 
-/// Posterior by the samples that may carry weight; all others have none. @param places  link and sample of each  @param touch_prior  p, in (0, 1)
+/// Posterior by the samples that may carry weight; all others have none. Where a link has many of them, evidence is broad, and every so manyth stands for the others.
+/// @param places  link and sample of each, by residual  @param touch_prior  p, in (0, 1)
 /// No heap use once work and out have met as many places.
 void calc_posterior(const Sensor& sensor, std::span<const LinkTorque> torques, std::span<const TouchedPlace> places,
                     const ConeEvidence& cone, double noise, double touch_prior, PosteriorWorkspace& work, Posterior& out);
 
-/// Posterior from the logarithm of the evidence of every place (relative to nothing), whatever made it.
-void normalize(const Sensor& sensor, std::span<const TouchedPlace> places, std::span<const double> log_evidence, double touch_prior,
-               PosteriorWorkspace& work, Posterior& out);
+/// Posterior from the logarithm of the evidence of every place (relative to nothing), whatever made it. @param shares  samples that each place stands for
+void normalize(const Sensor& sensor, std::span<const TouchedPlace> places, std::span<const double> shares,
+               std::span<const double> log_evidence, double touch_prior, PosteriorWorkspace& work, Posterior& out);
 
 }  // namespace stiction::sensing

@@ -144,7 +144,7 @@ void WhitenedTorques::whiten(const TorqueModel& model, double noise, double mode
 }
 
 void WhitenedTorques::apply(Eigen::Matrix3Xd& J) const {
-  if (!whitens_) return;
+  if (is_identity()) return;
   const auto m = static_cast<Index>(joints_.size());
   Eigen::Matrix<double, Eigen::Dynamic, 3> rows(m, 3);
   for (Index i = 0; i < m; ++i) rows.row(i) = J.col(joints_[static_cast<std::size_t>(i)]).transpose();
