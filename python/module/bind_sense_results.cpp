@@ -112,8 +112,8 @@ std::vector<sensing::TouchedPlace> places_of(const Posterior& p, const std::stri
 void bind_posterior(nb::module_& m) {
   nb::class_<Posterior>(m, "Posterior", R"(Where the robot is touched, as probabilities: nothing, or one contact on a link.
 
-Before torques are seen a contact has the probability touch_prior, and acts anywhere on what can be touched, uniformly by area, with a force that is normal with
-standard deviation plausible_force in every direction and cut to the friction cone.)")
+Before torques are seen a contact has the probability touch_prior, and acts anywhere on what can be touched, uniformly by area, with a force that is normal in every
+direction and cut to the friction cone. Its standard deviation is plausible_force, or not known: 4 N, what the weakest joint holds, or their geometric mean.)")
       .def_prop_ro(
           "nothing", [](const Posterior& p) { return p.values.nothing; }, "probability that nothing touches the robot")
       .def_prop_ro("links", &links_of, nb::sig("def links(self) -> dict[str, float]"),

@@ -353,6 +353,7 @@ void bind_sensing(nb::module_& m) {
   bind_detectability(m);
   bind_sense_results(m);
   bind_calibration(m);
+  bind_observer(m);
   const SensorOptions standard;
   auto sensor =
       nb::class_<Sensor>(m, "Sensor",

@@ -88,6 +88,7 @@ ContactSets sense_contacts(const Sensor& sensor, const Eigen::VectorXd& q, const
 void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor);
 void bind_sense_results(nb::module_& m);
 void bind_calibration(nb::module_& m);
+void bind_observer(nb::module_& m);
 void bind_sensing_scenario(nb::module_& m);
 
 }  // namespace stiction::python

@@ -59,7 +59,7 @@ TEST(ConeEvidence, Forces_DrawnFromThePrior_GiveTheSame) {
   double worst = 0;
   for (const auto& [friction, rays] : {std::pair(1.0, 4), std::pair(0.3, 4), std::pair(0.7, 8), std::pair(2.0, 3), std::pair(0.8, 0)}) {
     const FrictionCone cone(friction, rays);
-    const ConeEvidence evidence(cone, force);
+    const ConeEvidence evidence(cone, {force});
     for (int i = 0; i < 10; ++i) {
       Matrix3d H;
       Vector3d b;
@@ -67,7 +67,8 @@ TEST(ConeEvidence, Forces_DrawnFromThePrior_GiveTheSame) {
       const Drawn drawn = draw_evidence(cone, force, H, b, 16000, random);
       if (drawn.deviation > 0.1) continue;  // says too little
       worst = std::max(worst, drawn.deviation);
-      EXPECT_NEAR(evidence.log_evidence(H, b), drawn.log_evidence, 4 * drawn.deviation + (rays == 0 ? 0.01 : 1e-3))
+      EXPECT_NEAR(evidence.log_evidence(H - Matrix3d::Identity() / (force * force), b), drawn.log_evidence,
+                  4 * drawn.deviation + (rays == 0 ? 0.01 : 1e-3))
           << friction << " " << rays << " " << i;
     }
   }
@@ -99,7 +100,7 @@ TEST(ConeEvidence, TorquesFarAboveNoise_AgreeWithAGridOfDirections) {
   core::Random random(4, 0);
   const double force = 20;
   const FrictionCone cone(1, 4);
-  const ConeEvidence evidence(cone, force);
+  const ConeEvidence evidence(cone, {force});
   const Matrix3d H_prior = Matrix3d::Identity() / (force * force);
   const double prior = integrate_slopes(cone, H_prior, Vector3d::Zero(), 500);
   int sharp = 0;
@@ -108,7 +109,7 @@ TEST(ConeEvidence, TorquesFarAboveNoise_AgreeWithAGridOfDirections) {
     Vector3d b;
     make_case(random, force, std::exp(random.uniform(0.5, 2.5)), H, b);
     const double coarse = integrate_slopes(cone, H, b, 400), fine = integrate_slopes(cone, H, b, 800);
-    EXPECT_NEAR(evidence.log_evidence(H, b), fine - prior, std::abs(fine - coarse) + 2e-3) << i;
+    EXPECT_NEAR(evidence.log_evidence(H - Matrix3d::Identity() / (force * force), b), fine - prior, std::abs(fine - coarse) + 2e-3) << i;
     sharp += fine - prior > 50;
   }
   EXPECT_GT(sharp, 2) << "hardly any case is far above noise";
@@ -116,17 +117,29 @@ TEST(ConeEvidence, TorquesFarAboveNoise_AgreeWithAGridOfDirections) {
 
 TEST(ConeEvidence, NoTorque_SaysNothing) {
   for (const int rays : {0, 3, 4, 16}) {
-    const ConeEvidence evidence(FrictionCone(0.6, rays), 10);
-    EXPECT_NEAR(evidence.log_evidence(Matrix3d::Identity() / 100, Vector3d::Zero()), 0, 1e-12);
+    const ConeEvidence evidence(FrictionCone(0.6, rays), {2, 10});
+    EXPECT_NEAR(evidence.log_evidence(Matrix3d::Zero(), Vector3d::Zero()), 0, 1e-12);
+  }
+}
+
+TEST(ConeEvidence, SeveralForces_AreAMean) {
+  core::Random random(8, 0);
+  const FrictionCone cone(0.6, 4);
+  for (int i = 0; i < 10; ++i) {
+    Matrix3d H;
+    Vector3d b;
+    make_case(random, 20, 2, H, b);
+    const double few = ConeEvidence(cone, {5}).log_evidence(H, b), many = ConeEvidence(cone, {50}).log_evidence(H, b);
+    EXPECT_NEAR(ConeEvidence(cone, {5, 50}).log_evidence(H, b), std::log(0.5 * (std::exp(few) + std::exp(many))), 1e-9);
   }
 }
 
 TEST(ConeEvidence, OneRay_HasTheIntegralOfAHalfNormal) {
   const double force = 5, h = 3, g = 2;  // ∫ exp(g s − h s²/2) ds / ∫ exp(−s²/2F²) ds
-  const ConeEvidence evidence(FrictionCone(0, 4), force);
+  const ConeEvidence evidence(FrictionCone(0, 4), {force});
   const double t = g / std::sqrt(h), below = 0.5 * std::erfc(-t / std::numbers::sqrt2);
-  EXPECT_NEAR(evidence.log_evidence(Vector3d(h, 1, 1).asDiagonal(), {g, 0, 0}), std::log(2 * below / (std::sqrt(h) * force)) + t * t / 2,
-              1e-12);
+  EXPECT_NEAR(evidence.log_evidence(Vector3d(h - 1 / (force * force), 1, 1).asDiagonal(), {g, 0, 0}),
+              std::log(2 * below / (std::sqrt(h) * force)) + t * t / 2, 1e-12);
 }
 
 /// The arm of capsules; its inner faces, which take seconds to find, do not matter here.

@@ -201,13 +201,14 @@ void find_between(const RestRows& rows, const Records& records, double same, Cal
 void find_drift(const RestRows& rows, const Records& records, Calibration& out) {
   if (rows.times.empty()) return;
   const Index n = rows.tau.rows();
-  double sum_t = 0, sum_tt = 0, count = 0;
+  double sum_t = 0, sum_tt = 0, count = 0, longest = 0;
   VectorXd sum_y = VectorXd::Zero(n), sum_ty = VectorXd::Zero(n);
   for (const auto& record : records)
     for (std::size_t a = 0; a < record.size(); ++a)
       for (std::size_t b = 0; b < a; b += 1 + record.size() / 64) {
         const double dt = std::abs(rows.times[static_cast<std::size_t>(record[a])] - rows.times[static_cast<std::size_t>(record[b])]);
         const VectorXd y = (rows.tau.col(record[a]) - rows.tau.col(record[b])).array().square();
+        longest = std::max(longest, dt);
         sum_t += dt;
         sum_tt += dt * dt;
         sum_y += y;
@@ -216,7 +217,9 @@ void find_drift(const RestRows& rows, const Records& records, Calibration& out) 
       }
   const double spread = count * sum_tt - sum_t * sum_t;
   if (!(spread > 1e-9 * count * sum_tt)) return;
-  out.drift = ((count * sum_ty - sum_t * sum_y) / spread).cwiseMax(0).cwiseSqrt();
+  // A walk that makes less than the noise itself even over the longest time is not told from none.
+  const VectorXd slope = (count * sum_ty - sum_t * sum_y) / spread, variance = 0.5 * (sum_y - slope * sum_t) / count;
+  out.drift = (longest * slope.array() > variance.array()).select(slope, 0).cwiseMax(0).cwiseSqrt();
 }
 
 Eigen::Matrix<double, Eigen::Dynamic, 4> gravity_columns(const world::Model& model, VectorRef q, int body) {

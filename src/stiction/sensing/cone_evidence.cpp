@@ -209,12 +209,20 @@ double log_ray_integral(double h, double g) {
 
 }  // namespace
 
-ConeEvidence::ConeEvidence(const FrictionCone& cone, double force)
-    : cone_(make_polyhedral(cone)), force_(force), friction_(cone.friction()), is_exact_(cone.is_lorentz()) {
-  log_prior_ = log_integral(Matrix3d::Identity() / (force * force), Vector3d::Zero());
+ConeEvidence::ConeEvidence(const FrictionCone& cone, std::vector<double> forces)
+    : cone_(make_polyhedral(cone)), forces_(std::move(forces)), friction_(cone.friction()), is_exact_(cone.is_lorentz()) {
+  for (const double force : forces_) log_priors_.push_back(log_integral(Matrix3d::Identity() / (force * force), Vector3d::Zero()));
 }
 
-double ConeEvidence::log_evidence(const Matrix3d& H, const Vector3d& b) const { return log_integral(H, b) - log_prior_; }
+double ConeEvidence::log_evidence(const Matrix3d& precision, const Vector3d& b) const {
+  double most = -std::numeric_limits<double>::infinity(), sum = 0;
+  for (std::size_t k = 0; k < forces_.size(); ++k) {
+    const double value = log_integral(precision + Matrix3d::Identity() / (forces_[k] * forces_[k]), b) - log_priors_[k];
+    sum = value > most ? sum * std::exp(most - value) + 1 : sum + std::exp(value - most);
+    most = std::max(most, value);
+  }
+  return most + std::log(sum / static_cast<double>(forces_.size()));
+}
 
 double ConeEvidence::log_integral(const Matrix3d& H, const Vector3d& b) const {
   const Eigen::Matrix3Xd& rays = cone_.ray_matrix();

@@ -63,7 +63,7 @@ void thin(int most, std::size_t links, PosteriorWorkspace& work) {
 
 PatchEvidence calc_patch_evidence(const LinkTorque& link, const Vector3d& p_L, const Matrix3d& R_LC, const ConeEvidence& cone, double noise,
                                   double spacing) {
-  const double precision = 1 / (noise * noise), force = cone.force();
+  const double precision = 1 / (noise * noise), force = cone.forces().back();
   const Matrix3d prior = Matrix3d::Identity() / (force * force);
   const Columns M = link.torque_map(p_L) * R_LC;
   Matrix3d A = M.transpose() * M;
@@ -83,9 +83,9 @@ PatchEvidence calc_patch_evidence(const LinkTorque& link, const Vector3d& p_L, c
     const double tau_change = d.dot(S * d);
     out.constant = 0.5 * precision * tau_change - 0.5 * std::log((Eigen::Matrix2d::Identity() + variance * precision * G).determinant());
   }
-  out.H = precision * A + prior;
+  out.precision = precision * A;
   out.b = precision * a;
-  out.bound = out.constant - 0.5 * minimize_polyhedral(out.H, out.b, cone.cone()).value;
+  out.bound = out.constant - 0.5 * minimize_polyhedral(out.precision + prior, out.b, cone.cone()).value;
   return out;
 }
 
@@ -142,7 +142,7 @@ void calc_posterior(const Sensor& sensor, std::span<const LinkTorque> torques, s
   work.patches.resize(likely);
   thin(kMostIntegrals, sensor.links().size(), work);
   work.evidence.clear();
-  for (const PatchEvidence& patch : work.patches) work.evidence.push_back(patch.constant + cone.log_evidence(patch.H, patch.b));
+  for (const PatchEvidence& patch : work.patches) work.evidence.push_back(patch.constant + cone.log_evidence(patch.precision, patch.b));
   normalize(sensor, work.kept, work.shares, work.evidence, touch_prior, work, out);
 }
 

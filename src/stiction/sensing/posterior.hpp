@@ -26,7 +26,7 @@ struct Posterior {
 /// ln B (Y.15) of a patch of the surface about a sample. Torques that differ within the patch count as noise: with d the spacing of samples and D = J_wᵀ [·]× (t₁, t₂) f̂
 /// the change of torques along the surface, Σ grows by D Dᵀ d²/6, the variance between two points of a cell of side d. So few samples do.
 struct PatchEvidence {
-  Eigen::Matrix3d H;
+  Eigen::Matrix3d precision;  ///< A/σ²
   Eigen::Vector3d b;
   double constant = 0;  ///< of the patch alone
   double bound = 0;     ///< largest exponent over the cone: what log_evidence() is near to

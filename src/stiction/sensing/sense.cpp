@@ -36,6 +36,7 @@ struct SenseWorkspace::Impl {
   WhitenedTorques whitened;
   std::optional<ConeEvidence> evidence;
   std::vector<TouchedPlace> places;
+  std::vector<double> forces;
   PosteriorWorkspace posterior;
 
   explicit Impl(std::shared_ptr<const Sensor> s) : sensor(std::move(s)), kinematics_work(sensor->model()) {
@@ -282,17 +283,26 @@ void make_candidates(const Sensor& sensor, const SenseOptions& options, const Fr
   std::sort(out.candidates.begin(), out.candidates.end(), [&](const Candidate& a, const Candidate& b) { return rank_of(a) < rank_of(b); });
 }
 
+/// Standard deviations of forces before torques are seen: the given one, or three from the touch of a finger to what the weakest joint holds.
+void choose_forces(const world::Model& model, const std::optional<double>& given, std::vector<double>& out) {
+  constexpr double kSmall = 4, kLarge = 30;  // [N]
+  const double largest = std::max(kLarge, calc_plausible_force(model).value_or(kLarge));
+  if (given)
+    out = {*given};
+  else
+    out = {kSmall, std::sqrt(kSmall * largest), largest};
+}
+
 /// Probabilities from the samples that were accepted: all others leave so much that they carry no weight.
 void find_posterior(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, SenseWorkspace::Impl& work,
                     SenseResult& out) {
   // Also with the noise of each joint: there the error of the model is part of Σ.
   const double model = work.whitened.is_identity() ? options.tolerance * work.whitened.tau().norm() : 0;
   const double noise = std::hypot(out.noise, model / std::sqrt(static_cast<double>(work.whitened.tau().size())));
-  const double force =
-      options.plausible_force ? *options.plausible_force : out.noise / std::sqrt(calc_prior(sensor, out.noise, work.whitened.tau().norm()));
-  if (!work.evidence || work.evidence->force() != force || work.evidence->friction() != cone.friction() ||
+  choose_forces(sensor.model(), options.plausible_force, work.forces);
+  if (!work.evidence || work.evidence->forces() != work.forces || work.evidence->friction() != cone.friction() ||
       work.evidence->is_exact() != cone.is_lorentz() || (!cone.is_lorentz() && work.evidence->cone().rays() != cone.rays()))
-    work.evidence.emplace(cone, force);
+    work.evidence.emplace(cone, work.forces);
   work.places.clear();
   for (const auto& start : work.starts) work.places.push_back({start.link, start.sample});
   calc_posterior(sensor, work.torques, work.places, *work.evidence, noise, options.touch_prior, work.posterior, out.posterior);

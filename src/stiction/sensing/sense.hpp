@@ -39,7 +39,9 @@ struct SenseOptions {
   /// Rest, sign, noise of each joint, joints without a sensor. With such noise residuals and all that follows from them are those of torques in whose coordinates
   /// each has the same noise (Y.17).
   TorqueModel torques{};
-  bool posterior = false;    ///< probabilities as well, by which candidates that explain are then ordered: first by link, then by place
+  /// Probabilities as well, by which candidates that explain are then ordered: first by link, then by place. Their forces have the standard deviation
+  /// `plausible_force`, or one that is not known: 4 N, what the weakest joint holds at its full reach (30 N at least), or their geometric mean.
+  bool posterior = false;
   double touch_prior = 0.5;  ///< p of Posterior, in (0, 1)
   void validate() const;     ///< @throws core::InvalidInput naming the field
 };
