@@ -133,7 +133,7 @@ def simulate(name, within, drift, touches, force, seed):
     root = np.linalg.cholesky(sigma)
     areas = np.array([link.area for link in truth.links])
     noise = sigma * (1 + 1 / 20) + np.diag(walk**2)  # a second passes
-    says, right, distances, seconds = [], [], [], []
+    says, right, seen, distances, seconds = [], [], [], [], []
     held = sizes = 0
     for _ in range(touches):
         q = random.uniform(-1.5, 1.5, n)
@@ -150,9 +150,8 @@ def simulate(name, within, drift, touches, force, seed):
         result = sensor.sense(q, measured, rest=rest, noise=noise, unmeasured=unmeasured, friction=0.5, posterior=True)
         seconds.append(time.perf_counter() - started)
         named, probability = next(iter(result.posterior.links.items()))
-        if result.posterior.nothing > probability:
-            named, probability = "", result.posterior.nothing
-        says.append(probability)
+        seen.append(result.verdict != st.Verdict.BelowThreshold)
+        says.append(probability / (1 - result.posterior.nothing))  # of the link, given that something touches
         right.append(named == link.name)
         held += link.name in result.posterior.credible
         sizes += len(result.posterior.credible)
@@ -163,6 +162,8 @@ def simulate(name, within, drift, touches, force, seed):
     bins = [(says >= low) & (says < high) for low, high in ((0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01))]
     return {
         "touches": touches,
+        "below_threshold": round(1 - float(np.mean(seen)), 3),
+        "first_of_seen": round(float(right[np.array(seen)].mean()), 3),
         "first": round(float(right.mean()), 3),
         "says": round(float(says.mean()), 3),
         "curve": [(round(float(says[b].mean()), 3), round(float(right[b].mean()), 3), int(b.sum())) for b in bins if b.any()],

@@ -125,7 +125,8 @@ MatrixXd shrink(const MatrixXd& correlation, double freedom) {
       error += std::pow(1 - r * r, 2) / std::max(1.0, freedom - 1);
       square += r * r;
     }
-  const double keep = square > 0 ? std::clamp(1 - error / square, 0.0, 1.0) : 0;
+  // Fewer rows than joints always correlate; so many keep no more of it than this.
+  const double keep = square > 0 ? std::clamp(1 - error / square, 0.0, freedom / (1 + freedom)) : 0;
   MatrixXd out = keep * correlation;
   out.diagonal().setOnes();
   return out;
