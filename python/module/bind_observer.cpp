@@ -1,6 +1,7 @@
 #include "pickles.hpp"
 #include "sensor.hpp"
 #include "stiction/sensing/observer.hpp"
+#include "stiction/sensing/touch_onset.hpp"
 
 namespace stiction::python {
 namespace {
@@ -23,6 +24,41 @@ JointFriction identify_friction(const ModelPtr& model, const Vector& t, const Ma
   const sensing::MotionRecord record = make_record(t, q, qd, tau);
   const nb::gil_scoped_release unlocked;
   return sensing::identify_friction(*model, record, time_constant, stiction_speed);
+}
+
+void bind_onset(nb::module_& m) {
+  using sensing::TouchOnset;
+  nb::class_<TouchOnset>(m, "TouchOnset", R"(When a touch begins, and its torques since then as one measurement.
+
+The slow offset of the torques is followed where nothing touches, and a change test adds up what differs from it. From the beginning of a touch on the offset is
+held, and the mean of the torques grows sharper: sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Belongs to one thread.
+
+  rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
+  drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
+  shift: change that is to be found soonest, in deviations of the noise, > 0. quiet: rows within noise that end a touch, >= 1.
+
+Raises InvalidInput by the name of the argument.)")
+      .def(
+          "__init__",
+          [](TouchOnset* self, const Vector& rest, const Matrix& noise, const std::optional<Vector>& drift, double false_alarms,
+             double shift, int quiet) {
+            sensing::OnsetOptions options{.noise = noise.value, .false_alarms = false_alarms, .shift = shift, .quiet = quiet};
+            if (drift) options.drift = drift->value;
+            new (self) TouchOnset(rest.value, std::move(options));
+          },
+          "rest"_a, "noise"_a, nb::kw_only(), "drift"_a = nb::none(), "false_alarms"_a = sensing::OnsetOptions{}.false_alarms,
+          "shift"_a = sensing::OnsetOptions{}.shift, "quiet"_a = sensing::OnsetOptions{}.quiet)
+      .def(
+          "update", [](TouchOnset& self, const Vector& tau, double dt) { return self.update(tau.value, dt); }, "tau"_a, "dt"_a,
+          "A row of torques (n), dt after the one before [s]. Returns whether something touches.")
+      .def_prop_ro("touches", &TouchOnset::touches)
+      .def_prop_ro("rows", &TouchOnset::rows, "since the touch began")
+      .def_prop_ro(
+          "rest", [](const TouchOnset& o) { return Eigen::VectorXd(o.rest()); }, "offset before the touch (n) [N m; N]")
+      .def_prop_ro("mean", &TouchOnset::mean, "of the torques since the touch began (n) [N m; N]")
+      .def_prop_ro("noise", &TouchOnset::noise, "covariance of mean - rest (n, n) [(N m)^2]")
+      .def_prop_ro("sum", &TouchOnset::sum, "of the change test")
+      .def_prop_ro("bound", &TouchOnset::bound, "from which on something touches");
 }
 
 }  // namespace
@@ -50,6 +86,7 @@ Raises InvalidInput: sizes, numbers that are not finite, times that do not incre
   Arguments as of observe(). stiction_speed: below which friction has no sure sign [rad/s or m/s], > 0.
 
 Raises InvalidInput: as observe(); a joint that does not move in both directions.)");
+  bind_onset(m);
   def_pickle<JointFriction>();
 }
 
