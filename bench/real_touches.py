@@ -175,6 +175,53 @@ def simulate(name, within, drift, touches, force, seed):
     }
 
 
+def follow(name, within, drift, touches, force, seed):
+    """Touches that begin after half a second at 200 Hz and last 0.3 s: when they are found, and when the right link is first named from their mean torques."""
+    model, links = load_arm(name)
+    sensor, truth = st.Sensor(model, links=links), st.Sensor(model, links=links, seed=1, samples=2000)
+    n, step = model.n_a, 0.005
+    joints = min(n, 7)
+    sigma, walk = within[:joints, :joints], drift[:joints]
+    root, random = np.linalg.cholesky(sigma), np.random.default_rng(seed)
+    areas = np.array([link.area for link in truth.links])
+    found, named, last_right, false_alarms = [], [], 0, 0
+    for _ in range(touches):
+        q = np.append(random.uniform(-1.5, 1.5, joints), np.full(n - joints, 0.02))
+        link = truth.links[random.choice(len(areas), p=areas / areas.sum())]
+        sample = random.integers(len(link.p_L))
+        touch = st.calc_contact_torque(model, q, link.name, link.p_L[sample], draw_force(random, -link.n_L[sample], force))[:joints]
+        offset = random.normal(size=joints)
+        onset = st.TouchOnset(offset + root @ random.normal(size=joints) / np.sqrt(20), sigma, drift=walk, rest_rows=20)
+        when_found = when_named = None
+        for row in range(160):
+            offset = offset + np.sqrt(step) * walk * random.normal(size=joints)
+            touches_now = onset.update(offset + root @ random.normal(size=joints) + touch * (row >= 100), step)
+            if not touches_now:
+                continue
+            if row < 100:
+                false_alarms += 1
+                break
+            when_found = when_found or 1e3 * step * (row - 99)
+            noise = np.eye(n)
+            noise[:joints, :joints] = onset.noise
+            tau, rest = (np.append(values, np.zeros(n - joints)) for values in (onset.mean, onset.rest))
+            result = sensor.sense(q, tau, rest=rest, noise=noise, unmeasured=list(range(joints, n)), friction=0.5, posterior=True)
+            right = next(iter(result.posterior.links)) == link.name
+            when_named = when_named or (1e3 * step * (row - 99) if right else None)
+            last_right += right and row == 159
+        found.append(when_found or np.inf)
+        named.append(when_named or np.inf)
+    return {
+        "touches": touches,
+        "false_alarms": false_alarms,
+        "found": round(float(np.mean(np.isfinite(found))), 3),
+        "median_found_ms": float(np.median(found)),
+        "first_right_ms": float(np.median(named)),
+        "right_within_300_ms": round(float(np.mean(np.isfinite(named))), 3),
+        "right_at_300_ms": round(last_right / touches, 3),
+    }
+
+
 def draw_force(random, normal, force):
     """A force in the cone with friction 0.5: of a given size, or of the prior."""
     scale = force or PRIOR_FORCE
@@ -208,6 +255,7 @@ def main():
     out["drift"] = [round(float(x), 4) for x in drift[:7]]
     for name in ARMS if arguments.touches else ():
         out["touches"][f"{name}, 10 N"] = simulate(name, calibration.within, drift, arguments.touches, 10.0, 0)
+        out["touches"][f"{name}, 10 N, in time"] = follow(name, calibration.within, drift, arguments.touches // 5, 10.0, 0)
     print_all(out, arguments.json)
 
 

@@ -35,19 +35,25 @@ held, and the mean of the torques grows sharper: sense(q, onset.mean, rest=onset
 
   rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
   drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
-  shift: change that is to be found soonest, in deviations of the noise, > 0. quiet: rows within noise that end a touch, >= 1.
+  shift: change that is to be found soonest, in deviations of the noise, > 0. rest_rows: of which rest is the mean. quiet: rows within noise that end a touch, >= 1.
 
 Raises InvalidInput by the name of the argument.)")
       .def(
           "__init__",
-          [](TouchOnset* self, const Vector& rest, const Matrix& noise, const std::optional<Vector>& drift, double false_alarms,
-             double shift, int quiet) {
-            sensing::OnsetOptions options{.noise = noise.value, .false_alarms = false_alarms, .shift = shift, .quiet = quiet};
+          [](TouchOnset* self, const Vector& rest, const std::variant<Vector, Matrix>& noise, const std::optional<Vector>& drift,
+             double false_alarms, double shift, int rest_rows, int quiet) {
+            sensing::OnsetOptions options{.noise = std::holds_alternative<Vector>(noise) ? Eigen::MatrixXd(std::get<Vector>(noise).value)
+                                                                                         : std::get<Matrix>(noise).value,
+                                          .false_alarms = false_alarms,
+                                          .shift = shift,
+                                          .rest_rows = rest_rows,
+                                          .quiet = quiet};
             if (drift) options.drift = drift->value;
             new (self) TouchOnset(rest.value, std::move(options));
           },
           "rest"_a, "noise"_a, nb::kw_only(), "drift"_a = nb::none(), "false_alarms"_a = sensing::OnsetOptions{}.false_alarms,
-          "shift"_a = sensing::OnsetOptions{}.shift, "quiet"_a = sensing::OnsetOptions{}.quiet)
+          "shift"_a = sensing::OnsetOptions{}.shift, "rest_rows"_a = sensing::OnsetOptions{}.rest_rows,
+          "quiet"_a = sensing::OnsetOptions{}.quiet)
       .def(
           "update", [](TouchOnset& self, const Vector& tau, double dt) { return self.update(tau.value, dt); }, "tau"_a, "dt"_a,
           "A row of torques (n), dt after the one before [s]. Returns whether something touches.")

@@ -186,3 +186,18 @@ def test_momentum_observer_and_friction(sensor: st.Sensor) -> None:
     assert np.sqrt(np.mean(left[start:, :7] ** 2)) < 0.2 * np.sqrt(np.mean(raw[start:, :7] ** 2))
     with pytest.raises(st.InvalidInput, match="times that increase"):
         st.observe(model, t[::-1], q, qd, motor)
+
+
+def test_touch_that_lasts_is_one_measurement() -> None:
+    random = np.random.default_rng(0)
+    deviation = np.array([0.06, 0.05, 0.04, 0.06, 0.007, 0.007, 0.002])
+    onset = st.TouchOnset(np.zeros(7), deviation, drift=0.01 * deviation)
+    touch = np.array([0, 0.4, 0, 0, 0, 0, 0.0])
+    said = [onset.update(touch * (i >= 200) + deviation * random.normal(size=7), 0.005) for i in range(260)]
+    assert not any(said[:200]) and all(said[210:]) and onset.touches and onset.sum > onset.bound
+    assert 55 <= onset.rows <= 65 and abs(onset.mean[1] - onset.rest[1] - 0.4) < 0.05
+    assert onset.noise[1, 1] < 0.1 * deviation[1] ** 2
+    with pytest.raises(st.InvalidInput, match=r"^noise\[1\]: got 0"):
+        st.TouchOnset(np.zeros(2), [1, 0])
+    with pytest.raises(st.InvalidInput, match="^tau: got 3 numbers"):
+        onset.update(np.zeros(3), 0.005)

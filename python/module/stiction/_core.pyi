@@ -3987,6 +3987,54 @@ def identify_friction(model: Model, t: numpy.typing.ArrayLike, q: numpy.typing.A
     Raises InvalidInput: as observe(); a joint that does not move in both directions.
     """
 
+class TouchOnset:
+    """
+    When a touch begins, and its torques since then as one measurement.
+
+    The slow offset of the torques is followed where nothing touches, and a change test adds up what differs from it. From the beginning of a touch on the offset is
+    held, and the mean of the torques grows sharper: sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Belongs to one thread.
+
+      rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
+      drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
+      shift: change that is to be found soonest, in deviations of the noise, > 0. rest_rows: of which rest is the mean. quiet: rows within noise that end a touch, >= 1.
+
+    Raises InvalidInput by the name of the argument.
+    """
+
+    def __init__(self, rest: numpy.typing.ArrayLike, noise: numpy.typing.ArrayLike | numpy.typing.ArrayLike, *, drift: numpy.typing.ArrayLike | None = None, false_alarms: float = 1.388888888888889e-06, shift: float = 2.0, rest_rows: int = 1, quiet: int = 5) -> None: ...
+
+    def update(self, tau: numpy.typing.ArrayLike, dt: float) -> bool:
+        """
+        A row of torques (n), dt after the one before [s]. Returns whether something touches.
+        """
+
+    @property
+    def touches(self) -> bool: ...
+
+    @property
+    def rows(self) -> int:
+        """since the touch began"""
+
+    @property
+    def rest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """offset before the touch (n) [N m; N]"""
+
+    @property
+    def mean(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the torques since the touch began (n) [N m; N]"""
+
+    @property
+    def noise(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """covariance of mean - rest (n, n) [(N m)^2]"""
+
+    @property
+    def sum(self) -> float:
+        """of the change test"""
+
+    @property
+    def bound(self) -> float:
+        """from which on something touches"""
+
 class Sensor:
     """
     Surfaces and samples of the links of a robot, on which contacts are looked for. Immutable, shared by threads.

@@ -73,6 +73,7 @@ void OnsetOptions::validate(Index n) const {
   if (!(false_alarms > 0 && false_alarms < 0.1))
     core::throw_invalid("false_alarms", fmt::format("{}", false_alarms), "a number in (0, 0.1)");
   core::require_positive("shift", shift);
+  if (rest_rows < 1) core::throw_invalid("rest_rows", fmt::format("{}", rest_rows), "an integer ≥ 1");
   if (quiet < 1) core::throw_invalid("quiet", fmt::format("{}", quiet), "an integer ≥ 1");
 }
 
@@ -95,7 +96,7 @@ TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(st
   options_.validate(rest.size());
   if (options_.noise.cols() == 1) options_.noise = MatrixXd(options_.noise.col(0).array().square().matrix().asDiagonal());
   bound_ = calc_onset_bound(rest.size(), 0.5 * options_.shift, options_.false_alarms);
-  P_ = MatrixXd::Zero(rest.size(), rest.size());
+  P_ = options_.noise / options_.rest_rows;
   restart();
 }
 

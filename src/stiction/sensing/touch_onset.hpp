@@ -14,6 +14,7 @@ struct OnsetOptions {
   double false_alarms =
       1.0 / (3600 * 200);  ///< share of rows at which an alarm begins where nothing touches, in (0, 0.1): once an hour at 200 Hz
   double shift = 2;        ///< change of the torques that is to be found soonest, in deviations of their noise, > 0
+  int rest_rows = 1;       ///< rows of which the rest that is given is the mean, ≥ 1: so sure it is
   int quiet = 5;           ///< rows in a row within three deviations of the offset that end a touch, ≥ 1
   void validate(Eigen::Index n) const;  ///< @throws core::InvalidInput naming the field
 };
