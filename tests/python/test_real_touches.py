@@ -8,6 +8,7 @@ import pickle
 import sys
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 
@@ -201,3 +202,52 @@ def test_touch_that_lasts_is_one_measurement() -> None:
         st.TouchOnset(np.zeros(2), [1, 0])
     with pytest.raises(st.InvalidInput, match="^tau: got 3 numbers"):
         onset.update(np.zeros(3), 0.005)
+
+
+def test_command_line_takes_rest_noise_and_sign(program: Path, tmp_path: Path) -> None:
+    file = scenario(tmp_path, sign=1)
+
+    def sense(*options: str) -> dict:
+        done = children.run([program, "sense", file, *options, "--json"], limit=60)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)["moments"]
+
+    raw = sense("--turn")
+    assert raw[0]["verdict"] != "BelowThreshold"  # the offset looks like a touch
+    moments = sense("--turn", "--rest", "7.1", "7.3", "--noise", "0.1")
+    assert [m["verdict"] for m in moments] == ["BelowThreshold", "BelowThreshold", "Explained", "Explained", "BelowThreshold"]
+    assert moments[0]["largest"]["torque"] < moments[0]["largest"]["threshold"] == pytest.approx(0.4)
+    posterior = moments[2]["posterior"]
+    assert posterior["nothing"] + sum(posterior["links"].values()) == pytest.approx(1) and "robot/panda_link5" in posterior["credible"]
+    assert sum(c["probability"] for c in moments[2]["candidates"]) <= 1 + 1e-9
+    text = children.run([program, "sense", file, "--turn", "--rest", "7.1", "7.3", "--noise", "0.1"], limit=60).stdout
+    assert "which shows a contact from 0.4 N·m on" in text and "probably: nothing" in text
+    wrong = children.run([program, "sense", file, "--rest", "1", "2"], limit=60)
+    assert wrong.returncode == 2 and "--rest: got 1 2, expected seconds of the record, which has 7.19" in wrong.stderr
+
+
+def test_random_tables_say_the_same_of_the_same_joints(tmp_path: Path) -> None:
+    """Columns in any order, columns of other things, lines without a number: never another joint, never a crash."""
+    scenario(tmp_path)
+    model, _ = real_touches.load_arm("panda")
+    head, *lines = (tmp_path / "log.csv").read_text().splitlines()
+    names = head.split(",")
+    table = np.array([[float(x) for x in line.split(",")] for line in lines])
+    joints = [f"panda_joint{j + 1}" for j in range(7)]
+    random = np.random.default_rng(0)
+    base = {"scene": {"robots": [{"name": "robot", "urdf": real_touches.PANDA}]}, "sensing": {"links": ["robot/panda_link7"], "unmeasured": [FINGER], "samples": 1}}
+    for _ in range(60):
+        style = random.integers(3)
+        columns = [names, ["t", *(f"q_{j}" for j in joints), *(f"tau_{j}" for j in joints)], ["time", *(f"/arm/{j}/position" for j in joints), *(f"/arm/{j}/effort" for j in joints)]][style]
+        order = random.permutation(15)
+        extra = random.integers(3)
+        rows = [[f"{x:.7f}" for x in row[order]] + ["x"] * extra for row in table]
+        broken = set(random.choice(len(rows), random.integers(len(rows)), replace=False).tolist())
+        for i in broken:
+            rows[i][random.integers(15)] = random.choice(["nan", "", "NaN"])
+        text = [",".join([*(columns[k] for k in order), *(f"other{k}" for k in range(extra))]), *map(",".join, rows)]
+        (tmp_path / "log.csv").write_text("\n".join(text) + "\n")
+        loaded = st.load_sensing_scenario(base | {"series": "log.csv"}, base=tmp_path)
+        kept = [i for i in range(len(rows)) if i not in broken]
+        assert np.allclose(loaded.times, table[kept, 0]) and np.allclose(loaded.q[:, :7], table[kept, 1:8]) and np.allclose(loaded.tau[:, :7], table[kept, 8:])
+        assert any("lack a number" in note for note in loaded.notes) == bool(broken)
