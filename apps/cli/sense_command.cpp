@@ -9,6 +9,7 @@
 #include "app.hpp"
 #include "python_start.hpp"
 #include "sense_page.hpp"
+#include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/contact_control/poke.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "stiction/tasks/scenarios.hpp"
@@ -23,6 +24,9 @@ using Json = nlohmann::ordered_json;
 struct SenseArguments {
   std::string scenario;
   std::string html;
+  std::vector<double> rest;     ///< from when to when nothing touches the robot [s]
+  std::optional<double> noise;  ///< [N·m]
+  bool turn = false;            ///< the sign is the other one
   std::optional<double> force;  ///< of the contact whose detectability is drawn [N]; nothing: as the scenario has it
   bool json = false;
   bool live = false;
@@ -42,6 +46,7 @@ Json to_json(const sensing::Scenario& scenario, const sensing::Candidate& c) {
   out["p_W"] = page_numbers(c.p_W);
   out["n_W"] = page_numbers(c.n_W);
   out["f_W"] = page_numbers(c.f_W);
+  if (scenario.options.posterior) out["probability"] = c.probability;
   out["rank"] = c.rank;
   out["extent"] = c.extent;
   out["force_spread"] = c.force_spread;
@@ -50,9 +55,39 @@ Json to_json(const sensing::Scenario& scenario, const sensing::Candidate& c) {
 }
 
 void print_candidate(std::FILE* to, const sensing::Scenario& scenario, const sensing::Candidate& c) {
-  say(to, "  {:24} {}  ({:6.3f} {:6.3f} {:6.3f}) m  {:5.1f} N  left over {:.2g} N·m  extent {:.1f} cm\n",
-      scenario.sensor->link_name(c.best.link), c.explains ? "explains" : "        ", c.p_W.x(), c.p_W.y(), c.p_W.z(), c.f_W.norm(),
+  const std::string share = scenario.options.posterior ? fmt::format("  {:3.0f} %", 100 * c.probability) : "";
+  say(to, "  {:24} {}{}  ({:6.3f} {:6.3f} {:6.3f}) m  {:5.1f} N  left over {:.2g} N·m  extent {:.1f} cm\n",
+      scenario.sensor->link_name(c.best.link), c.explains ? "explains" : "        ", share, c.p_W.x(), c.p_W.y(), c.p_W.z(), c.f_W.norm(),
       std::sqrt(c.best.residual), 100 * c.extent);
+}
+
+const std::string& joint_name(const sensing::Scenario& scenario, int joint) {
+  const world::Model& model = scenario.sensor->model();
+  return model.dofs()[static_cast<std::size_t>(model.n_vu() + joint)].name;
+}
+
+/// What torques show at most, against what they would have to show.
+Json report_largest(std::FILE* to, const sensing::Scenario& scenario, const sensing::SenseResult& result) {
+  const std::string& joint = joint_name(scenario, result.largest.joint);
+  if (result.verdict == sensing::Verdict::BelowThreshold)
+    say(to, "  the largest torque against its noise is {:.3g} N·m of {}, which shows a contact from {:.3g} N·m on\n", result.largest.torque,
+        joint, result.threshold);
+  return {{"joint", joint}, {"torque", result.largest.torque}, {"noise", result.largest.noise}, {"threshold", result.threshold}};
+}
+
+/// The links that may be touched, and whether any is.
+Json report_posterior(std::FILE* to, const sensing::Scenario& scenario, const sensing::Posterior& posterior) {
+  Json out{{"nothing", posterior.nothing}, {"links", Json::object()}, {"credible", Json::array()}};
+  for (std::size_t i = 0; i < posterior.links.size(); ++i)
+    out["links"][scenario.sensor->link_name(static_cast<int>(i))] = posterior.links[i];
+  std::string text;
+  for (const int link : posterior.credible) {
+    out["credible"].push_back(scenario.sensor->link_name(link));
+    text += fmt::format(", {} {:.0f} %", scenario.sensor->link_name(link), 100 * posterior.links[static_cast<std::size_t>(link)]);
+  }
+  if (posterior.nothing > 0.5) text.clear();
+  say(to, "  probably: nothing {:.0f} %{}\n", 100 * posterior.nothing, text);
+  return out;
 }
 
 Json to_json(const sensing::Scenario& scenario, const sensing::ContactSetResult& result) {
@@ -137,6 +172,8 @@ class SenseRun {
     say(to_, "{} t = {:.3f} s: {}, {} of {} samples accepted, {} descents, {:.2f} ms{}\n", scenario_.name, time,
         sensing::to_string(result_.verdict), result_.accepted, result_.samples, result_.descents, 1e3 * seconds, say_friction());
     Json moment{{"t", time}, {"verdict", sensing::to_string(result_.verdict)}, {"friction", result_.friction}, {"seconds", seconds}};
+    moment["largest"] = report_largest(to_, scenario_, result_);
+    if (scenario_.options.posterior) moment["posterior"] = report_posterior(to_, scenario_, result_.posterior);
     moment["candidates"] = Json::array();
     for (const auto& candidate : result_.candidates) {
       print_candidate(to_, scenario_, candidate);
@@ -170,6 +207,26 @@ class SenseRun {
   bool explained_ = false;
 };
 
+/// What the command line says of torques, over the scenario.
+void override_torques(const SenseArguments& arguments, sensing::Scenario& scenario) {
+  if (arguments.turn) scenario.options.torques.sign *= -1;
+  if (arguments.noise) {
+    core::require_positive("--noise", *arguments.noise);
+    scenario.options.noise = *arguments.noise;
+    scenario.options.torques.covariance.resize(0, 0);
+  }
+  if (arguments.rest.empty()) return;
+  std::vector<Eigen::Index> moments;
+  const auto& times = scenario.series.times;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    if (times[i] >= arguments.rest[0] && times[i] <= arguments.rest[1]) moments.push_back(static_cast<Eigen::Index>(i));
+  if (scenario.poke || moments.empty())
+    core::throw_invalid("--rest", fmt::format("{} {}", arguments.rest[0], arguments.rest[1]),
+                        times.empty() ? std::string("a scenario with a recorded series")
+                                      : fmt::format("seconds of the record, which has {} to {}", times.front(), times.back()));
+  sensing::set_rest(scenario, moments, !arguments.noise);
+}
+
 int run_sense(const SenseArguments& arguments) {
   if (arguments.live)
     become_python(
@@ -178,6 +235,7 @@ int run_sense(const SenseArguments& arguments) {
   require_page(arguments.html);
   sensing::Scenario scenario =
       tasks::load_sensing_scenario(tasks::find_scenario(arguments.scenario, data_dirs()), tasks::default_package_dirs());
+  override_torques(arguments, scenario);
   for (const std::string& note : scenario.sensor->notes()) say(stderr, "note: {}\n", note);
   for (const std::string& note : scenario.series.notes) say(stderr, "note: {}\n", note);
   for (const int gap : scenario.series.gaps)
@@ -210,6 +268,15 @@ Run declare_sense(CLI::App& command) {
   SenseArguments& a = *arguments;
   command.add_option("scenario", a.scenario, "Name of a built-in scenario, or a scenario file (.yaml)")->required();
   command.add_option("--html", a.html, "Write a page to look at: residuals and detectability on the robot, candidates with their forces");
+  command
+      .add_option("--rest", a.rest,
+                  "From when to when of the record nothing touches the robot [s]: offset and noise of its torques follow from there")
+      ->expected(2)
+      ->type_name("FROM TO");
+  add_number(command, "--noise", a.noise, "Standard deviation of every torque [N m] (default: of the scenario, or of --rest)",
+             Bound::Positive);
+  command.add_flag("--turn", a.turn,
+                   "The torques have the other sign than the scenario says: libfranka's are what the robot does to its surroundings");
   add_number(
       command, "--force", a.force,
       "Detectability on the page is that of a force of this size [N] (default: that of the known contact, or of the first candidate)",

@@ -48,12 +48,14 @@ SensePage::SensePage(const sensing::Scenario& scenario)
 void SensePage::add(std::size_t i, const Eigen::VectorXd& q, const Eigen::VectorXd& tau, const sensing::SenseResult& result,
                     const sensing::ContactSetResult& sets) {
   const sensing::FrictionCone cone(result.friction, scenario_.options.cone.is_lorentz() ? 0 : std::max(3, scenario_.options.cone.rays()));
+  sensing::WhitenedTorques whitened;
+  whitened.assign(scenario_.options.torques, tau, scenario_.options.noise, scenario_.options.tolerance);
   Json moment{{"t", scenario_.series.times[i]},
               {"bodies", scene_.poses(q)},
               {"verdict", sensing::to_string(result.verdict)},
-              {"tau_norm", tau.norm()}};
+              {"tau_norm", whitened.tau().norm()}};
   moment["residuals"] = Json::array();
-  for (const Eigen::VectorXd& link : sensing::calc_residual_map(*scenario_.sensor, q, tau, cone))
+  for (const Eigen::VectorXd& link : sensing::calc_residual_map(*scenario_.sensor, q, tau, cone, &whitened))
     moment["residuals"].push_back(std::vector<double>(link.begin(), link.end()));
   moment["candidates"] = Json::array();
   for (const sensing::Candidate& c : result.candidates) {
@@ -61,6 +63,7 @@ void SensePage::add(std::size_t i, const Eigen::VectorXd& q, const Eigen::Vector
     moment["candidates"].push_back({{"link", scenario_.sensor->link_name(c.best.link)},
                                     {"explains", c.explains},
                                     {"residual", c.best.residual},
+                                    {"probability", c.probability},
                                     {"extent", c.extent},
                                     {"point", page_numbers(c.p_W)},
                                     {"force", page_numbers(c.f_W)}});

@@ -53,6 +53,8 @@ void bind_candidate(nb::module_& m) {
       .def_prop_ro("explains", of_values(&sensing::Candidate::explains), "the torques, as far as noise and tolerance tell")
       .def_prop_ro("objective", of_values(&sensing::Candidate::objective),
                    "min l + (noise/F)^2 |f|^2 at the best point [(N m)^2]; over noise^2 it is -2 ln of a posterior, up to a constant")
+      .def_prop_ro("probability", of_values(&sensing::Candidate::probability),
+                   "of the places on its link that are nearest to it; 0 without posterior=True")
       .def_prop_ro("rank", of_values(&sensing::Candidate::rank), "of J_C: below 3 the force is not unique")
       .def_prop_ro("extent", of_values(&sensing::Candidate::extent),
                    "largest distance of its points, of those as good, from the best one [m]")
@@ -68,6 +70,75 @@ void bind_candidate(nb::module_& m) {
         return fmt::format("Candidate({}{}, p_W=[{:.3f}, {:.3f}, {:.3f}], {:.3g} N, residual={:.2g}, extent={:.3f})", c.link,
                            c.values.explains ? "" : ", does not explain", p.x(), p.y(), p.z(), c.values.f_W.norm(), c.values.best.residual,
                            c.values.extent);
+      });
+}
+
+/// Probabilities with the names of links.
+struct Posterior {
+  SensorPtr sensor;
+  sensing::Posterior values;
+};
+
+std::optional<Posterior> posterior_of(const SenseResult& r) {
+  if (r.result.posterior.links.empty()) return std::nullopt;
+  return Posterior{r.sensor, r.result.posterior};
+}
+
+std::vector<std::string> credible_of(const Posterior& p) {
+  std::vector<std::string> out;
+  for (const int link : p.values.credible) out.push_back(p.sensor->link_name(link));
+  return out;
+}
+
+nb::dict links_of(const Posterior& p) {
+  std::vector<int> order(p.values.links.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+  const auto of = [&](int link) { return p.values.links[static_cast<std::size_t>(link)]; };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return of(a) > of(b); });
+  nb::dict out;
+  for (const int link : order) out[p.sensor->link_name(link).c_str()] = of(link);
+  return out;
+}
+
+/// Places of a link: their points, or their probabilities.
+std::vector<sensing::TouchedPlace> places_of(const Posterior& p, const std::string& link) {
+  const int index = p.sensor->link_index(link);
+  std::vector<sensing::TouchedPlace> out;
+  for (const sensing::TouchedPlace& place : p.values.places)
+    if (place.link == index) out.push_back(place);
+  return out;
+}
+
+void bind_posterior(nb::module_& m) {
+  nb::class_<Posterior>(m, "Posterior", R"(Where the robot is touched, as probabilities: nothing, or one contact on a link.
+
+Before torques are seen a contact has the probability touch_prior, and acts anywhere on what can be touched, uniformly by area, with a force that is normal in every
+direction and cut to the friction cone. Its standard deviation is plausible_force, or not known: 4 N, what the weakest joint holds, or their geometric mean.)")
+      .def_prop_ro(
+          "nothing", [](const Posterior& p) { return p.values.nothing; }, "probability that nothing touches the robot")
+      .def_prop_ro("links", &links_of, nb::sig("def links(self) -> dict[str, float]"),
+                   "probability of a contact on each link, the largest first; with `nothing` they sum to 1")
+      .def_prop_ro("credible", &credible_of, "the fewest links that hold 95 % of what is not `nothing`, the likeliest first")
+      .def(
+          "points",
+          [](const Posterior& p, const std::string& link) {
+            const auto places = places_of(p, link);
+            return rows(places, 3, [&](const sensing::TouchedPlace& place) {
+              return p.sensor->links()[static_cast<std::size_t>(place.link)].batch.p_L(place.sample);
+            });
+          },
+          "link"_a, "places on a link that carry weight, the likeliest first, in its frame [m] (places, 3)")
+      .def(
+          "probabilities",
+          [](const Posterior& p, const std::string& link) {
+            return vector_of(places_of(p, link), [](const sensing::TouchedPlace& place) { return place.probability; });
+          },
+          "link"_a, "their probabilities (places)")
+      .def("__repr__", [](const Posterior& p) {
+        std::string text = fmt::format("nothing {:.2g}", p.values.nothing);
+        for (const int link : p.values.credible)
+          text += fmt::format(", {} {:.2g}", p.sensor->link_name(link), p.values.links[static_cast<std::size_t>(link)]);
+        return fmt::format("<stiction.Posterior: {}>", text);
       });
 }
 
@@ -143,12 +214,22 @@ void bind_sense_results(nb::module_& m) {
   bind_sensed_link(m);
   bind_candidate(m);
   bind_discrimination(m);
+  bind_posterior(m);
   const sensing::DiscriminationOptions discrimination;
   using Result = sensing::SenseResult;
   nb::class_<SenseResult>(m, "SenseResult", "What torques say of one moment.")
       .def_prop_ro("verdict", of_result(&Result::verdict))
       .def_prop_ro("candidates", &candidates_of, "those that explain, by objective, then the others, by residual")
       .def_prop_ro("explained", of_result(&Result::explained), "l up to which torques count as explained [(N m)^2]")
+      .def_prop_ro("posterior", &posterior_of, "Posterior, or None without posterior=True")
+      .def_prop_ro(
+          "largest", [](const SenseResult& r) { return r.result.largest.torque; },
+          "of the torques that is largest against its noise, less rest [N m; N]")
+      .def_prop_ro(
+          "largest_joint", [](const SenseResult& r) { return r.result.largest.joint; }, "its joint")
+      .def_prop_ro("threshold", of_result(&Result::threshold), "from which that joint would have shown a contact [N m; N]")
+      .def_prop_ro("noise", of_result(&Result::noise),
+                   "of each torque in the coordinates of residuals, so that residual/noise^2 has no unit [N m]")
       .def_prop_ro("friction", of_result(&Result::friction),
                    "with which they were looked for: more than was given where that explained nothing")
       .def_prop_ro("samples", of_result(&Result::samples))
@@ -173,7 +254,7 @@ Raises InvalidInput: options, no candidate.)")
       .def("__repr__", [](const SenseResult& r) {
         return fmt::format("<stiction.SenseResult: {}, {} candidates>", sensing::to_string(r.result.verdict), r.result.candidates.size());
       });
-  def_pickle<Candidate, sensing::Discrimination, SensedLink, SenseResult>();
+  def_pickle<Candidate, sensing::Discrimination, SensedLink, SenseResult, Posterior>();
 }
 
 }  // namespace stiction::python

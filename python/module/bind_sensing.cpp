@@ -67,6 +67,39 @@ SensorPtr make_sensor(const ModelPtr& model, const std::vector<std::string>& lin
   return sensing::Sensor::make(model, {links, samples, sampling, normals, seed, surface});
 }
 
+using NoiseArgument = std::variant<double, Vector, Matrix>;
+using RestArgument = std::variant<Calibrated, Vector>;
+using JointArgument = std::variant<int, std::string>;
+
+/// What is known of torques, as it is given. Without a configuration a payload of the calibration is left out.
+struct TorqueArguments {
+  const NoiseArgument& noise;
+  const std::optional<RestArgument>& rest;
+  int sign;
+  const std::vector<JointArgument>& unmeasured;
+};
+
+void set_torques(const world::Model& model, const TorqueArguments& given, SenseOptions& options) {
+  const int n = static_cast<int>(model.n_a());
+  if (const auto* number = std::get_if<double>(&given.noise))
+    options.noise = *number;
+  else if (const auto* vector = std::get_if<Vector>(&given.noise))
+    options.torques.covariance = sensing::make_covariance(vector->value, n, options.noise);
+  else
+    options.torques.covariance = sensing::make_covariance(std::get<Matrix>(given.noise).value, n, options.noise);
+  if (given.rest) {
+    if (const auto* vector = std::get_if<Vector>(&*given.rest))
+      options.torques.rest = vector->value;
+    else
+      options.torques.rest = std::get<Calibrated>(*given.rest).values.rest;
+  }
+  options.torques.sign = given.sign;
+  for (const JointArgument& joint : given.unmeasured)
+    options.torques.unmeasured.push_back(std::holds_alternative<int>(joint) ? std::get<int>(joint)
+                                                                            : model.joint_index(std::get<std::string>(joint)));
+  options.torques.validate(n);
+}
+
 /// Defines a method of Sensor with the arguments of `function` followed by those of sense(), which are the same everywhere.
 template <class R, class... Head, class... Arguments>
 void def_with_sense_options(nb::class_<Sensor>& type, const char* name, R (*function)(const SenseOptions&, Sensor&, Head...),
@@ -76,8 +109,11 @@ void def_with_sense_options(nb::class_<Sensor>& type, const char* name, R (*func
 
 Options:
   friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
-  noise: standard deviation of each torque [N m], > 0.
-  threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 noise.
+  noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
+  rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
+  sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
+  unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
+  threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
   accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
   tolerance: share of |tau| that an explanation may leave where there is no noise.
   method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
@@ -85,31 +121,36 @@ Options:
   thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
   plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
   friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
+  posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
+  touch_prior: probability of a contact before torques are seen, in (0, 1).
 
 Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.)";
   type.def(
       name,
-      [function](Sensor& self, Head... head, double friction, int rays, double noise, std::optional<double> threshold,
+      [function](Sensor& self, Head... head, double friction, int rays, const NoiseArgument& noise, std::optional<double> threshold,
                  std::optional<double> accept, double accept_share, double tolerance, const sensing::Method& method, double merge,
-                 double thin, std::optional<double> plausible_force, double friction_error) {
-        const SenseOptions options{sensing::FrictionCone(friction, rays),
-                                   noise,
-                                   threshold,
-                                   accept,
-                                   accept_share,
-                                   tolerance,
-                                   method,
-                                   merge,
-                                   thin,
-                                   {},
-                                   plausible_force,
-                                   friction_error};
+                 double thin, std::optional<double> plausible_force, double friction_error, const std::optional<RestArgument>& rest,
+                 int sign, const std::vector<JointArgument>& unmeasured, Flag posterior, double touch_prior) {
+        SenseOptions options{.cone = sensing::FrictionCone(friction, rays),
+                             .threshold = threshold,
+                             .accept = accept,
+                             .accept_share = accept_share,
+                             .tolerance = tolerance,
+                             .method = method,
+                             .merge = merge,
+                             .thin = thin,
+                             .plausible_force = plausible_force,
+                             .friction_error = friction_error,
+                             .posterior = posterior,
+                             .touch_prior = touch_prior};
+        set_torques(self.model(), {noise, rest, sign, unmeasured}, options);
         return function(options, self, head...);
       },
       arguments..., "friction"_a = standard.cone.friction(), "rays"_a = standard.cone.rays(), "noise"_a = standard.noise,
       "threshold"_a = nb::none(), "accept"_a = nb::none(), "accept_share"_a = standard.accept_share, "tolerance"_a = standard.tolerance,
       "method"_a = standard.method, "merge"_a = standard.merge, "thin"_a = standard.thin, "plausible_force"_a = nb::none(),
-      "friction_error"_a = standard.friction_error, text.c_str());
+      "friction_error"_a = standard.friction_error, "rest"_a = nb::none(), "sign"_a = 1, "unmeasured"_a = std::vector<JointArgument>(),
+      "posterior"_a = false, "touch_prior"_a = standard.touch_prior, text.c_str());
 }
 
 SenseResult sense_once(const SenseOptions& options, Sensor& sensor, Vector q, Vector tau, const SenseResult* last) {
@@ -311,6 +352,8 @@ void bind_sensing(nb::module_& m) {
   bind_options(m);
   bind_detectability(m);
   bind_sense_results(m);
+  bind_calibration(m);
+  bind_observer(m);
   const SensorOptions standard;
   auto sensor =
       nb::class_<Sensor>(m, "Sensor",

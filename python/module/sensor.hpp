@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "stiction/sensing/calibrate.hpp"
 #include "stiction/sensing/scenario.hpp"
 
 namespace stiction::python {
@@ -62,6 +63,12 @@ struct ContactSets {
   sensing::ContactSetResult result;
 };
 
+/// What rows at rest say, with the model that gives its link a name.
+struct Calibrated {
+  ModelPtr model;
+  sensing::Calibration values;
+};
+
 /// Where the robots are: a configuration (n_q), or joint positions alone (n_a) with objects at their placed frames.
 /// @throws core::InvalidInput by the name of the argument
 Eigen::VectorXd configuration_of(const world::Model& model, const std::string& name, Eigen::Ref<const Eigen::VectorXd> q);
@@ -80,6 +87,8 @@ ContactSets sense_contacts(const Sensor& sensor, const Eigen::VectorXd& q, const
 
 void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor);
 void bind_sense_results(nb::module_& m);
+void bind_calibration(nb::module_& m);
+void bind_observer(nb::module_& m);
 void bind_sensing_scenario(nb::module_& m);
 
 }  // namespace stiction::python

@@ -115,6 +115,48 @@ TEST(Series, Efforts_AreTakenWithANote) {
   EXPECT_NE(series.notes[0].find("efforts are taken for the external torques"), std::string::npos);
 }
 
+TEST(Series, NamesOfMakers_AreKnown) {
+  for (const char* head : {"timestamp,actual_q_0,actual_q_1,actual_q_2,tau_ext0,tau_ext1,tau_ext2",
+                           "time,q[0],q[1],q[2],tau_ext_hat_filtered[0],tau_ext_hat_filtered[1],tau_ext_hat_filtered[2]",
+                           "t,shoulder/position,elbow/position,wrist/position,shoulder/torque,elbow/torque,wrist/torque"}) {
+    const Series series = read(std::string(head) + "\n0.5,0.1,0.2,0.3,1,2,3\n");
+    EXPECT_EQ(series.q, kPositions) << head;
+    EXPECT_EQ(series.tau, kTorques) << head;
+  }
+  const Series franka = read("t,q0,q1,q2,tau_ext_hat_filtered0,tau_ext_hat_filtered1,tau_ext_hat_filtered2\n0.5,0.1,0.2,0.3,1,2,3\n");
+  ASSERT_EQ(franka.notes.size(), 1u);
+  EXPECT_NE(franka.notes[0].find("what the robot does to its surroundings"), std::string::npos);
+  const Series motors = read("t,q0,q1,q2,tau_J0,tau_J1,tau_J2\n0.5,0.1,0.2,0.3,1,2,3\n");
+  EXPECT_NE(motors.notes.at(0).find("gravity"), std::string::npos);
+}
+
+TEST(Series, JointsWithoutASensor_NeedNoColumn) {
+  const auto model = arm();
+  const Series series = load_series(write("t,q0,q1,tau_ext0,tau_ext1\n0.5,0.1,0.3,1,3\n"), *model, {1});
+  EXPECT_EQ(series.q, Eigen::Vector3d(0.1, 0, 0.3));
+  EXPECT_EQ(series.tau, Eigen::Vector3d(1, 0, 3));
+  EXPECT_EQ(load_series(write("0.5,0.1,0.3,1,3\n"), *model, {1}).tau, Eigen::Vector3d(1, 0, 3));
+  EXPECT_NE(refusal("t,q0,q1,tau_ext0,tau_ext1\n0.5,0.1,0.3,1,3\n").find("a joint without a torque sensor is named in sensing.unmeasured"),
+            std::string::npos);
+}
+
+TEST(Series, LinesThatLackANumber_AreNoMoments) {
+  const Series series =
+      read("t,q0,q1,q2,tau0,tau1,tau2,x\n0,0.1,0.2,0.3,1,2,3,nan\n1,0.1,nan,0.3,1,2,3,0\n2,0.1,0.2,0.3,1,,3,0\n3,0.1,0.2,0.3,1,2,3,0\n");
+  EXPECT_EQ(series.times, (std::vector{0.0, 3.0}));
+  EXPECT_NE(series.notes.back().find("2 of 4 lines lack a number and are left out, the first is line 3"), std::string::npos)
+      << series.notes.back();
+  EXPECT_NE(refusal("t,q0,q1,q2,tau0,tau1,tau2\n1,0.1,nan,0.3,1,2,3\n").find("1 lines that all lack a number"), std::string::npos);
+  EXPECT_NE(refusal("t,q0,q1,q2,tau0,tau1,tau2\n1,0.1,inf,0.3,1,2,3\n").find("expected a finite number"), std::string::npos);
+}
+
+TEST(Series, TorquesThatNoMotorBears_AreOfAnotherUnit) {
+  EXPECT_NE(refusal("t,q0,q1,q2,tau0,tau1,tau2\n1,0.1,0.2,0.3,1000,-2000,3000\n")
+                .find("in joint 'robot/shoulder', 111 times what its motor bears"),
+            std::string::npos)
+      << refusal("t,q0,q1,q2,tau0,tau1,tau2\n1,0.1,0.2,0.3,1000,-2000,3000\n");
+}
+
 TEST(Series, NamesThatDoNotSayWhichJoint_AreRefused) {
   struct Case {
     const char *head, *message;

@@ -3732,6 +3732,12 @@ class Candidate:
         """
 
     @property
+    def probability(self) -> float:
+        """
+        of the places on its link that are nearest to it; 0 without posterior=True
+        """
+
+    @property
     def rank(self) -> int:
         """of J_C: below 3 the force is not unique"""
 
@@ -3790,6 +3796,44 @@ class Discrimination:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
+class Posterior:
+    """
+    Where the robot is touched, as probabilities: nothing, or one contact on a link.
+
+    Before torques are seen a contact has the probability touch_prior, and acts anywhere on what can be touched, uniformly by area, with a force that is normal in every
+    direction and cut to the friction cone. Its standard deviation is plausible_force, or not known: 4 N, what the weakest joint holds, or their geometric mean.
+    """
+
+    @property
+    def nothing(self) -> float:
+        """probability that nothing touches the robot"""
+
+    @property
+    def links(self) -> dict[str, float]:
+        """
+        probability of a contact on each link, the largest first; with `nothing` they sum to 1
+        """
+
+    @property
+    def credible(self) -> list[str]:
+        """
+        the fewest links that hold 95 % of what is not `nothing`, the likeliest first
+        """
+
+    def points(self, link: str) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """
+        places on a link that carry weight, the likeliest first, in its frame [m] (places, 3)
+        """
+
+    def probabilities(self, link: str) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """their probabilities (places)"""
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
 class SenseResult:
     """What torques say of one moment."""
 
@@ -3803,6 +3847,28 @@ class SenseResult:
     @property
     def explained(self) -> float:
         """l up to which torques count as explained [(N m)^2]"""
+
+    @property
+    def posterior(self) -> Posterior | None:
+        """Posterior, or None without posterior=True"""
+
+    @property
+    def largest(self) -> float:
+        """of the torques that is largest against its noise, less rest [N m; N]"""
+
+    @property
+    def largest_joint(self) -> int:
+        """its joint"""
+
+    @property
+    def threshold(self) -> float:
+        """from which that joint would have shown a contact [N m; N]"""
+
+    @property
+    def noise(self) -> float:
+        """
+        of each torque in the coordinates of residuals, so that residual/noise^2 has no unit [N m]
+        """
 
     @property
     def friction(self) -> float:
@@ -3847,6 +3913,225 @@ class SenseResult:
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
+
+class Payload:
+    """
+    A rigid body that hangs on a link, and of which the robot does not know.
+    """
+
+    @property
+    def mass(self) -> float:
+        """[kg]; negative: the robot was told of too much, or the sign is -1"""
+
+    @property
+    def mass_deviation(self) -> float:
+        """standard deviation [kg]"""
+
+    @property
+    def centre_L(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """of mass, in the frame of the link [m] (3)"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class Calibration:
+    """What is known of torques after rows at rest: calibrate()."""
+
+    @property
+    def rest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        torques where nothing touches, as measured: of the last record (n_a) [N m; N]
+        """
+
+    @property
+    def noise(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """covariance of a torque less rest (n_a, n_a) [(N m)^2]"""
+
+    @property
+    def within(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """
+        covariance of a row about the mean of a long record (n_a, n_a) [(N m)^2]
+        """
+
+    @property
+    def noise_between(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')] | None:
+        """
+        the same with the rest of another record of the posture (n_a, n_a); None where no posture has two records
+        """
+
+    @property
+    def deviation(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """standard deviation of each torque less rest (n_a) [N m; N]"""
+
+    @property
+    def drift(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')] | None:
+        """of a random walk (n_a, 1) [N m/s^0.5]; None without times that differ"""
+
+    @property
+    def payload(self) -> Payload | None:
+        """Payload, or None"""
+
+    @property
+    def rows(self) -> int: ...
+
+    @property
+    def records(self) -> int: ...
+
+    @property
+    def postures(self) -> int: ...
+
+    @property
+    def touched(self) -> list[int]:
+        """rows that were left out: something seems to touch the robot there"""
+
+    @property
+    def notes(self) -> list[str]:
+        """a sentence each"""
+
+    def calc_rest(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """
+        rest at a posture, with the payload (n_a). q: (n_q), or joint positions (n_a).
+        """
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def calibrate(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, t: numpy.typing.ArrayLike | None = None, records: Sequence[int] | None = None, payload: str | None = None, same_posture: float = 0.05, unmeasured: Sequence[int | str] = []) -> Calibration:
+    """
+    Offset, noise and drift of a robot's external torques, and a payload that it does not know of, from rows in which nothing touches it.
+
+      q, tau: joint positions and torques as measured (rows, n_a). t: times [s] (rows). records: number of the record of each row (rows), or one record.
+      payload: "robot/link" that may carry one; it takes rest in three postures or more.
+      same_posture: largest difference of joint positions of one posture.
+      unmeasured: joints without a torque sensor, by index or name; their noise is given as 1 and their rest as 0.
+
+    Raises InvalidInput: sizes, no record with two rows, a torque that never changes, rows of which many are touched.
+    """
+
+class SignCheck:
+    """Which sign total torques have."""
+
+    @property
+    def sign(self) -> int:
+        """
+        1: of the motors on the links; -1: the other one; 0: these are no total torques
+        """
+
+    @property
+    def factor(self) -> float:
+        """of the torques that hold the robot against gravity"""
+
+    @property
+    def message(self) -> str:
+        """what it means, or what to do"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def check_sign(model: Model, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike) -> SignCheck:
+    """The sign of total torques at rest, from gravity. q, tau: (rows, n_a)."""
+
+def calc_holding_torques(model: Model, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """
+    Torques with which motors hold the robots against gravity (n_a) [N m; N]. q: (n_q), or joint positions (n_a).
+    """
+
+class JointFriction:
+    """
+    Friction coulomb tanh(qd/stiction_speed) + viscous qd of each joint, and the offset of its torque sensor.
+    """
+
+    @property
+    def coulomb(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_a) [N m; N]"""
+
+    @property
+    def viscous(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_a) [N m s/rad; N s/m]"""
+
+    @property
+    def offset(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_a) [N m; N]"""
+
+    @property
+    def stiction_speed(self) -> float:
+        """below which friction has no sure sign [rad/s or m/s]"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def observe(model: Model, t: numpy.typing.ArrayLike, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, time_constant: float = 0.02, friction: JointFriction | None = None) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+    """
+    External torques from motion and motor torques, by the momentum observer: no accelerations are needed (time, n_a) [N m; N].
+
+      t: times, increasing [s] (time). q, qd, tau: joint positions, velocities and torques of the motors on the links (time, n_a).
+      time_constant: lag [s], > 0. friction: of identify_friction(), or None.
+
+    Raises InvalidInput: sizes, numbers that are not finite, times that do not increase, a robot without masses.
+    """
+
+def identify_friction(model: Model, t: numpy.typing.ArrayLike, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, time_constant: float = 0.02, stiction_speed: float = 0.01) -> JointFriction:
+    """
+    Friction of each joint, from motion in which nothing touches the robot and every joint moves in both directions.
+
+      Arguments as of observe(). stiction_speed: below which friction has no sure sign [rad/s or m/s], > 0.
+
+    Raises InvalidInput: as observe(); a joint that does not move in both directions.
+    """
+
+class TouchOnset:
+    """
+    When a touch begins, and its torques since then as one measurement.
+
+    The slow offset of the torques is followed where nothing touches, and a change test adds up what differs from it. From the beginning of a touch on the offset is
+    held, and the mean of the torques grows sharper: sense(q, onset.mean, rest=onset.rest, noise=onset.noise). Belongs to one thread.
+
+      rest: torques where nothing touches (n) [N m; N]. noise: standard deviations of one row (n), or their covariance (n, n): Calibration.within.
+      drift: of the offset, a random walk (n) [N m/s^0.5], or None. false_alarms: share of rows at which an alarm begins where nothing touches, in (0, 0.1).
+      shift: change that is to be found soonest, in deviations of the noise, > 0. rest_rows: of which rest is the mean. quiet: rows within noise that end a touch, >= 1.
+
+    Raises InvalidInput by the name of the argument.
+    """
+
+    def __init__(self, rest: numpy.typing.ArrayLike, noise: numpy.typing.ArrayLike | numpy.typing.ArrayLike, *, drift: numpy.typing.ArrayLike | None = None, false_alarms: float = 1.388888888888889e-06, shift: float = 2.0, rest_rows: int = 1, quiet: int = 5) -> None: ...
+
+    def update(self, tau: numpy.typing.ArrayLike, dt: float) -> bool:
+        """
+        A row of torques (n), dt after the one before [s]. Returns whether something touches.
+        """
+
+    @property
+    def touches(self) -> bool: ...
+
+    @property
+    def rows(self) -> int:
+        """since the touch began"""
+
+    @property
+    def rest(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """offset before the touch (n) [N m; N]"""
+
+    @property
+    def mean(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the torques since the touch began (n) [N m; N]"""
+
+    @property
+    def noise(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='F')]:
+        """covariance of mean - rest (n, n) [(N m)^2]"""
+
+    @property
+    def sum(self) -> float:
+        """of the change test"""
+
+    @property
+    def bound(self) -> float:
+        """from which on something touches"""
 
 class Sensor:
     """
@@ -3902,7 +4187,7 @@ class Sensor:
         What the torque of the last joint shows at every sample of a link (4.7), (4.8).
         """
 
-    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0) -> SenseResult:
+    def sense(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, last: SenseResult | None = None, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5) -> SenseResult:
         """
         Every single contact on the sensed links that makes the torques.
 
@@ -3912,8 +4197,11 @@ class Sensor:
 
         Options:
           friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
-          noise: standard deviation of each torque [N m], > 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 noise.
+          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
+          rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
+          sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
+          unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
           accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
           tolerance: share of |tau| that an explanation may leave where there is no noise.
           method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
@@ -3921,11 +4209,13 @@ class Sensor:
           thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
           plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
           friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
+          posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
+          touch_prior: probability of a contact before torques are seen, in (0, 1).
 
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
-    def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0) -> list[SenseResult]:
+    def sense_series(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5) -> list[SenseResult]:
         """
         The same for a series, each moment from the candidates of the one before.
 
@@ -3933,8 +4223,11 @@ class Sensor:
 
         Options:
           friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
-          noise: standard deviation of each torque [N m], > 0.
-          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 noise.
+          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
+          rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
+          sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
+          unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
           accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
           tolerance: share of |tau| that an explanation may leave where there is no noise.
           method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
@@ -3942,6 +4235,8 @@ class Sensor:
           thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
           plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
           friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
+          posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
+          touch_prior: probability of a contact before torques are seen, in (0, 1).
 
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """

@@ -15,7 +15,8 @@ void BaseWrench::validate() const {
 }
 
 void calc_contact_rows(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> bodies, VectorRef tau,
-                       const BaseWrench* base, double noise, ContactRowsWorkspace& work, ContactRows& out) {
+                       const BaseWrench* base, double noise, ContactRowsWorkspace& work, ContactRows& out,
+                       const WhitenedTorques* whitened) {
   const Index joints = tau.size(), rows = joints + (base != nullptr ? 6 : 0);
   const double force_scale = base != nullptr ? noise / base->force_noise : 0,
                moment_scale = base != nullptr ? noise / base->moment_noise : 0;
@@ -26,6 +27,10 @@ void calc_contact_rows(const world::Model& model, const world::Kinematics& kinem
   out.J_v.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     calc_link_jacobian(model, kinematics, bodies[i], work.J_w, work.J_v);
+    if (whitened != nullptr) {
+      whitened->apply(work.J_w);
+      whitened->apply(work.J_v);
+    }
     out.J_w[i].setZero(3, rows);
     out.J_v[i].setZero(3, rows);
     out.J_w[i].leftCols(joints) = work.J_w;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "stiction/sensing/link_torque.hpp"
+#include "stiction/sensing/torque_noise.hpp"
 
 namespace stiction::sensing {
 
@@ -29,8 +30,10 @@ struct ContactRowsWorkspace {
 };
 
 /// @param bodies  of the links  @param base  nullptr: none  @param noise  of a torque [N·m]
+/// @param whitened  in whose coordinates `tau` and the rows are (Y.17); nullptr: those of the joints
 void calc_contact_rows(const world::Model& model, const world::Kinematics& kinematics, std::span<const int> bodies, VectorRef tau,
-                       const BaseWrench* base, double noise, ContactRowsWorkspace& work, ContactRows& out);
+                       const BaseWrench* base, double noise, ContactRowsWorkspace& work, ContactRows& out,
+                       const WhitenedTorques* whitened = nullptr);
 
 /// Wrench at the base of a force at a point, both in W. Noise as it stands.
 BaseWrench calc_base_wrench(const Eigen::Vector3d& p_W, const Eigen::Vector3d& f_W);

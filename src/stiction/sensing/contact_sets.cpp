@@ -21,6 +21,7 @@ struct ContactSetWorkspace::Impl {
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
   ContactRowsWorkspace rows_work;
+  WhitenedTorques whitened;
   ContactRows rows;
   JointWorkspace joint;
   ExtensionWorkspace extension;
@@ -232,7 +233,9 @@ void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const Co
   options.validate();
   require_input(sensor, input);
   ContactSetWorkspace::Impl& work = workspace.impl();
-  const double noise = options.sense.noise;
+  if (!options.sense.torques.is_plain()) options.sense.torques.validate(model.n_a());
+  work.whitened.assign(options.sense.torques, input.tau, options.sense.noise, options.sense.tolerance);
+  const double noise = work.whitened.noise();
   out.verdict = Verdict::BelowThreshold;
   out.ambiguous = false;
   out.contacts = out.descents = 0;
@@ -240,7 +243,7 @@ void sense_contacts(const Sensor& sensor, const ContactSetInput& input, const Co
   out.groups.clear();
 
   world::calc_kinematics(model, input.q, work.kinematics_work, work.kinematics);
-  calc_contact_rows(model, work.kinematics, work.bodies, input.tau, input.base, noise, work.rows_work, work.rows);
+  calc_contact_rows(model, work.kinematics, work.bodies, work.whitened.tau(), input.base, noise, work.rows_work, work.rows, &work.whitened);
   const double tau_tau = work.rows.tau.squaredNorm();
   out.explained = std::max(options.sense.tolerance * options.sense.tolerance * tau_tau, calc_noise_bound(noise, work.rows.tau.size()));
   if (work.rows.tau.cwiseAbs().maxCoeff() < options.sense.threshold.value_or(4 * noise)) return;

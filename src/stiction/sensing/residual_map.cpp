@@ -4,7 +4,7 @@
 
 namespace stiction::sensing {
 
-std::vector<LinkTorque> make_link_torques(const Sensor& sensor, VectorRef q, VectorRef tau) {
+std::vector<LinkTorque> make_link_torques(const Sensor& sensor, VectorRef q, VectorRef tau, const WhitenedTorques* whitened) {
   const world::Model& model = sensor.model();
   world::require_configuration(model, "q", q);
   core::require_size("tau", tau.size(), model.n_a());
@@ -16,13 +16,20 @@ std::vector<LinkTorque> make_link_torques(const Sensor& sensor, VectorRef q, Vec
   std::vector<LinkTorque> out;
   for (const SensedLink& link : sensor.links()) {
     calc_link_jacobian(model, kinematics, link.surface.body, J_w, J_v);
-    out.emplace_back(J_w, J_v, tau);
+    if (whitened == nullptr) {
+      out.emplace_back(J_w, J_v, tau);
+      continue;
+    }
+    whitened->apply(J_w);
+    whitened->apply(J_v);
+    out.emplace_back(J_w, J_v, whitened->tau());
   }
   return out;
 }
 
-std::vector<Eigen::VectorXd> calc_residual_map(const Sensor& sensor, VectorRef q, VectorRef tau, const FrictionCone& cone) {
-  const std::vector<LinkTorque> torques = make_link_torques(sensor, q, tau);
+std::vector<Eigen::VectorXd> calc_residual_map(const Sensor& sensor, VectorRef q, VectorRef tau, const FrictionCone& cone,
+                                               const WhitenedTorques* whitened) {
+  const std::vector<LinkTorque> torques = make_link_torques(sensor, q, tau, whitened);
   std::vector<Eigen::VectorXd> out;
   for (std::size_t i = 0; i < torques.size(); ++i) {
     const SampleBatch& batch = sensor.links()[i].batch;

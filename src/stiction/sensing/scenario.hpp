@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -61,10 +62,17 @@ struct Scenario {
   const BaseWrench* base_at(std::size_t moment) const;
 };
 
+/// Rest of the torques from moments of the series in which nothing touches the robot, and with `noise` their noise as well (calibrate()), whose notes join those of
+/// the series. @throws core::InvalidInput: as calibrate()
+void set_rest(Scenario& scenario, std::span<const Eigen::Index> moments, bool noise);
+
 /// A CSV file whose first line names its columns (find_columns() says by which names), or that has no names and on each line a time, n_a joint positions and
 /// n_a torques in the order of u; or an NPZ file of t (moments), q and tau (moments × n_a), which may name its columns in an array `joints`.
 /// A step of more than five usual ones (their median) is a gap.
-/// @throws core::InvalidInput "FILE:LINE: …": empty, no column for a joint or several, a wrong number of values, not a number, a time that does not increase
-Series load_series(const std::filesystem::path& file, const world::Model& model);
+/// In a table with names a line with a NaN or an empty field in a column that is read is no moment; a note says how many were left out.
+/// @param unmeasured  joints that the file says nothing of: at rest at the position nearest to 0, with a torque of 0 that nobody looks at
+/// @throws core::InvalidInput "FILE:LINE: …": empty, no column for a joint or several, a wrong number of values, not a number, a time that does not increase,
+/// torques far above what the motors bear (N·mm)
+Series load_series(const std::filesystem::path& file, const world::Model& model, const std::vector<int>& unmeasured = {});
 
 }  // namespace stiction::sensing

@@ -33,6 +33,11 @@ struct SenseWorkspace::Impl {
   std::vector<int> ends;
   ClusterWorkspace clusters;
   std::optional<FrictionCone> opened;  ///< the cone with the largest friction that there may be
+  WhitenedTorques whitened;
+  std::optional<ConeEvidence> evidence;
+  std::vector<TouchedPlace> places;
+  std::vector<double> forces;
+  PosteriorWorkspace posterior;
 
   explicit Impl(std::shared_ptr<const Sensor> s) : sensor(std::move(s)), kinematics_work(sensor->model()) {
     torques.resize(sensor->links().size());
@@ -61,6 +66,7 @@ void SenseOptions::validate() const {
   if (plausible_force) core::require_positive("plausible_force", *plausible_force);
   if (!(friction_error >= 0 && friction_error < 1))
     core::throw_invalid("friction_error", fmt::format("{}", friction_error), "a number in [0, 1)");
+  if (!(touch_prior > 0 && touch_prior < 1)) core::throw_invalid("touch_prior", fmt::format("{}", touch_prior), "a number in (0, 1)");
   if (max_descents && *max_descents < 1) core::throw_invalid("max_descents", fmt::format("{}", *max_descents), "an integer ≥ 1");
 }
 
@@ -238,7 +244,26 @@ Candidate make_candidate(LinkTorque torque, const FrictionCone& cone, double pri
   return out;
 }
 
-/// Clusters of the points, those that explain by (Y.14) first.
+/// Each place counts for the candidate on its link that has the nearest point.
+void share_posterior(SenseResult& out, const Sensor& sensor) {
+  for (const TouchedPlace& place : out.posterior.places) {
+    const Vector3d p_L = sensor.links()[static_cast<std::size_t>(place.link)].batch.p_L(place.sample);
+    Candidate* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (Candidate& candidate : out.candidates) {
+      if (candidate.best.link != place.link) continue;
+      for (int i = candidate.first; i < candidate.first + candidate.count; ++i) {
+        const double distance = (out.points[static_cast<std::size_t>(i)].p_L - p_L).squaredNorm();
+        if (distance >= least) continue;
+        least = distance;
+        nearest = &candidate;
+      }
+    }
+    if (nearest != nullptr) nearest->probability += place.probability;
+  }
+}
+
+/// Clusters of the points, those that explain by their probability, or by (Y.14), first.
 void make_candidates(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, double prior, SenseWorkspace::Impl& work,
                      SenseResult& out) {
   cluster_points(sensor, options.merge, out.points, work.clusters, work.ends);
@@ -250,8 +275,37 @@ void make_candidates(const Sensor& sensor, const SenseOptions& options, const Fr
         make_candidate(work.torques[link], cone, prior, work.kinematics.X_WB[body], out.points, first, end, out.explained));
     first = end;
   }
-  const auto rank_of = [](const Candidate& c) { return std::tuple(!c.explains, c.explains ? c.objective : c.best.residual, c.first); };
+  if (options.posterior) share_posterior(out, sensor);
+  const auto rank_of = [&](const Candidate& c) {
+    const double link = options.posterior && c.explains ? out.posterior.links[static_cast<std::size_t>(c.best.link)] : 0;
+    return std::tuple(!c.explains, -link, -(c.explains ? c.probability : 0), c.explains ? c.objective : c.best.residual, c.first);
+  };
   std::sort(out.candidates.begin(), out.candidates.end(), [&](const Candidate& a, const Candidate& b) { return rank_of(a) < rank_of(b); });
+}
+
+/// Standard deviations of forces before torques are seen: the given one, or three from the touch of a finger to what the weakest joint holds.
+void choose_forces(const world::Model& model, const std::optional<double>& given, std::vector<double>& out) {
+  constexpr double kSmall = 4, kLarge = 30;  // [N]
+  const double largest = std::max(kLarge, calc_plausible_force(model).value_or(kLarge));
+  if (given)
+    out = {*given};
+  else
+    out = {kSmall, std::sqrt(kSmall * largest), largest};
+}
+
+/// Probabilities from the samples that were accepted: all others leave so much that they carry no weight.
+void find_posterior(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, SenseWorkspace::Impl& work,
+                    SenseResult& out) {
+  // Also with the noise of each joint: there the error of the model is part of Σ.
+  const double model = work.whitened.is_identity() ? options.tolerance * work.whitened.tau().norm() : 0;
+  const double noise = std::hypot(out.noise, model / std::sqrt(static_cast<double>(work.whitened.tau().size())));
+  choose_forces(sensor.model(), options.plausible_force, work.forces);
+  if (!work.evidence || work.evidence->forces() != work.forces || work.evidence->friction() != cone.friction() ||
+      work.evidence->is_exact() != cone.is_lorentz() || (!cone.is_lorentz() && work.evidence->cone().rays() != cone.rays()))
+    work.evidence.emplace(cone, work.forces);
+  work.places.clear();
+  for (const auto& start : work.starts) work.places.push_back({start.link, start.sample});
+  calc_posterior(sensor, work.torques, work.places, *work.evidence, noise, options.touch_prior, work.posterior, out.posterior);
 }
 
 }  // namespace
@@ -264,32 +318,52 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   core::require_finite("tau", {input.tau.data(), static_cast<std::size_t>(input.tau.size())});
   if (input.last != nullptr)
     for (const ContactPoint& point : *input.last) require_point(sensor, "last", point);
+  if (!options.torques.is_plain()) options.torques.validate(model.n_a());
   SenseWorkspace::Impl& work = workspace.impl();
 
   out.candidates.clear();
   out.points.clear();
   out.samples = out.accepted = out.descents = out.converged = 0;
   out.friction = options.cone.friction();
-  const double tau_tau = input.tau.squaredNorm(), noise_bound = calc_noise_bound(options.noise, input.tau.size());
+  work.whitened.assign(options.torques, input.tau, options.noise, options.tolerance);
+  const Eigen::VectorXd& tau = work.whitened.tau();
+  out.noise = work.whitened.noise();
+  const double tau_tau = tau.squaredNorm(), noise_bound = calc_noise_bound(out.noise, tau.size());
   out.explained = std::max(options.tolerance * options.tolerance * tau_tau, noise_bound);
   out.verdict = Verdict::BelowThreshold;
-  if (input.tau.cwiseAbs().maxCoeff() < options.threshold.value_or(4 * options.noise)) return;
+  out.posterior.links.clear();
+  out.posterior.credible.clear();
+  out.posterior.places.clear();
+  out.posterior.nothing = 1;
+  out.largest = work.whitened.largest();
+  out.threshold = options.threshold.value_or(4 * out.largest.noise);
+  const bool is_below = out.largest.torque < out.threshold;
+  if (is_below && !options.posterior) return;
 
   world::calc_kinematics(model, input.q, work.kinematics_work, work.kinematics);
   for (std::size_t i = 0; i < sensor.links().size(); ++i) {
     calc_link_jacobian(model, work.kinematics, sensor.links()[i].surface.body, work.J_w, work.J_v);
-    work.torques[i].assign(work.J_w, work.J_v, input.tau, work.scratch);
+    work.whitened.apply(work.J_w);
+    work.whitened.apply(work.J_v);
+    work.torques[i].assign(work.J_w, work.J_v, tau, work.scratch);
     out.samples += static_cast<int>(sensor.links()[i].batch.size);
   }
   const double accept = options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound));
-  const auto explains = [&](const ContactPoint& point) { return point.residual <= out.explained; };
   const FrictionCone* cone = &options.cone;
+  if (is_below) {
+    accept_samples(sensor, *cone, accept, work);
+    out.accepted = static_cast<int>(work.starts.size());
+    find_posterior(sensor, options, *cone, work, out);
+    return;
+  }
+  const auto explains = [&](const ContactPoint& point) { return point.residual <= out.explained; };
   find_points(sensor, input, options, *cone, accept, work, out);
   if (options.friction_error > 0 && std::none_of(out.points.begin(), out.points.end(), explains)) {
     cone = &open_cone(options, work);
     find_points(sensor, input, options, *cone, accept, work, out);
   }
-  make_candidates(sensor, options, *cone, calc_prior(sensor, options.noise, std::sqrt(tau_tau), options.plausible_force), work, out);
+  if (options.posterior) find_posterior(sensor, options, *cone, work, out);
+  make_candidates(sensor, options, *cone, calc_prior(sensor, out.noise, std::sqrt(tau_tau), options.plausible_force), work, out);
   const bool explained = !out.candidates.empty() && out.candidates.front().explains;
   out.verdict = explained ? Verdict::Explained : Verdict::Unexplained;
 }

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "stiction/sensing/descent.hpp"
+#include "stiction/sensing/posterior.hpp"
+#include "stiction/sensing/torque_noise.hpp"
 
 namespace stiction::sensing {
 
@@ -17,8 +19,9 @@ using Method = std::variant<RejectionSampling, SteepestDescent, GaussNewton>;
 
 struct SenseOptions {
   FrictionCone cone{1, 4};
-  double noise = 0.1;                 ///< standard deviation of each torque [N·m], > 0
-  std::optional<double> threshold{};  ///< contacts are looked for where max |τ_j| is at least this [N·m], > 0; nullopt: 4 noise
+  double noise = 0.1;  ///< standard deviation of each torque [N·m], > 0; `torques` may have one for each joint
+  std::optional<double>
+      threshold{};  ///< contacts are looked for where max |τ_j| is at least this [N·m], > 0; nullopt: 4 times the noise of joint j
   /// Samples with l up to this are accepted [(N·m)²]; nullopt: accept_share ‖τ‖², or what noise may make if that is more. δ of RSGD (4.10)
   /// and ε of rejection sampling (4.9), in the units of (4.5): twice those of the thesis's figures.
   std::optional<double> accept{};
@@ -33,7 +36,14 @@ struct SenseOptions {
   std::optional<double> plausible_force{};
   /// Share by which the true μ may exceed that of the cone, in [0, 1): where nothing explains, contacts are looked for with μ/(1 − friction_error).
   double friction_error = 0;
-  void validate() const;  ///< @throws core::InvalidInput naming the field
+  /// Rest, sign, noise of each joint, joints without a sensor. With such noise residuals and all that follows from them are those of torques in whose coordinates
+  /// each has the same noise (Y.17).
+  TorqueModel torques{};
+  /// Probabilities as well, by which candidates that explain are then ordered: first by link, then by place. Their forces have the standard deviation
+  /// `plausible_force`, or one that is not known: 4 N, what the weakest joint holds at its full reach (30 N at least), or their geometric mean.
+  bool posterior = false;
+  double touch_prior = 0.5;  ///< p of Posterior, in (0, 1)
+  void validate() const;     ///< @throws core::InvalidInput naming the field
 };
 
 /// What three standard deviations of ‖ε‖² leave, ε with n independent normal components: a χ² distribution of mean n and variance 2n [noise²].
@@ -62,6 +72,7 @@ struct Candidate {
   int rank = 0;          ///< of J_C: below 3 the force is not unique
   double extent = 0;     ///< largest distance of its points from the best one, of those as good as noise and tolerance tell [m]
   double force_spread = 0;   ///< largest distance of their forces from f, in W [N]
+  double probability = 0;    ///< of the places on its link that are nearest to it, where probabilities were asked for
   int first = 0, count = 0;  ///< its points in SenseResult::points, by residual
 };
 
@@ -76,6 +87,10 @@ struct SenseResult {
   std::vector<Candidate> candidates;  ///< those that explain, by objective; then the others, by residual
   std::vector<ContactPoint> points;   ///< where descents ended, by candidate
   double explained = 0;               ///< l up to which torques count as explained [(N·m)²]
+  WhitenedTorques::Largest largest;   ///< of the torques against its noise, less rest
+  double threshold = 0;               ///< from which that joint would have shown a contact [N·m; N]
+  double noise = 0;                   ///< of each torque in the coordinates of residuals: l/noise² has no unit [N·m]
+  Posterior posterior;                ///< where it was asked for; else without links
   double friction = 0;                ///< μ with which they were looked for: that of the cone, or more where that explained nothing
   int samples = 0, accepted = 0, descents = 0, converged = 0;
 

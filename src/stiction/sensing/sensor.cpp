@@ -16,8 +16,10 @@ bool has_geometry(const world::Model& model, int body) {
   return std::any_of(model.geometries().begin(), model.geometries().end(), [&](const auto& g) { return g.body == body; });
 }
 
-/// Links of robots that the patterns name, in the order of the model.
-std::vector<int> find_links(const world::Model& model, const std::vector<std::string>& patterns) {
+bool is_wildcard(const std::string& pattern) { return pattern.find('*') != std::string::npos; }
+
+/// Links of robots that the patterns name, in the order of the model. A pattern that also matches links that no joint moves skips them with a note.
+std::vector<int> find_links(const world::Model& model, const std::vector<std::string>& patterns, std::vector<std::string>& notes) {
   std::vector<int> out;
   std::vector<std::string> names;
   std::vector<bool> matched(patterns.size(), false);
@@ -26,11 +28,19 @@ std::vector<int> find_links(const world::Model& model, const std::vector<std::st
     if (info.kind != world::BodyKind::Robot) continue;
     names.push_back(info.name);
     bool wanted = patterns.empty() && !info.dofs.empty() && has_geometry(model, body);
+    bool skipped = false;
     for (std::size_t i = 0; i < patterns.size(); ++i) {
       if (!world::matches_pattern(patterns[i], info.name)) continue;
-      wanted = matched[i] = true;
+      matched[i] = true;
+      if ((!info.dofs.empty() && has_geometry(model, body)) || !is_wildcard(patterns[i]))
+        wanted = true;
+      else
+        skipped = true;
     }
     if (wanted) out.push_back(body);
+    if (skipped && !wanted)
+      notes.push_back(info.name + (info.dofs.empty() ? ": no joint moves it, so that no contact on it makes a torque"
+                                                     : ": it has no geometry that could be touched"));
   }
   for (std::size_t i = 0; i < patterns.size(); ++i)
     if (!matched[i]) core::throw_invalid("links", "'" + patterns[i] + "'", "one of " + world::list_with_hint(patterns[i], names));
@@ -49,15 +59,17 @@ std::shared_ptr<const Sensor> Sensor::make(std::shared_ptr<const world::Model> m
   options.validate();
   auto out = std::shared_ptr<Sensor>(new Sensor());
   out->options_ = options;
-  const std::vector<int> bodies = find_links(*model, options.links);
+  const std::vector<int> bodies = find_links(*model, options.links, out->notes_);
   for (const int body : bodies) {
     const auto& info = model->bodies()[static_cast<std::size_t>(body)];
     if (info.dofs.empty()) core::throw_invalid("links", "'" + info.name + "', which no joint moves", "links that a joint moves");
   }
   SurfaceOptions surface_options = options.surface;
   surface_options.seed = options.seed;
-  Surfaces surfaces = make_surfaces(*model, bodies, surface_options, options.links.empty() ? HiddenLinks::LeaveOut : HiddenLinks::Refuse);
-  out->notes_ = std::move(surfaces.notes);
+  const bool are_named =
+      std::any_of(options.links.begin(), options.links.end(), [](const std::string& link) { return !is_wildcard(link); });
+  Surfaces surfaces = make_surfaces(*model, bodies, surface_options, are_named ? HiddenLinks::Refuse : HiddenLinks::LeaveOut);
+  out->notes_.insert(out->notes_.end(), surfaces.notes.begin(), surfaces.notes.end());
   for (Surface& surface : surfaces.links) {
     SensedLink link;
     const auto& info = model->bodies()[static_cast<std::size_t>(surface.body)];

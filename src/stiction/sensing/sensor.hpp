@@ -12,7 +12,7 @@ namespace stiction::sensing {
 
 struct SensorOptions {
   std::vector<std::string>
-      links{};        ///< "robot/link", '*' matches any run of characters; empty: all that a joint moves and whose geometry can be touched
+      links{};  ///< "robot/link", '*' matches any run of characters and skips links that no joint moves; empty: all that a joint moves and whose geometry can be touched
   int samples = 500;  ///< on each link, ≥ 1
   Sampling sampling = Sampling::Stratified;
   Normals normals = Normals::Flat;

@@ -53,10 +53,18 @@ void mark_gaps(Series& series) {
     if (steps[i] > kUsualSteps * usual) series.gaps.push_back(static_cast<int>(i) + 1);
 }
 
+/// Numbers of some joints as those of all. @param rest  of the others
+Eigen::MatrixXd spread(const Eigen::MatrixXd& measured, const std::vector<int>& joints, const Eigen::VectorXd& rest) {
+  Eigen::MatrixXd out = rest.replicate(1, measured.cols());
+  for (std::size_t i = 0; i < joints.size(); ++i) out.row(joints[i]) = measured.row(static_cast<Eigen::Index>(i));
+  return out;
+}
+
 /// A table of numbers, with or without a line of names.
 class CsvReader {
  public:
-  CsvReader(const std::filesystem::path& file, const world::Model& model) : file_(file), model_(model), n_(model.n_a()) {}
+  CsvReader(const std::filesystem::path& file, const world::Model& model, const std::vector<int>& unmeasured)
+      : file_(file), model_(model), unmeasured_(unmeasured), n_(model.n_a() - static_cast<Eigen::Index>(unmeasured.size())) {}
 
   Series read() {
     std::ifstream stream(file_);
@@ -69,13 +77,21 @@ class CsvReader {
       if (line_ == 1 && text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
       read_line(trim_spaces(text));
     }
+    if (times_.empty() && left_out_ > 0)
+      throw core::InvalidInput(
+          fmt::format("{}: series: got {} lines that all lack a number, expected numbers in the columns of "
+                      "every measured joint",
+                      file_.string(), left_out_));
     if (times_.empty()) throw core::InvalidInput(fmt::format("{}: series: got no line of numbers, expected at least one", file_.string()));
     Series out;
     out.times = times_;
     const auto moments = static_cast<Eigen::Index>(times_.size());
-    out.q = Eigen::Map<const Eigen::MatrixXd>(q_.data(), n_, moments);
-    out.tau = Eigen::Map<const Eigen::MatrixXd>(tau_.data(), n_, moments);
+    out.q = spread(Eigen::Map<const Eigen::MatrixXd>(q_.data(), n_, moments), columns_->joints, model_.neutral().tail(model_.n_a()));
+    out.tau = spread(Eigen::Map<const Eigen::MatrixXd>(tau_.data(), n_, moments), columns_->joints, Eigen::VectorXd::Zero(model_.n_a()));
     out.notes = columns_->notes;
+    if (left_out_ > 0)
+      out.notes.push_back(fmt::format("{}: {} of {} lines lack a number and are left out, the first is line {}", file_.string(), left_out_,
+                                      left_out_ + times_.size(), first_left_out_));
     return out;
   }
 
@@ -106,28 +122,44 @@ class CsvReader {
     const auto numbers =
         std::count_if(fields.begin(), fields.end(), [](const std::string& field) { return core::parse_number(field).has_value(); });
     if (numbers == 0) {
-      columns_ = find_columns(fields, model_, where(line_));
+      columns_ = find_columns(fields, model_, where(line_), unmeasured_);
+      is_named_ = true;
       n_columns_ = fields.size();
       return true;
     }
     n_columns_ = fields.size();
     if (const auto names = split_fields(comment_); names && names->size() == fields.size() && fields.size() > 1) {
-      columns_ = find_columns(*names, model_, where(comment_line_));
+      columns_ = find_columns(*names, model_, where(comment_line_), unmeasured_);
+      is_named_ = true;
       return false;
     }
     if (numbers != static_cast<std::ptrdiff_t>(fields.size())) fail(quote(text), "a name for every column, or " + ordered());
     if (n_columns_ != static_cast<std::size_t>(1 + 2 * n_)) fail(fmt::format("{} numbers", fields.size()), ordered());
-    columns_ = make_ordered_columns(static_cast<int>(n_));
+    columns_ = make_ordered_columns(model_.n_a(), unmeasured_);
     return false;
   }
 
   void read_row(const Strings& fields, std::string_view text) {
     if (fields.size() != n_columns_) fail(fmt::format("{} fields", fields.size()), fmt::format("{}, one for each column", n_columns_));
+    if (is_named_ && lacks_number(fields)) {
+      if (left_out_++ == 0) first_left_out_ = line_;
+      return;
+    }
     const double time = number(fields, columns_->time, text);
     if (!times_.empty() && !(time > times_.back())) fail(fmt::format("time {} after {}", time, times_.back()), "times that increase");
     times_.push_back(time);
     for (const std::size_t column : columns_->q) q_.push_back(number(fields, column, text));
     for (const std::size_t column : columns_->tau) tau_.push_back(number(fields, column, text));
+  }
+
+  /// A column that is read is empty or NaN: no measurement at that moment.
+  bool lacks_number(const Strings& fields) const {
+    const auto is_missing = [&](std::size_t column) {
+      const auto value = core::parse_number(fields[column]);
+      return fields[column].empty() || (value && std::isnan(*value));
+    };
+    return is_missing(columns_->time) || std::any_of(columns_->q.begin(), columns_->q.end(), is_missing) ||
+           std::any_of(columns_->tau.begin(), columns_->tau.end(), is_missing);
   }
 
   double number(const Strings& fields, std::size_t column, std::string_view text) const {
@@ -141,11 +173,14 @@ class CsvReader {
 
   const std::filesystem::path& file_;
   const world::Model& model_;
-  Eigen::Index n_;  ///< joints
+  const std::vector<int>& unmeasured_;
+  Eigen::Index n_;  ///< joints that are measured
   int line_ = 0, comment_line_ = 0;
   std::string comment_;
   std::optional<SeriesColumns> columns_;
-  std::size_t n_columns_ = 0;
+  std::size_t n_columns_ = 0, left_out_ = 0;
+  bool is_named_ = false;
+  int first_left_out_ = 0;
   std::vector<double> times_, q_, tau_;
 };
 
@@ -156,7 +191,7 @@ Eigen::MatrixXd take_columns(const Eigen::MatrixXd& array, const std::vector<std
 }
 
 /// Arrays t (moments), q and tau (moments × n), whose columns are in the order of u, or in that of an array `joints` of names.
-Series load_npz(const std::filesystem::path& file, const world::Model& model) {
+Series load_npz(const std::filesystem::path& file, const world::Model& model, const std::vector<int>& unmeasured) {
   const NpzArrays content = read_npz(file);
   const auto& arrays = content.numbers;
   const auto fail = [&](const std::string& got, const std::string& expected) {
@@ -170,7 +205,8 @@ Series load_npz(const std::filesystem::path& file, const world::Model& model) {
   const Eigen::MatrixXd &t = find("t"), &q = find("q"), &tau = find("tau");
   const auto joints = content.words.find("joints");
   const bool is_named = joints != content.words.end();
-  const Eigen::Index n = is_named ? static_cast<Eigen::Index>(joints->second.size()) : model.n_a();
+  const Eigen::Index n =
+      is_named ? static_cast<Eigen::Index>(joints->second.size()) : model.n_a() - static_cast<Eigen::Index>(unmeasured.size());
   if (t.size() == 0) fail("no moment", "at least one");
   const auto require = [&](const char* name, const Eigen::MatrixXd& array, Eigen::Index columns) {
     if (array.rows() != t.rows() || array.cols() != columns)
@@ -186,16 +222,35 @@ Series load_npz(const std::filesystem::path& file, const world::Model& model) {
   out.times.assign(t.data(), t.data() + t.size());
   std::vector<std::size_t> columns(static_cast<std::size_t>(n));
   std::iota(columns.begin(), columns.end(), std::size_t{0});
-  if (is_named) columns = find_joints(joints->second, model, fmt::format("{}: series", file.string()));
-  out.q = take_columns(q, columns).transpose();
-  out.tau = take_columns(tau, columns).transpose();
+  if (is_named) columns = find_joints(joints->second, model, fmt::format("{}: series", file.string()), unmeasured);
+  const std::vector<int> measured = joints_but(model.n_a(), unmeasured);
+  out.q = spread(take_columns(q, columns).transpose(), measured, model.neutral().tail(model.n_a()));
+  out.tau = spread(take_columns(tau, columns).transpose(), measured, Eigen::VectorXd::Zero(model.n_a()));
   return out;
 }
 
 }  // namespace
 
-Series load_series(const std::filesystem::path& file, const world::Model& model) {
-  Series out = file.extension() == ".npz" ? load_npz(file, model) : CsvReader(file, model).read();
+namespace {
+
+/// Torques that no motor of the robot can bear are those of another unit.
+void require_newton_metres(const std::filesystem::path& file, const world::Model& model, const Series& series) {
+  constexpr double kMost = 20;  // times the effort that the robot's file states
+  for (Eigen::Index j = 0; j < series.tau.rows(); ++j) {
+    const double most = series.tau.row(j).cwiseAbs().maxCoeff(), effort = model.effort()[j];
+    if (!std::isfinite(effort) || effort <= 0 || most <= kMost * effort) continue;
+    throw core::InvalidInput(fmt::format(
+        "{}: series: got torques of up to {:.4g} in joint '{}', {:.0f} times what its motor bears, expected N m (N of a slider); "
+        "divide torques in N mm by 1000",
+        file.string(), most, model.dofs()[static_cast<std::size_t>(model.n_vu() + j)].name, most / effort));
+  }
+}
+
+}  // namespace
+
+Series load_series(const std::filesystem::path& file, const world::Model& model, const std::vector<int>& unmeasured) {
+  Series out = file.extension() == ".npz" ? load_npz(file, model, unmeasured) : CsvReader(file, model, unmeasured).read();
+  require_newton_metres(file, model, out);
   mark_gaps(out);
   return out;
 }

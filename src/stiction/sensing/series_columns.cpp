@@ -20,6 +20,8 @@ using Strings = std::vector<std::string>;
 constexpr std::string_view kPathSeparators = "/.: ";
 constexpr std::string_view kSeparators = "/.: _-";
 
+constexpr std::string_view kLibfranka = "tau_ext_hat_filtered";
+
 /// What a column may hold of a joint.
 struct Quantity {
   std::string_view what;                     ///< in messages
@@ -29,13 +31,14 @@ struct Quantity {
 };
 
 const Quantity& position() {
-  static const Quantity out{"position", "q", {"q", "position", "pos"}, {}};
+  static const Quantity out{"position", "q", {"q", "position", "pos", "actual_q"}, {}};
   return out;
 }
 
-/// Efforts of ROS are all that a motor gives. They count where nothing else says what the external torques are.
+/// Efforts of ROS, and torques of motors, are all that a motor gives. They count where nothing else says what the external torques are.
 const Quantity& torque() {
-  static const Quantity out{"torque", "tau", {"tau", "tau_ext", "tau_ext_hat_filtered", "external_torque"}, {"effort"}};
+  static const Quantity out{
+      "torque", "tau", {"tau", kLibfranka, "tau_ext", "external_torque"}, {"effort", "tau_j", "torque", "actual_current_as_torque"}};
   return out;
 }
 
@@ -89,7 +92,8 @@ struct Joint {
   bool is_unique = true;          ///< no other robot has a joint of this name
 };
 
-std::vector<Joint> joints_of(const world::Model& model) {
+/// All joints, and whether each is measured.
+std::vector<Joint> all_joints_of(const world::Model& model) {
   std::vector<Joint> out;
   for (const world::Dof& dof : model.dofs().last(static_cast<std::size_t>(model.n_a()))) {
     const std::size_t slash = dof.name.find('/');
@@ -97,6 +101,13 @@ std::vector<Joint> joints_of(const world::Model& model) {
   }
   for (Joint& joint : out)
     joint.is_unique = std::count_if(out.begin(), out.end(), [&](const Joint& other) { return other.name == joint.name; }) == 1;
+  return out;
+}
+
+std::vector<Joint> joints_of(const world::Model& model, const std::vector<int>& unmeasured) {
+  const std::vector<Joint> all = all_joints_of(model);
+  std::vector<Joint> out;
+  for (const int j : joints_but(model.n_a(), unmeasured)) out.push_back(all[static_cast<std::size_t>(j)]);
   return out;
 }
 
@@ -108,8 +119,8 @@ bool says_joint(std::string_view name, std::string_view word, const Joint& joint
 /// Columns of a table as they are looked up.
 class Table {
  public:
-  Table(const Strings& names, const world::Model& model, const std::string& where)
-      : names_(names), joints_(joints_of(model)), where_(where) {}
+  Table(const Strings& names, const world::Model& model, const std::string& where, const std::vector<int>& unmeasured)
+      : names_(names), joints_(joints_of(model, unmeasured)), where_(where) {}
 
   std::size_t find_time() {
     std::vector<std::size_t> found;
@@ -124,15 +135,20 @@ class Table {
     std::vector<std::vector<std::size_t>> found;
     for (const Joint& joint : joints_) found.push_back(find_joint(quantity, joint));
     const bool has_none = std::all_of(found.begin(), found.end(), [](const auto& columns) { return columns.empty(); });
-    if (const auto numbered = has_none ? find_numbers(quantity) : std::nullopt) {
+    auto numbered = has_none ? find_numbers(quantity.words) : std::nullopt;
+    if (has_none && !numbered && (numbered = find_numbers(quantity.last_words))) has_efforts_ = true;
+    if (numbered) {
       for (const std::size_t column : *numbered) taken_.push_back(column);
       return *numbered;
     }
     std::vector<std::size_t> out;
     for (std::size_t j = 0; j < joints_.size(); ++j)
-      out.push_back(take(found[j], fmt::format("the {} of the joint '{}'", quantity.what, joints_[j].full),
-                         fmt::format("one column for each joint, such as '{}_{}', in any order, or a table without a line of names",
-                                     quantity.symbol, joints_[j].is_unique ? joints_[j].name : joints_[j].full)));
+      out.push_back(
+          take(found[j], fmt::format("the {} of the joint '{}'", quantity.what, joints_[j].full),
+               fmt::format(
+                   "one column for each joint that is measured, such as '{}_{}', in any order, or a table without a line of names; a joint "
+                   "without a torque sensor is named in sensing.unmeasured",
+                   quantity.symbol, joints_[j].is_unique ? joints_[j].name : joints_[j].full)));
     return out;
   }
 
@@ -164,11 +180,11 @@ class Table {
   }
 
   /// q0 … or q1 …, also as q_1, q.1 and q[1].
-  std::optional<std::vector<std::size_t>> find_numbers(const Quantity& quantity) const {
+  std::optional<std::vector<std::size_t>> find_numbers(std::span<const std::string_view> words) const {
     const std::size_t n = joints_.size();
     std::vector<std::optional<std::size_t>> of_number(n + 1);
     for (std::size_t i = 0; i < names_.size(); ++i) {
-      const auto number = read_number(without_unit(names_[i]), quantity);
+      const auto number = read_number(without_unit(names_[i]), words);
       if (!number) continue;
       if (*number > n || of_number[*number]) return std::nullopt;
       of_number[*number] = i;
@@ -183,9 +199,10 @@ class Table {
     return out;
   }
 
-  static std::optional<std::size_t> read_number(std::string_view name, const Quantity& quantity) {
-    for (const std::string_view word : quantity.words) {
-      if (word == "position" || word == "pos") continue;  // arrays of messages have an order of their own
+  static std::optional<std::size_t> read_number(std::string_view name, std::span<const std::string_view> words) {
+    for (const std::string_view word : words) {
+      if (word == "position" || word == "pos" || word == "effort" || word == "torque")
+        continue;  // arrays of messages have an order of their own
       if (name.size() <= word.size() || to_lower(name.substr(0, word.size())) != word) continue;
       std::string_view rest = name.substr(word.size());
       if (rest.front() == '[' && rest.back() == ']')
@@ -221,18 +238,27 @@ class Table {
 
 }  // namespace
 
-SeriesColumns make_ordered_columns(int n_a) {
+std::vector<int> joints_but(int n_a, const std::vector<int>& unmeasured) {
+  std::vector<int> out;
+  for (int j = 0; j < n_a; ++j)
+    if (std::find(unmeasured.begin(), unmeasured.end(), j) == unmeasured.end()) out.push_back(j);
+  return out;
+}
+
+SeriesColumns make_ordered_columns(int n_a, const std::vector<int>& unmeasured) {
   SeriesColumns out;
-  out.q.resize(static_cast<std::size_t>(n_a));
-  out.tau.resize(static_cast<std::size_t>(n_a));
+  out.joints = joints_but(n_a, unmeasured);
+  out.q.resize(out.joints.size());
+  out.tau.resize(out.joints.size());
   std::iota(out.q.begin(), out.q.end(), std::size_t{1});
   std::iota(out.tau.begin(), out.tau.end(), 1 + out.q.size());
   return out;
 }
 
-SeriesColumns find_columns(const Strings& names, const world::Model& model, const std::string& where) {
-  Table table(names, model, where);
+SeriesColumns find_columns(const Strings& names, const world::Model& model, const std::string& where, const std::vector<int>& unmeasured) {
+  Table table(names, model, where, unmeasured);
   SeriesColumns out;
+  out.joints = joints_but(model.n_a(), unmeasured);
   out.time = table.find_time();
   out.q = table.find(position());
   out.tau = table.find(torque());
@@ -241,12 +267,18 @@ SeriesColumns find_columns(const Strings& names, const world::Model& model, cons
   if (table.has_efforts())
     out.notes.push_back(fmt::format(
         "{}: efforts are taken for the external torques; the torques of gravity and of friction have to be taken off them first", where));
+  const bool is_libfranka =
+      std::any_of(out.tau.begin(), out.tau.end(), [&](std::size_t column) { return names[column].find(kLibfranka) != std::string::npos; });
+  if (is_libfranka)
+    out.notes.push_back(
+        fmt::format("{}: '{}' is what the robot does to its surroundings, which sensing.sign: -1 turns around", where, kLibfranka));
   return out;
 }
 
-std::vector<std::size_t> find_joints(const Strings& names, const world::Model& model, const std::string& where) {
+std::vector<std::size_t> find_joints(const Strings& names, const world::Model& model, const std::string& where,
+                                     const std::vector<int>& unmeasured) {
   std::vector<std::size_t> out;
-  for (const Joint& joint : joints_of(model)) {
+  for (const Joint& joint : joints_of(model, unmeasured)) {
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < names.size(); ++i)
       if (names[i] == joint.full || (joint.is_unique && names[i] == joint.name)) found.push_back(i);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/cache_file.hpp"
@@ -66,8 +67,10 @@ sensing::Method read_method(const YamlNode& node) {
 }
 
 void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& options, int& max_contacts) {
-  node.require_map({"links", "samples", "sampling", "normals", "seed", "friction", "rays", "noise", "threshold", "accept", "accept_share",
-                    "tolerance", "method", "merge", "max_contacts", "plausible_force", "friction_error"});
+  node.require_map({"links",  "samples",    "sampling",      "normals",         "seed",           "friction",
+                    "rays",   "noise",      "threshold",     "accept",          "accept_share",   "tolerance",
+                    "method", "merge",      "max_contacts",  "plausible_force", "friction_error", "rest",
+                    "sign",   "unmeasured", "probabilities", "touch_prior"});
   if (const auto links = node.find("links"))
     for (const auto& link : links->items()) sensor.links.push_back(link.string());
   read_into(node, "samples", sensor.samples);
@@ -84,7 +87,16 @@ void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& opt
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
   }
-  read_into(node, "noise", options.noise);
+  if (const auto noise = node.find("noise"); noise && noise->is_number()) options.noise = noise->positive();
+  options.posterior = node.boolean_or("probabilities", true);
+  if (const auto value = node.find("touch_prior")) {
+    options.touch_prior = value->number();
+    if (!(options.touch_prior > 0 && options.touch_prior < 1)) value->fail(value->describe(), "a number in (0, 1)");
+  }
+  if (const auto value = node.find("sign")) {
+    options.torques.sign = static_cast<double>(value->integer());
+    if (std::abs(options.torques.sign) != 1) value->fail(value->describe(), "1, or -1 of what the robot does to its surroundings");
+  }
   if (const auto value = node.find("threshold")) options.threshold = value->positive();
   if (const auto value = node.find("accept")) options.accept = value->positive();
   read_into(node, "accept_share", options.accept_share);
@@ -99,6 +111,81 @@ void read_sensing(const YamlNode& node, SensorOptions& sensor, SenseOptions& opt
   if (const auto value = node.find("max_contacts")) {
     max_contacts = value->positive_int();
     if (max_contacts > sensing::kMostContacts) value->fail(fmt::format("an integer from 1 to {}", sensing::kMostContacts));
+  }
+}
+
+/// The joints of sensing.unmeasured.
+void read_unmeasured(const YamlNode& node, const Model& model, SenseOptions& options) {
+  const auto joints = node.find("unmeasured");
+  if (!joints) return;
+  for (const auto& joint : joints->items()) {
+    try {
+      options.torques.unmeasured.push_back(model.joint_index(joint.string()));
+    } catch (const core::InvalidInput& e) {
+      throw core::InvalidInput(fmt::format("{}: {}", joint.where(), e.what()));
+    }
+  }
+}
+
+/// Moments of a series from which rest is taken: {rows: [first, last]}, {seconds: [from, to]}, both ends among them.
+std::vector<Eigen::Index> read_rest_rows(const YamlNode& node, const sensing::Series& series) {
+  node.require_map({"rows", "seconds"});
+  const auto rows = node.find("rows"), seconds = node.find("seconds");
+  if (rows.has_value() == seconds.has_value())
+    node.fail(rows ? "both 'rows' and 'seconds'" : "neither 'rows' nor 'seconds'", "one of the two");
+  const YamlNode& span = rows ? *rows : *seconds;
+  const Eigen::VectorXd ends = span.vector(2);
+  std::vector<Eigen::Index> out;
+  for (Eigen::Index i = 0; i < series.tau.cols(); ++i) {
+    const double at = rows ? static_cast<double>(i) : series.times[static_cast<std::size_t>(i)];
+    if (at >= ends[0] && at <= ends[1]) out.push_back(i);
+  }
+  if (out.empty() && series.times.empty()) span.fail("no recorded series", "a scenario with 'series'");
+  if (out.empty())
+    span.fail(fmt::format("[{}, {}], which no moment is in", ends[0], ends[1]),
+              rows ? fmt::format("rows from 0 to {}", series.tau.cols() - 1)
+                   : fmt::format("seconds between {} and {}", series.times.front(), series.times.back()));
+  return out;
+}
+
+/// Standard deviations of joints, by number or by name, or the rows of a covariance.
+void read_noise(const YamlNode& node, const Model& model, SenseOptions& options) {
+  Eigen::MatrixXd noise;
+  if (node.is_sequence() && !node.items().empty() && node.items()[0].is_sequence()) {
+    const auto rows = node.items(static_cast<std::size_t>(model.n_a()));
+    noise.resize(model.n_a(), model.n_a());
+    for (Eigen::Index i = 0; i < noise.rows(); ++i) noise.row(i) = rows[static_cast<std::size_t>(i)].vector(model.n_a()).transpose();
+  } else {
+    noise = read_joints(node, model, Eigen::VectorXd::Constant(model.n_a(), options.noise));
+  }
+  try {
+    options.torques.covariance = sensing::make_covariance(noise, model.n_a(), options.noise);
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
+  }
+}
+
+/// Rest and noise, from numbers or from rows of the series.
+void read_torque_model(const YamlNode& node, Scenario& out) {
+  const Model& model = out.sensor->model();
+  const auto rest = node.find("rest"), noise = node.find("noise");
+  const bool from_rest = noise && noise->is_scalar() && !noise->is_number();
+  if (from_rest) (void)noise->one_of({"rest"});
+  if (noise && !noise->is_scalar()) read_noise(*noise, model, out.options);
+  const bool has_rows = rest && rest->is_map() && (rest->has("rows") || rest->has("seconds"));
+  if (from_rest && !has_rows) noise->fail("'rest' without rows of rest", "sensing.rest with 'rows' or 'seconds', or a number");
+  if (rest && !has_rows) out.options.torques.rest = read_joints(*rest, model, Eigen::VectorXd::Zero(model.n_a()));
+  if (has_rows) {
+    try {
+      sensing::set_rest(out, read_rest_rows(*rest, out.series), from_rest);
+    } catch (const core::InvalidInput& e) {
+      throw core::InvalidInput(std::string(e.what()).find(rest->where()) == 0 ? e.what() : fmt::format("{}: {}", rest->where(), e.what()));
+    }
+  }
+  try {
+    out.options.torques.validate(model.n_a());
+  } catch (const core::InvalidInput& e) {
+    throw core::InvalidInput(fmt::format("{}: {}", node.where(), e.what()));
   }
 }
 
@@ -220,7 +307,7 @@ void read_poke(const YamlNode& top, const YamlNode& node, Scenario& out) {
 void read_series(const YamlNode& top, const YamlNode& series, Scenario& out) {
   for (const char* key : {"joints", "torques", "contact", "contacts", "base_wrench"})
     if (top.has(key)) top.at(key).fail(fmt::format("'{}' beside 'series'", key), "one of the two");
-  out.series = sensing::load_series(top.file().parent_path() / series.string(), out.sensor->model());
+  out.series = sensing::load_series(top.file().parent_path() / series.string(), out.sensor->model(), out.options.torques.unmeasured);
 }
 
 void read_measurement(const YamlNode& top, Scenario& out) {
@@ -257,14 +344,17 @@ Scenario read_scenario(const YamlNode& top, const std::string& field, const std:
   out.file = top.file();
   SensorOptions sensor_options;
   sensor_options.surface.cache_dir = world::default_cache_dir();
-  if (const auto options = top.find("sensing")) read_sensing(*options, sensor_options, out.options, out.max_contacts);
+  const auto options = top.find("sensing");
+  if (options) read_sensing(*options, sensor_options, out.options, out.max_contacts);
   const auto model = Model::make(world::read_scene(top.at("scene"), package_dirs));
   try {
     out.sensor = Sensor::make(model, sensor_options);
   } catch (const core::InvalidInput& e) {
     throw core::InvalidInput(field + e.what());
   }
+  if (options) read_unmeasured(*options, *model, out.options);
   read_measurement(top, out);
+  if (options) read_torque_model(*options, out);
   return out;
 }
 

@@ -1,0 +1,187 @@
+#include "stiction/sensing/touch_onset.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/sensing/torque_noise.hpp"
+
+namespace stiction::sensing {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/// P(χ²_n ≤ x) for even and odd n, by its recursion from n = 1 or 2.
+VectorXd chi_square_below(Index first, Index count, double x) {
+  VectorXd out(count);
+  const double half = 0.5 * x;
+  Index n = first % 2 == 0 ? 2 : 1;
+  double below = n == 2 ? -std::expm1(-half) : std::erf(std::sqrt(half));
+  double term = n == 2 ? half * std::exp(-half) : std::sqrt(half) * std::exp(-half) / std::tgamma(1.5);  // (x/2)^{n/2} e^{−x/2}/Γ(n/2 + 1)
+  for (Index i = 0; i < count;) {
+    if (n == first + 2 * i) out[i++] = below;
+    below -= term;
+    n += 2;
+    term *= half / (0.5 * static_cast<double>(n));
+  }
+  return out.cwiseMax(0);
+}
+
+/// P(‖r e + z‖² ≤ x) with z of n normal numbers: a Poisson mixture of χ².
+double shifted_below(Index n, double r, double x) {
+  if (x <= 0) return 0;
+  const double mean = 0.5 * r * r;
+  const auto terms = static_cast<Index>(mean + 10 * std::sqrt(mean + 1) + 10);
+  const VectorXd below = chi_square_below(n, terms, x);
+  double out = 0;
+  for (Index j = 0; j < terms; ++j)
+    out += below[j] * std::exp(static_cast<double>(j) * std::log(std::max(mean, 1e-300)) - mean - std::lgamma(static_cast<double>(j) + 1));
+  return out;
+}
+
+/// Mean number of rows until ‖s‖ > h from s = 0, with ‖s‖ on a grid.
+double calc_run_length(Index n, double allowance, double h) {
+  constexpr Index kStates = 40;  // 0, and the middles of as many intervals less one
+  const double width = h / (static_cast<double>(kStates) - 0.5);
+  MatrixXd A = MatrixXd::Identity(kStates, kStates);
+  for (Index i = 0; i < kStates; ++i) {
+    double before = 0;
+    for (Index j = 0; j < kStates; ++j) {
+      const double upper = (static_cast<double>(j) + 0.5) * width + allowance;
+      const double below = shifted_below(n, static_cast<double>(i) * width, upper * upper);
+      A(i, j) -= below - before;
+      before = below;
+    }
+  }
+  return A.partialPivLu().solve(VectorXd::Ones(kStates))[0];
+}
+
+}  // namespace
+
+void OnsetOptions::validate(Index n) const {
+  double uniform = 0;
+  (void)make_covariance(noise, static_cast<int>(n), uniform);
+  if (drift.size() != 0) {
+    core::require_size("drift", drift.size(), n);
+    for (const double x : drift) core::require_nonnegative("drift", x);
+  }
+  if (!(false_alarms > 0 && false_alarms < 0.1))
+    core::throw_invalid("false_alarms", fmt::format("{}", false_alarms), "a number in (0, 0.1)");
+  core::require_positive("shift", shift);
+  if (rest_rows < 1) core::throw_invalid("rest_rows", fmt::format("{}", rest_rows), "an integer ≥ 1");
+  if (quiet < 1) core::throw_invalid("quiet", fmt::format("{}", quiet), "an integer ≥ 1");
+}
+
+double calc_onset_bound(Index n, double allowance, double rate) {
+  double low = 0.1, high = 1;
+  while (calc_run_length(n, allowance, high) < 1 / rate) {
+    low = high;
+    high *= 1.5;
+  }
+  constexpr int kHalvings = 24;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (calc_run_length(n, allowance, middle) < 1 / rate ? low : high) = middle;
+  }
+  return high;
+}
+
+TouchOnset::TouchOnset(const VectorXd& rest, OnsetOptions options) : options_(std::move(options)), offset_(rest) {
+  core::require_finite("rest", {rest.data(), static_cast<std::size_t>(rest.size())});
+  options_.validate(rest.size());
+  if (options_.noise.cols() == 1) options_.noise = MatrixXd(options_.noise.col(0).array().square().matrix().asDiagonal());
+  bound_ = calc_onset_bound(rest.size(), 0.5 * options_.shift, options_.false_alarms);
+  P_ = options_.noise / options_.rest_rows;
+  restart();
+}
+
+void TouchOnset::restart() {
+  held_ = offset_;
+  held_P_ = P_;
+  sum_.setZero(offset_.size());
+  total_.setZero(offset_.size());
+  since_ = 0;
+  rows_ = quiet_rows_ = 0;
+  alarm_ = false;
+}
+
+void TouchOnset::find_beginning() {
+  VectorXd added = VectorXd::Zero(offset_.size());
+  double most = -1, rows = 0;
+  std::size_t beginning = recent_.size() - 1;
+  for (std::size_t i = recent_.size(); i-- > 0;) {
+    added += recent_[i].z;
+    if (const double gain = added.squaredNorm() / ++rows; gain > most) {
+      most = gain;
+      beginning = i;
+    }
+  }
+  held_ = recent_[beginning].offset;
+  held_P_ = P_;
+  total_.setZero();
+  since_ = 0;
+  for (std::size_t i = beginning; i < recent_.size(); ++i) {
+    total_ += recent_[i].tau;
+    since_ += recent_[i].dt;
+  }
+  if (options_.drift.size() != 0)
+    P_.diagonal().array() += since_ * options_.drift.array().square();  // until the touch ends the offset is older
+  rows_ = static_cast<int>(recent_.size() - beginning);
+  recent_.clear();
+}
+
+bool TouchOnset::is_quiet(const VectorXd& z) {
+  const auto n = static_cast<double>(z.size());
+  quiet_rows_ = z.squaredNorm() <= n + 3 * std::sqrt(2 * n) ? quiet_rows_ + 1 : 0;
+  return quiet_rows_ >= options_.quiet;
+}
+
+bool TouchOnset::update(VectorRef tau, double dt) {
+  core::require_size("tau", tau.size(), offset_.size());
+  core::require_finite("tau", {tau.data(), static_cast<std::size_t>(tau.size())});
+  core::require_positive("dt", dt);
+  const MatrixXd walk = options_.drift.size() == 0 ? MatrixXd::Zero(tau.size(), tau.size())
+                                                   : MatrixXd(dt * options_.drift.array().square().matrix().asDiagonal());
+  P_ += walk;
+  const Eigen::LLT<MatrixXd> factor(P_ + options_.noise);
+  const VectorXd innovation = tau - (alarm_ ? held_ : offset_), z = factor.matrixL().solve(innovation);
+  if (alarm_) {
+    total_ += tau;
+    since_ += dt;
+    ++rows_;
+    if (is_quiet(z)) {
+      offset_ = held_;  // the walk went on meanwhile, which P says
+      restart();
+    }
+    return alarm_;
+  }
+  constexpr std::size_t kRecent = 100;
+  recent_.push_back({tau, z, offset_, dt});
+  if (recent_.size() > kRecent) recent_.pop_front();
+  const VectorXd next = sum_ + z;
+  const double length = next.norm(), left = length - 0.5 * options_.shift;
+  const MatrixXd gain = factor.solve(P_).transpose();
+  offset_ += gain * innovation;
+  P_ -= gain * P_;
+  held_ = offset_;
+  held_P_ = P_;
+  sum_ = left > 0 ? VectorXd(left / length * next) : VectorXd::Zero(next.size());
+  alarm_ = left > bound_;
+  if (alarm_) find_beginning();
+  return alarm_;
+}
+
+VectorXd TouchOnset::mean() const { return rows_ > 0 ? VectorXd(total_ / rows_) : held_; }
+
+MatrixXd TouchOnset::noise() const {
+  MatrixXd out = held_P_ + options_.noise / std::max(1, rows_);
+  if (options_.drift.size() != 0) out.diagonal().array() += since_ * options_.drift.array().square();
+  return out;
+}
+
+}  // namespace stiction::sensing

@@ -1,0 +1,93 @@
+#include "stiction/sensing/touch_onset.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sensing/random_contact.hpp"
+#include "support/message_of.hpp"
+
+namespace stiction::sensing::test {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using stiction::test::message_of;
+
+constexpr int kJoints = 7;
+constexpr double kStep = 0.005;
+
+MatrixXd noise_of_an_arm() {
+  VectorXd deviation(kJoints);
+  deviation << 0.06, 0.05, 0.04, 0.06, 0.007, 0.007, 0.002;
+  return deviation.array().square().matrix().asDiagonal();
+}
+
+TEST(OnsetBound, OneNumber_IsThatOfADirectCount) {
+  // n = 1: |s| ← (|s + z| − κ)₊, counted.
+  core::Random random(1, 0);
+  const double rate = 0.01, h = calc_onset_bound(1, 0.5, rate);
+  double rows = 0;
+  constexpr int kRuns = 4000;
+  for (int i = 0; i < kRuns; ++i)
+    for (double s = 0; std::abs(s) <= h; ++rows) {
+      const double next = s + random.normal(), left = std::abs(next) - 0.5;
+      s = left > 0 ? std::copysign(left, next) : 0;
+    }
+  EXPECT_NEAR(rows / kRuns, 1 / rate, 0.06 / rate);
+}
+
+TEST(TouchOnset, FalseAlarms_AreAsManyAsStated) {
+  core::Random random(2, 0);
+  const double rate = 1e-3;
+  const VectorXd drift = VectorXd::Constant(kJoints, 0.02);
+  TouchOnset onset(VectorXd::Zero(kJoints), {.noise = noise_of_an_arm(), .drift = drift, .false_alarms = rate, .quiet = 1});
+  const VectorXd deviation = noise_of_an_arm().diagonal().cwiseSqrt();
+  VectorXd offset = VectorXd::Zero(kJoints);
+  int alarms = 0;
+  bool before = false;
+  constexpr int kRows = 150000;
+  for (int i = 0; i < kRows; ++i) {
+    offset += std::sqrt(kStep) * drift.cwiseProduct(random_matrix(random, kJoints, 1).col(0));
+    const bool now = onset.update(offset + deviation.cwiseProduct(random_matrix(random, kJoints, 1).col(0)), kStep);
+    alarms += now && !before;
+    before = now;
+  }
+  EXPECT_NEAR(alarms, rate * kRows, 5 * std::sqrt(rate * kRows));
+  EXPECT_LT((onset.rest() - offset).cwiseAbs().maxCoeff(), 0.2) << "the offset is followed";
+}
+
+TEST(TouchOnset, Touch_IsFoundAtOnceAndItsMeanGrowsSharper) {
+  core::Random random(3, 0);
+  const VectorXd deviation = noise_of_an_arm().diagonal().cwiseSqrt(), rest = VectorXd::Constant(kJoints, 0.3);
+  VectorXd touch = VectorXd::Zero(kJoints);
+  touch[1] = 0.3;
+  TouchOnset onset(rest, {.noise = noise_of_an_arm(), .drift = VectorXd::Constant(kJoints, 0.001)});
+  const auto row = [&](bool touched) {
+    return VectorXd(rest + (touched ? touch : VectorXd::Zero(kJoints)) + deviation.cwiseProduct(random_matrix(random, kJoints, 1).col(0)));
+  };
+  for (int i = 0; i < 400; ++i) ASSERT_FALSE(onset.update(row(false), kStep)) << i;
+  int found = 0;
+  while (!onset.update(row(true), kStep)) ++found;
+  EXPECT_LT(found, 5);
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(onset.update(row(true), kStep));
+  EXPECT_NEAR(onset.rows(), 101 + found, 3) << "the rows before it was found count";
+  const VectorXd error = onset.mean() - onset.rest() - touch;
+  EXPECT_LT(error.dot(onset.noise().ldlt().solve(error)), 7 + 4 * std::sqrt(14.0));
+  EXPECT_LT(std::sqrt(onset.noise()(1, 1)), 0.3 * 0.05);
+  int rows = 0;
+  while (onset.update(row(false), kStep)) ++rows;
+  EXPECT_LT(rows, 20);
+  EXPECT_LT((onset.rest() - rest).cwiseAbs().maxCoeff(), 0.05) << "the touch is no part of the offset";
+}
+
+TEST(TouchOnset, OptionsThatCannotBeMeant_AreRefused) {
+  const auto refusal = [](OnsetOptions options) { return message_of([&] { TouchOnset onset(VectorXd::Zero(2), std::move(options)); }); };
+  EXPECT_NE(refusal({.noise = MatrixXd::Zero(2, 2)}).find("noise"), std::string::npos);
+  EXPECT_NE(refusal({.noise = MatrixXd::Identity(2, 2), .false_alarms = 0}).find("false_alarms: got 0"), std::string::npos);
+  EXPECT_NE(refusal({.noise = MatrixXd::Identity(2, 2), .drift = VectorXd::Ones(3)}).find("drift"), std::string::npos);
+  EXPECT_EQ(refusal({.noise = MatrixXd::Identity(2, 2), .false_alarms = 0.01}), "no exception");
+}
+
+}  // namespace
+}  // namespace stiction::sensing::test
