@@ -147,6 +147,7 @@ json report(const Given& given, const RunArguments& arguments, const execution::
     out["plans"].push_back({{"time_s", plan.time},
                             {"wall_s", plan.wall_s},
                             {"processor_s", plan.processor_s},
+                            {"clock_s", plan.clock_s},
                             {"status", core::to_string(plan.status)},
                             {"cause", plan.cause},
                             {"reason", plan.reason.empty() ? json() : json(plan.reason)}});
@@ -167,7 +168,9 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   const planning::Goal& goal = given.task.problem.goal;
   say(to, "{}, seed {}: run in closed loop: {}\n", given.task.name, given.options.seed, r.reached() ? "goal reached" : r.message);
-  row("time", fmt::format("{:.2f} s simulated, {:.2f} s of planning", r.duration_s, r.planning_s));
+  double thought = 0;
+  for (const auto& plan : r.plans) thought += plan.clock_s;
+  row("time", fmt::format("{:.2f} s simulated, {:.2f} s of them planning", r.duration_s, thought));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * goal.tol_position,
                                        r.error.angle, goal.tol_angle));
   row("carried out", fmt::format("{} pushes, {} regrasps", out["pushes"].get<long>(), out["regrasps"].get<long>()));
@@ -255,6 +258,11 @@ Run declare_run(CLI::App& command) {
   add_threads(command, a.threads);
   add_integer(command, "--replans", a.how.replans, "Plans after the first one, at most", {0, 1000000});
   add_number(command, "--duration", a.how.duration, "Simulated time, at most [s]", Bound::Positive);
+  add_number(command, "--planning-rate", a.how.planning_rate,
+             "Seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile",
+             Bound::NonNegative);
+  add_number(command, "--plan-step-time", a.how.plan_step_time,
+             "Charge each step of the planner like this [s], the same on every machine, in place of its processor time", Bound::Positive);
   add_speed(command, a.speed);
   add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
   add_number(command, "--mass", a.world.mass, "Multiplies the mass of every object in the simulation", Bound::Positive);

@@ -47,7 +47,8 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                                 std::optional<std::uint64_t> seed, double speed, int replans, double duration, double friction_scale,
                                 double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
                                 const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
-                                std::optional<double> plan_processor_s, const Callback& on_progress) {
+                                std::optional<double> plan_processor_s, double planning_rate, std::optional<double> plan_step_time_s,
+                                const Callback& on_progress) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   const world::Model& model = *task.model;
@@ -68,13 +69,11 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   how.duration = duration;
   how.plan_timeout = plan_timeout_s;
   how.plan_processor_time = plan_processor_s;
+  how.planning_rate = planning_rate;
+  how.plan_step_time = plan_step_time_s;
   how.speed = execution::calc_run_speeds(model, object, speed);
   execution::SimulatedPlant simulated(task.model, q_start,
                                       world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
-  for (const char* call : {"read", "command"}) {
-    if (!own_plant.is_none() && !nb::hasattr(own_plant, call))
-      core::throw_invalid("plant", fmt::format("an object without {}()", call), "one with read() and command(u, period)");
-  }
   OwnPlant own(own_plant);
   execution::Driver& plant = own_plant.is_none() ? static_cast<execution::Driver&>(simulated) : own;
   Watcher watcher(on_progress);
@@ -119,6 +118,7 @@ void bind_parts(nb::module_& m) {
       .def_ro("time", &RunPlan::time, "of the run, when it was asked [s]")
       .def_ro("wall_s", &RunPlan::wall_s, "that it took")
       .def_ro("processor_s", &RunPlan::processor_s, "... of all cores of the process [s]")
+      .def_ro("clock_s", &RunPlan::clock_s, "... and of the clock of the plant [s]")
       .def_ro("status", &RunPlan::status)
       .def_ro("cause", &RunPlan::cause, "why it was asked")
       .def_ro("reason", &RunPlan::reason, "what the planner said, where it found nothing");
@@ -144,7 +144,7 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("reached", [](const RunOutcome& r) { return r.result.reached(); })
       .def_prop_ro("error", of(&RunResult::error), "of the object at the end, as measured")
       .def_ro("true_error", &RunOutcome::true_error, "... and as it is; of a plant of one's own as measured")
-      .def_prop_ro("duration_s", of(&RunResult::duration_s), "simulated, without planning [s]")
+      .def_prop_ro("duration_s", of(&RunResult::duration_s), "by the clock of the plant [s]")
       .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
       .def_prop_ro("wall_s", of(&RunResult::wall_s))
       .def_prop_ro("plans", of(&RunResult::plans))
@@ -176,23 +176,28 @@ void bind_run(nb::module_& m) {
   m.def("run", &run, "target"_a, nb::kw_only(), "plant"_a = nb::none(), "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0,
         "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
-        "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "on_progress"_a = nb::none(),
+        "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate,
+        "plan_step_time_s"_a = nb::none(), "on_progress"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
   plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
     command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
-    they are not taken. An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
+    they are not taken. A plant whose clock goes on by itself has an attribute real_time that is True: it is commanded while the planner works.
+    An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
   options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
   seed: of the plans and of the noise; None: that of the options.
   speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
-  replans: after the first plan, at most, >= 0. duration: simulated time, at most [s], > 0.
+  replans: after the first plan, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
   friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
   pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
   pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
   threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
   plan_timeout_s: of one plan [s], > 0. plan_processor_s: ... or this much time of all cores of the process [s], > 0, which other work
     on the machine does not shorten; None: plan_timeout_s alone.
+  planning_rate: seconds of one core that the planner works within a second of the plant's clock, which goes on meanwhile, >= 0; 0: it
+    stands still. plan_step_time_s: each step that the planner computes is charged like this [s], > 0, so that a run is the same on every
+    machine; None: the processor time that it took.
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds.
 

@@ -41,6 +41,7 @@ struct Rig {
     problem.goal.tol_position = 0.02;
     planner.threads = 2;
     planner.seed = 1;
+    how.plan_step_time = 1e-4;  // so that runs are the same wherever the tests run
   }
   Status run(Driver& plant, const planning::Plan* first = nullptr) {
     return execution::run(plant, problem, planner, how, control, out, first);
@@ -85,6 +86,78 @@ TEST(Run, ObjectAtItsGoal_IsHeldWithoutAPlan) {
   EXPECT_TRUE(rig.out.plans.empty());
   EXPECT_TRUE(rig.out.pieces.empty());
   EXPECT_GE(rig.out.duration_s, rig.how.hold);
+}
+
+/// What the planner computed is charged to the clock, twice as much of it at half of the rate.
+TEST(Run, ClockGoesOnByWhatThePlannerTook) {
+  for (const double rate : {0.0, 0.5, 1.0}) {
+    Rig rig;
+    rig.how.planning_rate = rate;
+    ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+    ASSERT_TRUE(rig.out.first_plan);
+    const auto steps = static_cast<double>(rig.out.first_plan->steps + rig.out.first_plan->linearisations);
+    ASSERT_GT(steps, 100);
+    const double expected = rate > 0 ? 1e-4 * steps / rate : 0, clock = rig.out.plans[0].clock_s;
+    EXPECT_NEAR(clock, expected, rig.how.tick) << rate;
+    EXPECT_GE(rig.out.pieces.at(0).begin_s, rig.out.plans[0].time + clock - 1e-9);
+  }
+  Rig measured;
+  measured.how.plan_step_time.reset();
+  ASSERT_EQ(measured.run(), Status::Solved) << measured.out.message;
+  for (const RunPlan& plan : measured.out.plans) EXPECT_NEAR(plan.clock_s, plan.processor_s, measured.how.tick);
+}
+
+/// A planner that takes far longer than it may: the robot holds meanwhile, and the run goes on.
+TEST(Run, PlannerThatOverrunsItsTime_TheRobotHoldsMeanwhile) {
+  Rig rig;
+  rig.how.plan_timeout = 5;
+  rig.how.plan_step_time = 0.1;
+  VectorXd u;
+  double held = 0;
+  rig.how.on_sample = [&](const RunSample& sample) {
+    if (sample.state != RunState::Replan || sample.plans > 0) return;
+    if (u.size() == 0) u = sample.u;
+    EXPECT_LT((sample.u - u).norm(), 1e-12) << sample.time;
+    held = sample.time;
+  };
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  EXPECT_GT(rig.out.plans[0].clock_s, 2 * rig.how.plan_timeout);
+  EXPECT_GT(held, 2 * rig.how.plan_timeout);
+}
+
+/// Pushed aside while the planner works: its plan begins where the box no more is.
+TEST(Run, BoxThatMovedWhileThePlannerWorked_IsPlannedAnew) {
+  Rig rig;
+  rig.how.plan_step_time = 1e-2;
+  rig.world.pushes = {{.object = 0, .begin = 0.8, .duration = 0.5, .force_W = {0, 60, 0}}};
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  ASSERT_GE(rig.out.plans.size(), 2U);
+  ASSERT_GT(rig.out.plans[0].time + rig.out.plans[0].clock_s, 1.3) << "the push came when the plan was there";
+  EXPECT_EQ(rig.out.plans[1].cause, "the object moved while the planner worked");
+  EXPECT_GT(rig.out.pieces.at(0).begin_s, rig.out.plans[1].time);
+}
+
+/// A plant with a clock of its own is commanded while the planner works.
+class OwnClock final : public Driver {
+ public:
+  explicit OwnClock(const Rig& rig) : inner(rig.model, rig.problem.q_start, {}) {}
+  bool read(Measurement& out) override { return inner.read(out); }
+  bool command(VectorRef u, double period) override { return inner.command(u, period); }
+  bool real_time() const override { return true; }
+  SimulatedPlant inner;
+};
+
+TEST(Run, PlantWithItsOwnClock_IsHeldWhileThePlannerWorks) {
+  Rig rig;
+  rig.how.duration = 1e6;
+  OwnClock plant(rig);
+  ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
+  EXPECT_GT(rig.out.plans[0].clock_s, 0);
+
+  Rig wrong;
+  wrong.problem.q_goal = VectorXd::Zero(99);
+  OwnClock other(wrong);
+  EXPECT_NE(message_of([&] { (void)wrong.run(other); }).find("q_goal: got 99"), std::string::npos) << "a mistake is told by the thread of the caller";
 }
 
 /// Pushed aside by far more than the tolerance on its way: the piece is given up, and the way planned anew leads to the goal all the same.
@@ -346,6 +419,8 @@ TEST(Run, Mistakes_AreNamed) {
   EXPECT_EQ(complaint([](Rig& r) { r.how.plan_fraction = 1.5; }), "plan_fraction: got 1.5, expected a number in (0, 1]");
   EXPECT_EQ(complaint([](Rig& r) { r.how.friction = 0; }), "friction: got 0, expected a number in (0, 1]");
   EXPECT_EQ(complaint([](Rig& r) { r.how.plan_processor_time = 0; }), "plan_processor_time: got 0, expected a finite number > 0");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.planning_rate = -1; }), "planning_rate: got -1, expected a finite number ≥ 0");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.plan_step_time = 0; }), "plan_step_time: got 0, expected a finite number > 0");
   EXPECT_EQ(complaint([](Rig& r) { r.how.replans = -1; }), "replans: got -1, expected 0 or more");
   EXPECT_EQ(complaint([](Rig& r) { r.problem.goal.object = 3; }), "goal.object: got 3, expected the index of an object");
   const auto world = [&](const WorldOptions& options) { return message_of([&] { (void)make_world(rig.model, options); }); };

@@ -3,17 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <span>
+#include <exception>
+#include <thread>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/core/processor_time.hpp"
-#include "stiction/core/random.hpp"
 #include "stiction/execution/closed_loop/driver_link.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
+#include "stiction/execution/closed_loop/plan_source.hpp"
 #include "stiction/execution/open_loop/fall.hpp"
-#include "stiction/execution/open_loop/run_timing.hpp"
-#include "stiction/planning/planner.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -23,15 +22,10 @@ using core::Status;
 using planning::SegmentKind;
 using world::Model;
 
-/// Keeps the seeds of later plans apart from the draws of the search.
-constexpr std::uint64_t kPlanSeed = 0x9e7a1a11;
 /// A piece that ends this near to its plan goes on at once [tolerances of the goal].
 constexpr double kThere = 0.3;
 /// What has not come to rest after so many windows is taken as it is.
 constexpr int kMostWindows = 10;
-/// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
-constexpr double kGain = 0.8;
-
 /// Of objects that rest on what stops them, those lag behind their plan for some follow times.
 constexpr double kFollowTimes = 2;
 
@@ -41,19 +35,17 @@ class Executor {
            const core::RunControl& control, RunResult& out)
       : model_(*problem.model),
         link_(plant, model_, how.tick, how.silence),
+        real_time_(plant.real_time()),
         problem_(problem),
-        planner_(planner),
         how_(how),
         control_(control),
         out_(out),
         speed_(how.speed ? *how.speed : calc_run_speeds(model_, problem.goal.object)),
-        lead_(problem.model),
+        source_(problem, planner, how, speed_),
         follow_time_(calc_follow_time(model_, problem.goal.object)),
         window_(how.settle_time + follow_time_),
         watch_(model_, problem.goal, window_, how.settle_time),
-        strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
-    planner_.tolerance_fraction = std::min(planner_.tolerance_fraction, how.plan_fraction);
-  }
+        strain_(model_.effort().cwiseQuotient(model_.stiffness())) {}
 
   void go(const planning::Plan* first) {
     carry(first);
@@ -189,11 +181,11 @@ class Executor {
   /// The springs of the robot are let go.
   bool let_go() { return move_to(measured_.q.tail(model_.n_a())) && settle(); }
 
-  /// From when on a plan counts as given: objects within kThere of it, joints as near as a push moves in a look.
-  bool starts_here(const Trajectory& trajectory) const {
-    const Eigen::VectorXd difference = trajectory.q.col(0).tail(model_.n_a()) - measured_.q.tail(model_.n_a());
+  /// The objects are within kThere of q, the joints as near as a push moves in a look: a plan from q can begin.
+  bool is_at(const Eigen::VectorXd& q) const {
+    const Eigen::VectorXd difference = q.tail(model_.n_a()) - measured_.q.tail(model_.n_a());
     const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
-    return joints && share_between(model_, problem_.goal.object, trajectory.q.col(0), watch_.mean(), problem_.goal) <= kThere;
+    return joints && share_between(model_, problem_.goal.object, q, watch_.mean(), problem_.goal) <= kThere;
   }
 
   void carry(const planning::Plan* first) {
@@ -207,8 +199,8 @@ class Executor {
     std::string cause = "start";
     std::optional<Trajectory> trajectory;
     if (first != nullptr) {
-      trajectory = make_trajectory(model_, *first, speed_, &lead_);
-      if (!starts_here(*trajectory)) trajectory.reset(), cause = "the given plan starts elsewhere";
+      trajectory = source_.time(*first);
+      if (!is_at(trajectory->q.col(0))) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     while (!over_) {
       if (is_at_goal()) {
@@ -242,21 +234,20 @@ class Executor {
 
   /// From what is measured; where there is none the springs are let go, and it is asked again, now with the friction of the scene: a place may be left by
   /// no push that holds with less.
-  /// @returns nothing: the run is over, or the object came to its goal as the springs were let go
-  std::optional<Trajectory> make_plan(const std::string& cause) {
+  /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the springs were let go; `cause` then says
+  ///          for what the next plan is
+  std::optional<Trajectory> make_plan(std::string& cause) {
     for (int refused = 0; refused < how_.refusals; ++refused) {
       if (refused > 0 && (!let_go() || is_at_goal())) return std::nullopt;
-      planning::PlanResult result;
-      ask_planner(refused == 0 ? cause : "no plan from where springs were strained", refused == 0 ? how_.friction : 1, result);
-      if (control_.stop()) {
-        end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
+      Answer answer;
+      if (!ask(refused == 0 ? cause : "no plan from where springs were strained", refused == 0 ? how_.friction : 1, answer))
         return std::nullopt;
-      }
-      const bool gains = result.plan.error.share(problem_.goal) <= kGain * goal_share(watch_.mean());
-      const bool moves = std::any_of(result.plan.segments.begin(), result.plan.segments.end(),
-                                     [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
-      if (!out_.first_plan) out_.first_plan = result;
-      if (moves && (result.status == Status::Solved || gains)) return make_trajectory(model_, result.plan, speed_, &lead_);
+      if (!out_.first_plan) out_.first_plan = std::move(answer.result);
+      if (!answer.trajectory) continue;
+      if (!answer.late) return std::move(answer.trajectory);
+      cause = "the object moved while the planner worked";
+      settle();
+      return std::nullopt;
     }
     const std::string& reason = out_.plans.back().reason;
     end(RunEnd::NoPlan, fmt::format("{} plans in a row failed{}", how_.refusals, reason.empty() ? "" : ": " + reason));
@@ -264,28 +255,57 @@ class Executor {
   }
 
   /// @param friction  every μ of the plan times this
-  void ask_planner(const std::string& cause, double friction, planning::PlanResult& result) {
+  bool ask(const std::string& cause, double friction, Answer& answer) {
     state_ = RunState::Replan;
-    planning::PlanningProblem problem = problem_;
-    problem.q_start = watch_.mean();
-    planning::PlannerOptions options = planner_;
-    options.friction *= friction;
-    if (const std::size_t n = out_.plans.size(); n > 0) options.seed = core::Random(planner_.seed ^ kPlanSeed, n).bits();
-    core::RunControl control = control_;
-    const auto budget = core::RunControl::Clock::now() +
-                        std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
-    control.deadline = control_.deadline ? std::min(*control_.deadline, budget) : budget;
-    const double before = core::processor_time();
-    if (how_.plan_processor_time) {
-      control.abandoned = [this, before] {
-        return (control_.abandoned && control_.abandoned()) || core::processor_time() - before > *how_.plan_processor_time;
-      };
-    }
-    result.status = planning::plan_from(problem, u_, options, control, result);
-    if (result.status == Status::Cancelled && !control_.cancelled()) result.status = Status::MaxIterations;
-    out_.plans.push_back({now(), result.wall_s, core::processor_time() - before, result.status, cause, result.reason});
+    const Eigen::VectorXd q = watch_.mean(), u = u_;
+    const std::size_t number = out_.plans.size();
+    const double begin = now();
+    const auto work = [&](const core::RunControl& control) { answer = source_.ask(q, u, number, friction, control); };
+    const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);
+    const planning::PlanResult& result = answer.result;
+    out_.plans.push_back({begin, result.wall_s, answer.processor_s, now() - begin, result.status, cause, result.reason});
     out_.planning_s += result.wall_s;
+    if (goes_on && answer.trajectory && !is_at(q)) answer.late = true;
+    return goes_on;
+  }
+
+  /// A plant that waits for its commands: the planner works, and then the clock goes on by what that took.
+  template <class Work>
+  bool think_first(const Work& work, const Answer& answer) {
+    const double begin = now();
+    work(control_);
+    if (control_.stop()) return end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
     link_.pause();
+    if (!read()) return false;
+    while (now() - begin < answer.charge_s - 0.5 * how_.tick) {
+      if (!tick(u_)) return false;
+    }
+    return true;
+  }
+
+  /// A plant with a clock of its own: it is commanded while the planner works on another thread.
+  template <class Work>
+  bool think_beside(const Work& work) {
+    std::atomic<bool> done{false}, unwanted{false};
+    std::exception_ptr error;
+    core::RunControl control = control_;
+    control.on_progress = nullptr;  // the thread of the run tells of it
+    control.abandoned = [&unwanted] { return unwanted.load(std::memory_order_relaxed); };
+    std::jthread planner([&] {
+      try {
+        work(control);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      done.store(true);
+    });
+    do {
+      (void)tick(u_);
+    } while (!over_ && !done.load());
+    unwanted.store(true);
+    planner.join();
+    if (error) std::rethrow_exception(error);
+    return !over_;
   }
 
   // ---- pieces
@@ -310,7 +330,7 @@ class Executor {
       if (over_) return {};
       if (!held)
         return fmt::format("{} was {:.1f} tolerances off its plan", piece.kind == SegmentKind::Regrasp ? "a regrasp" : "a push", off_);
-      if (goal_share(measured_.q) <= planner_.tolerance_fraction) return "the goal did not hold";
+      if (goal_share(measured_.q) <= source_.fraction()) return "the goal did not hold";
     }
     return "the plan ended beside the goal";
   }
@@ -363,13 +383,13 @@ class Executor {
 
   const Model& model_;
   DriverLink link_;
+  bool real_time_;
   const planning::PlanningProblem& problem_;
-  planning::PlannerOptions planner_;
   const RunOptions& how_;
   const core::RunControl& control_;
   RunResult& out_;
   RunSpeeds speed_;
-  DragFeedforward lead_;
+  PlanSource source_;
   double follow_time_, window_;
   ObjectWatch watch_;
   Eigen::VectorXd strain_;  ///< that a motor bears at most (n_a)

@@ -1,0 +1,69 @@
+#include "stiction/execution/closed_loop/plan_source.hpp"
+
+#include <algorithm>
+
+#include "stiction/core/processor_time.hpp"
+#include "stiction/core/random.hpp"
+
+namespace stiction::execution {
+namespace {
+
+using core::Status;
+using planning::SegmentKind;
+
+/// Keeps the seeds of later plans apart from the draws of the search.
+constexpr std::uint64_t kPlanSeed = 0x9e7a1a11;
+/// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
+constexpr double kGain = 0.8;
+
+bool moves(const planning::Plan& plan) {
+  return std::any_of(plan.segments.begin(), plan.segments.end(),
+                     [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
+}
+
+}  // namespace
+
+PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
+                       const RunSpeeds& speed)
+    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model) {
+  options_.tolerance_fraction = std::min(options_.tolerance_fraction, how.plan_fraction);
+}
+
+Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction,
+                       const core::RunControl& control) {
+  Answer out;
+  const double before = core::processor_time();
+  search(q, u, number, friction, control, out.result);
+  const double share = planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
+  const bool gains = out.result.plan.error.share(problem_.goal) <= kGain * share;
+  if (moves(out.result.plan) && (out.result.status == Status::Solved || gains)) out.trajectory = time(out.result.plan);
+  out.processor_s = core::processor_time() - before;
+  if (how_.planning_rate > 0) {
+    const auto steps = static_cast<double>(out.result.steps + out.result.linearisations);
+    out.charge_s = (how_.plan_step_time ? steps * *how_.plan_step_time : out.processor_s) / how_.planning_rate;
+  }
+  return out;
+}
+
+void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction,
+                        const core::RunControl& run, planning::PlanResult& out) const {
+  planning::PlanningProblem problem = problem_;
+  problem.q_start = q;
+  planning::PlannerOptions options = options_;
+  options.friction *= friction;
+  if (number > 0) options.seed = core::Random(options_.seed ^ kPlanSeed, number).bits();
+  core::RunControl control = run;
+  const auto budget = core::RunControl::Clock::now() +
+                      std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
+  control.deadline = run.deadline ? std::min(*run.deadline, budget) : budget;
+  const double before = core::processor_time();
+  if (how_.plan_processor_time) {
+    control.abandoned = [&run, before, limit = *how_.plan_processor_time] {
+      return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
+    };
+  }
+  out.status = planning::plan_from(problem, u, options, control, out);
+  if (out.status == Status::Cancelled && !run.cancelled()) out.status = Status::MaxIterations;
+}
+
+}  // namespace stiction::execution

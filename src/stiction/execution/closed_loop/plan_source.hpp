@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+
+#include "stiction/execution/closed_loop/run.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
+
+namespace stiction::execution {
+
+/// What the planner gave for one state, and what that took.
+struct Answer {
+  planning::PlanResult result;
+  std::optional<Trajectory> trajectory;  ///< of its plan, where it is worth carrying out
+  double processor_s = 0;                ///< of all cores of the process
+  bool late = false;                     ///< things are no more where the plan begins
+  double charge_s = 0;                   ///< for which the clock of the plant goes on meanwhile
+};
+
+/// Asks the planner on the way of a run. It knows the plant by what was measured alone, so that it may work beside the loop that commands the plant.
+class PlanSource {
+ public:
+  PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
+             const RunSpeeds& speed);
+
+  /// @param q, u      the state and the commands in force (n_q), (n_a)
+  /// @param number    of plans that were asked for before: later seeds follow from it
+  /// @param friction  every μ of the plan times this
+  /// @param control   of the run; a plan has the budget of the RunOptions besides
+  Answer ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& control);
+
+  /// The timing of a plan.
+  Trajectory time(const planning::Plan& plan) { return make_trajectory(*problem_.model, plan, speed_, &lead_); }
+  /// A share of the tolerances at which a plan counts as at the goal.
+  double fraction() const { return options_.tolerance_fraction; }
+
+ private:
+  void search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& run,
+              planning::PlanResult& out) const;
+
+  const planning::PlanningProblem& problem_;
+  planning::PlannerOptions options_;
+  const RunOptions& how_;
+  const RunSpeeds& speed_;
+  DragFeedforward lead_;
+};
+
+}  // namespace stiction::execution
