@@ -8,6 +8,7 @@
 #include "frames.hpp"
 #include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/closed_loop/handling.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
@@ -88,9 +89,11 @@ class Recorder {
   Recorder(const Given& given, const RunArguments& arguments)
       : plant(given.task.model, start_of(given), arguments.world),
         model_(*given.task.model),
+        watch_(plant),
         keeps_(arguments.html || !arguments.out_dir.empty()) {}
 
   void take(const execution::RunSample& sample) {
+    watch_.take(sample);
     if (keeps_) {
       forces_.push_back(plant.world().forces());
       torques_.push_back(plant.take_torques());
@@ -98,6 +101,7 @@ class Recorder {
     line.show(fmt::format("{:6.2f} s  {:7}  {} plans, {} pieces   {:.3g} tolerances from the goal", sample.time,
                           execution::to_string(sample.state), sample.plans, sample.piece + 1, sample.goal_share));
   }
+  execution::Handling handling() const { return watch_.result(); }
   const std::vector<std::vector<simulation::PairForce>>& forces() const { return forces_; }  ///< per look
   Eigen::MatrixXd torque() const {                                                           ///< (n_a × looks), as in Recording
     Eigen::MatrixXd out(model_.n_a(), static_cast<Eigen::Index>(torques_.size()));
@@ -110,6 +114,7 @@ class Recorder {
 
  private:
   const world::Model& model_;
+  execution::HandlingWatch watch_;
   bool keeps_;
   std::vector<std::vector<simulation::PairForce>> forces_;
   std::vector<Eigen::VectorXd> torques_;
@@ -139,6 +144,9 @@ json report(const Given& given, const RunArguments& arguments, const execution::
   out["dropped_s"] = r.dropped ? json(r.duration_s) : json();
   out["max_penetration"] = recorder.plant.world().max_depth();
   out["largest_effort"] = recorder.plant.world().largest_effort();
+  const execution::Handling handling = recorder.handling();
+  out["largest_press"] = handling.force ? json(*handling.force) : json();
+  out["slip_speed"] = handling.force ? json(handling.slip_speed()) : json();
   out["world"] = {{"friction", arguments.world.friction},     {"mass", arguments.world.mass},
                   {"pose_noise", arguments.world.pose_noise}, {"angle_noise", arguments.world.angle_noise},
                   {"pose_delay", arguments.world.pose_delay}, {"pushes", arguments.world.pushes.size()}};
@@ -177,6 +185,9 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
   row("plans", fmt::format("{}, {} of them on the way", r.plans.size(), r.replans));
   for (std::size_t i = 1; i < r.plans.size(); ++i)
     row("", fmt::format("{:6.2f} s: {}{}", r.plans[i].time, r.plans[i].cause, r.plans[i].reason.empty() ? "" : "; " + r.plans[i].reason));
+  if (!out["largest_press"].is_null())
+    row("object", fmt::format("pressed with {:.1f} times its weight at most, up to {:.3f} m/s faster than planned",
+                              out["largest_press"].get<double>(), out["slip_speed"].get<double>()));
   row("largest effort", fmt::format("{:.0f} % of a motor's", 1e2 * out["largest_effort"].get<double>()));
 }
 

@@ -9,6 +9,7 @@
 #include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
+#include "stiction/execution/closed_loop/handling.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
@@ -34,6 +35,7 @@ struct RunOutcome {
   RunResult result;
   planning::GoalError true_error;
   double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
+  execution::Handling handling;
 };
 
 WorldOptions world_of(int object, double friction, double mass, std::pair<double, double> noise, double delay,
@@ -79,7 +81,9 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
   const auto start = core::RunControl::Clock::now();
+  execution::HandlingWatch handling(simulated);
   how.on_sample = [&](const execution::RunSample& sample) {
+    if (own_plant.is_none()) handling.take(sample);
     control.on_progress({.iteration = sample.plans,
                          .fraction = sample.time / duration,
                          .best = sample.goal_share,
@@ -101,6 +105,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   out->true_error = planning::goal_error(model, simulated.world().q(), task.problem.goal);
   out->max_depth = simulated.world().max_depth();
   out->largest_effort = simulated.world().largest_effort();
+  out->handling = handling.result();
   return out;
 }
 
@@ -155,6 +160,12 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("dropped", of(&RunResult::dropped), "index of the object that fell, or None")
       .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration [m]; NaN of a plant of one's own")
       .def_ro("largest_effort", &RunOutcome::largest_effort, "share of a motor's effort, at most 1; NaN of a plant of one's own")
+      .def_prop_ro(
+          "largest_press", [](const RunOutcome& r) { return r.handling.force; },
+          "largest normal force of one pair on a free object, as a multiple of its weight; None: no such object, or a plant of one's own")
+      .def_prop_ro(
+          "slip_speeds", [](const RunOutcome& r) { return r.handling.slip_speeds; },
+          "per piece, how much faster than planned a free object was until the next piece began [m/s]; empty for a plant of one's own")
       .def_prop_ro(
           "times",
           [](const RunOutcome& r) -> Eigen::VectorXd {

@@ -2627,6 +2627,18 @@ class RunResult:
         """share of a motor's effort, at most 1; NaN of a plant of one's own"""
 
     @property
+    def largest_press(self) -> float | None:
+        """
+        largest normal force of one pair on a free object, as a multiple of its weight; None: no such object, or a plant of one's own
+        """
+
+    @property
+    def slip_speeds(self) -> list[float]:
+        """
+        per piece, how much faster than planned a free object was until the next piece began [m/s]; empty for a plant of one's own
+        """
+
+    @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """[s] (looks)"""
 
