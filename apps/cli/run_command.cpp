@@ -34,6 +34,8 @@ struct RunArguments {
   execution::WorldOptions world;
   std::optional<int> threads;
   std::string out_dir;
+  bool plain_hold = false;
+  bool no_join = false;
   bool html = false;
   bool json = false;
 };
@@ -156,6 +158,7 @@ json report(const Given& given, const RunArguments& arguments, const execution::
                             {"wall_s", plan.wall_s},
                             {"processor_s", plan.processor_s},
                             {"clock_s", plan.clock_s},
+                            {"joined", plan.joined},
                             {"status", core::to_string(plan.status)},
                             {"cause", plan.cause},
                             {"reason", plan.reason.empty() ? json() : json(plan.reason)}});
@@ -182,7 +185,8 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * goal.tol_position,
                                        r.error.angle, goal.tol_angle));
   row("carried out", fmt::format("{} pushes, {} regrasps", out["pushes"].get<long>(), out["regrasps"].get<long>()));
-  row("plans", fmt::format("{}, {} of them on the way", r.plans.size(), r.replans));
+  const auto joined = std::count_if(r.plans.begin(), r.plans.end(), [](const auto& plan) { return plan.joined; });
+  row("plans", fmt::format("{}, {} of them on the way, {} gone on with", r.plans.size(), r.replans, joined));
   for (std::size_t i = 1; i < r.plans.size(); ++i)
     row("", fmt::format("{:6.2f} s: {}{}", r.plans[i].time, r.plans[i].cause, r.plans[i].reason.empty() ? "" : "; " + r.plans[i].reason));
   if (!out["largest_press"].is_null())
@@ -229,6 +233,8 @@ int run_run(RunArguments arguments) {
     arguments.world.angle_noise = arguments.noise[1];
   }
   arguments.world.seed = given.options.seed;
+  arguments.how.active_hold = !arguments.plain_hold;
+  arguments.how.join = !arguments.no_join;
   for (const std::string& text : arguments.pushes) arguments.world.pushes.push_back(parse_push(text, given.task.problem.goal.object));
   arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
   const fs::path dir =
@@ -274,6 +280,8 @@ Run declare_run(CLI::App& command) {
              Bound::NonNegative);
   add_number(command, "--plan-step-time", a.how.plan_step_time,
              "Charge each step of the planner like this [s], the same on every machine, in place of its processor time", Bound::Positive);
+  command.add_flag("--plain-hold", a.plain_hold, "Commands rest while nothing is carried out, also where a free object moves");
+  command.add_flag("--no-join", a.no_join, "Search every plan, and go on with none");
   add_speed(command, a.speed);
   add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
   add_number(command, "--mass", a.world.mass, "Multiplies the mass of every object in the simulation", Bound::Positive);

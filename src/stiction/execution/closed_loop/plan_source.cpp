@@ -4,6 +4,7 @@
 
 #include "stiction/core/processor_time.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/execution/closed_loop/plan_join.hpp"
 
 namespace stiction::execution {
 namespace {
@@ -25,7 +26,7 @@ bool moves(const planning::Plan& plan) {
 
 PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
                        const RunSpeeds& speed)
-    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model) {
+    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model), work_(problem.model) {
   options_.tolerance_fraction = std::min(options_.tolerance_fraction, how.plan_fraction);
 }
 
@@ -33,16 +34,36 @@ Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::
                        const core::RunControl& control) {
   Answer out;
   const double before = core::processor_time();
-  search(q, u, number, friction, control, out.result);
+  const bool same_friction = last_ && last_->step.friction_scale == options_.step_options(*problem_.model).friction_scale * friction;
+  if (!how_.join || !same_friction || !join(q, u, out)) search(q, u, number, friction, control, out.result);
   const double share = planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
   const bool gains = out.result.plan.error.share(problem_.goal) <= kGain * share;
-  if (moves(out.result.plan) && (out.result.status == Status::Solved || gains)) out.trajectory = time(out.result.plan);
+  if (moves(out.result.plan) && (out.result.status == Status::Solved || gains)) out.trajectory = take(out.result.plan);
   out.processor_s = core::processor_time() - before;
   if (how_.planning_rate > 0) {
-    const auto steps = static_cast<double>(out.result.steps + out.result.linearisations);
+    const auto steps = static_cast<double>(out.result.steps + out.result.linearisations + out.join_steps);
     out.charge_s = (how_.plan_step_time ? steps * *how_.plan_step_time : out.processor_s) / how_.planning_rate;
   }
   return out;
+}
+
+Trajectory PlanSource::take(const planning::Plan& plan) {
+  Trajectory out = make_trajectory(*problem_.model, plan, speed_, &lead_);
+  last_ = plan;
+  return out;
+}
+
+bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, Answer& out) {
+  const auto start = core::RunControl::Clock::now();
+  Join join = join_plan(*problem_.model, *last_, q, u, {.enough = fraction()}, work_);
+  out.join_steps = join.steps;
+  out.joined = join.status == Status::Solved;
+  if (!out.joined) return false;
+  out.result.status = Status::Solved;
+  out.result.plan = std::move(join.plan);
+  out.result.seed = options_.seed;
+  out.result.wall_s = core::seconds_since(start);
+  return true;
 }
 
 void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction,

@@ -12,6 +12,8 @@ struct Answer {
   planning::PlanResult result;
   std::optional<Trajectory> trajectory;  ///< of its plan, where it is worth carrying out
   double processor_s = 0;                ///< of all cores of the process
+  bool joined = false;                   ///< the plan before goes on, and nothing was searched
+  long join_steps = 0;                   ///< that trying to go on took
   bool late = false;                     ///< things are no more where the plan begins
   double charge_s = 0;                   ///< for which the clock of the plant goes on meanwhile
 };
@@ -24,16 +26,17 @@ class PlanSource {
 
   /// @param q, u      the state and the commands in force (n_q), (n_a)
   /// @param number    of plans that were asked for before: later seeds follow from it
-  /// @param friction  every μ of the plan times this
+  /// @param friction  every μ of the plan times this; a plan that one has is gone on with where it has this friction
   /// @param control   of the run; a plan has the budget of the RunOptions besides
   Answer ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& control);
 
-  /// The timing of a plan.
-  Trajectory time(const planning::Plan& plan) { return make_trajectory(*problem_.model, plan, speed_, &lead_); }
+  /// The timing of a plan, which is kept to be gone on with.
+  Trajectory take(const planning::Plan& plan);
   /// A share of the tolerances at which a plan counts as at the goal.
   double fraction() const { return options_.tolerance_fraction; }
 
  private:
+  bool join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, Answer& out);
   void search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& run,
               planning::PlanResult& out) const;
 
@@ -42,6 +45,8 @@ class PlanSource {
   const RunOptions& how_;
   const RunSpeeds& speed_;
   DragFeedforward lead_;
+  std::optional<planning::Plan> last_;  ///< that is carried out
+  dynamics::StepWorkspace work_;
 };
 
 }  // namespace stiction::execution

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/closed_loop/active_hold.hpp"
 #include "stiction/execution/closed_loop/driver_link.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
 #include "stiction/execution/closed_loop/plan_source.hpp"
@@ -26,6 +27,11 @@ using world::Model;
 constexpr double kThere = 0.3;
 /// What has not come to rest after so many windows is taken as it is.
 constexpr int kMostWindows = 10;
+/// An object that got farther than this from where it rested is caught [tolerances of the goal].
+constexpr double kMoves = 0.2;
+/// Between two looks of the active hold [s].
+constexpr double kHoldPeriod = 0.01;
+
 /// Of objects that rest on what stops them, those lag behind their plan for some follow times.
 constexpr double kFollowTimes = 2;
 
@@ -34,7 +40,7 @@ class Executor {
   Executor(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
            const core::RunControl& control, RunResult& out)
       : model_(*problem.model),
-        link_(plant, model_, how.tick, how.silence),
+        link_(plant, model_, how.tick, how.silence, how.absence),
         real_time_(plant.real_time()),
         problem_(problem),
         how_(how),
@@ -45,7 +51,10 @@ class Executor {
         follow_time_(calc_follow_time(model_, problem.goal.object)),
         window_(how.settle_time + follow_time_),
         watch_(model_, problem.goal, window_, how.settle_time),
-        strain_(model_.effort().cwiseQuotient(model_.stiffness())) {}
+        strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
+    if (how.active_hold) hold_.emplace(problem.model, problem.goal.object, how.friction);
+    if (hold_ && !hold_->applies()) hold_.reset();
+  }
 
   void go(const planning::Plan* first) {
     carry(first);
@@ -84,13 +93,39 @@ class Executor {
     u_ = within_motors(wanted);
     if (!link_.command(u_)) return end(RunEnd::Silent, link_.reason());
     if (!read()) return false;
+    if (link_.take_displaced()) {
+      displaced_ = true;
+      set_floor({});
+    }
     if (now() >= next_look_ - 0.5 * how_.tick) look();
     return !over_;
   }
 
+  /// A command of a robot that has nothing to carry out: it rests as long as the object does.
+  bool hold_tick() {
+    if (!hold_) return tick(u_);
+    if (!holds_) {
+      holds_ = calm_ = true;
+      q_held_ = measured_.q;
+      hold_->start(q_held_);
+    }
+    if (calm_ && share_between(model_, problem_.goal.object, q_held_, measured_.q, problem_.goal) > kMoves)
+      calm_ = false, next_hold_ = now();
+    if (calm_) return tick(u_);
+    if (now() >= next_hold_ - 0.5 * how_.tick) {
+      const double period = std::max(kHoldPeriod, how_.tick);
+      next_hold_ = now() + period;
+      Eigen::VectorXd wanted = u_;
+      (void)hold_->update(measured_.q, period, wanted);  // where it finds nothing the command stays
+      step_ = (wanted - u_) * (how_.tick / period);
+    }
+    return tick(u_ + step_);
+  }
+
   void look() {
     next_look_ = now() + how_.watch_interval;
-    watch_.add(now(), measured_.q);
+    if (measured_.object_time > seen_time_) watch_.add(now(), measured_.q);  // poses that stay away say nothing of rest
+    seen_time_ = measured_.object_time;
     looked_ = true;
     record();
     check_fall();
@@ -138,15 +173,19 @@ class Executor {
   /// Commands rest until the objects do, or until `there` says at a look that it is near enough.
   template <class There>
   bool settle(const There& there) {
+    while (!link_.sees_objects()) {
+      if (!tick(u_)) return false;
+    }
     watch_.forget();
     watch_.add(now(), measured_.q);
     const double begin = now();
-    while (now() - begin < kMostWindows * window_) {
+    while (now() - begin < kMostWindows * window_ || (watch_.is_carried() && now() - begin < how_.absence)) {
       looked_ = false;
-      if (!tick(u_)) return false;
+      if (!hold_tick()) return false;
       if (!looked_) continue;
-      if (watch_.rests()) {
-        watch_.forget_motion();
+      if (const double slow = kThere / thinking_time(); watch_.rests(slow)) {
+        watch_.forget_motion(slow);
+        holds_ = false;
         return true;
       }
       if (there()) return true;
@@ -163,13 +202,14 @@ class Executor {
     state_ = RunState::Hold;
     const double begin = now();
     while (now() - begin < how_.hold) {
-      if (!tick(u_) || goal_share(watch_.mean()) > 1) return false;
+      if (!hold_tick() || goal_share(watch_.mean()) > 1) return false;
     }
     return true;
   }
 
   /// Commands go straight to u at the speed of pushes.
   bool move_to(const Eigen::VectorXd& u) {
+    holds_ = false;
     const Eigen::VectorXd from = u_;
     const double begin = now(), duration = calc_duration(from, u, speed_.push);
     while (now() - begin < duration) {
@@ -199,7 +239,7 @@ class Executor {
     std::string cause = "start";
     std::optional<Trajectory> trajectory;
     if (first != nullptr) {
-      trajectory = source_.time(*first);
+      trajectory = source_.take(*first);
       if (!is_at(trajectory->q.col(0))) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     while (!over_) {
@@ -224,6 +264,16 @@ class Executor {
 
   // ---- plans
 
+  /// What a search has taken of the clock in this run (mean) [s]; 0 before the first.
+  double thinking_time() const {
+    double sum = 0;
+    int searches = 0;
+    for (const RunPlan& plan : out_.plans) {
+      if (!plan.joined) sum += plan.clock_s, ++searches;
+    }
+    return searches > 0 ? sum / searches : 0;
+  }
+
   /// Every plan after the first counts, whatever calls for it. False: they are used up, and the run is over.
   bool may_plan() {
     if (!has_plan_) return has_plan_ = true;
@@ -242,7 +292,7 @@ class Executor {
       Answer answer;
       if (!ask(refused == 0 ? cause : "no plan from where springs were strained", refused == 0 ? how_.friction : 1, answer))
         return std::nullopt;
-      if (!out_.first_plan) out_.first_plan = std::move(answer.result);
+      if (!out_.first_plan && !answer.joined) out_.first_plan = std::move(answer.result);
       if (!answer.trajectory) continue;
       if (!answer.late) return std::move(answer.trajectory);
       cause = "the object moved while the planner worked";
@@ -263,7 +313,7 @@ class Executor {
     const auto work = [&](const core::RunControl& control) { answer = source_.ask(q, u, number, friction, control); };
     const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);
     const planning::PlanResult& result = answer.result;
-    out_.plans.push_back({begin, result.wall_s, answer.processor_s, now() - begin, result.status, cause, result.reason});
+    out_.plans.push_back({begin, result.wall_s, answer.processor_s, now() - begin, result.status, cause, result.reason, answer.joined});
     out_.planning_s += result.wall_s;
     if (goes_on && answer.trajectory && !is_at(q)) answer.late = true;
     return goes_on;
@@ -278,7 +328,7 @@ class Executor {
     link_.pause();
     if (!read()) return false;
     while (now() - begin < answer.charge_s - 0.5 * how_.tick) {
-      if (!tick(u_)) return false;
+      if (!hold_tick()) return false;
     }
     return true;
   }
@@ -300,7 +350,7 @@ class Executor {
       done.store(true);
     });
     do {
-      (void)tick(u_);
+      (void)hold_tick();
     } while (!over_ && !done.load());
     unwanted.store(true);
     planner.join();
@@ -313,6 +363,7 @@ class Executor {
   /// @returns why it ended, for the next plan
   std::string carry_out(const Trajectory& trajectory) {
     set_floor(trajectory.q);
+    displaced_ = false;
     link_.pause();  // the trajectory took its time
     state_ = RunState::Push;
     if (!move_to(trajectory.u.col(0))) return {};
@@ -328,12 +379,16 @@ class Executor {
       report.off = off_;
       report.given_up = !held;
       if (over_) return {};
+      if (!held && displaced_) return "the object was put elsewhere";
       if (!held)
         return fmt::format("{} was {:.1f} tolerances off its plan", piece.kind == SegmentKind::Regrasp ? "a regrasp" : "a push", off_);
       if (goal_share(measured_.q) <= source_.fraction()) return "the goal did not hold";
     }
     return "the plan ended beside the goal";
   }
+
+  /// The objects are away, or were put elsewhere.
+  bool is_displaced() { return displaced_ = displaced_ || !link_.sees_objects(); }
 
   /// A piece in time, watched. @param zero  time of the run at which the trajectory began
   bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
@@ -344,8 +399,8 @@ class Executor {
       const double t = std::min(now() - zero + how_.tick, end);
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan_);
-      looked_ = false;
-      if (!tick(u)) return false;
+      looked_ = holds_ = false;
+      if (!tick(u) || is_displaced()) return false;
       if (!looked_) continue;
       off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
                             how_.watch_interval, measured_.q, problem_.goal);
@@ -397,11 +452,19 @@ class Executor {
   Measurement measured_;
   double start_ = 0;  ///< of the run, by the clock of the plant
   double next_look_ = 0;
-  bool looked_ = false;  ///< in the last tick
+  double seen_time_ = -std::numeric_limits<double>::infinity();  ///< of the objects at the last look, by the clock of the plant
+  bool looked_ = false;                                          ///< in the last tick
   bool over_ = false;
   bool has_plan_ = false;  ///< one was given or asked for
+  std::optional<ActiveHold> hold_;
+  bool holds_ = false;  ///< since the last command of a plan
+  bool calm_ = true;
+  Eigen::VectorXd q_held_;
+  double next_hold_ = 0;  ///< when it looks again
+  Eigen::VectorXd step_;  ///< of the commands in a tick (n_a)
   RunState state_ = RunState::Hold;
-  double off_ = 0;  ///< of the last look, in tolerances
+  bool displaced_ = false;  ///< since a plan began
+  double off_ = 0;          ///< of the last look, in tolerances
   Eigen::VectorXd u_, q_plan_;
   std::vector<double> floor_;  ///< per object: how deep it may be
   std::vector<Eigen::VectorXd> q_, planned_, commands_;

@@ -62,10 +62,14 @@ struct RunOptions {
   double planning_rate = 1;
   /// Each step that the planner computes is charged like this [s], > 0, so that a run is the same on every machine; nothing: the processor time that it took.
   std::optional<double> plan_step_time;
-  int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
-  int replans = 60;                                        ///< plans after the first one, whatever calls for them, ≥ 0
+  bool join = true;  ///< before the planner searches, the plan before is gone on with, where that leads to the goal
+  bool active_hold =
+      true;          ///< the fingers of a hand keep a free object where it is, while nothing is carried out (E.21); false: commands rest
+  int refusals = 5;  ///< plans in a row that may fail before the run ends, ≥ 1
+  int replans = 60;  ///< plans after the first one, whatever calls for them, ≥ 0
   double duration = 600;                                   ///< of the run, by the clock of the plant [s], > 0
-  double silence = 0.5;                                    ///< objects that were not seen for so long are not seen any more [s], > 0
+  double silence = 0.5;                                    ///< objects that were not seen for so long are away: the robot holds [s], > 0
+  double absence = 30;                                     ///< … and the run ends after so long [s], ≥ silence
   std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds
   std::function<void(const RunSample& sample)> on_sample;  ///< at every look, from the thread of the run
   void validate() const;                                   ///< @throws core::InvalidInput naming the field
@@ -87,8 +91,9 @@ struct RunPlan {
   double processor_s = 0;  ///< … of all cores of the process
   double clock_s = 0;      ///< … and of the clock of the plant
   core::Status status = core::Status::NumericalFailure;
-  std::string cause;   ///< why it was asked
-  std::string reason;  ///< what the planner said, where it found nothing
+  std::string cause;    ///< why it was asked
+  std::string reason;   ///< what the planner said, where it found nothing
+  bool joined = false;  ///< the plan before was gone on with, and nothing was searched
 };
 
 struct RunResult {

@@ -62,6 +62,8 @@ void RunOptions::validate() const {
   if (replans < 0) core::throw_invalid("replans", std::to_string(replans), "0 or more");
   core::require_positive("duration", duration);
   core::require_positive("silence", silence);
+  if (!(absence >= silence))
+    core::throw_invalid("absence", fmt::format("{:g} s", absence), fmt::format("at least the silence of {:g} s", silence));
 }
 
 long RunResult::count(planning::SegmentKind kind) const {
