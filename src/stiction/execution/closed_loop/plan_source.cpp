@@ -1,9 +1,12 @@
 #include "stiction/execution/closed_loop/plan_source.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "stiction/core/processor_time.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/execution/closed_loop/object_watch.hpp"
 #include "stiction/execution/closed_loop/plan_join.hpp"
 
 namespace stiction::execution {
@@ -22,6 +25,12 @@ bool moves(const planning::Plan& plan) {
                      [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
 }
 
+/// Where a plan begins once its start has come to rest; q where it rested.
+const Eigen::VectorXd& settled(const planning::Plan& plan, const Eigen::VectorXd& q) {
+  const bool moved = !plan.segments.empty() && plan.segments[0].kind == SegmentKind::Settle && !plan.segments[0].knots.empty();
+  return moved ? plan.segments[0].knots.back().q : q;
+}
+
 }  // namespace
 
 PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
@@ -38,7 +47,13 @@ Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::
   if (!how_.join || !same_friction || !join(q, u, out)) search(q, u, number, friction, control, out.result);
   const double share = planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
   const bool gains = out.result.plan.error.share(problem_.goal) <= kGain * share;
-  if (moves(out.result.plan) && (out.result.status == Status::Solved || gains)) out.trajectory = take(out.result.plan);
+  const double slip = share_between(*problem_.model, problem_.goal.object, q, settled(out.result.plan, q), problem_.goal);
+  out.slips = slip > how_.off_at_the_end;
+  if (out.slips) {
+    out.result.reason = fmt::format("the object does not rest at the start: it moves by {:.1f} tolerances", slip);
+  } else if (moves(out.result.plan) && (out.result.status == Status::Solved || gains)) {
+    out.trajectory = take(out.result.plan);
+  }
   out.processor_s = core::processor_time() - before;
   if (how_.planning_rate > 0) {
     const auto steps = static_cast<double>(out.result.steps + out.result.linearisations + out.join_steps);

@@ -283,15 +283,19 @@ class Executor {
   }
 
   /// From what is measured; where there is none the springs are let go, and it is asked again, now with the friction of the scene: a place may be left by
-  /// no push that holds with less.
+  /// no push that holds with less. A start that does not rest with less is asked for again with the friction of the scene, and springs strained.
   /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the springs were let go; `cause` then says
   ///          for what the next plan is
   std::optional<Trajectory> make_plan(std::string& cause) {
+    bool slips = false;
     for (int refused = 0; refused < how_.refusals; ++refused) {
-      if (refused > 0 && (!let_go() || is_at_goal())) return std::nullopt;
+      if (refused > 0 && !slips && (!let_go() || is_at_goal())) return std::nullopt;
+      const std::string why = refused == 0 ? cause
+                              : slips      ? "the start slips with the friction of plans"
+                                           : "no plan from where springs were strained";
       Answer answer;
-      if (!ask(refused == 0 ? cause : "no plan from where springs were strained", refused == 0 ? how_.friction : 1, answer))
-        return std::nullopt;
+      if (!ask(why, refused == 0 ? how_.friction : 1, answer)) return std::nullopt;
+      slips = answer.slips && refused == 0 && how_.friction < 1;
       if (!out_.first_plan && !answer.joined) out_.first_plan = std::move(answer.result);
       if (!answer.trajectory) continue;
       if (!answer.late) return std::move(answer.trajectory);
