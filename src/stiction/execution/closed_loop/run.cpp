@@ -291,7 +291,7 @@ class Executor {
     for (int refused = 0; refused < how_.refusals; ++refused) {
       if (refused > 0 && !slips && (!let_go() || is_at_goal())) return std::nullopt;
       const std::string why = refused == 0 ? cause
-                              : slips      ? "the start slips with the friction of plans"
+                              : slips      ? "no rest at the start with the friction of plans"
                                            : "no plan from where springs were strained";
       Answer answer;
       if (!ask(why, refused == 0 ? how_.friction : 1, answer)) return std::nullopt;
