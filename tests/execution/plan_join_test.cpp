@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "planning/push_plan.hpp"
+#include "stiction/execution/closed_loop/pose_tracker.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::execution::test {
 namespace {
@@ -15,10 +17,9 @@ using planning::test::load_model;
 struct Rig {
   std::shared_ptr<const world::Model> model = load_model("planar_pushing");
   planning::Plan plan = planning::test::push_up(model);
-  dynamics::StepWorkspace work{model};
   VectorXd q = plan.segments[0].knots.back().q, u = plan.segments[0].knots.back().u;
 
-  Join join(const JoinOptions& options = {}) { return join_plan(*model, plan, q, u, options, work); }
+  Join join(const JoinOptions& options = {}) { return join_plan(model, plan, q, u, options); }
 };
 
 TEST(PlanJoin, StateBesideAPlace_GoesOnToTheGoal) {
@@ -52,7 +53,7 @@ TEST(PlanJoin, StateAside_DoesNotJoin) {
   const Join aside = rig.join();
   EXPECT_NE(aside.status, Status::Solved);
   EXPECT_NEAR(aside.share, 1.5, 0.5);
-  rig.q[0] += rig.plan.goal.tol_position;
+  rig.q[0] += 2 * rig.plan.goal.tol_position;
   const Join far = rig.join();
   EXPECT_NE(far.status, Status::Solved);
   EXPECT_EQ(far.steps, 0) << "no place is that near";
@@ -64,6 +65,32 @@ TEST(PlanJoin, RobotElsewhere_DoesNotJoin) {
   rig.q.tail(2) << 2, 0.5;
   rig.u = rig.q.tail(2);
   EXPECT_NE(rig.join().status, Status::Solved);
+}
+
+/// The step with the command that the tracker gives brings the box nearer to where the plan has it; what is far off bounds the command.
+TEST(PoseTracker, CommandsBesideThePlan_BringTheObjectBack) {
+  Rig rig;
+  dynamics::StepWorkspace work(rig.model);
+  dynamics::StepResult out;
+  const auto height_after = [&](const VectorXd& u) {
+    work.forget();
+    EXPECT_EQ(dynamics::step(*rig.model, {rig.q, u}, rig.plan.step, work, out), Status::Solved);
+    return out.q_next[1];
+  };
+  PoseTracker tracker(rig.model, rig.plan.goal, rig.plan.step);
+  VectorXd wanted = rig.q;
+  wanted[1] = height_after(rig.u) + 0.01;
+  for (int k = 0; k < 5; ++k) ASSERT_EQ(tracker.update(rig.q, wanted, rig.u), Status::Solved);
+  EXPECT_GT(tracker.delta()[1], 1e-3);
+  EXPECT_LT(std::abs(height_after(rig.u + tracker.delta()) - wanted[1]), 0.007);
+
+  wanted[1] += 10;
+  for (int k = 0; k < 50; ++k) ASSERT_EQ(tracker.update(rig.q, wanted, rig.u), Status::Solved);
+  EXPECT_NEAR(tracker.delta()[1], 0.15 * rig.model->scales().joints()[1], 1e-9);
+  const VectorXd before = tracker.delta();
+  tracker.fade((VectorXd(2) << 0, 1).finished(), 0.25);
+  EXPECT_EQ(tracker.delta()[0], before[0]);
+  EXPECT_NEAR(tracker.delta()[1], 0.75 * before[1], 1e-12);
 }
 
 TEST(PlanJoin, StepsAreBounded) {

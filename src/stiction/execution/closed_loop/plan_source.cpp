@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "stiction/core/processor_time.hpp"
 #include "stiction/core/random.hpp"
@@ -35,7 +36,7 @@ const Eigen::VectorXd& settled(const planning::Plan& plan, const Eigen::VectorXd
 
 PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
                        const RunSpeeds& speed)
-    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model), work_(problem.model) {
+    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model) {
   options_.tolerance_fraction = std::min(options_.tolerance_fraction, how.plan_fraction);
 }
 
@@ -43,23 +44,35 @@ Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::
                        const core::RunControl& control) {
   Answer out;
   const double before = core::processor_time();
-  const bool same_friction = last_ && last_->step.friction_scale == options_.step_options(*problem_.model).friction_scale * friction;
-  if (!how_.join || !same_friction || !join(q, u, out)) search(q, u, number, friction, control, out.result);
-  const double share = planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
-  const bool gains = out.result.plan.error.share(problem_.goal) <= kGain * share;
-  const double slip = share_between(*problem_.model, problem_.goal.object, q, settled(out.result.plan, q), problem_.goal);
-  out.slips = slip > how_.off_at_the_end;
-  if (out.slips) {
-    out.result.reason = fmt::format("the object does not rest at the start: it moves by {:.1f} tolerances", slip);
-  } else if (moves(out.result.plan) && (out.result.status == Status::Solved || gains)) {
-    out.trajectory = take(out.result.plan);
+  if (!join(q, u, friction, out)) {
+    search(q, u, number, friction, control, out.result);
+    judge(q, out);
   }
   out.processor_s = core::processor_time() - before;
   if (how_.planning_rate > 0) {
     const auto steps = static_cast<double>(out.result.steps + out.result.linearisations + out.join_steps);
     out.charge_s = (how_.plan_step_time ? steps * *how_.plan_step_time : out.processor_s) / how_.planning_rate;
   }
+  if (!out.joined) thought_ += out.charge_s, ++searches_;
   return out;
+}
+
+double PlanSource::share(const Eigen::VectorXd& q) const {
+  return planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
+}
+
+/// Whether a plan that was searched is worth carrying out.
+void PlanSource::judge(const Eigen::VectorXd& q, Answer& out) {
+  const planning::Plan& plan = out.result.plan;
+  const double slip = share_between(*problem_.model, problem_.goal.object, q, settled(plan, q), problem_.goal);
+  const bool gains = plan.error.share(problem_.goal) <= kGain * share(q);
+  out.slips = slip > how_.off_at_the_end;
+  if (out.slips) {
+    out.result.reason = fmt::format("the object does not rest at the start: it moves by {:.1f} tolerances", slip);
+  } else if (moves(plan) && (out.result.status == Status::Solved || gains)) {
+    out.trajectory = take(plan);
+    durations_ += out.trajectory->duration(), shares_ += share(q);
+  }
 }
 
 Trajectory PlanSource::take(const planning::Plan& plan) {
@@ -68,12 +81,25 @@ Trajectory PlanSource::take(const planning::Plan& plan) {
   return out;
 }
 
-bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, Answer& out) {
+/// What a new plan from q would take, from those before: to be found, and to be carried out in proportion to the way [s].
+double PlanSource::expected_time(const Eigen::VectorXd& q) const {
+  if (searches_ == 0 || shares_ <= 0) return std::numeric_limits<double>::infinity();
+  return thought_ / static_cast<double>(searches_) + share(q) * durations_ / shares_;
+}
+
+/// The plan that one has, from q. False: it does not lead to the goal, or takes longer than a new one would.
+bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out) {
+  if (!how_.join || !last_) return false;
+  if (last_->step.friction_scale != options_.step_options(*problem_.model).friction_scale * friction) return false;
   const auto start = core::RunControl::Clock::now();
-  Join join = join_plan(*problem_.model, *last_, q, u, {.enough = fraction()}, work_);
+  Join join = join_plan(problem_.model, *last_, q, u, {.enough = fraction()});
   out.join_steps = join.steps;
-  out.joined = join.status == Status::Solved;
-  if (!out.joined) return false;
+  if (join.status != Status::Solved) return false;
+  Trajectory trajectory = make_trajectory(*problem_.model, join.plan, speed_, &lead_);
+  if (trajectory.duration() > expected_time(q)) return false;
+  last_ = join.plan;
+  out.joined = true;
+  out.trajectory = std::move(trajectory);
   out.result.status = Status::Solved;
   out.result.plan = std::move(join.plan);
   out.result.seed = options_.seed;

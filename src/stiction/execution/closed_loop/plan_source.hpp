@@ -13,10 +13,10 @@ struct Answer {
   std::optional<Trajectory> trajectory;  ///< of its plan, where it is worth carrying out
   double processor_s = 0;                ///< of all cores of the process
   bool joined = false;                   ///< the plan before goes on, and nothing was searched
-  bool slips = false;                    ///< the object does not rest at the start with the friction of the plan, which begins where it came to
-  long join_steps = 0;                   ///< that trying to go on took
-  bool late = false;                     ///< things are no more where the plan begins
-  double charge_s = 0;                   ///< for which the clock of the plant goes on meanwhile
+  bool slips = false;   ///< the object does not rest at the start with the friction of the plan, which begins where it came to
+  long join_steps = 0;  ///< that trying to go on took
+  bool late = false;    ///< things are no more where the plan begins
+  double charge_s = 0;  ///< for which the clock of the plant goes on meanwhile
 };
 
 /// Asks the planner on the way of a run. It knows the plant by what was measured alone, so that it may work beside the loop that commands the plant.
@@ -37,7 +37,10 @@ class PlanSource {
   double fraction() const { return options_.tolerance_fraction; }
 
  private:
-  bool join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, Answer& out);
+  bool join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out);
+  void judge(const Eigen::VectorXd& q, Answer& out);
+  double share(const Eigen::VectorXd& q) const;
+  double expected_time(const Eigen::VectorXd& q) const;
   void search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& run,
               planning::PlanResult& out) const;
 
@@ -47,7 +50,9 @@ class PlanSource {
   const RunSpeeds& speed_;
   DragFeedforward lead_;
   std::optional<planning::Plan> last_;  ///< that is carried out
-  dynamics::StepWorkspace work_;
+  double durations_ = 0, shares_ = 0;   ///< of plans that were found: sums of their durations [s] and of their ways [tolerances]
+  double thought_ = 0;                  ///< what searches took of the clock [s]
+  int searches_ = 0;
 };
 
 }  // namespace stiction::execution
