@@ -13,6 +13,7 @@
 #include "stiction/execution/closed_loop/driver_link.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
 #include "stiction/execution/closed_loop/plan_source.hpp"
+#include "stiction/execution/closed_loop/pose_tracker.hpp"
 #include "stiction/execution/open_loop/fall.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -27,8 +28,10 @@ using world::Model;
 constexpr double kThere = 0.3;
 /// What has not come to rest after so many windows is taken as it is.
 constexpr int kMostWindows = 10;
-/// An object that got farther than this from where it rested is caught [tolerances of the goal].
-constexpr double kMoves = 0.2;
+/// An object that rested and comes this far is caught [tolerances of the goal] …
+constexpr double kLeaves = 0.2;
+/// … or that comes this far while it is to come to rest.
+constexpr double kRolls = 1;
 /// Between two looks of the active hold [s].
 constexpr double kHoldPeriod = 0.01;
 
@@ -54,6 +57,11 @@ class Executor {
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     if (how.active_hold) hold_.emplace(problem.model, problem.goal.object, how.friction);
     if (hold_ && !hold_->applies()) hold_.reset();
+    if (how.push_feedback) {
+      planning::PlannerOptions of_plans = planner;
+      of_plans.friction *= how.friction;
+      tracker_.emplace(problem.model, problem.goal, of_plans.step_options(model_));
+    }
   }
 
   void go(const planning::Plan* first) {
@@ -102,15 +110,15 @@ class Executor {
   }
 
   /// A command of a robot that has nothing to carry out: it rests as long as the object does.
-  bool hold_tick() {
+  /// @param far  so far off an object is caught [tolerances of the goal]
+  bool hold_tick(double far = kLeaves) {
     if (!hold_) return tick(u_);
     if (!holds_) {
       holds_ = calm_ = true;
       q_held_ = measured_.q;
       hold_->start(q_held_);
     }
-    if (calm_ && share_between(model_, problem_.goal.object, q_held_, measured_.q, problem_.goal) > kMoves)
-      calm_ = false, next_hold_ = now();
+    if (calm_ && share_between(model_, problem_.goal.object, q_held_, measured_.q, problem_.goal) > far) calm_ = false, next_hold_ = now();
     if (calm_) return tick(u_);
     if (now() >= next_hold_ - 0.5 * how_.tick) {
       const double period = std::max(kHoldPeriod, how_.tick);
@@ -181,7 +189,7 @@ class Executor {
     const double begin = now();
     while (now() - begin < kMostWindows * window_ || (watch_.is_carried() && now() - begin < how_.absence)) {
       looked_ = false;
-      if (!hold_tick()) return false;
+      if (!hold_tick(kRolls)) return false;
       if (!looked_) continue;
       if (const double slow = kThere / thinking_time(); watch_.rests(slow)) {
         watch_.forget_motion(slow);
@@ -368,6 +376,9 @@ class Executor {
   std::string carry_out(const Trajectory& trajectory) {
     set_floor(trajectory.q);
     displaced_ = false;
+    if (tracker_) tracker_->reset();
+    beside_ = Eigen::VectorXd::Zero(model_.n_a());
+    ramp_ = 0;
     link_.pause();  // the trajectory took its time
     state_ = RunState::Push;
     if (!move_to(trajectory.u.col(0))) return {};
@@ -404,6 +415,7 @@ class Executor {
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan_);
       looked_ = holds_ = false;
+      if (tracker_) u += feedback(piece, u);
       if (!tick(u) || is_displaced()) return false;
       if (!looked_) continue;
       off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
@@ -411,6 +423,20 @@ class Executor {
       if (off_ > how_.off_on_the_way) return false;
     }
     return true;
+  }
+
+  /// What is added to the commands of a plan; of a push it follows the object (E.22), in a regrasp it stays.
+  Eigen::VectorXd feedback(const Piece& piece, const Eigen::VectorXd& u) {
+    if (piece.kind == SegmentKind::Contact && now() >= next_hold_ - 0.5 * how_.tick) {
+      const double period = std::max(kHoldPeriod, how_.tick);
+      next_hold_ = now() + period;
+      const Eigen::VectorXd before = beside_;
+      (void)tracker_->update(measured_.q, q_plan_, u);  // where it finds nothing δ stays
+      step_ = (tracker_->delta() - before) * (how_.tick / period);
+      ramp_ = static_cast<int>(std::lround(period / how_.tick));
+    }
+    if (ramp_ > 0) beside_ += step_, --ramp_;
+    return beside_;
   }
 
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
@@ -460,6 +486,9 @@ class Executor {
   bool looked_ = false;                                          ///< in the last tick
   bool over_ = false;
   bool has_plan_ = false;  ///< one was given or asked for
+  std::optional<PoseTracker> tracker_;
+  Eigen::VectorXd beside_;  ///< the plan, of the commands (n_a)
+  int ramp_ = 0;            ///< ticks in which it still changes by step_
   std::optional<ActiveHold> hold_;
   bool holds_ = false;  ///< since the last command of a plan
   bool calm_ = true;
