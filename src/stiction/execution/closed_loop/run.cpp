@@ -57,7 +57,7 @@ class Executor {
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     if (how.active_hold) hold_.emplace(problem.model, problem.goal.object, how.friction);
     if (hold_ && !hold_->applies()) hold_.reset();
-    if (how.push_feedback) {
+    if (how.push_feedback && model_.scene().objects[static_cast<std::size_t>(problem.goal.object)].joint == world::ObjectJoint::Free) {
       planning::PlannerOptions of_plans = planner;
       of_plans.friction *= how.friction;
       tracker_.emplace(problem.model, problem.goal, of_plans.step_options(model_));
