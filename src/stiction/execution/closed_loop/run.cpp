@@ -127,6 +127,7 @@ class Executor {
       (void)hold_->update(measured_.q, period, wanted);  // where it finds nothing the command stays
       step_ = (wanted - u_) * (how_.tick / period);
     }
+    caught_ = true;
     return tick(u_ + step_);
   }
 
@@ -217,7 +218,7 @@ class Executor {
 
   /// Commands go straight to u at the speed of pushes.
   bool move_to(const Eigen::VectorXd& u) {
-    holds_ = false;
+    holds_ = caught_ = false;
     const Eigen::VectorXd from = u_;
     const double begin = now(), duration = calc_duration(from, u, speed_.push);
     while (now() - begin < duration) {
@@ -361,9 +362,14 @@ class Executor {
       }
       done.store(true);
     });
-    do {
-      (void)hold_tick();
-    } while (!over_ && !done.load());
+    try {
+      do {
+        (void)hold_tick();
+      } while (!over_ && !done.load());
+    } catch (...) {
+      unwanted.store(true);
+      throw;
+    }
     unwanted.store(true);
     planner.join();
     if (error) std::rethrow_exception(error);
@@ -414,7 +420,7 @@ class Executor {
       const double t = std::min(now() - zero + how_.tick, end);
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan_);
-      looked_ = holds_ = false;
+      looked_ = holds_ = caught_ = false;
       if (tracker_) u += feedback(piece, u);
       if (!tick(u) || is_displaced()) return false;
       if (!looked_) continue;
@@ -445,7 +451,9 @@ class Executor {
     const auto off = [&](const Eigen::VectorXd& q) { return off_ = share_between(model_, problem_.goal.object, q_end, q, problem_.goal); };
     if (off(measured_.q) <= kThere) return true;
     const double begin = now();
+    const Eigen::VectorXd u_end = u_;
     if (!settle([&] { return off(measured_.q) <= kThere; })) return false;
+    if (caught_ && !move_to(u_end)) return false;  // fingers are elsewhere
     zero += now() - begin;
     return off(watch_.mean()) <= how_.off_at_the_end;
   }
@@ -490,7 +498,8 @@ class Executor {
   Eigen::VectorXd beside_;  ///< the plan, of the commands (n_a)
   int ramp_ = 0;            ///< ticks in which it still changes by step_
   std::optional<ActiveHold> hold_;
-  bool holds_ = false;  ///< since the last command of a plan
+  bool caught_ = false;  ///< fingers moved since the last command of a plan
+  bool holds_ = false;   ///< since the last command of a plan
   bool calm_ = true;
   Eigen::VectorXd q_held_;
   double next_hold_ = 0;  ///< when it looks again
