@@ -1,21 +1,25 @@
 #!/usr/bin/env python3
 """Runs tasks in closed loop with many seeds: how often the goal is reached, in what time, and why not where it is not.
 
-    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--processor-seconds 40] [--threads 2] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
+    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--duration 600] [--processor-seconds 40] [--threads 2] [--planning-rate 1] [--plain-hold] [--no-join] [--push-feedback] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
                                   [--rows FILE] TASK … > run.json
 
 One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a run failed as a program, else 0: this measures, it does not judge.
-Simulated time has the hold of the goal in it, and leaves planning out.
+Simulated time has the hold of the goal in it, and planning: its processor time by the rate, 0 leaves it out.
 """
 
 import collections
 import dataclasses
+import math
 import statistics
 import typing
 
 from by_task import make_parser, measure
 from by_task import stiction as st
 from runs import exit_with
+
+
+SLIP = 0.1  # m/s faster than planned: an object that its robot threw
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,20 +37,22 @@ class Run:
     timeout_s: float
     processor_seconds: float | None
     threads: int
+    how: dict
     world: World
 
-    taken: typing.ClassVar = ("reached", "duration_s", "planning_s", "pushes", "regrasps", "replans", "dropped", "largest_effort")
-    columns: typing.ClassVar = ("end", "why", *taken, "planning_processor_s", "ended_in", "plans", "true_position", "true_angle", "causes", "again")
+    taken: typing.ClassVar = ("reached", "duration_s", "planning_s", "pushes", "regrasps", "replans", "dropped", "largest_effort", "largest_press")
+    columns: typing.ClassVar = ("end", "why", *taken, "planning_processor_s", "ended_in", "plans", "true_position", "true_angle", "causes", "again", "slips")
 
     def __call__(self, case):
         world = {"friction_scale": self.world.friction, "mass_scale": self.world.mass, "pose_noise": self.world.noise, "pose_delay": self.world.delay}
         budget = {"plan_timeout_s": self.timeout_s, "plan_processor_s": self.processor_seconds} if self.processor_seconds else {}
-        out = st.run(st.load_task(case.task), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **budget, **world)
+        out = st.run(st.load_task(case.task), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **budget, **self.how, **world)
         row = {key: getattr(out, key) for key in self.taken}
         row |= {"status": out.status.name, "end": out.end.name, "why": out.message, "plans": len(out.plans)}
         row |= {"true_position": out.true_error.position, "true_angle": out.true_error.angle}
         row["causes"] = [plan.cause for plan in out.plans[1:]]
-        row["again"] = [{"solved": plan.status == st.Status.Solved, "processor_s": plan.processor_s} for plan in out.plans[1:]]
+        row["again"] = [{"solved": plan.status == st.Status.Solved, "processor_s": plan.processor_s, "clock_s": plan.clock_s, "joined": plan.joined} for plan in out.plans[1:]]
+        row["slips"] = [speed for piece, speed in zip(out.pieces, out.slip_speeds, strict=False) if piece.kind == st.SegmentKind.Contact]
         row["planning_processor_s"] = sum(plan.processor_s for plan in out.plans)
         row["ended_in"] = ended_in(out)
         return [row]
@@ -56,6 +62,11 @@ def ended_in(run):
     """The kind of the piece in which a run ended, or rest."""
     within = run.pieces and run.pieces[-1].end_s >= run.times[-1]
     return run.pieces[-1].kind.name if within else "rest"
+
+
+def percentile(values, share):
+    """The least value that this share of the values does not exceed; None of none."""
+    return sorted(values)[max(0, math.ceil(share * len(values)) - 1)] if values else None
 
 
 def describe(row):
@@ -76,11 +87,18 @@ def summarise(task, rows):
     median = lambda key: statistics.median(row[key] for row in reached) if reached else None
     causes = collections.Counter(kind_of(cause) for row in rows for cause in row["causes"])
     again = [plan for row in rows for plan in row["again"]]
+    slips = [speed for row in rows for speed in row["slips"]]
+    presses = [row["largest_press"] for row in rows if row["largest_press"] is not None]
     return {
         "task": task,
         "plans_again": len(again),
+        "plans_joined": sum(plan["joined"] for plan in again),
         "plans_again_solved": sum(plan["solved"] for plan in again),
         "median_plan_again_s": statistics.median(plan["processor_s"] for plan in again) if again else None,
+        "p95_plan_again_s": percentile([plan["processor_s"] for plan in again], 0.95),
+        "median_press": statistics.median(presses) if presses else None,
+        "pushes_slower_than_0.1": sum(speed <= SLIP for speed in slips) / len(slips) if slips and presses else None,
+        "largest_slip_speed": max(slips) if slips and presses else None,
         "runs": len(rows),
         "reached": len(reached),
         "dropped": sum(row["dropped"] is not None for row in rows),
@@ -94,12 +112,17 @@ def summarise(task, rows):
 
 def table(results):
     number = lambda value, digits=0: "–" if value is None else f"{value:.{digits}f}"
-    lines = ["| task | reached | dropped | simulated | planning (processors) | pushes | regrasps | replans | plans anew: found, median | called for by |", "|---|---|---|---|---|---|---|---|---|---|"]
+    lines = [
+        "| task | reached | dropped | simulated | planning (processors) | pushes | regrasps | replans | plans anew: found, median, p95 | largest force / weight | pushes without a throw | called for by |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
     for r in results:
         causes = ", ".join(f"{count} × {cause}" for cause, count in list(r["causes"].items())[:3]) or "–"
+        gentle = "–" if r["pushes_slower_than_0.1"] is None else f"{1e2 * r['pushes_slower_than_0.1']:.0f} %"
         lines.append(
             f"| `{r['task']}` | {r['reached']} of {r['runs']} | {r['dropped']} | {number(r['median_duration_s'], 1)} s | {number(r['median_planning_processor_s'], 1)} s | "
-            f"{number(r['median_pushes'])} | {number(r['median_regrasps'])} | {number(r['median_replans'])} | {r['plans_again_solved']} of {r['plans_again']}, {number(r['median_plan_again_s'], 2)} s | {causes} |"
+            f"{number(r['median_pushes'])} | {number(r['median_regrasps'])} | {number(r['median_replans'])} | "
+            f"{r['plans_again_solved']} of {r['plans_again']}, {number(r['median_plan_again_s'], 2)} s, {number(r['p95_plan_again_s'], 1)} s | {number(r['median_press'], 1)} | {gentle} | {causes} |"
         )
     return "\n".join(lines)
 
@@ -107,8 +130,13 @@ def table(results):
 def main():
     parser = make_parser(__doc__.splitlines()[0])
     parser.add_argument("--timeout", type=float, default=300, help="of a run [s]")
+    parser.add_argument("--duration", type=float, default=600, help="of a run, by the clock of the simulation [s]")
     parser.add_argument("--processor-seconds", type=float, help="budget of one plan in place of 20 s: seconds of processors, 40 are 20 s of two cores")
     parser.add_argument("--threads", type=int, default=1, help="of the planner")
+    parser.add_argument("--planning-rate", type=float, default=1, help="seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile")
+    parser.add_argument("--plain-hold", action="store_true", help="commands rest while nothing is carried out")
+    parser.add_argument("--no-join", action="store_true", help="every plan is searched, and none gone on with")
+    parser.add_argument("--push-feedback", action="store_true", help="commands of pushes follow the object beside their plan")
     parser.add_argument("--processes", type=int, default=1, help="runs at a time")
     parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
     parser.add_argument("--mass", type=float, default=1, help="of the objects in the simulation, times that of the scene")
@@ -116,7 +144,7 @@ def main():
     parser.add_argument("--delay", type=float, default=0, help="of poses [s]")
     arguments = parser.parse_args()
     world = World(arguments.friction, arguments.mass, arguments.noise, arguments.delay)
-    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, world), processes=arguments.processes)
+    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, {"duration": arguments.duration, "planning_rate": arguments.planning_rate, "active_hold": not arguments.plain_hold, "join": not arguments.no_join, "push_feedback": arguments.push_feedback}, world), processes=arguments.processes)
 
 
 if __name__ == "__main__":

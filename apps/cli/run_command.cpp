@@ -8,6 +8,7 @@
 #include "frames.hpp"
 #include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/closed_loop/handling.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
@@ -33,6 +34,8 @@ struct RunArguments {
   execution::WorldOptions world;
   std::optional<int> threads;
   std::string out_dir;
+  bool plain_hold = false;
+  bool no_join = false;
   bool html = false;
   bool json = false;
 };
@@ -88,9 +91,11 @@ class Recorder {
   Recorder(const Given& given, const RunArguments& arguments)
       : plant(given.task.model, start_of(given), arguments.world),
         model_(*given.task.model),
+        watch_(plant),
         keeps_(arguments.html || !arguments.out_dir.empty()) {}
 
   void take(const execution::RunSample& sample) {
+    watch_.take(sample);
     if (keeps_) {
       forces_.push_back(plant.world().forces());
       torques_.push_back(plant.take_torques());
@@ -98,6 +103,7 @@ class Recorder {
     line.show(fmt::format("{:6.2f} s  {:7}  {} plans, {} pieces   {:.3g} tolerances from the goal", sample.time,
                           execution::to_string(sample.state), sample.plans, sample.piece + 1, sample.goal_share));
   }
+  execution::Handling handling() const { return watch_.result(); }
   const std::vector<std::vector<simulation::PairForce>>& forces() const { return forces_; }  ///< per look
   Eigen::MatrixXd torque() const {                                                           ///< (n_a × looks), as in Recording
     Eigen::MatrixXd out(model_.n_a(), static_cast<Eigen::Index>(torques_.size()));
@@ -110,6 +116,7 @@ class Recorder {
 
  private:
   const world::Model& model_;
+  execution::HandlingWatch watch_;
   bool keeps_;
   std::vector<std::vector<simulation::PairForce>> forces_;
   std::vector<Eigen::VectorXd> torques_;
@@ -139,6 +146,9 @@ json report(const Given& given, const RunArguments& arguments, const execution::
   out["dropped_s"] = r.dropped ? json(r.duration_s) : json();
   out["max_penetration"] = recorder.plant.world().max_depth();
   out["largest_effort"] = recorder.plant.world().largest_effort();
+  const execution::Handling handling = recorder.handling();
+  out["largest_press"] = handling.force ? json(*handling.force) : json();
+  out["slip_speed"] = handling.force ? json(handling.slip_speed()) : json();
   out["world"] = {{"friction", arguments.world.friction},     {"mass", arguments.world.mass},
                   {"pose_noise", arguments.world.pose_noise}, {"angle_noise", arguments.world.angle_noise},
                   {"pose_delay", arguments.world.pose_delay}, {"pushes", arguments.world.pushes.size()}};
@@ -147,6 +157,8 @@ json report(const Given& given, const RunArguments& arguments, const execution::
     out["plans"].push_back({{"time_s", plan.time},
                             {"wall_s", plan.wall_s},
                             {"processor_s", plan.processor_s},
+                            {"clock_s", plan.clock_s},
+                            {"joined", plan.joined},
                             {"status", core::to_string(plan.status)},
                             {"cause", plan.cause},
                             {"reason", plan.reason.empty() ? json() : json(plan.reason)}});
@@ -167,13 +179,19 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
   const auto row = [to](std::string_view name, const std::string& value) { print_row(to, name, value); };
   const planning::Goal& goal = given.task.problem.goal;
   say(to, "{}, seed {}: run in closed loop: {}\n", given.task.name, given.options.seed, r.reached() ? "goal reached" : r.message);
-  row("time", fmt::format("{:.2f} s simulated, {:.2f} s of planning", r.duration_s, r.planning_s));
+  double thought = 0;
+  for (const auto& plan : r.plans) thought += plan.clock_s;
+  row("time", fmt::format("{:.2f} s simulated, {:.2f} s of them planning", r.duration_s, thought));
   row("error at the goal", fmt::format("{:.2f} mm of {:.0f}, {:.4f} rad of {:.2f}", 1e3 * r.error.position, 1e3 * goal.tol_position,
                                        r.error.angle, goal.tol_angle));
   row("carried out", fmt::format("{} pushes, {} regrasps", out["pushes"].get<long>(), out["regrasps"].get<long>()));
-  row("plans", fmt::format("{}, {} of them on the way", r.plans.size(), r.replans));
+  const auto joined = std::count_if(r.plans.begin(), r.plans.end(), [](const auto& plan) { return plan.joined; });
+  row("plans", fmt::format("{}, {} of them on the way, {} gone on with", r.plans.size(), r.replans, joined));
   for (std::size_t i = 1; i < r.plans.size(); ++i)
     row("", fmt::format("{:6.2f} s: {}{}", r.plans[i].time, r.plans[i].cause, r.plans[i].reason.empty() ? "" : "; " + r.plans[i].reason));
+  if (!out["largest_press"].is_null())
+    row("object", fmt::format("pressed with {:.1f} times its weight at most, up to {:.3f} m/s faster than planned",
+                              out["largest_press"].get<double>(), out["slip_speed"].get<double>()));
   row("largest effort", fmt::format("{:.0f} % of a motor's", 1e2 * out["largest_effort"].get<double>()));
 }
 
@@ -215,6 +233,8 @@ int run_run(RunArguments arguments) {
     arguments.world.angle_noise = arguments.noise[1];
   }
   arguments.world.seed = given.options.seed;
+  arguments.how.active_hold = !arguments.plain_hold;
+  arguments.how.join = !arguments.no_join;
   for (const std::string& text : arguments.pushes) arguments.world.pushes.push_back(parse_push(text, given.task.problem.goal.object));
   arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
   const fs::path dir =
@@ -255,6 +275,14 @@ Run declare_run(CLI::App& command) {
   add_threads(command, a.threads);
   add_integer(command, "--replans", a.how.replans, "Plans after the first one, at most", {0, 1000000});
   add_number(command, "--duration", a.how.duration, "Simulated time, at most [s]", Bound::Positive);
+  add_number(command, "--planning-rate", a.how.planning_rate,
+             "Seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile",
+             Bound::NonNegative);
+  add_number(command, "--plan-step-time", a.how.plan_step_time,
+             "Charge each step of the planner like this [s], the same on every machine, in place of its processor time", Bound::Positive);
+  command.add_flag("--plain-hold", a.plain_hold, "Commands rest while nothing is carried out, also where a free object moves");
+  command.add_flag("--push-feedback", a.how.push_feedback, "Commands of pushes follow the object beside their plan");
+  command.add_flag("--no-join", a.no_join, "Search every plan, and go on with none");
   add_speed(command, a.speed);
   add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
   add_number(command, "--mass", a.world.mass, "Multiplies the mass of every object in the simulation", Bound::Positive);

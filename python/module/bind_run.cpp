@@ -9,6 +9,7 @@
 #include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
+#include "stiction/execution/closed_loop/handling.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
@@ -34,6 +35,7 @@ struct RunOutcome {
   RunResult result;
   planning::GoalError true_error;
   double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
+  execution::Handling handling;
 };
 
 WorldOptions world_of(int object, double friction, double mass, std::pair<double, double> noise, double delay,
@@ -47,7 +49,8 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                                 std::optional<std::uint64_t> seed, double speed, int replans, double duration, double friction_scale,
                                 double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
                                 const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
-                                std::optional<double> plan_processor_s, const Callback& on_progress) {
+                                std::optional<double> plan_processor_s, double planning_rate, std::optional<double> plan_step_time_s,
+                                bool active_hold, bool join, bool push_feedback, const Callback& on_progress) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   const world::Model& model = *task.model;
@@ -68,19 +71,22 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   how.duration = duration;
   how.plan_timeout = plan_timeout_s;
   how.plan_processor_time = plan_processor_s;
+  how.planning_rate = planning_rate;
+  how.active_hold = active_hold;
+  how.join = join;
+  how.push_feedback = push_feedback;
+  how.plan_step_time = plan_step_time_s;
   how.speed = execution::calc_run_speeds(model, object, speed);
   execution::SimulatedPlant simulated(task.model, q_start,
                                       world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
-  for (const char* call : {"read", "command"}) {
-    if (!own_plant.is_none() && !nb::hasattr(own_plant, call))
-      core::throw_invalid("plant", fmt::format("an object without {}()", call), "one with read() and command(u, period)");
-  }
   OwnPlant own(own_plant);
   execution::Driver& plant = own_plant.is_none() ? static_cast<execution::Driver&>(simulated) : own;
   Watcher watcher(on_progress);
   const core::RunControl control = watcher.control(timeout_s);
   const auto start = core::RunControl::Clock::now();
+  execution::HandlingWatch handling(simulated);
   how.on_sample = [&](const execution::RunSample& sample) {
+    if (own_plant.is_none()) handling.take(sample);
     control.on_progress({.iteration = sample.plans,
                          .fraction = sample.time / duration,
                          .best = sample.goal_share,
@@ -102,6 +108,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   out->true_error = planning::goal_error(model, simulated.world().q(), task.problem.goal);
   out->max_depth = simulated.world().max_depth();
   out->largest_effort = simulated.world().largest_effort();
+  out->handling = handling.result();
   return out;
 }
 
@@ -119,8 +126,10 @@ void bind_parts(nb::module_& m) {
       .def_ro("time", &RunPlan::time, "of the run, when it was asked [s]")
       .def_ro("wall_s", &RunPlan::wall_s, "that it took")
       .def_ro("processor_s", &RunPlan::processor_s, "... of all cores of the process [s]")
+      .def_ro("clock_s", &RunPlan::clock_s, "... and of the clock of the plant [s]")
       .def_ro("status", &RunPlan::status)
       .def_ro("cause", &RunPlan::cause, "why it was asked")
+      .def_ro("joined", &RunPlan::joined, "the plan before was gone on with, and nothing was searched")
       .def_ro("reason", &RunPlan::reason, "what the planner said, where it found nothing");
   nb::class_<RunPiece>(m, "RunPiece", "What was carried out of a piece of a plan.")
       .def_ro("kind", &RunPiece::kind, "Contact or Regrasp")
@@ -144,7 +153,7 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("reached", [](const RunOutcome& r) { return r.result.reached(); })
       .def_prop_ro("error", of(&RunResult::error), "of the object at the end, as measured")
       .def_ro("true_error", &RunOutcome::true_error, "... and as it is; of a plant of one's own as measured")
-      .def_prop_ro("duration_s", of(&RunResult::duration_s), "simulated, without planning [s]")
+      .def_prop_ro("duration_s", of(&RunResult::duration_s), "by the clock of the plant [s]")
       .def_prop_ro("planning_s", of(&RunResult::planning_s), "wall time of all plans")
       .def_prop_ro("wall_s", of(&RunResult::wall_s))
       .def_prop_ro("plans", of(&RunResult::plans))
@@ -155,6 +164,12 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("dropped", of(&RunResult::dropped), "index of the object that fell, or None")
       .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration [m]; NaN of a plant of one's own")
       .def_ro("largest_effort", &RunOutcome::largest_effort, "share of a motor's effort, at most 1; NaN of a plant of one's own")
+      .def_prop_ro(
+          "largest_press", [](const RunOutcome& r) { return r.handling.force; },
+          "largest normal force of one pair on a free object, as a multiple of its weight; None: no such object, or a plant of one's own")
+      .def_prop_ro(
+          "slip_speeds", [](const RunOutcome& r) { return r.handling.slip_speeds; },
+          "per piece, how much faster than planned a free object was until the next piece began [m/s]; empty for a plant of one's own")
       .def_prop_ro(
           "times",
           [](const RunOutcome& r) -> Eigen::VectorXd {
@@ -176,23 +191,32 @@ void bind_run(nb::module_& m) {
   m.def("run", &run, "target"_a, nb::kw_only(), "plant"_a = nb::none(), "options"_a = nb::none(), "seed"_a = nb::none(), "speed"_a = 1.0,
         "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
-        "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "on_progress"_a = nb::none(),
+        "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate,
+        "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join,
+        "push_feedback"_a = standard.push_feedback, "on_progress"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
   plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
     command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
-    they are not taken. An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
+    they are not taken. A plant whose clock goes on by itself has an attribute real_time that is True: it is commanded while the planner works.
+    An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
   options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
   seed: of the plans and of the noise; None: that of the options.
   speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
-  replans: after the first plan, at most, >= 0. duration: simulated time, at most [s], > 0.
+  replans: after the first plan, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
   friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
   pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
   pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
   threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
   plan_timeout_s: of one plan [s], > 0. plan_processor_s: ... or this much time of all cores of the process [s], > 0, which other work
     on the machine does not shorten; None: plan_timeout_s alone.
+  planning_rate: seconds of one core that the planner works within a second of the plant's clock, which goes on meanwhile, >= 0; 0: it
+    stands still. plan_step_time_s: each step that the planner computes is charged like this [s], > 0, so that a run is the same on every
+    machine; None: the processor time that it took.
+  active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
+  join: before the planner searches, the plan before is gone on with, where that leads to the goal.
+  push_feedback: commands of pushes follow the object beside their plan (E.22).
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds.
 

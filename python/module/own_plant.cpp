@@ -19,6 +19,18 @@ namespace {
 
 }  // namespace
 
+OwnPlant::OwnPlant(nb::object driver) : driver_(std::move(driver)) {
+  if (driver_.is_none()) return;
+  for (const char* call : {"read", "command"}) {
+    if (!nb::hasattr(driver_, call))
+      core::throw_invalid("plant", fmt::format("an object without {}()", call), "one with read() and command(u, period)");
+  }
+  if (!nb::hasattr(driver_, "real_time")) return;
+  const nb::object given = driver_.attr("real_time");
+  if (!is_bool(given)) refuse("real_time", given, "True or False");
+  real_time_ = nb::cast<bool>(nb::bool_(given));
+}
+
 template <class Call>
 bool OwnPlant::ask(const Call& call) {
   const nb::gil_scoped_acquire locked;

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kTick = 1e-3, kSilence = 0.5;
+constexpr double kTick = 1e-3, kSilence = 0.5, kAbsence = 2;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
 
 /// Says what a test tells it to say; commands do nothing but count.
@@ -32,7 +32,7 @@ class ToldPlant final : public Driver {
 struct Rig {
   std::shared_ptr<const world::Model> model = planning::test::load_model("planar_pushing");
   ToldPlant plant;
-  DriverLink link{plant, *model, kTick, kSilence};
+  DriverLink link{plant, *model, kTick, kSilence, kAbsence};
 
   Rig() {
     const VectorXd q = model->neutral();
@@ -95,6 +95,59 @@ TEST(DriverLink, LateMessage_IsLeftOut) {
   EXPECT_EQ(rig.link.measured().q, q);
   EXPECT_TRUE(rig.read_at(1.011));
   EXPECT_EQ(rig.link.measured().q, rig.plant.next.q);
+}
+
+/// Of poses that arrive out of order the newest stays.
+TEST(DriverLink, PoseThatIsOlderThanOneBefore_IsLeftOut) {
+  Rig rig;
+  ASSERT_TRUE(rig.read_at(1.02));
+  const VectorXd newest = rig.plant.next.q;
+  rig.plant.next.time = 1.03, rig.plant.next.object_time = 1.01;
+  rig.plant.next.q[0] += 0.01;
+  rig.plant.next.q.tail(2).setConstant(0.02);
+  ASSERT_TRUE(rig.link.read()) << rig.link.reason();
+  EXPECT_EQ(rig.link.measured().time, 1.03);
+  EXPECT_EQ(rig.link.measured().object_time, 1.02);
+  EXPECT_EQ(rig.link.measured().q.head(3), newest.head(3));
+  EXPECT_EQ(rig.link.measured().q.tail(2), rig.plant.next.q.tail(2)) << "joints are those that were measured";
+  ASSERT_TRUE(rig.read_at(1.04));
+  EXPECT_EQ(rig.link.measured().q, rig.plant.next.q);
+}
+
+/// A box that is reported 5 m aside is there once it was seen there for the silence, and not where a tracker has it elsewhere in every look.
+TEST(DriverLink, ObjectThatIsSeenElsewhereForTheSilence_IsThere) {
+  for (const bool wanders : {false, true}) {
+    Rig rig;
+    const VectorXd before = rig.plant.next.q;
+    rig.plant.next.q[0] += 5;
+    double time = 1.01, seen = 0;
+    for (; time < 1 + kAbsence - 0.1 && seen == 0; time += 0.01) {
+      if (wanders) rig.plant.next.q[0] += 5;
+      ASSERT_TRUE(rig.read_at(time)) << rig.link.reason();
+      if (rig.link.measured().q[0] != before[0]) seen = time;
+    }
+    EXPECT_EQ(rig.link.take_displaced(), !wanders);
+    EXPECT_FALSE(rig.link.take_displaced()) << "told once";
+    EXPECT_NEAR(seen, wanders ? 0 : 1.01 + kSilence, 0.011);
+    EXPECT_EQ(rig.link.sees_objects(), !wanders);
+  }
+}
+
+TEST(DriverLink, ObjectThatWasAway_IsToldWhenItIsBack) {
+  Rig rig;
+  const auto read = [&](double time, double object_time) {
+    rig.plant.next.time = time, rig.plant.next.object_time = object_time;
+    return rig.link.read();
+  };
+  ASSERT_TRUE(read(1.4, 1));
+  EXPECT_TRUE(rig.link.sees_objects());
+  ASSERT_TRUE(read(1.8, 1)) << rig.link.reason();
+  EXPECT_FALSE(rig.link.sees_objects());
+  ASSERT_TRUE(read(1.9, 1.9));
+  EXPECT_TRUE(rig.link.sees_objects() && rig.link.take_displaced());
+  for (const double time : {2.3, 2.7, 3.1, 3.5, 3.85}) ASSERT_TRUE(read(time, 1.9)) << time;
+  EXPECT_FALSE(read(4, 1.9));
+  EXPECT_EQ(rig.link.reason(), "the objects were last seen 2.100 s ago");
 }
 
 TEST(DriverLink, ClockThatStandsStillOrFallsBackAgainAndAgain_EndsAfterTheSilence) {

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
+#include <memory>
 
 #include "planning/push_plan.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
@@ -41,6 +43,7 @@ struct Rig {
     problem.goal.tol_position = 0.02;
     planner.threads = 2;
     planner.seed = 1;
+    how.plan_step_time = 1e-4;  // so that runs are the same wherever the tests run
   }
   Status run(Driver& plant, const planning::Plan* first = nullptr) {
     return execution::run(plant, problem, planner, how, control, out, first);
@@ -87,6 +90,79 @@ TEST(Run, ObjectAtItsGoal_IsHeldWithoutAPlan) {
   EXPECT_GE(rig.out.duration_s, rig.how.hold);
 }
 
+/// What the planner computed is charged to the clock, twice as much of it at half of the rate.
+TEST(Run, ClockGoesOnByWhatThePlannerTook) {
+  for (const double rate : {0.0, 0.5, 1.0}) {
+    Rig rig;
+    rig.how.planning_rate = rate;
+    ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+    ASSERT_TRUE(rig.out.first_plan);
+    const auto steps = static_cast<double>(rig.out.first_plan->steps + rig.out.first_plan->linearisations);
+    ASSERT_GT(steps, 100);
+    const double expected = rate > 0 ? 1e-4 * steps / rate : 0, clock = rig.out.plans[0].clock_s;
+    EXPECT_NEAR(clock, expected, rig.how.tick) << rate;
+    EXPECT_GE(rig.out.pieces.at(0).begin_s, rig.out.plans[0].time + clock - 1e-9);
+  }
+  Rig measured;
+  measured.how.plan_step_time.reset();
+  ASSERT_EQ(measured.run(), Status::Solved) << measured.out.message;
+  for (const RunPlan& plan : measured.out.plans) EXPECT_NEAR(plan.clock_s, plan.processor_s, measured.how.tick);
+}
+
+/// A planner that takes far longer than it may: the robot holds meanwhile, and the run goes on.
+TEST(Run, PlannerThatOverrunsItsTime_TheRobotHoldsMeanwhile) {
+  Rig rig;
+  rig.how.plan_timeout = 5;
+  rig.how.plan_step_time = 0.1;
+  VectorXd u;
+  double held = 0;
+  rig.how.on_sample = [&](const RunSample& sample) {
+    if (sample.state != RunState::Replan || sample.plans > 0) return;
+    if (u.size() == 0) u = sample.u;
+    EXPECT_LT((sample.u - u).norm(), 1e-12) << sample.time;
+    held = sample.time;
+  };
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  EXPECT_GT(rig.out.plans[0].clock_s, 2 * rig.how.plan_timeout);
+  EXPECT_GT(held, 2 * rig.how.plan_timeout);
+}
+
+/// Pushed aside while the planner works: its plan begins where the box no more is.
+TEST(Run, BoxThatMovedWhileThePlannerWorked_IsPlannedAnew) {
+  Rig rig;
+  rig.how.plan_step_time = 1e-2;
+  rig.world.pushes = {{.object = 0, .begin = 0.8, .duration = 0.5, .force_W = {0, 60, 0}}};
+  ASSERT_EQ(rig.run(), Status::Solved) << rig.out.message;
+  ASSERT_GE(rig.out.plans.size(), 2U);
+  ASSERT_GT(rig.out.plans[0].time + rig.out.plans[0].clock_s, 1.3) << "the push came when the plan was there";
+  EXPECT_EQ(rig.out.plans[1].cause, "the object moved while the planner worked");
+  EXPECT_GT(rig.out.pieces.at(0).begin_s, rig.out.plans[1].time);
+}
+
+/// A plant with a clock of its own is commanded while the planner works.
+class OwnClock final : public Driver {
+ public:
+  explicit OwnClock(const Rig& rig) : inner(rig.model, rig.problem.q_start, {}) {}
+  bool read(Measurement& out) override { return inner.read(out); }
+  bool command(VectorRef u, double period) override { return inner.command(u, period); }
+  bool real_time() const override { return true; }
+  SimulatedPlant inner;
+};
+
+TEST(Run, PlantWithItsOwnClock_IsHeldWhileThePlannerWorks) {
+  Rig rig;
+  rig.how.duration = 1e6;
+  OwnClock plant(rig);
+  ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
+  EXPECT_GT(rig.out.plans[0].clock_s, 0);
+
+  Rig wrong;
+  wrong.problem.q_goal = VectorXd::Zero(99);
+  OwnClock other(wrong);
+  EXPECT_NE(message_of([&] { (void)wrong.run(other); }).find("q_goal: got 99"), std::string::npos)
+      << "a mistake is told by the thread of the caller";
+}
+
 /// Pushed aside by far more than the tolerance on its way: the piece is given up, and the way planned anew leads to the goal all the same.
 TEST(Run, BoxPushedAside_IsPlannedAnewFromWhereItIs) {
   Rig rig;
@@ -124,8 +200,9 @@ class FailingPlant final : public Driver {
     Command,
     Objects,
     Clock,
-    Jump,  ///< the objects are reported elsewhere
-    Aside  ///< … farther and farther away, until they are back at once
+    Jump,   ///< the objects are reported elsewhere
+    Jumps,  ///< … and elsewhere in every look
+    Aside   ///< … farther and farther away, until they are back at once
   };
   FailingPlant(const Rig& rig, What what, double after, double until = std::numeric_limits<double>::infinity())
       : inner(rig.model, rig.problem.q_start, {}), what_(what), after_(after), until_(until) {}
@@ -133,6 +210,7 @@ class FailingPlant final : public Driver {
     if (!inner.read(out)) return false;
     const bool failed = out.time > after_ && out.time < until_;
     if (failed && what_ == What::Jump) out.q[0] += 5;
+    if (failed && what_ == What::Jumps) out.q[0] += 5 * (1 + std::fmod(1e3 * out.time, 7.0));
     if (failed && what_ == What::Aside) out.q[0] += 0.3 * (out.time - after_);
     if (failed && what_ == What::Objects) out.object_time = after_;
     if (failed && what_ == What::Clock) out.time = after_;
@@ -155,9 +233,10 @@ TEST(Run, PlantThatStopsAnswering_EndsTheRunWithItsReason) {
                                                               {FailingPlant::What::Command, "takes no commands: cable unplugged"},
                                                               {FailingPlant::What::Objects, "objects were last seen"},
                                                               {FailingPlant::What::Clock, "clock of the plant stands still"},
-                                                              {FailingPlant::What::Jump, "reported where they cannot have got to"}};
+                                                              {FailingPlant::What::Jumps, "reported where they cannot have got to"}};
   for (const auto& [what, words] : cases) {
     Rig rig;
+    rig.how.absence = rig.how.silence;
     FailingPlant plant(rig, what, 0.7);
     EXPECT_EQ(rig.run(plant), Status::NumericalFailure);
     EXPECT_EQ(rig.out.end, RunEnd::Silent);
@@ -175,6 +254,79 @@ TEST(Run, PoseThatJumpsForAMoment_IsNotBelieved) {
   ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
   EXPECT_EQ(rig.out.replans, plain.out.replans);
   EXPECT_LT((rig.out.q.row(0).array() - rig.out.q(0, 0)).abs().maxCoeff(), 1);
+}
+
+/// A person takes the box away on its way and puts it down elsewhere: a world with the box there goes on from the joints as they are then.
+class PersonsPlant final : public Driver {
+ public:
+  /// @param away  for so long it is unseen [s]
+  PersonsPlant(const Rig& rig, double taken, double away) : rig_(rig), taken_(taken), away_(away), plant_(make(rig.problem.q_start)) {}
+  bool read(Measurement& out) override {
+    if (!plant_->read(out)) return false;
+    out.time += shift_, out.object_time += shift_;
+    if (out.time > taken_ && out.time < taken_ + away_) out.object_time = taken_;
+    return true;
+  }
+  bool command(VectorRef u, double period) override {
+    if (!put_ && plant_->world().time() >= taken_ + away_) {
+      put_ = true;
+      shift_ = plant_->world().time();
+      VectorXd q = plant_->world().q();
+      q.head(3) << 1.2, 0.9, 0.3;
+      plant_ = make(q);
+    }
+    largest_ = std::max(largest_, plant_->world().time() + shift_ > taken_ + rig_.how.silence + 0.01 && !put_ ? (u - last_).norm() : 0);
+    last_ = u;
+    return plant_->command(u, period);
+  }
+  double largest_ = 0;  ///< change of a command while the box was away
+
+ private:
+  std::unique_ptr<SimulatedPlant> make(const VectorXd& q) const { return std::make_unique<SimulatedPlant>(rig_.model, q, WorldOptions{}); }
+  const Rig& rig_;
+  double taken_, away_, shift_ = 0;
+  bool put_ = false;
+  std::unique_ptr<SimulatedPlant> plant_;
+  VectorXd last_ = VectorXd::Zero(2);
+};
+
+TEST(Run, BoxThatAPersonTakesAwayAndPutsElsewhere_IsPushedFromThere) {
+  for (const double away : {1e-3, 3.0}) {
+    Rig rig;
+    PersonsPlant plant(rig, 0.8, away);
+    ASSERT_EQ(rig.run(plant), Status::Solved) << rig.out.message;
+    const auto told = std::count_if(rig.out.plans.begin(), rig.out.plans.end(),
+                                    [](const RunPlan& plan) { return plan.cause == "the object was put elsewhere"; });
+    EXPECT_EQ(told, 1);
+    ASSERT_GE(rig.out.plans.size(), 2U);
+    EXPECT_GE(rig.out.plans[1].time, 0.8 + std::max(away, rig.how.silence)) << "nothing is planned from where it no more is";
+    EXPECT_GT(rig.out.q.row(0).maxCoeff(), 1.1) << "it was put there";
+    EXPECT_EQ(plant.largest_, 0) << "the robot holds while the box is away";
+  }
+}
+
+/// A plant whose clock is not ours: a command of a tick takes it longer, or less long.
+class OddClock final : public Driver {
+ public:
+  OddClock(const Rig& rig, double factor) : inner(rig.model, rig.problem.q_start, {}), factor_(factor) {}
+  bool read(Measurement& out) override { return inner.read(out); }
+  bool command(VectorRef u, double period) override { return inner.command(u, factor_ * period); }
+  SimulatedPlant inner;
+
+ private:
+  double factor_;
+};
+
+TEST(Run, PlantWhoseClockIsFasterOrSlower_ReachesItsGoalInItsOwnTime) {
+  for (const double factor : {0.6, 1.4}) {
+    Rig rig;
+    OddClock plant(rig, factor);
+    ASSERT_EQ(rig.run(plant), Status::Solved) << factor << " " << rig.out.message;
+    const auto& pieces = rig.out.pieces;
+    Rig same;
+    ASSERT_EQ(same.run(), Status::Solved);
+    EXPECT_NEAR(pieces[0].end_s - pieces[0].begin_s, same.out.pieces[0].end_s - same.out.pieces[0].begin_s, 0.1) << factor;
+  }
 }
 
 /// An object that is out of its goal for a while and comes back needs no plan, and no grip that is let go.
@@ -299,6 +451,47 @@ TEST(Run, BudgetsThatAreUsedUp_AreTold) {
   EXPECT_EQ(late.out.end, RunEnd::Deadline);
 }
 
+/// A ball that lies in the open hand at its goal is pushed aside: it stays where fingers close on it, and rolls out where commands rest.
+TEST(Run, FreeObjectThatMovesWhileNothingIsCarriedOut_IsCaught) {
+  for (const bool active : {true, false}) {
+    Rig rig;
+    rig.model = load_model("allegro_ball");
+    rig.problem.model = rig.model;
+    rig.problem.q_start = planning::test::allegro_start();
+    rig.problem.goal.X_WG = world::object_pose(*rig.model, rig.problem.q_start, 0);
+    rig.problem.goal.tol_position = 0.01;
+    rig.planner = {};
+    rig.how.active_hold = active;
+    rig.how.hold = 3;
+    rig.how.plan_processor_time = 1e-9;
+    rig.world.pushes = {{.object = 0, .begin = 0.3, .duration = 0.1, .force_W = {0.2, 0, 0}}};
+    const Status status = rig.run();
+    EXPECT_EQ(status, active ? Status::Solved : Status::MaxIterations) << rig.out.message;
+    EXPECT_TRUE(!active || rig.out.plans.empty());
+    const double farthest = (rig.out.q.topRows<3>().colwise() - rig.problem.q_start.head<3>()).colwise().norm().maxCoeff();
+    EXPECT_EQ(farthest < 0.01, active) << farthest;
+  }
+}
+
+/// A plan that begins elsewhere: it leads on from where the box is, and nothing is searched.
+TEST(Run, PlanThatLeadsOnFromWhereThingsAre_IsGoneOnWith) {
+  for (const bool join : {true, false}) {
+    Rig rig;
+    const planning::Plan plan = planning::test::push_up(rig.model);
+    rig.problem.goal = plan.goal;
+    rig.how.join = join;
+    rig.how.friction = 1;  // of the given plan
+    VectorXd lower = plan.q_start;
+    lower[1] -= 0.015, lower[4] -= 0.015;
+    SimulatedPlant plant(rig.model, lower, rig.world);
+    ASSERT_EQ(rig.run(plant, &plan), Status::Solved) << rig.out.message;
+    ASSERT_FALSE(rig.out.plans.empty());
+    EXPECT_EQ(rig.out.plans[0].cause, "the given plan starts elsewhere");
+    EXPECT_EQ(rig.out.plans[0].joined, join);
+    EXPECT_EQ(rig.out.first_plan.has_value(), !join || rig.out.plans.size() > 1);
+  }
+}
+
 /// A ball in the air over a hand falls, and nobody plans for what falls.
 TEST(Run, FallingObject_EndsTheRun) {
   Rig rig;
@@ -346,6 +539,9 @@ TEST(Run, Mistakes_AreNamed) {
   EXPECT_EQ(complaint([](Rig& r) { r.how.plan_fraction = 1.5; }), "plan_fraction: got 1.5, expected a number in (0, 1]");
   EXPECT_EQ(complaint([](Rig& r) { r.how.friction = 0; }), "friction: got 0, expected a number in (0, 1]");
   EXPECT_EQ(complaint([](Rig& r) { r.how.plan_processor_time = 0; }), "plan_processor_time: got 0, expected a finite number > 0");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.absence = 0.1; }), "absence: got 0.1 s, expected at least the silence of 0.5 s");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.planning_rate = -1; }), "planning_rate: got -1, expected a finite number ≥ 0");
+  EXPECT_EQ(complaint([](Rig& r) { r.how.plan_step_time = 0; }), "plan_step_time: got 0, expected a finite number > 0");
   EXPECT_EQ(complaint([](Rig& r) { r.how.replans = -1; }), "replans: got -1, expected 0 or more");
   EXPECT_EQ(complaint([](Rig& r) { r.problem.goal.object = 3; }), "goal.object: got 3, expected the index of an object");
   const auto world = [&](const WorldOptions& options) { return message_of([&] { (void)make_world(rig.model, options); }); };
@@ -384,6 +580,24 @@ TEST(ObjectWatch, MovingObject_DoesNotRestAndItsMeanIsInTheMiddle) {
   }
   EXPECT_FALSE(moving.rests());
   EXPECT_NEAR(moving.mean()[0], 0.05, 1e-12);
+}
+
+/// What is too slow to be seen in a short window, or hidden by noise, is seen in a long one.
+TEST(ObjectWatch, SpeedThatMattersIsLookedForInLongerWindows) {
+  Rig rig;
+  const double tolerance = rig.problem.goal.tol_position;
+  for (const double speed : {0.0, 0.5, 2.0}) {  // tolerances in a second
+    ObjectWatch watch(*rig.model, rig.problem.goal, 0.1, 0.05);
+    VectorXd q = rig.problem.q_start;
+    for (int k = 0; k <= 80; ++k) {
+      const double noise = (k % 4 < 2 ? 0.3 : -0.3) * tolerance;  // whose mean is none over four looks
+      q[0] = rig.problem.q_start[0] + speed * tolerance * 0.01 * k + (speed < 2 ? noise : 0);
+      watch.add(0.01 * k, q);
+    }
+    EXPECT_EQ(watch.rests(1.0), speed < 1) << speed;
+    EXPECT_EQ(watch.rests(0.1), speed == 0) << speed;
+    EXPECT_FALSE(watch.is_carried());
+  }
 }
 
 TEST(ObjectWatch, ObjectThatCameToRest_IsWhereItRestsAndNotWhereItCameThrough) {

@@ -24,7 +24,7 @@ import stiction as st  # noqa: E402
 def ran(stiction, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
     """A push aside on its way calls for a new plan."""
     folder = tmp_path_factory.mktemp("run")
-    done = stiction("run", "planar_hand", "--goal", "0 0.35 0.8", "--seed", 1, "--push", "0.6 0.3 0 20 0", "--html", "--json", "-o", folder, timeout=300)
+    done = stiction("run", "planar_hand", "--goal", "0 0.35 0.8", "--seed", 1, "--push", "0.6 0.3 0 20 0", "--planning-rate", 0, "--html", "--json", "-o", folder, timeout=300)
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 1
     return json.loads(done.stdout), folder
@@ -62,13 +62,53 @@ def test_page_shows_what_the_motors_gave(ran: tuple[dict, Path]) -> None:
 def test_same_seed_gives_the_same_run_from_python(ran: tuple[dict, Path]) -> None:
     task = st.load_task("planar_hand")
     task.set_goal([0, 0.35, 0.8])
-    run = st.run(task, seed=1, pushes=[(0.6, 0.3, [0, 20, 0])])
+    run = st.run(task, seed=1, pushes=[(0.6, 0.3, [0, 20, 0])], planning_rate=0)
     out, _ = ran
     assert run.end == st.RunEnd.Reached and run.status == st.Status.Solved
     assert run.duration_s == out["duration_s"] and run.replans == out["replans"] and len(run.pieces) == len(out["pieces"])
     assert run.q.shape == (len(run.times), task.model.n_q) and run.u.shape == (len(run.times), task.model.n_a)
     assert np.all(np.diff(run.times) > 0)
     assert run.true_error.position == pytest.approx(out["true_error"]["position"], abs=1e-12)
+
+
+def test_clock_goes_on_while_the_planner_works(stiction) -> None:
+    """Twice as long at half of the rate, and the same in every run where steps are charged."""
+    charged = ("run", "planar_pushing", "--goal", "0 0.7 0", "--plan-step-time", "1e-4", "--json")
+    runs = [json.loads(stiction(*charged, *rate).stdout) for rate in ((), ("--planning-rate", 0.5), ("--planning-rate", 0))]
+    once, twice, never = (run["plans"][0]["clock_s"] for run in runs)
+    assert once > 0.01 and twice == pytest.approx(2 * once, abs=2e-3) and never == 0
+    task = st.load_task("planar_pushing")
+    task.set_goal([0, 0.7, 0])
+    run = st.run(task, plan_step_time_s=1e-4)
+    assert run.plans[0].clock_s == once and run.duration_s == runs[0]["duration_s"]
+    run = st.run(task)
+    assert run.plans[0].clock_s == pytest.approx(run.plans[0].processor_s, abs=2e-3)
+
+
+class Paced:
+    """A plant whose clock goes on by itself."""
+
+    real_time = True
+
+    def __init__(self, task: st.Task) -> None:
+        self.plant = st.SimulatedPlant(task)
+
+    def read(self) -> st.Measurement | None:
+        return self.plant.read()
+
+    def command(self, u: np.ndarray, period: float) -> bool:
+        return self.plant.command(u, period)
+
+
+def test_plant_with_its_own_clock_is_commanded_while_the_planner_works() -> None:
+    task = st.load_task("planar_pushing")
+    task.set_goal([0, 0.7, 0])
+    run = st.run(task, plant=Paced(task), duration=1e5)
+    assert run.reached and run.plans[0].clock_s > 0
+    plant = Paced(task)
+    plant.real_time = "yes"
+    with pytest.raises(st.InvalidInput, match=r"plant.real_time: got a value of type str, expected True or False"):
+        st.run(task, plant=plant)
 
 
 def test_plan_is_the_beginning_of_a_run(stiction, real_plan: Path, tmp_path: Path) -> None:
@@ -105,6 +145,8 @@ def test_interrupted_run_keeps_its_files_whole(interrupted, tmp_path: Path) -> N
         (("planar_pushing", "--mass", "0"), ("--mass",)),
         (("planar_pushing", "--friction", "-1"), ("--friction",)),
         (("planar_pushing", "--pose-noise", "0.01"), ("--pose-noise",)),
+        (("planar_pushing", "--planning-rate", "-1"), ("--planning-rate",)),
+        (("planar_pushing", "--plan-step-time", "0"), ("--plan-step-time",)),
         (("planar_pushing", "--pose-delay", "x"), ("--pose-delay",)),
         (("planar_pushing", "--push", "1 2 3"), ("--push: got '1 2 3'", "five numbers")),
         (("planar_pushing", "--push", "1 0 0 0 1"), ("world.push.duration", "0")),

@@ -2569,11 +2569,19 @@ class RunPlan:
         """... of all cores of the process [s]"""
 
     @property
+    def clock_s(self) -> float:
+        """... and of the clock of the plant [s]"""
+
+    @property
     def status(self) -> Status: ...
 
     @property
     def cause(self) -> str:
         """why it was asked"""
+
+    @property
+    def joined(self) -> bool:
+        """the plan before was gone on with, and nothing was searched"""
 
     @property
     def reason(self) -> str:
@@ -2683,7 +2691,7 @@ class RunResult:
 
     @property
     def duration_s(self) -> float:
-        """simulated, without planning [s]"""
+        """by the clock of the plant [s]"""
 
     @property
     def planning_s(self) -> float:
@@ -2721,6 +2729,18 @@ class RunResult:
         """share of a motor's effort, at most 1; NaN of a plant of one's own"""
 
     @property
+    def largest_press(self) -> float | None:
+        """
+        largest normal force of one pair on a free object, as a multiple of its weight; None: no such object, or a plant of one's own
+        """
+
+    @property
+    def slip_speeds(self) -> list[float]:
+        """
+        per piece, how much faster than planned a free object was until the next piece began [m/s]; empty for a plant of one's own
+        """
+
+    @property
     def times(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
         """[s] (looks)"""
 
@@ -2746,24 +2766,31 @@ class RunResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = True, join: bool = True, push_feedback: bool = False, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
       target: a Task, or a Plan to begin with.
       plant: what carries commands out: an object with read(), which gives a Measurement or None where the robot does not answer, and
         command(u, period), which moves the commands straight to u within period [s], returns when that is over, and may give False where
-        they are not taken. An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
+        they are not taken. A plant whose clock goes on by itself has an attribute real_time that is True: it is commanded while the planner works.
+        An error in them ends the run and is raised. None: MuJoCo, to which the factors, noise and pushes apply.
       options: of the planner: PlannerOptions, or a dict of those that differ from the target's; None: the target's.
       seed: of the plans and of the noise; None: that of the options.
       speed: times that which follows from object and motors, > 0; above 1 of pushes alone.
-      replans: after the first plan, at most, >= 0. duration: simulated time, at most [s], > 0.
+      replans: after the first plan, at most, >= 0. duration: by the clock of the plant, at most [s], > 0.
       friction_scale, mass_scale: factors of every coefficient of friction and of the mass of every object in the simulation.
       pose_noise: standard deviations of measured object poses [m], [rad]. pose_delay: they are seen so late [s].
       pushes: forces on the object from outside: (begin [s], duration [s], force in W [N] (3)).
       threads: of the planner, 0 for all cores; the result does not depend on it. timeout_s: of the run [s], > 0.
       plan_timeout_s: of one plan [s], > 0. plan_processor_s: ... or this much time of all cores of the process [s], > 0, which other work
         on the machine does not shorten; None: plan_timeout_s alone.
+      planning_rate: seconds of one core that the planner works within a second of the plant's clock, which goes on meanwhile, >= 0; 0: it
+        stands still. plan_step_time_s: each step that the planner computes is charged like this [s], > 0, so that a run is the same on every
+        machine; None: the processor time that it took.
+      active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
+      join: before the planner searches, the plan before is gone on with, where that leads to the goal.
+      push_feedback: commands of pushes follow the object beside their plan (E.22).
       on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
         run, and the robot holds.
 

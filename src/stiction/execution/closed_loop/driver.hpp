@@ -25,6 +25,9 @@ class Driver {
   /// Commands go straight from those in force to u (n_a) within `period` [s]; returns when it is over. They stay in force until the next ones, so that a
   /// caller who stops leaves the robot holding. False: not taken.
   virtual bool command(VectorRef u, double period) = 0;
+  /// Its clock goes on by itself, and command() takes its period by it: it is commanded while the planner works. False: it waits for commands, as a
+  /// simulation does.
+  virtual bool real_time() const { return false; }
   virtual std::string message() const { return {}; }
 };
 

@@ -39,28 +39,46 @@ bool DriverLink::take(const Measurement& given) {
                             given.object_time, given.time));
   paused_ = false;
   still_ = passed > 0 ? 0 : still_ + tick_;
-  if (passed >= 0) measured_ = given;  // else a message that is late: what is known already is newer
+  if (passed < 0) return true;  // a message that is late: what is known already is newer
+  const Measurement before = std::exchange(measured_, given);
+  if (given.object_time < before.object_time) {
+    measured_.q.head(model_.n_qu()) = before.q.head(model_.n_qu());
+    measured_.object_time = before.object_time;
+  }
   return true;
+}
+
+/// How far objects are from where they were, as a share of what they can move in a tick.
+double DriverLink::share_of_jump(const Eigen::VectorXd& from) const {
+  Eigen::VectorXd moved(model_.n_vu());
+  space_.error(from.data(), measured_.q.data(), moved.data());
+  double out = 0;
+  for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
+    const world::ObjectInfo& object = model_.objects()[static_cast<std::size_t>(i)];
+    Eigen::VectorXd alone = Eigen::VectorXd::Zero(model_.n_vu());
+    alone.segment(object.v_begin, object.n_v) = moved.segment(object.v_begin, object.n_v);
+    out = std::max(out, world::largest_share(model_, alone, model_.scales().object(i).length, std::numbers::pi / 2));
+  }
+  return out;
+}
+
+/// They were reported near one other place for the silence.
+bool DriverLink::is_put_elsewhere() {
+  if (elsewhere_.size() == 0 || share_of_jump(elsewhere_) > 1) elsewhere_time_ = measured_.object_time;
+  elsewhere_ = measured_.q.head(model_.n_qu());
+  return measured_.object_time - elsewhere_time_ >= silence_;
 }
 
 void DriverLink::keep_objects_in_place() {
   const Eigen::Index n = model_.n_qu();
-  if (seen_.size() > 0) {
-    Eigen::VectorXd moved(model_.n_vu());
-    space_.error(seen_.data(), measured_.q.data(), moved.data());
-    jump_ = 0;
-    for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
-      const world::ObjectInfo& object = model_.objects()[static_cast<std::size_t>(i)];
-      Eigen::VectorXd alone = Eigen::VectorXd::Zero(model_.n_vu());
-      alone.segment(object.v_begin, object.n_v) = moved.segment(object.v_begin, object.n_v);
-      jump_ = std::max(jump_, world::largest_share(model_, alone, model_.scales().object(i).length, std::numbers::pi / 2));
-    }
-    if (jump_ > 1) {
-      measured_.q.head(n) = seen_;
-      measured_.object_time = seen_time_;
-      return;
-    }
+  jump_ = seen_.size() > 0 ? share_of_jump(seen_) : 0;
+  if (jump_ > 1 && !is_put_elsewhere()) {
+    measured_.q.head(n) = seen_;
+    measured_.object_time = seen_time_;
+    return;
   }
+  displaced_ = displaced_ || jump_ > 1 || (seen_.size() > 0 && measured_.object_time - seen_time_ > silence_);
+  elsewhere_.resize(0);
   seen_ = measured_.q.head(n);
   seen_time_ = measured_.object_time;
 }
@@ -71,7 +89,7 @@ bool DriverLink::read() {
   if (!take(given)) return false;
   keep_objects_in_place();
   if (still_ > silence_) return fail(fmt::format("the clock of the plant stands still at {:.3f} s", measured_.time));
-  if (measured_.time - measured_.object_time <= silence_) return true;
+  if (measured_.time - measured_.object_time <= absence_) return true;
   return fail(fmt::format("the objects were last seen {:.3f} s ago{}", measured_.time - measured_.object_time,
                           jump_ > 1 ? "; since then they are reported where they cannot have got to" : ""));
 }

@@ -9,6 +9,8 @@ namespace {
 
 /// Objects that moved by less than this over half a window rest [tolerances of the goal].
 constexpr double kStill = 0.1;
+/// Windows that are looked back at most.
+constexpr double kLongest = 8;
 
 }  // namespace
 
@@ -21,26 +23,41 @@ double share_between(const world::Model& model, int object, const Eigen::VectorX
 
 void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
   seen_.push_back({time, q});
-  while (seen_.size() > 1 && seen_[1].time <= time - window_) seen_.pop_front();
+  while (seen_.size() > 1 && seen_[1].time <= time - kLongest * window_) seen_.pop_front();
 }
 
-bool ObjectWatch::rests() const { return rests_over(least_) || rests_over(window_); }
-
-void ObjectWatch::forget_motion() {
-  if (rests_over(window_)) return;
-  while (seen_.size() > 1 && seen_.front().time < seen_.back().time - least_ * (1 + 1e-9)) seen_.pop_front();
-}
-
-bool ObjectWatch::rests_over(double window) const {
+std::size_t ObjectWatch::begin_of(double window) const {
   std::size_t begin = seen_.size();
   while (begin > 0 && seen_[begin - 1].time >= seen_.back().time - window * (1 + 1e-9)) --begin;
-  if (seen_.size() - begin < 2 || seen_.back().time - seen_[begin].time < window * (1 - 1e-9)) return false;
+  return begin;
+}
+
+/// From the first half of a window to the second, of the object that moved most [tolerances]; infinite where it is not full.
+double ObjectWatch::share_moved(double window) const {
+  const std::size_t begin = begin_of(window);
+  if (seen_.size() - begin < 2 || seen_.back().time - seen_[begin].time < window * (1 - 1e-9))
+    return std::numeric_limits<double>::infinity();
   const std::size_t half = begin + (seen_.size() - begin) / 2;
   const Eigen::VectorXd before = mean(begin, half), after = mean(half, seen_.size());
-  for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) {
-    if (share_between(model_, i, before, after, goal_) > kStill * window / window_) return false;
+  double out = 0;
+  for (int i = 0; i < static_cast<int>(model_.objects().size()); ++i) out = std::max(out, share_between(model_, i, before, after, goal_));
+  return out;
+}
+
+/// The shortest window in which they rest [s]; 0: none.
+double ObjectWatch::find_rest(double slow) const {
+  const auto rests_over = [&](double window) { return share_moved(window) <= std::min(kStill * window / window_, slow * window / 2); };
+  if (rests_over(least_)) return least_;
+  for (double windows = 1; windows <= kLongest; windows *= 2) {
+    if (rests_over(windows * window_)) return windows * window_;
   }
-  return true;
+  return 0;
+}
+
+void ObjectWatch::forget_motion(double slow) {
+  const double rest = find_rest(slow);
+  if (rest <= 0 || share_moved(window_) <= kStill) return;
+  while (seen_.size() > 1 && seen_.front().time < seen_.back().time - rest * (1 + 1e-9)) seen_.pop_front();
 }
 
 Eigen::VectorXd ObjectWatch::mean(std::size_t begin, std::size_t end) const {

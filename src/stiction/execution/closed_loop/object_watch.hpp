@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 
 #include "stiction/execution/open_loop/trajectory.hpp"
 
@@ -20,12 +21,15 @@ class ObjectWatch {
 
   void add(double time, const Eigen::VectorXd& q);
   void forget() { seen_.clear(); }
-  /// The window, or the least of it, is full, and no object is elsewhere in its second half than in its first.
-  bool rests() const;
+  /// The least window, the window, or 2, 4 or 8 of them, is full, and no object moved from its first half to its second by more than noise does in a window …
+  /// @param slow  … or by more than it would at this speed [tolerances of the goal in a second]: long windows show it in spite of noise
+  bool rests(double slow = std::numeric_limits<double>::infinity()) const { return find_rest(slow) > 0; }
+  /// An object moved by more than the tolerances of the goal from one half of the window to the other: something has hold of it.
+  bool is_carried() const { return share_moved(window_) > 1; }
   /// Where they rest: what was seen before they did is forgotten, so that mean() is not where they came through.
-  void forget_motion();
+  void forget_motion(double slow = std::numeric_limits<double>::infinity());
   /// Objects as they are in the mean of the window, joints as last seen (n_q).
-  Eigen::VectorXd mean() const { return mean(0, seen_.size()); }
+  Eigen::VectorXd mean() const { return mean(begin_of(window_), seen_.size()); }
 
  private:
   struct Seen {
@@ -33,7 +37,9 @@ class ObjectWatch {
     Eigen::VectorXd q;
   };
   Eigen::VectorXd mean(std::size_t begin, std::size_t end) const;
-  bool rests_over(double window) const;
+  std::size_t begin_of(double window) const;
+  double share_moved(double window) const;
+  double find_rest(double slow) const;
 
   const world::Model& model_;
   const planning::Goal& goal_;

@@ -3,17 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <span>
+#include <exception>
+#include <thread>
 
 #include "stiction/core/invalid_input.hpp"
-#include "stiction/core/processor_time.hpp"
-#include "stiction/core/random.hpp"
+#include "stiction/execution/closed_loop/active_hold.hpp"
 #include "stiction/execution/closed_loop/driver_link.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
+#include "stiction/execution/closed_loop/plan_source.hpp"
+#include "stiction/execution/closed_loop/pose_tracker.hpp"
 #include "stiction/execution/open_loop/fall.hpp"
-#include "stiction/execution/open_loop/run_timing.hpp"
-#include "stiction/planning/planner.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
@@ -23,14 +24,16 @@ using core::Status;
 using planning::SegmentKind;
 using world::Model;
 
-/// Keeps the seeds of later plans apart from the draws of the search.
-constexpr std::uint64_t kPlanSeed = 0x9e7a1a11;
 /// A piece that ends this near to its plan goes on at once [tolerances of the goal].
 constexpr double kThere = 0.3;
 /// What has not come to rest after so many windows is taken as it is.
 constexpr int kMostWindows = 10;
-/// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
-constexpr double kGain = 0.8;
+/// An object that rested and comes this far is caught [tolerances of the goal] …
+constexpr double kLeaves = 0.2;
+/// … or that comes this far while it is to come to rest.
+constexpr double kRolls = 1;
+/// Between two looks of the active hold [s].
+constexpr double kHoldPeriod = 0.01;
 
 /// Of objects that rest on what stops them, those lag behind their plan for some follow times.
 constexpr double kFollowTimes = 2;
@@ -40,19 +43,25 @@ class Executor {
   Executor(Driver& plant, const planning::PlanningProblem& problem, const planning::PlannerOptions& planner, const RunOptions& how,
            const core::RunControl& control, RunResult& out)
       : model_(*problem.model),
-        link_(plant, model_, how.tick, how.silence),
+        link_(plant, model_, how.tick, how.silence, how.absence),
+        real_time_(plant.real_time()),
         problem_(problem),
-        planner_(planner),
         how_(how),
         control_(control),
         out_(out),
         speed_(how.speed ? *how.speed : calc_run_speeds(model_, problem.goal.object)),
-        lead_(problem.model),
+        source_(problem, planner, how, speed_),
         follow_time_(calc_follow_time(model_, problem.goal.object)),
         window_(how.settle_time + follow_time_),
         watch_(model_, problem.goal, window_, how.settle_time),
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
-    planner_.tolerance_fraction = std::min(planner_.tolerance_fraction, how.plan_fraction);
+    if (how.active_hold) hold_.emplace(problem.model, problem.goal.object, how.friction);
+    if (hold_ && !hold_->applies()) hold_.reset();
+    if (how.push_feedback && model_.scene().objects[static_cast<std::size_t>(problem.goal.object)].joint == world::ObjectJoint::Free) {
+      planning::PlannerOptions of_plans = planner;
+      of_plans.friction *= how.friction;
+      tracker_.emplace(problem.model, problem.goal, of_plans.step_options(model_));
+    }
   }
 
   void go(const planning::Plan* first) {
@@ -92,13 +101,40 @@ class Executor {
     u_ = within_motors(wanted);
     if (!link_.command(u_)) return end(RunEnd::Silent, link_.reason());
     if (!read()) return false;
+    if (link_.take_displaced()) {
+      displaced_ = true;
+      set_floor({});
+    }
     if (now() >= next_look_ - 0.5 * how_.tick) look();
     return !over_;
   }
 
+  /// A command of a robot that has nothing to carry out: it rests as long as the object does.
+  /// @param far  so far off an object is caught [tolerances of the goal]
+  bool hold_tick(double far = kLeaves) {
+    if (!hold_) return tick(u_);
+    if (!holds_) {
+      holds_ = calm_ = true;
+      q_held_ = measured_.q;
+      hold_->start(q_held_);
+    }
+    if (calm_ && share_between(model_, problem_.goal.object, q_held_, measured_.q, problem_.goal) > far) calm_ = false, next_hold_ = now();
+    if (calm_) return tick(u_);
+    if (now() >= next_hold_ - 0.5 * how_.tick) {
+      const double period = std::max(kHoldPeriod, how_.tick);
+      next_hold_ = now() + period;
+      Eigen::VectorXd wanted = u_;
+      (void)hold_->update(measured_.q, period, wanted);  // where it finds nothing the command stays
+      step_ = (wanted - u_) * (how_.tick / period);
+    }
+    caught_ = true;
+    return tick(u_ + step_);
+  }
+
   void look() {
     next_look_ = now() + how_.watch_interval;
-    watch_.add(now(), measured_.q);
+    if (measured_.object_time > seen_time_) watch_.add(now(), measured_.q);  // poses that stay away say nothing of rest
+    seen_time_ = measured_.object_time;
     looked_ = true;
     record();
     check_fall();
@@ -146,15 +182,19 @@ class Executor {
   /// Commands rest until the objects do, or until `there` says at a look that it is near enough.
   template <class There>
   bool settle(const There& there) {
+    while (!link_.sees_objects()) {
+      if (!tick(u_)) return false;
+    }
     watch_.forget();
     watch_.add(now(), measured_.q);
     const double begin = now();
-    while (now() - begin < kMostWindows * window_) {
+    while (now() - begin < kMostWindows * window_ || (watch_.is_carried() && now() - begin < how_.absence)) {
       looked_ = false;
-      if (!tick(u_)) return false;
+      if (!hold_tick(kRolls)) return false;
       if (!looked_) continue;
-      if (watch_.rests()) {
-        watch_.forget_motion();
+      if (const double slow = kThere / thinking_time(); watch_.rests(slow)) {
+        watch_.forget_motion(slow);
+        holds_ = false;
         return true;
       }
       if (there()) return true;
@@ -171,13 +211,14 @@ class Executor {
     state_ = RunState::Hold;
     const double begin = now();
     while (now() - begin < how_.hold) {
-      if (!tick(u_) || goal_share(watch_.mean()) > 1) return false;
+      if (!hold_tick() || goal_share(watch_.mean()) > 1) return false;
     }
     return true;
   }
 
   /// Commands go straight to u at the speed of pushes.
   bool move_to(const Eigen::VectorXd& u) {
+    holds_ = caught_ = false;
     const Eigen::VectorXd from = u_;
     const double begin = now(), duration = calc_duration(from, u, speed_.push);
     while (now() - begin < duration) {
@@ -189,11 +230,11 @@ class Executor {
   /// The springs of the robot are let go.
   bool let_go() { return move_to(measured_.q.tail(model_.n_a())) && settle(); }
 
-  /// From when on a plan counts as given: objects within kThere of it, joints as near as a push moves in a look.
-  bool starts_here(const Trajectory& trajectory) const {
-    const Eigen::VectorXd difference = trajectory.q.col(0).tail(model_.n_a()) - measured_.q.tail(model_.n_a());
+  /// The objects are within kThere of q, the joints as near as a push moves in a look: a plan from q can begin.
+  bool is_at(const Eigen::VectorXd& q) const {
+    const Eigen::VectorXd difference = q.tail(model_.n_a()) - measured_.q.tail(model_.n_a());
     const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
-    return joints && share_between(model_, problem_.goal.object, trajectory.q.col(0), watch_.mean(), problem_.goal) <= kThere;
+    return joints && share_between(model_, problem_.goal.object, q, watch_.mean(), problem_.goal) <= kThere;
   }
 
   void carry(const planning::Plan* first) {
@@ -207,8 +248,8 @@ class Executor {
     std::string cause = "start";
     std::optional<Trajectory> trajectory;
     if (first != nullptr) {
-      trajectory = make_trajectory(model_, *first, speed_, &lead_);
-      if (!starts_here(*trajectory)) trajectory.reset(), cause = "the given plan starts elsewhere";
+      trajectory = source_.take(*first);
+      if (!is_at(trajectory->q.col(0))) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     while (!over_) {
       if (is_at_goal()) {
@@ -232,6 +273,16 @@ class Executor {
 
   // ---- plans
 
+  /// What a search has taken of the clock in this run (mean) [s]; 0 before the first.
+  double thinking_time() const {
+    double sum = 0;
+    int searches = 0;
+    for (const RunPlan& plan : out_.plans) {
+      if (!plan.joined) sum += plan.clock_s, ++searches;
+    }
+    return searches > 0 ? sum / searches : 0;
+  }
+
   /// Every plan after the first counts, whatever calls for it. False: they are used up, and the run is over.
   bool may_plan() {
     if (!has_plan_) return has_plan_ = true;
@@ -241,22 +292,25 @@ class Executor {
   }
 
   /// From what is measured; where there is none the springs are let go, and it is asked again, now with the friction of the scene: a place may be left by
-  /// no push that holds with less.
-  /// @returns nothing: the run is over, or the object came to its goal as the springs were let go
-  std::optional<Trajectory> make_plan(const std::string& cause) {
+  /// no push that holds with less. A start that does not rest with less is asked for again with the friction of the scene, and springs strained.
+  /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the springs were let go; `cause` then says
+  ///          for what the next plan is
+  std::optional<Trajectory> make_plan(std::string& cause) {
+    bool slips = false;
     for (int refused = 0; refused < how_.refusals; ++refused) {
-      if (refused > 0 && (!let_go() || is_at_goal())) return std::nullopt;
-      planning::PlanResult result;
-      ask_planner(refused == 0 ? cause : "no plan from where springs were strained", refused == 0 ? how_.friction : 1, result);
-      if (control_.stop()) {
-        end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
-        return std::nullopt;
-      }
-      const bool gains = result.plan.error.share(problem_.goal) <= kGain * goal_share(watch_.mean());
-      const bool moves = std::any_of(result.plan.segments.begin(), result.plan.segments.end(),
-                                     [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
-      if (!out_.first_plan) out_.first_plan = result;
-      if (moves && (result.status == Status::Solved || gains)) return make_trajectory(model_, result.plan, speed_, &lead_);
+      if (refused > 0 && !slips && (!let_go() || is_at_goal())) return std::nullopt;
+      const std::string why = refused == 0 ? cause
+                              : slips      ? "no rest at the start with the friction of plans"
+                                           : "no plan from where springs were strained";
+      Answer answer;
+      if (!ask(why, refused == 0 ? how_.friction : 1, answer)) return std::nullopt;
+      slips = answer.slips && refused == 0 && how_.friction < 1;
+      if (!out_.first_plan && !answer.joined) out_.first_plan = std::move(answer.result);
+      if (!answer.trajectory) continue;
+      if (!answer.late) return std::move(answer.trajectory);
+      cause = "the object moved while the planner worked";
+      settle();
+      return std::nullopt;
     }
     const std::string& reason = out_.plans.back().reason;
     end(RunEnd::NoPlan, fmt::format("{} plans in a row failed{}", how_.refusals, reason.empty() ? "" : ": " + reason));
@@ -264,28 +318,62 @@ class Executor {
   }
 
   /// @param friction  every μ of the plan times this
-  void ask_planner(const std::string& cause, double friction, planning::PlanResult& result) {
+  bool ask(const std::string& cause, double friction, Answer& answer) {
     state_ = RunState::Replan;
-    planning::PlanningProblem problem = problem_;
-    problem.q_start = watch_.mean();
-    planning::PlannerOptions options = planner_;
-    options.friction *= friction;
-    if (const std::size_t n = out_.plans.size(); n > 0) options.seed = core::Random(planner_.seed ^ kPlanSeed, n).bits();
-    core::RunControl control = control_;
-    const auto budget = core::RunControl::Clock::now() +
-                        std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
-    control.deadline = control_.deadline ? std::min(*control_.deadline, budget) : budget;
-    const double before = core::processor_time();
-    if (how_.plan_processor_time) {
-      control.abandoned = [this, before] {
-        return (control_.abandoned && control_.abandoned()) || core::processor_time() - before > *how_.plan_processor_time;
-      };
-    }
-    result.status = planning::plan_from(problem, u_, options, control, result);
-    if (result.status == Status::Cancelled && !control_.cancelled()) result.status = Status::MaxIterations;
-    out_.plans.push_back({now(), result.wall_s, core::processor_time() - before, result.status, cause, result.reason});
+    const Eigen::VectorXd q = watch_.mean(), u = u_;
+    const std::size_t number = out_.plans.size();
+    const double begin = now();
+    const auto work = [&](const core::RunControl& control) { answer = source_.ask(q, u, number, friction, control); };
+    const bool goes_on = real_time_ ? think_beside(work) : think_first(work, answer);
+    const planning::PlanResult& result = answer.result;
+    out_.plans.push_back({begin, result.wall_s, answer.processor_s, now() - begin, result.status, cause, result.reason, answer.joined});
     out_.planning_s += result.wall_s;
+    if (goes_on && answer.trajectory && !is_at(q)) answer.late = true;
+    return goes_on;
+  }
+
+  /// A plant that waits for its commands: the planner works, and then the clock goes on by what that took.
+  template <class Work>
+  bool think_first(const Work& work, const Answer& answer) {
+    const double begin = now();
+    work(control_);
+    if (control_.stop()) return end(control_.cancelled() ? RunEnd::Cancelled : RunEnd::Deadline, "stopped while planning; the robot holds");
     link_.pause();
+    if (!read()) return false;
+    while (now() - begin < answer.charge_s - 0.5 * how_.tick) {
+      if (!hold_tick()) return false;
+    }
+    return true;
+  }
+
+  /// A plant with a clock of its own: it is commanded while the planner works on another thread.
+  template <class Work>
+  bool think_beside(const Work& work) {
+    std::atomic<bool> done{false}, unwanted{false};
+    std::exception_ptr error;
+    core::RunControl control = control_;
+    control.on_progress = nullptr;  // the thread of the run tells of it
+    control.abandoned = [&unwanted] { return unwanted.load(std::memory_order_relaxed); };
+    std::jthread planner([&] {
+      try {
+        work(control);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      done.store(true);
+    });
+    try {
+      do {
+        (void)hold_tick();
+      } while (!over_ && !done.load());
+    } catch (...) {
+      unwanted.store(true);
+      throw;
+    }
+    unwanted.store(true);
+    planner.join();
+    if (error) std::rethrow_exception(error);
+    return !over_;
   }
 
   // ---- pieces
@@ -293,6 +381,10 @@ class Executor {
   /// @returns why it ended, for the next plan
   std::string carry_out(const Trajectory& trajectory) {
     set_floor(trajectory.q);
+    displaced_ = false;
+    if (tracker_) tracker_->reset();
+    beside_ = Eigen::VectorXd::Zero(model_.n_a());
+    ramp_ = 0;
     link_.pause();  // the trajectory took its time
     state_ = RunState::Push;
     if (!move_to(trajectory.u.col(0))) return {};
@@ -308,12 +400,16 @@ class Executor {
       report.off = off_;
       report.given_up = !held;
       if (over_) return {};
+      if (!held && displaced_) return "the object was put elsewhere";
       if (!held)
         return fmt::format("{} was {:.1f} tolerances off its plan", piece.kind == SegmentKind::Regrasp ? "a regrasp" : "a push", off_);
-      if (goal_share(measured_.q) <= planner_.tolerance_fraction) return "the goal did not hold";
+      if (goal_share(measured_.q) <= source_.fraction()) return "the goal did not hold";
     }
     return "the plan ended beside the goal";
   }
+
+  /// The objects are away, or were put elsewhere.
+  bool is_displaced() { return displaced_ = displaced_ || !link_.sees_objects(); }
 
   /// A piece in time, watched. @param zero  time of the run at which the trajectory began
   bool follow(const Trajectory& trajectory, const Piece& piece, double zero) {
@@ -324,8 +420,9 @@ class Executor {
       const double t = std::min(now() - zero + how_.tick, end);
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan_);
-      looked_ = false;
-      if (!tick(u)) return false;
+      looked_ = holds_ = caught_ = false;
+      if (tracker_) u += feedback(piece, u);
+      if (!tick(u) || is_displaced()) return false;
       if (!looked_) continue;
       off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
                             how_.watch_interval, measured_.q, problem_.goal);
@@ -334,13 +431,29 @@ class Executor {
     return true;
   }
 
+  /// What is added to the commands of a plan; of a push it follows the object (E.22), in a regrasp it stays.
+  Eigen::VectorXd feedback(const Piece& piece, const Eigen::VectorXd& u) {
+    if (piece.kind == SegmentKind::Contact && now() >= next_hold_ - 0.5 * how_.tick) {
+      const double period = std::max(kHoldPeriod, how_.tick);
+      next_hold_ = now() + period;
+      const Eigen::VectorXd before = beside_;
+      (void)tracker_->update(measured_.q, q_plan_, u);  // where it finds nothing δ stays
+      step_ = (tracker_->delta() - before) * (how_.tick / period);
+      ramp_ = static_cast<int>(std::lround(period / how_.tick));
+    }
+    if (ramp_ > 0) beside_ += step_, --ramp_;
+    return beside_;
+  }
+
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
   bool arrive(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const Eigen::VectorXd q_end = trajectory.q.col(piece.last_knot);
     const auto off = [&](const Eigen::VectorXd& q) { return off_ = share_between(model_, problem_.goal.object, q_end, q, problem_.goal); };
     if (off(measured_.q) <= kThere) return true;
     const double begin = now();
+    const Eigen::VectorXd u_end = u_;
     if (!settle([&] { return off(measured_.q) <= kThere; })) return false;
+    if (caught_ && !move_to(u_end)) return false;  // fingers are elsewhere
     zero += now() - begin;
     return off(watch_.mean()) <= how_.off_at_the_end;
   }
@@ -363,13 +476,13 @@ class Executor {
 
   const Model& model_;
   DriverLink link_;
+  bool real_time_;
   const planning::PlanningProblem& problem_;
-  planning::PlannerOptions planner_;
   const RunOptions& how_;
   const core::RunControl& control_;
   RunResult& out_;
   RunSpeeds speed_;
-  DragFeedforward lead_;
+  PlanSource source_;
   double follow_time_, window_;
   ObjectWatch watch_;
   Eigen::VectorXd strain_;  ///< that a motor bears at most (n_a)
@@ -377,11 +490,23 @@ class Executor {
   Measurement measured_;
   double start_ = 0;  ///< of the run, by the clock of the plant
   double next_look_ = 0;
-  bool looked_ = false;  ///< in the last tick
+  double seen_time_ = -std::numeric_limits<double>::infinity();  ///< of the objects at the last look, by the clock of the plant
+  bool looked_ = false;                                          ///< in the last tick
   bool over_ = false;
   bool has_plan_ = false;  ///< one was given or asked for
+  std::optional<PoseTracker> tracker_;
+  Eigen::VectorXd beside_;  ///< the plan, of the commands (n_a)
+  int ramp_ = 0;            ///< ticks in which it still changes by step_
+  std::optional<ActiveHold> hold_;
+  bool caught_ = false;  ///< fingers moved since the last command of a plan
+  bool holds_ = false;   ///< since the last command of a plan
+  bool calm_ = true;
+  Eigen::VectorXd q_held_;
+  double next_hold_ = 0;  ///< when it looks again
+  Eigen::VectorXd step_;  ///< of the commands in a tick (n_a)
   RunState state_ = RunState::Hold;
-  double off_ = 0;  ///< of the last look, in tolerances
+  bool displaced_ = false;  ///< since a plan began
+  double off_ = 0;          ///< of the last look, in tolerances
   Eigen::VectorXd u_, q_plan_;
   std::vector<double> floor_;  ///< per object: how deep it may be
   std::vector<Eigen::VectorXd> q_, planned_, commands_;

@@ -58,10 +58,19 @@ struct RunOptions {
   double plan_timeout = 20;      ///< for one plan [s], > 0
   /// … or this much time of all cores of the process [s], > 0, which other work on the machine does not shorten; nothing: plan_timeout alone.
   std::optional<double> plan_processor_time;
+  /// Seconds of one core that the planner works within a second of the plant's clock, which goes on meanwhile, ≥ 0; 0: it stands still.   (E.20)
+  double planning_rate = 1;
+  /// Each step that the planner computes is charged like this [s], > 0, so that a run is the same on every machine; nothing: the processor time that it took.
+  std::optional<double> plan_step_time;
+  bool join = true;  ///< before the planner searches, the plan before is gone on with, where that leads to the goal
+  /// the fingers of a hand keep a free object where it is, while nothing is carried out (E.21); false: commands rest
+  bool active_hold = true;
+  bool push_feedback = false;                              ///< commands of pushes follow the object beside their plan (E.22)
   int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
   int replans = 60;                                        ///< plans after the first one, whatever calls for them, ≥ 0
-  double duration = 600;                                   ///< of the run, without planning [s], > 0
-  double silence = 0.5;                                    ///< objects that were not seen for so long are not seen any more [s], > 0
+  double duration = 600;                                   ///< of the run, by the clock of the plant [s], > 0
+  double silence = 0.5;                                    ///< objects that were not seen for so long are away: the robot holds [s], > 0
+  double absence = 30;                                     ///< … and the run ends after so long [s], ≥ silence
   std::optional<RunSpeeds> speed;                          ///< nothing: calc_run_speeds
   std::function<void(const RunSample& sample)> on_sample;  ///< at every look, from the thread of the run
   void validate() const;                                   ///< @throws core::InvalidInput naming the field
@@ -81,9 +90,11 @@ struct RunPlan {
   double time = 0;         ///< of the run, when it was asked [s]
   double wall_s = 0;       ///< that it took
   double processor_s = 0;  ///< … of all cores of the process
+  double clock_s = 0;      ///< … and of the clock of the plant
   core::Status status = core::Status::NumericalFailure;
-  std::string cause;   ///< why it was asked
-  std::string reason;  ///< what the planner said, where it found nothing
+  std::string cause;    ///< why it was asked
+  std::string reason;   ///< what the planner said, where it found nothing
+  bool joined = false;  ///< the plan before was gone on with, and nothing was searched
 };
 
 struct RunResult {
@@ -91,7 +102,7 @@ struct RunResult {
   RunEnd end = RunEnd::Silent;
   std::string message;        ///< why the run ended, where it was not Reached
   planning::GoalError error;  ///< of the object at the end, as measured
-  double duration_s = 0;      ///< of the plant, without planning
+  double duration_s = 0;      ///< of the clock of the plant
   double planning_s = 0;      ///< wall time of all plans
   double wall_s = 0;
   std::vector<RunPlan> plans;

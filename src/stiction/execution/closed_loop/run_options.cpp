@@ -56,10 +56,14 @@ void RunOptions::validate() const {
   }
   core::require_positive("plan_timeout", plan_timeout);
   if (plan_processor_time) core::require_positive("plan_processor_time", *plan_processor_time);
+  core::require_nonnegative("planning_rate", planning_rate);
+  if (plan_step_time) core::require_positive("plan_step_time", *plan_step_time);
   if (refusals < 1) core::throw_invalid("refusals", std::to_string(refusals), "at least 1");
   if (replans < 0) core::throw_invalid("replans", std::to_string(replans), "0 or more");
   core::require_positive("duration", duration);
   core::require_positive("silence", silence);
+  if (!(absence >= silence))
+    core::throw_invalid("absence", fmt::format("{:g} s", absence), fmt::format("at least the silence of {:g} s", silence));
 }
 
 long RunResult::count(planning::SegmentKind kind) const {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/open_loop/speed_limits.hpp"
@@ -54,6 +55,15 @@ SimulatedPlant::SimulatedPlant(const std::shared_ptr<const world::Model>& model,
   const Eigen::VectorXd u = q.tail(model->n_a()).cwiseMax(model->lower()).cwiseMin(model->upper());
   plant_.reset(q, u);
   past_.push_back({0, plant_.q()});
+  const world::Model& world = plant_.plant().model();  // its masses are those that are simulated
+  weight_.setConstant(static_cast<Eigen::Index>(world.geometries().size()), std::numeric_limits<double>::infinity());
+  for (Eigen::Index g = 0; g < weight_.size(); ++g) {
+    const world::Body& body = world.bodies()[static_cast<std::size_t>(world.geometries()[static_cast<std::size_t>(g)].body)];
+    if (body.kind != world::BodyKind::Object) continue;
+    const auto object = static_cast<std::size_t>(body.owner);
+    const double weight = world.objects()[object].mass * world.scene().gravity.norm();
+    if (world.scene().objects[object].joint == world::ObjectJoint::Free && weight > 0) weight_[g] = weight, press_ = 0;
+  }
 }
 
 bool SimulatedPlant::read(Measurement& out) {
@@ -77,9 +87,18 @@ bool SimulatedPlant::read(Measurement& out) {
 bool SimulatedPlant::command(VectorRef u, double period) {
   apply_pushes(period);
   if (plant_.advance(u, period) != core::Status::Solved) return false;
+  raise_press();
   past_.push_back({plant_.time(), plant_.q()});
   while (past_.size() > 1 && past_[1].time <= plant_.time() - options_.pose_delay) past_.pop_front();
   return true;
+}
+
+void SimulatedPlant::raise_press() {
+  if (!press_) return;
+  for (const simulation::PairForce& force : plant_.forces()) {
+    const world::Pair& pair = model_->pairs()[static_cast<std::size_t>(force.pair)];
+    for (const int geometry : {pair.geometry_a, pair.geometry_b}) press_ = std::max(*press_, force.normal / weight_[geometry]);
+  }
 }
 
 /// Within a period each force acts with the share of it in which its push lasts, so that the momentum that it gives is exact.

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "stiction/core/random.hpp"
@@ -43,10 +44,13 @@ class SimulatedPlant final : public Driver {
   std::string message() const override { return plant_.message(); }
 
   const simulation::SteppedPlant& world() const { return plant_; }  ///< as it is, without noise and delay
+  /// Of all pairs the largest normal force on a free object so far, at the ends of periods, as a multiple of its weight; nothing without such an object.
+  std::optional<double> largest_press() const { return press_; }
   Eigen::VectorXd take_torques() { return plant_.take_torques(); }  ///< of SteppedPlant
 
  private:
   void apply_pushes(double period);
+  void raise_press();
 
   std::shared_ptr<const world::Model> model_;
   WorldOptions options_;
@@ -58,6 +62,8 @@ class SimulatedPlant final : public Driver {
   std::deque<Seen> past_;  ///< as far back as the delay
   std::vector<simulation::Push> acting_;
   core::Random random_;
+  Eigen::VectorXd weight_;  ///< per geometry: of its free object [N], infinite for others
+  std::optional<double> press_;
 };
 
 }  // namespace stiction::execution

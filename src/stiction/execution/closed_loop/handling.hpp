@@ -1,0 +1,39 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "stiction/execution/closed_loop/run.hpp"
+#include "stiction/execution/closed_loop/simulated_plant.hpp"
+
+namespace stiction::execution {
+
+/// How gently a run handled its free objects, as the simulation knows it.
+struct Handling {
+  std::optional<double> force;  ///< largest normal force of one pair on a free object, as a multiple of its weight; nothing: no such object
+  std::vector<double> slip_speeds;  ///< per piece [m/s]: how much faster than planned a free object was, until the next piece began
+  double slip_speed() const;        ///< the largest of them [m/s], 0 for none
+};
+
+/// Looks at the simulation whenever the run looks at its objects.
+class HandlingWatch {
+ public:
+  explicit HandlingWatch(const SimulatedPlant& plant) : plant_(plant), model_(plant.world().plant().model()) {}
+  void take(const RunSample& sample);
+  Handling result() const;
+
+ private:
+  double planned_speed(const RunSample& sample);
+
+  const SimulatedPlant& plant_;
+  const world::Model& model_;
+  struct Planned {
+    double time, speed;
+    Eigen::VectorXd q;
+  };
+  std::deque<Planned> planned_;  ///< of the last moments: objects trail their plans
+  std::vector<double> slip_speeds_;
+};
+
+}  // namespace stiction::execution

@@ -1,0 +1,131 @@
+#include "stiction/execution/closed_loop/plan_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "stiction/core/processor_time.hpp"
+#include "stiction/core/random.hpp"
+#include "stiction/execution/closed_loop/object_watch.hpp"
+#include "stiction/execution/closed_loop/plan_join.hpp"
+
+namespace stiction::execution {
+namespace {
+
+using core::Status;
+using planning::SegmentKind;
+
+/// Keeps the seeds of later plans apart from the draws of the search.
+constexpr std::uint64_t kPlanSeed = 0x9e7a1a11;
+/// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
+constexpr double kGain = 0.8;
+
+bool moves(const planning::Plan& plan) {
+  return std::any_of(plan.segments.begin(), plan.segments.end(),
+                     [](const auto& s) { return s.kind != SegmentKind::Settle && !s.knots.empty(); });
+}
+
+/// Where a plan begins once its start has come to rest; q where it rested.
+const Eigen::VectorXd& settled(const planning::Plan& plan, const Eigen::VectorXd& q) {
+  const bool moved = !plan.segments.empty() && plan.segments[0].kind == SegmentKind::Settle && !plan.segments[0].knots.empty();
+  return moved ? plan.segments[0].knots.back().q : q;
+}
+
+}  // namespace
+
+PlanSource::PlanSource(const planning::PlanningProblem& problem, const planning::PlannerOptions& options, const RunOptions& how,
+                       const RunSpeeds& speed)
+    : problem_(problem), options_(options), how_(how), speed_(speed), lead_(problem.model) {
+  options_.tolerance_fraction = std::min(options_.tolerance_fraction, how.plan_fraction);
+}
+
+Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction,
+                       const core::RunControl& control) {
+  Answer out;
+  const double before = core::processor_time();
+  if (!join(q, u, friction, out)) {
+    search(q, u, number, friction, control, out.result);
+    judge(q, out);
+  }
+  out.processor_s = core::processor_time() - before;
+  if (how_.planning_rate > 0) {
+    const auto steps = static_cast<double>(out.result.steps + out.result.linearisations + out.join_steps);
+    out.charge_s = (how_.plan_step_time ? steps * *how_.plan_step_time : out.processor_s) / how_.planning_rate;
+  }
+  if (!out.joined) thought_ += out.charge_s, ++searches_;
+  return out;
+}
+
+double PlanSource::share(const Eigen::VectorXd& q) const {
+  return planning::goal_error(*problem_.model, q, problem_.goal).share(problem_.goal);
+}
+
+/// Whether a plan that was searched is worth carrying out.
+void PlanSource::judge(const Eigen::VectorXd& q, Answer& out) {
+  const planning::Plan& plan = out.result.plan;
+  const double slip = share_between(*problem_.model, problem_.goal.object, q, settled(plan, q), problem_.goal);
+  const bool gains = plan.error.share(problem_.goal) <= kGain * share(q);
+  out.slips = slip > how_.off_at_the_end;
+  if (out.slips) {
+    out.result.reason = fmt::format("the object does not rest at the start: it moves by {:.1f} tolerances", slip);
+  } else if (moves(plan) && (out.result.status == Status::Solved || gains)) {
+    out.trajectory = take(plan);
+    durations_ += out.trajectory->duration(), shares_ += share(q);
+  }
+}
+
+Trajectory PlanSource::take(const planning::Plan& plan) {
+  Trajectory out = make_trajectory(*problem_.model, plan, speed_, &lead_);
+  last_ = plan;
+  return out;
+}
+
+/// What a new plan from q would take, from those before: to be found, and to be carried out in proportion to the way [s].
+double PlanSource::expected_time(const Eigen::VectorXd& q) const {
+  if (searches_ == 0 || shares_ <= 0) return std::numeric_limits<double>::infinity();
+  return thought_ / static_cast<double>(searches_) + share(q) * durations_ / shares_;
+}
+
+/// The plan that one has, from q. False: it does not lead to the goal, or takes longer than a new one would.
+bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out) {
+  if (!how_.join || !last_) return false;
+  if (last_->step.friction_scale != options_.step_options(*problem_.model).friction_scale * friction) return false;
+  const auto start = core::RunControl::Clock::now();
+  Join join = join_plan(problem_.model, *last_, q, u, {.enough = fraction()});
+  out.join_steps = join.steps;
+  if (join.status != Status::Solved) return false;
+  Trajectory trajectory = make_trajectory(*problem_.model, join.plan, speed_, &lead_);
+  if (trajectory.duration() > expected_time(q)) return false;
+  last_ = join.plan;
+  out.joined = true;
+  out.trajectory = std::move(trajectory);
+  out.result.status = Status::Solved;
+  out.result.plan = std::move(join.plan);
+  out.result.seed = options_.seed;
+  out.result.wall_s = core::seconds_since(start);
+  return true;
+}
+
+void PlanSource::search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction,
+                        const core::RunControl& run, planning::PlanResult& out) const {
+  planning::PlanningProblem problem = problem_;
+  problem.q_start = q;
+  planning::PlannerOptions options = options_;
+  options.friction *= friction;
+  if (number > 0) options.seed = core::Random(options_.seed ^ kPlanSeed, number).bits();
+  core::RunControl control = run;
+  const auto budget = core::RunControl::Clock::now() +
+                      std::chrono::duration_cast<core::RunControl::Clock::duration>(std::chrono::duration<double>(how_.plan_timeout));
+  control.deadline = run.deadline ? std::min(*run.deadline, budget) : budget;
+  const double before = core::processor_time();
+  if (how_.plan_processor_time) {
+    control.abandoned = [&run, before, limit = *how_.plan_processor_time] {
+      return (run.abandoned && run.abandoned()) || core::processor_time() - before > limit;
+    };
+  }
+  out.status = planning::plan_from(problem, u, options, control, out);
+  if (out.status == Status::Cancelled && !run.cancelled()) out.status = Status::MaxIterations;
+}
+
+}  // namespace stiction::execution

@@ -1,0 +1,56 @@
+#include "stiction/execution/closed_loop/plan_source.hpp"
+
+#include <gtest/gtest.h>
+
+#include "simulation/scenes.hpp"
+
+namespace stiction::execution::test {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// A box of 0.1 m on a slope of tan⁻¹ 0.8 with μ = 1, 0.05 m above a stop, and a ball that pushes it uphill from there.
+struct Slope {
+  double angle = std::atan(0.8);
+  Vector3d uphill{0, std::cos(angle), std::sin(angle)}, normal{0, -std::sin(angle), std::cos(angle)};
+  planning::PlanningProblem problem;
+  planning::PlannerOptions options;
+  RunOptions how;
+
+  Slope() {
+    const auto facing = [](const Vector3d& direction, const Vector3d& p) {
+      return world::Pose{Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), direction).toRotationMatrix(), p};
+    };
+    world::Scene scene = simulation::test::empty_scene({0, 0, -9.81});
+    scene.objects.push_back(simulation::test::solid(world::ObjectJoint::PlanarYZ, world::Box{{0.05, 0.05, 0.05}}, 0.5, 1));
+    scene.fixed.push_back(simulation::test::ground(1, facing(normal, Vector3d::Zero())));
+    scene.fixed.push_back(simulation::test::ground(1, facing(uphill, -0.1 * uphill)));
+    scene.fixed.back().name = "stop";
+    scene.robots.push_back(simulation::test::pusher(500));
+    problem.model = world::Model::make(scene);
+    problem.q_start = VectorXd::Zero(5);
+    const Vector3d box = 0.05 * normal, ball = box - 0.16 * uphill + 0.06 * normal;
+    problem.q_start << box.y(), box.z(), angle, ball.y(), ball.z();
+    problem.goal.X_WG = world::object_pose(*problem.model, problem.q_start, 0);
+    problem.goal.X_WG.p += 0.05 * uphill;
+    options.threads = 1;
+    options.max_iterations = 30;
+  }
+};
+
+TEST(PlanSource, StartThatRestsWithTheFrictionOfTheSceneAlone_SlipsInAPlanWithLess) {
+  Slope slope;
+  const RunSpeeds speeds = calc_run_speeds(*slope.problem.model, 0);
+  PlanSource source(slope.problem, slope.options, slope.how, speeds);
+  const VectorXd u = slope.problem.q_start.tail(2);
+  const Answer less = source.ask(slope.problem.q_start, u, 0, 0.7, {});
+  EXPECT_TRUE(less.slips);
+  EXPECT_NEAR(less.result.start_moved, 0.05, 1e-3) << "as far as the stop";
+  EXPECT_FALSE(less.trajectory) << "it begins where the object came to";
+  EXPECT_NE(less.result.reason.find("the object does not rest at the start: it moves by"), std::string::npos) << less.result.reason;
+  EXPECT_FALSE(source.ask(slope.problem.q_start, u, 0, 1, {}).slips);
+}
+
+}  // namespace
+}  // namespace stiction::execution::test
