@@ -166,6 +166,17 @@ std::vector<SenseResult> sense_many(const SenseOptions& options, Sensor& sensor,
   return sense_series(sensor, q.value.transpose(), tau.value.transpose(), options);
 }
 
+SenseResult sense_moments(const SenseOptions& options, Sensor& sensor, Matrix q, Matrix tau, double correlation) {
+  Eigen::MatrixXd full(sensor.model().n_q(), q.value.rows());
+  for (Eigen::Index i = 0; i < q.value.rows(); ++i)
+    full.col(i) = configuration_of(sensor.model(), fmt::format("q[{}]", i), q.value.row(i).transpose());
+  const nb::gil_scoped_release unlocked;
+  SenseResult out{sensor.ptr(), {}};
+  Sensor::Borrowed borrowed(sensor);
+  sensing::sense_touch(sensor.get(), full, tau.value.transpose(), correlation, options, borrowed.work(), out.result);
+  return out;
+}
+
 /// Vectors, one a row. @throws core::InvalidInput: not (n, 3), not finite
 const Eigen::MatrixXd& require_points(const char* name, const Matrix& matrix) {
   if (matrix.value.cols() != 3)
@@ -413,6 +424,14 @@ Raises InvalidInput: a pattern that matches no link; a link that no joint moves 
 
   q: (time, n_q) or (time, n_a). tau: (time, n_a) [N m; N].)",
                          "q"_a, "tau"_a, nb::kw_only());
+  def_with_sense_options(sensor, "sense_touch", &sense_moments,
+                         R"(Several moments of one touch: the same place on the same link, with another force at each moment.
+
+  q: (moments, n_q) or (moments, n_a). tau: (moments, n_a) [N m; N].
+  correlation: of the errors of the moments, in [0, 1]: m moments count as m/(1 + (m - 1) correlation). One error of the rest is common to all.
+
+Candidates are those of the moment whose torques are largest against their noise. Probabilities are always given.)",
+                         "q"_a, "tau"_a, "correlation"_a = 0.0, nb::kw_only());
   bind_contact_sets(m, sensor);
   m.def("calc_contact_torque", &calc_contact_torque, "model"_a, "q"_a, "link"_a, "p_L"_a, "f_L"_a,
         R"(Torques (n_a) of a force on a link [N m; N] (Y.1).

@@ -251,3 +251,18 @@ def test_random_tables_say_the_same_of_the_same_joints(tmp_path: Path) -> None:
         kept = [i for i in range(len(rows)) if i not in broken]
         assert np.allclose(loaded.times, table[kept, 0]) and np.allclose(loaded.q[:, :7], table[kept, 1:8]) and np.allclose(loaded.tau[:, :7], table[kept, 8:])
         assert any("lack a number" in note for note in loaded.notes) == bool(broken)
+
+
+def test_moments_of_one_touch_are_put_together(sensor: st.Sensor, logs: dict) -> None:
+    log = logs["link5/c10_8.csv"]
+    rest = log["rest"][-1][2]
+    q, tau = (np.array([row[k] for row in log["touched"]]) for k in (1, 2))
+    options = {"rest": rest, "noise": 0.1, "sign": -1, "unmeasured": [FINGER]}
+    both, one = sensor.sense_touch(q, tau, **options), sensor.sense_touch(q[1:], tau[1:], **options)
+    assert one.posterior.links == sensor.sense(q[1], tau[1], posterior=True, **options).posterior.links
+    assert both.candidates[0].link == next(iter(both.posterior.links)) and both.posterior.nothing < 1e-6
+    assert both.posterior.links != one.posterior.links
+    with pytest.raises(st.InvalidInput, match="^correlation: got 2"):
+        sensor.sense_touch(q, tau, correlation=2.0, **options)
+    with pytest.raises(st.InvalidInput, match="^tau: got 1 moments, and 2 of q"):
+        sensor.sense_touch(q, tau[:1], **options)

@@ -262,6 +262,48 @@ TEST(Posterior, CandidatesThatExplain_AreOrderedByIt) {
   EXPECT_GT(several, 5) << "hardly any case has candidates on two links";
 }
 
+TEST(Posterior, MomentsOfOneTouch_SayMoreThanOne) {
+  const auto sensor = make_iiwa(300);
+  SenseWorkspace work(sensor);
+  core::Random random(9, 0);
+  SenseOptions options = with_posterior(0.1);
+  options.plausible_force = 15;
+  double one = 0, three = 0, brier = 0;
+  int right = 0;
+  constexpr int kCases = 60;
+  for (int i = 0; i < kCases; ++i) {
+    const int links[] = {1 + i % 6};
+    const KnownCase c = make_random_case(*sensor, links, options.cone, 1, random);
+    const Surface& surface = sensor->links()[static_cast<std::size_t>(links[0])].surface;
+    const auto closest = surface.tree.closest(c.contact.p_L);
+    const Matrix3d R = make_contact_frame(surface.normal(closest.triangle, closest.point, Normals::Flat));
+    Eigen::MatrixXd q = c.q.replicate(1, 3), tau(7, 3);
+    for (int k = 0; k < 3; ++k) {
+      Vector3d f;
+      do f = 15 * random_matrix(random, 3, 1);
+      while (!options.cone.contains(f));
+      tau.col(k) = calc_contact_torque(sensor->model(), c.q, surface.body, c.contact.p_L, R * f) + 0.1 * random_matrix(random, 7, 1);
+    }
+    SenseResult single, same, all;
+    sense_touch(*sensor, q.leftCols(1), tau.leftCols(1), 0, options, work, single);
+    sense(*sensor, {q.col(0), tau.col(0)}, options, work, same);
+    EXPECT_EQ(single.posterior.links, same.posterior.links) << "one moment";
+    sense_touch(*sensor, q, tau.col(0).replicate(1, 3), 1, options, work, same);
+    for (std::size_t k = 0; k < same.posterior.links.size(); ++k)
+      EXPECT_NEAR(same.posterior.links[k], single.posterior.links[k], 1e-9) << "three times the same";
+    sense_touch(*sensor, q, tau, 0, options, work, all);
+    const auto link = static_cast<std::size_t>(links[0]);
+    one += single.posterior.links[link] / kCases;
+    three += all.posterior.links[link] / kCases;
+    const auto best = std::max_element(all.posterior.links.begin(), all.posterior.links.end());
+    right += static_cast<std::size_t>(best - all.posterior.links.begin()) == link;
+    brier += std::pow(1 - all.posterior.links[link], 2) / kCases;
+  }
+  EXPECT_GT(three, one + 0.02);
+  EXPECT_GT(right, 0.8 * kCases);
+  EXPECT_LT(brier, 0.15);
+}
+
 TEST(Posterior, TorquesBelowTheThreshold_AreProbablyNothing) {
   const auto sensor = make_iiwa(300);
   SenseWorkspace work(sensor);

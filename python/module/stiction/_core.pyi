@@ -4268,6 +4268,35 @@ class Sensor:
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
+    def sense_touch(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, correlation: float = 0.0, *, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, accept: float | None = None, accept_share: float = 0.05, tolerance: float = 0.01, method: RejectionSampling | SteepestDescent | GaussNewton = ..., merge: float = 3.0, thin: float = 2.0, plausible_force: float | None = None, friction_error: float = 0.0, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = [], posterior: bool | numpy.bool_ = False, touch_prior: float = 0.5) -> SenseResult:
+        """
+        Several moments of one touch: the same place on the same link, with another force at each moment.
+
+          q: (moments, n_q) or (moments, n_a). tau: (moments, n_a) [N m; N].
+          correlation: of the errors of the moments, in [0, 1]: m moments count as m/(1 + (m - 1) correlation). One error of the rest is common to all.
+
+        Candidates are those of the moment whose torques are largest against their noise. Probabilities are always given.
+
+        Options:
+          friction, rays: the cone (4.2) in which forces are looked for, of so many rays, in [3, 64]; rays=0: the exact one.
+          noise: standard deviation of every torque [N m], > 0; or one for each joint (n_a), or their covariance (n_a, n_a): Calibration.noise.
+          rest: torques where nothing touches, as measured (n_a), a Calibration, or None for 0.
+          sign: -1 where the robot reports what it does to its surroundings, as libfranka does; else 1.
+          unmeasured: joints without a torque sensor, by index or name: their torques are unknown, and not 0.
+          threshold: contacts are looked for where max |tau| is at least this [N m], > 0; None: 4 times the noise of the joint.
+          accept: samples with residual l up to this are accepted [(N m)^2]; None: accept_share |tau|^2, or what noise may make if that is more.
+          tolerance: share of |tau| that an explanation may leave where there is no noise.
+          method: GaussNewton(), SteepestDescent() (algorithm 4), RejectionSampling().
+          merge: points nearer than this many sample spacings are one candidate.
+          thin: Gauss-Newton leaves out starts within so many sample spacings of an earlier start or an end, >= 0.
+          plausible_force: F [N], > 0: candidates that explain are ordered by l + (noise/F)^2 |f|^2; None: what the weakest joint holds at its full reach.
+          friction_error: share by which the true friction may be larger, in [0, 1): used where nothing explains the torques.
+          posterior: SenseResult.posterior as well, by which candidates that explain are then ordered.
+          touch_prior: probability of a contact before torques are seen, in (0, 1).
+
+        Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
+        """
+
     def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, last: ContactSets | None = None, *, max_contacts: int = 2, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, tolerance: float = 0.01, starts: int = 24, descents: int = 6) -> ContactSets:
         """
         One to three contacts at the same time that make the torques, the fewest that do.

@@ -121,6 +121,17 @@ void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accep
   });
 }
 
+/// What the whitened torques say of a force on each link at q.
+void assign_torques(const Sensor& sensor, VectorRef q, SenseWorkspace::Impl& work) {
+  world::calc_kinematics(sensor.model(), q, work.kinematics_work, work.kinematics);
+  for (std::size_t i = 0; i < sensor.links().size(); ++i) {
+    calc_link_jacobian(sensor.model(), work.kinematics, sensor.links()[i].surface.body, work.J_w, work.J_v);
+    work.whitened.apply(work.J_w);
+    work.whitened.apply(work.J_v);
+    work.torques[i].assign(work.J_w, work.J_v, work.whitened.tau(), work.scratch);
+  }
+}
+
 constexpr double kSettle = 1e-3;  // of what counts as explained: less is no progress
 constexpr double kNear = 1;       // sample spacings within which a descent goes where an earlier one ended
 
@@ -263,6 +274,17 @@ void share_posterior(SenseResult& out, const Sensor& sensor) {
   }
 }
 
+/// Those that explain first: by the probability of their link and their own, or by (Y.14).
+void rank_candidates(const Sensor& sensor, const SenseOptions& options, SenseResult& out) {
+  for (Candidate& candidate : out.candidates) candidate.probability = 0;
+  if (options.posterior) share_posterior(out, sensor);
+  const auto rank_of = [&](const Candidate& c) {
+    const double link = options.posterior && c.explains ? out.posterior.links[static_cast<std::size_t>(c.best.link)] : 0;
+    return std::tuple(!c.explains, -link, -(c.explains ? c.probability : 0), c.explains ? c.objective : c.best.residual, c.first);
+  };
+  std::sort(out.candidates.begin(), out.candidates.end(), [&](const Candidate& a, const Candidate& b) { return rank_of(a) < rank_of(b); });
+}
+
 /// Clusters of the points, those that explain by their probability, or by (Y.14), first.
 void make_candidates(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, double prior, SenseWorkspace::Impl& work,
                      SenseResult& out) {
@@ -275,12 +297,7 @@ void make_candidates(const Sensor& sensor, const SenseOptions& options, const Fr
         make_candidate(work.torques[link], cone, prior, work.kinematics.X_WB[body], out.points, first, end, out.explained));
     first = end;
   }
-  if (options.posterior) share_posterior(out, sensor);
-  const auto rank_of = [&](const Candidate& c) {
-    const double link = options.posterior && c.explains ? out.posterior.links[static_cast<std::size_t>(c.best.link)] : 0;
-    return std::tuple(!c.explains, -link, -(c.explains ? c.probability : 0), c.explains ? c.objective : c.best.residual, c.first);
-  };
-  std::sort(out.candidates.begin(), out.candidates.end(), [&](const Candidate& a, const Candidate& b) { return rank_of(a) < rank_of(b); });
+  rank_candidates(sensor, options, out);
 }
 
 /// Standard deviations of forces before torques are seen: the given one, or three from the touch of a finger to what the weakest joint holds.
@@ -293,12 +310,16 @@ void choose_forces(const world::Model& model, const std::optional<double>& given
     out = {kSmall, std::sqrt(kSmall * largest), largest};
 }
 
+/// Noise of each torque with the error of the model, which with a covariance is part of that already.
+double calc_evidence_noise(const SenseOptions& options, const SenseWorkspace::Impl& work) {
+  const double model = work.whitened.is_identity() ? options.tolerance * work.whitened.tau().norm() : 0;
+  return std::hypot(work.whitened.noise(), model / std::sqrt(static_cast<double>(work.whitened.tau().size())));
+}
+
 /// Probabilities from the samples that were accepted: all others leave so much that they carry no weight.
 void find_posterior(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, SenseWorkspace::Impl& work,
                     SenseResult& out) {
-  // Also with the noise of each joint: there the error of the model is part of Σ.
-  const double model = work.whitened.is_identity() ? options.tolerance * work.whitened.tau().norm() : 0;
-  const double noise = std::hypot(out.noise, model / std::sqrt(static_cast<double>(work.whitened.tau().size())));
+  const double noise = calc_evidence_noise(options, work);
   choose_forces(sensor.model(), options.plausible_force, work.forces);
   if (!work.evidence || work.evidence->forces() != work.forces || work.evidence->friction() != cone.friction() ||
       work.evidence->is_exact() != cone.is_lorentz() || (!cone.is_lorentz() && work.evidence->cone().rays() != cone.rays()))
@@ -340,14 +361,8 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   const bool is_below = out.largest.torque < out.threshold;
   if (is_below && !options.posterior) return;
 
-  world::calc_kinematics(model, input.q, work.kinematics_work, work.kinematics);
-  for (std::size_t i = 0; i < sensor.links().size(); ++i) {
-    calc_link_jacobian(model, work.kinematics, sensor.links()[i].surface.body, work.J_w, work.J_v);
-    work.whitened.apply(work.J_w);
-    work.whitened.apply(work.J_v);
-    work.torques[i].assign(work.J_w, work.J_v, tau, work.scratch);
-    out.samples += static_cast<int>(sensor.links()[i].batch.size);
-  }
+  assign_torques(sensor, input.q, work);
+  for (const SensedLink& link : sensor.links()) out.samples += static_cast<int>(link.batch.size);
   const double accept = options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound));
   const FrictionCone* cone = &options.cone;
   if (is_below) {
@@ -366,6 +381,62 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   make_candidates(sensor, options, *cone, calc_prior(sensor, out.noise, std::sqrt(tau_tau), options.plausible_force), work, out);
   const bool explained = !out.candidates.empty() && out.candidates.front().explains;
   out.verdict = explained ? Verdict::Explained : Verdict::Unexplained;
+}
+
+namespace {
+
+/// The moment whose torques are largest against their noise.
+Eigen::Index find_strongest(const Eigen::MatrixXd& tau, const SenseOptions& options, SenseWorkspace::Impl& work) {
+  Eigen::Index out = 0;
+  double most = -1;
+  for (Eigen::Index i = 0; i < tau.cols(); ++i) {
+    work.whitened.assign(options.torques, tau.col(i), options.noise, options.tolerance);
+    const double size = work.whitened.tau().norm() / work.whitened.noise();
+    if (!(size > most)) continue;
+    most = size;
+    out = i;
+  }
+  return out;
+}
+
+/// Adds the evidence of a moment to that of the places of the last call of calc_posterior().
+void add_moment(const Sensor& sensor, VectorRef q, VectorRef tau, const SenseOptions& options, SenseWorkspace::Impl& work) {
+  world::require_configuration(sensor.model(), "q", q);
+  work.whitened.assign(options.torques, tau, options.noise, options.tolerance);
+  assign_torques(sensor, q, work);
+  const double noise = calc_evidence_noise(options, work);
+  for (std::size_t i = 0; i < work.posterior.kept.size(); ++i) {
+    const TouchedPlace& place = work.posterior.kept[i];
+    const SensedLink& link = sensor.links()[static_cast<std::size_t>(place.link)];
+    const PatchEvidence patch = calc_patch_evidence(work.torques[static_cast<std::size_t>(place.link)], link.batch.p_L(place.sample),
+                                                    link.batch.R_LC(place.sample), *work.evidence, noise, link.spacing);
+    work.posterior.evidence[i] += patch.constant + work.evidence->log_evidence(patch.precision, patch.b);
+  }
+}
+
+}  // namespace
+
+void sense_touch(const Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau, double correlation, const SenseOptions& given,
+                 SenseWorkspace& workspace, SenseResult& out) {
+  const auto m = static_cast<double>(tau.cols());
+  if (tau.cols() < 1 || q.cols() != tau.cols())
+    core::throw_invalid("tau", fmt::format("{} moments, and {} of q", tau.cols(), q.cols()), "as many as of q, at least one");
+  if (!(correlation >= 0 && correlation <= 1)) core::throw_invalid("correlation", fmt::format("{}", correlation), "a number in [0, 1]");
+  core::require_size("tau", tau.rows(), sensor.model().n_a());
+  core::require_finite("tau", {tau.data(), static_cast<std::size_t>(tau.size())});
+  SenseOptions options = given;
+  options.posterior = true;
+  options.validate();
+  options.torques.validate(sensor.model().n_a());
+  SenseWorkspace::Impl& work = workspace.impl();
+  const Eigen::Index strongest = find_strongest(tau, options, work);
+  sense(sensor, {q.col(strongest), tau.col(strongest)}, options, workspace, out);
+  for (Eigen::Index i = 0; i < tau.cols(); ++i)
+    if (i != strongest) add_moment(sensor, q.col(i), tau.col(i), options, work);
+  for (double& evidence : work.posterior.evidence) evidence /= 1 + (m - 1) * correlation;
+  normalize(sensor, work.posterior.kept, work.posterior.shares, work.posterior.evidence, options.touch_prior, work.posterior,
+            out.posterior);
+  rank_candidates(sensor, options, out);
 }
 
 Eigen::VectorXd calc_contact_torque(const world::Model& model, VectorRef q, int body, const Vector3d& p_L, const Vector3d& f_L) {

@@ -115,6 +115,13 @@ class SenseWorkspace {
 /// @throws core::InvalidInput: q or tau of the wrong size or not finite, options, points of the last cycle that are not on this sensor
 void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, SenseWorkspace& work, SenseResult& out);
 
+/// Several moments of one touch: the same place on the same link, with another force at each moment. Candidates are those of the moment whose torques are largest against
+/// their noise; probabilities are products of the evidence of all moments to the power 1/(1 + (m − 1) ρ), the share of m moments that is new where their errors
+/// correlate by ρ, as they do with one error of the rest. Probabilities are always asked for.
+/// @param q (n_q × m)  @param tau (n_a × m)  @param correlation  ρ, in [0, 1]  @throws core::InvalidInput: as sense(), no moment
+void sense_touch(const Sensor& sensor, const Eigen::MatrixXd& q, const Eigen::MatrixXd& tau, double correlation,
+                 const SenseOptions& options, SenseWorkspace& work, SenseResult& out);
+
 /// The torques (n_a) of a force on a link at q: f_L at p_L in the link's frame (Y.1).
 Eigen::VectorXd calc_contact_torque(const world::Model& model, VectorRef q, int body, const Eigen::Vector3d& p_L,
                                     const Eigen::Vector3d& f_L);
