@@ -93,6 +93,7 @@ Raises InvalidInput: sizes, numbers that are not finite, times that do not incre
 
 Raises InvalidInput: as observe(); a joint that does not move in both directions.)");
   bind_onset(m);
+  def_no_pickle<sensing::TouchOnset>("TouchOnset", "the rest and the options that it was made from");
   def_pickle<JointFriction>();
 }
 

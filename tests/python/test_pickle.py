@@ -23,16 +23,16 @@ sys.path.insert(0, str(MODULE))
 import stiction as st  # noqa: E402
 
 VALUES = """
-    Analytic BaseWrench Body ByRule Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlScenario
+    Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlScenario
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof Exact Finding FixedEpsilon ForceDampingOptions GaussNewton Geometry Goal
-    GoalError Growth IterationLog Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce PieceError PieceReport Plan
-    PlanContact PlanResult PlannerOptions PolyhedralCone Pose Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
-    RobotLink RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SimulationResult SolveResult
+    GoalError Growth IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
+    PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
+    RobotLink RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
     TransferResult TreeNode
 """.split()
 SHARED = ["Model", "Sensor"]  # immutable and large: pickle makes them anew, a copy is the object itself
-AT_WORK = ["ContactController", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace"]
+AT_WORK = ["ContactController", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace", "TouchOnset"]
 
 
 def exported_classes() -> dict[str, type]:
@@ -107,6 +107,23 @@ def sensed() -> Any:
     return st.sense("ur5_forearm")[0]
 
 
+def at_rest(**options: Any) -> Any:
+    """Rest of an arm in a few postures, whose last link carries a kilogram that it does not know of."""
+    model = st.load_sensing_scenario("ur5_forearm").sensor.model
+    random = np.random.default_rng(0)
+    q = np.repeat(random.uniform(-1, 1, (8, 6)), 3, axis=0)
+    link = "arm/wrist_3_link"
+    weights = [st.calc_contact_torque(model, row, link, [0, 0, 0.05], model.body_poses(row)[link].R.T @ [0, 0, -9.81]) for row in q]
+    return st.calibrate(model, q, np.array(weights) + 0.01 * random.normal(size=q.shape), records=list(np.arange(24) // 3), **options)
+
+
+def rubbed() -> Any:
+    model = st.load_sensing_scenario("ur5_forearm").sensor.model
+    t = np.linspace(0, 4, 401)
+    q, qd = (0.2 * np.repeat(wave[:, None], 6, axis=1) for wave in (np.sin(3 * t), 3 * np.cos(3 * t)))
+    return st.identify_friction(model, t, q, qd, qd)
+
+
 def sets() -> Any:
     scenario = st.load_sensing_scenario("ur5_two_pushes")
     k = next(k for k in range(len(scenario.times)) if len(scenario.pushed[k]) == 2)
@@ -143,6 +160,11 @@ MAKE: dict[str, Callable[[], Any]] = {
     "BaseWrench": lambda: st.BaseWrench(force_W=[1, 2, 3], moment_W=[4, 5, 6]),
     "Body": lambda: task().model.bodies[1],
     "ByRule": lambda: st.ByRule(ratio=0.3),
+    "Calibration": lambda: at_rest(payload="arm/wrist_3_link"),
+    "JointFriction": rubbed,
+    "Payload": lambda: at_rest(payload="arm/wrist_3_link").payload,
+    "Posterior": lambda: sensed().posterior,
+    "SignCheck": lambda: st.check_sign(st.load_sensing_scenario("ur5_forearm").sensor.model, np.zeros((1, 6)), np.zeros((1, 6))),
     "Candidate": lambda: first(sensed().candidates),
     "CheckItem": lambda: first(st.check_plan(planned().plan).items),
     "CheckReport": lambda: st.check_plan(planned().plan),
@@ -273,8 +295,9 @@ def test_sensor_is_written_once_for_all_results() -> None:
         (lambda: st.DrivenPlant(st.Plant(task().model, damping_ratio=0)), "the model and the options"),
         (lambda: st.SimulatedPlant(task()), "the task"),
         (lambda: st.ContactController(st.load_control_scenario("box_in_the_way").model, lambda_max=1.0), "the model and the options"),
+        (lambda: st.TouchOnset([0.0], [0.1], false_alarms=0.01), "the rest and the options"),
     ],
-    ids=["StepWorkspace", "Plant", "DrivenPlant", "SimulatedPlant", "ContactController"],
+    ids=["StepWorkspace", "Plant", "DrivenPlant", "SimulatedPlant", "ContactController", "TouchOnset"],
 )
 def test_what_is_at_work_names_what_to_pass_instead(make: Callable[[], Any], instead: str) -> None:
     value = make()

@@ -4160,6 +4160,8 @@ class TouchOnset:
     def bound(self) -> float:
         """from which on something touches"""
 
+    def __reduce__(self) -> tuple: ...
+
 class Sensor:
     """
     Surfaces and samples of the links of a robot, on which contacts are looked for. Immutable, shared by threads.
