@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs tasks in closed loop with many seeds: how often the goal is reached, in what time, and why not where it is not.
 
-    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--duration 600] [--processor-seconds 40] [--threads 2] [--planning-rate 1] [--plain-hold] [--no-join] [--push-feedback] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
+    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--duration 600] [--processor-seconds 40] [--threads 2] [--planning-rate 1] [--plain-hold] [--no-join] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
                                   [--rows FILE] TASK … > run.json
 
 One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a run failed as a program, else 0: this measures, it does not judge.
@@ -136,7 +136,6 @@ def main():
     parser.add_argument("--planning-rate", type=float, default=1, help="seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile")
     parser.add_argument("--plain-hold", action="store_true", help="commands rest while nothing is carried out")
     parser.add_argument("--no-join", action="store_true", help="every plan is searched, and none gone on with")
-    parser.add_argument("--push-feedback", action="store_true", help="commands of pushes follow the object beside their plan")
     parser.add_argument("--processes", type=int, default=1, help="runs at a time")
     parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
     parser.add_argument("--mass", type=float, default=1, help="of the objects in the simulation, times that of the scene")
@@ -144,7 +143,7 @@ def main():
     parser.add_argument("--delay", type=float, default=0, help="of poses [s]")
     arguments = parser.parse_args()
     world = World(arguments.friction, arguments.mass, arguments.noise, arguments.delay)
-    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, {"duration": arguments.duration, "planning_rate": arguments.planning_rate, "active_hold": not arguments.plain_hold, "join": not arguments.no_join, "push_feedback": arguments.push_feedback}, world), processes=arguments.processes)
+    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, {"duration": arguments.duration, "planning_rate": arguments.planning_rate, "active_hold": not arguments.plain_hold, "join": not arguments.no_join}, world), processes=arguments.processes)
 
 
 if __name__ == "__main__":

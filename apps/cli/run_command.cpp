@@ -281,7 +281,6 @@ Run declare_run(CLI::App& command) {
   add_number(command, "--plan-step-time", a.how.plan_step_time,
              "Charge each step of the planner like this [s], the same on every machine, in place of its processor time", Bound::Positive);
   command.add_flag("--plain-hold", a.plain_hold, "Commands rest while nothing is carried out, also where a free object moves");
-  command.add_flag("--push-feedback", a.how.push_feedback, "Commands of pushes follow the object beside their plan");
   command.add_flag("--no-join", a.no_join, "Search every plan, and go on with none");
   add_speed(command, a.speed);
   add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);

@@ -50,7 +50,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                                 double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
                                 const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
                                 std::optional<double> plan_processor_s, double planning_rate, std::optional<double> plan_step_time_s,
-                                bool active_hold, bool join, bool push_feedback, const Callback& on_progress) {
+                                bool active_hold, bool join, const Callback& on_progress) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   const world::Model& model = *task.model;
@@ -74,7 +74,6 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   how.planning_rate = planning_rate;
   how.active_hold = active_hold;
   how.join = join;
-  how.push_feedback = push_feedback;
   how.plan_step_time = plan_step_time_s;
   how.speed = execution::calc_run_speeds(model, object, speed);
   execution::SimulatedPlant simulated(task.model, q_start,
@@ -192,8 +191,7 @@ void bind_run(nb::module_& m) {
         "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
         "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate,
-        "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join,
-        "push_feedback"_a = standard.push_feedback, "on_progress"_a = nb::none(),
+        "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join, "on_progress"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
@@ -216,7 +214,6 @@ void bind_run(nb::module_& m) {
     machine; None: the processor time that it took.
   active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
   join: before the planner searches, the plan before is gone on with, where that leads to the goal.
-  push_feedback: commands of pushes follow the object beside their plan (E.22).
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds.
 

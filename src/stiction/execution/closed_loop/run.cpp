@@ -13,7 +13,6 @@
 #include "stiction/execution/closed_loop/driver_link.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
 #include "stiction/execution/closed_loop/plan_source.hpp"
-#include "stiction/execution/closed_loop/pose_tracker.hpp"
 #include "stiction/execution/open_loop/fall.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -57,11 +56,6 @@ class Executor {
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
     if (how.active_hold) hold_.emplace(problem.model, problem.goal.object, how.friction);
     if (hold_ && !hold_->applies()) hold_.reset();
-    if (how.push_feedback && model_.scene().objects[static_cast<std::size_t>(problem.goal.object)].joint == world::ObjectJoint::Free) {
-      planning::PlannerOptions of_plans = planner;
-      of_plans.friction *= how.friction;
-      tracker_.emplace(problem.model, problem.goal, of_plans.step_options(model_));
-    }
   }
 
   void go(const planning::Plan* first) {
@@ -382,9 +376,6 @@ class Executor {
   std::string carry_out(const Trajectory& trajectory) {
     set_floor(trajectory.q);
     displaced_ = false;
-    if (tracker_) tracker_->reset();
-    beside_ = Eigen::VectorXd::Zero(model_.n_a());
-    ramp_ = 0;
     link_.pause();  // the trajectory took its time
     state_ = RunState::Push;
     if (!move_to(trajectory.u.col(0))) return {};
@@ -421,7 +412,6 @@ class Executor {
       interpolate_command(trajectory, t, u);
       interpolate(model_, trajectory, t, q_plan_);
       looked_ = holds_ = caught_ = false;
-      if (tracker_) u += feedback(piece, u);
       if (!tick(u) || is_displaced()) return false;
       if (!looked_) continue;
       off_ = share_off_path(model_, trajectory, std::max(begin, t - looked_back), std::min(end, t + how_.watch_interval),
@@ -429,20 +419,6 @@ class Executor {
       if (off_ > how_.off_on_the_way) return false;
     }
     return true;
-  }
-
-  /// What is added to the commands of a plan; of a push it follows the object (E.22), in a regrasp it stays.
-  Eigen::VectorXd feedback(const Piece& piece, const Eigen::VectorXd& u) {
-    if (piece.kind == SegmentKind::Contact && now() >= next_hold_ - 0.5 * how_.tick) {
-      const double period = std::max(kHoldPeriod, how_.tick);
-      next_hold_ = now() + period;
-      const Eigen::VectorXd before = beside_;
-      (void)tracker_->update(measured_.q, q_plan_, u);  // where it finds nothing δ stays
-      step_ = (tracker_->delta() - before) * (how_.tick / period);
-      ramp_ = static_cast<int>(std::lround(period / how_.tick));
-    }
-    if (ramp_ > 0) beside_ += step_, --ramp_;
-    return beside_;
   }
 
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
@@ -494,9 +470,6 @@ class Executor {
   bool looked_ = false;                                          ///< in the last tick
   bool over_ = false;
   bool has_plan_ = false;  ///< one was given or asked for
-  std::optional<PoseTracker> tracker_;
-  Eigen::VectorXd beside_;  ///< the plan, of the commands (n_a)
-  int ramp_ = 0;            ///< ticks in which it still changes by step_
   std::optional<ActiveHold> hold_;
   bool caught_ = false;  ///< fingers moved since the last command of a plan
   bool holds_ = false;   ///< since the last command of a plan

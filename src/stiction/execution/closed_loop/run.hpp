@@ -63,9 +63,8 @@ struct RunOptions {
   /// Each step that the planner computes is charged like this [s], > 0, so that a run is the same on every machine; nothing: the processor time that it took.
   std::optional<double> plan_step_time;
   bool join = true;  ///< before the planner searches, the plan before is gone on with, where that leads to the goal
-  /// the fingers of a hand keep a free object where it is, while nothing is carried out (E.21); false: commands rest
+  /// The fingers of a hand keep a free object where it is, while nothing is carried out (E.21); false: commands rest
   bool active_hold = true;
-  bool push_feedback = false;                              ///< commands of pushes follow the object beside their plan (E.22)
   int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
   int replans = 60;                                        ///< plans after the first one, whatever calls for them, ≥ 0
   double duration = 600;                                   ///< of the run, by the clock of the plant [s], > 0
