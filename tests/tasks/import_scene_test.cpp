@@ -59,13 +59,13 @@ TEST_F(WholeSceneTask, Keyframe_IsTheStartAndOtherKeysGoBeforeIt) {
       << message;
 }
 
-/// Yaw and lift put the hand at (0.3 cos, 0.3 sin, z): the posture is known.
+/// Yaw and lift put the hand at (0.3 cos, 0.3 sin, z), with yaw 0.2 along x: the posture is known.
 TEST_F(WholeSceneTask, PoseOfALink_GivesTheJoints) {
   const Task reached = task("start: {poses: {hand: {position: [0.18, 0.24, 0.7]}}}");
-  EXPECT_TRUE(reached.problem.q_start.tail(2).isApprox(numbers({std::atan2(0.24, 0.18), 0.2}), 1e-6))
+  EXPECT_TRUE(reached.problem.q_start.tail(2).isApprox(numbers({0.2 + std::atan2(0.24, 0.18), 0.2}), 1e-6))
       << reached.problem.q_start.transpose();
   const Task turned = task("start: {poses: {robot/hand: {position: [0.18, 0.24, 0.7], rpy: [0, 0, 0.9272952]}}}");
-  EXPECT_TRUE(turned.problem.q_start.tail(2).isApprox(numbers({0.9272952, 0.2}), 1e-5));
+  EXPECT_TRUE(turned.problem.q_start.tail(2).isApprox(numbers({1.1272952, 0.2}), 1e-5));
 }
 
 TEST_F(WholeSceneTask, PosesThatAreNotReached_SayHowFarTheyAre) {

@@ -266,6 +266,23 @@ TEST(WholeScene, JointsOnATendonWithAnActuator_MoveTogether) {
   EXPECT_DOUBLE_EQ(*contents.robot.joints[0].effort, 2 * 1.25);
 }
 
+/// A lever of 0.1 kg at 0.2 m: its weight turns it at 0.1·9.81·0.2/D through its damping D.
+TEST(WholeScene, LeverThatDampingAloneHolds_StaysWhereItIsLeft) {
+  const auto lever = [](double damping, const char* more = "") {
+    write_mjcf(
+        fmt::format(
+            R"(<worldbody><body name="r"><joint name="j"/><geom size=".1"/></body><body name="lever" pos="1 0 0"><joint axis="0 1 0" damping="{}" {}/>
+      <geom type="sphere" size=".02" mass=".1" pos=".2 0 0"/></body></worldbody><actuator><motor joint="j"/></actuator>)",
+            damping, more),
+        "lever.xml");
+    return parse_scene("file: lever.xml", stiction::test::folder_of_the_process()).objects[0].joint_friction;
+  };
+  EXPECT_NEAR(lever(20), 1.5 * 0.1 * 9.81 * 0.2, 1e-9) << "0.01 rad/s";
+  EXPECT_EQ(lever(5), 0) << "0.04 rad/s: it falls";
+  EXPECT_EQ(lever(20, R"(stiffness="3")"), 0) << "a spring holds it";
+  EXPECT_EQ(lever(20, R"(frictionloss=".5")"), 0.5);
+}
+
 TEST(WholeScene, PolynomialEquality_BecomesTheNearestLineAndSaysHowFarOff) {
   const fs::path file = write_mjcf(
       R"(<compiler angle="radian"/><worldbody><body><joint name="a" range="0 1"/><geom size=".1"/><body pos=".3 0 0"><joint name="b"/><geom size=".1"/></body></body></worldbody>

@@ -107,7 +107,10 @@ class SceneImporter {
       fail("a file without an object: every joint is in a tree with an actuator, or nothing that it moves collides");
     std::vector<std::string> objects, names, keyframes, places;
     for (const ObjectSpec& object : contents.objects) objects.push_back(describe(object));
-    for (const ObjectSpec& object : contents.objects) names.push_back(quoted(object.name));
+    std::vector<std::size_t> bodies;  // indices of the objects that are bodies of the file
+    for (std::size_t i = 0; i < contents.objects.size(); ++i) {
+      if (!is_between(contents.objects[i])) bodies.push_back(i), names.push_back(quoted(contents.objects[i].name));
+    }
     for (const auto& keyframe : contents.keyframes) keyframes.push_back(quoted(keyframe.name));
     for (const auto& place : contents.places) {
       if (place.moved_by.empty()) places.push_back(place.name);
@@ -118,13 +121,13 @@ class SceneImporter {
     if (!places.empty()) out += fmt::format("# Places for `at` of a goal: {}.\n", world::list_some(places));
     out += fmt::format("scene:\n  file: {}\n", quoted_path());
     if (found_.fixed_base) out += "  robot: {fixed_base: true}\n";
-    if (all_named()) out += fmt::format("  objects: [{}]\n", fmt::join(names, ", "));
+    out += fmt::format("  objects: [{}]\n", fmt::join(names, ", "));
     if (keyframes.empty())
       out += "start: {}  # as the file has it; `joints`, `poses` of links and `objects` change it\n";
     else
       out += fmt::format("start: {{keyframe: {}}}\n", keyframes[0]);
     const auto& at = keyframes.empty() ? contents.as_written : contents.keyframes[0];
-    out += fmt::format("goal: {{{}}}  # to be edited\n", make_goal(contents.objects[0], at.objects[0].second, places));
+    out += fmt::format("goal: {{{}}}  # to be edited\n", make_goal(contents.objects[bodies[0]], at.objects[bodies[0]].second, places));
     return out + "tolerance: {position: 0.01, angle: 0.1}\n";
   }
 
@@ -134,11 +137,18 @@ class SceneImporter {
         fmt::format("{}: import: got {}, expected one that has both (a scene of several files is written by hand)", file_.string(), got));
   }
 
-  /// An object of a body with several joints has objects between, which have no body of their own to be named by.
-  bool all_named() const {
+  /// An object of a body with several joints, other than the last, which has the name of the body.
+  bool is_between(const ObjectSpec& object) const {
     const auto& objects = found_.contents->objects;
-    return std::none_of(objects.begin(), objects.end(),
-                        [](const ObjectSpec& o) { return o.geometries.empty() && o.name.find('.') != std::string::npos; });
+    const auto hangs_on_it = [&](const ObjectSpec* o) {
+      while (o != nullptr && o->parent != object.name) {
+        const auto next = std::find_if(objects.begin(), objects.end(), [&](const ObjectSpec& p) { return p.name == o->parent; });
+        o = next != objects.end() ? &*next : nullptr;
+      }
+      return o != nullptr;
+    };
+    return std::any_of(objects.begin(), objects.end(),
+                       [&](const ObjectSpec& o) { return object.name.starts_with(o.name + ".") && hangs_on_it(&o); });
   }
 
   std::string quoted_path() const {

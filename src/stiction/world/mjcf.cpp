@@ -115,6 +115,9 @@ class MjcfReader : private MjcfView {
     read_couplings();
     read_geoms(0, Pose{}, nullptr);
     hulls_.add_note(out_.robot.notes);
+    if (!held_.empty())
+      out_.robot.notes.push_back(
+          fmt::format("objects that damping alone holds have a dry friction that bears their weight: {}", list_some(held_)));
     read_excludes();
     read_configurations();
     read_places();
@@ -313,7 +316,21 @@ class MjcfReader : private MjcfView {
       X_PB = shift(-axis.anchor);
       X_OB_[body] = X_PB;
       add_object(body, std::move(object), last ? 1 - kShare * static_cast<double>(axes.size() - 1) : kShare, last);
+      hold_by_damping(pose_below(body, 0).R * axis.direction, out_.objects.back());
     }
+  }
+
+  /// What its weight moves through damping slower than this stays where it is left: a friction that bears the weight says so in a model
+  /// without time.
+  void hold_by_damping(const Vector3d& axis_W, ObjectSpec& object) {
+    constexpr double kSlow = 0.02, kSpare = 1.5;  // [rad/s, m/s], of the load
+    if (object.joint_damping == 0 || object.joint_friction != 0 || object.joint_stiffness != 0) return;
+    const Vector3d weight = object.mass * object.weight_share * vector3(m_->opt.gravity);
+    const double arm = object.axis.cross(object.p_BCom).norm();
+    const double load = object.joint == ObjectJoint::Hinge ? arm * axis_W.cross(weight).norm() : std::abs(axis_W.dot(weight));
+    if (load < 1e-6 * weight.norm() || load > kSlow * object.joint_damping) return;
+    object.joint_friction = kSpare * load;
+    held_.push_back(object.name);
   }
 
   /// @param share  of the mass of the body and of what is welded to it  @param shapes  whether it has theirs
@@ -459,6 +476,7 @@ class MjcfReader : private MjcfView {
   std::map<int, Pose> X_OB_;                    ///< per body that is an object: its frame in the object's
   std::vector<ObjectCoordinates> coordinates_;  ///< of the objects
   std::set<std::string> link_names_;
+  std::vector<std::string> held_;  ///< objects
   LinkHulls hulls_;
 };
 

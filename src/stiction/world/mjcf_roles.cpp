@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::world {
@@ -14,7 +15,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 std::string name_of(const mjModel& m, int body) {
   const char* name = mj_id2name(&m, mjOBJ_BODY, body);
-  return name != nullptr && *name != '\0' ? name : fmt::format("body_{}", body);
+  return name != nullptr && *name != '\0' ? MjcfView::usable(name) : fmt::format("body_{}", body);
 }
 
 /// The nearest joints at or above a body.

@@ -93,8 +93,8 @@ struct RobotContents {
   FileConfiguration as_written{};                             ///< of an MJCF
   std::vector<FileConfiguration> keyframes{};
   std::vector<FilePlace> places{};
-  std::optional<Eigen::Vector3d> gravity{};  ///< of an MJCF [m/s²]
-  RobotSpec spec;                                             ///< the robot that the file was read for
+  Eigen::Vector3d gravity{0, 0, -9.81};  ///< of an MJCF [m/s²]
+  RobotSpec spec;                        ///< the robot that the file was read for
 };
 
 /// Of the collision geometry at kLinkDensity, overlaps twice; 0 without.

@@ -116,7 +116,7 @@ class SceneReader {
     robot.require_map();
     read_robot_entry(robot, &whole);
     const RobotContents& contents = *scene_.robots.back().contents;
-    if (!node_.has("gravity") && contents.gravity) scene_.gravity = *contents.gravity;
+    if (!node_.has("gravity")) scene_.gravity = contents.gravity;
     if (contents.robot.movable_joints().empty() && !node_.has("robots"))
       file->fail("a file without a robot: no joint has an actuator",
                  "a joint with one, `robot: {bodies: […]}` with a body of a tree that is a robot, or `robots`");

@@ -147,9 +147,9 @@ struct RobotSpec {
   std::vector<std::string> push_with{};          ///< links, '*' matches any run of characters: only these may touch objects; empty: all
   std::optional<Decomposition> decomposition{};  ///< split meshes that are not convex into convex parts; not together with convex_hulls
   MjcfSplit split{};                             ///< of an MJCF
-  bool fixed_base = false;                       ///< of an MJCF: free joints of robots are left out, their bodies stand where the file has them
-  std::vector<MountSpec> mounts{};               ///< in this order; see mount() in mount.hpp
-  std::vector<std::string> notes{};              ///< what was taken otherwise than the files beside the robot's own say, one sentence each
+  bool fixed_base = false;           ///< of an MJCF: free joints of robots are left out, their bodies stand where the file has them
+  std::vector<MountSpec> mounts{};   ///< in this order; see mount() in mount.hpp
+  std::vector<std::string> notes{};  ///< what was taken otherwise than the files beside the robot's own say, one sentence each
   /// What its file says, once the file was read: nothing opens the file again. Of a spec made by hand Model::make() reads it.
   std::shared_ptr<const RobotContents> contents{};
 
