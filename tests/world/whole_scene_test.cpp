@@ -266,6 +266,18 @@ TEST(WholeScene, JointsOnATendonWithAnActuator_MoveTogether) {
   EXPECT_DOUBLE_EQ(*contents.robot.joints[0].effort, 2 * 1.25);
 }
 
+TEST(WholeScene, FiveHundredBodies_LoadAndSayWhatTheyCost) {
+  const fs::path file = write_mjcf(R"(<worldbody><body name="r" pos="0 0 5"><joint name="j"/><geom size=".1"/></body>
+      <replicate count="500" offset=".3 0 0"><body name="ball"><freejoint/><geom size=".1"/></body></replicate></worldbody><actuator><motor joint="j"/></actuator>)",
+                                   "many.xml");
+  const auto model = Model::make(parse_scene("file: many.xml", file.parent_path()));
+  EXPECT_EQ(model->objects().size(), 500u);
+  const auto notes = model->notes();
+  const std::string cost = fmt::format("502 bodies, of which {} pairs of shapes may touch", 500 * 499 / 2 + 500);
+  EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [&](const auto& note) { return note.find(cost) != std::string::npos; }))
+      << notes.back();
+}
+
 /// A lever of 0.1 kg at 0.2 m: its weight turns it at 0.1·9.81·0.2/D through its damping D.
 TEST(WholeScene, LeverThatDampingAloneHolds_StaysWhereItIsLeft) {
   const auto lever = [](double damping, const char* more = "") {
