@@ -109,10 +109,11 @@ class LinkPlacer {
   }
 
   /// Joints that a step would take out of their limits stay, and the others do the rest.
-  VectorXd calc_step(const VectorXd& q, double damping) const {
+  /// @param near  share of the way to the given joints that the step takes where the poses leave it free
+  VectorXd calc_step(const VectorXd& q, double damping, double near) const {
     const int n = model_.n_a();
     std::vector<bool> held(static_cast<std::size_t>(n), false);
-    const VectorXd wish = (q0_ - q).tail(n);
+    const VectorXd wish = near * (q0_ - q).tail(n);
     for (;;) {
       MatrixXd J = J_;
       for (int j = 0; j < n; ++j) {
@@ -144,7 +145,9 @@ class LinkPlacer {
       linearise(at);
       const double error = std::max(at.position, at.angle);
       if (error < kDone && moved < 1e-4) break;
-      VectorXd step = calc_step(at.q, std::max(kLeastDamping, 0.1 * std::min(error, 1.0)));
+      // Where the arm is all but stretched, long steps towards the given joints keep it from arriving, and at last any.
+      const double near = k < kSteps / 10 ? 1.0 : k < 3 * kSteps / 4 ? 0.1 * kSteps / k : 0.0;
+      VectorXd step = calc_step(at.q, std::max(kLeastDamping, 0.1 * std::min(error, 1.0)), near);
       if (const double most = step.cwiseAbs().maxCoeff(); most > kLongest) step *= kLongest / most;
       moved = step.cwiseAbs().maxCoeff();
       auto joints = at.q.tail(model_.n_a());
