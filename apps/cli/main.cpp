@@ -4,6 +4,7 @@
 
 #include "app.hpp"
 #include "guard.hpp"
+#include "import_command.hpp"
 #include "python_command.hpp"
 #include "run_command.hpp"
 #include "stiction/core/version.hpp"
@@ -21,6 +22,8 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"tasks", "Built-in tasks with their sizes", app::declare_tasks},
+    {"import", "Writes a task for a scene that is in one MJCF file: its robot, its objects, a start and a goal to edit",
+     app::declare_import},
     {"lint", "Looks at a task without planning it: overlaps, units, what holds and reaches the object", app::declare_lint},
     {"plan", "Plans a task and writes the plan file", app::declare_plan},
     {"optimize", "Optimises a trajectory for a task (iMPC) and writes it as a plan", app::declare_optimize},

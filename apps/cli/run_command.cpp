@@ -9,6 +9,7 @@
 #include "run_command.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/closed_loop/handling.hpp"
+#include "stiction/execution/closed_loop/part_start.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
@@ -80,16 +81,19 @@ execution::OutsidePush parse_push(const std::string& text, int object) {
   return {object, *numbers[0], *numbers[1], Eigen::Vector3d(*numbers[2], *numbers[3], *numbers[4])};
 }
 
-Eigen::VectorXd start_of(const Given& given) {
-  if (!given.file) return given.task.problem.q_start;
-  return execution::start_of(*given.task.model, given.plan);
+/// Where the plant begins: at the start of the task or plan, with what overlaps there moved apart.
+execution::PartedStart start_of(const Given& given) {
+  const world::Model& model = *given.task.model;
+  const Eigen::VectorXd q = given.file ? execution::start_of(model, given.plan) : given.task.problem.q_start;
+  return execution::part_start(given.task.model, q, given.options.step_options(model));
 }
 
 /// The plant, and what the page needs of every look.
 class Recorder {
  public:
   Recorder(const Given& given, const RunArguments& arguments)
-      : plant(given.task.model, start_of(given), arguments.world),
+      : start(start_of(given)),
+        plant(given.task.model, start.q, arguments.world),
         model_(*given.task.model),
         watch_(plant),
         keeps_(arguments.html || !arguments.out_dir.empty()) {}
@@ -111,6 +115,7 @@ class Recorder {
     return out;
   }
 
+  const execution::PartedStart start;
   execution::SimulatedPlant plant;
   ProgressLine line;
 
@@ -144,6 +149,8 @@ json report(const Given& given, const RunArguments& arguments, const execution::
   out["replans"] = r.replans;
   out["dropped"] = r.dropped ? json(given.task.model->objects()[static_cast<std::size_t>(*r.dropped)].name) : json();
   out["dropped_s"] = r.dropped ? json(r.duration_s) : json();
+  out["start_overlap"] = recorder.start.overlap;
+  out["start_moved"] = recorder.start.moved;
   out["max_penetration"] = recorder.plant.world().max_depth();
   out["largest_effort"] = recorder.plant.world().largest_effort();
   const execution::Handling handling = recorder.handling();
@@ -173,6 +180,16 @@ json report(const Given& given, const RunArguments& arguments, const execution::
                              {"given_up", piece.given_up}});
   }
   return out;
+}
+
+/// What was done to a start that overlaps.
+void print_start(std::FILE* to, const world::Model& model, const execution::PartedStart& start) {
+  if (start.pair < 0) return;
+  const auto& pair = model.pairs()[static_cast<std::size_t>(start.pair)];
+  const auto name = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].name; };
+  print_row(to, "start",
+            fmt::format("moved apart: '{}' and '{}' overlapped by {:.2g} mm; an object moved by {:.2g} (m or rad)", name(pair.geometry_a),
+                        name(pair.geometry_b), 1e3 * start.overlap, start.moved));
 }
 
 void print_summary(std::FILE* to, const Given& given, const execution::RunResult& r, const json& out) {
@@ -256,6 +273,7 @@ int run_run(RunArguments arguments) {
   std::FILE* const to = people(arguments.json);
   json out = report(given, arguments, result, recorder);
   print_summary(to, given, result, out);
+  print_start(to, *given.task.model, recorder.start);
   const bool written = !writes || write(given, result, recorder, arguments, dir, to, out);
   if (arguments.json) say(stdout, "{}\n", out.dump());
   if (status == Status::Cancelled) return kInterrupted;

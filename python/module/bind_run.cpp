@@ -10,6 +10,7 @@
 #include "plan.hpp"
 #include "planner_options.hpp"
 #include "stiction/execution/closed_loop/handling.hpp"
+#include "stiction/execution/closed_loop/part_start.hpp"
 #include "stiction/execution/closed_loop/run.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
@@ -34,6 +35,7 @@ using PushLike = std::tuple<double, double, Vector>;
 struct RunOutcome {
   RunResult result;
   planning::GoalError true_error;
+  double start_overlap = 0, start_moved = 0;
   double max_depth = std::numeric_limits<double>::quiet_NaN(), largest_effort = max_depth;
   execution::Handling handling;
 };
@@ -76,7 +78,9 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   how.join = join;
   how.plan_step_time = plan_step_time_s;
   how.speed = execution::calc_run_speeds(model, object, speed);
-  execution::SimulatedPlant simulated(task.model, q_start,
+  const execution::PartedStart parted =
+      own_plant.is_none() ? execution::part_start(task.model, q_start, planner.step_options(model)) : execution::PartedStart{.q = q_start};
+  execution::SimulatedPlant simulated(task.model, parted.q,
                                       world_of(object, friction_scale, mass_scale, pose_noise, pose_delay, pushes, planner.seed));
   OwnPlant own(own_plant);
   execution::Driver& plant = own_plant.is_none() ? static_cast<execution::Driver&>(simulated) : own;
@@ -94,6 +98,8 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                          .elapsed_s = core::seconds_since(start)});
   };
   auto out = std::make_unique<RunOutcome>();
+  out->start_overlap = parted.overlap;
+  out->start_moved = parted.moved;
   {
     const nb::gil_scoped_release unlocked;
     (void)execution::run(plant, task.problem, planner, how, control, out->result, given ? &plan : nullptr);  // the status is in the result
@@ -162,6 +168,9 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("regrasps", [](const RunOutcome& r) { return r.result.count(planning::SegmentKind::Regrasp); })
       .def_prop_ro("dropped", of(&RunResult::dropped), "index of the object that fell, or None")
       .def_ro("max_depth", &RunOutcome::max_depth, "deepest penetration [m]; NaN of a plant of one's own")
+      .def_ro("start_overlap", &RunOutcome::start_overlap,
+              "deepest overlap of a start that was moved apart before the plant began [m]; 0: it is as it was given")
+      .def_ro("start_moved", &RunOutcome::start_moved, "by how much an object was moved then, at most [m or rad]")
       .def_ro("largest_effort", &RunOutcome::largest_effort, "share of a motor's effort, at most 1; NaN of a plant of one's own")
       .def_prop_ro(
           "largest_press", [](const RunOutcome& r) { return r.handling.force; },

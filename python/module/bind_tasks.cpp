@@ -1,8 +1,12 @@
 #include <fmt/format.h>
 
+#include <fstream>
+
 #include "pickles.hpp"
 #include "plan.hpp"
 #include "planner_options.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/tasks/import_scene.hpp"
 #include "stiction/tasks/unplanned.hpp"
 #include "yaml_text.hpp"
 
@@ -25,6 +29,18 @@ Task load_task(const std::variant<std::string, std::filesystem::path>& task) {
   const nb::gil_scoped_acquire gil;
   warn_of_options(out.notes);
   return out;
+}
+
+/// @param out  the task file to write; nullopt: a task in memory
+Task import_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& out) {
+  const std::filesystem::path folder = out ? std::filesystem::absolute(*out).parent_path() : std::filesystem::current_path();
+  const std::string text = tasks::import_scene(file, folder);
+  if (!out) return tasks::parse_task(text, folder);
+  std::ofstream to(*out, std::ios::binary);
+  to << text;
+  to.close();
+  if (!to) core::throw_invalid("out", fmt::format("'{}', which cannot be written", out->string()), "a file in a folder that is there");
+  return tasks::load_task(std::filesystem::absolute(*out).string());
 }
 
 /// The task with other values, as a task of its own.
@@ -75,6 +91,7 @@ void bind_tasks(nb::module_& m) {
       .def_ro("name", &Task::name)
       .def_ro("description", &Task::description)
       .def_ro("file", &Task::file, "of a task made in memory the folder that its paths are relative to")
+      .def_ro("text", &Task::text, "of a task made in memory, as in a file; else empty")
       .def_ro("model", &Task::model)
       .def_prop_ro(
           "q_start", [](const Task& task) { return task.problem.q_start; }, "(n_q)")
@@ -114,6 +131,21 @@ void bind_tasks(nb::module_& m) {
 
     >>> "allegro_cube" in st.list_tasks()
     True)");
+  m.def("import_scene", &import_scene, "file"_a, nb::kw_only(), "out"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(),
+        "A task for a scene that is in one MJCF file: trees with an actuator are robots, what moves in other trees are objects, the rest "
+        "stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the "
+        "file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. Raises "
+        "InvalidInput."
+        R"(
+
+    >>> xml = "<mujoco><worldbody><body pos='0 .3 0'><joint name='lid' type='slide' axis='1 0 0' range='0 .2'/><geom name='box' size='.05'/></body>" \
+    ...     "<body><joint name='arm' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 .2 0' size='.02'/></body></worldbody>" \
+    ...     "<actuator><position joint='arm' kp='50'/></actuator></mujoco>"
+    >>> with open("scene.xml", "w") as file:
+    ...     _ = file.write(xml)
+    >>> task = st.import_scene("scene.xml")
+    >>> task.model.joint_names, task.model.object_names, task.q_goal
+    (['robot/arm'], ['body_1'], array([0.18])))");
   m.def("load_task", &load_task, "name_or_file"_a, nb::call_guard<nb::gil_scoped_release>(),
         "A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "
         "\"FILE:LINE: field: got …, expected …\"."

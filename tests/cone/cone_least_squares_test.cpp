@@ -76,6 +76,21 @@ TEST(ConeLeastSquares, RandomCones_AreKeptAndNothingBetterIsNear) {
   EXPECT_GT(tight, 10) << "cones that do not matter say nothing";
 }
 
+/// A push that is to go nowhere: its answer is 0, whatever the numbers of A are.
+TEST(ConeLeastSquares, NothingToReach_IsNoMotion) {
+  for (const double size : {1e-3, 1.0, 10.0, 1e6}) {
+    ConeLeastSquares problem(3);
+    problem.add_cone(Eigen::Matrix3d::Identity(), Eigen::Vector3d(1, 0, 0));
+    const Eigen::MatrixXd A = size * Eigen::MatrixXd::Identity(3, 3);
+    const Eigen::VectorXd bound = Eigen::VectorXd::Constant(3, 2);
+    for (const double b : {0.0, 1e-310}) {
+      Eigen::VectorXd x;
+      ASSERT_TRUE(problem.solve(A, Eigen::VectorXd::Constant(3, b), 1e-4, -bound, bound, x)) << size;
+      EXPECT_LT(x.norm(), 1e-6) << size;
+    }
+  }
+}
+
 TEST(ConeLeastSquares, NoPointInTheCone_IsFalse) {
   ConeLeastSquares problem(3);
   problem.add_cone(Eigen::Matrix3d::Zero(), Eigen::Vector3d(-1, 0, 0));

@@ -53,6 +53,17 @@ TEST(JointFriction, Damping_SpeedIsLoadOverIt) {
   EXPECT_NEAR(rig.v_end()[0], -2 * 9.81 * 0.1 / 40, 1e-4);
 }
 
+/// A latch on a spring rests where its weight and the spring balance: k (q₀ − q) = m g r cos q.
+TEST(JointSpring, ValveOnASpring_HangsWhereItBalancesItsWeight) {
+  world::Scene scene = valve(0, 0.5);
+  scene.objects[0].joint_stiffness = 10;
+  scene.objects[0].joint_rest = 0.3;
+  Rig rig(scene);
+  ASSERT_EQ(rig.hold(VectorXd::Zero(1), VectorXd(0), 3.0), Status::Solved);
+  const double q = rig.q_end()[0];
+  EXPECT_NEAR(10 * (0.3 - q), 2 * 9.81 * 0.1 * std::cos(q), 1e-4);
+}
+
 /// Dry friction of a robot joint: its servo overcomes it unless it is asked for.
 TEST(JointFriction, OfRobotJoints_ActsWhenAskedFor) {
   for (const bool asked : {false, true}) {

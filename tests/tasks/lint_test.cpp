@@ -235,5 +235,43 @@ TEST_F(Lint, Reach_IsALowerBound) {
   }
 }
 
+/// A trolley 0.4 mm from a wall: paths keep half of that, and lint says so; with a filter there is nothing to say.
+TEST(LintOfLinks, LinksThatNearlyTouch_AreNamedWithTheirGap) {
+  const std::string text = R"(
+scene:
+  gravity: [0, 0, 0]
+  robots:
+    - name: r
+      stiffness: 100
+      urdf: |
+        <robot name="r"><link name="base"/><link name="cart"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+        <joint name="x" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="10"/></joint></robot>
+  objects: [{name: box, joint: slider, axis: [1, 0, 0], mass: 1, shapes: [{box: {size: [0.1, 0.1, 0.1]}}]}]
+  fixed: [{name: wall, shapes: [{box: {size: [3, 0.1, 0.1]}, pose: {position: [0, 0.1004, 0.2]}}, {box: {size: [3, 0.1, 0.1]}, pose: {position: [0, 0.1004, 0]}}]}]
+FILTERS
+start: {objects: {box: {coordinates: [0.2]}}, joints: [0]}
+goal: {objects: {box: {coordinates: [0.4]}}}
+tolerance: {position: 0.01, angle: 0.1}
+)";
+  const auto findings = [&](const std::string& filters) {
+    std::string changed = text;
+    changed.replace(changed.find("FILTERS"), 7, filters);
+    std::vector<Finding> out;
+    for (const Finding& finding : lint(parse_task(changed, "."))) {
+      if (finding.kind == "near") out.push_back(finding);
+    }
+    return out;
+  };
+  const auto found = findings("");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(
+      found[0].message,
+      "start: 'r/cart/box_0' and 'wall/box_1' are 0.4 mm apart where the robot rests: its paths keep 0.2 mm between them there, elsewhere "
+      "2 mm; exclude the pair in `filters` if these never meet");
+  EXPECT_EQ(found[0].names, (std::vector<std::string>{"r/cart/box_0", "wall/box_1"}));
+  EXPECT_NEAR(*found[0].amount, 4e-4, 1e-9);
+  EXPECT_TRUE(findings("  filters: [{exclude: [r, wall]}]").empty());
+}
+
 }  // namespace
 }  // namespace stiction::tasks

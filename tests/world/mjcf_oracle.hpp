@@ -126,9 +126,17 @@ inline Eigen::VectorXd configuration(const Model& model, const mjModel* m, const
     } else {
       std::string name = name_of(m, mjOBJ_JOINT, j);
       if (name.empty()) name = body_name(m, body) + "_joint_" + std::to_string(j - m->body_jntadr[body]);
-      const auto dofs = model.dofs().subspan(static_cast<std::size_t>(model.n_vu()));
-      const auto dof = std::find_if(dofs.begin(), dofs.end(), [&](const Dof& entry) { return entry.name == "arm/" + name; });
-      if (dof != dofs.end()) q[model.n_qu() + (dof - dofs.begin())] = value[0];
+      const auto set = [&](const std::string& joint, double x) {
+        const auto dofs = model.dofs().subspan(static_cast<std::size_t>(model.n_vu()));
+        const auto dof = std::find_if(dofs.begin(), dofs.end(), [&](const Dof& entry) { return entry.name == "arm/" + joint; });
+        if (dof != dofs.end()) q[model.n_qu() + (dof - dofs.begin())] = x;
+      };
+      if (m->jnt_type[j] == mjJNT_BALL) {
+        const Eigen::Vector3d zyx = Eigen::Quaterniond(value[0], value[1], value[2], value[3]).toRotationMatrix().eulerAngles(2, 1, 0);
+        set(name + "_z", zyx[0]), set(name + "_y", zyx[1]), set(name + "_x", zyx[2]);
+      } else {
+        set(name, value[0]);
+      }
     }
   }
   return q;

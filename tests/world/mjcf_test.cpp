@@ -94,13 +94,14 @@ TEST(Mjcf, SceneFile_MayReplaceStiffnessAndFrictionAndFilter) {
 TEST(Mjcf, WhatIsNotSupported_IsListedInOneMessage) {
   EXPECT_EQ(
       refused(
-          R"(<worldbody><body name="b"><joint name="j" type="ball"/><geom name="g" type="ellipsoid" size="1 1 2"/></body></worldbody>)"),
-      "mjcf: got 2 unsupported elements: joint 'j' (a ball joint); geom 'g' (an ellipsoid), expected hinge, slide and free joints; sphere, "
-      "capsule, box, cylinder, plane and mesh geoms");
+          R"(<asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><geom name="g" type="hfield" hfield="h"/><body name="b" mocap="true"><geom size="1"/></body></worldbody>)"),
+      "mjcf: got 2 unsupported elements: body 'b' (a mocap body that collides or carries joints); geom 'g' (a height field), expected "
+      "hinge, "
+      "slide, ball and free joints; sphere, capsule, box, cylinder, ellipsoid, plane and mesh geoms");
   EXPECT_NE(
       refused(
           R"(<worldbody><body name="b"><freejoint/><geom size="1"/><body name="arm"><joint/><geom size="1"/></body></body></worldbody>)")
-          .find("body 'arm' (a joint on a body with a free joint)"),
+          .find("body 'arm' (a joint on a body with a free joint; fixed_base: true makes that stand still)"),
       std::string::npos);
 }
 
@@ -111,11 +112,13 @@ TEST(Mjcf, WhatMeansNothingHere_IsNamedOnceAndPassedOver) {
                                   <equality><weld name="w" body1="b"/></equality><contact><pair name="p" geom1="a" geom2="c"/></contact>)",
       "passed.xml");
   const auto model = make_model(file);
-  ASSERT_EQ(model->notes().size(), 2u);  // the other one: no effort
-  EXPECT_EQ(
-      model->notes()[0],
-      "arm: passed over: joint 'j' (a passive spring); equality 'w' (a constraint beside joints and contacts); tendon 't' (a tendon with a "
-      "spring); pair 'p' (a contact pair of its own, which ignores the geoms' filters)");
+  ASSERT_EQ(model->notes().size(), 3u);  // the last one: no effort
+  EXPECT_EQ(model->notes()[0],
+            "arm: passed over: equality 'w' (a constraint beside joints and contacts); tendon 't' (a tendon with a spring); pair 'p' (a "
+            "contact pair "
+            "of its own, which ignores the geoms' filters)");
+  EXPECT_EQ(model->notes()[1], "arm: springs add to the stiffness of motors, whose commands act against them, of joints: j");
+  EXPECT_EQ(model->stiffness()[0], 3);
 }
 
 TEST(Mjcf, JointsOfAnEquality_MoveTogether) {

@@ -72,7 +72,7 @@ TEST_F(MjcfUnread, OptionsAndKeyframes) {
   EXPECT_EQ(note("", "", "<option density='1.2'/>"), "option wind, density, viscosity (nothing flows)");
   EXPECT_EQ(note("", "", "<option><flag contact='disable' gravity='disable'/></option>"),
             "flags that switch off contact, gravity (these act)");
-  EXPECT_EQ(note("", "", "<keyframe><key name='home' qpos='0.1'/></keyframe>"), "keyframes, 1 of them (a task says where things start)");
+  EXPECT_EQ(note("", "", "<keyframe><key name='home' qpos='0.1'/></keyframe>"), "") << "a task may start there";
 }
 
 TEST_F(MjcfUnread, FreeBodyWithDamping) {

@@ -1445,6 +1445,10 @@ class Task:
         """of a task made in memory the folder that its paths are relative to"""
 
     @property
+    def text(self) -> str:
+        """of a task made in memory, as in a file; else empty"""
+
+    @property
     def model(self) -> Model: ...
 
     @property
@@ -1497,6 +1501,20 @@ def list_tasks() -> list[str]:
 
         >>> "allegro_cube" in st.list_tasks()
         True
+    """
+
+def import_scene(file: str | os.PathLike, *, out: str | os.PathLike | None = None) -> Task:
+    """
+    A task for a scene that is in one MJCF file: trees with an actuator are robots, what moves in other trees are objects, the rest stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. Raises InvalidInput.
+
+        >>> xml = "<mujoco><worldbody><body pos='0 .3 0'><joint name='lid' type='slide' axis='1 0 0' range='0 .2'/><geom name='box' size='.05'/></body>" \\
+        ...     "<body><joint name='arm' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 .2 0' size='.02'/></body></worldbody>" \\
+        ...     "<actuator><position joint='arm' kp='50'/></actuator></mujoco>"
+        >>> with open("scene.xml", "w") as file:
+        ...     _ = file.write(xml)
+        >>> task = st.import_scene("scene.xml")
+        >>> task.model.joint_names, task.model.object_names, task.q_goal
+        (['robot/arm'], ['body_1'], array([0.18]))
     """
 
 def load_task(name_or_file: str | str | os.PathLike) -> Task:
@@ -2723,6 +2741,16 @@ class RunResult:
     @property
     def max_depth(self) -> float:
         """deepest penetration [m]; NaN of a plant of one's own"""
+
+    @property
+    def start_overlap(self) -> float:
+        """
+        deepest overlap of a start that was moved apart before the plant began [m]; 0: it is as it was given
+        """
+
+    @property
+    def start_moved(self) -> float:
+        """by how much an object was moved then, at most [m or rad]"""
 
     @property
     def largest_effort(self) -> float:

@@ -33,12 +33,12 @@ bool ConeLeastSquares::solve(const Eigen::Ref<const Eigen::MatrixXd>& A, const E
                              Eigen::VectorXd& x) {
   // The tolerances of the solver count from 1: the largest number of Aᵀb is made that.
   const Eigen::VectorXd gradient = A.transpose() * b;
-  const double scale = 1 / std::max(gradient.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
-  if (!std::isfinite(scale)) {
-    x.setZero(n_);
-    return true;
-  }
+  const double steepest = gradient.cwiseAbs().maxCoeff();
   const Eigen::MatrixXd Q = A.transpose() * A;
+  // Without a gradient, as where a push is to go nowhere, that scale would make numbers of Q infinite: the largest of them is made 1.
+  constexpr double kNone = 1e-150;
+  const double largest = Q.diagonal().maxCoeff() + gamma;
+  const double scale = 1 / (steepest > kNone * largest ? steepest : std::max(largest, std::numeric_limits<double>::min()));
   problem_.clear();
   for (int j = 0; j < n_; ++j) {
     for (int i = 0; i <= j; ++i) problem_.set_Q(i, j, scale * (Q(i, j) + (i == j ? gamma : 0.0)));

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "stiction/contact/clearance.hpp"
 #include "stiction/contact/gap_gradient.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -58,9 +59,11 @@ class FreeSpace {
   FreeSpace(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q, double clearance,
             GeometryWorkspace& work)
       : model_(model), work_(work), q_(q), clearance_(clearance), joints_(chains.joints_of(moving)) {
-    chains.pairs_of(moving, pairs_);
+    std::vector<int> pairs;
+    chains.pairs_of(moving, pairs);
+    pairs_ = split_by_clearance(model, pairs, clearance, work.contact_work);
     std::set<std::vector<Lever>> different;
-    for (const int pair : pairs_) different.insert(calc_levers(model, model.pairs()[static_cast<std::size_t>(pair)]));
+    for (const int pair : pairs) different.insert(calc_levers(model, model.pairs()[static_cast<std::size_t>(pair)]));
     levers_.assign(different.begin(), different.end());
   }
 
@@ -74,11 +77,16 @@ class FreeSpace {
     return longest;
   }
 
-  /// Smallest gap minus the clearance.
+  /// Smallest gap minus the clearance, of all pairs.
   double room(const Posture& q_a) {
     q_.tail(model_.n_a()) = q_a;
     world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
-    return calc_min_distance(model_, work_.kinematics, pairs_, clearance_, work_.contact_work) - clearance_;
+    double room = calc_min_distance(model_, work_.kinematics, pairs_.pairs, clearance_, work_.contact_work) - clearance_;
+    for (const auto& [pair, clearance] : pairs_.close) {
+      const double gap = calc_min_distance(model_, work_.kinematics, std::span(&pair, 1), clearance, work_.contact_work);
+      room = std::min(room, gap - clearance);
+    }
+    return room;
   }
 
   /// No gap shrinks by more than this on the straight line [m].
@@ -112,7 +120,8 @@ class FreeSpace {
   GeometryWorkspace& work_;
   Eigen::VectorXd q_;
   double clearance_;
-  std::vector<int> joints_, pairs_;
+  std::vector<int> joints_;
+  PairClearances pairs_;
   std::vector<std::vector<Lever>> levers_;  ///< of the pairs, each once
 };
 
@@ -236,13 +245,18 @@ bool retreat(const world::Model& model, const RobotChains& chains, ChainMask mov
   const int n_a = model.n_a();
   const auto joints = joint_flags(model, chains.joints_of(moving));
   chains.pairs_of(moving, work.pairs);
+  const PairClearances own = split_by_clearance(model, work.pairs, clearance, work.contact_work);
+  const auto clearance_of = [&](const Contact& c) {
+    const auto found = std::ranges::find(own.close, c.pair, &std::pair<int, double>::first);
+    return found != own.close.end() ? found->second : clearance;
+  };
   const double length = model.scales().robots().length;
   const Eigen::VectorXd unit = model.scales().joints();
   for (int round = 0; round < kRounds && !work.stop(); ++round) {
     // δ = argmin ‖δ‖², in joint units, with every short gap brought to 1.5 × clearance: δ = Gᵀ(GGᵀ + ρI)⁻¹r
     world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
     query_pairs(model, work.kinematics, work.pairs, clearance, work.contact_work, work.contacts);
-    std::erase_if(work.contacts, [&](const auto& c) { return c.phi >= clearance; });
+    std::erase_if(work.contacts, [&](const auto& c) { return c.phi >= clearance_of(c); });
     const auto m = static_cast<Eigen::Index>(work.contacts.size());
     if (m == 0) return true;
     Eigen::MatrixXd G(n_a, m);
@@ -250,7 +264,7 @@ bool retreat(const world::Model& model, const RobotChains& chains, ChainMask mov
     for (Eigen::Index i = 0; i < m; ++i) {
       const Contact& contact = work.contacts[static_cast<std::size_t>(i)];
       calc_gap_gradient(model, contact, joints, work.kinematics, G.col(i));
-      r[i] = 1.5 * clearance - contact.phi;
+      r[i] = 1.5 * clearance_of(contact) - contact.phi;
     }
     G = unit.asDiagonal() * G;
     Eigen::MatrixXd S = G.transpose() * G;

@@ -18,7 +18,7 @@ enum class PathOutcome {
 };
 
 struct PathOptions {
-  /// Kept to everything at every posture that is looked at between leaving the first contacts and reaching the last, and half of it between
+  /// Kept to everything, but for pairs of links that nearly touch at rest (clearance.hpp), at every posture that is looked at between leaving the first contacts and reaching the last, and half of it between
   /// those [m].
   double clearance = 2e-3;
   double step = 0.3;         ///< length of a tree extension, largest joint [rad, L of the robots]

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "stiction/contact/clearance.hpp"
 #include "stiction/contact/patch.hpp"
 
 // Internal to the layer: what a Workspace holds. docs/theory/contact.md §6.
@@ -103,6 +104,9 @@ struct Workspace::Impl {
   // Per pair, of an earlier query: a unit vector in the frame of `first` along which the two were apart. Every direction gives a true
   // bound, so that it decides how long an answer takes, and never which one it is.
   std::vector<Eigen::Vector3d> parting;
+
+  std::vector<ClosePair> close_pairs;
+  bool close_pairs_known = false;
 
   // Of the configuration in hand.
   std::vector<double> center_x, center_y, center_z;  // per geometry, padded

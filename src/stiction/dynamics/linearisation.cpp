@@ -63,6 +63,7 @@ void subtract_objective(const SolvedStep& step, const StepResult& out, Linearisa
   for (int j = 0; j < model.n_a(); ++j) {
     if (step.motor_bound[at(j)] < 0) R(model.n_vu() + j, model.n_vu() + j) -= h * model.stiffness()[j];
   }
+  for (int v = 0; v < model.n_vu(); ++v) R(v, v) -= h * model.dofs()[at(v)].spring;
   work.D_momentum.resize(6, model.n_vu());
   work.D_gravity.resize(6, model.n_vu());
   const auto objects = model.objects();

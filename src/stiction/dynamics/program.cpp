@@ -148,17 +148,22 @@ double calc_objective(const Model& model, const StepInput& in, const StepOptions
     epsilon[static_cast<Eigen::Index>(o)] = eps;
     auto M_u = work.M_u.topLeftCorner(object.n_v, object.n_v);
     world::calc_object_mass(model, work.kinematics, static_cast<int>(o), M_u);
-    double force2 = 0;
+    double force2 = 0, spring = 0;
     for (int i = 0; i < object.n_v; ++i) {
+      const world::Dof& dof = model.dofs()[at(object.v_begin + i)];
+      if (dof.spring > 0) {  // it pulls from where the step ends, as those of robots do
+        spring = dof.spring;
+        work.tau_u[object.v_begin + i] += dof.spring * (dof.spring_rest - in.q[object.q_begin + i]);
+      }
       for (int j = 0; j <= i; ++j) {
-        const double value = eps / h * M_u(i, j) + (i == j ? damping(object.v_begin + i) : 0.0);
+        const double value = eps / h * M_u(i, j) + (i == j ? damping(object.v_begin + i) + h * dof.spring : 0.0);
         if (value != 0) work.Q.push_back({object.v_begin + i, object.v_begin + j, value});
       }
       const double tau = work.tau_u[object.v_begin + i];
       work.b[object.v_begin + i] = -h * tau;
-      if (model.dofs()[static_cast<std::size_t>(object.v_begin + i)].kind == world::DofKind::Prismatic) force2 += tau * tau;
+      if (dof.kind == world::DofKind::Prismatic) force2 += tau * tau;
     }
-    fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.carried_mass));
+    fall = std::max(fall, h * h * std::sqrt(force2) / (eps * object.carried_mass + h * h * spring));
   }
 
   for (FrictionJoint& joint : work.friction_joints) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "stiction/contact/clearance.hpp"
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/free_path.hpp"
 #include "stiction/dynamics/disturbances.hpp"
@@ -35,11 +36,12 @@ bool is_free_on_its_way(const world::Model& model, const world::RobotChains& cha
         excursion = std::max(excursion, std::abs((knot.q - knots.front().q)[model.n_qu() + j]) / model.scales().joint(j));
     }
     if (excursion < kElsewhere) continue;
+    const auto pairs = contact::split_by_clearance(model, chains.pairs_against(c), free, work.contact_work).pairs;
     bool was_free = false, touched = false;
     for (const auto& knot : knots) {
       world::calc_kinematics(model, knot.q, work.kinematics_work, work.kinematics);
-      const double gap = contact::calc_min_distance(model, work.kinematics, chains.pairs_against(c),
-                                                    -std::numeric_limits<double>::infinity(), work.contact_work);
+      const double gap =
+          contact::calc_min_distance(model, work.kinematics, pairs, -std::numeric_limits<double>::infinity(), work.contact_work);
       if (gap >= free && touched) return false;
       was_free = was_free || gap >= free;
       touched = touched || (was_free && gap <= touching);
@@ -141,7 +143,8 @@ bool RegraspSimulation::is_clear(world::ChainMask moving, const Posture& q_a) {
   contact::GeometryWorkspace& geometry = scratch_.geometry;
   setting_.chains.pairs_of(moving, geometry.pairs);
   world::calc_kinematics(setting_.model, q, geometry.kinematics_work, geometry.kinematics);
-  return !contact::any_nearer(setting_.model, geometry.kinematics, geometry.pairs, 0.5 * sizes_.clearance, geometry.contact_work);
+  const auto pairs = contact::split_by_clearance(setting_.model, geometry.pairs, sizes_.clearance, geometry.contact_work);
+  return !contact::any_too_near(setting_.model, geometry.kinematics, pairs, 0.5, geometry.contact_work);
 }
 
 Allowance RegraspSimulation::rest() const {

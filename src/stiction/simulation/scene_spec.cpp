@@ -119,6 +119,8 @@ class SceneWriter {
     if (limits.owner_kind == world::BodyKind::Object || options_.joint_friction) {
       joint->frictionloss = limits.friction;
       joint->damping[0] = limits.damping;
+      joint->stiffness[0] = limits.spring;
+      joint->springref = limits.spring_rest;
       std::copy_n(solref_, mjNREF, joint->solref_friction);
       joint->solimp_friction[0] = joint->solimp_friction[1] = kStiction;
     }

@@ -7,8 +7,10 @@
 
 #include "stiction/core/faults.hpp"
 #include "stiction/planning/goal_measure.hpp"
+#include "stiction/tasks/file_start.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/tasks/task_sections.hpp"
+#include "stiction/world/object_space.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -38,9 +40,10 @@ void read_bounds(const YamlNode& node, Eigen::Ref<Eigen::VectorXd> lower, Eigen:
     const YamlNode& item = items[static_cast<std::size_t>(i)];
     if (item.kind() == YamlNode::Kind::Null) continue;
     if (item.is_sequence()) {
-      const Eigen::VectorXd ends = item.vector(2);
-      if (ends[0] > ends[1]) item.fail("[lower, upper] with lower ≤ upper");
-      lower[i] = ends[0], upper[i] = ends[1];
+      const auto ends = item.items(2);
+      if (ends[0].kind() != YamlNode::Kind::Null) lower[i] = ends[0].number();
+      if (ends[1].kind() != YamlNode::Kind::Null) upper[i] = ends[1].number();
+      if (lower[i] > upper[i]) item.fail("[lower, upper] with lower ≤ upper, or ~ for one that is open");
     } else {
       lower[i] = upper[i] = item.number();
     }
@@ -106,6 +109,28 @@ std::vector<int> chain_of(const Model& model, int object) {
   return chain;
 }
 
+/// The goal is a site or a body of the file. `rpy: ~` leaves the orientation open.
+void read_goal_at(const YamlNode& node, const Model& model, planning::PlanningProblem& problem) {
+  node.require_map({"object", "at", "rpy"});
+  const YamlNode name = node.at("object");
+  const int object = problem.goal.object = find_object(name, name.string(), model);
+  const auto& info = model.objects()[static_cast<std::size_t>(object)];
+  if (info.n_v == 1)
+    name.fail(fmt::format("'{}', which is on a hinge or a slider", info.name),
+              fmt::format("objects: {{{}: {{coordinates: […]}}}}", info.name));
+  const world::Pose X_WG = find_place(node.at("at"), model);
+  Eigen::VectorXd q = problem.q_start;
+  q.segment(info.q_begin, info.n_q) = world::ObjectSpace(model).coordinates(object, X_WG);
+  set_goal_at(q, problem);
+  const auto rpy = node.find("rpy");
+  if (!rpy) return;
+  if (rpy->kind() != YamlNode::Kind::Null) rpy->fail("~, an orientation that is open, or no rpy, that of the place");
+  planning::GoalRegion region = unbounded(model);
+  const int n = info.n_v == 6 ? 3 : 2;  // a free object, one in a plane
+  region.lower.segment(info.v_begin, n) = region.upper.segment(info.v_begin, n) = q.segment(info.q_begin, n);
+  set_region(std::move(region), problem);
+}
+
 }  // namespace
 
 void read_tolerance(const YamlNode& node, planning::Goal& goal) {
@@ -118,6 +143,8 @@ void read_tolerance(const YamlNode& node, planning::Goal& goal) {
 }
 
 void read_goal(const YamlNode& node, const Model& model, planning::PlanningProblem& problem) {
+  node.require_map();
+  if (!node.has("objects")) return read_goal_at(node, model, problem);
   node.require_map({"objects"});
   const auto entries = node.at("objects").entries();
   if (entries.empty()) node.at("objects").fail("no object", "the goal pose of one object");

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "stiction/contact/clearance.hpp"
 #include "stiction/contact/contact.hpp"
 #include "stiction/dynamics/step.hpp"
 #include "stiction/tasks/lint_motors.hpp"
@@ -37,6 +38,7 @@ class Linter {
     overlaps("start", task_.problem.q_start, [](int) { return true; });
     if (!goal().region)
       overlaps("goal", q_goal_, [this](int i) { return is_of(pair(i).geometry_a, goal().object) && stays(pair(i).geometry_b); });
+    close_links();
     stuck();
     for (int i = 0; i < n_objects(); ++i) support(i);
     hold();
@@ -122,6 +124,27 @@ class Linter {
       say("overlap", "{}: '{}' and '{}' overlap by {}", where, geometry(pair(worst.second).geometry_a).name,
           geometry(pair(worst.second).geometry_b).name, length(-worst.first));
       place_finding(where, worst.second);
+    }
+  }
+
+  /// Links that nearly touch where the robot is at rest: its paths keep less from each other there. One line for each two bodies.
+  void close_links() {
+    place(task_.problem.q_start);
+    const double usual = world::share::kClearance * model_.scales().robots().length;
+    std::map<std::pair<int, int>, contact::ClosePair> nearest;
+    for (const contact::ClosePair& close : contact::find_close_pairs(model_, contact_work_)) {
+      if (close.clearance() >= usual) continue;
+      const auto bodies = std::pair(geometry(pair(close.pair).geometry_a).body, geometry(pair(close.pair).geometry_b).body);
+      const auto [found, added] = nearest.try_emplace(bodies, close);
+      if (!added && close.gap < found->second.gap) found->second = close;
+    }
+    for (const auto& [bodies, close] : nearest) {
+      say("near",
+          "start: '{}' and '{}' are {} apart where the robot rests: its paths keep {} between them there, elsewhere {}; exclude the "
+          "pair in `filters` if these never meet",
+          geometry(pair(close.pair).geometry_a).name, geometry(pair(close.pair).geometry_b).name, length(close.gap),
+          length(close.clearance()), length(usual));
+      place_finding("start", close.pair);
     }
   }
 

@@ -48,8 +48,11 @@ std::string_view joint_name(world::ObjectJoint joint) {
 
 /// Of a robot joint they stand in its file, whose digest is there.
 std::string joint_friction(const world::Dof& dof) {
-  if (dof.owner_kind != world::BodyKind::Object || (dof.friction == 0 && dof.damping == 0)) return "";
-  return fmt::format(", friction: {}, damping: {}", number(dof.friction), number(dof.damping));
+  if (dof.owner_kind != world::BodyKind::Object) return "";
+  std::string out;
+  if (dof.friction != 0 || dof.damping != 0) out += fmt::format(", friction: {}, damping: {}", number(dof.friction), number(dof.damping));
+  if (dof.spring != 0) out += fmt::format(", spring: {}, rest: {}", number(dof.spring), number(dof.spring_rest));
+  return out;
 }
 
 struct ShapeText {

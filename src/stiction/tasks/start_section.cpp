@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "stiction/core/faults.hpp"
+#include "stiction/tasks/file_start.hpp"
+#include "stiction/tasks/place_links.hpp"
 #include "stiction/tasks/task_sections.hpp"
 #include "stiction/world/joint_values.hpp"
 #include "stiction/world/robot_tree.hpp"
@@ -153,16 +155,63 @@ void read_joints(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
   }
 }
 
+/// The body of a link, as "robot/link", or "link" where one robot has it.
+int find_link(const YamlNode& entry, const std::string& name, const Model& model) {
+  std::vector<std::string> known;
+  std::vector<int> found;
+  for (const auto& link : model.links()) {
+    const auto& body = model.bodies()[static_cast<std::size_t>(link.body)];
+    if (body.dofs.empty()) continue;
+    known.push_back(body.name);
+    if (body.name == name || body.name.ends_with("/" + name)) found.push_back(link.body);
+  }
+  if (found.empty()) entry.fail_unknown("link that moves", name, known);
+  if (found.size() > 1) entry.fail(fmt::format("link '{}', which {} robots have", name, found.size()), "ROBOT/LINK");
+  return found[0];
+}
+
+/// Joints with which links are where they are said to be, nearest to those of q.
+void read_poses(const YamlNode& node, const Model& model, Eigen::VectorXd& q) {
+  std::vector<LinkTarget> targets;
+  std::string names;
+  for (const auto& [name, value] : node.entries()) {
+    value.require_map({"position", "quaternion_wxyz", "rpy"});
+    LinkTarget target{.body = find_link(value, name, model), .p_WB = value.at("position").vector3()};
+    if (value.has("quaternion_wxyz") || value.has("rpy")) target.R_WB = read_rotation(value).toRotationMatrix();
+    targets.push_back(target);
+    names += fmt::format("{}'{}'", names.empty() ? "" : " and ", name);
+  }
+  if (targets.empty()) node.fail("no link", "links with their poses");
+  const PlacedLinks placed = place_links(model, q, targets);
+  if (placed.status == core::Status::MaxIterations)
+    node.fail(fmt::format("poses of {} that were not reached: the nearest posture found is {:.3g} m and {:.3g} rad off", names,
+                          placed.position, placed.angle),
+              "poses inside the reach of the robot and the limits of its joints, or joints nearer to them in `joints`");
+  if (placed.status != core::Status::Solved) {
+    const auto& pair = model.pairs()[static_cast<std::size_t>(placed.pair)];
+    const auto geometry = [&](int i) { return model.geometries()[static_cast<std::size_t>(i)].name; };
+    node.fail(fmt::format("poses of {} that are reached in contact alone: '{}' and '{}' overlap by {:.3g} mm in the best posture found",
+                          names, geometry(pair.geometry_a), geometry(pair.geometry_b), 1e3 * placed.depth),
+              "poses in which nothing touches, or joints nearer to such a posture in `joints`");
+  }
+  q = placed.q;
+}
+
 }  // namespace
 
 Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
   node.require_map();
   core::Faults faults;
-  faults.collect([&] { node.require_map({"objects", "joints"}); });
+  faults.collect([&] { node.require_map({"objects", "joints", "keyframe", "poses"}); });
   Eigen::VectorXd q = model.neutral();
+  std::vector<bool> seen(model.objects().size(), false);
+  start_as_written(model, q, seen);
   faults.collect([&] {
+    if (const auto keyframe = node.find("keyframe")) start_at_keyframe(*keyframe, model, q, seen);
+  });
+  faults.collect([&] {
+    if (!node.has("objects") && std::find(seen.begin(), seen.end(), false) == seen.end()) return;
     const YamlNode objects = node.at("objects");
-    std::vector<bool> seen(model.objects().size(), false);
     for (const auto& [name, value] : objects.entries()) {
       faults.collect([&] {
         const int object = find_object(value, name, model);
@@ -179,7 +228,8 @@ Eigen::VectorXd read_start(const YamlNode& node, const Model& model) {
   faults.collect([&] {
     if (const auto joints = node.find("joints")) read_joints(*joints, model, q);
   });
-  faults.raise();
+  faults.raise();  // what a posture must not touch is known then
+  if (const auto poses = node.find("poses")) read_poses(*poses, model, q);
   return q;
 }
 

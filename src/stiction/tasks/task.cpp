@@ -54,6 +54,21 @@ std::shared_ptr<const Model> make_model(world::Scene scene, const YamlNode& star
   return Model::make(scene);
 }
 
+/// The start, and the model again where the robots are at rest in other joints than it was made with.
+Eigen::VectorXd read_start_of(std::shared_ptr<const Model>& model, const YamlNode& start) {
+  const Eigen::VectorXd q = read_start(start, *model);
+  const auto joints = start.find("joints");
+  if (joints && !start.has("keyframe") && !start.has("poses")) return q;
+  const Eigen::VectorXd rest = q.tail(model->n_a());
+  const bool at_rest = model->scene().rest.empty() ? rest == model->neutral().tail(model->n_a())
+                                                   : rest == Eigen::Map<const Eigen::VectorXd>(model->scene().rest.data(), rest.size());
+  if (at_rest) return q;
+  world::Scene scene = model->scene();
+  scene.rest.assign(rest.begin(), rest.end());
+  model = Model::make(scene);
+  return q;
+}
+
 /// What is wrong with one section does not hide what is wrong with the next.
 Task read_task(const YamlNode& root, std::string name) {
   root.require_map();
@@ -65,12 +80,13 @@ Task read_task(const YamlNode& root, std::string name) {
   faults.collect([&] { task.name = root.string_or("name", std::move(name)); });
   faults.collect([&] { task.description = root.string_or("description", ""); });
   faults.collect([&] { read_tolerance(root.at("tolerance"), task.problem.goal); });
-  faults.collect([&] { task.model = make_model(world::read_scene_file(root, default_package_dirs()), root.at("start")); });
+  const YamlNode start = root.find("start").value_or(YamlNode::parse("{}", root.file()));
+  faults.collect([&] { task.model = make_model(world::read_scene_file(root, default_package_dirs()), start); });
   if (task.model == nullptr) faults.raise();
+  faults.collect([&] { task.problem.q_start = read_start_of(task.model, start); });
   const Model& model = *task.model;
   task.problem.model = task.model;
-  task.problem.q_start = model.neutral();
-  faults.collect([&] { task.problem.q_start = read_start(root.at("start"), model); });
+  if (task.problem.q_start.size() == 0) task.problem.q_start = model.neutral();
   faults.collect([&] { read_goal(root.at("goal"), model, task.problem); });
   faults.collect([&] { require_touch(root.find("scene").value_or(root), model); });
   if (model.objects().empty()) faults.raise();  // there is none to be brought to its goal

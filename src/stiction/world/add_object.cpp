@@ -28,6 +28,8 @@ void require_object(const ObjectSpec& spec) {
   core::require_nonnegative("weight_share", spec.weight_share);
   core::require_nonnegative("joint_friction", spec.joint_friction);
   core::require_nonnegative("joint_damping", spec.joint_damping);
+  core::require_nonnegative("joint_stiffness", spec.joint_stiffness);
+  core::require_finite("joint_rest", std::span(&spec.joint_rest, 1));
   core::require_finite("p_BCom", std::span(spec.p_BCom.data(), 3));
   if (!is_rotation(spec.X_WP.R) || !spec.X_WP.p.allFinite()) core::throw_invalid("pose", "no rigid transform", "one");
   const Eigen::LLT<Matrix3d> factor(spec.inertia);
@@ -35,7 +37,9 @@ void require_object(const ObjectSpec& spec) {
     core::throw_invalid("inertia", "a matrix that is not symmetric positive definite", "one that is");
   }
   if (spec.joint == ObjectJoint::Hinge || spec.joint == ObjectJoint::Slider) return;
-  for (const auto& [field, value] : {std::pair{"joint_friction", spec.joint_friction}, {"joint_damping", spec.joint_damping}}) {
+  for (const auto& [field, value] : {std::pair{"joint_friction", spec.joint_friction},
+                                     {"joint_damping", spec.joint_damping},
+                                     {"joint_stiffness", spec.joint_stiffness}}) {
     if (value != 0) core::throw_invalid(field, fmt::format("{:g}", value), "it only for hinge and slider objects");
   }
 }
@@ -89,6 +93,7 @@ class CoordinateAdder {
     if (!(limits[0] <= limits[1])) core::throw_invalid("limits", fmt::format("[{}, {}]", limits[0], limits[1]), "lower ≤ upper");
     add_dof(name, kind, limits[0], limits[1]);
     parts_.set_joint_friction(spec_.joint_friction, spec_.joint_damping);
+    parts_.set_joint_spring(spec_.joint_stiffness, spec_.joint_rest);
   }
 
   ModelParts& parts_;

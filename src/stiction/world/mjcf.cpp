@@ -8,13 +8,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <set>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
 #include "stiction/world/call_mujoco.hpp"
+#include "stiction/world/ellipsoid.hpp"
 #include "stiction/world/encoding.hpp"
+#include "stiction/world/mjcf_axes.hpp"
+#include "stiction/world/mjcf_motors.hpp"
+#include "stiction/world/mjcf_repair.hpp"
+#include "stiction/world/mjcf_roles.hpp"
 #include "stiction/world/mjcf_unread.hpp"
 #include "stiction/world/mjcf_view.hpp"
 #include "stiction/world/scene_sections.hpp"
@@ -43,7 +49,9 @@ using CompiledModel = std::unique_ptr<mjModel, Delete>;
 }
 
 /// The text stands for `file`, beside which includes and meshes are found. @param name  of the file in messages
-CompiledModel compile(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name) {
+/// @param notes  grows by what was left out
+CompiledModel compile(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name,
+                      std::vector<std::string>& notes) {
   mjVFS files;
   mj_defaultVFS(&files);
   const std::unique_ptr<mjVFS, Delete> cleared(&files);
@@ -59,6 +67,7 @@ CompiledModel compile(const std::string& text, const std::filesystem::path& file
     fail(name, fmt::format("'{}'", said), "a file that MuJoCo compiles");
   };
   if (parsed == nullptr) refuse(report.failed ? report.error : error);
+  leave_out_missing_files(parsed, file.parent_path(), notes);
   parsed->compiler.usethread = 0;  // messages of other threads would not come back with the call
   mjModel* compiled = nullptr;
   report = call_mujoco([&] { compiled = mj_compile(parsed, &files); });
@@ -80,90 +89,77 @@ Pose shift(const Vector3d& p) { return {Matrix3d::Identity(), p}; }
 /// Reads one compiled model.
 class MjcfReader : private MjcfView {
  public:
-  using MjcfView::MjcfView;
+  MjcfReader(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file)
+      : MjcfView(m, roles, file), motors_(*this), axes_(*this) {}
 
   RobotContents read() {
     require_supported();
     if (const auto names = list_passed_over(); !names.empty())
       out_.robot.notes.push_back(fmt::format("passed over: {}", fmt::join(names, "; ")));
-    if (const auto attributes = list_unread(*m_); !attributes.empty())
-      out_.robot.notes.push_back(fmt::format("not read: {}", fmt::join(attributes, "; ")));
-    find_springs();
+    auto attributes = list_unread(*m_);
+    if (roles_.by_actuators()) std::erase_if(attributes, [](const std::string& entry) { return entry.starts_with("option gravity"); });
+    if (!attributes.empty()) out_.robot.notes.push_back(fmt::format("not read: {}", fmt::join(attributes, "; ")));
+    for (std::string& note : motors_.notes()) out_.robot.notes.push_back(std::move(note));
     out_.robot.name = m_->names[0] != '\0' ? std::string(m_->names) : file_.stem().string();
     link_of_.assign(static_cast<std::size_t>(m_->nbody), -1);
     joint_of_.assign(static_cast<std::size_t>(m_->njnt), 0);
     link_of_[0] = add_link("world");
     for (int body = 1; body < m_->nbody; ++body) {  // parents first, depth first
-      const int top = m_->body_weldid[body];
-      if (top != 0 && is_free(top)) {
-        if (top == body && object_collides(body)) read_object(body);
-      } else {
+      if (roles_.of_body(body) == MjcfRole::Robot)
         read_body(body);
-      }
+      else if (roles_.of_body(body) == MjcfRole::Fixed)
+        read_geoms(body, Pose{}, nullptr);
+      else if (roles_.top(body) == body && object_collides(body))
+        read_object(body);
     }
-    read_equalities();
+    read_couplings();
     read_geoms(0, Pose{}, nullptr);
     hulls_.add_note(out_.robot.notes);
-    for (int i = 0; i < m_->nexclude; ++i) {
-      const int signature = m_->exclude_signature[i];
-      const auto is_there = [&](int body) { return !is_free(m_->body_weldid[body]) || object_collides(m_->body_weldid[body]); };
-      if (!is_there(signature >> 16) || !is_there(signature & 0xffff)) continue;
-      out_.excludes.emplace_back(exclude_name(signature >> 16), exclude_name(signature & 0xffff));
-    }
+    if (!held_.empty())
+      out_.robot.notes.push_back(
+          fmt::format("objects that damping alone holds have a dry friction that bears their weight: {}", list_some(held_)));
+    read_excludes();
+    read_configurations();
+    read_places();
+    out_.gravity = vector3(m_->opt.gravity);
     return std::move(out_);
   }
 
  private:
-  // ---- actuators and joints that follow others ----
+  // ---- joints that follow others ----
 
-  /// A position servo of gain k_p through gear g holds its joint with the stiffness k_p g². What any actuator can bear: its range of forces
-  /// through the gear, or of a motor that of its commands; of a joint with a range of its own that.
-  void find_springs() {
-    spring_.resize(static_cast<std::size_t>(m_->njnt));
-    effort_.resize(static_cast<std::size_t>(m_->njnt));
-    const auto largest = [](const mjtNum* range) { return std::max(std::abs(range[0]), std::abs(range[1])); };
-    for (int i = 0; i < m_->nactuator; ++i) {
-      if (!is_on_joint(i)) continue;
-      const mjtNum* gain = m_->actuator_gainprm + i * mjNGAIN;
-      const mjtNum* bias = m_->actuator_biasprm + i * mjNBIAS;
-      const auto joint = static_cast<std::size_t>(m_->actuator_trnid[2 * i]);
-      const double gear = m_->actuator_gear[6 * m_->actuator_outadr[i]];
-      const bool fixed_gain = m_->actuator_gaintype[i] == mjGAIN_FIXED;
-      std::optional<double> force;
-      if (m_->actuator_forcelimited[i])
-        force = largest(m_->actuator_forcerange + 2 * i);
-      else if (fixed_gain && m_->actuator_biastype[i] == mjBIAS_NONE && m_->actuator_ctrllimited[i])
-        force = std::abs(gain[0]) * largest(m_->actuator_ctrlrange + 2 * i);
-      if (force && *force * gear != 0) effort_[joint] = effort_[joint].value_or(0) + *force * std::abs(gear);
-      const bool servo = fixed_gain && m_->actuator_biastype[i] == mjBIAS_AFFINE && gain[0] > 0 && bias[0] == 0 && bias[1] == -gain[0] &&
-                         m_->actuator_dyntype[i] != mjDYN_INTEGRATOR;
-      if (servo) spring_[joint] = spring_[joint].value_or(0) + gain[0] * gear * gear;
-    }
-    for (int j = 0; j < m_->njnt; ++j) {
-      if (m_->jnt_actfrclimited[j]) effort_[static_cast<std::size_t>(j)] = largest(m_->jnt_actfrcrange + 2 * j);
-    }
-  }
-
-  void read_equalities() {
-    for (int i = 0; i < m_->neq; ++i) {
-      if (!m_->eq_active0[i] || !couples_joints(i)) continue;
-      const int joint = m_->eq_obj1id[i], leader = m_->eq_obj2id[i];
-      const mjtNum* a = m_->eq_data + i * mjNEQDATA;
-      const double y0 = m_->qpos0[m_->jnt_qposadr[joint]];
-      RobotJoint& follower = out_.robot.joints[joint_of_[static_cast<std::size_t>(joint)]];
-      if (leader < 0) {
-        follower.lower = follower.upper = y0 + a[0];
+  void read_couplings() {
+    for (const MjcfCoupling& coupling : motors_.couplings()) {
+      RobotJoint& follower = out_.robot.joints[joint_of_[static_cast<std::size_t>(coupling.joint)]];
+      if (coupling.leader < 0) {
+        follower.lower = follower.upper = coupling.offset;
         continue;
       }
-      follower.leader = static_cast<int>(joint_of_[static_cast<std::size_t>(leader)]);
-      follower.ratio = a[1];
-      follower.offset = y0 + a[0] - a[1] * m_->qpos0[m_->jnt_qposadr[leader]];
+      follower.leader = static_cast<int>(joint_of_[static_cast<std::size_t>(coupling.leader)]);
+      follower.ratio = coupling.ratio;
+      follower.offset = coupling.offset;
     }
     release_placeholder_limits(out_.robot);
     try {
       resolve_followers(out_.robot);
     } catch (const core::InvalidInput& e) {
       fail(file_, fmt::format("'{}'", e.what()), "equalities without a circle");
+    }
+  }
+
+  /// Pairs of names; of bodies that stand still and are no links the pattern of their shapes in the fixed body "world".
+  void read_excludes() {
+    const auto name = [&](int body) -> std::string {
+      if (roles_.is_object(body)) return object_collides(roles_.top(body)) ? body_name(roles_.top(body)) : "";
+      if (body == 0 || roles_.of_body(body) == MjcfRole::Robot) return body_name(body);
+      const std::string prefix = body_name(body) + ".";
+      const bool there = std::any_of(out_.fixed.begin(), out_.fixed.end(), [&](const auto& g) { return g.name.starts_with(prefix); });
+      return there ? fmt::format("world/{}*", prefix) : "";
+    };
+    for (int i = 0; i < m_->nexclude; ++i) {
+      const int signature = m_->exclude_signature[i];
+      const std::string a = name(signature >> 16), b = name(signature & 0xffff);
+      if (!a.empty() && !b.empty()) out_.excludes.emplace_back(a, b);
     }
   }
 
@@ -182,24 +178,17 @@ class MjcfReader : private MjcfView {
     return out_.robot.joints.back().child;
   }
 
-  RobotJoint make_joint(int j, const Pose& X_PB) const {
+  RobotJoint make_joint(const MjcfAxis& axis, const Pose& X_PB) const {
+    const int j = axis.joint;
     RobotJoint joint;
-    joint.name = joint_name(j);
-    joint.axis = vector3(m_->jnt_axis + 3 * j);
-    // MuJoCo measures from the reference value, the pose of the file.
-    const double reference = m_->qpos0[m_->jnt_qposadr[j]];
-    if (m_->jnt_type[j] == mjJNT_HINGE) {
-      joint.kind = RobotJoint::Kind::Revolute;
-      joint.X_PJ =
-          X_PB * shift(vector3(m_->jnt_pos + 3 * j)) * Pose{Eigen::AngleAxisd(-reference, joint.axis).toRotationMatrix(), Vector3d::Zero()};
-    } else {
-      joint.kind = RobotJoint::Kind::Prismatic;
-      joint.X_PJ = X_PB * shift(-reference * joint.axis);
-    }
-    joint.lower = m_->jnt_limited[j] ? m_->jnt_range[2 * j] : -kInfinity;
-    joint.upper = m_->jnt_limited[j] ? m_->jnt_range[2 * j + 1] : kInfinity;
-    joint.stiffness = spring_[static_cast<std::size_t>(j)];
-    joint.effort = effort_[static_cast<std::size_t>(j)];
+    joint.name = axis.name;
+    joint.kind = axis.turns ? RobotJoint::Kind::Revolute : RobotJoint::Kind::Prismatic;
+    joint.axis = axis.direction;
+    joint.X_PJ = X_PB * shift(axis.anchor) * axis.at(-axis.reference);
+    joint.lower = axis.limited ? m_->jnt_range[2 * j] : -kInfinity;
+    joint.upper = axis.limited ? m_->jnt_range[2 * j + 1] : kInfinity;
+    joint.stiffness = motors_.spring(j);
+    joint.effort = motors_.effort(j);
     joint.friction = m_->dof_frictionloss[m_->jnt_dofadr[j]];
     joint.damping = m_->dof_damping[m_->jnt_dofadr[j]];
     return joint;
@@ -210,18 +199,16 @@ class MjcfReader : private MjcfView {
     const std::string name = body_name(body);
     int link = link_of_[static_cast<std::size_t>(m_->body_parentid[body])];
     Pose X_PB = pose(m_->body_pos + 3 * body, m_->body_quat + 4 * body);
-    const int n = m_->body_jntnum[body];
+    const std::vector<MjcfAxis> axes = axes_.of(body);
     bool welded = true;
-    for (int k = 0; k < n; ++k) {
-      const int j = m_->body_jntadr[body] + k;
-      const bool hinge = m_->jnt_type[j] == mjJNT_HINGE;
-      const Vector3d anchor = hinge ? vector3(m_->jnt_pos + 3 * j) : Vector3d::Zero();
-      welded = !(k == n - 1 && anchor.isZero(0));
-      RobotJoint joint = make_joint(j, X_PB);
+    for (std::size_t k = 0; k < axes.size(); ++k) {
+      const MjcfAxis& axis = axes[k];
+      welded = !(k == axes.size() - 1 && axis.anchor.isZero(0));
+      RobotJoint joint = make_joint(axis, X_PB);
       const std::string moved = welded ? fmt::format("{}.{}", name, joint.name) : name;
-      joint_of_[static_cast<std::size_t>(j)] = out_.robot.joints.size();
+      joint_of_[static_cast<std::size_t>(axis.joint)] = out_.robot.joints.size();
       link = add_joint(std::move(joint), link, moved);
-      X_PB = shift(-anchor);
+      X_PB = shift(-axis.anchor);
     }
     if (welded) link = add_joint({.name = fmt::format("{}.weld", name), .X_PJ = X_PB}, link, name);
     link_of_[static_cast<std::size_t>(body)] = link;
@@ -237,31 +224,139 @@ class MjcfReader : private MjcfView {
     return {m_->body_mass[body], vector3(m_->body_ipos + 3 * body), R * moments * R.transpose()};
   }
 
-  /// A free body with what is welded to it, in the frame of the body.
+  // ---- objects ----
+
+  /// How an object is numbered: its name and the axes of its coordinates, or the joint of a free one.
+  struct ObjectCoordinates {
+    std::string name;
+    int free_joint = -1;
+    std::vector<MjcfAxis> axes{};
+  };
+
+  /// X_UB of a body in one at or above it, in the pose of the file.
+  Pose pose_below(int body, int above) const {
+    Pose X;
+    for (; body != above; body = m_->body_parentid[body]) X = pose(m_->body_pos + 3 * body, m_->body_quat + 4 * body) * X;
+    return X;
+  }
+
+  /// Two slides and then a turn about what is across both, with nothing on them that an object in a plane does not have.
+  static bool is_planar(const std::vector<MjcfAxis>& axes) {
+    constexpr double kSquare = 1e-9;
+    if (axes.size() != 3 || axes[0].turns || axes[1].turns || !axes[2].turns || axes[2].part >= 0) return false;
+    if (axes[0].limited || axes[1].limited || axes[2].limited) return false;
+    return std::abs(axes[0].direction.dot(axes[1].direction)) < kSquare && std::abs(axes[0].direction.dot(axes[2].direction)) < kSquare &&
+           std::abs(axes[1].direction.dot(axes[2].direction)) < kSquare;
+  }
+  bool has_friction_or_spring(const MjcfAxis& axis) const {
+    return m_->jnt_stiffness[axis.joint] != 0 || m_->dof_frictionloss[m_->jnt_dofadr[axis.joint]] != 0;
+  }
+
+  /// A body with what is welded to it.
   void read_object(int body) {
+    const int above = m_->body_parentid[body], carrier = roles_.is_object(above) ? roles_.top(above) : 0;
+    Pose X_PB = pose_below(body, carrier);
+    if (carrier != 0) X_PB = X_OB_.at(carrier) * X_PB;
+    const std::string parent = carrier != 0 ? body_name(carrier) : "";
+    if (const int j = roles_.joints_of(body)[0]; is_free(j)) {
+      X_OB_[body] = Pose{};
+      coordinates_.push_back({body_name(body), j, {}});
+      return add_object(body, make_object(body_name(body), ObjectJoint::Free), 1);
+    }
+    const std::vector<MjcfAxis> axes = axes_.of(body);
+    const bool plain = std::none_of(axes.begin(), axes.end(), [&](const MjcfAxis& axis) { return has_friction_or_spring(axis); });
+    if (parent.empty() && plain && is_planar(axes)) return read_planar(body, axes, X_PB);
+    read_axes(body, axes, X_PB, parent);
+  }
+
+  static ObjectSpec make_object(std::string name, ObjectJoint joint) {
     ObjectSpec object;
-    object.name = body_name(body);
-    std::vector<std::pair<int, Pose>> parts;  // body, pose in the free body
+    object.name = std::move(name);
+    object.joint = joint;
+    return object;
+  }
+
+  void read_planar(int body, const std::vector<MjcfAxis>& axes, const Pose& X_PB) {
+    const Vector3d a = axes[0].direction, b = axes[1].direction, normal = axes[2].direction;
+    const bool right = a.cross(b).dot(normal) > 0;
+    ObjectSpec object = make_object(body_name(body), right ? ObjectJoint::PlanarXY : ObjectJoint::PlanarXZ);
+    Matrix3d R;
+    if (right)
+      R << a, b, normal;
+    else
+      R << a, normal, b;
+    object.X_WP = X_PB * Pose{R, axes[2].anchor - axes[0].reference * a - axes[1].reference * b};
+    const Matrix3d R_OB = R.transpose() * axes[2].at(-axes[2].reference).R;
+    X_OB_[body] = {R_OB, -(R_OB * axes[2].anchor)};
+    coordinates_.push_back({object.name, -1, axes});
+    add_object(body, std::move(object), 1);
+  }
+
+  /// An object per axis. All but the last have a millionth of the body's mass: none may be without.
+  void read_axes(int body, const std::vector<MjcfAxis>& axes, Pose X_PB, std::string parent) {
+    constexpr double kShare = 1e-6;
+    for (std::size_t k = 0; k < axes.size(); ++k) {
+      const MjcfAxis& axis = axes[k];
+      const int dof = m_->jnt_dofadr[axis.joint];
+      const bool last = k == axes.size() - 1;
+      ObjectSpec object = make_object(last ? body_name(body) : fmt::format("{}.{}", body_name(body), axis.name),
+                                      axis.turns ? ObjectJoint::Hinge : ObjectJoint::Slider);
+      object.parent = parent;
+      object.axis = axis.direction;
+      object.X_WP = X_PB * shift(axis.anchor) * axis.at(-axis.reference);
+      if (axis.limited) object.limits = {m_->jnt_range[2 * axis.joint], m_->jnt_range[2 * axis.joint + 1]};
+      object.joint_friction = m_->dof_frictionloss[dof];
+      object.joint_damping = m_->dof_damping[dof];
+      if (has_linear_spring(axis.joint)) {
+        object.joint_stiffness = m_->jnt_stiffness[axis.joint];
+        object.joint_rest = m_->qpos_spring[m_->jnt_qposadr[axis.joint]];
+      }
+      coordinates_.push_back({object.name, -1, {axis}});
+      parent = object.name;
+      X_PB = shift(-axis.anchor);
+      X_OB_[body] = X_PB;
+      add_object(body, std::move(object), last ? 1 - kShare * static_cast<double>(axes.size() - 1) : kShare, last);
+      hold_by_damping(pose_below(body, 0).R * axis.direction, out_.objects.back());
+    }
+  }
+
+  /// What its weight moves through damping slower than this stays where it is left: a friction that bears the weight says so in a model
+  /// without time.
+  void hold_by_damping(const Vector3d& axis_W, ObjectSpec& object) {
+    constexpr double kSlow = 0.02, kSpare = 1.5;  // [rad/s, m/s], of the load
+    if (object.joint_damping == 0 || object.joint_friction != 0 || object.joint_stiffness != 0) return;
+    const Vector3d weight = object.mass * object.weight_share * vector3(m_->opt.gravity);
+    const double arm = object.axis.cross(object.p_BCom).norm();
+    const double load = object.joint == ObjectJoint::Hinge ? arm * axis_W.cross(weight).norm() : std::abs(axis_W.dot(weight));
+    if (load < 1e-6 * weight.norm() || load > kSlow * object.joint_damping) return;
+    object.joint_friction = kSpare * load;
+    held_.push_back(object.name);
+  }
+
+  /// @param share  of the mass of the body and of what is welded to it  @param shapes  whether it has theirs
+  void add_object(int body, ObjectSpec object, double share, bool shapes = true) {
+    const Pose& X_OB = X_OB_.at(body);
+    std::vector<std::pair<int, Pose>> parts;  // body, pose in the object
     for (int b = body; b < m_->nbody; ++b) {
-      if (m_->body_weldid[b] != body) continue;
-      Pose X;
-      for (int up = b; up != body; up = m_->body_parentid[up]) X = pose(m_->body_pos + 3 * up, m_->body_quat + 4 * up) * X;
-      parts.emplace_back(b, X);
+      if (roles_.top(b) == body) parts.emplace_back(b, X_OB * pose_below(b, body));
     }
     Vector3d first = Vector3d::Zero();
-    double weight = 0;
+    double weight = 0, mass = 0;
     for (const auto& [b, X] : parts) {
       weight += m_->body_mass[b] * std::max(0.0, 1 - m_->body_gravcomp[b]);
-      object.mass += m_->body_mass[b];
+      mass += m_->body_mass[b];
       first += m_->body_mass[b] * (X * vector3(m_->body_ipos + 3 * b));
     }
-    object.weight_share = weight / object.mass;
-    const Vector3d center = first / object.mass;
+    object.weight_share = mass > 0 ? weight / mass : 1;
+    object.mass = share * mass;
+    const Vector3d center = first / mass;
     object.p_BCom = center;
     for (const auto& [b, X] : parts) {
       const BodyInertia part = inertia_of(b);
       const Vector3d d = X * part.p_BCom - center;
-      object.inertia += X.R * part.inertia * X.R.transpose() + part.mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
+      object.inertia +=
+          share * (X.R * part.inertia * X.R.transpose() + part.mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose()));
+      if (!shapes) continue;
       RobotLink link;
       read_geoms(b, X, &link);
       for (auto& c : link.collisions) {
@@ -271,6 +366,47 @@ class MjcfReader : private MjcfView {
     }
     round_center(object);
     out_.objects.push_back(std::move(object));
+  }
+
+  // ---- where things are ----
+
+  FileConfiguration read_configuration(std::string name, const mjtNum* qpos) const {
+    FileConfiguration out{.name = std::move(name)};
+    for (const ObjectCoordinates& object : coordinates_) {
+      Eigen::VectorXd q(object.free_joint >= 0 ? 7 : static_cast<Eigen::Index>(object.axes.size()));
+      if (object.free_joint >= 0) {
+        const mjtNum* x = qpos + m_->jnt_qposadr[object.free_joint];
+        q << x[0], x[1], x[2], Eigen::Quaterniond(x[3], x[4], x[5], x[6]).normalized().coeffs();
+      }
+      for (std::size_t i = 0; i < object.axes.size(); ++i) q[static_cast<Eigen::Index>(i)] = axes_.value(object.axes[i], qpos);
+      out.objects.emplace_back(object.name, std::move(q));
+    }
+    for (int body = 1; body < m_->nbody; ++body) {
+      if (roles_.of_body(body) != MjcfRole::Robot) continue;
+      for (const MjcfAxis& axis : axes_.of(body)) out.joints.emplace_back(axis.name, axes_.value(axis, qpos));
+    }
+    return out;
+  }
+
+  void read_configurations() {
+    out_.as_written = read_configuration("", m_->qpos0);
+    for (int k = 0; k < m_->nkey; ++k) {
+      const std::string name = given_name(mjOBJ_KEY, k);
+      out_.keyframes.push_back(read_configuration(name.empty() ? std::to_string(k) : name, m_->key_qpos + k * m_->nq));
+    }
+  }
+
+  void read_places() {
+    const auto add = [&](std::string name, int body, const Pose& X_BF) {
+      if (name.empty()) return;
+      FilePlace place{.name = std::move(name), .X_WF = pose_below(body, 0) * X_BF};
+      if (roles_.top(body) != 0) place.moved_by = body_name(roles_.is_object(body) ? roles_.top(body) : body);
+      place.with_robot = roles_.top(body) != 0 && !roles_.is_object(body);
+      out_.places.push_back(std::move(place));
+    };
+    for (int s = 0; s < m_->nsite; ++s)
+      add(given_name(mjOBJ_SITE, s), m_->site_bodyid[s], pose(m_->site_pos + 3 * s, m_->site_quat + 4 * s));
+    for (int b = 1; b < m_->nbody; ++b) add(given_name(mjOBJ_BODY, b), b, Pose{});
   }
 
   // ---- geoms ----
@@ -286,16 +422,14 @@ class MjcfReader : private MjcfView {
       c.mask = {static_cast<std::uint32_t>(m_->geom_contype[g]), static_cast<std::uint32_t>(m_->geom_conaffinity[g])};
       if (c.name.empty()) c.name = fmt::format("{}_{}", shape_name(c.shape), g - m_->body_geomadr[body]);
       const bool plane = m_->geom_type[g] == mjGEOM_PLANE;
-      if (plane && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);
+      if ((plane || link == nullptr) && body != 0) c.name = fmt::format("{}.{}", body_name(body), c.name);
       if (link != nullptr && !plane) {
-        if (const auto* mesh = std::get_if<Mesh>(&c.shape); mesh != nullptr && !is_free(m_->body_weldid[body]))
+        if (const auto* mesh = std::get_if<Mesh>(&c.shape); mesh != nullptr && !roles_.is_object(body))
           c.shape = simplify(*mesh->mesh, given_name(mjOBJ_MESH, m_->geom_dataid[g]));
         link->collisions.push_back(std::move(c));
         continue;
       }
-      Pose X_WB;
-      for (int up = body; up != 0; up = m_->body_parentid[up]) X_WB = pose(m_->body_pos + 3 * up, m_->body_quat + 4 * up) * X_WB;
-      out_.fixed.push_back({c.name, c.shape, X_WB * c.X_LG, *c.friction, c.mask});
+      out_.fixed.push_back({c.name, c.shape, pose_below(body, 0) * c.X_LG, *c.friction, c.mask});
     }
   }
 
@@ -318,6 +452,8 @@ class MjcfReader : private MjcfView {
         return Cylinder{size[0], size[1]};
       case mjGEOM_BOX:
         return Box{vector3(size)};
+      case mjGEOM_ELLIPSOID:
+        return Mesh{std::make_shared<const ConvexMesh>(make_ellipsoid(vector3(size)))};
       default:
         break;
     }
@@ -332,11 +468,15 @@ class MjcfReader : private MjcfView {
     }
   }
 
+  const MjcfMotors motors_;
+  const MjcfAxes axes_;
   RobotContents out_{};
-  std::vector<int> link_of_;                            ///< per body of the file
-  std::vector<std::optional<double>> spring_, effort_;  ///< per joint of the file
-  std::vector<std::size_t> joint_of_;                   ///< of the robot, per joint of the file
+  std::vector<int> link_of_;                    ///< per body of the file
+  std::vector<std::size_t> joint_of_;           ///< of the robot, per joint of the file; of a ball its last
+  std::map<int, Pose> X_OB_;                    ///< per body that is an object: its frame in the object's
+  std::vector<ObjectCoordinates> coordinates_;  ///< of the objects
   std::set<std::string> link_names_;
+  std::vector<std::string> held_;  ///< objects
   LinkHulls hulls_;
 };
 
@@ -346,23 +486,28 @@ void require_mjcf(const std::string& text, const std::filesystem::path& name) {
   if (parse_xml(document, text, name, "mjcf") == nullptr) fail(name, "no element", "'mujoco'");
 }
 
-RobotContents read_text(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name) {
+RobotContents read_text(const std::string& text, const std::filesystem::path& file, const std::filesystem::path& name,
+                        const RobotSpec& robot) {
   require_mjcf(text, name);
-  const CompiledModel model = compile(text, file, name);
-  RobotContents out = MjcfReader(model.get(), name).read();
+  std::vector<std::string> notes;
+  const CompiledModel model = compile(text, file, name, notes);
+  const MjcfRoles roles(*model, robot, name);
+  RobotContents out = MjcfReader(model.get(), roles, name).read();
+  if (const std::string note = find_unstated_degrees(*model, text, file); !note.empty()) notes.push_back(note);
+  out.robot.notes.insert(out.robot.notes.end(), notes.begin(), notes.end());
   out.sha256 = core::sha256(text);
   return out;
 }
 
 }  // namespace
 
-RobotContents read_mjcf(const std::filesystem::path& file) {
+RobotContents read_mjcf(const std::filesystem::path& file, const RobotSpec& robot) {
   if (!std::filesystem::is_regular_file(file)) fail(file, "a file that does not exist", "an MJCF file");
-  return read_text(read_bytes(file), file, file);
+  return read_text(read_bytes(file), file, file, robot);
 }
 
-RobotContents read_mjcf_text(const std::string& text, const std::filesystem::path& folder) {
-  return read_text(text, folder / ".text.xml", kTextName);
+RobotContents read_mjcf_text(const std::string& text, const std::filesystem::path& folder, const RobotSpec& robot) {
+  return read_text(text, folder / ".text.xml", kTextName, robot);
 }
 
 void add_mjcf(Scene& scene, const RobotSpec& robot) {
@@ -374,14 +519,17 @@ void add_mjcf(Scene& scene, const RobotSpec& robot) {
     return std::any_of(model->objects.begin(), model->objects.end(), [&](const ObjectSpec& object) { return object.name == name; });
   };
   const auto full = [&](const std::string& body) {
-    if (body == "world") return fixed;
+    if (body == "world" || body.starts_with("world/")) return fixed + body.substr(5);
     return is_object(body) ? body : fmt::format("{}/{}", robot.name, body);
   };
   for (const auto& [a, b] : model->excludes) {
     if ((a == "world" || b == "world") && model->fixed.empty()) continue;
     scene.filters.push_back({full(a), full(b), std::nullopt});
   }
-  scene.objects.insert(scene.objects.end(), model->objects.begin(), model->objects.end());
+  for (ObjectSpec object : model->objects) {
+    if (object.joint != ObjectJoint::Free && object.parent.empty()) object.X_WP = robot.X_WBase * object.X_WP;
+    scene.objects.push_back(std::move(object));
+  }
   if (!model->fixed.empty()) scene.fixed.push_back({fixed, robot.X_WBase, model->fixed});
 }
 

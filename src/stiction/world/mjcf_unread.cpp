@@ -21,7 +21,6 @@ class UnreadFinder {
     look_at_joints();
     look_at_servos();
     look_at_options();
-    if (m_.nkey > 0) out_.push_back(fmt::format("keyframes, {} of them (a task says where things start)", m_.nkey));
     return std::move(out_);
   }
 

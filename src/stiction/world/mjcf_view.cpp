@@ -39,10 +39,6 @@ std::string MjcfView::joint_name(int joint) const {
   return given.empty() ? fmt::format("{}_joint_{}", body_name(body), joint - m_->body_jntadr[body]) : given;
 }
 
-std::string MjcfView::exclude_name(int body) const {
-  return body_name(m_->body_weldid[body] != 0 && is_free(m_->body_weldid[body]) ? m_->body_weldid[body] : body);
-}
-
 std::string MjcfView::describe(std::string_view element, mjtObj type, int id, std::string_view reason) const {
   const std::string name = given_name(type, id);
   return name.empty() ? fmt::format("{} {} ({})", element, id, reason) : fmt::format("{} '{}' ({})", element, name, reason);
@@ -53,26 +49,22 @@ void MjcfView::require_supported() const {
   const auto refuse = [&](std::string_view element, mjtObj type, int id, std::string_view reason) {
     faults.push_back(describe(element, type, id, reason));
   };
-  for (int j = 0; j < m_->njnt; ++j) {
-    if (m_->jnt_type[j] == mjJNT_BALL) refuse("joint", mjOBJ_JOINT, j, "a ball joint");
-  }
   for (int b = 1; b < m_->nbody; ++b) {
     if (m_->body_mocapid[b] >= 0 && !is_only_seen(b)) refuse("body", mjOBJ_BODY, b, "a mocap body that collides or carries joints");
-    const int above = m_->body_weldid[m_->body_parentid[b]];
-    if (m_->body_jntnum[b] > 0 && above != 0 && is_on_free_body(above))
-      refuse("body", mjOBJ_BODY, b, "a joint on a body with a free joint");
+    const bool robot = !roles_.joints_of(b).empty() && roles_.of_body(b) == MjcfRole::Robot;
+    if (robot && is_on_free_body(m_->body_parentid[b]))
+      refuse("body", mjOBJ_BODY, b, "a joint on a body with a free joint; fixed_base: true makes that stand still");
   }
   for (int g = 0; g < m_->ngeom; ++g) {
     if (!collides(g)) continue;  // only seen
-    if (m_->geom_type[g] == mjGEOM_ELLIPSOID) refuse("geom", mjOBJ_GEOM, g, "an ellipsoid");
     if (m_->geom_type[g] == mjGEOM_HFIELD) refuse("geom", mjOBJ_GEOM, g, "a height field");
     if (m_->geom_type[g] == mjGEOM_SDF) refuse("geom", mjOBJ_GEOM, g, "a signed distance field");
   }
   for (int i = 0; i < m_->nflex; ++i) refuse("flex", mjOBJ_FLEX, i, "a deformable body");
   if (faults.empty()) return;
   throw core::InvalidInput(
-      fmt::format("{}: mjcf: got {} unsupported element{}: {}, expected hinge, slide and free joints; sphere, capsule, box, cylinder, "
-                  "plane and mesh geoms",
+      fmt::format("{}: mjcf: got {} unsupported element{}: {}, expected hinge, slide, ball and free joints; sphere, capsule, box, "
+                  "cylinder, ellipsoid, plane and mesh geoms",
                   file_.string(), faults.size(), faults.size() == 1 ? "" : "s", fmt::join(faults, "; ")));
 }
 
@@ -82,10 +74,13 @@ std::vector<std::string> MjcfView::list_passed_over() const {
     names.push_back(describe(element, type, id, reason));
   };
   for (int b = 1; b < m_->nbody; ++b) {
-    if (is_free(b) && !object_collides(b)) pass("body", mjOBJ_BODY, b, "a free joint and no geom that collides");
+    if (roles_.is_object(b) && roles_.top(b) == b && !object_collides(b)) {
+      const bool free = is_free(m_->body_jntadr[b]);
+      pass("body", mjOBJ_BODY, b, free ? "a free joint and no geom that collides" : "joints without a motor and no geom that collides");
+    }
   }
   for (int j = 0; j < m_->njnt; ++j) {
-    if (has_spring(m_->jnt_stiffness, m_->jnt_stiffnesspoly, j)) pass("joint", mjOBJ_JOINT, j, "a passive spring");
+    if (const std::string reason = describe_spring(j); !reason.empty()) pass("joint", mjOBJ_JOINT, j, reason);
   }
   for (int g = 0; g < m_->ngeom; ++g) {
     const mjtNum* velocity = m_->geom_surfacevel + 6 * g;
@@ -102,12 +97,26 @@ std::vector<std::string> MjcfView::list_passed_over() const {
   for (int i = 0; i < m_->npair; ++i) pass("pair", mjOBJ_PAIR, i, "a contact pair of its own, which ignores the geoms' filters");
   for (int i = 0; i < m_->nplugin; ++i) pass("plugin", mjOBJ_PLUGIN, i, "a plugin");
   for (int i = 0; i < m_->nactuator; ++i) {
+    if (drives_joints(i)) continue;
     if (!is_on_joint(i))
       pass("actuator", mjOBJ_ACTUATOR, i, "not on a joint");
-    else if (m_->jnt_type[m_->actuator_trnid[2 * i]] == mjJNT_FREE)
+    else if (is_free(m_->actuator_trnid[2 * i]))
       pass("actuator", mjOBJ_ACTUATOR, i, "on a free joint");
+    else if (roles_.of_joint(m_->actuator_trnid[2 * i]) == MjcfRole::Object)
+      pass("actuator", mjOBJ_ACTUATOR, i, "on the joint of an object");
   }
   return names;
+}
+
+bool MjcfView::has_linear_spring(int joint) const {
+  const mjtNum* higher = m_->jnt_stiffnesspoly + joint * mjNPOLY;
+  return m_->jnt_stiffness[joint] > 0 && slides_or_turns(joint) && std::all_of(higher, higher + mjNPOLY, [](mjtNum k) { return k == 0; });
+}
+
+std::string MjcfView::describe_spring(int joint) const {
+  if (!has_spring(m_->jnt_stiffness, m_->jnt_stiffnesspoly, joint) || !roles_.moves(joint)) return "";
+  if (has_linear_spring(joint)) return "";
+  return slides_or_turns(joint) ? "a passive spring that is not linear" : "a passive spring of a ball or a free joint";
 }
 
 bool MjcfView::is_on_joint(int actuator) const {
@@ -134,14 +143,18 @@ bool MjcfView::is_only_seen(int top) const {
 
 bool MjcfView::object_collides(int top) const {
   for (int b = top; b < m_->nbody; ++b) {
-    if (m_->body_weldid[b] == top && has_colliding_geom(b)) return true;
+    int up = b;
+    while (up > top) up = m_->body_parentid[up];
+    if (up == top && roles_.is_object(b) && has_colliding_geom(b)) return true;
   }
   return false;
 }
 
 bool MjcfView::is_on_free_body(int body) const {
-  for (; body != 0; body = m_->body_weldid[m_->body_parentid[body]]) {
-    if (is_free(body)) return true;
+  for (; body != 0; body = m_->body_parentid[body]) {
+    for (const int joint : roles_.joints_of(body)) {
+      if (is_free(joint)) return true;
+    }
   }
   return false;
 }
@@ -149,9 +162,18 @@ bool MjcfView::is_on_free_body(int body) const {
 bool MjcfView::couples_joints(int equality) const {
   if (m_->eq_type[equality] != mjEQ_JOINT) return false;
   const int joint = m_->eq_obj1id[equality], leader = m_->eq_obj2id[equality];
-  const mjtNum* a = m_->eq_data + equality * mjNEQDATA;
-  if (!slides_or_turns(joint)) return false;
-  return leader < 0 || (slides_or_turns(leader) && a[2] == 0 && a[3] == 0 && a[4] == 0);
+  const auto of_robot = [&](int j) { return slides_or_turns(j) && roles_.of_joint(j) == MjcfRole::Robot; };
+  return of_robot(joint) && (leader < 0 || of_robot(leader));
+}
+
+bool MjcfView::drives_joints(int actuator) const {
+  if (m_->actuator_trntype[actuator] != mjTRN_TENDON) return false;
+  const int tendon = m_->actuator_trnid[2 * actuator], begin = m_->tendon_adr[tendon];
+  for (int w = begin; w < begin + m_->tendon_num[tendon]; ++w) {
+    if (m_->wrap_type[w] != mjWRAP_JOINT || m_->wrap_prm[w] == 0) return false;
+    if (!slides_or_turns(m_->wrap_objid[w]) || roles_.of_joint(m_->wrap_objid[w]) != MjcfRole::Robot) return false;
+  }
+  return m_->tendon_num[tendon] > 0;
 }
 
 }  // namespace stiction::world

@@ -7,28 +7,35 @@
 #include <string_view>
 #include <vector>
 
+#include "stiction/world/mjcf_roles.hpp"
+
 namespace stiction::world {
 
 /// What a compiled MJCF says of its elements: names, which of them collide, hang together or mean nothing here.
 class MjcfView {
  public:
-  MjcfView(const mjModel* m, const std::filesystem::path& file) : m_(m), file_(file) {}
+  MjcfView(const mjModel* m, const MjcfRoles& roles, const std::filesystem::path& file) : m_(m), roles_(roles), file_(file) {}
 
   std::string given_name(mjtObj type, int id) const;
   std::string body_name(int body) const;
   std::string joint_name(int joint) const;
-  std::string exclude_name(int body) const;
   /// Names become parts of other names here.
   static std::string usable(std::string name);
 
-  bool is_free(int body) const { return m_->body_jntnum[body] == 1 && m_->jnt_type[m_->body_jntadr[body]] == mjJNT_FREE; }
+  bool is_free(int joint) const { return m_->jnt_type[joint] == mjJNT_FREE; }
+  double reference(int joint) const { return m_->qpos0[m_->jnt_qposadr[joint]]; }  ///< its value at the pose of the file
+  bool is_ball(int joint) const { return m_->jnt_type[joint] == mjJNT_BALL; }
   bool collides(int geom) const { return (m_->geom_contype[geom] | m_->geom_conaffinity[geom]) != 0; }
   bool is_on_joint(int actuator) const;
   bool slides_or_turns(int joint) const { return m_->jnt_type[joint] == mjJNT_HINGE || m_->jnt_type[joint] == mjJNT_SLIDE; }
-  /// y − y₀ = a₀ + a₁ (x − x₀) between two joints, or y − y₀ = a₀.
+  /// A joint of the robot follows another one by y − y₀ = a₀ + a₁ (x − x₀) + … + a₄ (x − x₀)⁴, or stands at y − y₀ = a₀.
   bool couples_joints(int equality) const;
-  /// A free body and what is welded to it collide.
+  /// The joints of a fixed tendon that an actuator pulls on move together.
+  bool drives_joints(int actuator) const;
+  /// An object, what is welded to it or what hangs on it collides.
   bool object_collides(int top) const;
+  /// The spring is linear, and there is one.
+  bool has_linear_spring(int joint) const;
 
   /// What kinematics and contacts cannot do without is there. @throws core::InvalidInput that names all the rest
   void require_supported() const;
@@ -37,6 +44,7 @@ class MjcfView {
 
  protected:
   const mjModel* m_;
+  const MjcfRoles& roles_;
   const std::filesystem::path& file_;
 
  private:
@@ -44,6 +52,8 @@ class MjcfView {
   bool has_colliding_geom(int body) const;
   bool is_only_seen(int top) const;
   bool is_on_free_body(int body) const;
+  /// Empty where the spring of a joint is read.
+  std::string describe_spring(int joint) const;
 };
 
 }  // namespace stiction::world

@@ -74,6 +74,7 @@ struct Dof {
   /// Dry friction τ_f [N or N·m] and viscous damping [N·s/m or N·m·s/rad] of a hinge, a slider or a robot joint with what follows it. Steps know the dry friction
   /// of objects (S.19), simulations also the damping; a robot's servos overcome those of its own joints, as they bear its weight.
   double friction = 0, damping = 0;
+  double spring = 0, spring_rest = 0;  ///< of an object's joint: τ = spring·(spring_rest − q); see ObjectSpec::joint_stiffness
 };
 
 /// A joint that follows another one: q = ratio·q_leader + offset. It turns or slides about an axis of its own, column n_v + i of

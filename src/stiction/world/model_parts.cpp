@@ -52,4 +52,9 @@ void ModelParts::set_joint_friction(double friction, double damping) {
   m.dofs.back().damping = damping;
 }
 
+void ModelParts::set_joint_spring(double stiffness, double rest) {
+  m.dofs.back().spring = stiffness;
+  m.dofs.back().spring_rest = rest;
+}
+
 }  // namespace stiction::world

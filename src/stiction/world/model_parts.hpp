@@ -47,6 +47,7 @@ class ModelParts {
   void add_dof(std::string name, DofKind kind, BodyKind owner_kind, int owner, double lower, double upper, double stiffness,
                double effort = kInfinity);
   void set_joint_friction(double friction, double damping);  ///< of the last coordinate
+  void set_joint_spring(double stiffness, double rest);      ///< of the last coordinate
 
   Model::Impl& m;
   std::vector<ContactMask> masks{};          ///< per geometry

@@ -13,6 +13,9 @@
 namespace stiction::world {
 namespace {
 
+/// Of so many pairs the broad phase alone takes longer than a step of an ordinary scene.
+constexpr std::size_t kMany = 20000;
+
 /// Which geometries may touch: those that move beside each other, that no filter keeps apart and no joint holds together.
 class PairFinder {
  public:
@@ -52,6 +55,12 @@ class PairFinder {
         m_.pairs.push_back(pair);
       }
     }
+    if (m_.pairs.size() > kMany)
+      parts_.add_note(
+          m_.scene.name.empty() ? "scene" : m_.scene.name,
+          fmt::format("{} bodies, of which {} pairs of shapes may touch: every step looks at all of them; exclude those that never meet "
+                      "(`filters`), or let bodies stand still (`objects` of a scene's `file`)",
+                      m_.bodies.size(), m_.pairs.size()));
     for (const auto& [robot, names] : overlapping_) {
       parts_.add_note(
           robot, fmt::format("{} pair{} of its links overlap{} at rest and never touch{}: {}", names.size(), names.size() == 1 ? "" : "s",

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "stiction/core/faults.hpp"
+#include "stiction/world/ellipsoid.hpp"
 #include "stiction/world/read.hpp"
 #include "stiction/world/scene_sections.hpp"
 #include "stiction/world/shapes.hpp"
@@ -67,6 +68,12 @@ std::vector<Shape> read_shape(const YamlNode& node, std::string_view kind, bool 
     if (kind == "capsule") return {Capsule{radius, half_length}};
     return {Cylinder{radius, half_length}};
   }
+  if (kind == "ellipsoid") {
+    node.require_map({"radii"});
+    const Eigen::Vector3d radii = node.at("radii").vector3();
+    if (!(radii.minCoeff() > 0)) node.at("radii").fail(fmt::format("{}, {}, {}", radii[0], radii[1], radii[2]), "three numbers > 0");
+    return {Mesh{std::make_shared<const ConvexMesh>(make_ellipsoid(radii))}};
+  }
   if (kind == "half_space") {
     if (!half_space_allowed) node.fail("a half-space", "a shape with a finite volume (half-spaces are for fixed bodies)");
     if (node.kind() != YamlNode::Kind::Null) node.require_map({});
@@ -84,8 +91,8 @@ struct Surface {
 
 /// Adds the geometries of an entry of `shapes`. @param number  of the entry, for a name that is not given
 void add_geometries(const YamlNode& item, const Surface& surface, bool half_space_allowed, int number, std::vector<GeometrySpec>& out) {
-  static constexpr std::string_view kKinds[] = {"sphere", "box", "capsule", "cylinder", "mesh", "half_space"};
-  item.require_map({"name", "pose", "friction", "max_force", "sphere", "box", "capsule", "cylinder", "mesh", "half_space"});
+  static constexpr std::string_view kKinds[] = {"sphere", "box", "capsule", "cylinder", "ellipsoid", "mesh", "half_space"};
+  item.require_map({"name", "pose", "friction", "max_force", "sphere", "box", "capsule", "cylinder", "ellipsoid", "mesh", "half_space"});
   std::vector<Shape> shapes;
   int found = 0;
   for (const std::string_view kind : kKinds) {
@@ -93,7 +100,7 @@ void add_geometries(const YamlNode& item, const Surface& surface, bool half_spac
     ++found;
     shapes = read_shape(item.at(kind), kind, half_space_allowed);
   }
-  if (found != 1) item.fail(fmt::format("{} shapes", found), "exactly one of sphere, box, capsule, cylinder, mesh, half_space");
+  if (found != 1) item.fail(fmt::format("{} shapes", found), "exactly one of sphere, box, capsule, cylinder, ellipsoid, mesh, half_space");
   const std::string name = item.string_or("name", fmt::format("{}_{}", shape_name(shapes[0]), number));
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     GeometrySpec geometry{.name = part_name(name, k, shapes.size()), .shape = shapes[k], .X_BG = {}};
@@ -133,7 +140,7 @@ void read_motion(const YamlNode& node, ObjectSpec& object) {
   object.parent = node.string_or("parent", "");
   const bool single = object.joint == ObjectJoint::Hinge || object.joint == ObjectJoint::Slider;
   if (single) object.axis = read_axis(node.at("axis"));
-  for (const std::string_view key : {"axis", "limits", "parent", "joint_friction", "joint_damping"}) {
+  for (const std::string_view key : {"axis", "limits", "parent", "joint_friction", "joint_damping", "joint_stiffness", "joint_rest"}) {
     if (!single && node.has(key)) node.at(key).fail(fmt::format("{} of a {} object", key, joint), "it only for hinge and slider objects");
   }
   if (const auto pose = node.find("pose")) {
@@ -147,6 +154,10 @@ void read_motion(const YamlNode& node, ObjectSpec& object) {
   }
   object.joint_friction = node.nonnegative_or("joint_friction", 0);
   object.joint_damping = node.nonnegative_or("joint_damping", 0);
+  object.joint_stiffness = node.nonnegative_or("joint_stiffness", 0);
+  object.joint_rest = node.number_or("joint_rest", 0);
+  if (node.has("joint_rest") && object.joint_stiffness == 0)
+    node.at("joint_rest").fail("joint_rest without joint_stiffness", "both: the spring, and where it is at rest");
 }
 
 void read_mass(const YamlNode& node, ObjectSpec& object) {
@@ -226,7 +237,7 @@ ObjectSpec read_object(const YamlNode& node) {
   core::Faults faults;
   faults.collect([&] {
     node.require_map({"name", "parent", "joint", "axis", "pose", "mass", "inertia", "center_of_mass", "friction", "max_force", "limits",
-                      "joint_friction", "joint_damping", "shapes"});
+                      "joint_friction", "joint_damping", "joint_stiffness", "joint_rest", "shapes"});
   });
   ObjectSpec object;
   faults.collect([&] { object.name = read_name(node); });

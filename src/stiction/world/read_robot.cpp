@@ -54,6 +54,7 @@ std::vector<std::pair<std::string, double>> read_efforts(const YamlNode& node, s
 
 /// What is said in the file of the robot and cannot be said again beside it.
 void require_urdf_keys(const YamlNode& node, bool mjcf) {
+  if (!mjcf && node.has("fixed_base")) node.at("fixed_base").fail("fixed_base beside urdf", "it only for MJCF, whose bases may be free");
   if (!mjcf) return;
   for (const std::string_view key : {"urdf", "package_dirs", "friction", "convex_hulls", "convex_decomposition"}) {
     if (node.has(key)) node.at(key).fail(fmt::format("{} beside mjcf", key), "it only for URDF robots");
@@ -96,35 +97,70 @@ void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
 }
 
 /// What is wrong in a text is said with the key that it stands under.
-std::shared_ptr<const RobotContents> read_contents(const YamlNode& node, const RobotSpec& robot) {
+std::shared_ptr<const RobotContents> read_contents(const YamlNode& source, const RobotSpec& robot) {
   try {
     return contents_of(robot);
   } catch (const core::InvalidInput& e) {
-    if (robot.text.empty()) throw;
-    const std::string where = node.at(robot.mjcf.empty() ? "urdf" : "mjcf").where() + ": ";
+    if (robot.text.empty() && robot.mounts.empty() && !robot.split.by_actuators) throw;
+    const std::string where = source.where() + ": ";
     std::string message = where + e.what();
     for (auto at = message.find('\n'); at != std::string::npos; at = message.find('\n', at + where.size())) message.insert(at + 1, where);
     throw core::InvalidInput(message);
   }
 }
 
-/// The robot without what its own file says.
-RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs) {
-  node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "effort", "friction", "link_friction", "push_with",
-                    "convex_hulls", "convex_decomposition"});
+/// Files that hang on links: one map, or a list of them.
+std::vector<MountSpec> read_mounts(const YamlNode& node, const RobotSpec& robot) {
+  std::vector<MountSpec> out;
+  for (const YamlNode& item : node.is_sequence() ? node.items() : std::vector{node}) {
+    item.require_map({"name", "file", "on", "pose"});
+    MountSpec mount;
+    if (item.has("name")) mount.name = read_name(item);
+    const YamlNode file = item.at("file");
+    mount.file = find_resource(file.string(), file.file().parent_path(), robot.package_dirs);
+    if (mount.file.empty()) file.fail(fmt::format("{}, which does not exist", quote(file.string())), "a URDF or MJCF file");
+    mount.on = item.at("on").string();
+    if (const auto pose = item.find("pose")) mount.X_LM = read_pose(*pose);
+    out.push_back(std::move(mount));
+  }
+  if (out.empty()) node.fail("an empty list", "files that are mounted");
+  return out;
+}
+
+/// Names of bodies, of a list of at least one.
+std::vector<std::string> read_bodies(const YamlNode& node) {
+  std::vector<std::string> out;
+  for (const YamlNode& item : node.items()) out.push_back(item.string());
+  if (out.empty()) node.fail("an empty list", "bodies of the file");
+  return out;
+}
+
+/// The robot without what its own file says. @param whole  the file of a whole scene that `node` is the robot of
+RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, const WholeScene* whole) {
   RobotSpec robot;
-  robot.name = read_name(node);
-  const bool mjcf = node.has("mjcf");
+  const bool mjcf = whole != nullptr || node.has("mjcf");
+  if (whole != nullptr) {
+    node.require_map({"name", "bodies", "srdf", "base", "stiffness", "effort", "link_friction", "push_with", "fixed_base", "mount"});
+    robot.name = node.has("name") ? read_name(node) : "robot";
+    robot.split = {.by_actuators = true, .robot = {}, .objects = whole->objects};
+    if (const auto bodies = node.find("bodies")) robot.split.robot = read_bodies(*bodies);
+  } else {
+    node.require_map({"name", "urdf", "mjcf", "srdf", "package_dirs", "base", "stiffness", "effort", "friction", "link_friction",
+                      "push_with", "convex_hulls", "convex_decomposition", "fixed_base", "mount"});
+    robot.name = read_name(node);
+  }
   require_urdf_keys(node, mjcf);
   if (const auto dirs = node.find("package_dirs")) {
     for (const YamlNode& dir : dirs->items()) robot.package_dirs.push_back(dir.file().parent_path() / dir.string());
   }
   robot.package_dirs.insert(robot.package_dirs.end(), package_dirs.begin(), package_dirs.end());
-  read_source(node.at(mjcf ? "mjcf" : "urdf"), mjcf, robot);
+  read_source(whole != nullptr ? whole->file : node.at(mjcf ? "mjcf" : "urdf"), mjcf, robot);
   if (const auto base = node.find("base")) robot.X_WBase = read_pose(*base);
   robot.friction = node.nonnegative_or("friction", 1.0);
   robot.convex_hulls = node.boolean_or("convex_hulls", false);
   robot.decomposition = read_decomposition(node, "convex_hulls");
+  robot.fixed_base = node.boolean_or("fixed_base", false);
+  if (const auto mount = node.find("mount")) robot.mounts = read_mounts(*mount, robot);
   return robot;
 }
 
@@ -141,9 +177,12 @@ void add_srdf(const YamlNode& node, RobotSpec& robot, std::span<const std::strin
 }  // namespace
 
 void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene,
-                     std::vector<std::string>& names) {
-  RobotSpec robot = read_robot(node, package_dirs);
-  robot.contents = read_contents(node, robot);
+                     std::vector<std::string>& names, const WholeScene* whole) {
+  RobotSpec robot = read_robot(node, package_dirs, whole);
+  const YamlNode source = !robot.mounts.empty() && robot.text.empty() ? node.at("mount")
+                          : whole != nullptr                          ? whole->file
+                                                                      : node.at(robot.mjcf.empty() ? "urdf" : "mjcf");
+  robot.contents = read_contents(source, robot);
   const RobotTree& tree = robot.contents->robot;
   std::vector<std::string> links;
   for (const auto& link : tree.links) {

@@ -11,6 +11,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/mjcf.hpp"
+#include "stiction/world/mount.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/urdf.hpp"
 
@@ -241,11 +242,17 @@ bool reads_the_same(const RobotSpec& a, const RobotSpec& b) {
   };
   if (a.decomposition.has_value() != b.decomposition.has_value()) return false;
   if (a.decomposition && !same_parts(*a.decomposition, *b.decomposition)) return false;
-  return a.urdf == b.urdf && a.mjcf == b.mjcf && a.text == b.text && a.package_dirs == b.package_dirs && a.convex_hulls == b.convex_hulls;
+  const auto same_mounts = [](const MountSpec& x, const MountSpec& y) {
+    return x.name == y.name && x.file == y.file && x.on == y.on && x.X_LM.R == y.X_LM.R && x.X_LM.p == y.X_LM.p;
+  };
+  if (!std::equal(a.mounts.begin(), a.mounts.end(), b.mounts.begin(), b.mounts.end(), same_mounts)) return false;
+  return a.urdf == b.urdf && a.mjcf == b.mjcf && a.text == b.text && a.package_dirs == b.package_dirs && a.convex_hulls == b.convex_hulls &&
+         a.split == b.split && a.fixed_base == b.fixed_base;
 }
 
 RobotContents read_contents(const RobotSpec& robot) {
-  if (!robot.mjcf.empty()) return robot.text.empty() ? read_mjcf(robot.mjcf) : read_mjcf_text(robot.text, robot.mjcf.parent_path());
+  if (!robot.mjcf.empty())
+    return robot.text.empty() ? read_mjcf(robot.mjcf, robot) : read_mjcf_text(robot.text, robot.mjcf.parent_path(), robot);
   MeshOptions options{robot.convex_hulls ? NonConvex::TakeHull : NonConvex::TakeHulls, {}};
   if (robot.decomposition) options = {NonConvex::Decompose, *robot.decomposition};
   return robot.text.empty() ? read_urdf(robot.urdf, robot.package_dirs, options)
@@ -257,6 +264,7 @@ RobotContents read_contents(const RobotSpec& robot) {
 std::shared_ptr<const RobotContents> contents_of(const RobotSpec& robot) {
   if (robot.contents != nullptr && reads_the_same(robot.contents->spec, robot)) return robot.contents;
   RobotContents contents = read_contents(robot);
+  mount_all(robot, contents);
   contents.spec = robot;
   contents.spec.contents = nullptr;
   return std::make_shared<const RobotContents>(std::move(contents));

@@ -68,14 +68,33 @@ struct RobotTree {
   std::vector<std::string> movable_joints() const;  ///< names of those that move by themselves, in order
 };
 
+/// Where the joints and objects of a file are: a keyframe, or the pose that the file is written in. Numbers are as in a Model's q.
+struct FileConfiguration {
+  std::string name;
+  std::vector<std::pair<std::string, Eigen::VectorXd>> objects{};
+  std::vector<std::pair<std::string, double>> joints{};
+};
+
+/// A site or a body of a file, in the pose that the file is written in.
+struct FilePlace {
+  std::string name;
+  Pose X_WF;                ///< in the frame of the file's world
+  std::string moved_by{};   ///< the object, or the link of the robot, that it moves with; empty: it stands still
+  bool with_robot = false;  ///< a link moves it
+};
+
 /// All that the file of a robot brings. Only an MJCF brings more than the robot.
 struct RobotContents {
   RobotTree robot;                  ///< of an MJCF everything on hinges and slides and what is welded to the world; root link "world"
   std::vector<ObjectSpec> objects;  ///< bodies with a free joint
   std::vector<GeometrySpec> fixed;  ///< geometry of the world body, and all planes, in its frame
   std::vector<std::pair<std::string, std::string>> excludes;  ///< names of bodies that never touch each other
-  std::string sha256;                                         ///< of the file, or of the text
-  RobotSpec spec;                                             ///< the robot that the file was read for
+  std::string sha256;                                         ///< of the file, or of the text, and of what is mounted
+  FileConfiguration as_written{};                             ///< of an MJCF
+  std::vector<FileConfiguration> keyframes{};
+  std::vector<FilePlace> places{};
+  Eigen::Vector3d gravity{0, 0, -9.81};  ///< of an MJCF [m/s²]
+  RobotSpec spec;                        ///< the robot that the file was read for
 };
 
 /// Of the collision geometry at kLinkDensity, overlaps twice; 0 without.

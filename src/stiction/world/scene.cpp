@@ -6,6 +6,7 @@
 
 #include "stiction/core/faults.hpp"
 #include "stiction/world/read.hpp"
+#include "stiction/world/robot_tree.hpp"
 #include "stiction/world/scene_sections.hpp"
 
 namespace stiction::world {
@@ -36,7 +37,7 @@ class SceneReader {
   Scene read() {
     node_.require_map();
     faults_.collect([&] {
-      node_.require_map({"name", "gravity", "contact_distance", "max_contacts", "robots", "objects", "fixed", "filters"});
+      node_.require_map({"name", "file", "robot", "gravity", "contact_distance", "max_contacts", "robots", "objects", "fixed", "filters"});
     });
     scene_.file = node_.file();
     faults_.collect([&] { scene_.name = node_.string_or("name", node_.file().has_filename() ? node_.file().stem().string() : "scene"); });
@@ -47,7 +48,10 @@ class SceneReader {
     faults_.collect([&] {
       if (const auto most = node_.find("max_contacts")) scene_.max_contacts = most->positive_int();
     });
-    each("objects", [&](const YamlNode& item) { read_object_entry(item); });
+    faults_.collect([&] { read_whole_scene(); });
+    each("objects", [&](const YamlNode& item) {
+      if (!item.is_scalar()) read_object_entry(item);
+    });
     each("robots", [&](const YamlNode& item) { read_robot_entry(item); });
     each("fixed", [&](const YamlNode& item) {
       scene_.fixed.push_back(read_fixed(item));
@@ -71,7 +75,7 @@ class SceneReader {
 
   void add_owner(const YamlNode& item, const std::string& name, const std::vector<GeometrySpec>& geometries) {
     if (std::find(owners_.begin(), owners_.end(), name) != owners_.end())
-      item.at("name").fail(fmt::format("'{}' twice", name), "each name once");
+      (item.has("name") ? item.at("name") : item).fail(fmt::format("'{}' twice", name), "each name once");
     owners_.push_back(name);
     names_.push_back(name);
     for (const auto& geometry : geometries) names_.push_back(fmt::format("{}/{}", name, geometry.name));
@@ -90,9 +94,37 @@ class SceneReader {
     add_owner(item, scene_.objects.back().name, scene_.objects.back().geometries);
   }
 
-  void read_robot_entry(const YamlNode& item) {
+  /// The robot, the objects and the fixed body of the one file that the scene is in.
+  void read_whole_scene() {
+    std::vector<YamlNode> words;
+    if (const auto objects = node_.find("objects"); objects && objects->is_sequence()) {
+      for (const YamlNode& item : objects->items()) {
+        if (item.is_scalar()) words.push_back(item);
+      }
+    }
+    const auto file = node_.find("file");
+    if (!file) {
+      if (const auto robot = node_.find("robot")) robot->fail("robot without file", "`file`, of whose robot it speaks, or `robots`");
+      for (const YamlNode& word : words) word.fail("a map: a name stands for a body of `file`, and there is none");
+      return;
+    }
+    WholeScene whole{*file, std::nullopt};
+    if (!words.empty()) whole.objects.emplace();
+    for (const YamlNode& word : words) whole.objects->push_back(word.string());
+    const YamlNode none = YamlNode::parse("{}", node_.file());
+    const YamlNode robot = node_.find("robot").value_or(none);
+    robot.require_map();
+    read_robot_entry(robot, &whole);
+    const RobotContents& contents = *scene_.robots.back().contents;
+    if (!node_.has("gravity")) scene_.gravity = contents.gravity;
+    if (contents.robot.movable_joints().empty() && !node_.has("robots"))
+      file->fail("a file without a robot: no joint has an actuator",
+                 "a joint with one, `robot: {bodies: […]}` with a body of a tree that is a robot, or `robots`");
+  }
+
+  void read_robot_entry(const YamlNode& item, const WholeScene* whole = nullptr) {
     const std::size_t objects = scene_.objects.size(), fixed = scene_.fixed.size();
-    read_robot_into(item, package_dirs_, scene_, names_);
+    read_robot_into(item, package_dirs_, scene_, names_, whole);
     add_owner(item, scene_.robots.back().name, {});
     for (std::size_t i = objects; i < scene_.objects.size(); ++i)  // those that an MJCF brings
       add_owner(item, scene_.objects[i].name, scene_.objects[i].geometries);

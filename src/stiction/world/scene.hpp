@@ -98,6 +98,8 @@ struct ObjectSpec {
   std::optional<std::array<double, 2>> limits;        ///< hinge or slider range [rad or m]
   double joint_friction = 0;                          ///< dry friction of a hinge or slider, ≥ 0 [N·m or N]
   double joint_damping = 0;                           ///< viscous friction of a hinge or slider, ≥ 0 [N·m·s/rad or N·s/m]
+  double joint_stiffness = 0;                         ///< of a spring on a hinge or slider, ≥ 0 [N·m/rad or N/m]
+  double joint_rest = 0;                              ///< where that spring is at rest [rad or m]
   std::vector<GeometrySpec> geometries;
 };
 
@@ -106,6 +108,24 @@ struct Decomposition {
   static constexpr double kMinThreshold = 0.01;
   double threshold = 0.05;  ///< how far a part may be from convex, in halves of the longest edge of the mesh's bounding box, 0.01 to 1
   int max_parts = 16;       ///< of each solid of the file; more are merged, whatever the threshold says
+};
+
+/// Which bodies of an MJCF belong to robots and which are objects.
+struct MjcfSplit {
+  /// Trees with an actuator are robots, and what moves in other trees are objects. Without this rule only free bodies are objects.
+  bool by_actuators = false;
+  std::vector<std::string> robot{};                   ///< bodies whose trees are robots although no actuator moves them
+  std::optional<std::vector<std::string>> objects{};  ///< bodies that are objects, and the only ones; nullopt: by the rule
+
+  bool operator==(const MjcfSplit&) const = default;
+};
+
+/// A file whose robot is mounted on a link of another one.
+struct MountSpec {
+  std::string name{};          ///< in front of the names of its links and joints, with '_'; empty: they stay as they are
+  std::filesystem::path file;  ///< URDF or MJCF
+  std::string on;              ///< link of the robot, or of what was mounted before
+  Pose X_LM{};                 ///< root link of the file in that link
 };
 
 struct RobotContents;  // robot_tree.hpp
@@ -126,7 +146,10 @@ struct RobotSpec {
   bool convex_hulls = false;                     ///< each mesh as one hull, without a note; else as NonConvex::TakeHulls has it
   std::vector<std::string> push_with{};          ///< links, '*' matches any run of characters: only these may touch objects; empty: all
   std::optional<Decomposition> decomposition{};  ///< split meshes that are not convex into convex parts; not together with convex_hulls
-  std::vector<std::string> notes{};              ///< what was taken otherwise than the files beside the robot's own say, one sentence each
+  MjcfSplit split{};                             ///< of an MJCF
+  bool fixed_base = false;           ///< of an MJCF: free joints of robots are left out, their bodies stand where the file has them
+  std::vector<MountSpec> mounts{};   ///< in this order; see mount() in mount.hpp
+  std::vector<std::string> notes{};  ///< what was taken otherwise than the files beside the robot's own say, one sentence each
   /// What its file says, once the file was read: nothing opens the file again. Of a spec made by hand Model::make() reads it.
   std::shared_ptr<const RobotContents> contents{};
 

@@ -22,8 +22,14 @@ std::optional<Decomposition> read_decomposition(const YamlNode& node, std::strin
 void round_center(ObjectSpec& object);
 /// An entry of `objects`.
 ObjectSpec read_object(const YamlNode& node);
-/// Adds an entry of `robots`, with what else its file brings, to the scene. @param names  of bodies and geometries, grows
+/// The keys `file` of a scene, and `objects` where they are names of the file's bodies.
+struct WholeScene {
+  YamlNode file;
+  std::optional<std::vector<std::string>> objects{};
+};
+/// Adds an entry of `robots`, or the `robot` of a whole scene, with what else its file brings, to the scene.
+/// @param names  of bodies and geometries, grows  @param whole  nullptr for an entry of `robots`
 void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, Scene& scene,
-                     std::vector<std::string>& names);
+                     std::vector<std::string>& names, const WholeScene* whole = nullptr);
 
 }  // namespace stiction::world

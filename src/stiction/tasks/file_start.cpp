@@ -1,0 +1,78 @@
+#include "stiction/tasks/file_start.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace stiction::tasks {
+namespace {
+
+using world::FileConfiguration;
+using world::Model;
+using world::RobotSpec;
+
+/// A configuration of the file of one robot.
+void apply(const FileConfiguration& file, const RobotSpec& robot, bool joints, const Model& model, Eigen::VectorXd& q,
+           std::vector<bool>& placed) {
+  for (const auto& [name, given] : file.objects) {
+    for (std::size_t o = 0; o < model.objects().size(); ++o) {
+      const world::ObjectInfo& info = model.objects()[o];
+      if (info.name != name || info.n_q != given.size()) continue;
+      Eigen::VectorXd at = given;
+      if (info.n_q == 7) {
+        const Eigen::Quaterniond base(robot.X_WBase.R);
+        at.head<3>() = robot.X_WBase * Eigen::Vector3d(given.head<3>());
+        at.tail<4>() = (base * Eigen::Quaterniond(given[6], given[3], given[4], given[5])).normalized().coeffs();
+      } else if (info.n_q == 1) {
+        const world::Dof& dof = model.dofs()[static_cast<std::size_t>(info.v_begin)];
+        at[0] = std::clamp(given[0], dof.lower, dof.upper);
+      }
+      q.segment(info.q_begin, info.n_q) = at;
+      placed[o] = true;
+    }
+  }
+  for (int j = 0; joints && j < model.n_a(); ++j) {
+    const world::Dof& dof = model.dofs()[static_cast<std::size_t>(model.n_vu() + j)];
+    for (const auto& [name, value] : file.joints) {
+      if (dof.name == fmt::format("{}/{}", robot.name, name)) q[model.n_qu() + j] = std::clamp(value, dof.lower, dof.upper);
+    }
+  }
+}
+
+}  // namespace
+
+void start_as_written(const Model& model, Eigen::VectorXd& q, std::vector<bool>& placed) {
+  for (const RobotSpec& robot : model.scene().robots) apply(robot.contents->as_written, robot, robot.split.by_actuators, model, q, placed);
+}
+
+void start_at_keyframe(const world::YamlNode& name, const Model& model, Eigen::VectorXd& q, std::vector<bool>& placed) {
+  const std::string wanted = name.string();
+  std::vector<std::string> known;
+  for (const RobotSpec& robot : model.scene().robots) {
+    for (const FileConfiguration& keyframe : robot.contents->keyframes) {
+      if (keyframe.name == wanted) return apply(keyframe, robot, true, model, q, placed);
+      known.push_back(keyframe.name);
+    }
+  }
+  name.fail_unknown("keyframe", wanted, known);
+}
+
+world::Pose find_place(const world::YamlNode& name, const Model& model) {
+  const std::string wanted = name.string();
+  std::vector<std::string> known;
+  for (const RobotSpec& robot : model.scene().robots) {
+    for (const world::FilePlace& place : robot.contents->places) {
+      if (place.name == wanted) {
+        if (place.moved_by.empty()) return robot.X_WBase * place.X_WF;
+        name.fail(
+            fmt::format("'{}', which moves with {} '{}'", wanted, place.with_robot ? "the robot's link" : "the object", place.moved_by),
+            "a site or a body that stands still");
+      }
+      if (place.moved_by.empty()) known.push_back(place.name);
+    }
+  }
+  name.fail_unknown("site or body", wanted, known);
+}
+
+}  // namespace stiction::tasks

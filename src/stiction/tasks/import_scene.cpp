@@ -1,0 +1,169 @@
+#include "stiction/tasks/import_scene.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <system_error>
+
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/world/robot_tree.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+using world::ObjectJoint;
+using world::ObjectSpec;
+using world::RobotContents;
+
+/// A name as YAML takes it in a flow.
+std::string quoted(const std::string& name) {
+  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == '.'; };
+  const bool word = !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0 && std::all_of(name.begin(), name.end(), plain);
+  constexpr std::string_view kMeanings[] = {"true", "false", "null", "yes", "no", "on", "off", "nan", "inf", "y", "n"};
+  if (word && std::find(std::begin(kMeanings), std::end(kMeanings), name) == std::end(kMeanings)) return name;
+  std::string out = "\"";
+  for (const char c : name) out += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
+  return out + "\"";
+}
+
+std::string number(double x) { return fmt::format("{:.6g}", x + 0.0); }
+
+/// The file, its contents, and whether the base of its robot had to be fixed.
+struct Found {
+  std::shared_ptr<const RobotContents> contents;
+  bool fixed_base = false;
+};
+
+Found read_file(const fs::path& file) {
+  world::RobotSpec robot;
+  robot.name = "robot";
+  robot.mjcf = file;
+  robot.split.by_actuators = true;
+  try {
+    return {world::contents_of(robot), false};
+  } catch (const core::InvalidInput& e) {
+    if (std::string_view(e.what()).find("fixed_base") == std::string_view::npos) throw;
+  }
+  robot.fixed_base = true;
+  return {world::contents_of(robot), true};
+}
+
+std::string describe(const ObjectSpec& object) {
+  std::string out = object.name;
+  switch (object.joint) {
+    case ObjectJoint::Free:
+      return out + " (free)";
+    case ObjectJoint::PlanarXY:
+    case ObjectJoint::PlanarYZ:
+    case ObjectJoint::PlanarXZ:
+      return out + " (in a plane)";
+    case ObjectJoint::Hinge:
+    case ObjectJoint::Slider:
+      out += object.joint == ObjectJoint::Hinge ? " (hinge" : " (slider";
+      if (object.limits) out += fmt::format(" [{}, {}]", number((*object.limits)[0]), number((*object.limits)[1]));
+      return out + ")";
+  }
+  return out;
+}
+
+bool says_goal(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name.find("goal") != std::string::npos || name.find("target") != std::string::npos;
+}
+
+/// A goal for an object that starts at q. @param places  that stand still
+std::string make_goal(const ObjectSpec& object, const Eigen::VectorXd& q, const std::vector<std::string>& places) {
+  constexpr double kMove = 0.1, kTurn = 0.5, kShare = 0.9;  // [m], [rad], of the way to the farther end
+  if (object.joint == ObjectJoint::Hinge || object.joint == ObjectJoint::Slider) {
+    double to = q[0] + (object.joint == ObjectJoint::Hinge ? kTurn : kMove);
+    if (object.limits) {
+      const auto [lower, upper] = *object.limits;
+      to = q[0] + kShare * ((q[0] - lower > upper - q[0] ? lower : upper) - q[0]);
+    }
+    return fmt::format("objects: {{{}: {{coordinates: [{}]}}}}", quoted(object.name), number(to));
+  }
+  const auto place = std::find_if(places.begin(), places.end(), says_goal);
+  if (place != places.end()) return fmt::format("object: {}, at: {}, rpy: ~", quoted(object.name), quoted(*place));
+  if (object.joint != ObjectJoint::Free)
+    return fmt::format("objects: {{{}: {{coordinates: [{}, {}, {}]}}}}", quoted(object.name), number(q[0] + kMove), number(q[1]),
+                       number(q[2]));
+  return fmt::format("objects: {{{}: {{position: [{}, {}, {}], rpy: ~}}}}", quoted(object.name), number(q[0] + kMove), number(q[1]),
+                     number(q[2]));
+}
+
+class SceneImporter {
+ public:
+  SceneImporter(const fs::path& file, const fs::path& folder) : file_(file), folder_(folder), found_(read_file(file)) {}
+
+  std::string write() const {
+    const RobotContents& contents = *found_.contents;
+    const auto joints = contents.robot.movable_joints();
+    if (joints.empty()) fail("a file without a robot: no joint has an actuator");
+    if (contents.objects.empty())
+      fail("a file without an object: every joint is in a tree with an actuator, or nothing that it moves collides");
+    std::vector<std::string> objects, names, keyframes, places;
+    for (const ObjectSpec& object : contents.objects) objects.push_back(describe(object));
+    std::vector<std::size_t> bodies;  // indices of the objects that are bodies of the file
+    for (std::size_t i = 0; i < contents.objects.size(); ++i) {
+      if (!is_between(contents.objects[i])) bodies.push_back(i), names.push_back(quoted(contents.objects[i].name));
+    }
+    for (const auto& keyframe : contents.keyframes) keyframes.push_back(quoted(keyframe.name));
+    for (const auto& place : contents.places) {
+      if (place.moved_by.empty()) places.push_back(place.name);
+    }
+    std::string out = fmt::format("# Robot: {} joint{} ({}).\n# Objects, and the only bodies that move beside it: {}.\n", joints.size(),
+                                  joints.size() == 1 ? "" : "s", world::list_some(joints), fmt::join(objects, ", "));
+    if (keyframes.size() > 1) out += fmt::format("# Keyframes: {}.\n", fmt::join(keyframes, ", "));
+    if (!places.empty()) out += fmt::format("# Places for `at` of a goal: {}.\n", world::list_some(places));
+    out += fmt::format("scene:\n  file: {}\n", quoted_path());
+    if (found_.fixed_base) out += "  robot: {fixed_base: true}\n";
+    out += fmt::format("  objects: [{}]\n", fmt::join(names, ", "));
+    if (keyframes.empty())
+      out += "start: {}  # as the file has it; `joints`, `poses` of links and `objects` change it\n";
+    else
+      out += fmt::format("start: {{keyframe: {}}}\n", keyframes[0]);
+    const auto& at = keyframes.empty() ? contents.as_written : contents.keyframes[0];
+    out += fmt::format("goal: {{{}}}  # to be edited\n", make_goal(contents.objects[bodies[0]], at.objects[bodies[0]].second, places));
+    return out + "tolerance: {position: 0.01, angle: 0.1}\n";
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view got) const {
+    throw core::InvalidInput(
+        fmt::format("{}: import: got {}, expected one that has both (a scene of several files is written by hand)", file_.string(), got));
+  }
+
+  /// An object of a body with several joints, other than the last, which has the name of the body.
+  bool is_between(const ObjectSpec& object) const {
+    const auto& objects = found_.contents->objects;
+    const auto hangs_on_it = [&](const ObjectSpec* o) {
+      while (o != nullptr && o->parent != object.name) {
+        const auto next = std::find_if(objects.begin(), objects.end(), [&](const ObjectSpec& p) { return p.name == o->parent; });
+        o = next != objects.end() ? &*next : nullptr;
+      }
+      return o != nullptr;
+    };
+    return std::any_of(objects.begin(), objects.end(),
+                       [&](const ObjectSpec& o) { return object.name.starts_with(o.name + ".") && hangs_on_it(&o); });
+  }
+
+  std::string quoted_path() const {
+    std::error_code error;
+    const fs::path path = fs::relative(fs::absolute(file_), fs::absolute(folder_), error);
+    return fmt::format("\"{}\"", (error || path.empty() ? fs::absolute(file_) : path).generic_string());
+  }
+
+  const fs::path& file_;
+  const fs::path& folder_;
+  Found found_;
+};
+
+}  // namespace
+
+std::string import_scene(const fs::path& file, const fs::path& folder) { return SceneImporter(file, folder).write(); }
+
+}  // namespace stiction::tasks

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stiction::world {
+
+/// Leaves out geoms that are only seen and whose mesh file is missing, and textures whose file is missing, so that the rest compiles.
+/// @param folder  of the file  @param notes  grows by a sentence on each kind
+void leave_out_missing_files(mjSpec* spec, const std::filesystem::path& folder, std::vector<std::string>& notes);
+
+/// A note where ranges of hinges look as if they were written in radians, and no <compiler angle="…"> of the file or of those that it
+/// includes says which; else an empty text.
+std::string find_unstated_degrees(const mjModel& model, const std::string& text, const std::filesystem::path& file);
+
+}  // namespace stiction::world

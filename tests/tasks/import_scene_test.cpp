@@ -1,0 +1,155 @@
+// Tasks of scenes that are in one MJCF file: where they start, what their goals are, and the text of an import.
+#include "stiction/tasks/import_scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "stiction/tasks/lint.hpp"
+#include "stiction/tasks/task.hpp"
+#include "support/message_of.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace stiction::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+using stiction::test::message_of;
+
+constexpr const char* kScene = R"(<mujoco><compiler angle="radian"/><worldbody>
+  <geom name="floor" type="plane" size="1 1 1"/>
+  <body name="base" pos="0 0 .5"><joint name="yaw" axis="0 0 1" range="-2 2" ref=".2"/><geom type="capsule" size=".04" fromto="0 0 0 .3 0 0"/>
+    <body name="hand" pos=".3 0 0"><joint name="lift" type="slide" axis="0 0 1" range="-.4 .4"/><geom size=".03"/><site name="palm"/></body></body>
+  <body name="case" pos="1 0 .3"><body name="drawer"><joint name="rail" type="slide" axis="1 0 0" range="-.3 0"/><geom type="box" size=".1 .1 .05"/></body></body>
+  <body name="cube" pos="0 .5 .05" euler="0 0 .3"><freejoint/><geom type="box" size=".05 .05 .05"/></body>
+  <site name="goal_place" pos=".2 .6 .05" euler="0 0 1"/><site name="edge" pos="0 0 1"/>
+</worldbody><actuator><position joint="yaw" kp="100"/><position joint="lift" kp="400"/></actuator>
+<keyframe><key name="home" qpos=".7 .1 -.2 0 .4 .05 1 0 0 0"/><key name="away" qpos="0 0 0 0 .4 .05 1 0 0 0"/></keyframe></mujoco>)";
+
+class WholeSceneTask : public testing::Test {
+ protected:
+  void SetUp() override { std::ofstream(dir_ / "scene.xml") << kScene; }
+
+  Task task(const std::string& start, const std::string& goal = "{objects: {drawer: {coordinates: [-0.2]}}}") const {
+    return parse_task("scene: {file: scene.xml}\n" + start + "\ngoal: " + goal + "\ntolerance: {position: 0.01, angle: 0.1}\n", dir_);
+  }
+  std::string refused(const std::string& start, const std::string& goal = "{objects: {drawer: {coordinates: [-0.2]}}}") const {
+    return message_of([&] { (void)task(start, goal); });
+  }
+
+  const stiction::test::TemporaryFolder temporary_;
+  const fs::path& dir_ = temporary_.path();
+};
+
+Eigen::VectorXd numbers(std::initializer_list<double> values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.begin(), static_cast<Eigen::Index>(values.size()));
+}
+
+TEST_F(WholeSceneTask, WithoutAStart_StartsAsTheFileHasIt) {
+  const Eigen::VectorXd q = task("").problem.q_start;
+  EXPECT_TRUE(q.isApprox(numbers({0, 0, 0.5, 0.05, 0, 0, std::sin(0.15), std::cos(0.15), 0.2, 0}), 1e-12)) << q.transpose();
+}
+
+TEST_F(WholeSceneTask, Keyframe_IsTheStartAndOtherKeysGoBeforeIt) {
+  EXPECT_TRUE(task("start: {keyframe: home}").problem.q_start.isApprox(numbers({-0.2, 0, 0.4, 0.05, 0, 0, 0, 1, 0.7, 0.1}), 1e-12));
+  const Task changed = task("start: {keyframe: home, joints: {yaw: -1}, objects: {drawer: {coordinates: [-0.1]}}}");
+  EXPECT_TRUE(changed.problem.q_start.isApprox(numbers({-0.1, 0, 0.4, 0.05, 0, 0, 0, 1, -1, 0.1}), 1e-12));
+  const std::string message = refused("start: {keyframe: hom}");
+  EXPECT_NE(message.find("start.keyframe: got unknown keyframe 'hom', expected one of home, away; did you mean 'home'?"), std::string::npos)
+      << message;
+}
+
+/// Yaw and lift put the hand at (0.3 cos, 0.3 sin, z), with yaw 0.2 along x: the posture is known.
+TEST_F(WholeSceneTask, PoseOfALink_GivesTheJoints) {
+  const Task reached = task("start: {poses: {hand: {position: [0.18, 0.24, 0.7]}}}");
+  EXPECT_TRUE(reached.problem.q_start.tail(2).isApprox(numbers({0.2 + std::atan2(0.24, 0.18), 0.2}), 1e-6))
+      << reached.problem.q_start.transpose();
+  const Task turned = task("start: {poses: {robot/hand: {position: [0.18, 0.24, 0.7], rpy: [0, 0, 0.9272952]}}}");
+  EXPECT_TRUE(turned.problem.q_start.tail(2).isApprox(numbers({1.1272952, 0.2}), 1e-5));
+}
+
+TEST_F(WholeSceneTask, PosesThatAreNotReached_SayHowFarTheyAre) {
+  const std::string far = refused("start: {poses: {hand: {position: [0.6, 0, 0.5]}}}");
+  EXPECT_NE(far.find("start.poses: got poses of 'hand' that were not reached: the nearest posture found is 0.3 m and 0 rad off"),
+            std::string::npos)
+      << far;
+  const std::string turned = refused("start: {poses: {hand: {position: [0.3, 0, 0.5], rpy: [1, 0, 0]}}}");
+  EXPECT_NE(turned.find("that were not reached"), std::string::npos) << turned;
+  const std::string unknown = refused("start: {poses: {hnd: {position: [0.3, 0, 0.5]}}}");
+  EXPECT_NE(unknown.find("unknown link that moves 'hnd'"), std::string::npos) << unknown;
+  // The cube is where the hand would be: nothing else reaches that point.
+  const std::string inside =
+      refused("start: {objects: {cube: {position: [0.18, 0.24, 0.5]}}, poses: {hand: {position: [0.18, 0.24, 0.5]}}}");
+  EXPECT_NE(inside.find("reached in contact alone: "), std::string::npos) << inside;
+  EXPECT_NE(inside.find("'cube/box_0'"), std::string::npos) << inside;
+}
+
+TEST_F(WholeSceneTask, GoalAtASite_IsItsPose) {
+  const Task at = task("", "{object: cube, at: goal_place}");
+  EXPECT_EQ(at.model->objects()[static_cast<std::size_t>(at.problem.goal.object)].name, "cube");
+  EXPECT_TRUE(at.problem.goal.X_WG.p.isApprox(Eigen::Vector3d(0.2, 0.6, 0.05)));
+  EXPECT_NEAR(at.problem.goal.X_WG.R(0, 0), std::cos(1), 1e-12);
+  EXPECT_FALSE(at.problem.goal.region.has_value());
+  const Task open = task("", "{object: cube, at: goal_place, rpy: ~}");
+  ASSERT_TRUE(open.problem.goal.region.has_value());
+  EXPECT_TRUE(open.problem.goal.X_WG.p.isApprox(Eigen::Vector3d(0.2, 0.6, 0.05)));
+  EXPECT_NEAR(open.problem.goal.X_WG.R(0, 0), std::cos(0.3), 1e-9) << "as it starts";
+}
+
+TEST_F(WholeSceneTask, GoalsThatAreNone_AreNamed) {
+  EXPECT_NE(refused("", "{object: cube, at: palm}").find("'palm', which moves with the robot's link 'hand'"), std::string::npos)
+      << refused("", "{object: cube, at: palm}");
+  EXPECT_NE(refused("", "{object: cube, at: drawer}").find("'drawer', which moves with the object 'drawer'"), std::string::npos);
+  EXPECT_NE(refused("", "{object: cube, at: goal_plac}").find("did you mean 'goal_place'?"), std::string::npos);
+  EXPECT_NE(refused("", "{object: drawer, at: edge}").find("which is on a hinge or a slider, expected objects: {drawer: {coordinates:"),
+            std::string::npos);
+}
+
+/// Success tests of the field say that a coordinate is beyond a value.
+TEST_F(WholeSceneTask, GoalRegion_MayBeOpenToOneSide) {
+  const Task beyond = task("", "{objects: {drawer: {coordinates: [[~, -0.15]]}}}");
+  ASSERT_TRUE(beyond.problem.goal.region.has_value());
+  EXPECT_EQ(beyond.problem.q_goal[0], -0.15) << "the nearest to the start";
+  EXPECT_EQ(beyond.problem.goal.region->upper[0], -0.15);
+  EXPECT_TRUE(std::isinf(beyond.problem.goal.region->lower[0]));
+}
+
+TEST_F(WholeSceneTask, Import_WritesATaskThatLoadsAsTheFileIs) {
+  const std::string text = import_scene(dir_ / "scene.xml", dir_);
+  EXPECT_EQ(text, R"(# Robot: 2 joints (yaw, lift).
+# Objects, and the only bodies that move beside it: drawer (slider [-0.3, 0]), cube (free).
+# Keyframes: home, away.
+# Places for `at` of a goal: goal_place, edge, case.
+scene:
+  file: "scene.xml"
+  objects: [drawer, cube]
+start: {keyframe: home}
+goal: {objects: {drawer: {coordinates: [-0.02]}}}  # to be edited
+tolerance: {position: 0.01, angle: 0.1}
+)");
+  const Task imported = parse_task(text, dir_);
+  EXPECT_EQ(imported.problem.q_start, task("start: {keyframe: home}").problem.q_start);
+  EXPECT_EQ(imported.scene_sha256, task("start: {keyframe: home}").scene_sha256) << "naming all objects changes nothing";
+}
+
+TEST_F(WholeSceneTask, ImportOfAFloatingRobot_FixesItsBase) {
+  std::ofstream(dir_ / "floating.xml") << R"(<mujoco><worldbody><body name="torso" pos="0 0 1"><freejoint/><geom size=".1"/>
+      <body name="arm"><joint name="j"/><geom size=".05" pos=".3 0 0"/></body></body>
+      <body name="ball" pos="1 0 0"><freejoint/><geom size=".1"/></body><site name="target" pos="1 1 0"/></worldbody><actuator><motor joint="j"/></actuator></mujoco>)";
+  const std::string text = import_scene(dir_ / "floating.xml", dir_);
+  EXPECT_NE(text.find("  robot: {fixed_base: true}\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("goal: {object: ball, at: target, rpy: ~}"), std::string::npos) << text;
+  EXPECT_EQ(parse_task(text, dir_).model->n_a(), 1);
+}
+
+TEST_F(WholeSceneTask, ImportOfWhatIsNoScene_SaysWhy) {
+  std::ofstream(dir_ / "robot.xml")
+      << R"(<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody><actuator><motor joint="j"/></actuator></mujoco>)";
+  std::ofstream(dir_ / "object.xml") << R"(<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody></mujoco>)";
+  EXPECT_NE(message_of([&] { (void)import_scene(dir_ / "robot.xml", dir_); }).find("got a file without an object"), std::string::npos);
+  EXPECT_NE(message_of([&] { (void)import_scene(dir_ / "object.xml", dir_); }).find("got a file without a robot"), std::string::npos);
+  EXPECT_NE(message_of([&] { (void)import_scene(dir_ / "nowhere.xml", dir_); }).find("a file that does not exist"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stiction::tasks
