@@ -27,7 +27,7 @@ VALUES = """
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof Exact Finding FixedEpsilon ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
-    RobotLink RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
+    RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
     TransferResult TreeNode
 """.split()
@@ -232,6 +232,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "SpeedLimits": lambda: st.SpeedLimits(revolute=0.3, pause=2),
     "SteepestDescent": lambda: st.SteepestDescent(max_steps=3),
     "StepBatch": lambda: (lambda t: st.step_batch(t.model, np.tile(t.q_start, (3, 1)), np.tile(t.q_start[3:], (3, 1)), with_A=True))(task()),
+    "RolloutBatch": lambda: (lambda t: st.rollout_batch(t.model, t.q_start[None], np.tile(t.q_start[3:], (1, 4, 1))))(task()),
     "StepResult": lambda: stepped(smoothing=st.Analytic(kappa=100), with_A=True, with_B=True, with_force_derivatives=True),
     "SurfaceOptions": lambda: st.SurfaceOptions(segments=9),
     "Task": lambda: task().with_(options={"goal_bias": 0.3}),

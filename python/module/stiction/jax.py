@@ -52,8 +52,7 @@ def rollout(model: _core.Model, q_start: Any, u: Any, *, gradient_smoothing: Any
     """
     q_start, u = _check("q_start", q_start, "N, n_q"), _check("u", u, "N, T, n_a")
 
-    @jax.custom_vjp
-    def rolled(q_start: Any, u: Any) -> Any:
+    def forward(q_start: Any, u: Any) -> Any:
         shape = jax.ShapeDtypeStruct((u.shape[0], u.shape[1] + 1, model.n_q), np.float64)
         return jax.pure_callback(partial(_roll, model, options), shape, q_start, u)
 
@@ -61,6 +60,7 @@ def rollout(model: _core.Model, q_start: Any, u: Any, *, gradient_smoothing: Any
         shapes = tuple(jax.ShapeDtypeStruct(x.shape, np.float64) for x in saved)
         return jax.pure_callback(partial(_pull_back, model, options, gradient_smoothing), shapes, *saved, D_L_q)
 
+    rolled = jax.custom_vjp(forward)
     rolled.defvjp(lambda q_start, u: (rolled(q_start, u), (q_start, u)), backward)
     return rolled(q_start, u)
 

@@ -45,7 +45,7 @@ class _Rollout(torch.autograd.Function):  # type: ignore[misc, name-defined]
         return torch.from_numpy(rolled.q.copy())
 
     @staticmethod
-    @torch.autograd.function.once_differentiable
+    @torch.autograd.function.once_differentiable  # type: ignore[untyped-decorator, unused-ignore]
     def backward(context: Any, D_L_q: Any) -> Any:
         model, rolled, commands, options = context.of
         by_start, by_u = _core.pull_back_rollout(model, rolled, commands, D_L_q.numpy(), **options)
