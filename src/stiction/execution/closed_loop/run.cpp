@@ -222,11 +222,11 @@ class Executor {
   /// The springs of the robot are let go.
   bool let_go() { return move_to(measured_.q.tail(model_.n_a())) && settle(); }
 
-  /// The objects are within kThere of q, the joints as near as a push moves in a look: a plan from q can begin.
-  bool is_at(const Eigen::VectorXd& q) const {
+  /// The object is within so many tolerances of q, the joints as near as a push moves in a look: a plan from q can begin.
+  bool is_at(const Eigen::VectorXd& q, double near) const {
     const Eigen::VectorXd difference = q.tail(model_.n_a()) - measured_.q.tail(model_.n_a());
     const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
-    return joints && share_between(model_, problem_.goal.object, q, watch_.mean(), problem_.goal) <= kThere;
+    return joints && share_between(model_, problem_.goal.object, q, watch_.mean(), problem_.goal) <= near;
   }
 
   void carry(const planning::Plan* first) {
@@ -241,7 +241,7 @@ class Executor {
     std::optional<Trajectory> trajectory;
     if (first != nullptr) {
       trajectory = source_.take(*first);
-      if (!is_at(trajectory->q.col(0))) trajectory.reset(), cause = "the given plan starts elsewhere";
+      if (!is_at(trajectory->q.col(0), kThere)) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     while (!over_) {
       if (is_at_goal()) {
@@ -320,7 +320,7 @@ class Executor {
     const planning::PlanResult& result = answer.result;
     out_.plans.push_back({begin, result.wall_s, answer.processor_s, now() - begin, result.status, cause, result.reason, answer.joined});
     out_.planning_s += result.wall_s;
-    if (goes_on && answer.trajectory && !is_at(q)) answer.late = true;
+    if (goes_on && answer.trajectory && !is_at(q, how_.off_at_the_end)) answer.late = true;
     return goes_on;
   }
 
