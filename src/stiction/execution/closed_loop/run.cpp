@@ -27,10 +27,8 @@ using world::Model;
 constexpr double kThere = 0.3;
 /// What has not come to rest after so many windows is taken as it is.
 constexpr int kMostWindows = 10;
-/// An object that rested and comes this far is caught [tolerances of the goal] …
+/// An object that comes this far while commands rest is caught [tolerances of the goal].
 constexpr double kLeaves = 0.2;
-/// … or that comes this far while it is to come to rest.
-constexpr double kRolls = 1;
 /// Between two looks of the active hold [s].
 constexpr double kHoldPeriod = 0.01;
 
@@ -104,15 +102,15 @@ class Executor {
   }
 
   /// A command of a robot that has nothing to carry out: it rests as long as the object does.
-  /// @param far  so far off an object is caught [tolerances of the goal]
-  bool hold_tick(double far = kLeaves) {
+  bool hold_tick() {
     if (!hold_) return tick(u_);
     if (!holds_) {
       holds_ = calm_ = true;
       q_held_ = measured_.q;
       hold_->start(q_held_);
     }
-    if (calm_ && share_between(model_, problem_.goal.object, q_held_, measured_.q, problem_.goal) > far) calm_ = false, next_hold_ = now();
+    if (calm_ && share_between(model_, problem_.goal.object, q_held_, measured_.q, problem_.goal) > kLeaves)
+      calm_ = false, next_hold_ = now();
     if (calm_) return tick(u_);
     if (now() >= next_hold_ - 0.5 * how_.tick) {
       const double period = std::max(kHoldPeriod, how_.tick);
@@ -184,7 +182,7 @@ class Executor {
     const double begin = now();
     while (now() - begin < kMostWindows * window_ || (watch_.is_carried() && now() - begin < how_.absence)) {
       looked_ = false;
-      if (!hold_tick(kRolls)) return false;
+      if (!hold_tick()) return false;
       if (!looked_) continue;
       if (const double slow = kThere / thinking_time(); watch_.rests(slow)) {
         watch_.forget_motion(slow);
@@ -224,11 +222,11 @@ class Executor {
   /// The springs of the robot are let go.
   bool let_go() { return move_to(measured_.q.tail(model_.n_a())) && settle(); }
 
-  /// The objects are within kThere of q, the joints as near as a push moves in a look: a plan from q can begin.
-  bool is_at(const Eigen::VectorXd& q) const {
+  /// The object is within so many tolerances of q, the joints as near as a push moves in a look: a plan from q can begin.
+  bool is_at(const Eigen::VectorXd& q, double near) const {
     const Eigen::VectorXd difference = q.tail(model_.n_a()) - measured_.q.tail(model_.n_a());
     const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
-    return joints && share_between(model_, problem_.goal.object, q, watch_.mean(), problem_.goal) <= kThere;
+    return joints && share_between(model_, problem_.goal.object, q, watch_.mean(), problem_.goal) <= near;
   }
 
   void carry(const planning::Plan* first) {
@@ -243,7 +241,7 @@ class Executor {
     std::optional<Trajectory> trajectory;
     if (first != nullptr) {
       trajectory = source_.take(*first);
-      if (!is_at(trajectory->q.col(0))) trajectory.reset(), cause = "the given plan starts elsewhere";
+      if (!is_at(trajectory->q.col(0), kThere)) trajectory.reset(), cause = "the given plan starts elsewhere";
     }
     while (!over_) {
       if (is_at_goal()) {
@@ -322,7 +320,7 @@ class Executor {
     const planning::PlanResult& result = answer.result;
     out_.plans.push_back({begin, result.wall_s, answer.processor_s, now() - begin, result.status, cause, result.reason, answer.joined});
     out_.planning_s += result.wall_s;
-    if (goes_on && answer.trajectory && !is_at(q)) answer.late = true;
+    if (goes_on && answer.trajectory && !is_at(q, how_.off_at_the_end)) answer.late = true;
     return goes_on;
   }
 
