@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs tasks in closed loop with many seeds: how often the goal is reached, in what time, and why not where it is not.
 
-    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--duration 600] [--processor-seconds 40] [--threads 2] [--planning-rate 1] [--plain-hold] [--no-join] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
+    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--duration 600] [--processor-seconds 40] [--threads 2] [--planning-rate 1] [--active-hold] [--no-join] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
                                   [--rows FILE] TASK … > run.json
 
 One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a run failed as a program, else 0: this measures, it does not judge.
@@ -134,7 +134,7 @@ def main():
     parser.add_argument("--processor-seconds", type=float, help="budget of one plan in place of 20 s: seconds of processors, 40 are 20 s of two cores")
     parser.add_argument("--threads", type=int, default=1, help="of the planner")
     parser.add_argument("--planning-rate", type=float, default=1, help="seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile")
-    parser.add_argument("--plain-hold", action="store_true", help="commands rest while nothing is carried out")
+    parser.add_argument("--active-hold", action="store_true", help="fingers catch a free object that moves while nothing is carried out")
     parser.add_argument("--no-join", action="store_true", help="every plan is searched, and none gone on with")
     parser.add_argument("--processes", type=int, default=1, help="runs at a time")
     parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
@@ -143,7 +143,7 @@ def main():
     parser.add_argument("--delay", type=float, default=0, help="of poses [s]")
     arguments = parser.parse_args()
     world = World(arguments.friction, arguments.mass, arguments.noise, arguments.delay)
-    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, {"duration": arguments.duration, "planning_rate": arguments.planning_rate, "active_hold": not arguments.plain_hold, "join": not arguments.no_join}, world), processes=arguments.processes)
+    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, {"duration": arguments.duration, "planning_rate": arguments.planning_rate, "active_hold": arguments.active_hold, "join": not arguments.no_join}, world), processes=arguments.processes)
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ struct RunArguments {
   execution::WorldOptions world;
   std::optional<int> threads;
   std::string out_dir;
-  bool plain_hold = false;
+  bool active_hold = false;
   bool no_join = false;
   bool html = false;
   bool json = false;
@@ -250,7 +250,7 @@ int run_run(RunArguments arguments) {
     arguments.world.angle_noise = arguments.noise[1];
   }
   arguments.world.seed = given.options.seed;
-  arguments.how.active_hold = !arguments.plain_hold;
+  arguments.how.active_hold = arguments.active_hold;
   arguments.how.join = !arguments.no_join;
   for (const std::string& text : arguments.pushes) arguments.world.pushes.push_back(parse_push(text, given.task.problem.goal.object));
   arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
@@ -298,7 +298,7 @@ Run declare_run(CLI::App& command) {
              Bound::NonNegative);
   add_number(command, "--plan-step-time", a.how.plan_step_time,
              "Charge each step of the planner like this [s], the same on every machine, in place of its processor time", Bound::Positive);
-  command.add_flag("--plain-hold", a.plain_hold, "Commands rest while nothing is carried out, also where a free object moves");
+  command.add_flag("--active-hold", a.active_hold, "Fingers of a hand catch a free object that moves while nothing is carried out");
   command.add_flag("--no-join", a.no_join, "Search every plan, and go on with none");
   add_speed(command, a.speed);
   add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);
