@@ -2794,7 +2794,7 @@ class RunResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = True, join: bool = True, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
