@@ -39,12 +39,28 @@ def announce(server: PageServer) -> None:
         print("stiction: warning: the page goes over the network without encryption; whoever reads the address there can use the page", file=sys.stderr, flush=True)
 
 
+_interrupted = False
+
+
 def _end(number: int, frame: FrameType | None) -> None:
     """Ends the program once. While it puts things away, a second Ctrl-C ends it at once; SIGTERM and SIGHUP often come twice."""
+    global _interrupted
+    _interrupted = True
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     for other in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(other, signal.SIG_IGN)
     raise KeyboardInterrupt
+
+
+def check_interrupted() -> None:
+    """Raises KeyboardInterrupt once a signal came. Loops ask here, since Python drops an exception that comes up in a callback of the garbage collector."""
+    if _interrupted:
+        raise KeyboardInterrupt
+
+
+def _say_unraisable(dropped: sys.UnraisableHookArgs) -> None:
+    if not (_interrupted and issubclass(dropped.exc_type, KeyboardInterrupt)):
+        sys.__unraisablehook__(dropped)
 
 
 def end_on_signals() -> None:
@@ -53,6 +69,7 @@ def end_on_signals() -> None:
     A script starts programs in the background with SIGINT ignored, and Python leaves it ignored. There is no other way to send a Ctrl-C to such a
     program, so that it is taken here all the same. Who starts a program with nohup means that it ignores SIGHUP.
     """
+    sys.unraisablehook = _say_unraisable
     signal.signal(signal.SIGINT, _end)
     signal.signal(signal.SIGTERM, _end)
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:

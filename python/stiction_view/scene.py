@@ -12,7 +12,7 @@ from . import charts
 from .bodies import Color
 from .drawing import Drawing, light, look
 from .plan import Plan
-from .program import announce
+from .program import announce, check_interrupted
 from .quiet import quiet_server
 
 
@@ -88,6 +88,7 @@ def serve(plan: Plan, port: int) -> None:
         drawing.show(int(drawing.frames[0]))
         shown = 0
         while True:
+            check_interrupted()
             wait = 0.03
             if playing.value:
                 following = 0 if shown >= last else shown + 1

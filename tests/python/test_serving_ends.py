@@ -138,3 +138,34 @@ def test_studio_ends_while_a_job_runs(program: Path, tmp_path: Path, begin: str,
     path = os.pathsep.join(str(place) for place in (ROOT / "python", ROOT / "build" / "release" / "python"))
     with children.Child([sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": path}) as child:
         check_ends(child, address_of(child), number, tmp_path)
+
+
+CAUGHT = """
+import os, signal, sys, time, weakref
+from stiction_view import program
+
+program.end_on_signals()
+
+class Thing: pass
+
+def collected(_):  # the signal comes, and Python drops what its handler raises
+    os.kill(os.getpid(), signal.SIGTERM)
+    for _ in range(1000): pass
+
+thing = Thing()
+watched = weakref.ref(thing, collected)
+
+def show():
+    global thing
+    thing = None
+    while True:
+        program.check_interrupted()
+        time.sleep(0.01)
+
+sys.exit(program.run_until_interrupted(show))
+"""
+
+
+def test_signal_in_a_callback_of_the_garbage_collector_is_not_lost(tmp_path: Path) -> None:
+    done = children.run([sys.executable, "-c", CAUGHT], limit=60, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
+    assert (done.returncode, done.stderr) == (0, "")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import viser
 
+from ..program import check_interrupted
 from . import catalog, scenario
 from .desk import Desk
 from .downloads import Downloads
@@ -64,6 +65,7 @@ class Studio:
         """Until interrupted."""
         try:
             while True:
+                check_interrupted()
                 self.step(TICK)
         finally:
             self.work.end()

@@ -21,7 +21,7 @@ from .. import bodies as drawn
 from ..bodies import Color, body_meshes
 from ..camera import choose_view
 from ..drawing import Drawing, light, look
-from ..program import add_address, announce, end_on_signals, run_until_interrupted
+from ..program import add_address, announce, check_interrupted, end_on_signals, run_until_interrupted
 from ..sense import EXPLAINS, MAX_OTHERS, OTHER, TRUTH
 from .picture import Pictures
 from .scenario import VERDICTS
@@ -252,6 +252,7 @@ class Live:
     def run(self) -> None:
         """Until the process is interrupted."""
         while True:
+            check_interrupted()
             self.tick(time.monotonic())
             time.sleep(0.005)
 
