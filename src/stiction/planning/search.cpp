@@ -21,9 +21,10 @@ using core::Status;
 constexpr std::uint64_t kTreeSeed = 0x7ee5eed5;
 
 /// Every second tree plans with less friction: what it pushes slips out of its fingers before they hold it aloft, where they could not let go, and does not jam
-/// between them and what it lies on. In a planar scene friction is all that moves things.
+/// between them and what it lies on. In a planar scene friction is all that moves things, and margins try every edge with less.
 PlannerOptions slippery(PlannerOptions options, const world::Model& model) {
-  if (options.uses(Mechanism::SlipperyTrees) && options.step_options(model).friction_law == dynamics::FrictionLaw::Coulomb)
+  const bool coulomb = options.step_options(model).friction_law == dynamics::FrictionLaw::Coulomb;
+  if (options.uses(Mechanism::SlipperyTrees) && coulomb && !options.margins)
     options.friction = std::min(options.friction, threshold::kSlippery);
   return options;
 }
