@@ -66,7 +66,7 @@ TEST_F(Mounted, GripperOnAFlange_StandsWhereMujocoAttachesIt) {
     };
     const double open = random.uniform(0, 0.04);
     set("j1", random.normal()), set("j2", random.normal()), set("open", open), set("mirror", open);
-    mj_fwdPosition(m.get(), d.get());
+    mj_kinematics(m.get(), d.get());
     calc_kinematics(*model, q, work, kinematics);
     for (const char* body : {"palm", "left", "right", "flange"}) {
       const int b = mj_name2id(m.get(), mjOBJ_BODY, body);

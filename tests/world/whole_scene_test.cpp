@@ -95,7 +95,7 @@ TEST(WholeScene, ObjectsAndLinks_StandWhereMujocoHasThem) {
     for (int i = 0; i < m->nq; ++i) d->qpos[i] = sample == 0 ? m->qpos0[i] : random.normal();
     apply_equalities(m.get(), d.get());
     mj_normalizeQuat(m.get(), d->qpos);
-    mj_fwdPosition(m.get(), d.get());
+    mj_kinematics(m.get(), d.get());
     Eigen::VectorXd q = model->neutral();
     for (const auto& [object, name] : {std::pair{"drawer", "rail"}, {"door", "hinge"}, {"latch", "turn"}}) q[q_of(object)] = *joint(name);
     q.segment<3>(q_of("puck")) << *joint("px"), *joint("py"), *joint("pz");
