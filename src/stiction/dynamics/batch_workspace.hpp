@@ -31,5 +31,20 @@ void for_each_column(StepBatchWorkspace& workspace, Eigen::Index n, Eigen::Index
   });
 }
 
+/// Options of steps of a batch: each is cold, so that it depends on its own input alone. @throws core::InvalidInput: out of range
+inline StepOptions cold(StepOptions options) {
+  options.warm_start = options.with_force_derivatives = false;
+  options.validate();
+  return options;
+}
+
+/// @param failed  how many are not Solved  @returns the first of these, or Solved
+inline core::Status first_failure(const std::vector<core::Status>& status, int& failed) {
+  const auto is_failure = [](core::Status one) { return one != core::Status::Solved; };
+  failed = static_cast<int>(std::ranges::count_if(status, is_failure));
+  const auto first = std::ranges::find_if(status, is_failure);
+  return first == status.end() ? core::Status::Solved : *first;
+}
+
 }  // namespace detail
 }  // namespace stiction::dynamics

@@ -28,11 +28,9 @@ struct Sizes {
   Index n_q, n_a, n, steps = 0;
 };
 
-StepOptions cold(StepOptions options, bool with_derivatives) {
-  options.warm_start = options.with_force_derivatives = false;
+StepOptions options_of(StepOptions options, bool with_derivatives) {
   options.with_A = options.with_B = with_derivatives;
-  options.validate();
-  return options;
+  return detail::cold(options);
 }
 
 /// Where the quaternion of a free object begins in q, and its rotation in v: there alone a configuration has more numbers than its tangent.
@@ -69,7 +67,7 @@ void to_numbers(const world::Model& model, VectorRef q, const VectorXd& w, Eigen
   });
 }
 
-/// A mistake in the first step of a trajectory is one in what was given.
+/// One step, cold; a mistake in what was given is told with its trajectory and step.
 Status step_of(const world::Model& model, Index trajectory, Index t, const StepInput& in, const StepOptions& options, StepWorkspace& steps,
                StepResult& result) {
   steps.forget();
@@ -85,7 +83,7 @@ Status step_of(const world::Model& model, Index trajectory, Index t, const StepI
 Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, const StepOptions& given, StepBatchWorkspace& work,
                      RolloutBatchResult& out) {
   const Sizes size(model, in);
-  const StepOptions options = cold(given, false);
+  const StepOptions options = options_of(given, false);
   out.status.assign(static_cast<std::size_t>(size.n), Status::Solved);
   out.steps.assign(static_cast<std::size_t>(size.n), 0);
   out.q.resize(size.n_q * (size.steps + 1), size.n);
@@ -104,15 +102,13 @@ Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, con
       if (status == Status::Solved) to = result.q_next;
     }
   });
-  out.failed = static_cast<int>(std::ranges::count_if(out.status, [](Status status) { return status != Status::Solved; }));
-  const auto first = std::ranges::find_if(out.status, [](Status status) { return status != Status::Solved; });
-  return first == out.status.end() ? Status::Solved : *first;
+  return detail::first_failure(out.status, out.failed);
 }
 
 void pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, const RolloutBatchResult& rolled, MatrixRef D_L_q,
                        const StepOptions& given, StepBatchWorkspace& work, RolloutGradient& out) {
   const Sizes size(model, in);
-  const StepOptions options = cold(given, true);
+  const StepOptions options = options_of(given, true);
   core::require_size("q, trajectories", rolled.q.cols(), size.n);
   core::require_size("q, numbers a trajectory", rolled.q.rows(), size.n_q * (size.steps + 1));
   core::require_size("D_L_q, trajectories", D_L_q.cols(), size.n);

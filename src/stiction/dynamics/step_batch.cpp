@@ -38,11 +38,7 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
   core::require_size("q", in.q.rows(), model.n_q());
   core::require_size("u", in.u.rows(), model.n_a());
   if (in.u.cols() != n) core::throw_invalid("u", fmt::format("{} commands", in.u.cols()), fmt::format("{}, one for each q", n));
-  StepOptions options = given;
-  options.warm_start = false;
-  options.with_force_derivatives = false;
-  options.validate();
-
+  const StepOptions options = detail::cold(given);
   out.status.assign(static_cast<std::size_t>(n), Status::NumericalFailure);
   out.q_next.resize(model.n_q(), n);
   out.torque.resize(model.n_a(), n);
@@ -60,13 +56,7 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
     if (options.with_A) store_rows(result.A, out.A.col(i));
     if (options.with_B) store_rows(result.B, out.B.col(i));
   });
-  out.failed = 0;
-  Status first = Status::Solved;
-  for (const Status status : out.status) {
-    if (status == Status::Solved) continue;
-    if (out.failed++ == 0) first = status;
-  }
-  return first;
+  return detail::first_failure(out.status, out.failed);
 }
 
 }  // namespace stiction::dynamics
