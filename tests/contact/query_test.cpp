@@ -189,6 +189,25 @@ TEST(Query, PairDistanceAndLowerBound_AgreeWithTheShapes) {
   }
 }
 
+/// Whatever was asked of the workspace before.
+TEST(Query, Gap_IsTheDistanceUpToALimitOrABoundThatIsEnough) {
+  Fixture s(test::make_busy_scene());
+  Random random(8);
+  int limited = 0, bounded = 0;
+  for (int i = 0; i < 100; ++i) {
+    s.move_to_random(random, i % 2 ? 0.2 : 1.0);
+    for (const int pair : s.all_pairs()) {
+      const double phi = s.distance(pair).phi, limit = random.uniform(-0.02, 0.4), enough = random.uniform(-0.02, 0.4);
+      const double bound = calc_pair_lower_bound(*s.model, s.kinematics, pair, s.work);
+      const double gap = calc_gap(*s.model, s.kinematics, pair, enough, limit, s.work);
+      EXPECT_NEAR(gap, std::min(bound >= enough ? bound : phi, limit), 1e-9);
+      limited += phi > limit, bounded += bound >= enough && bound < limit;
+    }
+  }
+  EXPECT_GT(limited, 50);
+  EXPECT_GT(bounded, 50);
+}
+
 /// A pair keeps all its contacts or none, by the distance of its nearest points.
 TEST(Query, NearDistances_LeaveOutWholePairs) {
   Fixture s(test::make_busy_scene());

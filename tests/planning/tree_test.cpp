@@ -59,6 +59,24 @@ TEST(Tree, Nearest_IsTheBruteForceMinimum) {
   }
 }
 
+TEST(Tree, NearestPlace_IsWhereObjectsAreNearestAndCanBeLetGo) {
+  RandomTree t("planar_pushing");
+  for (int query = 0; query < 50; ++query) {
+    const Eigen::VectorXd q_u = Eigen::VectorXd::NullaryExpr(t.model->n_qu(), [&] { return t.random.normal(); });
+    const auto distance = [&](int i) {
+      Eigen::VectorXd e(t.model->n_vu());
+      t.space.error(t.tree[i].q.data(), q_u.data(), e.data());
+      return e.norm();
+    };
+    const int nearest = t.tree.nearest_place(q_u);
+    for (int i = 0; i < t.tree.size(); ++i) {
+      EXPECT_FALSE(t.tree[nearest].cannot_release);
+      EXPECT_TRUE(t.tree[i].cannot_release || distance(nearest) <= distance(i)) << i;
+    }
+    t.tree.set_cannot_release(nearest);
+  }
+}
+
 TEST(Tree, NodesForAChangeOfContacts_AreThoseNearTheGoalMoreOften) {  // in which order: tests/planning/frontier_test.cpp
   RandomTree t("planar_pushing");
   int nearest = 0;
@@ -124,6 +142,9 @@ TEST(Tree, BuriedNode_IsNeverFoundAgain) {
   const int first = t.tree.nearest(t.goal);
   t.tree.prune(first);
   EXPECT_NE(t.tree.nearest(t.goal), first);
+  const int place = t.tree.nearest_place(t.goal);
+  t.tree.prune(place);
+  EXPECT_NE(t.tree.nearest_place(t.goal), place);
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_place(true), first);
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_place(false), first);
   for (int k = 0; k < 500; ++k) EXPECT_NE(t.tree.take_by_metric(), first);
@@ -155,6 +176,7 @@ TEST(Tree, ChangesOfContacts_StartWhereBranchesCanLetGo) {
   grasp.local.set(grasp.q, t.tree[0].local.B_u, t.model->n_qu(), Eigen::VectorXd::Constant(t.model->n_vu(), 1e-4));
   const int regrasp = t.tree.add(grasp, t.goal);
   EXPECT_NE(t.tree.take_by_place(true), regrasp) << "another grasp starts where this one did";
+  EXPECT_NE(t.tree.nearest_place(grasp.q.head(t.model->n_qu())), regrasp);
   for (int i = 0; i < regrasp; ++i) t.tree.set_cannot_release(i);
   EXPECT_EQ(t.tree.take_by_place(true), -1);
   EXPECT_GE(t.tree.take_by_place(false), 0);

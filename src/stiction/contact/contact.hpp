@@ -96,6 +96,10 @@ bool any_nearer(const world::Model& model, const world::Kinematics& kinematics, 
 /// Distance of one pair, however far.
 Distance pair_distance(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work);
 
+/// Distance of one pair, up to `limit`: min(φ, limit), or the bound of its bounding spheres where that is at least `enough` [m]. What earlier queries
+/// left in the workspace does not change it.
+double calc_gap(const world::Model& model, const world::Kinematics& kinematics, int pair, double enough, double limit, Workspace& work);
+
 /// Lower bound of the distance of one pair from its bounding spheres (or sphere and plane) [m]; exact for two spheres.
 double calc_pair_lower_bound(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work);
 

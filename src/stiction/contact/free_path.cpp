@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -58,13 +57,17 @@ class FreeSpace {
  public:
   FreeSpace(const world::Model& model, const RobotChains& chains, ChainMask moving, const Eigen::VectorXd& q, double clearance,
             GeometryWorkspace& work)
-      : model_(model), work_(work), q_(q), clearance_(clearance), joints_(chains.joints_of(moving)) {
+      : model_(model),
+        work_(work),
+        q_(q),
+        least_(std::max(clearance, kLeastClearance * model.scales().robots().length)),
+        joints_(chains.joints_of(moving)) {
     std::vector<int> pairs;
     chains.pairs_of(moving, pairs);
-    pairs_ = split_by_clearance(model, pairs, clearance, work.contact_work);
-    std::set<std::vector<Lever>> different;
-    for (const int pair : pairs) different.insert(calc_levers(model, model.pairs()[static_cast<std::size_t>(pair)]));
-    levers_.assign(different.begin(), different.end());
+    const PairClearances clearances = split_by_clearance(model, pairs, clearance, work.contact_work);
+    for (const int pair : clearances.pairs) add(pair, clearance);
+    for (const auto& [pair, own] : clearances.close) add(pair, own);
+    travel_.resize(levers_.size());
   }
 
   const std::vector<int>& joints() const { return joints_; }
@@ -77,52 +80,91 @@ class FreeSpace {
     return longest;
   }
 
-  /// Smallest gap minus the clearance, of all pairs.
-  double room(const Posture& q_a) {
-    q_.tail(model_.n_a()) = q_a;
-    world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
-    double room = calc_min_distance(model_, work_.kinematics, pairs_.pairs, clearance_, work_.contact_work) - clearance_;
-    for (const auto& [pair, clearance] : pairs_.close) {
-      const double gap = calc_min_distance(model_, work_.kinematics, std::span(&pair, 1), clearance, work_.contact_work);
-      room = std::min(room, gap - clearance);
-    }
-    return room;
-  }
-
-  /// No gap shrinks by more than this on the straight line [m].
-  double travel(const Posture& from, const Posture& to) const {
-    double most = 0;
-    for (const auto& levers : levers_) {
-      double sum = 0;
-      for (const auto& [joint, lever] : levers) sum += lever * std::abs(to[joint] - from[joint]);
-      most = std::max(most, sum);
-    }
-    return most;
-  }
-
-  /// The straight line is free. From each posture it advances by what the room there allows, and at least by what shrinks no gap by more than
-  /// the clearance: between two postures that keep the clearance a gap is never less than half of it.
+  /// The straight line is free. Each pair is looked at again where its last gap may have been used up by what moves it, and not before it shrank
+  /// by the least clearance: between two postures that keep the clearance a gap is never less than half of it.
   bool line(const Posture& from, const Posture& to) {
-    const double travel_in_all = travel(from, to);
     if (move(from, to) < kNoMove) return true;
-    if (room(to) < 0) return false;  // most of the lines that are blocked
-    const double least = std::max(clearance_, kLeastClearance * model_.scales().robots().length);
-    for (double t = 0; t < 1.0;) {
-      const double r = room((1 - t) * from + t * to);
-      if (r < 0) return false;
-      t += std::max(r, least) / std::max(travel_in_all, least);
+    const double longest = calc_travel(from, to);
+    place(to);  // where most of the lines that are blocked are
+    under_way_.clear();
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const double free = calc_free(pairs_[i], 1);
+      if (free < 0) return block(i);
+      if (free < 1) under_way_.push_back({i, 0, 1 - free});
+    }
+    while (!under_way_.empty()) {
+      const double t = std::ranges::min(under_way_, {}, &UnderWay::from).from;
+      place((1 - t) * from + t * to);
+      for (UnderWay& pair : under_way_) {
+        if (pair.from > t + least_ / longest) continue;
+        const double free = calc_free(pairs_[pair.index], pair.to - t);
+        if (free < 0) return block(pair.index);
+        pair.from = t + std::max(free, least_ / travel_[pairs_[pair.index].levers]);
+      }
+      std::erase_if(under_way_, [](const UnderWay& pair) { return pair.from >= pair.to; });
     }
     return true;
   }
 
  private:
+  struct WatchedPair {
+    int pair;
+    double clearance;    ///< [m]
+    std::size_t levers;  ///< what moves it
+  };
+  /// A pair that may come too near between two shares of a line.
+  struct UnderWay {
+    std::size_t index;
+    double from, to;
+  };
+
+  void add(int pair, double clearance) {
+    const std::vector<Lever> levers = calc_levers(model_, model_.pairs()[static_cast<std::size_t>(pair)]);
+    const auto found = std::ranges::find(levers_, levers);
+    pairs_.push_back({pair, clearance, static_cast<std::size_t>(found - levers_.begin())});
+    if (found == levers_.end()) levers_.push_back(levers);
+  }
+
+  void place(const Posture& q_a) {
+    q_.tail(model_.n_a()) = q_a;
+    world::calc_kinematics(model_, q_, work_.kinematics_work, work_.kinematics);
+  }
+
+  /// By how much levers may shrink a gap on the straight line. @returns the most, at least the least clearance [m]
+  double calc_travel(const Posture& from, const Posture& to) {
+    double most = least_;
+    for (std::size_t k = 0; k < levers_.size(); ++k) {
+      travel_[k] = 0;
+      for (const auto& [joint, lever] : levers_[k]) travel_[k] += lever * std::abs(to[joint] - from[joint]);
+      most = std::max(most, travel_[k]);
+    }
+    return most;
+  }
+
+  /// The share of the line on which a pair keeps its clearance for certain, as it is placed now; < 0: it does not keep it. A bound is enough where it
+  /// takes the pair a good part of what is left.
+  double calc_free(const WatchedPair& pair, double left) {
+    constexpr double kGoodPart = 0.25;
+    const double travel = travel_[pair.levers], enough = pair.clearance + kGoodPart * left * travel, limit = pair.clearance + left * travel;
+    const double gap = calc_gap(model_, work_.kinematics, pair.pair, enough, limit, work_.contact_work);
+    return gap < limit ? (gap - pair.clearance) / travel : left;
+  }
+
+  /// What blocks one line is likely to block the next one. @returns false
+  bool block(std::size_t i) {
+    std::rotate(pairs_.begin(), pairs_.begin() + static_cast<std::ptrdiff_t>(i), pairs_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    return false;
+  }
+
   const world::Model& model_;
   GeometryWorkspace& work_;
   Eigen::VectorXd q_;
-  double clearance_;
+  double least_;  ///< a gap is looked at after every move that may shrink it by this [m]
   std::vector<int> joints_;
-  PairClearances pairs_;
+  std::vector<WatchedPair> pairs_;
   std::vector<std::vector<Lever>> levers_;  ///< of the pairs, each once
+  std::vector<double> travel_;              ///< of the levers, on the line in hand [m]
+  std::vector<UnderWay> under_way_;
 };
 
 struct PathTree {

@@ -392,6 +392,19 @@ Distance pair_distance(const world::Model& model, const world::Kinematics& kinem
   return out;
 }
 
+double calc_gap(const world::Model& model, const world::Kinematics& kinematics, int pair, double enough, double limit, Workspace& work) {
+  Workspace::Impl& w = work.impl();
+  require_match(w, model, kinematics);
+  require_pair(w, pair);
+  w.set_kinematics(kinematics, std::span(&pair, 1));
+  const double bound = w.lower_bound(pair);
+  if (bound >= enough || bound >= limit) return std::min(bound, limit);
+  if (w.is_beyond(pair, limit)) return limit;
+  Distance out;
+  w.narrow(pair, limit, out);
+  return std::min(out.phi, limit);
+}
+
 double calc_pair_lower_bound(const world::Model& model, const world::Kinematics& kinematics, int pair, Workspace& work) {
   Workspace::Impl& w = work.impl();
   require_match(w, model, kinematics);

@@ -27,6 +27,7 @@ struct Expansion {
   std::uint64_t stream = 0;
   int near = -1;  ///< −1: to be found by the thread
   bool grasp = false;
+  bool at_place = false;  ///< it starts where the objects are nearest to the subgoal, else by the metric
   bool to_goal = false;
   bool in_cones = false;          ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;        ///< qᵘ (n_qu)

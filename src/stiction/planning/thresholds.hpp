@@ -54,7 +54,8 @@ inline constexpr std::size_t kLongestChain = 12;  ///< extensions in a row towar
 inline constexpr double kProgress = 0.95;         ///< an extension has come nearer when less than this share of the distance is left
 inline constexpr double kByPlaceToGoal =
     0.25;  ///< share of the pushes to the goal that start where objects are nearest to it, not by the metric …
-inline constexpr double kByPlace = 0.5;  ///< … and of all expansions to drawn places
+inline constexpr double kByPlace =
+    0.5;  ///< … of the pushes to drawn places, and of the regrasps that start where objects are nearest to a drawn place
 inline constexpr double kVisit =
     0.2;  ///< a node, or a cell beside the mean, that was visited five times counts as twice as far from the goal
 inline constexpr double kCell = 0.1;           ///< objects nearer than this share of (1 + distance from the goal) share a cell [tolerances]

@@ -42,6 +42,8 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   by_metric_.add(q_u, effort_.back(), visited);
   pushes_.add(q_u, node.goal_distance, false);
   regrasps_.add(q_u, node.goal_distance, false);
+  places_.add(q_u, weights_.cwiseInverse().asDiagonal().toDenseMatrix(), weights_.cwiseSqrt().asDiagonal().toDenseMatrix());
+  if (node.edge == SegmentKind::Regrasp) places_.remove(i);
   nodes_.push_back(std::move(node));
   Node& added = nodes_.back();
   added.local.S.resize(0, 0);  // nearest_ has them
@@ -65,8 +67,18 @@ void Tree::find_best() {
   }
 }
 
-void Tree::prune(int i) {
+void Tree::set_cannot_release(int i) {
+  nodes_[static_cast<std::size_t>(i)].cannot_release = true;
+  places_.remove(i);
+}
+
+void Tree::remove(int i) {
   nearest_.remove(i);
+  places_.remove(i);
+}
+
+void Tree::prune(int i) {
+  remove(i);
   if (i == best_) find_best();
 }
 
@@ -79,7 +91,7 @@ int Tree::prune_subtree(int i) {
     if (k > i && (parent < 0 || behind[static_cast<std::size_t>(parent)] == 0)) continue;
     behind[static_cast<std::size_t>(k)] = 1;
     n += !pruned(k);
-    nearest_.remove(k);
+    remove(k);
   }
   find_best();
   return n;

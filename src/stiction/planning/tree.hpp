@@ -59,7 +59,12 @@ class Tree {
  public:
   /// @param weights  w of the distance Σ wᵢ eᵢ² between objects, in tolerances of the goal (n_v)
   Tree(const world::ObjectSpace& space, const Eigen::VectorXd& weights)
-      : nearest_(space), by_metric_(space, weights), pushes_(space, weights), regrasps_(space, weights) {}
+      : nearest_(space),
+        places_(space),
+        weights_(weights),
+        by_metric_(space, weights),
+        pushes_(space, weights),
+        regrasps_(space, weights) {}
 
   /// @param q_goal   objects at the goal (n_qu)  @param visited  it was extended already
   int add(Node node, const Eigen::VectorXd& q_goal, bool visited = false);
@@ -68,6 +73,10 @@ class Tree {
 
   /// argmin over the nodes of d(q_u; node) = eᵀ(B_uB_uᵀ + γI)⁻¹e with e = q_u ⊖ c_u (3.5), (3.8).
   int nearest(const Eigen::VectorXd& q_u) const { return nearest_.nearest(q_u.data()); }
+
+  /// The node whose objects are nearest to q_u, in tolerances of the goal: where a change of contacts towards q_u starts. It is none itself, and can let
+  /// go. −1 when there is none.
+  int nearest_place(const Eigen::VectorXd& q_u) const { return places_.nearest(q_u.data()); }
 
   /// The node of the frontier whose push, by its local metric, comes nearest to the goal; −1 when there is none.
   int take_by_metric();
@@ -80,7 +89,7 @@ class Tree {
   void add_tried(int i, Eigen::VectorXd u) { nodes_[static_cast<std::size_t>(i)].tried.push_back(std::move(u)); }
   void add_failed_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].failed_releases.push_back(branches); }
   void add_unstable_release(int i, world::ChainMask branches) { nodes_[static_cast<std::size_t>(i)].unstable_releases.push_back(branches); }
-  void set_cannot_release(int i) { nodes_[static_cast<std::size_t>(i)].cannot_release = true; }
+  void set_cannot_release(int i);
   /// Where the path to a node leads at half steps, and how far the node is from the goal by that.
   void set_replay(int i, EdgeReplay replay, double goal_ratio, double goal_distance);
 
@@ -95,9 +104,11 @@ class Tree {
 
  private:
   void find_best();
+  void remove(int i);
 
   std::vector<Node> nodes_;
-  NearestPoints nearest_;
+  NearestPoints nearest_, places_;  // by the metric of each node; by the distance of objects
+  Eigen::VectorXd weights_;
   Frontier by_metric_, pushes_, regrasps_;
   std::vector<double> effort_;  // by node: extensions to the goal by its metric
   int best_ = -1;

@@ -54,7 +54,9 @@ Expansion TreeSearch::draw() {
   if (!x.to_goal) setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
   if (!setting_.options.uses(Mechanism::Frontier)) return x;
   const bool by_place = random.chance(x.to_goal ? threshold::kByPlaceToGoal : threshold::kByPlace);
-  if (by_place || (x.to_goal && x.grasp)) {
+  if (x.grasp && !x.to_goal) {
+    x.at_place = by_place;
+  } else if (by_place || x.grasp) {
     x.near = tree_.take_by_place(x.grasp);
   } else if (x.to_goal) {
     x.near = tree_.take_by_metric();
@@ -65,6 +67,7 @@ Expansion TreeSearch::draw() {
 void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
   if (scratch.stop()) return;
   const ProfileClock::Scope scope(scratch.profile, Activity::Selection);
+  if (x.at_place) x.near = tree_.nearest_place(x.subgoal);
   if (x.near < 0) x.near = tree_.nearest(x.subgoal);  // (3.8)
   if (tree_[x.near].replay.empty()) {
     x.refined = x.near;
