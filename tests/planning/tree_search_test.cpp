@@ -36,5 +36,37 @@ TEST(TreeSearch, EverythingDrawn_FollowsFromTheSeedOfTheTree) {
   EXPECT_NE(tree, another);
 }
 
+/// The longer a tree waits for progress, the more of its regrasps start where the objects are nearest to a drawn place.
+TEST(TreeSearch, TreeThatComesNoNearer_Explores) {
+  const PlanningProblem problem = hand_problem();
+  const PlannerOptions options = hand_options();
+  const Setting setting(problem, options);
+  const core::RunControl control;
+  const Eigen::VectorXd u_start;
+  ThreadScratch scratch(problem.model, control);
+  TreeSearch search(setting, u_start, 5, std::numeric_limits<double>::infinity());
+  PlanResult result;
+  ASSERT_TRUE(search.plant_root(scratch, result)) << result.reason;
+  const auto count_exploring = [&](int draws) {
+    int exploring = 0;
+    for (int k = 0; k < draws; ++k) {
+      Expansion x = search.draw();
+      exploring += x.at_place;
+      EXPECT_TRUE(!x.at_place || (x.grasp && !x.to_goal && x.near < 0));
+      x = {};
+      x.near = 0;
+      search.insert(x, scratch);  // which came to nothing
+    }
+    return exploring;
+  };
+  const int early = count_exploring(300);
+  count_exploring(400);
+  const int late = count_exploring(300);
+  EXPECT_GT(late, 2 * early) << early;
+  EXPECT_FALSE(search.stalled());
+  count_exploring(2);
+  EXPECT_TRUE(search.stalled());
+}
+
 }  // namespace
 }  // namespace stiction::planning::test

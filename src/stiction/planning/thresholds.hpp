@@ -21,6 +21,7 @@ inline constexpr double kStep = 0.1;             ///< time step of the search [s
 inline constexpr double kFidelityEdge = 0.15;    ///< whole and half sub-steps agree on an edge up to this [tolerances]
 inline constexpr double kFidelityPath = 0.8;     ///< … and on the whole path up to this [tolerances]
 inline constexpr double kCommandNoise = 1e-6;    ///< error of commands that a path to the goal stands [rad, L of the robots]
+inline constexpr double kNoiseGrowth = 0.05;     ///< … and how far they may take objects meanwhile [tolerances]
 inline constexpr double kRestMove = 1e-4;        ///< objects rest when they move less than this in a step of kStep [L of the robots] …
 inline constexpr double kRestTurn = 1e-5;        ///< … and turn less than this [rad]
 inline constexpr double kMotionless = 0.01;      ///< a push that moves no object farther than this [L of the robots] …
@@ -54,8 +55,7 @@ inline constexpr std::size_t kLongestChain = 12;  ///< extensions in a row towar
 inline constexpr double kProgress = 0.95;         ///< an extension has come nearer when less than this share of the distance is left
 inline constexpr double kByPlaceToGoal =
     0.25;  ///< share of the pushes to the goal that start where objects are nearest to it, not by the metric …
-inline constexpr double kByPlace =
-    0.5;  ///< … of the pushes to drawn places, and of the regrasps that start where objects are nearest to a drawn place
+inline constexpr double kByPlace = 0.5;  ///< … and of all expansions to drawn places
 inline constexpr double kVisit =
     0.2;  ///< a node, or a cell beside the mean, that was visited five times counts as twice as far from the goal
 inline constexpr double kCell = 0.1;           ///< objects nearer than this share of (1 + distance from the goal) share a cell [tolerances]

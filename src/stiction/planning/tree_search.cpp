@@ -54,9 +54,9 @@ Expansion TreeSearch::draw() {
   if (!x.to_goal) setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
   if (!setting_.options.uses(Mechanism::Frontier)) return x;
   const bool by_place = random.chance(x.to_goal ? threshold::kByPlaceToGoal : threshold::kByPlace);
-  if (x.grasp && !x.to_goal) {
-    x.at_place = by_place;
-  } else if (by_place || x.grasp) {
+  if (by_place && x.grasp && !x.to_goal && random.chance(waiting())) {
+    x.at_place = true;
+  } else if (by_place || (x.grasp && x.to_goal)) {
     x.near = tree_.take_by_place(x.grasp);
   } else if (x.to_goal) {
     x.near = tree_.take_by_metric();
@@ -109,8 +109,10 @@ int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {
   return -1;
 }
 
-bool TreeSearch::stalled() const {
-  return setting_.options.uses(Mechanism::Restarts) && iterations_ - last_gain_ > std::max(threshold::kLeastStall, iterations_ / 2);
+bool TreeSearch::stalled() const { return setting_.options.uses(Mechanism::Restarts) && waiting() > 1; }
+
+double TreeSearch::waiting() const {
+  return static_cast<double>(iterations_ - last_gain_) / static_cast<double>(std::max(threshold::kLeastStall, iterations_ / 2));
 }
 
 Plan TreeSearch::plan_to(int node, bool forces, ThreadScratch& scratch) {

@@ -29,6 +29,8 @@ class TreeSearch {
   long iterations() const { return iterations_; }
   /// Of the best node: how far the objects are from the goal, in tolerances.
   double goal_ratio() const { return tree_[tree_.best()].goal_ratio; }
+  /// How long the tree has come no nearer to the goal, as a share of what makes it stalled.
+  double waiting() const;
   /// The tree comes no nearer to the goal any more.
   bool stalled() const;
   /// The path to a node as a plan. @param forces  with those of every sub-step, which take a step each

@@ -65,7 +65,7 @@ int EdgeVerifier::follow_with_noise(const Tree& tree, const std::vector<int>& pa
     const Watch watch{.most = node.edge == SegmentKind::Settle ? kAnything : kMostFine};
     const bool whole =
         simulation.follow(commands, half_steps(setting_), {}, watch, at) == Ending::Reached && simulation.ends_well(watch, at);
-    const bool held = whole && setting_.goal.share_of_tolerances(node.replay.q_fine, at.q) <= threshold::kFidelityEdge;
+    const bool held = whole && setting_.goal.share_of_tolerances(node.replay.q_fine, at.q) <= threshold::kNoiseGrowth;
     if (astray == kOnPath && node.parent >= 0 && !held) astray = i;
     if (!whole) return lost(path.back());
   }
