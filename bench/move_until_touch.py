@@ -3,7 +3,7 @@
 
     PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--program build/release/stiction] [--json]
 
-Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
+Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for, and while it slides of the controller's bound. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
 """
 
 import argparse
@@ -18,7 +18,7 @@ import yaml
 import real_touches
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCENARIOS = ["lower_until_touch", "press_button"]
+SCENARIOS = ["lower_until_touch", "press_button", "follow_wall"]
 
 
 def find_noise():
@@ -35,8 +35,10 @@ def run(program, scenario, seed):
 
 
 def asked_forces(scenario):
-    moves = yaml.safe_load((ROOT / "scenarios" / f"{scenario}.yaml").read_text(encoding="utf-8"))["moves"]
-    return {move["name"]: (move.get("until") or move.get("press") or {}).get("force") for move in moves}
+    """Bounds of the moves that press: the force with which a move ends, and while it slides the bound of the controller."""
+    text = yaml.safe_load((ROOT / "scenarios" / f"{scenario}.yaml").read_text(encoding="utf-8"))
+    bound = text["controller"]["lambda_max"]
+    return {move["name"]: move["until"]["force"] if "until" in move else bound if "press" in move else None for move in text["moves"]}
 
 
 def percent(values, share):
@@ -57,15 +59,15 @@ def judge(program, scenario, seeds):
                 continue
             late.append(move["late_peak"] / force)
             impact.append(move["peak"])
+            if "correction" in move:
+                corrections.append(1e3 * move["correction"])
+                found.append(1e3 * move["correction_error"])
             if "felt" not in move:
                 continue
             last.append(move["last_force"])
             links.append(move["felt"]["probability"])
             alarms.append(1e3 * (move["felt"]["alarm_s"] - move["contact_s"]))
             told.append(move["felt"]["time_s"] - move["contact_s"])
-            if "correction" in move:
-                corrections.append(1e3 * move["correction"])
-                found.append(1e3 * move["correction_error"])
     return {
         "scenario": scenario,
         "seeds": seeds,

@@ -111,11 +111,11 @@ json report(const TouchScenario& scenario, const TouchRunResult& r, std::uint64_
   return out;
 }
 
-/// Forces of the moves that press, from 0.1 s after contact on, against the force that was asked for.
+/// Forces from 0.1 s after contact on, against the one that a move asks for in the end, of all others against the bound of the controller.
 bool is_gentle(const TouchScenario& scenario, const GuardedRunResult& r, double tolerance) {
   for (std::size_t k = 0; k < r.moves.size(); ++k) {
     const execution::GuardedMove& move = scenario.moves[k];
-    const double asked = move.until ? move.until->force : move.press ? move.press->force : scenario.arm.controller.lambda_max;
+    const double asked = move.until ? move.until->force : scenario.arm.controller.lambda_max;
     if (r.moves[k].late_peak > (1 + tolerance) * asked) return false;
   }
   return true;

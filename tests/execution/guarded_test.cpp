@@ -68,6 +68,19 @@ TEST_F(Approach, SlantedDirection_IsLongerByItsSlant) {
   EXPECT_NEAR(calc_approach(model, q, hand, table, slanted, 0).value(), height / -slanted.z(), 1e-6);
 }
 
+TEST_F(Approach, LinkThatIsMovedBeyondAnEdge_ComesBackToTheEdge) {
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, q, work, kinematics);
+  const double y = (kinematics.X_WB[static_cast<std::size_t>(hand)] * Vector3d(0, 0, 0.06)).y(), edge = 0.4;
+  // The ball's lowest point is below the table's top by 10 mm: it touches the edge with its centre beyond by √(r² − (r − 0.01)²).
+  world::Scene scene = model.scene();
+  scene.fixed.front().X_WB.p.z() += height + 0.01;
+  const auto higher = world::Model::make(scene);
+  const double beyond = std::sqrt(radius * radius - (radius - 0.01) * (radius - 0.01));
+  EXPECT_NEAR(calc_approach(*higher, q, hand, table, -Vector3d::UnitY(), 0, -1).value(), -(edge + beyond - y), 1e-5);
+}
+
 TEST_F(Approach, DirectionThatDoesNotLeadThere_HasNone) {
   EXPECT_FALSE(calc_approach(model, q, hand, table, Vector3d::UnitZ(), 0));
   EXPECT_FALSE(calc_approach(model, q, hand, table, Vector3d::UnitX(), 0));
@@ -181,6 +194,28 @@ TEST(GuardedRun, ButtonIsPressedWithItsForce) {
   ASSERT_TRUE(out.reached) << out.reason;
   EXPECT_NEAR(out.moves[0].last_force, 5, 1);
   EXPECT_LE(out.moves[0].late_peak, 6);
+}
+
+TEST(GuardedRun, WallIsFollowedToItsEdge) {
+  const TouchScenario scenario = load("follow_wall");
+  GuardedRunResult out;
+  ASSERT_EQ(run_guarded(scenario, with_seed(1), out), Status::Solved) << out.reason;
+  ASSERT_TRUE(out.reached) << out.reason;
+  EXPECT_EQ(out.moves[1].outcome, MoveOutcome::Lost);
+  EXPECT_LE(out.moves[1].late_peak, 1.2 * scenario.arm.controller.lambda_max);
+  const auto place = [](const world::Model& model) -> Vector3d { return model.scene().fixed.front().X_WB.p; };
+  EXPECT_GT(std::abs(place(*out.world).y() - place(*scenario.arm.model).y()), 3e-3) << "the edge was right: the test would say nothing";
+  EXPECT_LT((place(*out.world) - place(*out.model)).norm(), 3e-3);
+}
+
+TEST(GuardedRun, WallWithoutAnEdgeWithinReach_IsSaid) {
+  TouchScenario scenario = load("follow_wall");
+  scenario.moves[1].travel = 0.02;
+  GuardedRunResult out;
+  ASSERT_EQ(run_guarded(scenario, with_seed(1), out), Status::Solved) << out.reason;
+  EXPECT_FALSE(out.reached);
+  EXPECT_EQ(out.moves.back().outcome, MoveOutcome::StillThere);
+  EXPECT_NE(out.reason.find("still something to press on"), std::string::npos) << out.reason;
 }
 
 TEST(GuardedRun, NothingInTheWay_IsSaid) {

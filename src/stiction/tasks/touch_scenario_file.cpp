@@ -88,7 +88,7 @@ GuardedMove read_move(const YamlNode& node, const TouchScenario& scenario) {
     out.press = {.direction_W = read_direction(press->at("direction")), .force = read_force(*press, scenario)};
   }
   if (const auto correct = node.find("correct")) {
-    if (!out.until) correct->fail("a move with 'until': only what is felt corrects a place");
+    if (!out.until && !out.press) correct->fail("a move with 'until' or 'press': only what is felt corrects a place");
     out.correct = read_fixed_name(*correct, scene);
   }
   return out;

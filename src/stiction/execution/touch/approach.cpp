@@ -30,14 +30,14 @@ contact::Distance calc_nearest(const world::Model& model, const world::Kinematic
 }  // namespace
 
 std::optional<double> calc_approach(const world::Model& model, const Eigen::VectorXd& q, int link, int body,
-                                    const Eigen::Vector3d& direction_W, double gap) {
+                                    const Eigen::Vector3d& direction_W, double gap, double start) {
   constexpr int kSteps = 50;
   constexpr double kClose = 1e-7;       // [m]
   constexpr double kLeastSlope = 0.05;  // below it the direction leads along the surface
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;
   world::calc_kinematics(model, q, work, kinematics);
-  double along = 0;
+  double along = start;
   for (int i = 0; i < kSteps; ++i) {
     const contact::Distance d = calc_nearest(model, kinematics, link, body, along * direction_W);
     if (!std::isfinite(d.phi)) return std::nullopt;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <utility>
 
 #include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
@@ -45,7 +47,11 @@ constexpr double kPress = 0.3;    ///< from one force to the next
 constexpr double kMeasure = 0.3;  ///< of torques at that force
 constexpr double kImpact = 0.1;   ///< after which forces are judged
 
-constexpr double kStart = 0.5;   ///< share of the force with which the arm waits after an alarm
+constexpr double kFollow = 0.5;    ///< time in which a command that stays behind is made up for [s]
+constexpr double kMostBehind = 5;  ///< in leads
+constexpr double kStart = 0.5;     ///< share of the force with which the arm waits after an alarm
+// An edge, and how far beyond it a link is clear of the body [m].
+constexpr double kEdgeAlong = 0.01, kEdgeDepth = 0.002, kBeyond = 0.2;
 constexpr double kSlower = 0.5;  ///< of the speed, after an alarm with nothing behind it, which a rebound may be
 constexpr double kRight = 0.05;  ///< of the force, by which what is felt may be off
 constexpr double kGain = 0.5;    ///< of the lead, by what of the force is missing in a measurement
@@ -110,7 +116,7 @@ class GuardedRun {
  private:
   static ControlScenario seeded(ControlScenario arm, std::uint64_t seed) {
     arm.observer.seed = seed;
-    arm.demand = 1;  // the lead (G.5) asks for no more
+    arm.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
     return arm;
   }
 
@@ -153,6 +159,13 @@ class GuardedRun {
     reference_ += (force * calc_softness(direction) - ahead) * direction;
   }
 
+  /// The same beside a motion, which the command follows with a lag: the reference goes ahead by so much more as the command stays behind. @param behind  that, so far [N]
+  void lead_moving(const Vector3d& direction, double force, double& behind) {
+    const double commanded = direction.dot(J_.topRows<3>() * (out_.run.samples.back().q_cmd - q_)) / calc_softness(direction);
+    behind = std::clamp(behind + arm_.period / kFollow * (force - commanded), 0.0, kMostBehind * force);
+    lead(direction, force + behind);
+  }
+
   void carry_out(const GuardedMove& move, MoveResult& result) {
     const std::optional<double> length = calc_length(move);
     if (!length) {
@@ -163,16 +176,20 @@ class GuardedRun {
     const Vector3d from_W = tool_W_;
     double left = *length, speed = move.speed;
     while (go_on_ == Status::Solved) {
-      if (!go_along(move, left, speed)) break;
+      if (move.press ? !slide(move, left) : !go_along(move, left, speed)) break;
+      if (move.press) {
+        result.outcome = MoveOutcome::Lost;
+        if (!move.correct.empty()) correct(move, arm_.tool, -move.direction_W, -kBeyond, result);
+        return;
+      }
       if (press(move, result)) return;
       speed *= kSlower;
       left = *length - move.direction_W.dot(tool_W_ - from_W);  // the alarm was a false one
     }
     if (go_on_ != Status::Solved) return;
     if (move.press) {
-      result.outcome = feeler_.touches() ? MoveOutcome::StillThere : MoveOutcome::Lost;
-      if (result.outcome == MoveOutcome::StillThere)
-        result.reason = fmt::format("after {} m there is still something to press on", move.travel);
+      result.outcome = MoveOutcome::StillThere;
+      result.reason = fmt::format("after {} m there is still something to press on", move.travel);
       return;
     }
     rest(kRest);
@@ -213,12 +230,44 @@ class GuardedRun {
     const long ticks = static_cast<long>(std::ceil(profile.duration() / arm_.period));
     for (long k = 1; k <= ticks; ++k) {
       reference_ = from + profile.at(static_cast<double>(k) * arm_.period) * move.direction_W;
-      if (move.press) lead(move.press->direction_W, move.press->force);
       if (!tick()) return false;
-      if (move.press && !feeler_.touches()) return false;
       if (move.until && feeler_.touches()) return true;
     }
     return false;
+  }
+
+  /// A move that presses. @returns whether it came to an edge
+  bool slide(const GuardedMove& move, double length) {
+    const Profile profile(length, move.speed);
+    const Vector3d from = reference_;
+    std::deque<std::pair<double, double>> way;  // along the move, and in the direction of the force
+    const long ticks = static_cast<long>(std::ceil(profile.duration() / arm_.period)), window = std::lround(kMeasure / arm_.period);
+    double behind = (share_ - 1) * move.press->force;
+    share_ = 1;
+    feeler_.settle();
+    for (long k = 1; k <= ticks; ++k) {
+      reference_ = from + profile.at(static_cast<double>(k) * arm_.period) * move.direction_W;
+      lead_moving(move.press->direction_W, share_ * move.press->force, behind);
+      if (!tick()) return false;
+      if (is_over_an_edge(move, way)) {
+        reference_ = tool_W_ - start_W_;
+        return true;
+      }
+      if (k % window != 0) continue;
+      if (const auto felt = describe({})) follow_force(felt->force, move.press->force);
+      feeler_.settle();
+    }
+    return false;
+  }
+
+  /// The controller damps the command while forces are not as predicted, and friction bears a part of what springs press with: the lead follows the force that is felt.
+  void follow_force(double felt, double asked) { share_ = std::clamp(share_ + kGain * (1 - felt / asked), kStart, 1 / kStart); }
+
+  /// Nothing touches any more, or what is pressed on gives way faster than a surface leans.
+  bool is_over_an_edge(const GuardedMove& move, std::deque<std::pair<double, double>>& way) const {
+    way.emplace_back(move.direction_W.dot(tool_W_), move.press->direction_W.dot(tool_W_));
+    while (way.back().first - way.front().first > kEdgeAlong) way.pop_front();
+    return !feeler_.touches() || way.back().second - way.front().second > kEdgeDepth;
   }
 
   /// Waits with a part of the force until the impact is over, presses with all of it, and measures.
@@ -235,52 +284,50 @@ class GuardedRun {
     };
     if (!press_for(kHold, kStart, kStart)) return false;
     if (!press_for(kPress, kStart, 1)) return false;
-    // The controller damps the command while forces are not as predicted, and friction bears a part of what springs press with: the lead follows the force that is felt.
-    double share = 1;
+    share_ = 1;
     int wrong = 0;
-    for (int k = 0; k < kMeasurements; ++k) {
+    for (int k = 0; k < kMeasurements && wrong < kSure; ++k) {
       feeler_.settle();
-      if (!press_for(kMeasure, share, share)) return false;
-      if (!is_wanted(move, result)) {
-        if (++wrong == kSure) return true;
-        continue;
-      }
-      wrong = 0;
-      result.felt = describe(move);
-      const double missing = 1 - result.felt->force / force;
-      if (std::abs(missing) < kRight) break;
-      share = std::clamp(share + kGain * missing, kStart, 1 / kStart);
+      if (!press_for(kMeasure, share_, share_)) return false;
+      const auto felt = describe(move.until->links);
+      wrong = felt ? 0 : wrong + 1;
+      if (!felt) continue;
+      result.felt = felt;
+      if (std::abs(felt->force - force) < kRight * force) break;
+      follow_force(felt->force, force);
     }
-    if (wrong > 0) return true;
+    if (wrong > 0) {
+      result.felt.reset();
+      result.outcome = MoveOutcome::WrongLink;
+      result.reason = name_touched();
+      return true;
+    }
     result.outcome = MoveOutcome::Felt, result.reason.clear();
     result.felt->alarm = alarm, result.felt->begin = begin;
-    if (!move.correct.empty()) correct(move, result);
+    if (!move.correct.empty()) correct(move, result.felt->body, move.direction_W, 0, result);
     return true;
   }
 
-  /// Of the links of a move the likeliest, of links as sensed; −1: what touches is on none of them, with 95 %.
-  int choose_link(const GuardedMove& move, const sensing::SenseResult& sensed) const {
-    for (const int link : sensed.posterior.credible) {
+  /// Of the wanted links the likeliest, of links as sensed; −1: what touches is on none of them, with 95 %.
+  int choose_link(const std::vector<int>& wanted, const sensing::Posterior& posterior) const {
+    for (const int link : posterior.credible) {
       const int body = feeler_.sensor().links()[static_cast<std::size_t>(link)].surface.body;
-      const auto& wanted = move.until->links;
       if (wanted.empty() || std::find(wanted.begin(), wanted.end(), body) != wanted.end()) return link;
     }
     return -1;
   }
 
-  bool is_wanted(const GuardedMove& move, MoveResult& result) {
-    const sensing::SenseResult& sensed = feeler_.identify(q_);
-    if (choose_link(move, sensed) >= 0) return true;
-    const auto& likely = sensed.posterior.credible;
-    result.outcome = MoveOutcome::WrongLink;
-    result.reason = likely.empty() ? "what touches is on no link that is sensed"
-                                   : fmt::format("touched at '{}'", feeler_.sensor().link_name(likely.front()));
-    return false;
+  std::string name_touched() {
+    const auto& likely = feeler_.identify(q_).posterior.credible;
+    return likely.empty() ? "what touches is on no link that is sensed"
+                          : fmt::format("touched at '{}'", feeler_.sensor().link_name(likely.front()));
   }
 
-  FeltContact describe(const GuardedMove& move) {
+  /// What touches one of the links, from the torques since the last measurement began; nullopt: none of them is touched.
+  std::optional<FeltContact> describe(const std::vector<int>& links) {
     const sensing::SenseResult& sensed = feeler_.identify(q_);
-    const int link = choose_link(move, sensed);
+    const int link = choose_link(links, sensed.posterior);
+    if (link < 0) return std::nullopt;
     FeltContact out;
     out.time = loop_.time();
     out.body = feeler_.sensor().links()[static_cast<std::size_t>(link)].surface.body;
@@ -294,19 +341,20 @@ class GuardedRun {
     return out;
   }
 
-  /// The body goes where the link says that it is.
-  void correct(const GuardedMove& move, MoveResult& result) {
-    const auto further = calc_approach(*out_.model, full(q_), result.felt->body, find_body(move.correct), move.direction_W, 0);
+  /// The body goes where the link says that it is. @param direction  in which the link comes to it  @param start  as of calc_approach() [m]
+  void correct(const GuardedMove& move, int link, const Vector3d& direction, double start, MoveResult& result) {
+    const auto further = calc_approach(*out_.model, full(q_), link, find_body(move.correct), direction, 0, start);
     if (!further) {
-      result.reason = fmt::format("'{}' was felt where '{}' cannot be",
-                                  feeler_.sensor().model().bodies()[static_cast<std::size_t>(result.felt->body)].name, move.correct);
+      result.reason =
+          fmt::format("'{}' was felt where '{}' cannot be", arm_.model->bodies()[static_cast<std::size_t>(link)].name, move.correct);
       return;
     }
+    const Vector3d shift = -*further * direction;
     world::Scene scene = out_.model->scene();
     for (std::size_t i = 0; i < scene.fixed.size(); ++i) {
       if (scene.fixed[i].name != move.correct) continue;
-      scene.fixed[i].X_WB.p -= *further * move.direction_W;
-      result.correction = -*further;
+      scene.fixed[i].X_WB.p += shift;
+      result.correction = move.direction_W.dot(shift);
       result.correction_error = move.direction_W.dot(scene.fixed[i].X_WB.p - out_.world->scene().fixed[i].X_WB.p);
     }
     out_.model = world::Model::make(scene);
@@ -340,6 +388,7 @@ class GuardedRun {
   VectorXd q_;                             ///< as measured
   Vector3d tool_W_, start_W_;              ///< the tool now and at the start
   Vector3d reference_ = Vector3d::Zero();  ///< of the tool, from its start [m]
+  double share_ = 1;                       ///< of the lead (G.5)
   Status go_on_ = Status::Solved;
 };
 

@@ -48,7 +48,7 @@ struct GuardedMove {
   std::optional<Until> until;
   std::optional<Gap> gap;
   std::optional<Press> press;
-  std::string correct;  ///< fixed body that is moved along d to where it was felt; empty: none
+  std::string correct;  ///< fixed body that is moved along d to where it, or its edge, was felt; empty: none
 };
 
 /// An arm that goes to a posture among things that it does not know, as a YAML file says (tasks/touch_scenario_file.hpp).
