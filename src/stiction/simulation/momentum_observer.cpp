@@ -15,6 +15,7 @@ void ObserverOptions::validate() const {
   core::require_positive("observer.time_constant", time_constant);
   core::require_nonnegative("observer.noise", noise);
   for (const double s : joint_noise) core::require_nonnegative("observer.joint_noise", s);
+  core::require_finite("observer.rest", {rest.data(), static_cast<std::size_t>(rest.size())});
   for (const double s : drift) core::require_nonnegative("observer.drift", s);
   core::require_nonnegative("observer.bias", bias);
   core::require_nonnegative("observer.bias_reach", bias_reach);
@@ -28,6 +29,7 @@ MomentumObserver::MomentumObserver(Eigen::Index joints, double period, const Obs
   core::require_positive("observer.period", period);
   gain_ = period / (options.time_constant + period);
   if (options.joint_noise.size() > 0) core::require_size("observer.joint_noise", options.joint_noise.size(), joints);
+  if (options.rest.size() > 0) core::require_size("observer.rest", options.rest.size(), joints);
   if (options.drift.size() > 0) core::require_size("observer.drift", options.drift.size(), joints);
   sensor_noise_ = options.joint_noise.size() > 0 ? options.joint_noise : Eigen::VectorXd::Constant(joints, options.noise).eval();
   sensor_noise_ *= std::sqrt((2 - gain_) / gain_);
@@ -40,6 +42,7 @@ void MomentumObserver::reset() {
   random_ = core::Random(options_.seed, kStream);
   random_walk_ = core::Random(options_.seed, kWalkStream);
   p_.setZero(), r_.setZero(), walk_.setZero();
+  if (options_.rest.size() > 0) r_ = walk_ = options_.rest;
   for (double& xi : cosine_) xi = options_.bias * random_.normal();
   if (options_.bias_reach == 0) return;
   core::Random random(options_.seed, kPostureStream);

@@ -20,6 +20,7 @@ struct ObserverOptions {
   double inertia_error = 0;       ///< share by which the masses that it knows are too large [-], > −1
   std::uint64_t seed = 0;         ///< of noise and bias
   Eigen::VectorXd joint_noise{};  ///< `noise` of each joint (n); empty: `noise` in all
+  Eigen::VectorXd rest{};         ///< what the estimates are where nothing acts, as after a calibration (n) [N m; N]; empty: 0
   Eigen::VectorXd drift{};  ///< of a further offset of each torque sensor, a random walk from 0 (n) [N m/√s; N/√s], ≥ 0; empty: none
   void validate() const;    ///< @throws core::InvalidInput naming the field
 };

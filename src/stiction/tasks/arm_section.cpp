@@ -102,14 +102,16 @@ void read_noise(const YamlNode& node, int n_a, simulation::ObserverOptions& out)
 }
 
 void read_estimator(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"contacts", "delay", "time_constant", "noise", "drift", "bias", "bias_reach", "offsets", "inertia_error", "seed",
-                    "links", "samples", "friction", "threshold", "max_candidates", "max_contacts", "plausible_force", "max_descents"});
+  node.require_map({"contacts", "delay", "time_constant", "noise", "rest", "drift", "bias", "bias_reach", "offsets", "inertia_error",
+                    "seed", "links", "samples", "friction", "threshold", "max_candidates", "max_contacts", "plausible_force",
+                    "max_descents"});
   if (const auto contacts = node.find("contacts"))
     out.contacts = contacts->one_of({"true", "estimated"}) == "true" ? ContactSource::True : ContactSource::Estimated;
   out.delay = node.nonnegative_or("delay", out.delay);
   simulation::ObserverOptions& o = out.observer;
   o.time_constant = node.positive_or("time_constant", o.time_constant);
   if (const auto noise = node.find("noise")) read_noise(*noise, out.model->n_a(), o);
+  if (const auto rest = node.find("rest")) o.rest = rest->vector(out.model->n_a());
   if (const auto drift = node.find("drift")) o.drift = drift->vector(out.model->n_a());
   o.bias = node.nonnegative_or("bias", o.bias);
   o.bias_reach = node.nonnegative_or("bias_reach", o.bias_reach);
