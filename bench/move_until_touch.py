@@ -62,12 +62,12 @@ def judge(program, scenario, seeds):
             if "correction" in move:
                 corrections.append(1e3 * move["correction"])
                 found.append(1e3 * move["correction_error"])
-            if "felt" not in move:
+            if not move["felt"]:
                 continue
             last.append(move["last_force"])
-            links.append(move["felt"]["probability"])
-            alarms.append(1e3 * (move["felt"]["alarm_s"] - move["contact_s"]))
-            told.append(move["felt"]["time_s"] - move["contact_s"])
+            links += [felt["probability"] for felt in move["felt"]]
+            alarms.append(1e3 * (min(felt["alarm_s"] for felt in move["felt"]) - move["contact_s"]))
+            told.append(max(felt["time_s"] for felt in move["felt"]) - move["contact_s"])
     return {
         "scenario": scenario,
         "seeds": seeds,

@@ -130,8 +130,7 @@ void print_moves(std::FILE* to, const TouchScenario& scenario, const GuardedRunR
   for (const execution::MoveResult& move : r.moves) {
     print_row(to, move.name,
               fmt::format("{}, {:.1f} mm in {:.2f} s", to_string(move.outcome), 1e3 * move.travelled, move.end - move.begin));
-    if (move.felt) {
-      const execution::FeltContact& felt = *move.felt;
+    for (const execution::FeltContact& felt : move.felt) {
       say(to, "    {} ({:.0f} %) at ({:.3f} {:.3f} {:.3f}) m, pushed to ({:.2f} {:.2f} {:.2f}) with {:.1f} N\n",
           scenario.arm.model->bodies()[static_cast<std::size_t>(felt.body)].name, 100 * felt.probability, felt.p_W.x(), felt.p_W.y(),
           felt.p_W.z(), felt.direction_W.x(), felt.direction_W.y(), felt.direction_W.z(), felt.force);
@@ -151,15 +150,16 @@ json to_json(const TouchScenario& scenario, const execution::MoveResult& move) {
            {"end_s", move.end},           {"travelled", move.travelled},        {"contact_s", move.contact}, {"peak", move.peak},
            {"late_peak", move.late_peak}, {"last_force", move.last_force}};
   if (move.correction) out["correction"] = *move.correction, out["correction_error"] = *move.correction_error;
-  if (!move.felt) return out;
-  out["felt"] = {{"link", scenario.arm.model->bodies()[static_cast<std::size_t>(move.felt->body)].name},
-                 {"probability", move.felt->probability},
-                 {"p_W", page_numbers(move.felt->p_W)},
-                 {"direction_W", page_numbers(move.felt->direction_W)},
-                 {"force", move.felt->force},
-                 {"time_s", move.felt->time},
-                 {"begin_s", move.felt->begin},
-                 {"alarm_s", move.felt->alarm}};
+  out["felt"] = json::array();
+  for (const execution::FeltContact& felt : move.felt)
+    out["felt"].push_back({{"link", scenario.arm.model->bodies()[static_cast<std::size_t>(felt.body)].name},
+                           {"probability", felt.probability},
+                           {"p_W", page_numbers(felt.p_W)},
+                           {"direction_W", page_numbers(felt.direction_W)},
+                           {"force", felt.force},
+                           {"time_s", felt.time},
+                           {"begin_s", felt.begin},
+                           {"alarm_s", felt.alarm}});
   return out;
 }
 

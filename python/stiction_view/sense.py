@@ -196,7 +196,7 @@ def _fields(data: dict[str, Any], moments: list[dict[str, Any]]) -> list[dict[st
         "meaning": f"Share η of the forces of {felt['force']:.3g} N in the friction cone whose torque on the joint before the link is below {felt['threshold']:.3g} N·m.",
         "values": [[canvas.shares(np.array(link)) for link in felt["eta"]]],
     }
-    return [residual, *_credible(moments), eta]
+    return [residual, eta, *_credible(moments)]
 
 
 def make_page(data: dict[str, Any]) -> str:

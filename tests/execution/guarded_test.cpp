@@ -175,10 +175,10 @@ TEST_P(Lowering, FindsTheTableAndGoesOnFromThere) {
   for (const std::size_t k : {0u, 4u}) {
     const MoveResult& move = out.moves[k];
     EXPECT_EQ(move.outcome, MoveOutcome::Felt);
-    ASSERT_TRUE(move.felt);
-    EXPECT_EQ(scenario.arm.model->bodies()[static_cast<std::size_t>(move.felt->body)].name, "arm/link_7");
-    EXPECT_GT(move.felt->direction_W.z(), 0.9);
-    EXPECT_NEAR(move.felt->force, 5, 1);
+    ASSERT_EQ(move.felt.size(), 1u);
+    EXPECT_EQ(scenario.arm.model->bodies()[static_cast<std::size_t>(move.felt[0].body)].name, "arm/link_7");
+    EXPECT_GT(move.felt[0].direction_W.z(), 0.9);
+    EXPECT_NEAR(move.felt[0].force, 5, 1);
     EXPECT_NEAR(move.last_force, 5, 1);
     EXPECT_LE(move.late_peak, 1.2 * 5);
     EXPECT_LT(std::abs(move.correction_error.value()), 3e-3);

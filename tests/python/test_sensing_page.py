@@ -106,7 +106,7 @@ def test_contacts_at_the_same_time_are_drawn_together(program: Path, tmp_path: P
 
 def test_least_residual_of_the_page_lies_where_the_contact_is(sensed: tuple[Path, dict, dict]) -> None:
     _, out, page = sensed
-    residual, eta = page["fields"]
+    residual, eta, _ = page["fields"]
     samples = [numbers(link, "<u2") / 65535 for link in residual["values"][0]]
     assert all(len(link) == len(numbers(s["points"], "<f4")) // 3 for link, s in zip(samples, page["samples"]))
     least = {float(link.min()) for link in samples}

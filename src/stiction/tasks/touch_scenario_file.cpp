@@ -64,7 +64,30 @@ double read_force(const YamlNode& node, const TouchScenario& scenario) {
   return force.number();
 }
 
+GuardedMove::Until read_until(const YamlNode& node, const TouchScenario& scenario) {
+  node.require_map({"force", "links"});
+  GuardedMove::Until out{.force = read_force(node, scenario)};
+  if (const auto links = node.find("links"))
+    for (const YamlNode& link : links->items()) out.links.push_back(find_link(*scenario.arm.model, link));
+  return out;
+}
+
+/// Of a scenario without a tool.
+GuardedMove read_joint_move(const YamlNode& node, const TouchScenario& scenario) {
+  node.require_map({"name", "posture", "speed", "until"});
+  GuardedMove out;
+  out.name = node.at("name").string();
+  out.posture = read_posture(node.at("posture"), *scenario.arm.model);
+  out.speed = node.positive_or("speed", out.speed);
+  if (const auto until = node.find("until")) {
+    out.until = read_until(*until, scenario);
+    if (out.until->links.empty()) until->fail("links, one for each side that is to touch");
+  }
+  return out;
+}
+
 GuardedMove read_move(const YamlNode& node, const TouchScenario& scenario) {
+  if (scenario.arm.tool < 0) return read_joint_move(node, scenario);
   node.require_map({"name", "direction", "travel", "speed", "until", "gap", "press", "correct"});
   const world::Scene& scene = scenario.arm.model->scene();
   GuardedMove out;
@@ -73,12 +96,7 @@ GuardedMove read_move(const YamlNode& node, const TouchScenario& scenario) {
   out.travel = node.at("travel").positive();
   out.speed = node.positive_or("speed", out.speed);
   if (node.has("until") + node.has("gap") + node.has("press") > 1) node.fail("at most one of until, gap, press");
-  if (const auto until = node.find("until")) {
-    until->require_map({"force", "links"});
-    out.until.emplace().force = read_force(*until, scenario);
-    if (const auto links = until->find("links"))
-      for (const YamlNode& link : links->items()) out.until->links.push_back(find_link(*scenario.arm.model, link));
-  }
+  if (const auto until = node.find("until")) out.until = read_until(*until, scenario);
   if (const auto gap = node.find("gap")) {
     gap->require_map({"body", "distance"});
     out.gap = {.body = read_fixed_name(gap->at("body"), scene), .distance = gap->at("distance").positive()};
@@ -95,10 +113,11 @@ GuardedMove read_move(const YamlNode& node, const TouchScenario& scenario) {
 }
 
 void read_moves(const YamlNode& top, TouchScenario& out) {
-  const YamlNode tool = top.at("tool");
-  tool.require_map({"link", "point"});
-  out.arm.tool = find_link(*out.arm.model, tool.at("link"));
-  if (const auto point = tool.find("point")) out.arm.X_BT.p = point->vector3();
+  if (const auto tool = top.find("tool")) {
+    tool->require_map({"link", "point"});
+    out.arm.tool = find_link(*out.arm.model, tool->at("link"));
+    if (const auto point = tool->find("point")) out.arm.X_BT.p = point->vector3();
+  }
   bool felt = false;
   for (const YamlNode& item : top.at("moves").items()) {
     const GuardedMove& move = out.moves.emplace_back(read_move(item, out));

@@ -11,6 +11,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/touch/approach.hpp"
 #include "stiction/execution/touch/feeler.hpp"
+#include "stiction/execution/touch/move_parts.hpp"
 
 namespace stiction::execution {
 
@@ -38,42 +39,10 @@ std::string_view to_string(MoveOutcome outcome) noexcept {
 
 namespace {
 
-// Times of a guarded move [s].
-constexpr double kRest = 0.3;     ///< until springs rest after a move
-constexpr double kListen = 0.5;   ///< of torques while nothing touches
-constexpr double kRamp = 0.2;     ///< in which a move gets to its speed
-constexpr double kHold = 0.2;     ///< at half of the force after an alarm
-constexpr double kPress = 0.3;    ///< from one force to the next
-constexpr double kMeasure = 0.3;  ///< of torques at that force
-constexpr double kImpact = 0.1;   ///< after which forces are judged
-
-constexpr double kFollow = 0.5;    ///< time in which a command that stays behind is made up for [s]
-constexpr double kMostBehind = 5;  ///< in leads
-constexpr double kStart = 0.5;     ///< share of the force with which the arm waits after an alarm
 // An edge, and how far beyond it a link is clear of the body [m].
 constexpr double kEdgeAlong = 0.01, kEdgeDepth = 0.002, kBeyond = 0.2;
-constexpr double kSlower = 0.5;  ///< of the speed, after an alarm with nothing behind it, which a rebound may be
-constexpr double kRight = 0.05;  ///< of the force, by which what is felt may be off
-constexpr double kGain = 0.5;    ///< of the lead, by what of the force is missing in a measurement
-constexpr int kMeasurements = 12;
-constexpr int kSure = 2;  ///< measurements in a row that say that another link is touched
-
-/// Way of a straight move from rest to rest: constant acceleration for kRamp, its speed, and the same back to rest.
-class Profile {
- public:
-  Profile(double length, double speed) : length_(length), speed_(std::min(speed, length / kRamp)) {}
-  double duration() const { return speed_ > 0 ? length_ / speed_ + kRamp : 0; }
-  double at(double t) const {
-    const double T = duration();
-    if (t >= T) return length_;
-    if (t < kRamp) return 0.5 * speed_ * t * t / kRamp;
-    if (t > T - kRamp) return length_ - 0.5 * speed_ * (T - t) * (T - t) / kRamp;
-    return speed_ * (t - 0.5 * kRamp);
-  }
-
- private:
-  double length_, speed_;
-};
+constexpr double kFollow = 0.5;    ///< time in which a command that stays behind is made up for [s]
+constexpr double kMostBehind = 5;  ///< in leads
 
 class GuardedRun {
  public:
@@ -81,7 +50,7 @@ class GuardedRun {
       : scenario_(scenario),
         options_(options),
         out_(out),
-        arm_(seeded(scenario.arm, options.seed)),
+        arm_(make_guarded_arm(scenario, options.seed)),
         loop_(arm_, out.world),
         feeler_(arm_),
         kinematics_work_(*arm_.model),
@@ -102,7 +71,7 @@ class GuardedRun {
       carry_out(move, result);
       result.end = loop_.time();
       result.travelled = move.direction_W.dot(tool_W_ - from_W);
-      judge(first, result);
+      judge_move(out_.run.samples, first, result);
       if (go_on_ != Status::Solved || !result.reason.empty()) {
         out_.reached = false;
         out_.reason = go_on_ == Status::NumericalFailure ? loop_.message() : fmt::format("{}: {}", move.name, result.reason);
@@ -114,12 +83,6 @@ class GuardedRun {
   }
 
  private:
-  static ControlScenario seeded(ControlScenario arm, std::uint64_t seed) {
-    arm.observer.seed = seed;
-    arm.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
-    return arm;
-  }
-
   /// Where the tool is, and the softness of the arm there.
   void locate() {
     VectorXd q_full = arm_.model->neutral();
@@ -225,7 +188,7 @@ class GuardedRun {
 
   /// @returns whether what is felt ends the way, or begins anew after a false alarm; false at its end, or where the contact that is pressed is lost
   bool go_along(const GuardedMove& move, double length, double speed) {
-    const Profile profile(std::max(0.0, length), speed);
+    const MoveProfile profile(std::max(0.0, length), speed);
     const Vector3d from = reference_;
     const long ticks = static_cast<long>(std::ceil(profile.duration() / arm_.period));
     for (long k = 1; k <= ticks; ++k) {
@@ -238,7 +201,7 @@ class GuardedRun {
 
   /// A move that presses. @returns whether it came to an edge
   bool slide(const GuardedMove& move, double length) {
-    const Profile profile(length, move.speed);
+    const MoveProfile profile(length, move.speed);
     const Vector3d from = reference_;
     std::deque<std::pair<double, double>> way;  // along the move, and in the direction of the force
     const long ticks = static_cast<long>(std::ceil(profile.duration() / arm_.period)), window = std::lround(kMeasure / arm_.period);
@@ -254,14 +217,11 @@ class GuardedRun {
         return true;
       }
       if (k % window != 0) continue;
-      if (const auto felt = describe({})) follow_force(felt->force, move.press->force);
+      if (const auto felt = describe({})) share_ = follow_force(share_, felt->force, move.press->force);
       feeler_.settle();
     }
     return false;
   }
-
-  /// The controller damps the command while forces are not as predicted, and friction bears a part of what springs press with: the lead follows the force that is felt.
-  void follow_force(double felt, double asked) { share_ = std::clamp(share_ + kGain * (1 - felt / asked), kStart, 1 / kStart); }
 
   /// Nothing touches any more, or what is pressed on gives way faster than a surface leans.
   bool is_over_an_edge(const GuardedMove& move, std::deque<std::pair<double, double>>& way) const {
@@ -292,29 +252,20 @@ class GuardedRun {
       const auto felt = describe(move.until->links);
       wrong = felt ? 0 : wrong + 1;
       if (!felt) continue;
-      result.felt = felt;
+      result.felt = {*felt};
       if (std::abs(felt->force - force) < kRight * force) break;
-      follow_force(felt->force, force);
+      share_ = follow_force(share_, felt->force, force);
     }
     if (wrong > 0) {
-      result.felt.reset();
+      result.felt.clear();
       result.outcome = MoveOutcome::WrongLink;
       result.reason = name_touched();
       return true;
     }
     result.outcome = MoveOutcome::Felt, result.reason.clear();
-    result.felt->alarm = alarm, result.felt->begin = begin;
-    if (!move.correct.empty()) correct(move, result.felt->body, move.direction_W, 0, result);
+    result.felt[0].alarm = alarm, result.felt[0].begin = begin;
+    if (!move.correct.empty()) correct(move, result.felt[0].body, move.direction_W, 0, result);
     return true;
-  }
-
-  /// Of the wanted links the likeliest, of links as sensed; −1: what touches is on none of them, with 95 %.
-  int choose_link(const std::vector<int>& wanted, const sensing::Posterior& posterior) const {
-    for (const int link : posterior.credible) {
-      const int body = feeler_.sensor().links()[static_cast<std::size_t>(link)].surface.body;
-      if (wanted.empty() || std::find(wanted.begin(), wanted.end(), body) != wanted.end()) return link;
-    }
-    return -1;
   }
 
   std::string name_touched() {
@@ -323,23 +274,7 @@ class GuardedRun {
                           : fmt::format("touched at '{}'", feeler_.sensor().link_name(likely.front()));
   }
 
-  /// What touches one of the links, from the torques since the last measurement began; nullopt: none of them is touched.
-  std::optional<FeltContact> describe(const std::vector<int>& links) {
-    const sensing::SenseResult& sensed = feeler_.identify(q_);
-    const int link = choose_link(links, sensed.posterior);
-    if (link < 0) return std::nullopt;
-    FeltContact out;
-    out.time = loop_.time();
-    out.body = feeler_.sensor().links()[static_cast<std::size_t>(link)].surface.body;
-    out.probability = sensed.posterior.links[static_cast<std::size_t>(link)];
-    out.p_W = tool_W_;
-    for (const sensing::Candidate& candidate : sensed.candidates) {
-      if (candidate.best.link != link) continue;
-      out.p_W = candidate.p_W, out.direction_W = candidate.f_W.normalized(), out.force = candidate.f_W.norm();
-      break;
-    }
-    return out;
-  }
+  std::optional<FeltContact> describe(const std::vector<int>& links) { return describe_touch(feeler_, q_, links, loop_.time()); }
 
   /// The body goes where the link says that it is. @param direction  in which the link comes to it  @param start  as of calc_approach() [m]
   void correct(const GuardedMove& move, int link, const Vector3d& direction, double start, MoveResult& result) {
@@ -358,22 +293,6 @@ class GuardedRun {
       result.correction_error = move.direction_W.dot(scene.fixed[i].X_WB.p - out_.world->scene().fixed[i].X_WB.p);
     }
     out_.model = world::Model::make(scene);
-  }
-
-  /// Forces of the simulation over the samples of a move.
-  void judge(std::size_t first, MoveResult& result) const {
-    const auto& samples = out_.run.samples;
-    result.contact = result.end;
-    double sum = 0;
-    int late = 0;
-    for (std::size_t k = first; k < samples.size(); ++k) {
-      const double force = samples[k].largest_force;
-      if (force > 0) result.contact = std::min(result.contact, samples[k].time);
-      result.peak = std::max(result.peak, force);
-      if (samples[k].time >= result.contact + kImpact) result.late_peak = std::max(result.late_peak, force);
-      if (samples[k].time >= result.end - kImpact) sum += force, ++late;
-    }
-    result.last_force = late > 0 ? sum / late : 0;
   }
 
   const TouchScenario& scenario_;
@@ -399,7 +318,7 @@ Status run_guarded(const TouchScenario& scenario, const TouchRunOptions& options
   if (scenario.moves.empty()) core::throw_invalid("moves", "none", "at least one");
   out = {};
   out.world = make_world(scenario, options.seed);
-  out.status = GuardedRun(scenario, options, out).go();
+  out.status = scenario.arm.tool >= 0 ? GuardedRun(scenario, options, out).go() : run_closing(scenario, options, out);
   return out.status;
 }
 

@@ -37,10 +37,10 @@ struct FeltContact {
 struct MoveResult {
   std::string name;
   MoveOutcome outcome = MoveOutcome::NotFelt;
-  std::string reason;         ///< where it is not as wanted
-  double begin = 0, end = 0;  ///< [s]
-  double travelled = 0;       ///< of the tool along its direction, as measured [m]
-  std::optional<FeltContact> felt;
+  std::string reason;                      ///< where it is not as wanted
+  double begin = 0, end = 0;               ///< [s]
+  double travelled = 0;                    ///< of the tool along its direction, as measured [m]
+  std::vector<FeltContact> felt;           ///< one; of a hand one of each side
   std::optional<double> correction;        ///< by which the body was moved along the direction in the model [m]
   std::optional<double> correction_error;  ///< where it then is less where it is in the simulation, along the direction [m]
   double contact = 0;                      ///< when the first contact was made [s]; the end where there was none
@@ -63,7 +63,8 @@ struct GuardedRunResult {
 /// something touches, by a change test with a stated rate of false alarms, the command stays half the asked force ahead of the arm, then goes
 ///     x_cmd = x + F c d ,   c = dᵀ J K⁻¹ Jᵀ d ,                                                                     (G.5)
 /// with which springs at rest press with F along d, whatever touches. Then the torques of half a second say on which link, where and how hard. A fixed body that was to be
-/// felt is moved in the model so that it is where it was felt, and later moves that refer to it go by that.
+/// felt is moved in the model so that it is where it was felt, and later moves that refer to it go by that. Without a tool joints move, and each side of a hand stops and
+/// presses by itself.
 /// @returns Solved: the run came to its end, `reached` says whether as wanted | NumericalFailure: the simulation stopped | Cancelled | MaxIterations (deadline)
 /// @throws core::InvalidInput: options out of range, no moves, a start in contact
 /// Tests: tests/execution/guarded_test.cpp

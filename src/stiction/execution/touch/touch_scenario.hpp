@@ -24,12 +24,12 @@ struct MisplacedBody {
   Eigen::Vector3d position_spread = Eigen::Vector3d::Zero();  ///< as of UnknownBody [m], ≥ 0
 };
 
-/// A straight move of a tool that may end where something is felt.
+/// A straight move of a tool, or of joints, that may end where something is felt.
 struct GuardedMove {
   /// A contact that ends a move.
   struct Until {
-    double force = 0;        ///< F with which it is pressed in the end, and no harder [N], > 0
-    std::vector<int> links;  ///< on which it is to be felt, bodies of the model; empty: on any
+    double force = 0;          ///< F with which it is pressed in the end, and no harder [N], > 0
+    std::vector<int> links{};  ///< on which it is to be felt, bodies of the model; empty: on any
   };
   /// A distance from a fixed body that ends a move, by the model.
   struct Gap {
@@ -42,6 +42,7 @@ struct GuardedMove {
     double force = 0;                                        ///< [N], > 0
   };
   std::string name;
+  Eigen::VectorXd posture{};  ///< where joints go (n_a), in a scenario without a tool, with `until` each branch until its own link touches
   Eigen::Vector3d direction_W = -Eigen::Vector3d::UnitZ();  ///< d, unit
   double travel = 0;                                        ///< at most [m], > 0
   double speed = 0.02;                                      ///< [m/s], > 0
@@ -60,7 +61,7 @@ struct TouchScenario {
   double tolerance = 0.01;  ///< of the largest joint at the goal [rad, L of the robots]
   std::vector<UnknownBody> unknown;
   std::vector<MisplacedBody> misplaced;
-  std::vector<GuardedMove> moves;  ///< of the tool, in place of `goal`: run_guarded()
+  std::vector<GuardedMove> moves;  ///< of the tool, or where there is none of joints, in place of `goal`: run_guarded()
 };
 
 /// The known scene and what is not known, in the places of this seed.
