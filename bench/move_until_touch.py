@@ -18,7 +18,7 @@ import yaml
 import real_touches
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCENARIOS = ["lower_until_touch", "press_button", "follow_wall"]
+SCENARIOS = ["lower_until_touch", "press_button", "follow_wall", "close_hand"]
 
 
 def find_noise():

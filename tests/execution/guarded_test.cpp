@@ -218,6 +218,42 @@ TEST(GuardedRun, WallWithoutAnEdgeWithinReach_IsSaid) {
   EXPECT_NE(out.reason.find("still something to press on"), std::string::npos) << out.reason;
 }
 
+TEST(GuardedRun, HandClosesUntilBothSidesTouch) {
+  const TouchScenario scenario = load("close_hand");
+  for (const std::uint64_t seed : {2u, 4u}) {
+    GuardedRunResult out;
+    ASSERT_EQ(run_guarded(scenario, with_seed(seed), out), Status::Solved) << out.reason;
+    ASSERT_TRUE(out.reached) << out.reason;
+    const MoveResult& move = out.moves[0];
+    EXPECT_EQ(move.outcome, MoveOutcome::Felt);
+    ASSERT_EQ(move.felt.size(), 2u);
+    for (const FeltContact& felt : move.felt) EXPECT_NEAR(felt.force, 5, 0.5);
+    EXPECT_GT(std::abs(move.felt[0].alarm - move.felt[1].alarm), 0.5) << "the block was in the middle: the test would say nothing";
+    EXPECT_LT(move.felt[0].direction_W.x(), -0.99) << "the left finger is pushed outwards";
+    EXPECT_GT(move.felt[1].direction_W.x(), 0.99);
+    EXPECT_LE(move.late_peak, 1.2 * 5);
+    EXPECT_NEAR(move.last_force, 5, 1);
+  }
+}
+
+TEST(GuardedRun, HandThatClosesOnNothing_SaysWhichSideFeltNothing) {
+  TouchScenario scenario = load("close_hand");
+  scenario.moves.front().posture[2] = 0.05;
+  GuardedRunResult out;
+  ASSERT_EQ(run_guarded(scenario, with_seed(1), out), Status::Solved);
+  EXPECT_FALSE(out.reached);
+  EXPECT_EQ(out.reason, "close: 'hand/right' felt nothing");
+}
+
+/// A side is what joints of its own move: of two links of one finger the outer one has, the inner one has not.
+TEST(GuardedRun, LinksWithoutJointsOfTheirOwn_AreRefused) {
+  TouchScenario scenario = load("close_hand");
+  scenario.moves.front().until->links.push_back(body_of(*scenario.arm.model, "hand/palm"));
+  GuardedRunResult out;
+  const std::string message = message_of([&] { (void)run_guarded(scenario, with_seed(1), out); });
+  EXPECT_NE(message.find("until.links: got 'hand/palm', expected links that joints of their own move"), std::string::npos) << message;
+}
+
 TEST(GuardedRun, NothingInTheWay_IsSaid) {
   TouchScenario scenario = load("lower_until_touch");
   scenario.moves.front().travel = 0.005;

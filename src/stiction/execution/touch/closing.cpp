@@ -162,7 +162,8 @@ class Closing {
       }
       for (Side& side : sides_) command(side, move.until->force);
       if (!tick()) break;
-      for (Side& side : sides_) advance(side, move.until->force, result);
+      for (Side& side : sides_)
+        if (result.reason.empty()) advance(side, move.until->force, result);
     }
     for (const Side& side : sides_)
       if (side.felt) result.felt.push_back(*side.felt);
