@@ -40,6 +40,38 @@ Json to_json(const sensing::SensedLink& link, const std::string& name, int body)
           {"point_normals", std::move(normals)}};
 }
 
+/// At every sample of a link the probability of a touch that likelier places hold: up to 0.95 it belongs to the credible set. Where samples stand for others, those beside a
+/// place have its value; all others 1.
+std::vector<double> credible_levels(const sensing::Sensor& sensor, int link, const sensing::Posterior& posterior) {
+  constexpr double kBeside = 2;  // of the spacing of samples
+  const sensing::SampleBatch& batch = sensor.links()[static_cast<std::size_t>(link)].batch;
+  const double reach = kBeside * sensor.links()[static_cast<std::size_t>(link)].spacing, touched = 1 - posterior.nothing;
+  std::vector<double> out(static_cast<std::size_t>(batch.size), 1), nearest(out.size(), reach);
+  double before = 0;
+  for (const sensing::TouchedPlace& place : posterior.places) {
+    const double level = touched > 0 ? std::min(1.0, before / touched) : 1;
+    before += place.probability;
+    if (place.link != link) continue;
+    for (Eigen::Index i = 0; i < batch.size; ++i) {
+      const double distance = i == place.sample ? 0 : (batch.p_L(i) - batch.p_L(place.sample)).norm();
+      if (!(distance < nearest[static_cast<std::size_t>(i)])) continue;
+      nearest[static_cast<std::size_t>(i)] = distance;
+      out[static_cast<std::size_t>(i)] = level;
+    }
+  }
+  return out;
+}
+
+/// Probabilities of links, and the credible set of links and places.
+Json to_json(const sensing::Sensor& sensor, const sensing::Posterior& posterior) {
+  Json out{{"nothing", posterior.nothing}, {"credible", Json::array()}, {"levels", Json::array()}};
+  for (const int link : posterior.credible)
+    out["credible"].push_back({{"link", sensor.link_name(link)}, {"probability", posterior.links[static_cast<std::size_t>(link)]}});
+  for (int link = 0; link < static_cast<int>(sensor.links().size()); ++link)
+    out["levels"].push_back(credible_levels(sensor, link, posterior));
+  return out;
+}
+
 }  // namespace
 
 SensePage::SensePage(const sensing::Scenario& scenario)
@@ -68,6 +100,7 @@ void SensePage::add(std::size_t i, const Eigen::VectorXd& q, const Eigen::Vector
                                     {"point", page_numbers(c.p_W)},
                                     {"force", page_numbers(c.f_W)}});
   }
+  if (!result.posterior.links.empty()) moment["posterior"] = to_json(*scenario_.sensor, result.posterior);
   moment["truths"] = truths(i, q);
   if (scenario_.asks_for_sets()) moment["contact_sets"] = contact_sets(q, sets);
   moments_.push_back(std::move(moment));

@@ -4,6 +4,7 @@
 #include "sensor.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/contact_sets.hpp"
+#include "torque_arguments.hpp"
 
 namespace stiction::python {
 namespace {
@@ -43,12 +44,13 @@ std::vector<ContactSet> best_of(const ContactSets& all) {
 }
 
 ContactSets sense_with_options(const Sensor& sensor, const Vector& q, const Vector& tau, const std::optional<BaseWrench>& base,
-                               const ContactSets* last, int max_contacts, double friction, int rays, double noise,
-                               std::optional<double> threshold, double tolerance, int starts, int descents) {
+                               const ContactSets* last, int max_contacts, double friction, int rays, const NoiseArgument& noise,
+                               std::optional<double> threshold, double tolerance, int starts, int descents,
+                               const std::optional<RestArgument>& rest, int sign, const std::vector<JointArgument>& unmeasured) {
   const Eigen::VectorXd full = configuration_of(sensor.model(), "q", q.value);
   sensing::ContactSetOptions options;
   options.sense.cone = sensing::FrictionCone(friction, rays);
-  options.sense.noise = noise;
+  set_torques(sensor.model(), {noise, rest, sign, unmeasured}, options.sense);
   options.sense.threshold = threshold;
   options.sense.tolerance = tolerance;
   options.max_contacts = max_contacts;
@@ -138,7 +140,8 @@ void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
   sensor.def("sense_contacts", &sense_with_options, "q"_a, "tau"_a, "base"_a = nb::none(), "last"_a.none() = nb::none(), nb::kw_only(),
              "max_contacts"_a = standard.max_contacts, "friction"_a = standard.sense.cone.friction(), "rays"_a = standard.sense.cone.rays(),
              "noise"_a = standard.sense.noise, "threshold"_a = nb::none(), "tolerance"_a = standard.sense.tolerance,
-             "starts"_a = standard.starts, "descents"_a = standard.descents,
+             "starts"_a = standard.starts, "descents"_a = standard.descents, "rest"_a = nb::none(), "sign"_a = 1,
+             "unmeasured"_a = std::vector<JointArgument>(),
              R"(One to three contacts at the same time that make the torques, the fewest that do.
 
   q: configuration (n_q), or joint positions alone (n_a) [rad or m]. tau: external torques (n_a) [N m; N].
@@ -146,7 +149,7 @@ void bind_contact_sets(nb::module_& m, nb::class_<Sensor>& sensor) {
   last: of the measurement before, or None. Where one of its sets, led down from where it was, explains these torques and fewer contacts do not,
     no other is looked for.
   max_contacts: in [1, 3]. starts: first contacts that are tried on each link, >= 1. descents: for each combination of links, >= 1.
-  friction, rays, noise, threshold, tolerance: as of sense(); rays in [3, 64].
+  friction, rays, noise, threshold, tolerance, rest, sign, unmeasured: as of sense(); rays in [3, 64].
 
 Raises InvalidInput by the name of the argument.)");
   def_pickle<BaseWrench, SetContact, ContactSet, ContactSets>();

@@ -6,6 +6,7 @@
 #include "sensor.hpp"
 #include "stiction/sensing/detectability.hpp"
 #include "stiction/world/cache_file.hpp"
+#include "torque_arguments.hpp"
 
 namespace stiction::python {
 
@@ -65,39 +66,6 @@ SensorPtr make_sensor(const ModelPtr& model, const std::vector<std::string>& lin
   const nb::gil_scoped_release unlocked;
   surface.cache_dir = world::default_cache_dir();
   return sensing::Sensor::make(model, {links, samples, sampling, normals, seed, surface});
-}
-
-using NoiseArgument = std::variant<double, Vector, Matrix>;
-using RestArgument = std::variant<Calibrated, Vector>;
-using JointArgument = std::variant<int, std::string>;
-
-/// What is known of torques, as it is given. Without a configuration a payload of the calibration is left out.
-struct TorqueArguments {
-  const NoiseArgument& noise;
-  const std::optional<RestArgument>& rest;
-  int sign;
-  const std::vector<JointArgument>& unmeasured;
-};
-
-void set_torques(const world::Model& model, const TorqueArguments& given, SenseOptions& options) {
-  const int n = static_cast<int>(model.n_a());
-  if (const auto* number = std::get_if<double>(&given.noise))
-    options.noise = *number;
-  else if (const auto* vector = std::get_if<Vector>(&given.noise))
-    options.torques.covariance = sensing::make_covariance(vector->value, n, options.noise);
-  else
-    options.torques.covariance = sensing::make_covariance(std::get<Matrix>(given.noise).value, n, options.noise);
-  if (given.rest) {
-    if (const auto* vector = std::get_if<Vector>(&*given.rest))
-      options.torques.rest = vector->value;
-    else
-      options.torques.rest = std::get<Calibrated>(*given.rest).values.rest;
-  }
-  options.torques.sign = given.sign;
-  for (const JointArgument& joint : given.unmeasured)
-    options.torques.unmeasured.push_back(std::holds_alternative<int>(joint) ? std::get<int>(joint)
-                                                                            : model.joint_index(std::get<std::string>(joint)));
-  options.torques.validate(n);
 }
 
 /// Defines a method of Sensor with the arguments of `function` followed by those of sense(), which are the same everywhere.

@@ -140,6 +140,9 @@ def _place_of(contact: dict[str, Any]) -> str:
 
 def _rows(moment: dict[str, Any]) -> list[list[str]]:
     rows = [["torques", f"{moment['tau_norm']:.2f} N·m, {VERDICTS[moment['verdict']]}"]]
+    if "posterior" in moment:
+        rows += [["nothing touches", _percent(moment["posterior"]["nothing"])]]
+        rows += [[f"95 %: {link['link'].split('/')[-1]}", _percent(link["probability"])] for link in moment["posterior"]["credible"]]
     for number, candidate in enumerate(moment["candidates"], 1):
         if candidate["explains"]:
             force, left = np.linalg.norm(candidate["force"]), np.sqrt(max(candidate["residual"], 0.0))
@@ -151,6 +154,25 @@ def _rows(moment: dict[str, Any]) -> list[list[str]]:
     for number, group in enumerate(sets, 1):
         rows += [[f"{number}{letter}", _place_of(contact)] for letter, contact in zip("abc", group["contacts"], strict=False)]
     return rows
+
+
+def _percent(probability: float) -> str:
+    return f"{100 * probability:.0f} %" if probability >= 0.005 or probability == 0 else "below 1 %"
+
+
+def _credible(moments: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Places by the probability of a touch that likelier places hold."""
+    if not all("posterior" in m for m in moments):
+        return []
+    return [
+        {
+            "name": "credible places",
+            "low": "0: the likeliest",
+            "high": "100 %: not touched",
+            "meaning": "Share of the probability of a touch that likelier places hold. Places up to 95 % are the credible set.",
+            "values": [[canvas.shares(np.array(link)) for link in m["posterior"]["levels"]] for m in moments],
+        }
+    ]
 
 
 def _fields(data: dict[str, Any], moments: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -165,7 +187,7 @@ def _fields(data: dict[str, Any], moments: list[dict[str, Any]]) -> list[dict[st
         ],
     }
     if "detectability" not in data:
-        return [residual]
+        return [residual, *_credible(moments)]
     felt = data["detectability"]
     eta = {
         "name": "detectability η",
@@ -174,7 +196,7 @@ def _fields(data: dict[str, Any], moments: list[dict[str, Any]]) -> list[dict[st
         "meaning": f"Share η of the forces of {felt['force']:.3g} N in the friction cone whose torque on the joint before the link is below {felt['threshold']:.3g} N·m.",
         "values": [[canvas.shares(np.array(link)) for link in felt["eta"]]],
     }
-    return [residual, eta]
+    return [residual, eta, *_credible(moments)]
 
 
 def make_page(data: dict[str, Any]) -> str:

@@ -71,6 +71,94 @@ TEST_F(Estimator, PushOnALink_IsAmongTheContactsWithItsForce) {
   EXPECT_NEAR(force, 20, 0.5);
 }
 
+/// As a robot gives them that reports what it does to its surroundings, with offsets.
+TEST_F(Estimator, RestAndSignOfTheTorques_AreTakenOff) {
+  ContactEstimatorOptions options = exact();
+  ContactEstimator plain(scenario.model, options);
+  options.sense.torques.rest = VectorXd::LinSpaced(7, -0.4, 0.3);
+  options.sense.torques.sign = -1;
+  ContactEstimator told(scenario.model, options);
+  const VectorXd tau = push(plain, "arm/link_6", 20);
+  const auto want = plain.update(q, tau, q, kTick);
+  const auto got = told.update(q, options.sense.torques.rest - tau, q, kTick);
+  ASSERT_FALSE(want.empty());
+  ASSERT_EQ(got.size(), want.size());
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    EXPECT_EQ(got[i].body, want[i].body);
+    EXPECT_LT((got[i].p_WC - want[i].p_WC).norm(), 1e-6);
+    EXPECT_LT((got[i].force_W - want[i].force_W).norm(), 1e-6);
+  }
+}
+
+/// The wrist of a real arm is thirty times as quiet as its shoulder: what its torques show is felt, though one noise for all would hide it.
+TEST_F(Estimator, NoiseOfEachJoint_ShowsWeakTouchesOfTheHand) {
+  ContactEstimatorOptions options;
+  options.noise = 0.0538, options.least_force = 500;  // without a low-pass
+  ContactEstimator uniform(scenario.model, options);
+  const VectorXd noise = (VectorXd(7) << 0.0538, 0.0327, 0.0386, 0.049, 0.0047, 0.0044, 0.0016).finished();
+  options.sense.torques.covariance = noise.array().square().matrix().asDiagonal();
+  ContactEstimator by_joint(scenario.model, options);
+  const VectorXd tau = sensing::calc_contact_torque(*scenario.model, sensing::place_robots(*scenario.model, q),
+                                                    by_joint.sensor().links().back().surface.body, {0.031, 0, 0.06}, {-0.3, 0, 0});
+  EXPECT_LT(tau.cwiseAbs().maxCoeff(), 4 * 0.0538);
+  std::size_t felt = 0, hidden = 0;
+  for (int k = 0; k < 100; ++k) felt = by_joint.update(q, tau, q, kTick).size(), hidden = uniform.update(q, tau, q, kTick).size();
+  EXPECT_GT(felt, 0u);
+  EXPECT_EQ(hidden, 0u);
+  EXPECT_NEAR(by_joint.noise(), std::exp(noise.array().log().mean()), 1e-4) << "s of (Y.17)";
+}
+
+TEST_F(Estimator, SeveralContacts_AreFoundWithNoiseOfEachJointToo) {
+  ContactEstimatorOptions options = exact();
+  options.least_force = 500;
+  options.sense.torques.covariance = 1e-6 * VectorXd::LinSpaced(7, 1, 2).asDiagonal().toDenseMatrix();
+  ContactEstimator estimator(scenario.model, options);
+  const VectorXd tau = push(estimator, "arm/link_3", 20) + push(estimator, "arm/link_7", 15);
+  std::vector<control::ContactForce> got;
+  for (int k = 0; k < 50; ++k) {
+    const auto told = estimator.update(q, tau, q, kTick);
+    got.assign(told.begin(), told.end());
+  }
+  ASSERT_GE(got.size(), 2u);
+  const VectorXd full = sensing::place_robots(*scenario.model, q);
+  world::KinematicsWorkspace work(*scenario.model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(*scenario.model, full, work, kinematics);
+  VectorXd made = VectorXd::Zero(7);
+  for (const auto& c : got) {
+    if (c.set != got.front().set) continue;
+    const world::Pose X_LW = kinematics.X_WB[static_cast<std::size_t>(c.body)].inverse();
+    made += sensing::calc_contact_torque(*scenario.model, full, c.body, X_LW * c.p_WC, X_LW.R * c.force_W);
+  }
+  EXPECT_LT((made - tau).norm(), 0.02 * tau.norm()) << "together they make the torques";
+}
+
+TEST_F(Estimator, TorquesThatCannotBeMeant_AreRefused) {
+  const auto message = [&](const sensing::TorqueModel& torques) {
+    ContactEstimatorOptions options = exact();
+    options.sense.torques = torques;
+    return message_of([&] { ContactEstimator(scenario.model, options); });
+  };
+  EXPECT_NE(message({.rest = VectorXd::Zero(6)}).find("rest"), std::string::npos);
+  EXPECT_NE(message({.sign = 2}).find("sign: got 2"), std::string::npos);
+  EXPECT_NE(message({.covariance = Eigen::MatrixXd::Zero(7, 7)}).find("noise: got a variance of 0 in joint 0"), std::string::npos);
+}
+
+/// The arm of a scenario whose torques have offsets and a noise of their own in each joint.
+TEST(EstimatedLoop, RestAndNoiseOfAScenario_KeepForcesBounded) {
+  ControlScenario scenario = load("box_in_the_way.yaml");
+  scenario.observer.rest = (VectorXd(7) << -0.39, -0.06, -0.16, 0.11, -0.14, -0.08, -0.38).finished();
+  scenario.observer.joint_noise = (VectorXd(7) << 0.0538, 0.0327, 0.0386, 0.049, 0.0047, 0.0044, 0.0016).finished();
+  ControlRunResult out;
+  ASSERT_EQ(run_control(scenario, {}, out), Status::Solved);
+  for (const ControlSample& sample : out.samples) {
+    if (sample.largest_force > 0) break;
+    ASSERT_TRUE(sample.reported.empty()) << "at rest nothing touches: offsets are no contact";
+  }
+  EXPECT_GE(out.makes, 1);
+  EXPECT_LE(out.settled_peak, 18);
+}
+
 TEST_F(Estimator, SeveralCandidates_AreAlternativesAndKeepTheirNumbers) {
   ContactEstimatorOptions options = exact();
   options.noise = 0.2, options.least_force = 500;  // without a low-pass, so that the first tick sees all of the torque

@@ -400,8 +400,40 @@ def test_two_contacts_and_a_wrench_at_the_base_are_found(sensor: st.Sensor) -> N
         assert np.linalg.norm(contact.f_L - f) < 1
 
 
+def test_rest_sign_noise_and_unmeasured_joints_of_several_contacts(sensor: st.Sensor) -> None:
+    tau = sum(push(sensor, name, sample, 15)[2] for name, sample in [("arm/upper_arm_link", 40), ("arm/wrist_3_link", 90)])
+    options = {"max_contacts": 2, "friction": 0.5, "tolerance": 0.001}
+    rest, noise = np.linspace(-0.4, 0.3, 6), np.array([0.002, 0.001, 0.001, 0.002, 0.001, 0.001])
+    plain = sensor.sense_contacts(POSTURE, tau, noise=noise, **options)
+    told = sensor.sense_contacts(POSTURE, rest - tau, noise=noise, rest=rest, sign=-1, **options)
+    assert plain.verdict == told.verdict == st.Verdict.Explained and plain.count == 2
+    for a, b in zip(plain.best[0].contacts, told.best[0].contacts, strict=True):
+        assert a.link == b.link and np.linalg.norm(a.p_L - b.p_L) < 1e-3
+    as_matrix = sensor.sense_contacts(POSTURE, tau, noise=np.diag(noise**2), **options)
+    assert as_matrix.sets[0].residual == pytest.approx(plain.sets[0].residual, rel=1e-6, abs=1e-12)
+
+    single = push(sensor, "arm/wrist_3_link", 90, 15)[2]
+    broken = single * np.array([1, -1, 1, 1, 1, 1])
+    options["max_contacts"] = 1
+    assert sensor.sense_contacts(POSTURE, broken, noise=0.001, **options).verdict == st.Verdict.Unexplained
+    assert sensor.sense_contacts(POSTURE, broken, noise=0.001, unmeasured=[1], **options).verdict == st.Verdict.Explained
+    loud = np.array([0.001, 20, 0.001, 0.001, 0.001, 0.001])
+    assert sensor.sense_contacts(POSTURE, broken, noise=loud, **options).verdict == st.Verdict.Explained
+
+
+def test_deviation_of_several_contacts_is_of_the_noise_that_is_given(sensor: st.Sensor) -> None:
+    tau = push(sensor, "arm/wrist_3_link", 90, 15)[2]
+    options = {"max_contacts": 1, "friction": 0.5, "tolerance": 1e-6}
+    one = sensor.sense_contacts(POSTURE, tau, noise=0.001, **options).best[0].contacts[0].deviation
+    nearly = np.full(6, 0.001) * np.array([1, 1, 1, 1, 1, 1 + 1e-6])
+    assert sensor.sense_contacts(POSTURE, tau, noise=nearly, **options).best[0].contacts[0].deviation == pytest.approx(one, rel=1e-3)
+
+
 def test_mistakes_about_several_contacts_name_the_argument(sensor: st.Sensor) -> None:
     for arguments, message in (({"max_contacts": 0}, "max_contacts: got 0"), ({"rays": 0}, "rays: got 0"), ({"starts": 0}, "starts: got 0")):
+        with pytest.raises(st.InvalidInput, match=re.escape(message)):
+            sensor.sense_contacts(POSTURE, np.ones(6), **arguments)
+    for arguments, message in (({"rest": np.ones(5)}, "rest"), ({"sign": 0}, "sign: got 0"), ({"noise": np.zeros(6)}, "noise[0]: got 0")):
         with pytest.raises(st.InvalidInput, match=re.escape(message)):
             sensor.sense_contacts(POSTURE, np.ones(6), **arguments)
     with pytest.raises(st.InvalidInput, match=r"base_wrench\.force_noise: got -1"):

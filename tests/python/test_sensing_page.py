@@ -16,6 +16,7 @@ import browser
 from stiction_view import InvalidPlan
 from stiction_view.canvas import blend, refine, shade
 from stiction_view.control import load_control
+from stiction_view.plan import rotation_matrices
 from stiction_view.sense import load_sense
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -70,6 +71,28 @@ def test_forces_and_points_of_the_page_are_those_of_the_program(sensed: tuple[Pa
     assert nearest <= out["moments"][0]["distance"] + explaining[0]["extent"] + 1e-6
 
 
+def test_credible_set_of_links_and_places_is_that_of_the_program(sensed: tuple[Path, dict, dict]) -> None:
+    _, out, page = sensed
+    posterior = out["moments"][0]["posterior"]
+    rows = [(name, value) for name, value in page["frame_rows"][0] if name.startswith("95 %")]
+    assert [name for name, _ in rows] == [f"95 %: {link.split('/')[-1]}" for link in posterior["credible"]]
+    for (_, value), link in zip(rows, posterior["credible"]):
+        assert float(value.removesuffix(" %")) == pytest.approx(100 * posterior["links"][link], abs=0.51)
+    (field,) = (f for f in page["fields"] if f["name"] == "credible places")
+    levels = [numbers(link, "<u2") / 65535 for link in field["values"][0]]
+    assert [len(link) for link in levels] == [len(numbers(s["points"], "<f4")) // 3 for s in page["samples"]]
+    assert min(link.min() for link in levels) == 0, "the likeliest place"
+    held = [link.min() <= 0.95 for link in levels]
+    names = [s["link"] for s in page["samples"]]
+    assert any(held) and not all(held) and names == list(range(len(names)))
+    # The known contact is in the credible set: the sample nearest to it on its link says so.
+    truth = np.array(page["arrows"][0][-1]["point"])
+    poses = numbers(page["poses"], "<f4").reshape(len(page["times"]), page["bodies"], 7)[0]
+    distances = [np.linalg.norm(numbers(s["points"], "<f4").reshape(-1, 3) @ rotation_matrices(poses[None, s["body"], 3:])[0].T + poses[s["body"], :3] - truth, axis=1) for s in page["samples"]]
+    nearest = int(np.argmin([d.min() for d in distances]))
+    assert levels[nearest][distances[nearest].argmin()] <= 0.95
+
+
 def test_contacts_at_the_same_time_are_drawn_together(program: Path, tmp_path: Path) -> None:
     out, page = make(program, "sense", "ur5_two_contacts", tmp_path / "two.html")
     arrows = {arrow["label"]: arrow for arrow in page["arrows"][0]}
@@ -83,7 +106,7 @@ def test_contacts_at_the_same_time_are_drawn_together(program: Path, tmp_path: P
 
 def test_least_residual_of_the_page_lies_where_the_contact_is(sensed: tuple[Path, dict, dict]) -> None:
     _, out, page = sensed
-    residual, eta = page["fields"]
+    residual, eta, _ = page["fields"]
     samples = [numbers(link, "<u2") / 65535 for link in residual["values"][0]]
     assert all(len(link) == len(numbers(s["points"], "<f4")) // 3 for link, s in zip(samples, page["samples"]))
     least = {float(link.min()) for link in samples}

@@ -128,3 +128,34 @@ def test_bad_input_is_named_and_exits_with_2(program: Path, words: list[str], sa
 def test_budget_exits_with_3(program: Path) -> None:
     done = run(program, SCENARIO, "--timeout", "1e-6", "--json")
     assert done.returncode == 3 and json.loads(done.stdout)["status"] == "MaxIterations"
+
+
+# ---- moves until something is felt ----
+
+
+def test_moves_end_where_the_table_is_felt_and_their_page_shows_them(program: Path, tmp_path: Path) -> None:
+    file = tmp_path / "moves.html"
+    done = run(program, "lower_until_touch", "--seed", 1, "--html", file, "--json")
+    assert done.returncode == 0, done.stderr
+    out = json.loads(done.stdout)
+    assert out["status"] == "Passed" and [move["outcome"] for move in out["moves"]] == ["Felt", "Arrived", "Arrived", "Arrived", "Felt"]
+    first = out["moves"][0]
+    (felt,) = first["felt"]
+    assert felt["link"] == "arm/link_7" and felt["probability"] > 0.9 and felt["direction_W"][2] > 0.9
+    assert first["contact_s"] <= felt["alarm_s"] < felt["time_s"] <= first["end_s"]
+    assert abs(first["correction"]) > 0.003 and abs(first["correction_error"]) < 0.003
+    assert 4 <= first["last_force"] <= first["late_peak"] <= 6
+    assert "Felt" in done.stderr and "table moved by" in done.stderr
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', file.read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None and json.loads(found.group(1))["title"] == "lower_until_touch"
+    assert run(program, "lower_until_touch", "--seed", 1, "--tolerance", 0).returncode == 1, "forces are judged against what was asked for"
+
+
+def test_moves_that_feel_nothing_are_not_done(program: Path, tmp_path: Path) -> None:
+    text = (ROOT / "scenarios" / "close_hand.yaml").read_text(encoding="utf-8")
+    text = text.replace("../models", str(ROOT / "models")).replace("posture: [0, -0.005, 0.005]", "posture: [0, -0.055, 0.055]")
+    (tmp_path / "short.yaml").write_text(text, encoding="utf-8")
+    done = run(program, tmp_path / "short.yaml", "--json")
+    assert done.returncode == 3
+    out = json.loads(done.stdout)
+    assert out["status"] == "GaveUp" and out["message"] == "close: 'hand/left' felt nothing" and out["moves"][0]["felt"] == []

@@ -58,6 +58,32 @@ TEST(MomentumObserver, WhiteNoise_HasTheDeviationThatWasAskedFor) {
   EXPECT_NEAR(sum / kSamples, 0, 0.01);
 }
 
+TEST(MomentumObserver, NoiseOfEachJoint_IsItsOwn) {
+  const VectorXd noise = (VectorXd(2) << 0.1, 0.01).finished(), zero = VectorXd::Zero(2);
+  MomentumObserver observer(2, 2e-4, {.time_constant = 0.01, .noise = 5, .seed = 3, .joint_noise = noise});
+  VectorXd squares = zero;
+  constexpr int kSamples = 400000;
+  for (int k = 0; k < kSamples; ++k) squares += observer.update(zero, zero, zero, zero).cwiseAbs2() / kSamples;
+  EXPECT_LT((squares.cwiseSqrt() - noise).cwiseQuotient(noise).cwiseAbs().maxCoeff(), 0.05);
+}
+
+/// A random walk of 4000 observers over a second: its deviation is the drift, with 1.1 % of error.
+TEST(MomentumObserver, Drift_GrowsWithTheRootOfTime) {
+  constexpr int kSeeds = 4000, kSteps = 100;
+  const VectorXd drift = VectorXd::Constant(1, 0.3), zero = VectorXd::Zero(1);
+  double half = 0, whole = 0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    MomentumObserver observer(1, 0.01, {.time_constant = 1e-9, .noise = 0, .seed = seed, .drift = drift});
+    for (int k = 1; k <= kSteps; ++k) {
+      const double r = observer.update(zero, zero, zero, zero)[0];
+      if (k == kSteps / 4) half += r * r / kSeeds;
+      if (k == kSteps) whole += r * r / kSeeds;
+    }
+  }
+  EXPECT_NEAR(std::sqrt(whole), 0.3, 0.015);
+  EXPECT_NEAR(std::sqrt(half), 0.15, 0.0075);
+}
+
 TEST(MomentumObserver, NothingActs_ShowsWeightOfWrongMassesAndBias) {
   const auto rest = [](const ObserverOptions& options) {
     DrivenPlant plant = arm(options);

@@ -19,6 +19,8 @@ import numpy as _numpy  # noqa: E402, F401  # without it the extension fails at 
 from ._core import *  # noqa: F403
 from ._core import version  # noqa: E402
 from ._extras import MissingExtra as MissingExtra  # noqa: E402
+from .joint_states import JointStates as JointStates  # noqa: E402
+from .joint_states import load_joint_states as load_joint_states  # noqa: E402
 from .pages import view as view  # noqa: E402
 from .sweeps import sweep as sweep  # noqa: E402
 

@@ -4326,7 +4326,7 @@ class Sensor:
         Raises InvalidInput by the name of the argument: sizes, numbers that are not finite, options out of range.
         """
 
-    def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, last: ContactSets | None = None, *, max_contacts: int = 2, friction: float = 1.0, rays: int = 4, noise: float = 0.1, threshold: float | None = None, tolerance: float = 0.01, starts: int = 24, descents: int = 6) -> ContactSets:
+    def sense_contacts(self, q: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, base: BaseWrench | None = None, last: ContactSets | None = None, *, max_contacts: int = 2, friction: float = 1.0, rays: int = 4, noise: float | numpy.typing.ArrayLike | numpy.typing.ArrayLike = 0.1, threshold: float | None = None, tolerance: float = 0.01, starts: int = 24, descents: int = 6, rest: Calibration | numpy.typing.ArrayLike | None = None, sign: int = 1, unmeasured: Sequence[int | str] = []) -> ContactSets:
         """
         One to three contacts at the same time that make the torques, the fewest that do.
 
@@ -4335,7 +4335,7 @@ class Sensor:
           last: of the measurement before, or None. Where one of its sets, led down from where it was, explains these torques and fewer contacts do not,
             no other is looked for.
           max_contacts: in [1, 3]. starts: first contacts that are tried on each link, >= 1. descents: for each combination of links, >= 1.
-          friction, rays, noise, threshold, tolerance: as of sense(); rays in [3, 64].
+          friction, rays, noise, threshold, tolerance, rest, sign, unmeasured: as of sense(); rays in [3, 64].
 
         Raises InvalidInput by the name of the argument.
         """

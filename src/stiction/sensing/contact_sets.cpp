@@ -58,7 +58,7 @@ class Search {
         options_(options),
         work_(work),
         out_(out),
-        problem_{sensor, work.rows, options.sense.cone, prior, options.sense.noise},
+        problem_{sensor, work.rows, options.sense.cone, prior, work.whitened.noise()},
         extension_(problem_, work.extension) {}
 
   /// Sets of `count` contacts from work.parents, of one contact less, to work.found.

@@ -249,6 +249,10 @@ void require_newton_metres(const std::filesystem::path& file, const world::Model
 }  // namespace
 
 Series load_series(const std::filesystem::path& file, const world::Model& model, const std::vector<int>& unmeasured) {
+  if (file.extension() == ".mcap")
+    throw core::InvalidInput(fmt::format(
+        "{}: series: got an MCAP file, expected CSV or NPZ; stiction.load_joint_states('{}').save('log.npz') makes one in Python",
+        file.string(), file.filename().string()));
   Series out = file.extension() == ".npz" ? load_npz(file, model, unmeasured) : CsvReader(file, model, unmeasured).read();
   require_newton_metres(file, model, out);
   mark_gaps(out);

@@ -17,9 +17,12 @@ struct ObserverOptions {
   double bias = 0;              ///< standard deviation of an offset of each torque sensor, drawn once a run [N m; N], ≥ 0
   double bias_reach =
       0;  ///< distance in joint positions over which offsets change, as those of real arms do with posture [rad; m], ≥ 0; 0: constant
-  double inertia_error = 0;  ///< share by which the masses that it knows are too large [-], > −1
-  std::uint64_t seed = 0;    ///< of noise and bias
-  void validate() const;     ///< @throws core::InvalidInput naming the field
+  double inertia_error = 0;       ///< share by which the masses that it knows are too large [-], > −1
+  std::uint64_t seed = 0;         ///< of noise and bias
+  Eigen::VectorXd joint_noise{};  ///< `noise` of each joint (n); empty: `noise` in all
+  Eigen::VectorXd rest{};         ///< what the estimates are where nothing acts, as after a calibration (n) [N m; N]; empty: 0
+  Eigen::VectorXd drift{};  ///< of a further offset of each torque sensor, a random walk from 0 (n) [N m/√s; N/√s], ≥ 0; empty: none
+  void validate() const;    ///< @throws core::InvalidInput naming the field
 };
 
 /// External joint torques from momentum, without accelerations:
@@ -45,11 +48,13 @@ class MomentumObserver {
 
  private:
   ObserverOptions options_;
-  double period_, gain_, sensor_noise_;
-  core::Random random_;
+  double period_, gain_;
+  core::Random random_, random_walk_;
+  Eigen::VectorXd sensor_noise_;  ///< (n)
   Eigen::VectorXd p_, r_;
   Eigen::VectorXd cosine_, sine_;  ///< ξ, η
   Eigen::MatrixXd waves_;          ///< rows w_j
+  Eigen::VectorXd walk_;           ///< offsets that drift
 };
 
 }  // namespace stiction::simulation

@@ -90,15 +90,29 @@ sensing::FrictionCone make_cone(const world::Model& model) {
   return sensing::FrictionCone(std::sqrt(2.0) * friction, kRays);
 }
 
+/// One number for all joints or one for each. An estimator that has one number takes the largest.
+void read_noise(const YamlNode& node, int n_a, simulation::ObserverOptions& out) {
+  if (!node.is_sequence()) {
+    out.noise = node.positive();
+    return;
+  }
+  out.joint_noise = node.vector(n_a);
+  if (!(out.joint_noise.minCoeff() > 0)) node.fail("numbers > 0, one for each joint");
+  out.noise = out.joint_noise.maxCoeff();
+}
+
 void read_estimator(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"contacts", "delay", "time_constant", "noise", "bias", "bias_reach", "offsets", "inertia_error", "seed", "links",
-                    "samples", "friction", "threshold", "max_candidates", "max_contacts", "plausible_force", "max_descents"});
+  node.require_map({"contacts", "delay", "time_constant", "noise", "rest", "drift", "bias", "bias_reach", "offsets", "inertia_error",
+                    "seed", "links", "samples", "friction", "threshold", "max_candidates", "max_contacts", "plausible_force",
+                    "max_descents"});
   if (const auto contacts = node.find("contacts"))
     out.contacts = contacts->one_of({"true", "estimated"}) == "true" ? ContactSource::True : ContactSource::Estimated;
   out.delay = node.nonnegative_or("delay", out.delay);
   simulation::ObserverOptions& o = out.observer;
   o.time_constant = node.positive_or("time_constant", o.time_constant);
-  o.noise = node.positive_or("noise", o.noise);
+  if (const auto noise = node.find("noise")) read_noise(*noise, out.model->n_a(), o);
+  if (const auto rest = node.find("rest")) o.rest = rest->vector(out.model->n_a());
+  if (const auto drift = node.find("drift")) o.drift = drift->vector(out.model->n_a());
   o.bias = node.nonnegative_or("bias", o.bias);
   o.bias_reach = node.nonnegative_or("bias_reach", o.bias_reach);
   if (const auto error = node.find("inertia_error")) o.inertia_error = error->number();

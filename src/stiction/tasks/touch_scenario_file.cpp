@@ -10,6 +10,8 @@
 namespace stiction::tasks {
 
 using execution::ContactSource;
+using execution::GuardedMove;
+using execution::MisplacedBody;
 using execution::TouchScenario;
 using execution::UnknownBody;
 using world::YamlNode;
@@ -32,6 +34,99 @@ UnknownBody read_unknown(const YamlNode& node, const std::vector<std::string>& t
   return out;
 }
 
+Eigen::Vector3d read_direction(const YamlNode& node) {
+  const Eigen::Vector3d out = node.vector3();
+  if (!(out.norm() > 0)) node.fail("a direction");
+  return out.normalized();
+}
+
+/// The name of a fixed body of the scene.
+std::string read_fixed_name(const YamlNode& node, const world::Scene& scene) {
+  std::vector<std::string> names;
+  for (const auto& body : scene.fixed) names.push_back(body.name);
+  const std::string name = node.string();
+  if (std::find(names.begin(), names.end(), name) == names.end()) node.fail_unknown("fixed body", name, names);
+  return name;
+}
+
+MisplacedBody read_misplaced(const YamlNode& node, const world::Scene& scene) {
+  node.require_map({"body", "position"});
+  MisplacedBody out{read_fixed_name(node.at("body"), scene), node.at("position").vector3()};
+  if (out.position_spread.minCoeff() < 0) node.at("position").fail("three numbers ≥ 0");
+  return out;
+}
+
+/// F of a key "force", which the bound of the controller must allow.
+double read_force(const YamlNode& node, const TouchScenario& scenario) {
+  const YamlNode force = node.at("force");
+  const double most = scenario.arm.controller.lambda_max;
+  if (force.positive() > most) force.fail(fmt::format("at most controller.lambda_max, {} N", most));
+  return force.number();
+}
+
+GuardedMove::Until read_until(const YamlNode& node, const TouchScenario& scenario) {
+  node.require_map({"force", "links"});
+  GuardedMove::Until out{.force = read_force(node, scenario)};
+  if (const auto links = node.find("links"))
+    for (const YamlNode& link : links->items()) out.links.push_back(find_link(*scenario.arm.model, link));
+  return out;
+}
+
+/// Of a scenario without a tool.
+GuardedMove read_joint_move(const YamlNode& node, const TouchScenario& scenario) {
+  node.require_map({"name", "posture", "speed", "until"});
+  GuardedMove out;
+  out.name = node.at("name").string();
+  out.posture = read_posture(node.at("posture"), *scenario.arm.model);
+  out.speed = node.positive_or("speed", out.speed);
+  if (const auto until = node.find("until")) {
+    out.until = read_until(*until, scenario);
+    if (out.until->links.empty()) until->fail("links, one for each side that is to touch");
+  }
+  return out;
+}
+
+GuardedMove read_move(const YamlNode& node, const TouchScenario& scenario) {
+  if (scenario.arm.tool < 0) return read_joint_move(node, scenario);
+  node.require_map({"name", "direction", "travel", "speed", "until", "gap", "press", "correct"});
+  const world::Scene& scene = scenario.arm.model->scene();
+  GuardedMove out;
+  out.name = node.at("name").string();
+  out.direction_W = read_direction(node.at("direction"));
+  out.travel = node.at("travel").positive();
+  out.speed = node.positive_or("speed", out.speed);
+  if (node.has("until") + node.has("gap") + node.has("press") > 1) node.fail("at most one of until, gap, press");
+  if (const auto until = node.find("until")) out.until = read_until(*until, scenario);
+  if (const auto gap = node.find("gap")) {
+    gap->require_map({"body", "distance"});
+    out.gap = {.body = read_fixed_name(gap->at("body"), scene), .distance = gap->at("distance").positive()};
+  }
+  if (const auto press = node.find("press")) {
+    press->require_map({"direction", "force"});
+    out.press = {.direction_W = read_direction(press->at("direction")), .force = read_force(*press, scenario)};
+  }
+  if (const auto correct = node.find("correct")) {
+    if (!out.until && !out.press) correct->fail("a move with 'until' or 'press': only what is felt corrects a place");
+    out.correct = read_fixed_name(*correct, scene);
+  }
+  return out;
+}
+
+void read_moves(const YamlNode& top, TouchScenario& out) {
+  if (const auto tool = top.find("tool")) {
+    tool->require_map({"link", "point"});
+    out.arm.tool = find_link(*out.arm.model, tool->at("link"));
+    if (const auto point = tool->find("point")) out.arm.X_BT.p = point->vector3();
+  }
+  bool felt = false;
+  for (const YamlNode& item : top.at("moves").items()) {
+    const GuardedMove& move = out.moves.emplace_back(read_move(item, out));
+    if (move.press && !felt) item.at("press").fail("a move after one with 'until', which feels what is pressed on");
+    felt = move.until.has_value() || move.press.has_value();
+  }
+  if (out.moves.empty()) top.at("moves").fail("at least one move");
+}
+
 std::vector<std::string> names_of(const world::Scene& scene) {
   std::vector<std::string> out;
   for (const auto& robot : scene.robots) out.push_back(robot.name);
@@ -41,14 +136,16 @@ std::vector<std::string> names_of(const world::Scene& scene) {
 }
 
 TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem::path> package_dirs) {
-  top.require_map({"name", "description", "scene", "start", "goal", "speed", "max_touches", "tolerance", "unknown", "controller", "plant",
-                   "estimator"});
+  top.require_map({"name", "description", "scene", "start", "goal", "speed", "max_touches", "tolerance", "unknown", "misplaced", "tool",
+                   "moves", "controller", "plant", "estimator"});
   TouchScenario out;
   out.arm.contacts = ContactSource::Estimated;
   read_arm(top, package_dirs, out.arm);
   if (out.arm.contacts != ContactSource::Estimated)
     top.at("estimator").at("contacts").fail("estimated: this arm feels joint torques alone");
-  out.goal = read_posture(top.at("goal"), *out.arm.model);
+  if (top.has("goal") == top.has("moves")) top.fail("one of goal, moves");
+  if (const auto goal = top.find("goal")) out.goal = read_posture(*goal, *out.arm.model);
+  if (top.has("moves")) read_moves(top, out);
   out.speed = top.positive_or("speed", out.speed);
   out.tolerance = top.positive_or("tolerance", out.tolerance);
   if (const auto most = top.find("max_touches")) out.max_touches = most->positive_int();
@@ -58,6 +155,8 @@ TouchScenario read_scenario(const YamlNode& top, std::span<const std::filesystem
       out.unknown.push_back(read_unknown(node, taken));
       taken.push_back(out.unknown.back().body.name);
     }
+  if (const auto misplaced = top.find("misplaced"))
+    for (const YamlNode& node : misplaced->items()) out.misplaced.push_back(read_misplaced(node, out.arm.model->scene()));
   return out;
 }
 

@@ -41,6 +41,7 @@ std::shared_ptr<const sensing::Sensor> make_sensor(const std::shared_ptr<const w
                                                    const ContactEstimatorOptions& options) {
   options.validate();
   if (!model) core::throw_invalid("model", "nothing", "a model");
+  options.sense.torques.validate(model->n_a());
   return sensing::Sensor::make(model, options.sensor);
 }
 
@@ -60,7 +61,11 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
   constexpr double kDeviations = 3;  // within which candidates are reported
   const double allowed = options.least_force * spacing / kDeviations;
   time_constant_ = options.lag * std::max(0.0, options.noise * options.noise / (allowed * allowed) - 1);  // (C.13)
-  white_ = options.noise * std::sqrt(options.lag / (options.lag + time_constant_));
+  const double share = options.lag / (options.lag + time_constant_);
+  white_noise_ = share * options.sense.torques.covariance;
+  white_ = white_noise_.size() > 0 ? white_noise_.diagonal().eval()
+                                   : Eigen::VectorXd::Constant(model->n_a(), share * options.noise * options.noise).eval();
+  sense_.torques.rest.resize(0), sense_.torques.sign = 1;  // those of a sample are taken off when it comes
   for (const sensing::SensedLink& link : sensor_->links()) bodies_.push_back(link.surface.body);
   options_.tracker.cone = options.sense.cone;
   for (int count = 2; count <= options.max_contacts; ++count) trackers_.emplace_back(sensor_, count, options_.tracker);
@@ -69,7 +74,9 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
 
 void ContactEstimator::reset() {
   tau_.setZero();
-  tare_ = {.offset = Eigen::VectorXd::Zero(tau_.size()), .q = tau_, .variance = kMost * options_.bias * options_.bias};
+  tare_ = {.offset = Eigen::VectorXd::Zero(tau_.size()),
+           .q = tau_,
+           .variance = Eigen::VectorXd::Constant(tau_.size(), kMost * options_.bias * options_.bias)};
   last_.clear();
   tracked_.clear();
   hypotheses_.clear();
@@ -92,7 +99,7 @@ ContactEstimator::Tracked* ContactEstimator::find_tracked(const sensing::Contact
 }
 
 /// ρ of (C.12).
-double ContactEstimator::calc_rho() const { return std::pow(sense_.noise / options_.plausible_force, 2); }
+double ContactEstimator::calc_rho() const { return std::pow(sensed_.noise / options_.plausible_force, 2); }
 
 /// Single contacts as sets of one, by (C.12).
 void ContactEstimator::rank_singles() {
@@ -130,10 +137,11 @@ void ContactEstimator::find_sets() {
   if (sensed_.verdict == sensing::Verdict::BelowThreshold)
     for (sensing::ContactTracker& tracker : trackers_) tracker.reset();
   if (trackers_.empty() || hypotheses_.empty() || !needs_more()) return;
-  const double sigma = sense_.noise, rho = calc_rho();
+  const double sigma = sensed_.noise, rho = calc_rho();
   const world::Model& model = sensor_->model();
   world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
-  sensing::calc_contact_rows(model, kinematics_, bodies_, external_, nullptr, sigma, rows_work_, rows_);
+  whitened_.assign(sense_.torques, external_, sense_.noise, sense_.tolerance);
+  sensing::calc_contact_rows(model, kinematics_, bodies_, whitened_.tau(), nullptr, sigma, rows_work_, rows_, &whitened_);
   for (std::size_t k = 0; k < trackers_.size() && needs_more(); ++k) {
     sensing::ContactTracker& tracker = trackers_[k];
     tracker.update({rows_, rho, sigma, sensed_.explained, make_parents(k)});
@@ -147,7 +155,7 @@ void ContactEstimator::find_sets() {
 /// there are fewer and fewer until all are refuted.
 void ContactEstimator::choose_reported() {
   std::size_t kept = 0;
-  const double margin = options_.score_margin * sense_.noise * sense_.noise;
+  const double margin = options_.score_margin * sensed_.noise * sensed_.noise;
   while (kept < std::min(hypotheses_.size(), at(options_.max_candidates)) &&
          hypotheses_[kept].objective <= hypotheses_[0].objective + margin)
     ++kept;
@@ -163,31 +171,41 @@ void ContactEstimator::choose_reported() {
 void ContactEstimator::learn_offset(VectorRef q, double dt) {
   Tare& t = tare_;
   const double b2 = options_.bias * options_.bias, memory = options_.lag + time_constant_;
-  if (t.time > 0) t.variance = std::min(kMost * b2, t.variance + b2 * (q - t.q).norm());
+  if (t.time > 0) t.variance = (t.variance.array() + b2 * (q - t.q).norm()).min(kMost * b2);
   t.q = q;
   t.time += dt;
-  const bool free = !t.ready || (tau_ - t.offset).cwiseAbs().maxCoeff() < sense_.threshold.value_or(4 * sense_.noise);
+  Eigen::ArrayXd most = 4 * (white_ + t.variance).array().sqrt();
+  if (sense_.threshold) most.setConstant(*sense_.threshold);
+  const bool free = !t.ready || ((tau_ - t.offset).array().abs() < most).all();
   t.ready = t.ready || t.time >= 5 * memory;
   if (!free) return;
-  const double gain = t.variance / (t.variance + white_ * white_ * (1 + 2 * memory / dt));
-  t.offset += gain * (tau_ - t.offset);
-  t.variance *= 1 - gain;
+  const Eigen::VectorXd gain = t.variance.array() / (t.variance.array() + white_.array() * (1 + 2 * memory / dt));
+  t.offset += gain.cwiseProduct(tau_ - t.offset);
+  t.variance.array() *= 1 - gain.array();
+}
+
+/// σ² or its matrix: white noise after the low-pass, and what is not known of offsets.                                             (C.13)
+void ContactEstimator::set_noise() {
+  if (white_noise_.size() == 0) {
+    sense_.noise = std::sqrt(white_[0] + (options_.bias > 0 ? tare_.variance[0] : 0));
+    return;
+  }
+  sense_.torques.covariance = white_noise_;
+  if (options_.bias > 0) sense_.torques.covariance.diagonal() += tare_.variance;
 }
 
 /// Candidates for the torques less their offsets, and the noise that is left.
 void ContactEstimator::sense(VectorRef q, double dt) {
   external_ = tau_;
-  sense_.noise = white_;
   if (options_.bias > 0) {
-    sense_.noise = std::hypot(white_, std::sqrt(tare_.variance));
     learn_offset(q, dt);
-    sense_.noise = std::hypot(white_, std::sqrt(tare_.variance));
     if (tare_.ready) {
       external_ -= tare_.offset;
     } else {
       external_.setZero();
     }
   }
+  set_noise();
   sensing::sense(*sensor_, {.q = q_full_, .tau = external_, .last = &last_}, sense_, work_, sensed_);
 }
 
@@ -214,7 +232,10 @@ std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, Vec
 
 /// Hypotheses that explain the torques as they are after a sample. @param dt  since the one before [s]
 void ContactEstimator::take_sample(VectorRef q, VectorRef tau, double dt) {
-  tau_ += dt / (time_constant_ + dt) * (tau - tau_);
+  const sensing::TorqueModel& given = options_.sense.torques;
+  const Eigen::VectorXd external =
+      given.rest.size() > 0 ? Eigen::VectorXd(given.sign * (tau - given.rest)) : Eigen::VectorXd(given.sign * tau);
+  tau_ += dt / (time_constant_ + dt) * (external - tau_);
   q_full_.tail(q.size()) = q;
   sense(q, dt);
 

@@ -13,8 +13,11 @@ namespace stiction::execution {
 /// What is known of the torques. The rest follows: docs/theory/control.md
 struct ContactEstimatorOptions {
   sensing::SensorOptions sensor{.samples = 200};
-  sensing::SenseOptions sense{.max_descents = 2};  ///< `noise` and `threshold` are those of `noise`, `lag`, `bias` below
-  double noise = 0.05;     ///< standard deviation of each torque as it is given, white before a lag of `lag` [N m; N], > 0
+  /// `noise` and `threshold` are those of `noise`, `lag`, `bias` below. `torques` may have rest and sign of the torques as they are given, the covariance of their white
+  /// noise in place of `noise`, and joints without a sensor.
+  sensing::SenseOptions sense{.max_descents = 2};
+  double noise =
+      0.05;  ///< standard deviation of each torque as it is given, white before a lag of `lag` [N m; N], > 0; the largest where `sense` has a covariance
   double lag = 0.01;       ///< 1/K_O of the observer that gives them [s], > 0
   double least_force = 5;  ///< smallest force that matters to who asks [N], > 0: noise is to move its point by less than a sample spacing
   /// Standard deviation of offsets of the torques, of sensors and of weights that are not as thought [N m; N], ≥ 0. Where there are any, nothing may touch
@@ -67,7 +70,7 @@ class ContactEstimator {
   const std::vector<sensing::ContactSet>& hypotheses() const { return hypotheses_; }  ///< that are reported, the likeliest first
   const sensing::Sensor& sensor() const { return *sensor_; }
   double time_constant() const { return time_constant_; }              ///< T [s]
-  double noise() const { return sense_.noise; }                        ///< σ of the last tick [N m; N]
+  double noise() const { return sensed_.noise; }                       ///< σ of the last tick, as of SenseResult [N m; N]
   const Eigen::VectorXd& offset() const { return tare_.offset; }       ///< of the torques, as learned (n_a) [N m; N]
   int missed() const { return missed_; }                               ///< samples left out since the last one that was taken
   bool is_ready() const { return options_.bias == 0 || tare_.ready; }  ///< offsets are learned
@@ -81,7 +84,7 @@ class ContactEstimator {
   /// Offsets of the torques, learned while nothing touches the arm.
   struct Tare {
     Eigen::VectorXd offset, q;  ///< [N m; N]; joint positions of the last tick [rad; m] (n_a)
-    double variance = 0;        ///< P of each offset [(N m)²; N²]
+    Eigen::VectorXd variance;   ///< P of each offset [(N m)²; N²]
     double time = 0;            ///< since the start [s]
     bool ready = false;
   };
@@ -97,6 +100,7 @@ class ContactEstimator {
   void place(control::VectorRef q_now);
   Tracked* find_tracked(const sensing::ContactPoint& point);
   double calc_rho() const;
+  void set_noise();
 
   std::shared_ptr<const sensing::Sensor> sensor_;
   ContactEstimatorOptions options_;
@@ -106,7 +110,10 @@ class ContactEstimator {
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics kinematics_;
   Eigen::VectorXd q_full_, tau_, external_;
-  double time_constant_ = 0, white_ = 0;  ///< T, and the deviation of white noise after it
+  double time_constant_ = 0;     ///< T
+  Eigen::VectorXd white_;        ///< variance of white noise after it (n_a) [(N m)²; N²]
+  Eigen::MatrixXd white_noise_;  ///< its covariance where it is not the same in every joint; else empty
+  sensing::WhitenedTorques whitened_;
   Tare tare_;
   std::vector<sensing::ContactPoint> last_;
   std::vector<Tracked> tracked_, tracked_before_;

@@ -21,12 +21,12 @@ std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 /// With estimated contacts (5.28) knows of a force the lag of observer, low-pass, delay and tick later, in which the command of a reference that asks for R λ_max
 /// adds R λ_max lag/T_w of force: a share of the bound, for T_w = w_max h. An error of a share of the least force that counts is none of noise.   (C.14)
 control::ControllerOptions make_controller_options(const ControlScenario& scenario, double filter) {
-  constexpr double kDemand = 4, kShare = 0.125, kOfThreshold = 0.2;  // R, and the shares
+  constexpr double kShare = 0.125, kOfThreshold = 0.2;
   control::ControllerOptions out = scenario.controller;
   if (out.law == control::Law::ForceEquality) out = control::make_early_form(out);
   if (scenario.contacts == ContactSource::True) return out;
   const double lag = scenario.observer.time_constant + filter + scenario.delay + scenario.period;
-  out.damping.largest = kDemand / kShare * lag / out.damping.period;
+  out.damping.largest = scenario.demand / kShare * lag / out.damping.period;
   out.damping.force_scale = kOfThreshold * out.force_threshold;
   const ContactEstimatorOptions& e = scenario.estimator;  // all that it tells, and as many walls
   out.max_contacts = std::clamp(2 * e.max_contacts * e.max_candidates, out.max_contacts, control::kMaxContacts);
@@ -124,6 +124,7 @@ struct ControlLoop::Impl {
       return;
     }
     const Measured& m = measured.front();
+    told = m.external;
     if (!is_estimated()) {
       reported = m.contacts;
       return;
@@ -155,6 +156,7 @@ struct ControlLoop::Impl {
            .q = q,
            .q_cmd = command.q_cmd,
            .reference = reference,
+           .external = told,
            .torque = plant.torque(),
            .forces = forces,
            .reported = reported};
@@ -185,7 +187,7 @@ struct ControlLoop::Impl {
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
   world::Pose X_WT_start, X_WL_start;  ///< of the tool, and of the link that a hand presses on
-  Eigen::VectorXd q_cmd;
+  Eigen::VectorXd q_cmd, told;
   std::deque<Measured> measured;  ///< the oldest is what the controller is told of
   std::vector<control::ContactForce> contacts, reported;
   std::vector<simulation::PairForce> forces;

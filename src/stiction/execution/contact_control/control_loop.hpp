@@ -13,6 +13,7 @@ namespace stiction::execution {
 struct ControlSample {
   double time = 0;                              ///< [s]
   Eigen::VectorXd q, q_cmd, reference;          ///< (n_a), (n_a), joints (n_a) or tool (6)
+  Eigen::VectorXd external;                     ///< external torques as the arm is told of them, a delay old; empty where it is not (n_a)
   Eigen::VectorXd torque;                       ///< of the motors, beside what carries the weight (n_a) [N·m or N]
   std::vector<simulation::PairForce> forces;    ///< on the robot, of pairs of a robot with something else, and of the hand (pair −1)
   double largest_force = 0;                     ///< of one contact [N]

@@ -14,8 +14,12 @@ void set_lambda_max(ControlScenario& scenario, double lambda_max) {
 
 ContactEstimatorOptions make_estimator_options(const ControlScenario& scenario) {
   ContactEstimatorOptions out = scenario.estimator;
-  out.noise = scenario.observer.noise;
-  out.lag = scenario.observer.time_constant;
+  const simulation::ObserverOptions& observer = scenario.observer;
+  out.noise = observer.joint_noise.size() > 0 ? observer.joint_noise.maxCoeff() : observer.noise;
+  if (observer.joint_noise.size() > 0)
+    out.sense.torques.covariance = sensing::make_covariance(observer.joint_noise, static_cast<int>(observer.joint_noise.size()), out.noise);
+  if (observer.rest.size() > 0) out.sense.torques.rest = observer.rest;
+  out.lag = observer.time_constant;
   out.least_force = scenario.controller.force_threshold;
   out.plausible_force = scenario.plausible_force.value_or(2 * scenario.controller.lambda_max);
   return out;

@@ -48,7 +48,8 @@ struct ControlScenario {
   simulation::ObserverOptions observer;
   ContactEstimatorOptions estimator;        ///< what it is told by others: make_estimator_options()
   std::optional<double> plausible_force{};  ///< F of (C.12) [N], > 0; nullopt: twice lambda_max
-  double delay = 0;  ///< of contacts or of torques and the joints at which they were measured, rounded to ticks [s], ≥ 0
+  double demand = 4;  ///< R: forces that the reference asks for at most, in bounds, from which the damping (C.14) follows, > 0
+  double delay = 0;   ///< of contacts or of torques and the joints at which they were measured, rounded to ticks [s], ≥ 0
 };
 
 /// Another bound of every contact force; a third of it counts as a contact at most. @throws core::InvalidInput: not positive

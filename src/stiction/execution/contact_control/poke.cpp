@@ -51,7 +51,12 @@ Status simulate_poke(sensing::Scenario& scenario, std::string& message) {
   const world::Model& model = scenario.sensor->model();
   simulation::PlantOptions options;
   options.damping_ratio = 0;
-  const simulation::ObserverOptions observer{poke.time_constant, poke.noise, poke.bias, poke.bias_reach, poke.inertia_error, poke.seed};
+  const simulation::ObserverOptions observer{.time_constant = poke.time_constant,
+                                             .noise = poke.noise,
+                                             .bias = poke.bias,
+                                             .bias_reach = poke.bias_reach,
+                                             .inertia_error = poke.inertia_error,
+                                             .seed = poke.seed};
   simulation::DrivenPlant plant(simulation::Plant::make(scenario.sensor->model_ptr(), options), {}, observer);
   plant.reset(sensing::place_robots(model, poke.start));
 

@@ -43,6 +43,10 @@ std::shared_ptr<const world::Model> make_world(const TouchScenario& scenario, st
     body.X_WB.R = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * body.X_WB.R;
     scene.fixed.push_back(std::move(body));
   }
+  for (const MisplacedBody& misplaced : scenario.misplaced)
+    for (world::FixedSpec& body : scene.fixed)
+      if (body.name == misplaced.name)
+        for (int i = 0; i < 3; ++i) body.X_WB.p[i] += misplaced.position_spread[i] * random.uniform(-1, 1);
   auto model = world::Model::make(scene);
   if (const std::string touched = find_touched(*model, scenario.arm.start); !touched.empty())
     core::throw_invalid(scenario.arm.file.empty() ? "start" : fmt::format("{}: start", scenario.arm.file.string()),

@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""Do guarded moves reach their end, how hard do they press, and how well is a wrong height found? 40 seeds of each scenario in MuJoCo, with the noise of a real Franka.
+
+    PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--program build/release/stiction] [--json]
+
+Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for, and while it slides of the controller's bound. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
+"""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import yaml
+
+import real_touches
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SCENARIOS = ["lower_until_touch", "press_button", "follow_wall", "close_hand"]
+
+
+def find_noise():
+    model, _ = real_touches.load_arm("panda")
+    found = real_touches.calibrate_without(model, real_touches.load_logs(), "")
+    return {"noise": np.sqrt(np.diag(found.within))[:7].round(4).tolist(), "drift": np.ravel(found.drift)[:7].round(4).tolist()}
+
+
+def run(program, scenario, seed):
+    done = subprocess.run([program, "touch", scenario, "--seed", str(seed), "--json"], capture_output=True, text=True, timeout=300)
+    if not done.stdout:
+        sys.exit(f"{scenario}, seed {seed}: {done.stderr}")
+    return json.loads(done.stdout)
+
+
+def asked_forces(scenario):
+    """Bounds of the moves that press: the force with which a move ends, and while it slides the bound of the controller."""
+    text = yaml.safe_load((ROOT / "scenarios" / f"{scenario}.yaml").read_text(encoding="utf-8"))
+    bound = text["controller"]["lambda_max"]
+    return {move["name"]: move["until"]["force"] if "until" in move else bound if "press" in move else None for move in text["moves"]}
+
+
+def percent(values, share):
+    return round(float(np.quantile(values, share)), 3) if values else None
+
+
+def judge(program, scenario, seeds):
+    asked = asked_forces(scenario)
+    reached, alarms, told, late, impact, last, found, corrections, links, failed = 0, [], [], [], [], [], [], [], [], []
+    for seed in range(seeds):
+        out = run(program, scenario, seed)
+        reached += out["status"] in ("Passed", "Failed")
+        if out["status"] != "Passed":
+            failed.append({"seed": seed, "status": out["status"], "message": out["message"]})
+        for move in out["moves"]:
+            force = asked[move["name"]]
+            if not force:
+                continue
+            late.append(move["late_peak"] / force)
+            impact.append(move["peak"])
+            if "correction" in move:
+                corrections.append(1e3 * move["correction"])
+                found.append(1e3 * move["correction_error"])
+            if not move["felt"]:
+                continue
+            last.append(move["last_force"])
+            links += [felt["probability"] for felt in move["felt"]]
+            alarms.append(1e3 * (min(felt["alarm_s"] for felt in move["felt"]) - move["contact_s"]))
+            told.append(max(felt["time_s"] for felt in move["felt"]) - move["contact_s"])
+    return {
+        "scenario": scenario,
+        "seeds": seeds,
+        "reached": reached,
+        "noticed_ms": [percent(alarms, 0.5), percent(alarms, 1)],
+        "told_s": [percent(told, 0.5), percent(told, 1)],
+        "late_peak_of_asked": [percent(late, 0.5), percent(late, 1)],
+        "impact_N": [percent(impact, 0.5), percent(impact, 1)],
+        "last_force_N": [percent(last, 0), percent(last, 0.5), percent(last, 1)],
+        "correction_mm": [percent(corrections, 0), percent(corrections, 1)],
+        "correction_error_mm": [percent(found, 0), percent(found, 1)],
+        "probability_of_link": [percent(links, 0), percent(links, 0.5)],
+        "failed": failed,
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=40)
+    parser.add_argument("--scenario", nargs="*", default=SCENARIOS)
+    parser.add_argument("--program", default=ROOT / "build" / "release" / "stiction")
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    out = {"noise": find_noise(), "runs": [judge(arguments.program, name, arguments.seeds) for name in arguments.scenario]}
+    if arguments.json:
+        print(json.dumps(out))
+        return
+    print("noise of the real arm [N m], drift [N m/√s]:", *out["noise"].values(), sep="\n  ")
+    for row in out["runs"]:
+        print(*(f"{key:22} {value}" for key, value in row.items()), sep="\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+#include "stiction/execution/touch/feeler.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stiction/control/point_jacobian.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/sensing/series_columns.hpp"
+
+namespace stiction::execution {
+
+using Eigen::VectorXd;
+
+namespace {
+
+VectorXd calc_joint_noise(const ControlScenario& arm) {
+  if (arm.observer.joint_noise.size() > 0) return arm.observer.joint_noise;
+  return VectorXd::Constant(arm.model->n_a(), arm.observer.noise);
+}
+
+/// Links that one of the joints moves, as of SensorOptions.
+std::vector<std::string> find_moved(const world::Model& model, const std::vector<int>& joints) {
+  world::KinematicsWorkspace work(model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(model, model.neutral(), work, kinematics);
+  control::RowMatrix J(6, model.n_a());
+  std::vector<std::string> out;
+  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
+    if (model.bodies()[b].kind != world::BodyKind::Robot) continue;
+    control::calc_point_jacobian(model, kinematics, static_cast<int>(b), kinematics.X_WB[b].p, J);
+    if (std::any_of(joints.begin(), joints.end(), [&](int j) { return !J.col(j).isZero(0); })) out.push_back(model.bodies()[b].name);
+  }
+  return out;
+}
+
+sensing::SensorOptions make_sensor_options(const ControlScenario& arm, const std::vector<int>& joints) {
+  sensing::SensorOptions out = arm.estimator.sensor;
+  if (joints.empty()) return out;
+  out.links = find_moved(*arm.model, joints);
+  if (out.links.empty()) core::throw_invalid("joints", "joints that move no link", "joints of a robot");
+  return out;
+}
+
+}  // namespace
+
+Feeler::Feeler(const ControlScenario& arm, std::vector<int> joints)
+    : arm_(arm),
+      joints_(std::move(joints)),
+      sensor_(sensing::Sensor::make(arm.model, make_sensor_options(arm, joints_))),
+      work_(sensor_),
+      memory_(std::exp(-arm.period / arm.observer.time_constant)) {
+  if (joints_.empty()) joints_ = sensing::joints_but(arm.model->n_a(), {});
+  const double whiter = (1 + memory_) / (1 - memory_);
+  noise_ = (whiter * select(calc_joint_noise(arm)).array().square()).matrix().asDiagonal();
+  if (arm.observer.drift.size() > 0) drift_ = select(arm.observer.drift);
+  listen();
+}
+
+VectorXd Feeler::select(const VectorXd& of_all) const {
+  VectorXd out(static_cast<Eigen::Index>(joints_.size()));
+  for (std::size_t i = 0; i < joints_.size(); ++i) out[static_cast<Eigen::Index>(i)] = of_all[joints_[i]];
+  return out;
+}
+
+void Feeler::listen() {
+  onset_.reset();
+  last_.resize(0);
+  settle();
+}
+
+void Feeler::start() {
+  if (rows_ == 0) core::throw_invalid("rest", "no row", "at least one row while nothing touches");
+  onset_.emplace(sum_ / rows_, sensing::OnsetOptions{.noise = noise_.diagonal().cwiseSqrt(), .drift = drift_, .rest_rows = rows_});
+  settle();
+}
+
+bool Feeler::update(const VectorXd& external) {
+  const VectorXd now = select(external);
+  if (last_.size() == 0) {
+    last_ = now;
+    return false;
+  }
+  row_ = (now - memory_ * last_) / (1 - memory_);
+  last_ = now;
+  sum_ += row_;
+  ++rows_;
+  return onset_ && onset_->update(row_, arm_.period);
+}
+
+double Feeler::age() const { return touches() ? onset_->rows() * arm_.period : 0; }
+
+void Feeler::settle() {
+  sum_.setZero(static_cast<Eigen::Index>(joints_.size()));
+  rows_ = 0;
+}
+
+const sensing::SenseResult& Feeler::identify(const VectorXd& q) {
+  if (!touches() || rows_ == 0) core::throw_invalid("touch", "nothing", "a touch, and a row since settle()");
+  sensing::SenseOptions& options = options_ = arm_.estimator.sense;
+  options.threshold.reset(), options.max_descents.reset();
+  options.posterior = true;
+  const int n = arm_.model->n_a();
+  const Eigen::MatrixXd noise = onset_->noise() + noise_ / rows_;
+  tau_.setZero(n);
+  options.torques.unmeasured = sensing::joints_but(n, joints_);
+  options.torques.covariance.setIdentity(n, n);
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    tau_[joints_[i]] = sum_[k] / rows_ - onset_->rest()[k];
+    for (std::size_t j = 0; j < joints_.size(); ++j)
+      options.torques.covariance(joints_[i], joints_[j]) = noise(k, static_cast<Eigen::Index>(j));
+  }
+  q_full_ = arm_.model->neutral();
+  q_full_.tail(q.size()) = q;
+  sensing::sense(*sensor_, {q_full_, tau_}, options, work_, sensed_);
+  return sensed_;
+}
+
+double Feeler::calc_force(int body, const Eigen::Vector3d& p_L, const Eigen::Vector3d& f_L) const {
+  const VectorXd one = select(sensing::calc_contact_torque(*arm_.model, q_full_, body, p_L, f_L)), tau = select(tau_);
+  const VectorXd weights = select(options_.torques.covariance.diagonal()).cwiseInverse();
+  const double size = one.dot(weights.cwiseProduct(one));
+  return size > 0 ? one.dot(weights.cwiseProduct(tau)) / size : 0;
+}
+
+}  // namespace stiction::execution

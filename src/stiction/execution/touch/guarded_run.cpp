@@ -1,0 +1,325 @@
+#include "stiction/execution/touch/guarded_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <utility>
+
+#include "stiction/control/point_jacobian.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/touch/approach.hpp"
+#include "stiction/execution/touch/feeler.hpp"
+#include "stiction/execution/touch/move_parts.hpp"
+
+namespace stiction::execution {
+
+using core::Status;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+std::string_view to_string(MoveOutcome outcome) noexcept {
+  switch (outcome) {
+    case MoveOutcome::Arrived:
+      return "Arrived";
+    case MoveOutcome::Felt:
+      return "Felt";
+    case MoveOutcome::Lost:
+      return "Lost";
+    case MoveOutcome::NotFelt:
+      return "NotFelt";
+    case MoveOutcome::WrongLink:
+      return "WrongLink";
+    case MoveOutcome::StillThere:
+      return "StillThere";
+  }
+  return "";
+}
+
+namespace {
+
+// An edge, and how far beyond it a link is clear of the body [m].
+constexpr double kEdgeAlong = 0.01, kEdgeDepth = 0.002, kBeyond = 0.2;
+constexpr double kFollow = 0.5;    ///< time in which a command that stays behind is made up for [s]
+constexpr double kMostBehind = 5;  ///< in leads
+
+class GuardedRun {
+ public:
+  GuardedRun(const TouchScenario& scenario, const TouchRunOptions& options, GuardedRunResult& out)
+      : scenario_(scenario),
+        options_(options),
+        out_(out),
+        arm_(make_guarded_arm(scenario, options.seed)),
+        loop_(arm_, out.world),
+        feeler_(arm_),
+        kinematics_work_(*arm_.model),
+        J_(6, arm_.model->n_a()),
+        q_(arm_.start) {
+    out_.model = arm_.model;
+    locate();
+    start_W_ = tool_W_;
+  }
+
+  Status go() {
+    out_.reached = true;
+    for (const GuardedMove& move : scenario_.moves) {
+      MoveResult& result = out_.moves.emplace_back();
+      const std::size_t first = out_.run.samples.size();
+      result.name = move.name, result.begin = loop_.time();
+      const Vector3d from_W = tool_W_;
+      carry_out(move, result);
+      result.end = loop_.time();
+      result.travelled = move.direction_W.dot(tool_W_ - from_W);
+      judge_move(out_.run.samples, first, result);
+      if (go_on_ != Status::Solved || !result.reason.empty()) {
+        out_.reached = false;
+        out_.reason = go_on_ == Status::NumericalFailure ? loop_.message() : fmt::format("{}: {}", move.name, result.reason);
+        break;
+      }
+    }
+    summarise(arm_, loop_, options_.settle, out_.run);
+    return out_.status = out_.run.status = go_on_;
+  }
+
+ private:
+  /// Where the tool is, and the softness of the arm there.
+  void locate() {
+    VectorXd q_full = arm_.model->neutral();
+    q_full.tail(q_.size()) = q_;
+    world::calc_kinematics(*arm_.model, q_full, kinematics_work_, kinematics_);
+    tool_W_ = kinematics_.X_WB[static_cast<std::size_t>(arm_.tool)] * arm_.X_BT.p;
+    control::calc_point_jacobian(*arm_.model, kinematics_, arm_.tool, tool_W_, J_);
+  }
+
+  double calc_softness(const Vector3d& direction) const {
+    return (J_.topRows<3>().transpose() * direction).cwiseAbs2().cwiseQuotient(arm_.model->stiffness()).sum();
+  }
+
+  bool tick() {
+    if (options_.control.cancelled()) go_on_ = Status::Cancelled;
+    if (options_.control.expired()) go_on_ = Status::MaxIterations;
+    if (go_on_ != Status::Solved) return false;
+    ControlSample& sample = out_.run.samples.emplace_back();
+    VectorXd reference = VectorXd::Zero(6);
+    reference.head<3>() = reference_;
+    go_on_ = loop_.tick(reference, sample);
+    q_ = sample.q;
+    locate();
+    if (sample.external.size() > 0) feeler_.update(sample.external);
+    return go_on_ == Status::Solved;
+  }
+
+  void rest(double seconds) {
+    const long ticks = std::lround(seconds / arm_.period);
+    for (long k = 0; k < ticks && tick(); ++k) {
+    }
+  }
+
+  /// The command leads the arm along a direction by what presses with `force` (G.5).
+  void lead(const Vector3d& direction, double force) {
+    const double ahead = direction.dot(reference_ - (tool_W_ - start_W_));
+    reference_ += (force * calc_softness(direction) - ahead) * direction;
+  }
+
+  /// The same beside a motion, which the command follows with a lag: the reference goes ahead by so much more as the command stays behind. @param behind  that, so far [N]
+  void lead_moving(const Vector3d& direction, double force, double& behind) {
+    const double commanded = direction.dot(J_.topRows<3>() * (out_.run.samples.back().q_cmd - q_)) / calc_softness(direction);
+    behind = std::clamp(behind + arm_.period / kFollow * (force - commanded), 0.0, kMostBehind * force);
+    lead(direction, force + behind);
+  }
+
+  void carry_out(const GuardedMove& move, MoveResult& result) {
+    const std::optional<double> length = calc_length(move);
+    if (!length) {
+      result.reason = fmt::format("its direction does not lead to '{}'", move.gap->body);
+      return;
+    }
+    if (move.until) listen();
+    const Vector3d from_W = tool_W_;
+    double left = *length, speed = move.speed;
+    while (go_on_ == Status::Solved) {
+      if (move.press ? !slide(move, left) : !go_along(move, left, speed)) break;
+      if (move.press) {
+        result.outcome = MoveOutcome::Lost;
+        if (!move.correct.empty()) correct(move, arm_.tool, -move.direction_W, -kBeyond, result);
+        return;
+      }
+      if (press(move, result)) return;
+      speed *= kSlower;
+      left = *length - move.direction_W.dot(tool_W_ - from_W);  // the alarm was a false one
+    }
+    if (go_on_ != Status::Solved) return;
+    if (move.press) {
+      result.outcome = MoveOutcome::StillThere;
+      result.reason = fmt::format("after {} m there is still something to press on", move.travel);
+      return;
+    }
+    rest(kRest);
+    result.outcome = move.until ? MoveOutcome::NotFelt : MoveOutcome::Arrived;
+    if (move.until) result.reason = fmt::format("nothing was felt within {} m", move.travel);
+  }
+
+  void listen() {
+    rest(kRest);
+    feeler_.listen();
+    rest(kListen);
+    if (go_on_ == Status::Solved) feeler_.start();
+  }
+
+  /// How far to go. nullopt: the body of the gap is not in that direction.
+  std::optional<double> calc_length(const GuardedMove& move) const {
+    if (!move.gap) return move.travel;
+    const auto length = calc_approach(*out_.model, full(q_), arm_.tool, find_body(move.gap->body), move.direction_W, move.gap->distance);
+    if (!length) return std::nullopt;
+    return std::clamp(*length, 0.0, move.travel);
+  }
+
+  VectorXd full(const VectorXd& q) const {
+    VectorXd out = out_.model->neutral();
+    out.tail(q.size()) = q;
+    return out;
+  }
+
+  int find_body(const std::string& name) const {
+    const auto bodies = out_.model->bodies();
+    return static_cast<int>(std::find_if(bodies.begin(), bodies.end(), [&](const auto& b) { return b.name == name; }) - bodies.begin());
+  }
+
+  /// @returns whether what is felt ends the way, or begins anew after a false alarm; false at its end, or where the contact that is pressed is lost
+  bool go_along(const GuardedMove& move, double length, double speed) {
+    const MoveProfile profile(std::max(0.0, length), speed);
+    const Vector3d from = reference_;
+    const long ticks = static_cast<long>(std::ceil(profile.duration() / arm_.period));
+    for (long k = 1; k <= ticks; ++k) {
+      reference_ = from + profile.at(static_cast<double>(k) * arm_.period) * move.direction_W;
+      if (!tick()) return false;
+      if (move.until && feeler_.touches()) return true;
+    }
+    return false;
+  }
+
+  /// A move that presses. @returns whether it came to an edge
+  bool slide(const GuardedMove& move, double length) {
+    const MoveProfile profile(length, move.speed);
+    const Vector3d from = reference_;
+    std::deque<std::pair<double, double>> way;  // along the move, and in the direction of the force
+    const long ticks = static_cast<long>(std::ceil(profile.duration() / arm_.period)), window = std::lround(kMeasure / arm_.period);
+    double behind = (share_ - 1) * move.press->force;
+    share_ = 1;
+    feeler_.settle();
+    for (long k = 1; k <= ticks; ++k) {
+      reference_ = from + profile.at(static_cast<double>(k) * arm_.period) * move.direction_W;
+      lead_moving(move.press->direction_W, share_ * move.press->force, behind);
+      if (!tick()) return false;
+      if (is_over_an_edge(move, way)) {
+        reference_ = tool_W_ - start_W_;
+        return true;
+      }
+      if (k % window != 0) continue;
+      if (const auto felt = describe({})) share_ = follow_force(share_, felt->force, move.press->force);
+      feeler_.settle();
+    }
+    return false;
+  }
+
+  /// Nothing touches any more, or what is pressed on gives way faster than a surface leans.
+  bool is_over_an_edge(const GuardedMove& move, std::deque<std::pair<double, double>>& way) const {
+    way.emplace_back(move.direction_W.dot(tool_W_), move.press->direction_W.dot(tool_W_));
+    while (way.back().first - way.front().first > kEdgeAlong) way.pop_front();
+    return !feeler_.touches() || way.back().second - way.front().second > kEdgeDepth;
+  }
+
+  /// Waits with a part of the force until the impact is over, presses with all of it, and measures.
+  /// @returns whether that ended the move; false: nothing touches after all
+  bool press(const GuardedMove& move, MoveResult& result) {
+    const double alarm = loop_.time(), begin = alarm - feeler_.age(), force = move.until->force;
+    const auto press_for = [&](double seconds, double from, double to) {
+      const long ticks = std::lround(seconds / arm_.period);
+      for (long k = 1; k <= ticks && feeler_.touches(); ++k) {
+        lead(move.direction_W, force * (from + (to - from) * static_cast<double>(k) / static_cast<double>(ticks)));
+        if (!tick()) break;
+      }
+      return feeler_.touches() && go_on_ == Status::Solved;
+    };
+    if (!press_for(kHold, kStart, kStart)) return false;
+    if (!press_for(kPress, kStart, 1)) return false;
+    share_ = 1;
+    int wrong = 0;
+    for (int k = 0; k < kMeasurements && wrong < kSure; ++k) {
+      feeler_.settle();
+      if (!press_for(kMeasure, share_, share_)) return false;
+      const auto felt = describe(move.until->links);
+      wrong = felt ? 0 : wrong + 1;
+      if (!felt) continue;
+      result.felt = {*felt};
+      if (std::abs(felt->force - force) < kRight * force) break;
+      share_ = follow_force(share_, felt->force, force);
+    }
+    if (wrong > 0) {
+      result.felt.clear();
+      result.outcome = MoveOutcome::WrongLink;
+      result.reason = name_touched();
+      return true;
+    }
+    result.outcome = MoveOutcome::Felt, result.reason.clear();
+    result.felt[0].alarm = alarm, result.felt[0].begin = begin;
+    if (!move.correct.empty()) correct(move, result.felt[0].body, move.direction_W, 0, result);
+    return true;
+  }
+
+  std::string name_touched() {
+    const auto& likely = feeler_.identify(q_).posterior.credible;
+    return likely.empty() ? "what touches is on no link that is sensed"
+                          : fmt::format("touched at '{}'", feeler_.sensor().link_name(likely.front()));
+  }
+
+  std::optional<FeltContact> describe(const std::vector<int>& links) { return describe_touch(feeler_, q_, links, loop_.time()); }
+
+  /// The body goes where the link says that it is. @param direction  in which the link comes to it  @param start  as of calc_approach() [m]
+  void correct(const GuardedMove& move, int link, const Vector3d& direction, double start, MoveResult& result) {
+    const auto further = calc_approach(*out_.model, full(q_), link, find_body(move.correct), direction, 0, start);
+    if (!further) {
+      result.reason =
+          fmt::format("'{}' was felt where '{}' cannot be", arm_.model->bodies()[static_cast<std::size_t>(link)].name, move.correct);
+      return;
+    }
+    const Vector3d shift = -*further * direction;
+    world::Scene scene = out_.model->scene();
+    for (std::size_t i = 0; i < scene.fixed.size(); ++i) {
+      if (scene.fixed[i].name != move.correct) continue;
+      scene.fixed[i].X_WB.p += shift;
+      result.correction = move.direction_W.dot(shift);
+      result.correction_error = move.direction_W.dot(scene.fixed[i].X_WB.p - out_.world->scene().fixed[i].X_WB.p);
+    }
+    out_.model = world::Model::make(scene);
+  }
+
+  const TouchScenario& scenario_;
+  const TouchRunOptions& options_;
+  GuardedRunResult& out_;
+  ControlScenario arm_;
+  ControlLoop loop_;
+  Feeler feeler_;
+  world::KinematicsWorkspace kinematics_work_;
+  world::Kinematics kinematics_;
+  control::RowMatrix J_;
+  VectorXd q_;                             ///< as measured
+  Vector3d tool_W_, start_W_;              ///< the tool now and at the start
+  Vector3d reference_ = Vector3d::Zero();  ///< of the tool, from its start [m]
+  double share_ = 1;                       ///< of the lead (G.5)
+  Status go_on_ = Status::Solved;
+};
+
+}  // namespace
+
+Status run_guarded(const TouchScenario& scenario, const TouchRunOptions& options, GuardedRunResult& out) {
+  options.validate();
+  if (scenario.moves.empty()) core::throw_invalid("moves", "none", "at least one");
+  out = {};
+  out.world = make_world(scenario, options.seed);
+  out.status = scenario.arm.tool >= 0 ? GuardedRun(scenario, options, out).go() : run_closing(scenario, options, out);
+  return out.status;
+}
+
+}  // namespace stiction::execution

@@ -1,0 +1,60 @@
+#include "stiction/execution/touch/move_parts.hpp"
+
+#include <map>
+
+#include "stiction/execution/touch/feeler.hpp"
+
+namespace stiction::execution {
+
+double MoveProfile::at(double t) const {
+  const double T = duration();
+  if (t >= T) return length_;
+  if (t < kRamp) return 0.5 * speed_ * t * t / kRamp;
+  if (t > T - kRamp) return length_ - 0.5 * speed_ * (T - t) * (T - t) / kRamp;
+  return speed_ * (t - 0.5 * kRamp);
+}
+
+ControlScenario make_guarded_arm(const TouchScenario& scenario, std::uint64_t seed) {
+  ControlScenario out = scenario.arm;
+  out.observer.seed = seed;
+  out.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
+  return out;
+}
+
+std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd& q, const std::vector<int>& links, double time) {
+  const sensing::SenseResult& sensed = feeler.identify(q);
+  for (const int link : sensed.posterior.credible) {
+    const int body = feeler.sensor().links()[static_cast<std::size_t>(link)].surface.body;
+    if (!links.empty() && std::find(links.begin(), links.end(), body) == links.end()) continue;
+    FeltContact out;
+    out.time = time, out.body = body;
+    out.probability = sensed.posterior.links[static_cast<std::size_t>(link)];
+    for (const sensing::Candidate& candidate : sensed.candidates) {
+      if (candidate.best.link != link) continue;
+      out.p_W = candidate.p_W, out.direction_W = candidate.f_W.normalized(), out.force = candidate.f_W.norm();
+      return out;
+    }
+    return std::nullopt;  // no place of this link explains the torques
+  }
+  return std::nullopt;
+}
+
+void judge_move(const std::vector<ControlSample>& samples, std::size_t first, MoveResult& out) {
+  std::map<int, double> since;  // of pairs
+  out.contact = out.end;
+  double sum = 0;
+  int late = 0;
+  for (std::size_t k = first; k < samples.size(); ++k) {
+    const ControlSample& sample = samples[k];
+    for (const simulation::PairForce& f : sample.forces) {
+      const double force = f.force_W.norm(), made = since.try_emplace(f.pair, sample.time).first->second;
+      out.contact = std::min(out.contact, made);
+      out.peak = std::max(out.peak, force);
+      if (sample.time >= made + kImpact) out.late_peak = std::max(out.late_peak, force);
+    }
+    if (sample.time >= out.end - kImpact) sum += sample.largest_force, ++late;
+  }
+  out.last_force = late > 0 ? sum / late : 0;
+}
+
+}  // namespace stiction::execution

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "stiction/execution/touch/guarded_run.hpp"
+
+// Internal to the layer: what moves of a tool and of fingers have in common.
+
+namespace stiction::execution {
+
+class Feeler;
+
+// Times of a guarded move [s].
+constexpr double kRest = 0.3;     ///< until springs rest after a move
+constexpr double kListen = 0.5;   ///< of torques while nothing touches
+constexpr double kRamp = 0.2;     ///< in which a move gets to its speed
+constexpr double kHold = 0.2;     ///< at half of the force after an alarm
+constexpr double kPress = 0.3;    ///< from one force to the next
+constexpr double kMeasure = 0.3;  ///< of torques at that force
+constexpr double kImpact = 0.1;   ///< after which forces are judged
+
+constexpr double kStart = 0.5;   ///< share of the force with which the arm waits after an alarm
+constexpr double kSlower = 0.5;  ///< of the speed, after an alarm with nothing behind it, which a rebound may be
+constexpr double kRight = 0.05;  ///< of the force, by which what is felt may be off
+constexpr double kGain = 0.5;    ///< of the lead, by what of the force is missing in a measurement
+constexpr int kMeasurements = 12;
+constexpr int kSure = 2;  ///< measurements in a row that say that another link is touched
+
+/// Way of a straight move from rest to rest: constant acceleration for kRamp, its speed, and the same back to rest.
+class MoveProfile {
+ public:
+  MoveProfile(double length, double speed) : length_(length), speed_(std::min(speed, length / kRamp)) {}
+  double duration() const { return speed_ > 0 ? length_ / speed_ + kRamp : 0; }
+  double at(double t) const;
+
+ private:
+  double length_, speed_;
+};
+
+/// The lead follows the force that is felt: the controller damps the command while forces are not as predicted, and friction bears a part of what springs press with.
+/// @param share  of the lead  @returns the next share
+inline double follow_force(double share, double felt, double asked) {
+  return std::clamp(share + kGain * (1 - felt / asked), kStart, 1 / kStart);
+}
+
+/// The scenario with the seed of a run, and damping for forces that leads bound themselves.
+ControlScenario make_guarded_arm(const TouchScenario& scenario, std::uint64_t seed);
+
+/// What touches one of `links` (empty: any), from the torques of the feeler since its settle(): the likeliest of these; nullopt: none of them, with 95 %.
+std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd& q, const std::vector<int>& links, double time);
+
+/// Forces of the simulation over the samples of a move, from `first` on; each pair is judged from 0.1 s after it was made.
+void judge_move(const std::vector<ControlSample>& samples, std::size_t first, MoveResult& out);
+
+/// Moves of fingers, each from its own touch on by itself: run_guarded() of a scenario without a tool.
+core::Status run_closing(const TouchScenario& scenario, const TouchRunOptions& options, GuardedRunResult& out);
+
+}  // namespace stiction::execution
