@@ -50,7 +50,8 @@ def _of_run(row: Row) -> str:
 
 def _without_numbers(message: str) -> str:
     """The first part of a message, so that those of one cause are the same."""
-    first = re.split(r"[;:] ", message)[0] if len(message) > 80 else message
+    message = _plain(message)
+    first = re.split(r"[;] ", message)[0] if len(message) > 80 else message
     return re.sub(r"'[^']*'", "'…'", re.sub(r"-?\d[\d.e+-]*", "N", first)).strip()[:100]
 
 
@@ -65,8 +66,13 @@ def detail_of(row: Row) -> str:
     return f"{row['nodes']} nodes; of {row['tried']} moves to new contacts: {refused or 'all accepted'}.{said}"
 
 
+def _plain(text: str) -> str:
+    """In one line, without the folders of this machine."""
+    return re.sub(r"(/[\w.+-]+){2,}/", "…/", " ".join(text.split()))
+
+
 def _cut(text: str, most: int = 160) -> str:
-    text = re.sub(r"(/[\w.+-]+){3,}/", "…/", " ".join(text.split()))
+    text = _plain(text)
     return text if len(text) <= most else text[: most - 1] + "…"
 
 

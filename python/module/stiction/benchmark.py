@@ -29,7 +29,7 @@ class BenchmarkRun:
 
     folder: str  # of task files
     plan_budget_s: float = 15.0  # processor time [s]
-    run_budget_s: float = 45.0  # ... of a run with its plans [s]
+    run_budget_s: float = 20.0  # ... of a run with its plans [s]
     duration_s: float = 60.0  # of a run by the clock of the plant [s]
 
     def __post_init__(self) -> None:

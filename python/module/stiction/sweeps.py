@@ -286,15 +286,17 @@ def without_rows(cases: list[Case], there: set[tuple[str, ...]]) -> list[Case]:
 
 def _run(table: Table, backend: Any, run: Run, cases: list[Case], total: int, on_progress: Callable[[Progress], object] | None) -> None:
     start, cases_done = time.monotonic(), 0
+    there = total - sum(len(case.friction) for case in cases)
     tell = on_progress or (lambda progress: None)
-    tell(Progress(len(table.rows), total, 0.0, None if cases else 0.0, []))
+    tell(Progress(there, total, 0.0, None if cases else 0.0, []))
     if not cases:
         return
     for case, attempts, result in run_all(backend, run, cases):
         rows = table.add(rows_of(case, attempts, result))
         cases_done += 1
+        there += len(rows)
         elapsed = time.monotonic() - start
-        tell(Progress(len(table.rows), total, elapsed, elapsed / cases_done * (len(cases) - cases_done), rows))
+        tell(Progress(there, total, elapsed, elapsed / cases_done * (len(cases) - cases_done), rows))
 
 
 def rows_of(case: Case, attempts: int, result: Any) -> list[dict[str, Any]]:
