@@ -2037,6 +2037,12 @@ class PlanResult:
         """
 
     @property
+    def regrasps(self) -> dict[str, int]:
+        """
+        how many moves to new contacts were tried and accepted, and what refused the others
+        """
+
+    @property
     def wall_s(self) -> float: ...
 
     @property
