@@ -21,7 +21,7 @@ st = pytest.importorskip("stiction")
 
 from stiction import _benchmark_page as page  # noqa: E402
 from stiction import _benchmark_tasks as tasks  # noqa: E402
-from stiction import benchmark  # noqa: E402
+from stiction import _benchmark as benchmark  # noqa: E402
 from stiction._jobs import Local  # noqa: E402
 from stiction.sweeps import Case, run_cases  # noqa: E402
 

@@ -14,7 +14,7 @@ from ._benchmark_page import summarise, write_page
 from ._benchmark_tasks import ENTRIES, SETS, find_packages
 from ._files import write_whole
 from ._sweep_command import Line, read_seeds
-from .benchmark import BenchmarkRun, benchmark, versions
+from ._benchmark import BenchmarkRun, benchmark, versions
 from .sweeps import read_seeds as list_seeds
 
 DEFAULT = BenchmarkRun("")

@@ -10,6 +10,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/robot_tree.hpp"
+#include "stiction/world/urdf.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -41,7 +42,7 @@ struct Found {
 Found read_file(const fs::path& file) {
   world::RobotSpec robot;
   robot.name = "robot";
-  robot.mjcf = file;
+  (world::is_urdf(file) ? robot.urdf : robot.mjcf) = file;
   robot.split.by_actuators = true;
   try {
     return {world::contents_of(robot), false};
