@@ -94,6 +94,7 @@ def _turned(
     return Entry(f"metaworld_{name}", "joints", test, _sawyer(file, hand, {"objects": to}, tolerance, start), differs)
 
 
+JAMS = "beyond 1.33 rad the door overlaps a post of its frame by up to 1 mm, where rigid bodies jam and MuJoCo's soft ones pass"
 PRESSED = "MuJoCo's soft limit lets a button go deeper than its range, and the maker's test asks for that; here it is pressed to the end of its range"
 
 METAWORLD_JOINTS = [
@@ -103,9 +104,9 @@ METAWORLD_JOINTS = [
     _turned("button_press_topdown_wall", "button within 24 mm of its hole", "sawyer_button_press_topdown_wall", LOW, {"button": _joint(-0.06)}, 0.005, differs=PRESSED),
     _turned("coffee_button", "button within 20 mm of 30 mm deep", "sawyer_coffee", LOW, {"cmbutton": _joint(_beyond(0.015))}, 0.005, {"obj": _free(0, 0.68, 0)}),
     _turned("dial_turn", "knob within 70 mm of the goal: turned by 1.37 rad", "sawyer_dial", HIGH, {"body_34": _joint(_beyond(1.39))}, 0.02),
-    _turned("door_open", "handle within 80 mm of the goal along x: 1.39 to 1.81 rad", "sawyer_door_pull", HIGH, {"door_link": _joint([-1.795, -1.405])}, 0.02),
+    _turned("door_open", "handle within 80 mm of the goal along x: 1.39 to 1.81 rad", "sawyer_door_pull", HIGH, {"door_link": _joint([-1.795, -1.405])}, 0.02, differs=JAMS),
     _turned("door_close", "handle within 80 mm of the goal: below 0.17 rad", "sawyer_door_pull", HIGH, {"door_link": _joint(_beyond(-0.155))}, 0.02,
-            {"door_link": _joint(-1.5708)}, "the hand starts at (0, 0.6, 0.2), not at (-0.5, 0.6, 0.2)"),
+            {"door_link": _joint(-1.5708)}, f"{JAMS}; the hand starts at (0, 0.6, 0.2), not at (-0.5, 0.6, 0.2)"),
     _turned("door_lock", "lock within 20 mm of the goal height: turned by 1.2 rad", "sawyer_door_lock", HIGH, {"lock_link": _joint(_beyond(1.215))}, 0.02),
     _turned("door_unlock", "lock within 20 mm of the goal along x: below 0.37 rad", "sawyer_door_lock", HIGH, {"lock_link": _joint(_below(0.357))}, 0.02, {"lock_link": _joint(1.57)}),
     _turned("drawer_open", "handle within 30 mm of the goal: 160 mm out", "sawyer_drawer", HIGH, {"drawer_link": _joint(-0.16)}, 0.005),
@@ -267,7 +268,7 @@ ADROIT_TASKS = [
           {"scene": {"file": f"{ADROIT}/adroit_hammer.xml"}, "goal": {"objects": {"nail": _joint(_beyond(0.085))}}, "tolerance": {"position": 0.005, "angle": 0.1}}, "the hand may push the nail itself"),
 ]  # fmt: skip
 
-FETCH = "the base stands still, as its own damping of 1e11 has it; the object weighs 2 kg"
+FETCH = "base and torso, which damping of 1e7 and more holds in the file, are joints like the others here and may move; the object weighs 2 kg"
 
 
 def _fetch(name: str, set_: str, file: str, start: tuple[float, float, float], goal: tuple[float, float, float], scene: dict[str, Any] | None = None, base: float = 0.405, differs: str = "") -> Entry:
