@@ -157,7 +157,9 @@ def test_causes_are_named_by_what_refused_most() -> None:
     assert page.detail_of(search) == "7 nodes; of 50 moves to new contacts: no posture in contact 5, no path to it 1, the object moved 30."
     start = row(status="NotPlanned", stage="plan", iterations=0, tried=0, message="the start cannot be settled: step 1 of the exact dynamics ends in Infeasible")
     assert page.cause_of(start) == "no search: the start cannot be settled: step N of the exact dynamics ends in Infeasible"
-    assert page.cause_of(row(status="NotReached", stage="run", end="Dropped")) == "run: an object fell"
+    assert page.detail_of(start) == "no search: the start cannot be settled: step 1 of the exact dynamics ends in Infeasible."
+    fell = row(status="NotReached", stage="run", end="Dropped", message="'obj' fell")
+    assert (page.cause_of(fell), page.detail_of(fell)) == ("run: an object fell", "an object fell; 'obj' fell.")
     assert page.cause_of(row(status="Stopped", stage=None, message="its process was ended after 60 s")) == "stopped: its process was ended after N s"
     assert page.cause_of(row(status="Reached", stage="run")) == ""
     lost = row(status="NotReached", stage="run", end="NoPlan", accepted=True, plan_s=2.0, reached=False)

@@ -59,8 +59,10 @@ def detail_of(row: Row) -> str:
     """What stopped a row, with its numbers; empty: nothing did."""
     if row["status"] == "Reached":
         return ""
+    if row["stage"] == "run":
+        return f"{_of_run(row)}; {_cut(row['message'] or 'nothing was said')}."
     if row["stage"] != "plan" or not row["tried"]:
-        return " ".join(filter(None, [f"{cause_of(row)}.", _cut(row["message"] or "")]))
+        return f"{cause_of(row).split(': ')[0]}: {_cut(row['message'] or 'nothing was said')}."
     refused = ", ".join(f"{words} {row[name]}" for name, words in REFUSED.items() if row[name])
     said = f" {_cut(row['message'])}" if row["message"] else ""
     return f"{row['nodes']} nodes; of {row['tried']} moves to new contacts: {refused or 'all accepted'}.{said}"
@@ -119,8 +121,9 @@ def summarise(rows: Iterable[Row], entries: Iterable[Entry] = ENTRIES) -> list[d
 
 
 def write_page(rows: Iterable[Row], packages: Mapping[str, str], settings: Mapping[str, float], missing: Iterable[Entry] = ()) -> str:
-    rows = list(rows)
     entries = {entry.name: entry for entry in ENTRIES}
+    order = {name: k for k, name in enumerate(entries)}
+    rows = sorted(rows, key=lambda row: (order.get(row["task"], len(order)), row["seed"]))
     seeds = sorted({row["seed"] for row in rows})
     lines = [
         "# Benchmark: scenes of others",

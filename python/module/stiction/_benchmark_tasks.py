@@ -78,6 +78,11 @@ def _place(name: str, x: float, y: float, z: float) -> dict[str, Any]:
 HIGH, LOW = (0.0, 0.6, 0.2), (0.0, 0.4, 0.2)
 
 
+def _untouched(file: str, name: str) -> dict[str, Any]:
+    """A scene in which the robot cannot touch an object, so that it takes a tool."""
+    return {"file": file, "filters": [{"exclude": ["robot", name]}]}
+
+
 def _sawyer(file: str, hand: tuple[float, float, float], goal: dict[str, Any], tolerance: float, objects: dict[str, Any] | None = None) -> dict[str, Any]:
     start: dict[str, Any] = {"poses": {"hand": {"position": list(hand), "quaternion_wxyz": [math.sqrt(0.5), 0, math.sqrt(0.5), 0]}}}
     return {
@@ -133,6 +138,14 @@ METAWORLD_JOINTS = [
 ]  # fmt: skip
 
 
+THROUGH = "the robot passes through what the tool is for, which only the tool can move then"
+
+
+def _with_tool(name: str, file: str, *rest: Any) -> dict[str, Any]:
+    task = _sawyer(file, *rest)
+    return task | {"scene": _untouched(task["scene"]["file"], name)}
+
+
 def _moved(
     name: str, set_: str, test: str, file: str, object_: str, start: tuple[float, float, float] | None, goal: tuple[float, float, float], tolerance: float,
     hand: tuple[float, float, float] = HIGH, others: dict[str, Any] | None = None, differs: str = "",
@@ -167,14 +180,14 @@ METAWORLD_FREE = [
     _moved("peg_insertion_side", "insertion", "head of the peg within 70 mm of the goal (sideways 35 mm)", "sawyer_peg_insertion_side", "peg", (0, 0.6, 0.03), (-0.17, 0.6, 0.13), 0.035),
     _moved("peg_unplug_side", "insertion", "plug within 70 mm of 150 mm out", "sawyer_peg_unplug_side", "plug1", None, (-0.102, 0.6, 0.131), 0.07),
     Entry("metaworld_stick_push", "tools", "thermos within 120 mm of the goal, stick in the hand",
-          _sawyer("sawyer_stick_obj", HIGH, {"objects": {"body_36.obj_slidex": _joint(0.2), "body_36": _joint(0)}}, 0.1, {"stick": _free(-0.1, 0.6, 0.02)}),
-          "the hand may push the thermos itself"),
+          _with_tool("body_36", "sawyer_stick_obj", HIGH, {"objects": {"body_36.obj_slidex": _joint(0.2), "body_36": _joint(0)}}, 0.1, {"stick": _free(-0.1, 0.6, 0.02)}),
+          THROUGH),
     Entry("metaworld_stick_pull", "tools", "thermos within 120 mm of the goal, stick in its handle",
-          _sawyer("sawyer_stick_obj", HIGH, {"objects": {"body_36.obj_slidex": _joint(0.15), "body_36": _joint(-0.11)}}, 0.05,
+          _with_tool("body_36", "sawyer_stick_obj", HIGH, {"objects": {"body_36.obj_slidex": _joint(0.15), "body_36": _joint(-0.11)}}, 0.05,
                   {"stick": _free(0, 0.6, 0.02), "body_36.obj_slidex": _joint(0), "body_36": _joint(0.09)}),
-          "the hand may pull the thermos itself"),
+          THROUGH),
     Entry("metaworld_hammer", "tools", "nail more than 90 mm deep",
-          _sawyer("sawyer_hammer", LOW, {"objects": {"nail_link": _joint(_beyond(0.095))}}, 0.005, {"hammerbody": _free(0, 0.5, 0.02)}), "the hand may push the nail itself"),
+          _with_tool("nail_link", "sawyer_hammer", LOW, {"objects": {"nail_link": _joint(_beyond(0.095))}}, 0.005, {"hammerbody": _free(0, 0.5, 0.02)}), THROUGH),
 ]  # fmt: skip
 
 
@@ -265,7 +278,7 @@ ADROIT_TASKS = [
     Entry("adroit_door", "joints", "door opened by 1.35 rad",
           {"scene": {"file": f"{ADROIT}/adroit_door.xml"}, "goal": {"objects": {"door": _joint(_beyond(1.37))}}, "tolerance": {"position": 0.02, "angle": 0.02}}),
     Entry("adroit_hammer", "tools", "nail within 10 mm of its board",
-          {"scene": {"file": f"{ADROIT}/adroit_hammer.xml"}, "goal": {"objects": {"nail": _joint(_beyond(0.085))}}, "tolerance": {"position": 0.005, "angle": 0.1}}, "the hand may push the nail itself"),
+          {"scene": _untouched(f"{ADROIT}/adroit_hammer.xml", "nail"), "goal": {"objects": {"nail": _joint(_beyond(0.085))}}, "tolerance": {"position": 0.005, "angle": 0.1}}, THROUGH),
 ]  # fmt: skip
 
 FETCH = "base and torso, which damping of 1e7 and more holds in the file, are joints like the others here and may move; the object weighs 2 kg"
