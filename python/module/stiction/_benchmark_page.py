@@ -128,13 +128,16 @@ def write_page(rows: Iterable[Row], packages: Mapping[str, str], settings: Mappi
     lines = [
         "# Benchmark: scenes of others",
         "",
-        "`stiction benchmark` loads scenes as others publish them, plans them to the goals of their makers, checks each plan and carries it out in MuJoCo while the clock goes on. "
-        "Every task has the same settings, which are the defaults. This page is written by the command, with its table beside it.",
+        "`stiction benchmark` loads scenes as others publish them, and plans them to the goals of their makers. It checks each plan, and carries it out in MuJoCo while the clock goes on. "
+        "Every task has the same settings, which are the defaults.",
         "",
         "```sh",
-        "pip install 'stiction[benchmark]'                          # or --scenes FOLDER, where wheels are unpacked",
-        "stiction benchmark joints push --seeds 1 -o out/benchmark      # the same command goes on where it was interrupted",
+        "stiction benchmark push_t_planar planar_pushing -o out/benchmark",
         "```",
+        "",
+        "Without names it runs all tasks, and a set is a name as well (`joints`, `push`, `in hand`). `pip install 'stiction[benchmark]'` brings the packages of the scenes. "
+        "`--scenes FOLDER` finds them where wheels are unpacked. The same command goes on where it was interrupted, and `--list` names the tasks. "
+        "In the folder are the task files, `results.csv` and this page.",
         "",
         f"Each search has {settings['plan_budget_s']:g} s of processor time on one thread, each run {settings['run_budget_s']:g} s with its plans, and {settings['duration_s']:g} s by the clock of the plant. "
         f"Seeds: {', '.join(map(str, seeds))}. Packages: {', '.join(f'{name} {number}' for name, number in packages.items()) or 'none'}.",
