@@ -25,7 +25,7 @@ SECTIONS = [
     ("Start", ["index.md", "code/README.md", "commands.md", "notation.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
     ("Tutorials", "tutorials"),
     ("Theory", "theory"),
-    ("Reference", ["python.md", "scenes.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "guarded_moves.md", "code/scenarios/README.md", "headers.md"]),
+    ("Reference", ["python.md", "scenes.md", "benchmark.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "guarded_moves.md", "code/scenarios/README.md", "headers.md"]),
     ("Figures of the thesis", "reproduction"),
     ("How well it works", ["benchmarks.md"]),
     ("Decisions", "decisions"),

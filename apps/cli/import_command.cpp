@@ -41,7 +41,7 @@ int run_import(const ImportArguments& arguments) {
 
 Run declare_import(CLI::App& command) {
   const auto arguments = std::make_shared<ImportArguments>();
-  command.add_option("file", arguments->file, "MJCF file with a robot and objects")->required();
+  command.add_option("file", arguments->file, "MJCF or URDF file with a robot and objects")->required();
   command.add_option("-o,--out", arguments->out, "Task file to write; without it the task goes to stdout");
   return [arguments] { return run_import(*arguments); };
 }

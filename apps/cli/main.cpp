@@ -22,7 +22,7 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"tasks", "Built-in tasks with their sizes", app::declare_tasks},
-    {"import", "Writes a task for a scene that is in one MJCF file: its robot, its objects, a start and a goal to edit",
+    {"import", "Writes a task for a scene that is in one MJCF or URDF file: its robot, its objects, a start and a goal to edit",
      app::declare_import},
     {"lint", "Looks at a task without planning it: overlaps, units, what holds and reaches the object", app::declare_lint},
     {"plan", "Plans a task and writes the plan file", app::declare_plan},
@@ -36,6 +36,7 @@ constexpr Command kCommands[] = {
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
     {"export", "Writes a plan over time for other programs: CSV, NumPy, JSON, MCAP of ROS 2 messages", app::declare_python},
     {"sweep", "Plans, checks and simulates many times, on all cores or a cluster: a table with a row per run", app::declare_python},
+    {"benchmark", "Plans, checks and runs tasks on scenes of other packages with one set of settings: a table and a page", app::declare_python},
     {"studio", "Opens tasks in the browser: pose, plan, scrub, compare, export", app::declare_studio},
     {"control", "Runs an arm with bounded contact forces against what its reference does not know", app::declare_control},
     {"touch", "Sends an arm to a goal among things that it has to feel: bounded forces, contacts from torques, plans around them",

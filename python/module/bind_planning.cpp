@@ -167,6 +167,14 @@ void bind_planning(nb::module_& m) {
             return out;
           },
           "activity -> (processor time [s], calls); all 0 with the options `thesis`")
+      .def_prop_ro(
+          "regrasps",
+          [](const PlanResult& r) {
+            const planning::RegraspCounts& g = r.result.regrasps;
+            return std::map<std::string, long>{{"tried", g.tried},     {"accepted", g.accepted},         {"no_posture", g.no_sample},
+                                               {"no_path", g.no_path}, {"object_moved", g.object_moved}, {"failed_step", g.failed_step}};
+          },
+          "how many moves to new contacts were tried and accepted, and what refused the others")
       .def_prop_ro("wall_s", [](const PlanResult& r) { return r.result.wall_s; })
       .def_prop_ro(
           "tree", [](const PlanResult& r) { return r.result.records; }, "its nodes, the root first, of a search with the option `thesis`")

@@ -132,7 +132,8 @@ void bind_tasks(nb::module_& m) {
     >>> "allegro_cube" in st.list_tasks()
     True)");
   m.def("import_scene", &import_scene, "file"_a, nb::kw_only(), "out"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(),
-        "A task for a scene that is in one MJCF file: trees with an actuator are robots, what moves in other trees are objects, the rest "
+        "A task for a scene that is in one MJCF or URDF file: trees with an actuator are robots, what moves in other trees are objects, "
+        "the rest "
         "stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the "
         "file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. Raises "
         "InvalidInput."

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "planning/push_plan.hpp"
 #include "simulation/scenes.hpp"
+#include "stiction/planning/goal_measure.hpp"
 
 namespace stiction::execution::test {
 namespace {
@@ -50,6 +52,34 @@ TEST(PlanSource, StartThatRestsWithTheFrictionOfTheSceneAlone_SlipsInAPlanWithLe
   EXPECT_FALSE(less.trajectory) << "it begins where the object came to";
   EXPECT_NE(less.result.reason.find("the object does not rest at the start: it moves by"), std::string::npos) << less.result.reason;
   EXPECT_FALSE(source.ask(slope.problem.q_start, u, 0, 1, {}).slips);
+}
+
+/// Whatever keeps the object where it is, the fourth time in a row the plan that does not move it is not gone on with.
+TEST(PlanSource, PlanThatBringsTheObjectNoNearer_IsGivenUp) {
+  planning::PlanningProblem problem;
+  problem.model = planning::test::load_model("planar_pushing");
+  const planning::Plan plan = planning::test::push_up(problem.model);
+  problem.q_start = plan.q_start;
+  problem.goal = plan.goal;
+  problem.goal.tol_position = 0.005;
+  planning::PlannerOptions options;
+  options.threads = 1;
+  options.max_iterations = 1;
+  const RunOptions how;
+  const RunSpeeds speeds = calc_run_speeds(*problem.model, 0);
+  PlanSource stuck(problem, options, how, speeds), moving(problem, options, how, speeds);
+  (void)stuck.take(plan), (void)moving.take(plan);
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(stuck.ask(plan.q_start, plan.u_start, k, 1, {}).joined, k < 3) << k;
+
+  std::size_t k = 0;
+  double nearest = 1e9;
+  for (const auto& knot : plan.segments.back().knots) {
+    const double share = planning::goal_error(*problem.model, knot.q, problem.goal).share(problem.goal);
+    if (share > nearest - 1.1 || share < 1) continue;
+    nearest = share;
+    EXPECT_TRUE(moving.ask(knot.q, knot.u, k++, 1, {}).joined) << share << " tolerances from the goal";
+  }
+  EXPECT_GE(k, 4U) << "more often than in vain";
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "planning/push_plan.hpp"
 #include "stiction/execution/open_loop/lag_allowance.hpp"
 #include "stiction/execution/open_loop/push_travel.hpp"
+#include "stiction/world/read.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::execution::test {
@@ -213,6 +214,27 @@ TEST(DragFeedforward, StraightPush_LeadsByDampingOverStiffness) {
   const auto plain = make_trajectory(*model, plan, speeds), ahead = make_trajectory(*model, plan, speeds, &lead);
   EXPECT_NEAR((ahead.u.col(ahead.u.cols() - 1) - plain.u.col(plain.u.cols() - 1)).norm(), 0, 1e-12) << "at rest at its end";
   EXPECT_NEAR((ahead.u - ahead.q.bottomRows(2)).row(1).maxCoeff(), speeds.push[1] * 1.0, 0.1 * speeds.push[1]) << "T_f v in the middle";
+}
+
+/// A slider of 5 kg with 60 N·s/m of its own, on what gives m/τ = 100 N·s/m.
+TEST(DragFeedforward, DampingOfTheJointItself_IsLedToo) {
+  const auto model = world::Model::make(world::parse_scene(
+      "robots: [{name: r, mjcf: \"<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0' range='-1 1'/><inertial mass='1' "
+      "pos='0 0 0' diaginertia='1 1 1'/><body><joint name='y' "
+      "type='slide' "
+      "axis='0 1 0' range='-1 1'/><geom size='.05' mass='1'/></body></body></worldbody><actuator><position joint='x' kp='100'/><position "
+      "joint='y' "
+      "kp='100'/></actuator></mujoco>\"}]\n"
+      "objects: [{name: drawer, joint: slider, axis: [0, 1, 0], mass: 5, joint_damping: 60, shapes: [{box: {size: [0.2, 0.2, 0.2]}}]}]\n",
+      "."));
+  const planning::Plan plan =
+      planning::test::push_plan(model, Eigen::Vector3d(0.15, 0, -0.02), {Eigen::Vector2d(0, 0.1), Eigen::Vector2d(0, 0.2)});
+  const auto& knots = plan.segments.back().knots;
+  const auto &from = knots[knots.size() - 2], &to = knots.back();
+  const double way = to.q[0] - from.q[0], duration = 0.2;
+  ASSERT_GT(way, 0.01);
+  const auto led = DragFeedforward(model).calc(plan, from.q, to.u, to.q, duration);
+  EXPECT_NEAR(led.strain[1], (5 / 0.05 + 60) * way / duration / 100, 0.02 * led.strain[1]);
 }
 
 /// Leads strain springs at once where a push begins; joints that are slow take their time for it.

@@ -4,6 +4,7 @@
 
 #include "planning/push_plan.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/read.hpp"
 #include "support/message_of.hpp"
 
 namespace stiction::execution::test {
@@ -119,6 +120,24 @@ TEST(Trajectory, WhatOnlyCarriesOthers_IsNotTheLightestObject) {
   for (const auto& object : model->scene().objects) ball = std::max(ball, object.mass);
   const VectorXd force = SpeedLimits{.load_time = 0.5}.of_springs(*model).cwiseProduct(model->stiffness()).cwiseQuotient(model->reach());
   EXPECT_TRUE(force.isApproxToConstant(9.81 * ball / 0.5, 1e-12)) << force.transpose();
+}
+
+/// A lock of a gram that its joint damps: 2 N·m·s/rad at 0.05 rad in half a second are 0.2 N·m, at L = 0.1 m 2 N, and its dry friction bears 1 N there.
+TEST(Trajectory, WhatItsJointHolds_IsHeavierThanItsMass) {
+  const auto force = [](const std::string& joint) {
+    const auto model = world::Model::make(world::parse_scene(
+        "robots: [{name: r, mjcf: \"<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0' range='-1 1'/><geom size='.02' "
+        "mass='1'/></body></worldbody>"
+        "<actuator><position joint='x' kp='100'/></actuator></mujoco>\"}]\n"
+        "objects: [{name: lock, axis: [0, 0, 1], mass: 0.001, pose: {position: [0, 1, 0]}, shapes: [{box: {size: [0.1, 0.1, 0.1]}}], " +
+            joint + "}]\n",
+        "."));
+    return (SpeedLimits{.load_time = 0.5}.of_springs(*model).cwiseProduct(model->stiffness()).cwiseQuotient(model->reach()) * 0.5)[0];
+  };
+  EXPECT_NEAR(force("joint: hinge"), 9.81e-3, 1e-9);
+  EXPECT_NEAR(force("joint: hinge, joint_damping: 2"), 2, 1e-9);
+  EXPECT_NEAR(force("joint: hinge, joint_damping: 2, joint_friction: 0.1"), 3, 1e-9);
+  EXPECT_NEAR(force("joint: slider, joint_damping: 20, joint_friction: 0.1"), 0.3, 1e-9);
 }
 
 TEST(Trajectory, KnotWithoutCommandIncrement_TakesNoTime) {

@@ -23,10 +23,11 @@ if not PROGRAM.exists():
 
 # ---- numbers
 
-FIRST = {"check": "plan.json", "simulate": "plan.json", "refine": "plan.json", "export": "plan.json", "bench": None}  # others take a task or a scenario
+FIRST = {"check": "plan.json", "simulate": "plan.json", "refine": "plan.json", "export": "plan.json", "benchmark": "push_t_planar", "bench": None}  # others take a task or a scenario
 OF_PYTHON = {  # option: (lowest and highest integer, or "> 0" or "≥ 0")
     "export": {"--speed": "> 0", "--pause": "≥ 0"},
     "sweep": {"--speed": "> 0", "--timeout": "> 0", "-j": (1, 1024)},
+    "benchmark": {"--plan-budget": "> 0", "--run-budget": "> 0", "--duration": "> 0", "-j": (1, 1024)},
 }
 
 

@@ -69,6 +69,33 @@ def test_program_writes_a_task_that_it_loads(drawer: Path, stiction) -> None:
     assert shown.returncode == 0 and "  objects: [drawer]" in shown.stdout
 
 
+CELL = """<robot name="cell">
+  <link name="world"/><link name="slide"><inertial><mass value="1"/></inertial></link>
+  <joint name="x" type="prismatic"><parent link="world"/><child link="slide"/><origin xyz="0 0 0.2"/><axis xyz="1 0 0"/><limit lower="-0.5" upper="0.5" effort="40" velocity="1"/></joint>
+  <link name="finger"><collision><geometry><sphere radius="0.03"/></geometry></collision></link>
+  <joint name="y" type="prismatic"><parent link="slide"/><child link="finger"/><axis xyz="0 1 0"/><limit lower="-0.5" upper="0.5" effort="40" velocity="1"/></joint>
+  <link name="case"/><joint name="stand" type="fixed"><parent link="world"/><child link="case"/><origin xyz="0.3 0 0.2"/></joint>
+  <link name="drawer"><inertial><mass value="0.5"/></inertial><collision><geometry><box size="0.1 0.2 0.2"/></geometry></collision></link>
+  <joint name="rail" type="prismatic"><parent link="case"/><child link="drawer"/><axis xyz="1 0 0"/><limit lower="0" upper="0.25" effort="0" velocity="0"/><dynamics damping="2" friction="0.3"/></joint>
+  <transmission name="a"><joint name="x"/></transmission><transmission name="b"><joint name="y"/></transmission>
+</robot>"""
+
+
+def test_a_urdf_is_a_whole_scene_too(tmp_path: Path, stiction) -> None:
+    (tmp_path / "cell.urdf").write_text(CELL)
+    task = st.import_scene(tmp_path / "cell.urdf")
+    assert task.model.joint_names == ["robot/x", "robot/y"] and task.model.object_names == ["drawer"]
+    task.set_goal([0.15])
+    result = st.plan(task, seed=0, timeout_s=60)
+    assert result.status == st.Status.Solved and st.check_plan(result.plan).pass_
+    assert result.regrasps["tried"] >= result.regrasps["accepted"] >= 1
+    run = st.run(result.plan, seed=0, timeout_s=60)
+    assert run.reached, run.message
+    written = yaml.safe_load(stiction("import", tmp_path / "cell.urdf").stdout)
+    VALIDATOR.validate(written)
+    assert written["scene"]["objects"] == ["drawer"]
+
+
 def test_import_to_a_file_is_that_task(drawer: Path) -> None:
     out = drawer.parent / "drawer.yaml"
     task = st.import_scene(drawer, out=out)

@@ -1,10 +1,12 @@
 // Tasks of scenes that are in one MJCF file: where they start, what their goals are, and the text of an import.
 #include "stiction/tasks/import_scene.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
+#include "stiction/dynamics/step.hpp"
 #include "stiction/tasks/lint.hpp"
 #include "stiction/tasks/task.hpp"
 #include "support/message_of.hpp"
@@ -147,8 +149,45 @@ TEST_F(WholeSceneTask, ImportOfWhatIsNoScene_SaysWhy) {
       << R"(<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody><actuator><motor joint="j"/></actuator></mujoco>)";
   std::ofstream(dir_ / "object.xml") << R"(<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody></mujoco>)";
   EXPECT_NE(message_of([&] { (void)import_scene(dir_ / "robot.xml", dir_); }).find("got a file without an object"), std::string::npos);
-  EXPECT_NE(message_of([&] { (void)import_scene(dir_ / "object.xml", dir_); }).find("got a file without a robot"), std::string::npos);
+  const std::string object = message_of([&] { (void)import_scene(dir_ / "object.xml", dir_); });
+  EXPECT_NE(object.find("object.xml: import: got a file without a robot, expected a joint with an actuator, or a task with `robot: "
+                        "{bodies: […]}` beside its "
+                        "`file`, for one of body_1"),
+            std::string::npos)
+      << object;
+  std::ofstream(dir_ / "loop.xml") << R"(<mujoco><include file="again.xml"/></mujoco>)";
+  std::ofstream(dir_ / "again.xml") << R"(<mujocoinclude><include file="loop.xml"/></mujocoinclude>)";
+  const std::string loop = message_of([&] { (void)import_scene(dir_ / "loop.xml", dir_); });
+  EXPECT_NE(loop.find("File 'loop.xml' already included"), std::string::npos) << loop;
+  std::ofstream(dir_ / "longer.xml") << R"(<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <actuator><motor joint="j"/></actuator><keyframe><key name="of_another_model" qpos="1 2 3"/></keyframe></mujoco>)";
+  const std::string key = message_of([&] { (void)import_scene(dir_ / "longer.xml", dir_); });
+  EXPECT_NE(key.find("keyframe 'of_another_model': invalid qpos size, expected 1, got 3"), std::string::npos) << key;
   EXPECT_NE(message_of([&] { (void)import_scene(dir_ / "nowhere.xml", dir_); }).find("a file that does not exist"), std::string::npos);
+}
+
+TEST_F(WholeSceneTask, TwoArmsOfOneTree_AreOneRobot) {
+  std::ofstream(dir_ / "arms.xml")
+      << R"(<mujoco><worldbody><body name="torso"><body name="left" pos="1 0 0"><joint name="l"/><geom size=".1"/></body>
+      <body name="right" pos="-1 0 0"><joint name="r"/><geom size=".1"/></body></body><body name="box" pos="0 2 0"><freejoint/><geom size=".1"/></body>
+      </worldbody><actuator><motor joint="l"/><motor joint="r"/></actuator></mujoco>)";
+  const Task arms = parse_task(import_scene(dir_ / "arms.xml", dir_), dir_);
+  EXPECT_EQ(arms.model->n_a(), 2);
+  EXPECT_EQ(arms.model->robots().size(), 1u);
+}
+
+/// It loads, and says in the end what a step can hold.
+TEST_F(WholeSceneTask, MoreBodiesThanAStepHolds_AreNamed) {
+  std::string bodies;
+  for (int i = 0; i < 200; ++i) bodies += fmt::format("<body pos='{} 0 1'><freejoint/><geom size='.1'/></body>", i);
+  std::ofstream(dir_ / "many.xml") << "<mujoco><worldbody><body name='arm' pos='0 3 0'><joint name='j'/><geom size='.1'/></body>" << bodies
+                                   << "</worldbody><actuator><motor joint='j'/></actuator></mujoco>";
+  const Task many = parse_task(import_scene(dir_ / "many.xml", dir_), dir_);
+  const std::string message = message_of([&] { dynamics::StepWorkspace work(many.model); });
+  EXPECT_EQ(
+      message,
+      "model: got 200 objects and 1 joints that move, with 1201 coordinates, expected at most 1024 in groups of 4, of which a free object "
+      "has two, for a step; let bodies stand still that need not move (`objects` of a scene's `file`)");
 }
 
 }  // namespace

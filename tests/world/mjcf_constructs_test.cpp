@@ -91,12 +91,13 @@ Unsupported unsupported_elements(const mjSpec* spec) {
     if (chain.empty()) return;
     if (count(body, mjOBJ_JOINT) > 0 && std::any_of(chain.begin() + 1, chain.end(), is_free)) add("body", e);
     if (is_free(body) && !collides_somewhere.contains(body)) pass("body", e);
-    bool carries = collides_somewhere.contains(body);
+    bool carries = false;
     for_each(spec, mjOBJ_JOINT, [&](mjsElement* joint) {
       const auto above = chain_of(mjs_getParent(joint));
       carries = carries || std::find(above.begin(), above.end(), body) != above.end();
     });
     if (body->mocap && carries) add("body", e);
+    if (body->mocap && collides_somewhere.contains(body)) pass("body", e);
   });
   for_each(spec, mjOBJ_GEOM, [&](mjsElement* e) {
     const mjsGeom* geom = mjs_asGeom(e);
@@ -268,6 +269,7 @@ const Construct kRead[] = {
        <contact><exclude body1="arm" body2="target"/></contact>)"},
     {"BallsAndEllipsoids", R"(<worldbody><body pos="0 0 1" euler="0 20 0"><joint name="ball" type="ball" pos=".1 0 0"/><geom type="ellipsoid" size=".1 .2 .3" euler="10 0 0"/>
        <body pos=".3 0 0"><joint name="knee"/><joint name="ankle" type="ball" stiffness="2"/><geom size=".1"/></body></body></worldbody>)"},
+    {"MocapThatCollides", R"(<worldbody><body name="wand" mocap="true"><body><geom size=".1"/></body></body><body pos="1 0 0"><joint name="knee"/><geom size=".1"/></body></worldbody>)"},
     {"Nothing", ""},
 };
 
@@ -275,7 +277,7 @@ const Construct kRefused[] = {
     {"Geoms", R"(<asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><geom name="hills" type="hfield" hfield="h"/>
        <geom name="belt" type="box" size="1 1 1" surfacevel="1 0 0 0 0 0"/></worldbody>)"},
     {"FreeBodyWithLegs", R"(<worldbody><body name="walker"><freejoint/><geom size=".1"/><body><geom size=".1"/><body name="leg"><joint/><geom size=".1"/></body></body></body></worldbody>)"},
-    {"Mocap", R"(<worldbody><body name="wand" mocap="true"><geom size=".1"/></body><body name="handle" mocap="true"><body><joint/><geom size=".1"/></body></body></worldbody>)"},
+    {"Mocap", R"(<worldbody><body name="handle" mocap="true"><body><joint/><geom size=".1"/></body></body></worldbody>)"},
     {"PairsAndFlexes", R"(<worldbody><geom name="a" size=".1"/><body><joint/><geom name="c" size=".1"/></body>
        <flexcomp name="cloth" type="grid" dim="2" count="3 3 1" spacing=".1 .1 .1" radius=".01" mass="1"><pin id="0"/></flexcomp></worldbody><contact><pair name="p" geom1="a" geom2="c"/></contact>)"},
 };

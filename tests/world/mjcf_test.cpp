@@ -94,8 +94,8 @@ TEST(Mjcf, SceneFile_MayReplaceStiffnessAndFrictionAndFilter) {
 TEST(Mjcf, WhatIsNotSupported_IsListedInOneMessage) {
   EXPECT_EQ(
       refused(
-          R"(<asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><geom name="g" type="hfield" hfield="h"/><body name="b" mocap="true"><geom size="1"/></body></worldbody>)"),
-      "mjcf: got 2 unsupported elements: body 'b' (a mocap body that collides or carries joints); geom 'g' (a height field), expected "
+          R"(<asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><geom name="g" type="hfield" hfield="h"/><body name="b" mocap="true"><body><joint/><geom size="1"/></body></body></worldbody>)"),
+      "mjcf: got 2 unsupported elements: body 'b' (a mocap body that carries joints); geom 'g' (a height field), expected "
       "hinge, "
       "slide, ball and free joints; sphere, capsule, box, cylinder, ellipsoid, plane and mesh geoms");
   EXPECT_NE(

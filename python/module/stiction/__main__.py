@@ -8,7 +8,7 @@ from importlib import import_module
 
 from . import _command
 
-MODULES = {"export": "exports", "sweep": "_sweep_command"}
+MODULES = {"benchmark": "_benchmark_command", "export": "exports", "sweep": "_sweep_command"}
 
 
 def main(words: list[str]) -> int:

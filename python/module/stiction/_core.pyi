@@ -1505,7 +1505,7 @@ def list_tasks() -> list[str]:
 
 def import_scene(file: str | os.PathLike, *, out: str | os.PathLike | None = None) -> Task:
     """
-    A task for a scene that is in one MJCF file: trees with an actuator are robots, what moves in other trees are objects, the rest stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. Raises InvalidInput.
+    A task for a scene that is in one MJCF or URDF file: trees with an actuator are robots, what moves in other trees are objects, the rest stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. Raises InvalidInput.
 
         >>> xml = "<mujoco><worldbody><body pos='0 .3 0'><joint name='lid' type='slide' axis='1 0 0' range='0 .2'/><geom name='box' size='.05'/></body>" \\
         ...     "<body><joint name='arm' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 .2 0' size='.02'/></body></worldbody>" \\
@@ -2034,6 +2034,12 @@ class PlanResult:
     def profile(self) -> dict[str, tuple[float, int]]:
         """
         activity -> (processor time [s], calls); all 0 with the options `thesis`
+        """
+
+    @property
+    def regrasps(self) -> dict[str, int]:
+        """
+        how many moves to new contacts were tried and accepted, and what refused the others
         """
 
     @property

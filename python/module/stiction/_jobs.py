@@ -10,6 +10,7 @@ import signal
 import socket
 import sys
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -34,6 +35,13 @@ class Died:
 @dataclass(frozen=True)
 class Failed:
     """The job raised an exception."""
+
+    message: str
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """The job used up its time, and its process was ended."""
 
     message: str
 
@@ -68,7 +76,7 @@ def _interrupt_noted() -> Iterator[threading.Event]:
 
 
 def run_all(backend: Backend, function: Callable[[Any], Any], jobs: Iterable[Any]) -> Iterator[tuple[Any, int, Any]]:
-    """(job, attempts, result) as jobs end; a result may be Failed, or Died where it died at every attempt."""
+    """(job, attempts, result) as jobs end; a result may be Failed, Stopped, or Died where it died at every attempt."""
     waiting = deque((job, 1) for job in jobs)
     running: dict[Any, tuple[Any, int]] = {}
     with _interrupt_noted() as interrupted:
@@ -110,8 +118,10 @@ def _work(connection: Any, function: Callable[[Any], Any], job: Any) -> None:
 class Local:
     """A process for every job, forked from one that has loaded the package and does nothing else."""
 
-    def __init__(self, processes: int | None = None) -> None:
+    def __init__(self, processes: int | None = None, limit_s: float | None = None) -> None:
+        """limit_s: wall time of a job, after which its process is ended; None: as long as it takes."""
         self.capacity = len(os.sched_getaffinity(0)) if processes is None else processes
+        self._limit_s = limit_s
         if self.capacity < 1:
             raise InvalidInput(f"processes: got {processes}, expected at least 1")
         self._context = multiprocessing.get_context("forkserver")
@@ -123,13 +133,13 @@ class Local:
         with _without_main(function):
             process.start()
         theirs.close()
-        return process, ours
+        return process, ours, None if self._limit_s is None else time.monotonic() + self._limit_s
 
     def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
-        by_connection = {connection: (process, connection) for process, connection in handles}
+        by_connection = {handle[1]: handle for handle in handles}
         out = []
         for ready in multiprocessing.connection.wait(list(by_connection), timeout=LOOK_S):
-            process, connection = handle = by_connection[ready]
+            process, connection, _ = handle = by_connection.pop(ready)
             try:
                 result = connection.recv()
             except (EOFError, OSError):
@@ -137,10 +147,12 @@ class Local:
             process.join()
             connection.close()
             out.append((handle, Died(f"its process ended with exit code {process.exitcode}") if result is None else result))
-        return out
+        late = [handle for handle in by_connection.values() if handle[2] is not None and time.monotonic() > handle[2]]
+        self.close(late)
+        return out + [(handle, Stopped(f"its process was ended after {self._limit_s:g} s")) for handle in late]
 
     def close(self, handles: Iterable[Any]) -> None:
-        for process, connection in handles:
+        for process, connection, _ in handles:
             process.kill()
             process.join()
             connection.close()

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Protocol
 
 from ._causes import find_cause, follow
 from ._core import OPEN_LOOP_SPEED, InvalidInput, Plan, PlannerOptions, SegmentKind, SpeedLimits, Status, Task, check_plan, load_task, plan, refine, transfer, version
-from ._jobs import Died, Failed, Local, Ray, run_all
+from ._jobs import Died, Failed, Local, Ray, Stopped, run_all
 from ._table import Table, read_rows, to_cell
 
 KEYS = ("task", "options", "seed", "friction")
@@ -246,13 +246,19 @@ def sweep(
         "friction": frictions,
         "run": {"name": type(run).__name__, **{k: v if isinstance(v, (bool, int, float)) else str(v) for k, v in dataclasses.asdict(run).items()}},
     }
-    table = Table(Path(out), [*KEYS, *OUTCOME, *run.columns], spec)
+    cases = make_cases(names, choices, numbers, frictions)
+    return run_cases(Path(out), spec, run, cases, lambda: Ray(ray, processes) if ray is not None else Local(processes), on_progress)
+
+
+def run_cases(
+    out: Path, spec: dict[str, Any], run: Run, cases: list[Case], backend: Callable[[], Any], on_progress: Callable[[Progress], object] | None = None
+) -> list[dict[str, Any]]:
+    """The rows of cases: those that the table has already, and a row for each of the others, which is appended as it ends."""
+    total = sum(len(case.friction) for case in cases)
+    table = Table(out, [*KEYS, *OUTCOME, *run.columns], spec)
     try:
-        there = {key_of(row) for row in table.rows}
-        cases = [case for case in make_cases(names, choices, numbers, frictions, there) if case.friction]
-        total = len(names) * len(choices) * len(numbers) * len(frictions)
-        backend = (Ray(ray, processes) if ray is not None else Local(processes)) if cases else None
-        _run(table, backend, run, cases, total, on_progress)
+        left = without_rows(cases, {key_of(row) for row in table.rows})
+        _run(table, backend() if left else None, run, left, total, on_progress)
     finally:
         table.close()
     return table.rows
@@ -267,31 +273,34 @@ def key_of(row: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(to_cell(row[name]) for name in KEYS)
 
 
-def make_cases(names: list[str], choices: list[dict[str, Any]], seeds: list[int], frictions: list[float | None], there: set[tuple[str, ...]]) -> list[Case]:
-    """Without the rows that are there; seeds come last, so that a part of a sweep has all its tasks."""
-    out = []
-    for seed, name, choice in itertools.product(seeds, names, choices):
-        case = Case(name, choice, seed)
-        missing = tuple(factor for factor in frictions if key_of(case.keys(factor)) not in there)
-        out.append(dataclasses.replace(case, friction=missing))
-    return out
+def make_cases(names: list[str], choices: list[dict[str, Any]], seeds: list[int], frictions: list[float | None]) -> list[Case]:
+    """Seeds come last, so that a part of a sweep has all its tasks."""
+    return [Case(name, choice, seed, tuple(frictions)) for seed, name, choice in itertools.product(seeds, names, choices)]
+
+
+def without_rows(cases: list[Case], there: set[tuple[str, ...]]) -> list[Case]:
+    """What is left to do of them."""
+    parts = [dataclasses.replace(case, friction=tuple(f for f in case.friction if key_of(case.keys(f)) not in there)) for case in cases]
+    return [case for case in parts if case.friction]
 
 
 def _run(table: Table, backend: Any, run: Run, cases: list[Case], total: int, on_progress: Callable[[Progress], object] | None) -> None:
     start, cases_done = time.monotonic(), 0
+    there = total - sum(len(case.friction) for case in cases)
     tell = on_progress or (lambda progress: None)
-    tell(Progress(len(table.rows), total, 0.0, None if cases else 0.0, []))
+    tell(Progress(there, total, 0.0, None if cases else 0.0, []))
     if not cases:
         return
     for case, attempts, result in run_all(backend, run, cases):
         rows = table.add(rows_of(case, attempts, result))
         cases_done += 1
+        there += len(rows)
         elapsed = time.monotonic() - start
-        tell(Progress(len(table.rows), total, elapsed, elapsed / cases_done * (len(cases) - cases_done), rows))
+        tell(Progress(there, total, elapsed, elapsed / cases_done * (len(cases) - cases_done), rows))
 
 
 def rows_of(case: Case, attempts: int, result: Any) -> list[dict[str, Any]]:
     """Those of a case, with what they are rows of."""
-    if isinstance(result, (Died, Failed)):
+    if isinstance(result, (Died, Failed, Stopped)):
         result = [{"status": type(result).__name__, "message": result.message}] * len(case.friction)
     return [case.keys(friction) | {"attempts": attempts} | row for friction, row in zip(case.friction, result, strict=True)]

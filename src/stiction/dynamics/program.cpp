@@ -1,5 +1,7 @@
 #include "stiction/dynamics/program.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <numbers>
@@ -82,11 +84,23 @@ std::shared_ptr<const Model> require_motion(std::shared_ptr<const Model> model) 
   return model;
 }
 
+std::shared_ptr<cone::Layout> make_layout(const Model& model) {
+  try {
+    return std::make_shared<cone::Layout>(model.n_v(), elimination_groups(model));
+  } catch (const core::InvalidInput&) {
+    core::throw_invalid(
+        "model", fmt::format("{} objects and {} joints that move, with {} coordinates", model.objects().size(), model.n_a(), model.n_v()),
+        fmt::format("at most {} in groups of 4, of which a free object has two, for a step; let bodies stand still that need not "
+                    "move (`objects` of a scene's `file`)",
+                    4 * cone::kMaxTiles));
+  }
+}
+
 }  // namespace
 
 StepWorkspace::Impl::Impl(std::shared_ptr<const Model> m)
     : model(require_motion(std::move(m))),
-      layout(std::make_shared<cone::Layout>(model->n_v(), elimination_groups(*model))),
+      layout(make_layout(*model)),
       kinematics_work(*model),
       contact_work(*model),
       softest(softest_stiffness(*model)) {

@@ -10,6 +10,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/robot_tree.hpp"
+#include "stiction/world/urdf.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -41,7 +42,7 @@ struct Found {
 Found read_file(const fs::path& file) {
   world::RobotSpec robot;
   robot.name = "robot";
-  robot.mjcf = file;
+  (world::is_urdf(file) ? robot.urdf : robot.mjcf) = file;
   robot.split.by_actuators = true;
   try {
     return {world::contents_of(robot), false};
@@ -102,7 +103,7 @@ class SceneImporter {
   std::string write() const {
     const RobotContents& contents = *found_.contents;
     const auto joints = contents.robot.movable_joints();
-    if (joints.empty()) fail("a file without a robot: no joint has an actuator");
+    if (joints.empty()) fail_without_robot();
     if (contents.objects.empty())
       fail("a file without an object: every joint is in a tree with an actuator, or nothing that it moves collides");
     std::vector<std::string> objects, names, keyframes, places;
@@ -135,6 +136,18 @@ class SceneImporter {
   [[noreturn]] void fail(std::string_view got) const {
     throw core::InvalidInput(
         fmt::format("{}: import: got {}, expected one that has both (a scene of several files is written by hand)", file_.string(), got));
+  }
+
+  [[noreturn]] void fail_without_robot() const {
+    std::vector<std::string> trees;
+    for (const ObjectSpec& object : found_.contents->objects) {
+      if (object.parent.empty() && !is_between(object)) trees.push_back(object.name);
+    }
+    const std::string by_name =
+        trees.empty() ? ""
+                      : fmt::format(", or a task with `robot: {{bodies: […]}}` beside its `file`, for one of {}", world::list_some(trees));
+    throw core::InvalidInput(
+        fmt::format("{}: import: got a file without a robot, expected a joint with an actuator{}", file_.string(), by_name));
   }
 
   /// An object of a body with several joints, other than the last, which has the name of the body.

@@ -5,7 +5,7 @@
 
 namespace stiction::tasks {
 
-/// A task, as text, that is in one MJCF file: which bodies are robots, objects and fixed follows from its actuators, and the text says what
+/// A task, as text, that is in one MJCF or URDF file: which bodies are robots, objects and fixed follows from its actuators, and the text says what
 /// was found, where things start (a keyframe, if there is one) and a goal to be edited: a site or body that stands still and is called goal
 /// or target for an object that is free, else a motion of an object of about a tenth of a metre or of its range.
 /// @param folder  where the text will stand: the file is named relative to it

@@ -50,7 +50,8 @@ void MjcfView::require_supported() const {
     faults.push_back(describe(element, type, id, reason));
   };
   for (int b = 1; b < m_->nbody; ++b) {
-    if (m_->body_mocapid[b] >= 0 && !is_only_seen(b)) refuse("body", mjOBJ_BODY, b, "a mocap body that collides or carries joints");
+    if (m_->body_mocapid[b] >= 0 && has_at_or_below(b, [&](int c) { return m_->body_jntnum[c] > 0; }))
+      refuse("body", mjOBJ_BODY, b, "a mocap body that carries joints");
     const bool robot = !roles_.joints_of(b).empty() && roles_.of_body(b) == MjcfRole::Robot;
     if (robot && is_on_free_body(m_->body_parentid[b]))
       refuse("body", mjOBJ_BODY, b, "a joint on a body with a free joint; fixed_base: true makes that stand still");
@@ -78,6 +79,10 @@ std::vector<std::string> MjcfView::list_passed_over() const {
       const bool free = is_free(m_->body_jntadr[b]);
       pass("body", mjOBJ_BODY, b, free ? "a free joint and no geom that collides" : "joints without a motor and no geom that collides");
     }
+  }
+  for (int b = 1; b < m_->nbody; ++b) {
+    if (m_->body_mocapid[b] >= 0 && has_at_or_below(b, [&](int c) { return has_colliding_geom(c); }))
+      pass("body", mjOBJ_BODY, b, "a mocap body that collides, which stands still here");
   }
   for (int j = 0; j < m_->njnt; ++j) {
     if (const std::string reason = describe_spring(j); !reason.empty()) pass("joint", mjOBJ_JOINT, j, reason);
@@ -131,14 +136,13 @@ bool MjcfView::has_colliding_geom(int body) const {
   return false;
 }
 
-/// Nothing at or below the body collides or moves against it.
-bool MjcfView::is_only_seen(int top) const {
+bool MjcfView::has_at_or_below(int top, const std::function<bool(int)>& has) const {
   for (int b = top; b < m_->nbody; ++b) {
     int up = b;
     while (up > top) up = m_->body_parentid[up];
-    if (up == top && (has_colliding_geom(b) || m_->body_jntnum[b] > 0)) return false;
+    if (up == top && has(b)) return true;
   }
-  return true;
+  return false;
 }
 
 bool MjcfView::object_collides(int top) const {

@@ -3,6 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,7 +51,7 @@ class MjcfView {
  private:
   std::string describe(std::string_view element, mjtObj type, int id, std::string_view reason) const;
   bool has_colliding_geom(int body) const;
-  bool is_only_seen(int top) const;
+  bool has_at_or_below(int top, const std::function<bool(int)>& has) const;
   bool is_on_free_body(int body) const;
   /// Empty where the spring of a joint is read.
   std::string describe_spring(int joint) const;

@@ -1,26 +1,19 @@
 #include "stiction/world/mount.hpp"
 
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <algorithm>
 #include <set>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/sha256.hpp"
+#include "stiction/world/urdf.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::world {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-/// A URDF has the root element 'robot'; what cannot be read is left to the reader of MJCF, which says why.
-bool is_urdf(const std::filesystem::path& file) {
-  tinyxml2::XMLDocument document;
-  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) return file.extension() == ".urdf";
-  return std::string_view(document.RootElement()->Name()) == "robot";
-}
 
 /// The first link behind those that hang on one; links come depth first.
 int end_of_subtree(const RobotTree& tree, int link) {

@@ -93,7 +93,17 @@ void read_source(const YamlNode& value, bool mjcf, RobotSpec& robot) {
   }
   file = find_resource(given, folder, robot.package_dirs);
   if (file.empty())
-    value.fail(fmt::format("{}, which does not exist", quote(given)), mjcf ? "an MJCF file, or its text" : "a URDF file, or its text");
+    value.fail(fmt::format("{}, which does not exist", quote(given)), robot.split.by_actuators ? "an MJCF or URDF file, or its text"
+                                                                      : mjcf                   ? "an MJCF file, or its text"
+                                                                                               : "a URDF file, or its text");
+}
+
+/// A whole scene, file or text, that is a URDF.
+bool is_whole_urdf(const YamlNode& value, std::span<const std::filesystem::path> package_dirs) {
+  const std::string given = value.string();
+  if (is_xml(given)) return given.find("<robot") != std::string::npos && given.find("<mujoco") == std::string::npos;
+  const auto file = find_resource(given, value.file().parent_path(), package_dirs);
+  return !file.empty() && is_urdf(file);
 }
 
 /// What is wrong in a text is said with the key that it stands under.
@@ -138,7 +148,7 @@ std::vector<std::string> read_bodies(const YamlNode& node) {
 /// The robot without what its own file says. @param whole  the file of a whole scene that `node` is the robot of
 RobotSpec read_robot(const YamlNode& node, std::span<const std::filesystem::path> package_dirs, const WholeScene* whole) {
   RobotSpec robot;
-  const bool mjcf = whole != nullptr || node.has("mjcf");
+  const bool mjcf = whole != nullptr ? !is_whole_urdf(whole->file, package_dirs) : node.has("mjcf");
   if (whole != nullptr) {
     node.require_map({"name", "bodies", "srdf", "base", "stiffness", "effort", "link_friction", "push_with", "fixed_base", "mount"});
     robot.name = node.has("name") ? read_name(node) : "robot";
@@ -202,7 +212,7 @@ void read_robot_into(const YamlNode& node, std::span<const std::filesystem::path
     if (robot.push_with.empty()) list->fail("an empty list", "the links that may touch objects");
   }
   if (const auto srdf = node.find("srdf")) add_srdf(*srdf, robot, links, scene);
-  if (robot.mjcf.empty())
+  if (robot.mjcf.empty() && whole == nullptr)
     scene.robots.push_back(std::move(robot));
   else
     add_mjcf(scene, robot);

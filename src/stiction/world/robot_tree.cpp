@@ -14,6 +14,7 @@
 #include "stiction/world/mount.hpp"
 #include "stiction/world/shapes.hpp"
 #include "stiction/world/urdf.hpp"
+#include "stiction/world/urdf_scene.hpp"
 
 namespace stiction::world {
 namespace {
@@ -255,8 +256,11 @@ RobotContents read_contents(const RobotSpec& robot) {
     return robot.text.empty() ? read_mjcf(robot.mjcf, robot) : read_mjcf_text(robot.text, robot.mjcf.parent_path(), robot);
   MeshOptions options{robot.convex_hulls ? NonConvex::TakeHull : NonConvex::TakeHulls, {}};
   if (robot.decomposition) options = {NonConvex::Decompose, *robot.decomposition};
-  return robot.text.empty() ? read_urdf(robot.urdf, robot.package_dirs, options)
-                            : read_urdf_text(robot.text, robot.urdf.parent_path(), robot.package_dirs, options);
+  const bool whole = robot.split.by_actuators;
+  RobotContents out = robot.text.empty() ? read_urdf(robot.urdf, robot.package_dirs, options, whole)
+                                         : read_urdf_text(robot.text, robot.urdf.parent_path(), robot.package_dirs, options, whole);
+  if (whole) split_urdf(robot.split, out);
+  return out;
 }
 
 }  // namespace

@@ -53,6 +53,9 @@ struct RobotJoint {
 
   double friction = 0, damping = 0;  ///< dry [N or N·m] and viscous [N·s/m or N·m·s/rad], as the file states them
 
+  bool actuated = false;  ///< of a URDF: a <transmission> or <ros2_control> names it
+  bool floating = false;  ///< of a URDF that is a whole scene: all six directions are free; its kind is Fixed
+
   bool moves() const { return kind != Kind::Fixed; }
   bool moves_by_itself() const { return moves() && leader < 0; }
 };
@@ -83,7 +86,7 @@ struct FilePlace {
   bool with_robot = false;  ///< a link moves it
 };
 
-/// All that the file of a robot brings. Only an MJCF brings more than the robot.
+/// All that the file of a robot brings. Only an MJCF, or a URDF that is a whole scene, brings more than the robot.
 struct RobotContents {
   RobotTree robot;                  ///< of an MJCF everything on hinges and slides and what is welded to the world; root link "world"
   std::vector<ObjectSpec> objects;  ///< bodies with a free joint

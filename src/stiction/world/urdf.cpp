@@ -38,6 +38,7 @@ struct Source {
   bool is_file = true;           ///< and no text in memory
   std::span<const std::filesystem::path> package_dirs;
   MeshOptions options;
+  bool whole_scene = false;
   std::vector<std::string> filled{}, impossible{}, unlimited{}, reversed{}, empty{};
   LinkHulls hulls{};
   std::map<std::pair<std::filesystem::path, std::array<double, 3>>, LoadedMesh> meshes{};  ///< by file and scale: links share them
@@ -260,8 +261,13 @@ RawJoint read_joint(const XmlReader& reader, const XMLElement& element, Source& 
   raw.child = reader.required(reader.child(element, "child"), "link");
   joint.X_PJ = reader.origin(element);
   if (type == "fixed") return raw;
+  if (type == "floating" && source.whole_scene) {
+    joint.floating = true;
+    return raw;
+  }
   if (type != "revolute" && type != "continuous" && type != "prismatic") {
-    reader.fail(element, what, fmt::format("type '{}'", type), "revolute, continuous, prismatic or fixed");
+    reader.fail(element, what, fmt::format("type '{}'", type),
+                source.whole_scene ? "revolute, continuous, prismatic, floating or fixed" : "revolute, continuous, prismatic or fixed");
   }
   if (const XMLElement* mimic = element.FirstChildElement("mimic")) {
     raw.leader = reader.required(*mimic, "joint");
@@ -309,6 +315,7 @@ class TreeReader {
     visit(static_cast<int>(std::find(joint_of_child_.begin(), joint_of_child_.end(), -1) - joint_of_child_.begin()), robot);
     if (robot.links.size() != count) reader_.fail(root_, "robot", "links that form a circle", "a tree");
     find_leaders(robot);
+    find_motors(robot);
     release_placeholder_limits(robot);
     try {
       resolve_followers(robot);
@@ -392,6 +399,19 @@ class TreeReader {
     }
   }
 
+  /// Joints of transmissions, and those with a command interface of ros2_control.
+  void find_motors(RobotTree& robot) const {
+    for (const char* list : {"transmission", "ros2_control"}) {
+      for (const XMLElement* e = root_.FirstChildElement(list); e != nullptr; e = e->NextSiblingElement(list)) {
+        for (const XMLElement* j = e->FirstChildElement("joint"); j != nullptr; j = j->NextSiblingElement("joint")) {
+          const char* name = j->Attribute("name");
+          const bool commanded = std::string_view(list) == "transmission" || j->FirstChildElement("command_interface") != nullptr;
+          for (RobotJoint& joint : robot.joints) joint.actuated |= commanded && name != nullptr && joint.name == name;
+        }
+      }
+    }
+  }
+
   Source source_;
   XmlReader reader_;
   tinyxml2::XMLDocument document_{};
@@ -406,23 +426,31 @@ class TreeReader {
 }  // namespace
 
 RobotContents read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
-                        const MeshOptions& mesh_options) {
+                        const MeshOptions& mesh_options, bool whole_scene) {
   if (!std::filesystem::is_regular_file(file)) {
     throw core::InvalidInput(fmt::format("{}: urdf: got a file that does not exist, expected a URDF", file.string()));
   }
   RobotContents out;
   std::string bytes = read_bytes(file);
   out.sha256 = core::sha256(bytes);
-  out.robot = TreeReader(xml_text(std::move(bytes), file, "urdf"), {file, file.parent_path(), true, package_dirs, mesh_options}).read();
+  out.robot =
+      TreeReader(xml_text(std::move(bytes), file, "urdf"), {file, file.parent_path(), true, package_dirs, mesh_options, whole_scene})
+          .read();
   return out;
 }
 
 RobotContents read_urdf_text(const std::string& text, const std::filesystem::path& folder,
-                             std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options) {
+                             std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options, bool whole_scene) {
   RobotContents out;
   out.sha256 = core::sha256(text);
-  out.robot = TreeReader(text, {kTextName, folder, false, package_dirs, mesh_options}).read();
+  out.robot = TreeReader(text, {kTextName, folder, false, package_dirs, mesh_options, whole_scene}).read();
   return out;
+}
+
+bool is_urdf(const std::filesystem::path& file) {
+  tinyxml2::XMLDocument document;
+  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) return file.extension() == ".urdf";
+  return std::string_view(document.RootElement()->Name()) == "robot";
 }
 
 }  // namespace stiction::world

@@ -11,13 +11,18 @@
 namespace stiction::world {
 
 /// Reads revolute, continuous, prismatic and fixed joints; sphere, box, cylinder, capsule and (convex) mesh collisions; inertial elements.
+/// @param whole_scene  floating joints are read as well, for split_urdf
 /// @throws core::InvalidInput "FILE:LINE: element: got …, expected …"
 RobotContents read_urdf(const std::filesystem::path& file, std::span<const std::filesystem::path> package_dirs,
-                        const MeshOptions& mesh_options = {});
+                        const MeshOptions& mesh_options = {}, bool whole_scene = false);
 
 /// The same of a text in memory, which messages name kTextName. @param folder  that paths in it are relative to
 RobotContents read_urdf_text(const std::string& text, const std::filesystem::path& folder,
-                             std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options = {});
+                             std::span<const std::filesystem::path> package_dirs, const MeshOptions& mesh_options = {},
+                             bool whole_scene = false);
+
+/// A file whose root element is that of a URDF; one that is no XML is judged by its ending.
+bool is_urdf(const std::filesystem::path& file);
 
 /// The file of "package://PKG/REST" or "model://PKG/REST", "file://PATH", "file:PATH" or a path, relative to `base_dir` where it is not absolute.
 /// Characters may be percent-encoded, and '\\' may stand for '/'; a file whose name is as written goes first. A package is looked for in

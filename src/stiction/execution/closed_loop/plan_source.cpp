@@ -20,6 +20,9 @@ using planning::SegmentKind;
 constexpr std::uint64_t kPlanSeed = 0x9e7a1a11;
 /// A plan that ends short of the goal is carried out where it leaves at most this share of the way.
 constexpr double kGain = 0.8;
+/// A plan is gone on with so often although the object came no nearer to the goal by kNearer tolerances: then something keeps it from being carried out.
+constexpr int kJoinsInVain = 2;
+constexpr double kNearer = 1;
 
 bool moves(const planning::Plan& plan) {
   return std::any_of(plan.segments.begin(), plan.segments.end(),
@@ -53,7 +56,10 @@ Answer PlanSource::ask(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::
     const auto steps = static_cast<double>(out.result.steps + out.result.linearisations + out.join_steps);
     out.charge_s = (how_.plan_step_time ? steps * *how_.plan_step_time : out.processor_s) / how_.planning_rate;
   }
-  if (!out.joined) thought_ += out.charge_s, ++searches_;
+  if (!out.joined) {
+    thought_ += out.charge_s, ++searches_;
+    nearest_ = std::numeric_limits<double>::infinity(), in_vain_ = 0;
+  }
   return out;
 }
 
@@ -87,10 +93,20 @@ double PlanSource::expected_time(const Eigen::VectorXd& q) const {
   return thought_ / static_cast<double>(searches_) + share(q) * durations_ / shares_;
 }
 
+/// Since the plan was gone on with, or often enough lately.
+bool PlanSource::came_nearer(const Eigen::VectorXd& q) {
+  const double here = share(q);
+  const bool nearer = here < nearest_ - kNearer;
+  nearest_ = std::min(nearest_, here);
+  in_vain_ = nearer ? 0 : in_vain_ + 1;
+  return in_vain_ <= kJoinsInVain;
+}
+
 /// The plan that one has, from q. False: it does not lead to the goal, or takes longer than a new one would.
 bool PlanSource::join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out) {
   if (!how_.join || !last_) return false;
   if (last_->step.friction_scale != options_.step_options(*problem_.model).friction_scale * friction) return false;
+  if (!came_nearer(q)) return false;
   const auto start = core::RunControl::Clock::now();
   Join join = join_plan(problem_.model, *last_, q, u, {.enough = fraction()});
   out.join_steps = join.steps;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "stiction/execution/closed_loop/run.hpp"
@@ -39,6 +40,7 @@ class PlanSource {
  private:
   bool join(const Eigen::VectorXd& q, const Eigen::VectorXd& u, double friction, Answer& out);
   void judge(const Eigen::VectorXd& q, Answer& out);
+  bool came_nearer(const Eigen::VectorXd& q);
   double share(const Eigen::VectorXd& q) const;
   double expected_time(const Eigen::VectorXd& q) const;
   void search(const Eigen::VectorXd& q, const Eigen::VectorXd& u, std::size_t number, double friction, const core::RunControl& run,
@@ -53,6 +55,9 @@ class PlanSource {
   double durations_ = 0, shares_ = 0;   ///< of plans that were found: sums of their durations [s] and of their ways [tolerances]
   double thought_ = 0;                  ///< what searches took of the clock [s]
   int searches_ = 0;
+  double nearest_ =
+      std::numeric_limits<double>::infinity();  ///< to the goal, of the states from which the plan was gone on with [tolerances]
+  int in_vain_ = 0;                             ///< how often it was since then
 };
 
 }  // namespace stiction::execution

@@ -31,8 +31,8 @@ std::shared_ptr<const world::Model> make_stiff(const world::Model& model) {
   return world::Model::make(scene);
 }
 
-/// D_i = M_ii/τ (E.7) of objects on joints: what they rest on, which is not in the scene, stops them in τ.
-Eigen::VectorXd calc_support_damping(const world::Model& model) {
+/// D_i = M_ii/τ + d_i of objects on joints: what they rest on, which is not in the scene, stops them in τ (E.7), and joints have damping d of their own.
+Eigen::VectorXd calc_object_damping(const world::Model& model) {
   Eigen::VectorXd damping = Eigen::VectorXd::Zero(model.n_v());
   world::KinematicsWorkspace work(model);
   world::Kinematics kinematics;
@@ -43,6 +43,7 @@ Eigen::VectorXd calc_support_damping(const world::Model& model) {
     Eigen::MatrixXd M(object.n_v, object.n_v);
     world::calc_object_mass(model, kinematics, static_cast<int>(i), M);
     damping.segment(object.v_begin, object.n_v) = M.diagonal() / kRestTime;
+    for (int v = object.v_begin; v < object.v_begin + object.n_v; ++v) damping[v] += model.dofs()[static_cast<std::size_t>(v)].damping;
   }
   return damping;
 }
@@ -55,7 +56,7 @@ bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
 }
 
 DragFeedforward::DragFeedforward(std::shared_ptr<const world::Model> model)
-    : model_(std::move(model)), damping_(calc_support_damping(*model_)), stiff_(acts() ? make_stiff(*model_) : model_), work_(stiff_) {}
+    : model_(std::move(model)), damping_(calc_object_damping(*model_)), stiff_(acts() ? make_stiff(*model_) : model_), work_(stiff_) {}
 
 bool DragFeedforward::follows(const Eigen::VectorXd& delta, const Eigen::VectorXd& planned) const {
   const auto norm = [&](const Eigen::VectorXd& x) { return x.dot(damping_.cwiseProduct(x)); };

@@ -16,8 +16,6 @@ namespace {
 
 using world::Model;
 
-/// Way that an object coasts, trails its plan or falls while springs take it up [L].
-constexpr double kCoast = 0.05;
 /// Of what objects on joints rest on is not known: so much of their lag is not led.
 constexpr double kUnknownDrag = 0.3;
 /// Rest times of an object on a joint in which its speed changes.

@@ -4,8 +4,22 @@
 #include <limits>
 
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::execution {
+namespace {
+
+/// Of an object: m g, or what its joint gives where it goes kCoast in a load time, if that is more [N].
+double calc_weight(const world::Model& model, int object, double load_time) {
+  const world::ObjectSpec& spec = model.scene().objects[static_cast<std::size_t>(object)];
+  const double length = model.scales().object(object).length;
+  const bool turns = spec.joint == world::ObjectJoint::Hinge;
+  const double speed = kCoast * (turns ? 1 : length) / load_time;
+  const double damping = spec.joint_damping > 0 ? spec.joint_damping * speed : 0;
+  return std::max(kGravity * spec.mass, (spec.joint_friction + damping) / (turns ? length : 1));
+}
+
+}  // namespace
 
 void SpeedLimits::validate() const {
   core::require_positive("speed.revolute", revolute);
@@ -28,10 +42,11 @@ Eigen::VectorXd SpeedLimits::of_joints(const world::Model& model) const {
 
 Eigen::VectorXd SpeedLimits::of_springs(const world::Model& model) const {
   double lightest = std::numeric_limits<double>::infinity();
-  for (const auto& object : model.scene().objects) {
-    if (!object.geometries.empty()) lightest = std::min(lightest, object.mass);  // what has none only carries others
+  for (std::size_t i = 0; i < model.scene().objects.size(); ++i) {
+    if (model.scene().objects[i].geometries.empty()) continue;  // it only carries others
+    lightest = std::min(lightest, calc_weight(model, static_cast<int>(i), load_time));
   }
-  return kGravity * lightest / load_time * model.reach().cwiseQuotient(model.stiffness());
+  return lightest / load_time * model.reach().cwiseQuotient(model.stiffness());
 }
 
 double calc_duration(const Eigen::VectorXd& u_before, const Eigen::VectorXd& u, const Eigen::VectorXd& speeds) {

@@ -9,6 +9,9 @@ namespace stiction::execution {
 /// In which what objects on joints rest on stops them [s]: that gives the box of planar_pushing its published damping.
 inline constexpr double kRestTime = 0.05;
 
+/// Way that an object coasts, trails its plan or falls while springs take it up [L].
+inline constexpr double kCoast = 0.05;
+
 /// Knots of a trajectory are at least this far apart [s].
 inline constexpr double kLeastInterval = 1e-6;
 
@@ -23,7 +26,8 @@ struct SpeedLimits {
   double ramp = 0.25;  ///< … where they are more than regrasp_factor times this from their ends, in time at the speed of pushes [s], > 0
   double landing_factor = 0.25;  ///< … and where they leave and reach contact this times as fast, at most regrasp_factor, > 0
   /// Springs of joints change the force at the reach of their joint by no more than the weight that the lightest object with a shape would have under 9.81 m/s² in this
-  /// time (E.9) [s], ≥ 0; 0: as fast as comes.
+  /// time (E.9) [s], ≥ 0; 0: as fast as comes. An object on a joint weighs as much as friction and damping of the joint give when it goes kCoast in that time, if that
+  /// is more: they hold it as a weight would.
   double load_time = 0.5;
   double pause = 4.0;     ///< commands rest this long between pieces [s], ≥ 0
   void validate() const;  ///< @throws core::InvalidInput naming the field

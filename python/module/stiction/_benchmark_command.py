@@ -1,0 +1,82 @@
+"""`stiction benchmark`"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from . import _command
+from ._benchmark_page import summarise, write_page
+from ._benchmark_tasks import ENTRIES, SETS, find_packages
+from ._files import write_whole
+from ._sweep_command import Line, read_seeds
+from ._benchmark import BenchmarkRun, benchmark, versions
+from .sweeps import read_seeds as list_seeds
+
+DEFAULT = BenchmarkRun("")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    parser = _command.make_parser(
+        "benchmark",
+        f"Plans, checks and carries out {len(ENTRIES)} tasks on scenes of others, with default settings. The same command goes on where it was interrupted.",
+        f"Sets: {', '.join(SETS)}. Scenes are those of the packages of `pip install 'stiction[benchmark]'`, or of wheels unpacked in one folder.",
+    )
+    parser.add_argument("words", nargs="*", metavar="SET|TASK", help="sets or names of tasks (default: all)")
+    parser.add_argument("--scenes", type=Path, metavar="FOLDER", help="where the packages lie side by side; they need not be installed")
+    parser.add_argument("--seeds", metavar="N|A:B|A,B", default="1", help="0 to N - 1, A to B - 1, or these (default: 1)")
+    parser.add_argument("--plan-budget", type=_command.positive, metavar="S", default=DEFAULT.plan_budget_s, help="processor time of a search [s] (default: %(default)g)")
+    parser.add_argument("--run-budget", type=_command.positive, metavar="S", default=DEFAULT.run_budget_s, help="... of a run with its plans [s] (default: %(default)g)")
+    parser.add_argument("--duration", type=_command.positive, metavar="S", default=DEFAULT.duration_s, help="of a run by the clock of the plant [s] (default: %(default)g)")
+    parser.add_argument("-j", "--processes", type=_command.integer(1, 1024), metavar="N", help="at a time, of one thread each (default: one per core)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("benchmark"), metavar="FOLDER", help="for tasks, results.csv and benchmark.md (default: %(default)s)")
+    parser.add_argument("--parquet", action="store_true", help="results.parquet as well")
+    parser.add_argument("--list", action="store_true", help="print the tasks, and run nothing")
+    return parser
+
+
+def main(words: Sequence[str]) -> int:
+    parsed = make_parser().parse_args(words)
+    if parsed.list:
+        return list_tasks(parsed)
+    run = BenchmarkRun(str(parsed.out / "tasks"), parsed.plan_budget, parsed.run_budget, parsed.duration)
+    table = parsed.out / ("results.parquet" if parsed.parquet else "results.csv")
+    line = Line()
+    try:
+        rows, missing = benchmark(
+            parsed.words, seeds=list_seeds(read_seeds(parsed.seeds)), out=table, scenes=parsed.scenes, run=run, processes=parsed.processes, on_progress=line
+        )
+    except KeyboardInterrupt:
+        line.end()
+        _command.say(f"stiction: interrupted; the rows so far are in {table}, the same command goes on", sys.stderr)
+        return _command.INTERRUPTED
+    line.end()
+    page = parsed.out / "benchmark.md"
+    text = write_page(rows, versions(find_packages(parsed.scenes)), dataclasses.asdict(run), missing)
+    write_whole(page, lambda to: to.write_text(text, encoding="utf-8"))
+    report(parsed, rows, len(missing), page, table)
+    return _command.INTERNAL_ERROR if any(row["status"] in ("Died", "Failed") for row in rows) else _command.DONE
+
+
+def report(parsed: argparse.Namespace, rows: list[dict[str, Any]], missing: int, page: Path, table: Path) -> None:
+    sets = summarise(rows)
+    said = {
+        line["set"]: f"{line['loaded']} of {line['runs']} loaded, {line['planned']} planned, {line['accepted']} accepted, {line['reached']} reached" for line in sets
+    }
+    if missing:
+        said["not run"] = f"{missing} tasks, whose packages are missing"
+    result = {"status": "Done", "runs": len(rows), "missing": missing, "table": str(table), "page": str(page), "sets": sets}
+    _command.report(parsed, f"{len(rows)} runs", said | {"table": str(table), "page": str(page)}, result)
+
+
+def list_tasks(parsed: argparse.Namespace) -> int:
+    packages = find_packages(parsed.scenes)
+    lines = {
+        entry.name: f"{entry.set}: {entry.test}{'' if entry.wheel is None or entry.wheel in packages else f' (package {entry.wheel} is missing)'}" for entry in ENTRIES
+    }
+    _command.report(parsed, f"{len(ENTRIES)} tasks", lines, {"status": "Done", "tasks": [{"name": e.name, "set": e.set, "test": e.test, "package": e.wheel, "differs": e.differs} for e in ENTRIES]})
+    return _command.DONE
