@@ -4,6 +4,7 @@
 
 #include "pickles.hpp"
 #include "step_arguments.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 #include "stiction/dynamics/rollout_batch.hpp"
 
 namespace stiction::python {
@@ -24,20 +25,33 @@ std::optional<Cube> cube(const StepBatch& batch, const Eigen::MatrixXd& values, 
               nb::find(batch));
 }
 
-std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, Flag with_A, Flag with_B,
-                                      int threads) {
+std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, std::optional<Matrix> tau_ext,
+                                      Flag with_A, Flag with_B, int threads) {
   core::require_size("q.shape[1]", q.value.cols(), model->n_q());
   core::require_size("u.shape[1]", u.value.cols(), model->n_a());
+  if (tau_ext) core::require_size("tau_ext.shape[1]", tau_ext->value.cols(), model->n_v());
   dynamics::StepOptions options = given;
   options.with_A = with_A;
   options.with_B = with_B;
   auto out = std::make_unique<StepBatch>(StepBatch{model, {}, 0});
   const nb::gil_scoped_release unlocked;
   const Eigen::MatrixXd q_columns = q.value.transpose(), u_columns = u.value.transpose();
+  const Eigen::MatrixXd tau_columns = tau_ext ? tau_ext->value.transpose() : Eigen::MatrixXd();
   dynamics::StepBatchWorkspace work(model, threads);
   const auto start = std::chrono::steady_clock::now();
-  (void)dynamics::step_batch(*model, {q_columns, u_columns}, options, work, out->result);  // the statuses are in the result
+  (void)dynamics::step_batch(*model, {q_columns, u_columns, tau_ext ? &tau_columns : nullptr}, options, work,
+                             out->result);  // the statuses are in the result
   out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return out;
+}
+
+Rows calc_weights_aside(const world::Model& model, const Matrix& q, double angle, int draw) {
+  core::require_size("q.shape[1]", q.value.cols(), model.n_q());
+  if (!(angle >= 0 && angle < 1.57)) core::throw_invalid("angle", fmt::format("{}", angle), "[0, pi/2) [rad]");
+  if (draw < 0 || draw >= dynamics::kDisturbances)
+    core::throw_invalid("draw", std::to_string(draw), fmt::format("[0, {}]", dynamics::kDisturbances - 1));
+  Rows out(q.value.rows(), model.n_v());
+  for (Eigen::Index i = 0; i < q.value.rows(); ++i) out.row(i) = dynamics::calc_weights_aside(model, q.value.row(i), angle, draw);
   return out;
 }
 
@@ -127,6 +141,7 @@ void bind_batch(nb::module_& m) {
 
   q: configurations (N, n_q).
   u: commands (N, n_a) [m or rad].
+  tau_ext: external generalised forces besides gravity (N, n_v) [N, N m], or None.
   with_A, with_B: the derivatives StepBatch.A and .B.
   threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
 
@@ -135,8 +150,19 @@ void bind_batch(nb::module_& m) {
     >>> batch = st.step_batch(task.model, q, q[:, 3:] + np.linspace(0, 0.2, 1000)[:, None], smoothing=st.Analytic(kappa=100), with_B=True)
     >>> batch.q_next.shape, batch.B.shape, batch.failed
     ((1000, 5), (1000, 5, 2), 0))",
-      "model"_a, "q"_a, "u"_a, nb::kw_only(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0);
+      "model"_a, "q"_a, "u"_a, nb::kw_only(), "tau_ext"_a = nb::none(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0);
   def_pickle<StepBatch>();
+  m.def(
+      "calc_weights_aside", &calc_weights_aside, "model"_a, "q"_a, "angle"_a, "draw"_a,
+      R"(What objects that move freely feel besides gravity when it comes from `angle` aside, at many configurations: tau_ext of step_batch().
+
+  q: (N, n_q). angle: [rad], in [0, pi/2). draw: the side, in [0, 3]; each is a quarter turn from the one before.
+
+Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which something carries.
+
+    >>> task = st.load_task("allegro_ball")
+    >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
+    array([ 0.    ,  0.    ,  0.    ]))");
 
   nb::class_<RolloutBatch>(m, "RolloutBatch", "N trajectories of T steps each.")
       .def_prop_ro(

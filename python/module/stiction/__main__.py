@@ -8,7 +8,7 @@ from importlib import import_module
 
 from . import _command
 
-MODULES = {"export": "exports", "sweep": "_sweep_command"}
+MODULES = {"export": "exports", "grasps": "grasps", "repair": "demonstrations", "report": "reports", "sweep": "_sweep_command"}
 
 
 def main(words: list[str]) -> int:
