@@ -12,8 +12,10 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
+import html
 import io
 import json
+import re
 import sys
 import traceback
 from pathlib import Path
@@ -30,15 +32,15 @@ def run_cell(code: str, name: str, variables: dict[str, Any]) -> dict[str, str]:
     """What it prints (text), and the page that it shows (html, or empty)."""
     tree = ast.parse(code, name)
     last = ast.Expression(tree.body.pop().value) if tree.body and isinstance(tree.body[-1], ast.Expr) else None  # type: ignore[attr-defined]
-    out, html = io.StringIO(), ""
+    out, page = io.StringIO(), ""
     with contextlib.redirect_stdout(out):
         exec(compile(tree, name, "exec"), variables)
         value = None if last is None else eval(compile(last, name, "eval"), variables)
         if hasattr(value, "_repr_html_"):
-            html = value._repr_html_()
+            page = value._repr_html_()
         elif value is not None:
             print(repr(value))
-    return {"text": out.getvalue(), "html": html}
+    return {"text": out.getvalue(), "html": page}
 
 
 def run(notebook: Path) -> list[dict[str, str]]:
@@ -46,6 +48,12 @@ def run(notebook: Path) -> list[dict[str, str]]:
     variables: dict[str, Any] = {"__name__": "__main__"}
     codes = [text for kind, text in cells_of(notebook) if kind == "code"]
     return [run_cell(code, f"{notebook.name}, cell {k}", variables) for k, code in enumerate(codes, start=1)]
+
+
+def page_of(shown: str) -> str:
+    """The page in a frame of stiction.show(), or what is shown."""
+    framed = re.fullmatch(r'<iframe srcdoc="([^"]*)"[^>]*></iframe>', shown)
+    return html.unescape(framed.group(1)) if framed else shown
 
 
 def to_markdown(notebook: Path, outputs: list[dict[str, str]]) -> tuple[str, dict[str, str]]:
@@ -61,7 +69,7 @@ def to_markdown(notebook: Path, outputs: list[dict[str, str]]) -> tuple[str, dic
             parts.append(f"```text\n{output['text'].rstrip()}\n```")
         if output["html"]:
             name = f"{notebook.stem}_{len(pages) + 1}.html"
-            pages[name] = output["html"]
+            pages[name] = page_of(output["html"])
             parts.append(f'<iframe src="{name}" width="100%" height="500" loading="lazy" style="border:0"></iframe>')
     return "\n\n".join(parts) + "\n", pages
 
