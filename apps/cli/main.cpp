@@ -34,7 +34,7 @@ constexpr Command kCommands[] = {
     {"run", "Brings an object to its goal in MuJoCo at real speed: carries plans out, and plans anew where they fail", app::declare_run},
     {"sense", "Says where a robot is touched, from joint angles and external torques", app::declare_sense},
     {"view", "Shows a plan, or a task before it is planned, in the browser", app::declare_view},
-    {"export", "Writes a plan over time for other programs: CSV, NumPy, JSON, MCAP of ROS 2 messages", app::declare_python},
+    {"export", "Writes a plan over time for other programs: CSV, NumPy, JSON, MCAP of ROS 2 messages, LeRobot", app::declare_python},
     {"sweep", "Plans, checks and simulates many times, on all cores or a cluster: a table with a row per run", app::declare_python},
     {"grasps", "Writes states in which the robot holds the object at rest, with how much friction each can lose: starts for learners",
      app::declare_python},

@@ -1853,7 +1853,7 @@ class Plan:
         """
         Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, contacts.
 
-        format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
+        format: csv, npz, json, mcap or lerobot (a folder); None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
 
             >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
             >>> [file.name for file in plan.export("motion.csv")]
