@@ -162,7 +162,7 @@ Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which so
 
     >>> task = st.load_task("allegro_ball")
     >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
-    array([ 0.    ,  0.    ,  0.    ]))");
+    array([0.    , 0.0502, 0.    ]))");
 
   nb::class_<RolloutBatch>(m, "RolloutBatch", "N trajectories of T steps each.")
       .def_prop_ro(

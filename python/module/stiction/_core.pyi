@@ -1058,7 +1058,7 @@ def calc_weights_aside(model: Model, q: numpy.typing.ArrayLike, angle: float, dr
 
         >>> task = st.load_task("allegro_ball")
         >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
-        array([ 0.    ,  0.    ,  0.    ])
+        array([0.    , 0.0502, 0.    ])
     """
 
 class RolloutBatch:
