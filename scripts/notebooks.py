@@ -38,7 +38,7 @@ def run_cell(code: str, name: str, variables: dict[str, Any]) -> dict[str, str]:
         value = None if last is None else eval(compile(last, name, "eval"), variables)
         if hasattr(value, "_repr_html_"):
             page = value._repr_html_()
-        elif value is not None:
+        elif value is not None and not code.rstrip().endswith(";"):  # which hides it, as in Jupyter
             print(repr(value))
     return {"text": out.getvalue(), "html": page}
 

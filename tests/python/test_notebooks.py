@@ -55,6 +55,12 @@ def test_cell_that_fails_is_named_with_its_number(tmp_path: Path) -> None:
     assert done.returncode == 1 and "bad.ipynb, cell 2" in done.stderr and "ZeroDivisionError" in done.stderr
 
 
+def test_value_of_the_last_line_is_shown_unless_a_semicolon_hides_it() -> None:
+    assert notebooks.run_cell("x = 2\nx + 1", "cell", {}) == {"text": "3\n", "html": ""}
+    assert notebooks.run_cell("print(1)\n4;", "cell", {}) == {"text": "1\n", "html": ""}
+    assert notebooks.run_cell("x = 2", "cell", {}) == {"text": "", "html": ""}
+
+
 def test_page_of_a_notebook_has_its_text_code_outputs_and_frames(tmp_path: Path) -> None:
     cells = [{"cell_type": "markdown", "source": ["# Title"]}, {"cell_type": "code", "source": ["1 + 1"]}, {"cell_type": "code", "source": ["page"]}]
     (tmp_path / "n.ipynb").write_text(json.dumps({"cells": cells}), encoding="ascii")
