@@ -973,6 +973,24 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
     Raises InvalidInput by the name of the argument.
     """
 
+class BatchWorkspace:
+    """
+    Threads and their scratch for many small batches; for one thread of the caller at a time.
+    """
+
+    def __init__(self, model: Model, threads: int = 0) -> None:
+        """
+        threads: 0 for all cores. Raises InvalidInput.
+
+            >>> model = st.load_task("planar_pushing").model
+            >>> work = st.BatchWorkspace(model, threads=1)
+            >>> q = model.neutral()[None]
+            >>> [st.step_batch(model, q, q[:, 3:], workspace=work).failed for _ in range(2)]
+            [0, 0]
+        """
+
+    def __reduce__(self) -> tuple: ...
+
 class StepBatch:
     """Steps from N pairs of configuration and command, the pair first."""
 
@@ -1016,7 +1034,7 @@ class StepBatch:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
+def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
     """
     step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
 
@@ -1025,6 +1043,7 @@ def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLik
       tau_ext: external generalised forces besides gravity (N, n_v) [N, N m], or None.
       with_A, with_B: the derivatives StepBatch.A and .B.
       threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+      workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
 
         >>> task = st.load_task("planar_pushing")
         >>> q = np.tile(task.q_start, (1000, 1))
@@ -1092,13 +1111,14 @@ class RolloutBatch:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutBatch:
+def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutBatch:
     """
     N trajectories q[t + 1] = step(q[t], u[t]) on all cores.
 
       q_start: (N, n_q).
       u: commands (N, T, n_a) [m or rad].
       threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+      workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
 
         >>> task = st.load_task("planar_pushing")
         >>> q = np.tile(task.q_start, (100, 1))
@@ -1123,7 +1143,7 @@ def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing
     Raises InvalidInput by the name of the argument.
     """
 
-def pull_back_rollout(model: Model, rolled: RolloutBatch, u: numpy.typing.ArrayLike, D_L_q: numpy.typing.ArrayLike, *, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]]:
+def pull_back_rollout(model: Model, rolled: RolloutBatch, u: numpy.typing.ArrayLike, D_L_q: numpy.typing.ArrayLike, *, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]]:
     """
     Derivatives of a scalar L of the trajectories of rollout_batch() by starts and commands, from those by the configurations: the adjoint of the steps (S.25).
 

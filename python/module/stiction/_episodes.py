@@ -36,7 +36,8 @@ class Episodes:
             raise InvalidInput(f"num_envs: got {number}, expected at least 1")
         if max_steps < 1:
             raise InvalidInput(f"max_steps: got {max_steps}, expected at least 1")
-        self.task, self.model, self.number, self._threads = task, task.model, number, threads
+        self.task, self.model, self.number = task, task.model, number
+        self._work = _core.BatchWorkspace(task.model, threads)
         self.increment = _increments(task.model, increment)
         self._max_steps = max_steps
         self._lost = LOST * task.goal.tol_position if lost is None else lost
@@ -64,7 +65,7 @@ class Episodes:
             raise InvalidInput("actions: got numbers that are not finite")
         u = self.u[which] + np.clip(actions[which], -1, 1) * self.increment
         self.u[which] = np.clip(u, model.lower, model.upper)
-        batch = _core.step_batch(model, self.q[which], self.u[which], h=STEP_S, friction_law=self._law, effort_limits=True, threads=self._threads)
+        batch = _core.step_batch(model, self.q[which], self.u[which], h=STEP_S, friction_law=self._law, effort_limits=True, workspace=self._work)
         self.q[which] = batch.q_next
         self.steps[which] += 1
         before = self._error

@@ -160,11 +160,11 @@ class _Trial:
     """What states do when their commands are held."""
 
     def __init__(self, task: Task, threads: int) -> None:
-        self._task, self._model, self._threads = task, task.model, threads
+        self._task, self._model, self._work = task, task.model, _core.BatchWorkspace(task.model, threads)
         self._law = _core.FrictionLaw.Anitescu if task.model.planar_axis is not None else _core.FrictionLaw.Coulomb  # as the planner's
 
     def _step(self, q: np.ndarray, u: np.ndarray, **options: Any) -> tuple[np.ndarray, np.ndarray]:
-        batch = _core.step_batch(self._model, q, u, h=STEP_S, friction_law=self._law, threads=self._threads, **options)
+        batch = _core.step_batch(self._model, q, u, h=STEP_S, friction_law=self._law, workspace=self._work, **options)
         return batch.q_next, batch.solved
 
     def moved(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
