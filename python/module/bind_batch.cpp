@@ -133,9 +133,7 @@ std::pair<Rows, Cube> pull_back(const dynamics::StepOptions& options, ModelPtr m
   return {rows(gradient.q_start), owned_series(std::move(gradient.u), model->n_a())};
 }
 
-}  // namespace
-
-void bind_batch(nb::module_& m) {
+void bind_workspace(nb::module_& m) {
   nb::class_<BatchWorkspace>(m, "BatchWorkspace",
                              "Threads and their scratch for many small batches; for one thread of the caller at a time.")
       .def(nb::init<const ModelPtr&, int>(), "model"_a, "threads"_a = 0,
@@ -147,6 +145,9 @@ void bind_batch(nb::module_& m) {
     >>> [st.step_batch(model, q, q[:, 3:], workspace=work).failed for _ in range(2)]
     [0, 0])");
   def_no_pickle<BatchWorkspace>("BatchWorkspace", "a workspace made from the model in each process");
+}
+
+void bind_steps(nb::module_& m) {
   nb::class_<StepBatch>(m, "StepBatch", "Steps from N pairs of configuration and command, the pair first.")
       .def_prop_ro(
           "status", [](const StepBatch& b) { return b.result.status; }, "(N)")
@@ -205,7 +206,9 @@ Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which so
     >>> task = st.load_task("allegro_ball")
     >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
     array([0.    , 0.0502, 0.    ]))");
+}
 
+void bind_rollouts(nb::module_& m) {
   nb::class_<RolloutBatch>(m, "RolloutBatch", "N trajectories of T steps each.")
       .def_prop_ro(
           "q", [](const RolloutBatch& b) { return series(b.result.q, b.n_q, nb::find(b)); },
@@ -257,6 +260,14 @@ Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaterni
     ((1, 5), (1, 8, 2)))",
       "model"_a, "rolled"_a, "u"_a, "D_L_q"_a, nb::kw_only(), "threads"_a = 0, "workspace"_a = nb::none());
   def_pickle<RolloutBatch>();
+}
+
+}  // namespace
+
+void bind_batch(nb::module_& m) {
+  bind_workspace(m);
+  bind_steps(m);
+  bind_rollouts(m);
 }
 
 }  // namespace stiction::python
