@@ -218,9 +218,26 @@ def test_observation_says_where_things_are_and_where_to(ball: st.Task, grasps: s
 
 def test_rotation_to_itself_and_by_half_a_turn() -> None:
     one = np.array([[1.0, 0, 0, 0]])
-    np.testing.assert_array_equal(_turn(one, one[0]), np.zeros((1, 3)))
-    np.testing.assert_allclose(_turn(one, np.array([0.0, 0, 1, 0])), [[0, np.pi, 0]])
-    np.testing.assert_allclose(_turn(one, np.array([1.0, 5e-9, 0, 0])), [[1e-8, 0, 0]], rtol=1e-6)
+    np.testing.assert_array_equal(_turn(one, one), np.zeros((1, 3)))
+    np.testing.assert_allclose(_turn(one, np.array([[0.0, 0, 1, 0]])), [[0, np.pi, 0]])
+    np.testing.assert_allclose(_turn(one, np.array([[1.0, 5e-9, 0, 0]])), [[1e-8, 0, 0]], rtol=1e-6)
+
+
+def test_goals_are_poses_of_other_grasps_and_errors_those_of_the_task(ball: st.Task, grasps: st.Grasps) -> None:
+    episodes = Episodes(ball, 40, **ALL | {"starts": grasps, "goals": grasps})
+    everything = np.ones(40, dtype=bool)
+    episodes.reset(everything, np.random.default_rng(0))
+    assert len(np.unique(episodes.goal, axis=0)) > 3, "goals differ"
+    for q, goal, error in zip(episodes.q[::8], episodes.goal[::8], episodes.error[::8]):
+        assert (grasps.pose == goal).all(axis=1).any()
+        w, x, y, z = goal[3:]
+        rpy = [np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), np.arcsin(2 * (w * y - z * x)), np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))]
+        np.testing.assert_allclose(error, ball.with_(goal=[*goal[:3], *rpy]).goal_errors(q[None])[0], rtol=1e-5, atol=1e-7)
+        assert (error > (ball.goal.tol_position, ball.goal.tol_angle)).any(), "away from the start"
+    seen = episodes.observe()
+    np.testing.assert_allclose(seen[:, 41:44], episodes.goal[:, :3] - seen[:, 32:35], atol=1e-6)
+    with pytest.raises(st.InvalidInput, match="^goals: got grasps of another scene"):
+        Episodes(st.load_task("allegro_cube"), 2, **ALL | {"goals": grasps})
 
 
 def test_episodes_refuse_what_they_cannot_take(ball: st.Task, grasps: st.Grasps) -> None:
@@ -275,7 +292,7 @@ def test_vector_environment_begins_anew_after_an_end_and_starts_at_grasps(ball: 
         rewards.append(reward[0])
         assert set(infos) >= {"success", "_success", "lost", "unsolved", "position_error", "angle_error"} and not terminated.any()
     assert ends == [False, True, False, False, True] and rewards[2] == 0, "the third step begins the next episode"
-    many = gym.make_vec(ball, 5, starts=grasps)
+    many = gym.make_vec(ball, 5, starts=grasps, goals=grasps)
     first, _ = many.reset(seed=0)
     again, _ = many.reset(seed=0)
     np.testing.assert_array_equal(again, first)

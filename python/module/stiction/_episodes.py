@@ -31,7 +31,9 @@ class Outcome:
 class Episodes:
     """N episodes side by side; each starts at a start of its own."""
 
-    def __init__(self, task: Task, number: int, *, starts: Grasps | None, increment: Any, max_steps: int, lost: float | None, threads: int) -> None:
+    def __init__(
+        self, task: Task, number: int, *, starts: Grasps | None, increment: Any, max_steps: int, lost: float | None, threads: int, goals: Grasps | None = None
+    ) -> None:
         if number < 1:
             raise InvalidInput(f"num_envs: got {number}, expected at least 1")
         if max_steps < 1:
@@ -42,17 +44,22 @@ class Episodes:
         self._max_steps = max_steps
         self._lost = LOST * task.goal.tol_position if lost is None else lost
         self._law = _core.FrictionLaw.Anitescu if task.model.planar_axis is not None else _core.FrictionLaw.Coulomb  # as the planner's
-        self._start_q, self._start_u = _starts(task, starts)
+        self._object = task.model.object_names[task.goal.object]
+        self._goals = None if goals is None else _goals(task, goals)
+        self._start_q, self._start_u = _starts(task, starts, self._goals is not None)
         self.q = np.tile(task.q_start, (number, 1))
         self.u = self.q[:, -task.model.n_a :].copy()
         self.steps = np.zeros(number, dtype=int)
-        self._start_error = self._error = task.goal_errors(self.q)
+        self.goal = np.tile(np.concatenate([task.goal.X_WG.p, task.goal.X_WG.quaternion_wxyz]), (number, 1))  # (N, 7) of the object
+        self._start_error = self._error = self._calc_error(self.q, self.goal)
 
     def reset(self, which: np.ndarray, random: np.random.Generator) -> None:
         """The episodes of a mask begin anew."""
         index = random.integers(0, len(self._start_q), size=int(which.sum()))
         self.q[which], self.u[which], self.steps[which] = self._start_q[index], self._start_u[index], 0
-        error = self.task.goal_errors(self.q[which])
+        if self._goals is not None:
+            self.goal[which] = self._draw_goals(self.q[which], random)
+        error = self._calc_error(self.q[which], self.goal[which])
         self._start_error, self._error = self._start_error.copy(), self._error.copy()
         self._start_error[which] = self._error[which] = error
 
@@ -70,10 +77,21 @@ class Episodes:
         self.steps[which] += 1
         before = self._error
         self._error = before.copy()
-        self._error[which] = self.task.goal_errors(batch.q_next)
+        self._error[which] = self._calc_error(batch.q_next, self.goal[which])
         unsolved = np.zeros(self.number, dtype=bool)
         unsolved[which] = ~batch.solved
         return self._judge(before, which, unsolved)
+
+    def _calc_error(self, q: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        """(N, 2) [m], [rad]."""
+        return self.task.goal_errors(q) if self._goals is None else _differences(self.model.object_poses(q, self._object), goal)
+
+    def _draw_goals(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """For each state one of the goals at which its object is not yet, where there is one."""
+        assert self._goals is not None
+        at, tolerances = self.model.object_poses(q, self._object), (self.task.goal.tol_position, self.task.goal.tol_angle)
+        away = np.stack([(_differences(at, np.broadcast_to(goal, at.shape)) > tolerances).any(axis=1) for goal in self._goals], axis=1)
+        return self._goals[np.argmax(away + random.random(away.shape), axis=1)]
 
     def _judge(self, before: np.ndarray, which: np.ndarray, unsolved: np.ndarray) -> Outcome:
         goal = self.task.goal
@@ -100,8 +118,8 @@ class Episodes:
         joints = self.q[:, -n_a:]
         poses = [self.model.object_poses(self.q, name) for name in self.model.object_names]
         parts = [joints, self.u - joints, *(np.hstack([pose[:, :3], _columns(pose[:, 3:])]) for pose in poses)]
-        goal, at = self.task.goal, poses[self.task.goal.object]
-        parts += [goal.X_WG.p - at[:, :3], _turn(at[:, 3:], goal.X_WG.quaternion_wxyz)]
+        at = poses[self.task.goal.object]
+        parts += [self.goal[:, :3] - at[:, :3], _turn(at[:, 3:], self.goal[:, 3:])]
         return np.hstack(parts).astype(np.float32)
 
 
@@ -116,11 +134,23 @@ def _increments(model: _core.Model, given: Any) -> np.ndarray:
     return np.array(out)
 
 
-def _starts(task: Task, grasps: Grasps | None) -> tuple[np.ndarray, np.ndarray]:
+def _goals(task: Task, grasps: Grasps) -> np.ndarray:
+    """(goals, 7)"""
+    if grasps.scene_sha256 != task.scene_sha256:
+        raise InvalidInput(f"goals: got grasps of another scene (task {grasps.task}), expected those of {task.name}")
+    if not len(grasps):
+        raise InvalidInput("goals: got no grasps, expected at least one")
+    return grasps.pose
+
+
+def _starts(task: Task, grasps: Grasps | None, anywhere: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Of grasps those away from the goal of the task, or all of them."""
     if grasps is None:
         return task.q_start[None], task.q_start[None, -task.model.n_a :]
     if grasps.scene_sha256 != task.scene_sha256:
         raise InvalidInput(f"starts: got grasps of another scene (task {grasps.task}), expected those of {task.name}")
+    if anywhere and len(grasps):
+        return grasps.q, grasps.u
     away = (task.goal_errors(grasps.q) > (task.goal.tol_position, task.goal.tol_angle)).any(axis=1)
     if not away.any():
         raise InvalidInput(f"starts: got {len(grasps)} grasps, and none of them away from the goal; find more of them, or take another goal")
@@ -133,11 +163,16 @@ def _columns(wxyz: np.ndarray) -> np.ndarray:
     return np.column_stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)])
 
 
+def _differences(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Of poses (N, 7): positions [m] and angles [rad] (N, 2)."""
+    return np.column_stack([np.linalg.norm(a[:, :3] - b[:, :3], axis=1), np.linalg.norm(_turn(a[:, 3:], b[:, 3:]), axis=1)])
+
+
 def _turn(at: np.ndarray, to: np.ndarray) -> np.ndarray:
-    """The rotation vectors that lead from the rotations `at` (N, 4) to `to` (4), in the world [rad] (N, 3)."""
-    w0, v0, w1, v1 = at[:, :1], at[:, 1:], to[0], to[1:]
-    w = w0 * w1 + v0 @ v1[:, None]
-    v = w0 * v1 - w1 * v0 - np.cross(np.broadcast_to(v1, v0.shape), v0)
+    """The rotation vectors that lead from the rotations `at` (N, 4) to `to` (N, 4), in the world [rad] (N, 3)."""
+    w0, v0, w1, v1 = at[:, :1], at[:, 1:], to[:, :1], to[:, 1:]
+    w = w0 * w1 + np.sum(v0 * v1, axis=1, keepdims=True)
+    v = w0 * v1 - w1 * v0 - np.cross(v1, v0)
     v = np.where(w < 0, -v, v)
     sine = np.linalg.norm(v, axis=1, keepdims=True)
     angle = 2 * np.arctan2(sine, np.abs(w))

@@ -31,14 +31,14 @@ def _task(task: str | os.PathLike[str] | Task) -> Task:
     return task if isinstance(task, Task) else load_task(task)
 
 
-def _grasps(task: Task, starts: Any, seed: int) -> Grasps | None:
-    if starts is None or isinstance(starts, Grasps):
-        return starts
-    if isinstance(starts, int) and not isinstance(starts, bool):
-        return find_grasps(task, count=starts, seed=seed)
-    if isinstance(starts, (str, os.PathLike)):
-        return read_grasps(starts, task)
-    raise InvalidInput(f"starts: got {type(starts).__name__}, expected None, Grasps, a file, or how many to find")
+def _grasps(task: Task, name: str, given: Any, seed: int) -> Grasps | None:
+    if given is None or isinstance(given, Grasps):
+        return given
+    if isinstance(given, int) and not isinstance(given, bool):
+        return find_grasps(task, count=given, seed=seed)
+    if isinstance(given, (str, os.PathLike)):
+        return read_grasps(given, task)
+    raise InvalidInput(f"{name}: got {type(given).__name__}, expected None, Grasps, a file, or how many to find")
 
 
 def _spaces(episodes: Episodes) -> tuple[Any, Any]:
@@ -117,6 +117,7 @@ def make_vec(
     num_envs: int,
     *,
     starts: Grasps | str | os.PathLike[str] | int | None = None,
+    goals: Grasps | str | os.PathLike[str] | int | None = None,
     increment: Any = None,
     max_steps: int = 200,
     lost: float | None = None,
@@ -126,6 +127,7 @@ def make_vec(
     """A task as a gymnasium.vector.VectorEnv.
 
       starts: held grasps from which episodes start at random: Grasps, their file, or how many to find (find_grasps); None: the start of the task.
+      goals: grasps, as above, of which an episode takes one object pose as its goal, away from its start; None: the goal of the task.
       increment: largest change of a command in a step of 0.1 s [rad or m], > 0, or one for each joint; None: 0.05 rad and 0.02 m.
       max_steps: of an episode, which is then truncated.
       lost: an episode ends where the object is so much farther from its goal than at the start [m]; None: 20 tolerances.
@@ -136,13 +138,17 @@ def make_vec(
     and 10 for the goal. Raises InvalidInput; MissingExtra: gymnasium is not there.
     """
     one = _task(task)
-    return TaskVectorEnv(Episodes(one, num_envs, starts=_grasps(one, starts, seed), increment=increment, max_steps=max_steps, lost=lost, threads=threads))
+    held, wanted = _grasps(one, "starts", starts, seed), _grasps(one, "goals", goals, seed)
+    return TaskVectorEnv(Episodes(one, num_envs, starts=held, goals=wanted, increment=increment, max_steps=max_steps, lost=lost, threads=threads))
 
 
-def make(task: str | os.PathLike[str] | Task, *, starts: Any = None, increment: Any = None, max_steps: int = 200, lost: float | None = None, seed: int = 0) -> TaskEnv:
+def make(
+    task: str | os.PathLike[str] | Task, *, starts: Any = None, goals: Any = None, increment: Any = None, max_steps: int = 200, lost: float | None = None, seed: int = 0
+) -> TaskEnv:
     """A task as a gymnasium.Env; arguments as those of make_vec()."""
     one = _task(task)
-    return TaskEnv(Episodes(one, 1, starts=_grasps(one, starts, seed), increment=increment, max_steps=max_steps, lost=lost, threads=1))
+    held, wanted = _grasps(one, "starts", starts, seed), _grasps(one, "goals", goals, seed)
+    return TaskEnv(Episodes(one, 1, starts=held, goals=wanted, increment=increment, max_steps=max_steps, lost=lost, threads=1))
 
 
 if ID not in gymnasium.registry:  # gymnasium.make_vec("stiction/Task-v0", num_envs=8, task="allegro_ball")
