@@ -11,7 +11,7 @@ help:
 	@echo "make build      Release build; the program is $(STICTION)    (PRESET=dev|asan-ubsan|tsan for the others)"
 	@echo "make install    the program, its data, the module and the library into PREFIX=…"
 	@echo "make wheel      dist/stiction-*.whl for pip, and the source archive"
-	@echo "make learners   PyTorch and JAX into build/learners, and the tests of stiction.torch and stiction.jax, optional"
+	@echo "make learners   PyTorch, JAX and Gymnasium into build/learners, and the tests of what needs them, optional"
 	@echo "make experiments  Drake and meshes of an iiwa into .venv: what \`$(STICTION) reproduce\` compares with, optional"
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
 	@echo "make demo-touch  an arm feels its way past what it does not know, in demo-out/"

@@ -1,4 +1,4 @@
-"""What mkdocs does not do by itself for the site: pages for what docs/ links to outside of it, and the output of the tutorials' commands."""
+"""What mkdocs does not do by itself for the site: pages for what docs/ links to outside of it, the output of the tutorials' commands, and notebooks."""
 
 from __future__ import annotations
 
@@ -17,15 +17,20 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+import notebooks  # noqa: E402
+
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LANGUAGES = {".hpp": "cpp", ".cpp": "cpp", ".py": "python", ".pyi": "python", ".yaml": "yaml", ".json": "json", ".urdf": "xml", ".xml": "xml"}
 # Sections of the site in order: title, and the pages (or the folder whose README says the order).
 SECTIONS = [
     ("Start", ["index.md", "code/README.md", "commands.md", "notation.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
+    ("Notebooks", ["notebooks/README.md", *(f"notebooks/{file.stem}.md" for file in sorted((DOCS / "notebooks").glob("*.ipynb")))]),
     ("Tutorials", "tutorials"),
     ("Theory", "theory"),
-    ("Reference", ["python.md", "scenes.md", "benchmark.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "guarded_moves.md", "code/scenarios/README.md", "headers.md"]),
+    ("Reference", ["python.md", "scenes.md", "benchmark.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "learning.md", "demonstrations.md", "guarded_moves.md", "code/scenarios/README.md", "headers.md"]),
     ("Figures of the thesis", "reproduction"),
     ("How well it works", ["benchmarks.md"]),
     ("Decisions", "decisions"),
@@ -38,7 +43,7 @@ def page_of(target: Path) -> str:
     if target.is_dir():
         target = target / "README.md"
     if target.is_relative_to(DOCS):
-        return target.relative_to(DOCS).as_posix()
+        return (target.with_suffix(".md") if target.suffix == ".ipynb" else target).relative_to(DOCS).as_posix()
     name = target.relative_to(ROOT).as_posix()
     return f"code/{name}" if name.endswith(".md") else f"code/{name}.md"
 
@@ -69,7 +74,7 @@ def rewrite_links(text: str, document: Path, page: str) -> str:
         if not target or re.match(r"[a-z]+:", target):
             return match.group(0)
         file = (document.parent / target).resolve()
-        if file.is_relative_to(DOCS) and file.suffix not in (".md", "") and document.is_relative_to(DOCS):
+        if file.is_relative_to(DOCS) and file.suffix not in (".md", ".ipynb", "") and document.is_relative_to(DOCS):
             return match.group(0)  # a picture, a file beside the page
         relative = os.path.relpath(page_of(file), os.path.dirname(page) or ".")
         return f"]({relative}{'#' + anchor if anchor else ''})"
@@ -117,6 +122,8 @@ def on_files(files: Files, config: object) -> Files:
         files.append(File.generated(config, page, content=text))
     files.append(File.generated(config, "headers.md", content=headers_page()))
     files.append(File.generated(config, "python.md", content="# Python\n\n::: stiction._core\n"))
+    for notebook in sorted((DOCS / "notebooks").glob("*.ipynb")):
+        files_of_notebook(notebook, files, config)
     # Pages of plans, made by scripts/docs.sh.
     for plan in sorted((ROOT / "build/docs/plans").glob("*.*")):
         files.append(File.generated(config, f"plans/{plan.name}", abs_src_path=str(plan)))
@@ -145,6 +152,33 @@ def on_page_markdown(markdown: str, page: object, config: object, files: Files) 
     if uri.startswith("tutorials/"):
         markdown = with_outputs(markdown, uri)
     return rewrite_links(markdown, document, uri)
+
+
+# ---- notebooks ----
+
+
+def files_of_notebook(notebook: Path, files: Files, config: object) -> None:
+    """Its page, with what its cells show, and the pages of plans in it."""
+    page = page_of(notebook)
+    text, pages = notebooks.to_markdown(notebook, outputs_of_notebook(notebook))
+    download = f"\n[This page as a notebook]({notebook.name})\n"
+    files.append(File.generated(config, page, content=rewrite_links(text, notebook, page) + download))
+    for name, content in pages.items():
+        files.append(File.generated(config, f"notebooks/{name}", content=content))
+
+
+def outputs_of_notebook(notebook: Path) -> list[dict[str, str]]:
+    """Of every code cell; those of the last build where nothing has changed."""
+    file = ROOT / "build/docs/outputs/notebooks" / f"{notebook.stem}.json"
+    key = fingerprint(notebook.read_text(encoding="utf-8"))
+    if not file.exists() or json.loads(file.read_text(encoding="utf-8"))["key"] != key:
+        with tempfile.TemporaryDirectory() as name:
+            shown = Path(name) / "outputs.json"
+            execute([sys.executable, str(ROOT / "scripts/notebooks.py"), str(notebook), "--json", str(shown)], Path(name), f"notebooks/{notebook.name}")
+            outputs = json.loads(shown.read_text(encoding="utf-8"))
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps({"key": key, "outputs": outputs}), encoding="utf-8")
+    return list(json.loads(file.read_text(encoding="utf-8"))["outputs"])
 
 
 # ---- tutorials ----
@@ -195,13 +229,14 @@ def fingerprint(markdown: str) -> str:
 
 
 def run_blocks(markdown: str, uri: str) -> list[str]:
-    """Runs a page's blocks in order, in a folder that has the files of the page and looks like the repository besides."""
+    """Runs a page's blocks in order, in a folder that has the files of the page, those beside it, and looks like the repository besides."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for saved, text in SAVED.findall(markdown):
             (folder / saved).write_text(text, encoding="utf-8")
-        for entry in ROOT.iterdir():
-            if entry.name not in ("out", "demo-out", ".git"):
+        beside = [file for file in (DOCS / uri).parent.iterdir() if file.is_file() and file.suffix != ".md"]
+        for entry in [*beside, *ROOT.iterdir()]:
+            if entry.name not in ("out", "demo-out", ".git") and not (folder / entry.name).exists():
                 (folder / entry.name).symlink_to(entry)
 
         def run(language: str, code: str) -> str:

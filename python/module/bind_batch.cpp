@@ -4,12 +4,41 @@
 
 #include "pickles.hpp"
 #include "step_arguments.hpp"
+#include "stiction/dynamics/disturbances.hpp"
 #include "stiction/dynamics/rollout_batch.hpp"
 
 namespace stiction::python {
 namespace {
 
 using Cube = nb::ndarray<nb::numpy, const double, nb::ndim<3>>;
+
+/// dynamics::StepBatchWorkspace that two threads cannot use at once.
+struct BatchWorkspace {
+  BatchWorkspace(const ModelPtr& of, int threads) : model(of), work(of, threads) {}
+  ModelPtr model;
+  dynamics::StepBatchWorkspace work;
+  std::atomic<bool> busy{false};
+};
+
+/// The workspace that the caller keeps, or one for this call alone.
+class WorkspaceOfCall {
+ public:
+  WorkspaceOfCall(const ModelPtr& model, int threads, BatchWorkspace* kept) : kept_(kept) {
+    if (kept == nullptr) {
+      own_.emplace(model, threads);
+    } else {
+      if (kept->model != model) core::throw_invalid("workspace", "one of another model", "one of this model");
+      if (threads != 0) core::throw_invalid("threads", std::to_string(threads), "0 with a workspace, which has its own");
+      occupied_.emplace(kept->busy);
+    }
+  }
+  dynamics::StepBatchWorkspace& get() { return kept_ == nullptr ? own_->work : kept_->work; }
+
+ private:
+  BatchWorkspace* kept_;
+  std::optional<BatchWorkspace> own_;
+  std::optional<Occupied> occupied_;
+};
 
 struct StepBatch {
   ModelPtr model;
@@ -24,20 +53,33 @@ std::optional<Cube> cube(const StepBatch& batch, const Eigen::MatrixXd& values, 
               nb::find(batch));
 }
 
-std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, Flag with_A, Flag with_B,
-                                      int threads) {
+std::unique_ptr<StepBatch> step_batch(const dynamics::StepOptions& given, ModelPtr model, Matrix q, Matrix u, std::optional<Matrix> tau_ext,
+                                      Flag with_A, Flag with_B, int threads, BatchWorkspace* workspace) {
   core::require_size("q.shape[1]", q.value.cols(), model->n_q());
   core::require_size("u.shape[1]", u.value.cols(), model->n_a());
+  if (tau_ext) core::require_size("tau_ext.shape[1]", tau_ext->value.cols(), model->n_v());
   dynamics::StepOptions options = given;
   options.with_A = with_A;
   options.with_B = with_B;
   auto out = std::make_unique<StepBatch>(StepBatch{model, {}, 0});
   const nb::gil_scoped_release unlocked;
   const Eigen::MatrixXd q_columns = q.value.transpose(), u_columns = u.value.transpose();
-  dynamics::StepBatchWorkspace work(model, threads);
+  const Eigen::MatrixXd tau_columns = tau_ext ? tau_ext->value.transpose() : Eigen::MatrixXd();
+  WorkspaceOfCall work(model, threads, workspace);
   const auto start = std::chrono::steady_clock::now();
-  (void)dynamics::step_batch(*model, {q_columns, u_columns}, options, work, out->result);  // the statuses are in the result
+  (void)dynamics::step_batch(*model, {q_columns, u_columns, tau_ext ? &tau_columns : nullptr}, options, work.get(),
+                             out->result);  // the statuses are in the result
   out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return out;
+}
+
+Rows calc_weights_aside(const world::Model& model, const Matrix& q, double angle, int draw) {
+  core::require_size("q.shape[1]", q.value.cols(), model.n_q());
+  if (!(angle >= 0 && angle < 1.57)) core::throw_invalid("angle", fmt::format("{}", angle), "[0, pi/2) [rad]");
+  if (draw < 0 || draw >= dynamics::kDisturbances)
+    core::throw_invalid("draw", std::to_string(draw), fmt::format("[0, {}]", dynamics::kDisturbances - 1));
+  Rows out(q.value.rows(), model.n_v());
+  for (Eigen::Index i = 0; i < q.value.rows(); ++i) out.row(i) = dynamics::calc_weights_aside(model, q.value.row(i), angle, draw);
   return out;
 }
 
@@ -61,22 +103,23 @@ Cube owned_series(Eigen::MatrixXd columns, long n) {
   return series(values, n, owner);
 }
 
-std::unique_ptr<RolloutBatch> rollout_batch(const dynamics::StepOptions& options, ModelPtr model, Matrix q_start, Series u, int threads) {
+std::unique_ptr<RolloutBatch> rollout_batch(const dynamics::StepOptions& options, ModelPtr model, Matrix q_start, Series u, int threads,
+                                            BatchWorkspace* workspace) {
   core::require_size("q_start.shape[1]", q_start.value.cols(), model->n_q());
   core::require_size("u.shape[2]", u.size, model->n_a());
   auto out = std::make_unique<RolloutBatch>();
   out->n_q = model->n_q();
   const nb::gil_scoped_release unlocked;
   const Eigen::MatrixXd starts = q_start.value.transpose();
-  dynamics::StepBatchWorkspace work(model, threads);
+  WorkspaceOfCall work(model, threads, workspace);
   const auto start = std::chrono::steady_clock::now();
-  (void)dynamics::rollout_batch(*model, {starts, u.columns}, options, work, out->result);  // the statuses are in the result
+  (void)dynamics::rollout_batch(*model, {starts, u.columns}, options, work.get(), out->result);  // the statuses are in the result
   out->wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return out;
 }
 
 std::pair<Rows, Cube> pull_back(const dynamics::StepOptions& options, ModelPtr model, const RolloutBatch& rolled, Series u, Series D_L_q,
-                                int threads) {
+                                int threads, BatchWorkspace* workspace) {
   core::require_size("u.shape[2]", u.size, model->n_a());
   core::require_size("D_L_q.shape[2]", D_L_q.size, model->n_q());
   core::require_size("rolled.q.shape[2]", rolled.n_q, model->n_q());
@@ -84,15 +127,27 @@ std::pair<Rows, Cube> pull_back(const dynamics::StepOptions& options, ModelPtr m
   {
     const nb::gil_scoped_release unlocked;
     const Eigen::MatrixXd starts = rolled.result.q.topRows(rolled.n_q);
-    dynamics::StepBatchWorkspace work(model, threads);
-    dynamics::pull_back_rollout(*model, {starts, u.columns}, rolled.result, D_L_q.columns, options, work, gradient);
+    WorkspaceOfCall work(model, threads, workspace);
+    dynamics::pull_back_rollout(*model, {starts, u.columns}, rolled.result, D_L_q.columns, options, work.get(), gradient);
   }
   return {rows(gradient.q_start), owned_series(std::move(gradient.u), model->n_a())};
 }
 
-}  // namespace
+void bind_workspace(nb::module_& m) {
+  nb::class_<BatchWorkspace>(m, "BatchWorkspace",
+                             "Threads and their scratch for many small batches; for one thread of the caller at a time.")
+      .def(nb::init<const ModelPtr&, int>(), "model"_a, "threads"_a = 0,
+           R"(threads: 0 for all cores. Raises InvalidInput.
 
-void bind_batch(nb::module_& m) {
+    >>> model = st.load_task("planar_pushing").model
+    >>> work = st.BatchWorkspace(model, threads=1)
+    >>> q = model.neutral()[None]
+    >>> [st.step_batch(model, q, q[:, 3:], workspace=work).failed for _ in range(2)]
+    [0, 0])");
+  def_no_pickle<BatchWorkspace>("BatchWorkspace", "a workspace made from the model in each process");
+}
+
+void bind_steps(nb::module_& m) {
   nb::class_<StepBatch>(m, "StepBatch", "Steps from N pairs of configuration and command, the pair first.")
       .def_prop_ro(
           "status", [](const StepBatch& b) { return b.result.status; }, "(N)")
@@ -127,17 +182,33 @@ void bind_batch(nb::module_& m) {
 
   q: configurations (N, n_q).
   u: commands (N, n_a) [m or rad].
+  tau_ext: external generalised forces besides gravity (N, n_v) [N, N m], or None.
   with_A, with_B: the derivatives StepBatch.A and .B.
   threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+  workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
 
     >>> task = st.load_task("planar_pushing")
     >>> q = np.tile(task.q_start, (1000, 1))
     >>> batch = st.step_batch(task.model, q, q[:, 3:] + np.linspace(0, 0.2, 1000)[:, None], smoothing=st.Analytic(kappa=100), with_B=True)
     >>> batch.q_next.shape, batch.B.shape, batch.failed
     ((1000, 5), (1000, 5, 2), 0))",
-      "model"_a, "q"_a, "u"_a, nb::kw_only(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0);
+      "model"_a, "q"_a, "u"_a, nb::kw_only(), "tau_ext"_a = nb::none(), "with_A"_a = false, "with_B"_a = false, "threads"_a = 0,
+      "workspace"_a = nb::none());
   def_pickle<StepBatch>();
+  m.def(
+      "calc_weights_aside", &calc_weights_aside, "model"_a, "q"_a, "angle"_a, "draw"_a,
+      R"(What objects that move freely feel besides gravity when it comes from `angle` aside, at many configurations: tau_ext of step_batch().
 
+  q: (N, n_q). angle: [rad], in [0, pi/2). draw: the side, in [0, 3]; each is a quarter turn from the one before.
+
+Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which something carries.
+
+    >>> task = st.load_task("allegro_ball")
+    >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
+    array([0.    , 0.0502, 0.    ]))");
+}
+
+void bind_rollouts(nb::module_& m) {
   nb::class_<RolloutBatch>(m, "RolloutBatch", "N trajectories of T steps each.")
       .def_prop_ro(
           "q", [](const RolloutBatch& b) { return series(b.result.q, b.n_q, nb::find(b)); },
@@ -159,6 +230,7 @@ void bind_batch(nb::module_& m) {
   q_start: (N, n_q).
   u: commands (N, T, n_a) [m or rad].
   threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+  workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
 
     >>> task = st.load_task("planar_pushing")
     >>> q = np.tile(task.q_start, (100, 1))
@@ -166,7 +238,7 @@ void bind_batch(nb::module_& m) {
     >>> rolled = st.rollout_batch(task.model, q, u)
     >>> rolled.q.shape, rolled.failed
     ((100, 9, 5), 0))",
-                        "model"_a, "q_start"_a, "u"_a, nb::kw_only(), "threads"_a = 0);
+                        "model"_a, "q_start"_a, "u"_a, nb::kw_only(), "threads"_a = 0, "workspace"_a = nb::none());
   def_with_step_options(
       m, "pull_back_rollout", &pull_back,
       R"(Derivatives of a scalar L of the trajectories of rollout_batch() by starts and commands, from those by the configurations: the adjoint of the steps (S.25).
@@ -186,8 +258,16 @@ Returns dL/dq_start (N, n_q) and dL/du (N, T, n_a). The derivative by a quaterni
     >>> D_L_q_start, D_L_u = st.pull_back_rollout(task.model, rolled, u, D_L_q, smoothing=st.Analytic(kappa=100))
     >>> D_L_q_start.shape, D_L_u.shape
     ((1, 5), (1, 8, 2)))",
-      "model"_a, "rolled"_a, "u"_a, "D_L_q"_a, nb::kw_only(), "threads"_a = 0);
+      "model"_a, "rolled"_a, "u"_a, "D_L_q"_a, nb::kw_only(), "threads"_a = 0, "workspace"_a = nb::none());
   def_pickle<RolloutBatch>();
+}
+
+}  // namespace
+
+void bind_batch(nb::module_& m) {
+  bind_workspace(m);
+  bind_steps(m);
+  bind_rollouts(m);
 }
 
 }  // namespace stiction::python

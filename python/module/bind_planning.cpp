@@ -123,6 +123,8 @@ void bind_planning(nb::module_& m) {
       .def_ro("parents", &planning::Growth::parents, "numbers of nodes in the tree, -1 of the root (nodes)")
       .def_prop_ro(
           "q", [](const planning::Growth& g) { return rows(g.q); }, "(nodes, n_q) [m, rad]")
+      .def_prop_ro(
+          "u", [](const planning::Growth& g) { return rows(g.u); }, "commands at q (nodes, n_a) [m or rad]")
       .def_ro("best", &planning::Growth::best, "node of the tree that is nearest the goal")
       .def_ro("best_ratio", &planning::Growth::best_ratio, "how far that one is, in tolerances");
   nb::class_<planning::NodeRecord>(m, "TreeNode", "A node of the search tree.")

@@ -56,6 +56,18 @@ Task with(const Task& task, const std::optional<Vector>& start, const std::optio
   return out;
 }
 
+Rows goal_errors(const Task& task, const Matrix& q) {
+  core::require_size("q.shape[1]", q.value.cols(), task.model->n_q());
+  Rows out(q.value.rows(), 2);
+  for (Eigen::Index i = 0; i < q.value.rows(); ++i) {
+    const Eigen::VectorXd one = q.value.row(i);
+    world::require_configuration(*task.model, fmt::format("q[{}]", i), one);
+    const planning::GoalError error = planning::goal_error(*task.model, one, task.problem.goal);
+    out.row(i) << error.position, error.angle;
+  }
+  return out;
+}
+
 }  // namespace
 
 void bind_tasks(nb::module_& m) {
@@ -115,9 +127,34 @@ void bind_tasks(nb::module_& m) {
     >>> other = task.with_(goal=[0.6, 0.1, 0.0], options={"goal_bias": 0.3})
     >>> other.q_goal, other.options.goal_bias
     (array([0.6, 0.1, 0. ]), 0.3))")
+      .def("goal_errors", &goal_errors, "q"_a,
+           "How far the object is from the goal, or from the nearest pose of the goal region, at many configurations (N, n_q): position "
+           "[m] and "
+           "angle [rad], (N, 2).")
       .def(
           "as_plan", [](const Task& task) { return std::make_shared<Plan>(task, task.options, tasks::make_unplanned(task)); },
           "A plan that stays at the start, to be shown, exported or compared: MaxIterations, unless the start is at the goal.")
+      .def(
+          "follow",
+          [](const Task& task, const Matrix& u, const std::optional<Vector>& u_start) {
+            core::require_size("u.shape[1]", u.value.cols(), task.model->n_a());
+            const Eigen::MatrixXd columns = u.value.transpose();
+            const nb::gil_scoped_release unlocked;
+            return std::make_shared<Plan>(task, task.options,
+                                          tasks::make_commanded(task, columns, u_start ? u_start->value : Eigen::VectorXd()));
+          },
+          "u"_a, nb::kw_only(), "u_start"_a = nb::none(),
+          "The motion that commands (N, n_a) [m or rad] make from the start, with the dynamics of the planner, as a plan of one push. "
+          "Solved "
+          "where it ends at the goal, MaxIterations where not; else the status of the step that has no solution, where the plan ends. "
+          "Raises "
+          "InvalidInput."
+          R"(
+
+    >>> task = st.load_task("planar_pushing")
+    >>> plan = task.follow([[0.0, 0.0], [0.0, 0.1]])
+    >>> plan.status, plan.u[-1]
+    (Status.MaxIterations, array([0. , 0.1])))")
       .def(
           "set_goal",
           [](Task& task, const Vector& values) {

@@ -4,7 +4,9 @@
 #include "pickles.hpp"
 #include "stiction/tasks/task.hpp"
 #include "stiction/trajopt/optimize.hpp"
+#include "stiction/world/yaml.hpp"
 #include "watcher.hpp"
+#include "yaml_text.hpp"
 
 namespace stiction::python {
 namespace {
@@ -13,12 +15,50 @@ using trajopt::CostTerms;
 using trajopt::IterationLog;
 using trajopt::OptimizeResult;
 
+std::vector<Eigen::VectorXd> vectors_of(const Matrix& rows) {
+  std::vector<Eigen::VectorXd> out;
+  for (const auto& row : rows.value.rowwise()) out.emplace_back(row.transpose());
+  return out;
+}
+
+/// The start is that of the reference, the horizon its length, and the guess stays at the start unless one is given.
+void follow(const world::Model& model, const Matrix& reference, const std::optional<Matrix>& u_guess, Eigen::VectorXd& q_start,
+            trajopt::OptimizeInput& input) {
+  core::require_size("reference.shape[1]", reference.value.cols(), model.n_q());
+  if (reference.value.rows() < 2)
+    core::throw_invalid("reference", fmt::format("{} configurations", reference.value.rows()), "at least two, the start first");
+  input.reference = vectors_of(reference);
+  q_start = input.reference[0];
+  const int horizon = static_cast<int>(reference.value.rows()) - 1;
+  input.u_guess = u_guess ? vectors_of(*u_guess) : trajopt::constant_inputs(model, q_start, horizon);
+  if (u_guess) {
+    core::require_size("u_guess.shape[1]", u_guess->value.cols(), model.n_a());
+    core::require_size("u_guess.shape[0]", u_guess->value.rows(), horizon);
+  }
+}
+
 std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<std::string> scheme, std::optional<std::string> solver,
                                          std::optional<int> iterations, Flag forces, std::optional<std::uint64_t> seed, double timeout_s,
-                                         int threads, const Callback& on_progress) {
+                                         int threads, const Callback& on_progress, const std::optional<nb::dict>& section,
+                                         const std::optional<Matrix>& reference, const std::optional<Matrix>& u_guess,
+                                         const std::optional<Vector>& u_before) {
   tasks::Task chosen = task;
+  if (section)
+    chosen.optimize = tasks::read_optimize_setup(world::YamlNode::parse(yaml_text(*section), std::filesystem::path()), *task.model);
+  if (u_guess && !reference) core::throw_invalid("u_guess", "one without a reference", "both, or none");
   auto out = std::make_unique<OptimizeResult>();
-  const auto input = tasks::make_optimize_input(chosen);
+  Eigen::VectorXd q_start = chosen.problem.q_start;
+  const auto standard = tasks::make_optimize_input(chosen);
+  trajopt::OptimizeInput input{q_start, standard.u_guess, standard.reference, nullptr};
+  if (u_before) {
+    core::require_size("u_before", u_before->value.size(), task.model->n_a());
+    input.u_before = &u_before->value;
+  }
+  if (reference) {
+    follow(*chosen.model, *reference, u_guess, q_start, input);
+    chosen.optimize->horizon = static_cast<int>(input.u_guess.size());
+    chosen.optimize->options.step = task.options.step_options(*task.model);
+  }
   tasks::OptimizeSetup& setup = *chosen.optimize;
   if (scheme) setup.choose(tasks::parse_scheme("scheme", *scheme));
   if (solver) setup.options.solver = tasks::parse_solver("solver", *solver);
@@ -76,6 +116,7 @@ void bind_trajopt(nb::module_& m) {
       });
   m.def("optimize", &optimize, "task"_a, nb::kw_only(), "scheme"_a = nb::none(), "solver"_a = nb::none(), "iterations"_a = nb::none(),
         "forces"_a = false, "seed"_a = nb::none(), "timeout_s"_a = 60.0, "threads"_a = 0, "on_progress"_a = nb::none(),
+        "section"_a = nb::none(), "reference"_a = nb::none(), "u_guess"_a = nb::none(), "u_before"_a = nb::none(),
         R"(Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
 
   scheme: exact, analytic, randomized-first or randomized-zeroth; solver: sweep or receding; iterations: at most; None: as the task says.
@@ -84,6 +125,9 @@ void bind_trajopt(nb::module_& m) {
   timeout_s: [s] > 0.
   threads: 0 for all cores; the result does not depend on it.
   on_progress: called with Progress; Ctrl-C and an error in it stop the run.
+  section: in place of the section `optimize` of the task, a dict with its keys.
+  reference: configurations to follow, the start first (T + 1, n_q), with the dynamics of the planner; None: the goal all the time. u_guess: commands to begin with (T, n_a); None:
+    those of the start. u_before: the command before the first one (n_a); None: the joints of the start.
 
 status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
 

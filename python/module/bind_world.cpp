@@ -1,5 +1,9 @@
 #include <fmt/format.h>
+#include <nanobind/stl/map.h>
 
+#include <fstream>
+#include <iterator>
+#include <map>
 #include <span>
 
 #include "bindings.hpp"
@@ -60,6 +64,25 @@ Pose object_pose(const Model& model, const Vector& q, const std::string& object)
   return world::object_pose(model, q.value, model.object_index(object));
 }
 
+Eigen::Vector4d quaternion_of(const Pose& X) {
+  const tasks::PoseNumbers numbers = tasks::to_numbers(X);
+  return Eigen::Map<const Eigen::Vector4d>(numbers.data() + 3);
+}
+
+/// (N, 7): x y z, then the quaternion w x y z.
+Rows object_poses(const Model& model, const Matrix& q, const std::string& object) {
+  core::require_size("q.shape[1]", q.value.cols(), model.n_q());
+  const int index = model.object_index(object);
+  Rows out(q.value.rows(), 7);
+  for (Eigen::Index i = 0; i < q.value.rows(); ++i) {
+    const Eigen::VectorXd one = q.value.row(i);
+    world::require_configuration(model, fmt::format("q[{}]", i), one);
+    const world::Pose X = world::object_pose(model, one, index);
+    out.row(i) << X.p.transpose(), quaternion_of(X).transpose();
+  }
+  return out;
+}
+
 world::Kinematics calc_kinematics(const Model& model, const Vector& q) {
   world::require_configuration(model, "q", q.value);
   world::KinematicsWorkspace work(model);
@@ -104,9 +127,19 @@ Pose make_pose(const Matrix& R, const Vector& p) {
   return {rotation, p.value};
 }
 
-Eigen::Vector4d quaternion_of(const Pose& X) {
-  const tasks::PoseNumbers numbers = tasks::to_numbers(X);
-  return Eigen::Map<const Eigen::Vector4d>(numbers.data() + 3);
+/// By name of the robot; those of an MJCF have none.
+std::map<std::string, std::string> robot_urdfs(const world::Scene& scene) {
+  std::map<std::string, std::string> out;
+  for (const world::RobotSpec& robot : scene.robots) {
+    if (!robot.mjcf.empty()) continue;
+    std::string text = robot.text;
+    if (text.empty()) {
+      std::ifstream in(robot.urdf, std::ios::binary);
+      text.assign(std::istreambuf_iterator<char>(in), {});
+    }
+    if (text.find("<robot") != std::string::npos) out.emplace(robot.name, std::move(text));
+  }
+  return out;
 }
 
 world::Scene scene_of_file(const std::filesystem::path& file) { return world::load_scene(file, tasks::default_package_dirs()); }
@@ -234,7 +267,9 @@ void bind_world(nb::module_& m) {
   nb::class_<world::Scene>(m, "Scene", "What there is, as a scene file says.")
       .def_ro("name", &world::Scene::name)
       .def_ro("gravity", &world::Scene::gravity, "[m/s^2], acts on objects only")
-      .def_ro("contact_distance", &world::Scene::contact_distance, "[m]");
+      .def_ro("contact_distance", &world::Scene::contact_distance, "[m]")
+      .def_prop_ro("robot_urdfs", &robot_urdfs,
+                   "robot -> its URDF as the file has it now; without what is mounted on it, and without robots of an MJCF");
   m.def("load_scene", &scene_of_file, "file"_a,
         "The scene of a file (YAML, also of a task). Raises InvalidInput: \"FILE:LINE: field: got …\".");
   m.def("load_scene", &scene_of_dict, "scene"_a, nb::kw_only(), "base"_a = nb::none(),
@@ -318,6 +353,8 @@ void bind_world(nb::module_& m) {
     True)")
       .def("local", &local, "q0"_a, "q1"_a, "q1 ⊖ q0 (n_v)")
       .def("object_pose", &object_pose, "q"_a, "object"_a, "X_WB of a named object")
+      .def("object_poses", &object_poses, "q"_a, "object"_a,
+           "X_WB of a named object at many configurations (N, n_q), as (N, 7): x y z [m], then the quaternion w x y z with w not negative")
       .def("calc_kinematics", &calc_kinematics, "q"_a, "Poses and axes at q (n_q).")
       .def("body_poses", &body_poses, "q"_a, "X_WB by name of the body",
            nb::sig("def body_poses(self, q: numpy.typing.ArrayLike) -> dict[str, Pose]"))

@@ -60,6 +60,30 @@ TEST(StepBatch, EqualsSingleSteps_BitForBitForAnyNumberOfThreads) {
   EXPECT_EQ(batch.B, threaded.B);
 }
 
+TEST(StepBatch, ExternalForce_MovesAsThatOfOneStep) {
+  const Pushes pushes(33);
+  MatrixXd tau(pushes.model->n_v(), pushes.q.cols());
+  core::Random random(9, 0);
+  for (double& value : tau.reshaped()) value = random.normal();
+  StepBatchWorkspace batch_work(pushes.model, 2);
+  StepBatchResult batch;
+  ASSERT_EQ(step_batch(*pushes.model, {pushes.q, pushes.u, &tau}, {}, batch_work, batch), Status::Solved);
+  StepWorkspace work(pushes.model);
+  StepResult single;
+  for (Eigen::Index i = 0; i < pushes.q.cols(); ++i) {
+    work.forget();
+    const Eigen::VectorXd one = tau.col(i);
+    ASSERT_EQ(step(*pushes.model, {pushes.q.col(i), pushes.u.col(i), &one}, {}, work, single), Status::Solved);
+    EXPECT_EQ(batch.q_next.col(i), single.q_next) << i;
+  }
+  EXPECT_NE(batch.q_next, pushes.run({}, 1).q_next) << "the forces did nothing";
+  tau.conservativeResize(Eigen::NoChange, 5);
+  EXPECT_EQ(message_of([&] {
+              (void)step_batch(*pushes.model, {pushes.q, pushes.u, &tau}, {}, batch_work, batch);
+            }),
+            "tau_ext: got 5 forces, expected 33, one for each q");
+}
+
 TEST(StepBatch, WithoutDerivativesOrSteps_IsEmpty) {
   const Pushes pushes(5), none(0);
   const StepBatchResult plain = pushes.run({}, 2), empty = none.run({.with_B = true}, 2);

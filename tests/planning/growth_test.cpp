@@ -12,7 +12,7 @@ using core::Status;
 
 struct Told {
   std::vector<int> parents;
-  std::vector<Eigen::VectorXd> q;
+  std::vector<Eigen::VectorXd> q, u;
   int best = -1;
   double best_ratio = 0;
 };
@@ -25,6 +25,7 @@ core::Status watch(const PlanningProblem& problem, const PlannerOptions& options
     ASSERT_EQ(growth.q.cols(), std::ssize(growth.parents));
     told.parents.insert(told.parents.end(), growth.parents.begin(), growth.parents.end());
     for (const auto& q : growth.q.colwise()) told.q.emplace_back(q);
+    for (const auto& u : growth.u.colwise()) told.u.emplace_back(u);
     told.best = growth.best;
     told.best_ratio = growth.best_ratio;
   };
@@ -61,6 +62,7 @@ TEST(Growth, EveryNodeOfTheTreeIsToldOnce_AndThePlanIsTheSame) {
     ASSERT_NE(at, told.end()) << "the tree of the plan";
     EXPECT_LE(at->second.best_ratio, 1);
     EXPECT_TRUE(at->second.q[static_cast<std::size_t>(at->second.best)] == watched.plan.segments.back().knots.back().q);
+    EXPECT_TRUE(at->second.u[static_cast<std::size_t>(at->second.best)] == watched.plan.segments.back().knots.back().u);
   }
 }
 

@@ -143,3 +143,22 @@ def test_rollouts_name_what_is_wrong(ball: st.Task) -> None:
     rolled = st.rollout_batch(ball.model, q, u)
     with pytest.raises(st.InvalidInput, match="^D_L_q, numbers a trajectory: got"):
         st.pull_back_rollout(ball.model, rolled, u, rolled.q[:, 1:])
+
+
+def test_kept_workspace_gives_the_same_bits_and_belongs_to_its_model() -> None:
+    task = st.load_task("planar_hand")
+    model, random = task.model, np.random.default_rng(0)
+    q = np.tile(task.q_start, (50, 1))
+    u = q[:, -model.n_a :] + 0.05 * random.standard_normal((50, model.n_a))
+    work = st.BatchWorkspace(model, threads=2)
+    for _ in range(2):
+        np.testing.assert_array_equal(st.step_batch(model, q, u, workspace=work).q_next, st.step_batch(model, q, u).q_next)
+    rolled = st.rollout_batch(model, q, u[:, None], workspace=work)
+    weights = random.standard_normal(rolled.q.shape)
+    for kept, own in zip(st.pull_back_rollout(model, rolled, u[:, None], weights, workspace=work), st.pull_back_rollout(model, rolled, u[:, None], weights)):
+        np.testing.assert_array_equal(kept, own)
+    other = st.load_task("planar_pushing")
+    with pytest.raises(st.InvalidInput, match="^workspace: got one of another model, expected one of this model"):
+        st.step_batch(other.model, other.q_start[None], other.q_start[None, 3:], workspace=work)
+    with pytest.raises(st.InvalidInput, match="^threads: got 2, expected 0 with a workspace, which has its own"):
+        st.step_batch(model, q, u, threads=2, workspace=work)

@@ -185,6 +185,16 @@ def test_mcap_holds_a_trajectory_for_each_robot(messages: dict[str, list], motio
             assert [list(getattr(state, field)) for *_, state in states] == column(motion, name)[:, columns].tolist(), field
 
 
+def test_mcap_holds_the_urdf_of_each_robot_and_frames_that_stand(messages: dict[str, list], st) -> None:
+    urdf = (ROOT / "models" / "planar_arm.urdf").read_text(encoding="utf-8") if (ROOT / "models" / "planar_arm.urdf").exists() else None
+    for robot, text in st.load_task("planar_hand").model.scene.robot_urdfs.items():
+        ((schema, log_time, _, message),) = messages[f"/{robot}/robot_description"]
+        assert schema == "std_msgs/msg/String" and log_time == 0 and message.data == text and text.lstrip().startswith("<")
+        assert urdf is None or "<robot" in text
+    ((schema, _, _, message),) = messages["/tf_static"]
+    assert schema == "tf2_msgs/msg/TFMessage" and message.transforms
+
+
 def test_mcap_holds_objects_and_wrenches_at_their_points(messages: dict[str, list], motion: dict) -> None:
     assert len(messages["/tf"]) == len(motion["knots"])
     wrenches: dict[tuple[str, int], list] = {}
@@ -251,7 +261,7 @@ def test_times_of_a_given_trajectory(plan_file: Path, st, tmp_path: Path) -> Non
 
 def test_bad_input_is_named(stiction, plan_file: Path, st, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = st.read_plan(plan_file)
-    with pytest.raises(st.InvalidInput, match="format: got 'bag', expected one of csv, json, mcap, npz"):
+    with pytest.raises(st.InvalidInput, match="format: got 'bag', expected one of csv, json, lerobot, mcap, npz"):
         plan.export(tmp_path / "motion.csv", format="bag")
     with pytest.raises(st.InvalidInput, match="motion.txt: format: got 'txt', expected one of"):
         plan.export(tmp_path / "motion.txt")

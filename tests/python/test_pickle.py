@@ -32,7 +32,7 @@ VALUES = """
     TransferResult TreeNode
 """.split()
 SHARED = ["Model", "Sensor"]  # immutable and large: pickle makes them anew, a copy is the object itself
-AT_WORK = ["ContactController", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace", "TouchOnset"]
+AT_WORK = ["BatchWorkspace", "ContactController", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace", "TouchOnset"]
 
 
 def exported_classes() -> dict[str, type]:
@@ -292,13 +292,14 @@ def test_sensor_is_written_once_for_all_results() -> None:
     ("make", "instead"),
     [
         (lambda: st.StepWorkspace(task().model), "a workspace made from the model"),
+        (lambda: st.BatchWorkspace(task().model, 1), "a workspace made from the model"),
         (lambda: st.Plant(task().model), "the model and the options"),
         (lambda: st.DrivenPlant(st.Plant(task().model, damping_ratio=0)), "the model and the options"),
         (lambda: st.SimulatedPlant(task()), "the task"),
         (lambda: st.ContactController(st.load_control_scenario("box_in_the_way").model, lambda_max=1.0), "the model and the options"),
         (lambda: st.TouchOnset([0.0], [0.1], false_alarms=0.01), "the rest and the options"),
     ],
-    ids=["StepWorkspace", "Plant", "DrivenPlant", "SimulatedPlant", "ContactController", "TouchOnset"],
+    ids=["StepWorkspace", "BatchWorkspace", "Plant", "DrivenPlant", "SimulatedPlant", "ContactController", "TouchOnset"],
 )
 def test_what_is_at_work_names_what_to_pass_instead(make: Callable[[], Any], instead: str) -> None:
     value = make()

@@ -363,6 +363,15 @@ def test_task_of_a_dropped_robot_is_whole_in_another_folder(tmp_path: Path) -> N
     assert st.load_task(tmp_path / "task.yaml").scene_sha256 == digest
 
 
+def test_report_of_a_problem_has_the_plan_and_no_folder_of_this_machine(planned: results.Result) -> None:
+    name, content = exporting.export(planned, exporting.REPORT)
+    assert name.endswith("-report.zip")
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        found = {file: archive.read(file).decode() for file in archive.namelist()}
+    assert json.loads(found["report.json"])["tried"]["seed"] == planned.plan.seed and json.loads(found["plan.json"])["seed"] == planned.plan.seed
+    assert str(Path(__file__).resolve().parents[2]) not in "".join(found.values())
+
+
 def test_one_format_is_one_file_and_what_is_missing_is_named(planned: results.Result, monkeypatch: pytest.MonkeyPatch) -> None:
     name, content = exporting.export(planned, "json")
     assert name == "planar_pushing-seed0-motion.json" and json.loads(content)["format"] == "stiction-motion"

@@ -21,6 +21,12 @@ from ._core import version  # noqa: E402
 from ._extras import MissingExtra as MissingExtra  # noqa: E402
 from .joint_states import JointStates as JointStates  # noqa: E402
 from .joint_states import load_joint_states as load_joint_states  # noqa: E402
+from .demonstrations import read_demonstration as read_demonstration  # noqa: E402
+from .demonstrations import repair as repair  # noqa: E402
+from .grasps import Grasps as Grasps  # noqa: E402
+from .grasps import find_grasps as find_grasps  # noqa: E402
+from .grasps import read_grasps as read_grasps  # noqa: E402
+from .pages import show as show  # noqa: E402
 from .pages import view as view  # noqa: E402
 from .sweeps import sweep as sweep  # noqa: E402
 

@@ -8,7 +8,14 @@ from importlib import import_module
 
 from . import _command
 
-MODULES = {"benchmark": "_benchmark_command", "export": "exports", "sweep": "_sweep_command"}
+MODULES = {
+    "benchmark": "_benchmark_command",
+    "export": "exports",
+    "grasps": "grasps",
+    "repair": "demonstrations",
+    "report": "reports",
+    "sweep": "_sweep_command",
+}
 
 
 def main(words: list[str]) -> int:

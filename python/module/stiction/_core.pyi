@@ -285,6 +285,12 @@ class Scene:
     def contact_distance(self) -> float:
         """[m]"""
 
+    @property
+    def robot_urdfs(self) -> dict[str, str]:
+        """
+        robot -> its URDF as the file has it now; without what is mounted on it, and without robots of an MJCF
+        """
+
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
@@ -447,6 +453,11 @@ class Model:
 
     def object_pose(self, q: numpy.typing.ArrayLike, object: str) -> Pose:
         """X_WB of a named object"""
+
+    def object_poses(self, q: numpy.typing.ArrayLike, object: str) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """
+        X_WB of a named object at many configurations (N, n_q), as (N, 7): x y z [m], then the quaternion w x y z with w not negative
+        """
 
     def calc_kinematics(self, q: numpy.typing.ArrayLike) -> Kinematics:
         """Poses and axes at q (n_q)."""
@@ -962,6 +973,24 @@ def rollout(model: Model, q: numpy.typing.ArrayLike, u_start: numpy.typing.Array
     Raises InvalidInput by the name of the argument.
     """
 
+class BatchWorkspace:
+    """
+    Threads and their scratch for many small batches; for one thread of the caller at a time.
+    """
+
+    def __init__(self, model: Model, threads: int = 0) -> None:
+        """
+        threads: 0 for all cores. Raises InvalidInput.
+
+            >>> model = st.load_task("planar_pushing").model
+            >>> work = st.BatchWorkspace(model, threads=1)
+            >>> q = model.neutral()[None]
+            >>> [st.step_batch(model, q, q[:, 3:], workspace=work).failed for _ in range(2)]
+            [0, 0]
+        """
+
+    def __reduce__(self) -> tuple: ...
+
 class StepBatch:
     """Steps from N pairs of configuration and command, the pair first."""
 
@@ -1005,14 +1034,16 @@ class StepBatch:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
+def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, tau_ext: numpy.typing.ArrayLike | None = None, with_A: bool | numpy.bool_ = False, with_B: bool | numpy.bool_ = False, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> StepBatch:
     """
     step() from N pairs of configuration and command on all cores, with their local models where A or B is asked for (docs/theory/local_models.md).
 
       q: configurations (N, n_q).
       u: commands (N, n_a) [m or rad].
+      tau_ext: external generalised forces besides gravity (N, n_v) [N, N m], or None.
       with_A, with_B: the derivatives StepBatch.A and .B.
       threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+      workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
 
         >>> task = st.load_task("planar_pushing")
         >>> q = np.tile(task.q_start, (1000, 1))
@@ -1034,6 +1065,19 @@ def step_batch(model: Model, q: numpy.typing.ArrayLike, u: numpy.typing.ArrayLik
       kappa, epsilon: deprecated, for smoothing=Analytic(kappa=...) and regularisation=FixedEpsilon(epsilon=...).
 
     Raises InvalidInput by the name of the argument.
+    """
+
+def calc_weights_aside(model: Model, q: numpy.typing.ArrayLike, angle: float, draw: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+    """
+    What objects that move freely feel besides gravity when it comes from `angle` aside, at many configurations: tau_ext of step_batch().
+
+      q: (N, n_q). angle: [rad], in [0, pi/2). draw: the side, in [0, 3]; each is a quarter turn from the one before.
+
+    Returns (N, n_v) [N, N m]; 0 without gravity and for objects on joints, which something carries.
+
+        >>> task = st.load_task("allegro_ball")
+        >>> st.calc_weights_aside(task.model, task.q_start[None], 0.1, 0)[0, :3].round(4)
+        array([0.    , 0.0502, 0.    ])
     """
 
 class RolloutBatch:
@@ -1067,13 +1111,14 @@ class RolloutBatch:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutBatch:
+def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing.ArrayLike, *, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> RolloutBatch:
     """
     N trajectories q[t + 1] = step(q[t], u[t]) on all cores.
 
       q_start: (N, n_q).
       u: commands (N, T, n_a) [m or rad].
       threads: 0 for all cores; the result does not depend on it, bit for bit: every step is solved cold.
+      workspace: BatchWorkspace of the model, for many small batches; None: one for this call.
 
         >>> task = st.load_task("planar_pushing")
         >>> q = np.tile(task.q_start, (100, 1))
@@ -1098,7 +1143,7 @@ def rollout_batch(model: Model, q_start: numpy.typing.ArrayLike, u: numpy.typing
     Raises InvalidInput by the name of the argument.
     """
 
-def pull_back_rollout(model: Model, rolled: RolloutBatch, u: numpy.typing.ArrayLike, D_L_q: numpy.typing.ArrayLike, *, threads: int = 0, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]]:
+def pull_back_rollout(model: Model, rolled: RolloutBatch, u: numpy.typing.ArrayLike, D_L_q: numpy.typing.ArrayLike, *, threads: int = 0, workspace: BatchWorkspace | None = None, h: float = 0.1, smoothing: Exact | Analytic = ..., regularisation: ByRule | FixedEpsilon = ..., friction_cone: SecondOrderCone | PolyhedralCone = ..., friction_law: FrictionLaw = FrictionLaw.Anitescu, friction_scale: float = 1.0, contact_margin: float = 0.0, joint_limits: bool | numpy.bool_ = True, effort_limits: bool | numpy.bool_ = False, tol_complementarity: float = 1e-10, kappa: float | None = None, epsilon: float | None = None) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), writable=False)]]:
     """
     Derivatives of a scalar L of the trajectories of rollout_batch() by starts and commands, from those by the configurations: the adjoint of the steps (S.25).
 
@@ -1481,9 +1526,24 @@ class Task:
             (array([0.6, 0.1, 0. ]), 0.3)
         """
 
+    def goal_errors(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """
+        How far the object is from the goal, or from the nearest pose of the goal region, at many configurations (N, n_q): position [m] and angle [rad], (N, 2).
+        """
+
     def as_plan(self) -> Plan:
         """
         A plan that stays at the start, to be shown, exported or compared: MaxIterations, unless the start is at the goal.
+        """
+
+    def follow(self, u: numpy.typing.ArrayLike, *, u_start: numpy.typing.ArrayLike | None = None) -> Plan:
+        """
+        The motion that commands (N, n_a) [m or rad] make from the start, with the dynamics of the planner, as a plan of one push. Solved where it ends at the goal, MaxIterations where not; else the status of the step that has no solution, where the plan ends. Raises InvalidInput.
+
+            >>> task = st.load_task("planar_pushing")
+            >>> plan = task.follow([[0.0, 0.0], [0.0, 0.1]])
+            >>> plan.status, plan.u[-1]
+            (Status.MaxIterations, array([0. , 0.1]))
         """
 
     def set_goal(self, values: numpy.typing.ArrayLike) -> None:
@@ -1582,6 +1642,10 @@ class Growth:
     @property
     def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
         """(nodes, n_q) [m, rad]"""
+
+    @property
+    def u(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+        """commands at q (nodes, n_a) [m or rad]"""
 
     @property
     def best(self) -> int:
@@ -1809,7 +1873,7 @@ class Plan:
         """
         Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, contacts.
 
-        format: csv, npz, json or mcap; None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
+        format: csv, npz, json, mcap or lerobot (a folder); None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`.
 
             >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
             >>> [file.name for file in plan.export("motion.csv")]
@@ -2176,7 +2240,7 @@ class OptimizeResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool | numpy.bool_ = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], bool | None] | None = None) -> OptimizeResult:
+def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None, iterations: int | None = None, forces: bool | numpy.bool_ = False, seed: int | None = None, timeout_s: float = 60.0, threads: int = 0, on_progress: Callable[[Progress], bool | None] | None = None, section: dict | None = None, reference: numpy.typing.ArrayLike | None = None, u_guess: numpy.typing.ArrayLike | None = None, u_before: numpy.typing.ArrayLike | None = None) -> OptimizeResult:
     """
     Optimises a trajectory by the section `optimize` of the task (iMPC, Alg. 1).
 
@@ -2186,6 +2250,9 @@ def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None
       timeout_s: [s] > 0.
       threads: 0 for all cores; the result does not depend on it.
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
+      section: in place of the section `optimize` of the task, a dict with its keys.
+      reference: configurations to follow, the start first (T + 1, n_q), with the dynamics of the planner; None: the goal all the time. u_guess: commands to begin with (T, n_a); None:
+        those of the start. u_before: the command before the first one (n_a); None: the joints of the start.
 
     status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
 

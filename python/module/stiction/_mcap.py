@@ -19,6 +19,7 @@ WORLD = "world"
 
 # The interfaces that are used, field by field in their order on the wire.
 INTERFACES = {
+    "std_msgs/String": "string data",
     "std_msgs/Header": "builtin_interfaces/Time stamp\nstring frame_id",
     "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z",
     "geometry_msgs/Quaternion": "float64 x\nfloat64 y\nfloat64 z\nfloat64 w",
@@ -128,6 +129,13 @@ def add_joints(to: Recorder, motion: Motion) -> None:
             to.add(f"/{tokens(robot)}/joint_states", "sensor_msgs/JointState", t, state)
 
 
+def add_descriptions(to: Recorder, motion: Motion) -> None:
+    """The URDF of each robot, as robot_state_publisher has it."""
+    tokens = Tokens()
+    for robot, text in motion.plan.task.model.scene.robot_urdfs.items():
+        to.add(f"/{tokens(robot)}/robot_description", "std_msgs/String", 0, {"data": text})
+
+
 class Links:
     """The links of the robots as frames, each in the frame of the link that it hangs on, as robot_state_publisher has them."""
 
@@ -209,6 +217,7 @@ def write(motion: Motion, file: Path) -> None:
     with file.open("wb") as out, ros2.Writer(out) as writer:
         to = Recorder(writer)
         links = Links(motion.plan.task.model)
+        add_descriptions(to, motion)
         add_fixed(to, motion, links)
         add_joints(to, motion)
         add_world(to, motion, links)

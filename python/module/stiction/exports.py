@@ -1,4 +1,4 @@
-"""Plans over time for other programs: CSV, NumPy, JSON and MCAP (docs/exports.md)."""
+"""Plans over time for other programs: CSV, NumPy, JSON, MCAP and LeRobot (docs/exports.md)."""
 
 from __future__ import annotations
 
@@ -165,7 +165,13 @@ def write_mcap(motion: Motion, file: Path) -> list[Path]:
     return [write_whole(file, lambda to: _mcap.write(motion, to))]
 
 
-WRITERS: dict[str, Callable[[Motion, Path], list[Path]]] = {"csv": write_csv, "npz": write_npz, "json": write_json, "mcap": write_mcap}
+def write_lerobot(motion: Motion, folder: Path) -> list[Path]:
+    from . import lerobot
+
+    return [lerobot.write_lerobot([motion], folder)]
+
+
+WRITERS: dict[str, Callable[[Motion, Path], list[Path]]] = {"csv": write_csv, "npz": write_npz, "json": write_json, "mcap": write_mcap, "lerobot": write_lerobot}
 
 
 def format_of(file: Path, given: str | None) -> str:
@@ -199,12 +205,11 @@ def write_motion(plan: Plan, file: Path, format: str, trajectory: Trajectory | N
     return WRITERS[format](make_motion(plan, trajectory), file)
 
 
-def main(words: Sequence[str]) -> int:
-    """`stiction export`"""
-    parser = _command.make_parser("export", "Writes a plan over time for other programs: joints, commands, velocities, torques, poses of objects, contacts.")
-    parser.add_argument("plan", type=Path, metavar="PLAN", help="plan file, or its folder")
+def make_parser() -> _command.Parser:
+    parser = _command.make_parser("export", "Writes plans over time for other programs: joints, commands, velocities, torques, poses of objects, contacts.")
+    parser.add_argument("plans", type=Path, nargs="+", metavar="PLAN", help="plan file, or its folder; several become the episodes of a data set (lerobot)")
     parser.add_argument("--format", metavar="FORMAT", help=f"one of {', '.join(sorted(WRITERS))} (default: what FILE ends in)")
-    parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="(default: motion.FORMAT in the folder of the plan)")
+    parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="a new folder for lerobot (default: motion.FORMAT in the folder of the plan)")
     parser.add_argument(
         "--speed",
         type=_command.positive,
@@ -213,21 +218,44 @@ def main(words: Sequence[str]) -> int:
         "(default: %(default)s)",
     )
     parser.add_argument("--pause", type=_command.nonnegative, default=0.0, help="commands rest this long between pieces [s] (default: %(default)s)")
+    parser.add_argument("--fps", type=_command.integer(1, 1000), metavar="N", help="frames a second of lerobot (default: 30)")
+    return parser
+
+
+def main(words: Sequence[str]) -> int:
+    """`stiction export`"""
+    parser = make_parser()
     arguments = parser.parse_args(words)
     if arguments.format is None and arguments.out is None:
         parser.error("format: got none, expected --format, or -o with a file whose name ends in it")
-    folder = arguments.plan if arguments.plan.is_dir() else arguments.plan.parent
+    given = arguments.plans[0]
+    folder = given if given.is_dir() else given.parent
     file = arguments.out or folder / f"motion.{arguments.format}"
     format = format_of(file, arguments.format)
-    plan = read_plan(arguments.plan)
-    trajectory = make_trajectory(plan, speed=arguments.speed, pause=arguments.pause)
-    files = write_motion(plan, file, format, trajectory)
-    miss = describe_miss(plan)
-    if miss:
-        print(f"stiction: warning: {arguments.plan}: {miss}", file=sys.stderr)
-    knots, duration = len(trajectory.times), trajectory.duration
-    rows = {"motion": f"{knots} knots, {duration:.1f} s at {trajectory.speed:g} of the full timing"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
-    result: dict[str, object] = {"status": "NotSolved" if miss else "Done", "plan_status": plan.status.name, "task": plan.task.name, "seed": plan.seed, "format": format}
-    result |= {"speed": trajectory.speed, "knots": knots, "duration_s": duration, "files": [str(path) for path in files]}
-    _command.report(arguments, f"{plan.task.name}, seed {plan.seed}: exported", rows, result)
-    return _command.NOT_SOLVED if miss else _command.DONE
+    if format != "lerobot" and (len(arguments.plans) > 1 or arguments.fps is not None):
+        parser.error(f"format: got {format} with several plans or --fps, expected lerobot, a data set of episodes at equal times")
+    plans = [read_plan(plan) for plan in arguments.plans]
+    motions = [make_motion(plan, make_trajectory(plan, speed=arguments.speed, pause=arguments.pause)) for plan in plans]
+    files = _write_all(motions, file, format, arguments.fps)
+    missed = False
+    for name, plan in zip(arguments.plans, plans):
+        if miss := describe_miss(plan):
+            missed = True
+            print(f"stiction: warning: {name}: {miss}", file=sys.stderr)
+    knots, duration = sum(len(motion.time) for motion in motions), sum(float(motion.time[-1]) for motion in motions)
+    plan = plans[0]
+    rows = {"motion": f"{knots} knots, {duration:.1f} s at {motions[0].speed:g} of the full timing"} | {"file" if i == 0 else "and": str(path) for i, path in enumerate(files)}
+    status = plan.status.name if len(plans) == 1 else "Solved" if not missed else "NotSolved"
+    result: dict[str, object] = {"status": "NotSolved" if missed else "Done", "plan_status": status, "task": plan.task.name, "seed": plan.seed, "format": format}
+    result |= {"speed": motions[0].speed, "knots": knots, "duration_s": duration, "files": [str(path) for path in files]}
+    title = f"{plan.task.name}, seed {plan.seed}: exported" if len(plans) == 1 else f"{len(plans)} plans exported"
+    _command.report(arguments, title, rows, result)
+    return _command.NOT_SOLVED if missed else _command.DONE
+
+
+def _write_all(motions: list[Motion], file: Path, format: str, fps: int | None) -> list[Path]:
+    if format != "lerobot":
+        return WRITERS[format](motions[0], file)
+    from . import lerobot
+
+    return [lerobot.write_lerobot(motions, file, fps=fps or lerobot.FPS)]

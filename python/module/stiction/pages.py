@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from html import escape
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -45,6 +46,30 @@ def _load(shown: Plan | Task) -> Any:
             return viewer.load_plan(file)
         except viewer.InvalidPlan as error:
             raise InvalidInput(f"{str(error).removeprefix(f'{file}: ')}; a Task shows its start") from None
+
+
+class Page:
+    """A self-contained page; a notebook shows it in a frame."""
+
+    def __init__(self, html: str, height: int) -> None:
+        self.html, self._height = html, height
+
+    def __repr__(self) -> str:
+        return f"<stiction.Page: {len(self.html)} characters>"
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{escape(self.html)}" width="100%" height="{self._height}" style="border:0"></iframe>'
+
+
+def show(shown: Plan | Task, *, height: int = 480) -> Page:
+    """What view() shows, as the last line of a cell of a notebook.
+
+    height: of the frame [pixels]. Raises InvalidInput: what is shown is no Plan and no Task.
+
+        >>> st.show(st.load_task("planar_pushing"))._repr_html_()[:16]
+        '<iframe srcdoc="'
+    """
+    return Page(_viewer("scene").make_page(_load(shown)), height)
 
 
 def view(shown: Plan | Task, *, html: str | Path | None = None, port: int = 8080) -> Path | None:

@@ -1,4 +1,4 @@
-"""What is taken away of a result: its plan, its motion over time in four formats, its page, and what plans it again."""
+"""What is taken away of a result: its plan, its motion over time in four formats, its page, what plans it again, and a report of a problem."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ import zipfile
 from pathlib import Path
 
 import stiction as st
+from stiction.reports import make_report
 
 from ..scene import make_page
 from .results import Result
 
-EVERYTHING, PAGE, PLAN = "everything", "page (html)", "plan.json"
+EVERYTHING, PAGE, PLAN, REPORT = "everything", "page (html)", "plan.json", "report of a problem"
 MOTIONS = ("csv", "npz", "json", "mcap")
-CHOICES = (EVERYTHING, PLAN, PAGE, *MOTIONS)
+CHOICES = (EVERYTHING, PLAN, PAGE, *MOTIONS, REPORT)
 
 
 def script(command: str, task_file: str | None) -> str:
@@ -40,6 +41,8 @@ def files(result: Result, choice: str) -> dict[str, bytes]:
         return {"plan.json": result.plan.to_text().encode()}
     if choice == PAGE:
         return {"plan.html": make_page(result.drawn).encode()}
+    if choice == REPORT:
+        return {name: content.encode() for name, content in make_report(result.plan.task, plan=result.plan).items()}
     if choice in MOTIONS:
         return motion(result.plan, choice)
     text, out = reproduce(result), files(result, PLAN) | files(result, PAGE)
@@ -64,4 +67,4 @@ def export(result: Result, choice: str) -> tuple[str, bytes]:
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for file, content in found.items():
             archive.writestr(file, content)
-    return f"{name}{'' if choice == EVERYTHING else '-' + choice}.zip", buffer.getvalue()
+    return f"{name}{'' if choice == EVERYTHING else '-' + choice.split()[0]}.zip", buffer.getvalue()

@@ -38,6 +38,11 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
   core::require_size("q", in.q.rows(), model.n_q());
   core::require_size("u", in.u.rows(), model.n_a());
   if (in.u.cols() != n) core::throw_invalid("u", fmt::format("{} commands", in.u.cols()), fmt::format("{}, one for each q", n));
+  if (in.tau_ext != nullptr) {
+    core::require_size("tau_ext", in.tau_ext->rows(), model.n_v());
+    if (in.tau_ext->cols() != n)
+      core::throw_invalid("tau_ext", fmt::format("{} forces", in.tau_ext->cols()), fmt::format("{}, one for each q", n));
+  }
   const StepOptions options = detail::cold(given);
   out.status.assign(static_cast<std::size_t>(n), Status::NumericalFailure);
   out.q_next.resize(model.n_q(), n);
@@ -46,8 +51,10 @@ Status step_batch(const world::Model& model, const StepBatchInput& in, const Ste
   out.B.resize(options.with_B ? model.n_v() * model.n_a() : 0, options.with_B ? n : 0);
   detail::for_each_column(workspace, n, kBlock, [&](Eigen::Index i, StepWorkspace& steps, StepResult& result) {
     steps.forget();
+    const Eigen::VectorXd tau_ext = in.tau_ext == nullptr ? Eigen::VectorXd() : in.tau_ext->col(i);
+    const StepInput input{in.q.col(i), in.u.col(i), in.tau_ext == nullptr ? nullptr : &tau_ext};
     try {
-      out.status[static_cast<std::size_t>(i)] = step(model, {in.q.col(i), in.u.col(i)}, options, steps, result);
+      out.status[static_cast<std::size_t>(i)] = step(model, input, options, steps, result);
     } catch (const core::InvalidInput& error) {
       throw core::InvalidInput(fmt::format("step {}: {}", i, error.what()));
     }

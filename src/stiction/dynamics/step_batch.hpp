@@ -11,8 +11,9 @@ using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 
 /// Steps from N pairs of configuration and command, one a column.
 struct StepBatchInput {
-  MatrixRef q;  ///< (n_q × N)
-  MatrixRef u;  ///< (n_a × N)
+  MatrixRef q;                               ///< (n_q × N)
+  MatrixRef u;                               ///< (n_a × N)
+  const Eigen::MatrixXd* tau_ext = nullptr;  ///< external generalised forces besides gravity (n_v × N) [N, N·m]; may be null
 };
 
 struct StepBatchResult {

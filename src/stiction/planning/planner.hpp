@@ -119,6 +119,7 @@ struct Growth {
   int first = 0;             ///< number of the first of these nodes in their tree
   std::vector<int> parents;  ///< numbers of nodes in the tree, -1 of the root
   Eigen::MatrixXd q;         ///< (n_q × nodes) [m, rad]
+  Eigen::MatrixXd u;         ///< commands at q (n_a × nodes) [m or rad]
   int best = -1;             ///< node of the tree that is nearest the goal
   double best_ratio = 0;     ///< how far that one is, in tolerances
 };

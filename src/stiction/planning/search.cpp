@@ -208,9 +208,11 @@ class Search {
     growth.best = tree.best();
     growth.best_ratio = growing.search->goal_ratio();
     growth.q.resize(setting_.model.n_q(), tree.size() - growing.told);
+    growth.u.resize(setting_.model.n_a(), growth.q.cols());
     for (int i = growing.told; i < tree.size(); ++i) {
       growth.parents.push_back(tree[i].parent);
       growth.q.col(i - growing.told) = tree[i].q;
+      growth.u.col(i - growing.told) = tree[i].u;
     }
     growing.told = tree.size();
     grown_(growth);
