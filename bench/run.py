@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs tasks in closed loop with many seeds: how often the goal is reached, in what time, and why not where it is not.
 
-    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--duration 600] [--processor-seconds 40] [--threads 2] [--planning-rate 1] [--active-hold] [--no-join] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
+    .venv/bin/python bench/run.py [--seeds 10] [--timeout 300] [--duration 600] [--processor-seconds 40] [--threads 2] [--planning-rate 1] [--active-hold] [--no-join] [--no-finger-gait] [--start-noise 0.003] [--friction 0.7] [--mass 1.3] [--noise 0.002,0.035] [--delay 0.03]
                                   [--rows FILE] TASK … > run.json
 
 One JSON object on stdout; a line for each run and a table on stderr. Exit code 2 when a run failed as a program, else 0: this measures, it does not judge.
@@ -13,6 +13,8 @@ import dataclasses
 import math
 import statistics
 import typing
+
+import numpy as np
 
 from by_task import make_parser, measure
 from by_task import stiction as st
@@ -30,6 +32,7 @@ class World:
     mass: float
     noise: tuple[float, float]  # of poses [m], [rad]
     delay: float
+    start: float  # standard deviation of where free objects lie at the start, across gravity [m]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +49,7 @@ class Run:
     def __call__(self, case):
         world = {"friction_scale": self.world.friction, "mass_scale": self.world.mass, "pose_noise": self.world.noise, "pose_delay": self.world.delay}
         budget = {"plan_timeout_s": self.timeout_s, "plan_processor_s": self.processor_seconds} if self.processor_seconds else {}
-        out = st.run(st.load_task(case.task), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **budget, **self.how, **world)
+        out = st.run(moved(st.load_task(case.task), self.world.start, case.seed), seed=case.seed, threads=self.threads, timeout_s=self.timeout_s, **budget, **self.how, **world)
         row = {key: getattr(out, key) for key in self.taken}
         row |= {"status": out.status.name, "end": out.end.name, "why": out.message, "plans": len(out.plans)}
         row |= {"true_position": out.true_error.position, "true_angle": out.true_error.angle}
@@ -56,6 +59,20 @@ class Run:
         row["planning_processor_s"] = sum(plan.processor_s for plan in out.plans)
         row["ended_in"] = ended_in(out)
         return [row]
+
+
+def moved(task, distance, seed):
+    """The task with the object of its goal elsewhere at the start, as a draw of the seed has it: across gravity, by a normal distance [m]."""
+    if distance == 0:
+        return task
+    name = task.model.object_names[task.goal.object]
+    pose = task.model.object_pose(task.q_start, name)
+    gravity = task.model.scene.gravity / np.linalg.norm(task.model.scene.gravity)
+    aside = distance * np.random.default_rng(seed).standard_normal(3)
+    position = pose.p + aside - gravity * (gravity @ aside)
+    x, y, z, w = task.q_start[3:7]
+    start = {"objects": {name: {"position": position.tolist(), "quaternion_wxyz": [w, x, y, z]}}, "joints": task.q_start[-task.model.n_a :].tolist()}
+    return st.Task({"base": task.file.name, "name": task.name, "start": start}, base=task.file.parent)
 
 
 def ended_in(run):
@@ -136,14 +153,16 @@ def main():
     parser.add_argument("--planning-rate", type=float, default=1, help="seconds of one core that the planner works within a simulated second; 0: the clock stands still meanwhile")
     parser.add_argument("--active-hold", action="store_true", help="fingers catch a free object that moves while nothing is carried out")
     parser.add_argument("--no-join", action="store_true", help="every plan is searched, and none gone on with")
+    parser.add_argument("--no-finger-gait", action="store_true", help="also what would roll out of an open hand is planned for")
+    parser.add_argument("--start-noise", type=float, default=0, help="standard deviation of where the object lies at the start, across gravity, drawn from the seed [m]; of a scene with one free object")
     parser.add_argument("--processes", type=int, default=1, help="runs at a time")
     parser.add_argument("--friction", type=float, default=1, help="of the simulation, times that of the scene")
     parser.add_argument("--mass", type=float, default=1, help="of the objects in the simulation, times that of the scene")
     parser.add_argument("--noise", type=lambda text: tuple(map(float, text.split(","))), default=(0.0, 0.0), help="of poses: M,RAD")
     parser.add_argument("--delay", type=float, default=0, help="of poses [s]")
     arguments = parser.parse_args()
-    world = World(arguments.friction, arguments.mass, arguments.noise, arguments.delay)
-    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, {"duration": arguments.duration, "planning_rate": arguments.planning_rate, "active_hold": arguments.active_hold, "join": not arguments.no_join}, world), processes=arguments.processes)
+    world = World(arguments.friction, arguments.mass, arguments.noise, arguments.delay, arguments.start_noise)
+    measure(arguments, describe, summarise, table, run=Run(arguments.timeout, arguments.processor_seconds, arguments.threads, {"duration": arguments.duration, "planning_rate": arguments.planning_rate, "active_hold": arguments.active_hold, "join": not arguments.no_join, "finger_gait": not arguments.no_finger_gait}, world), processes=arguments.processes)
 
 
 if __name__ == "__main__":

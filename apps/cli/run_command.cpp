@@ -36,6 +36,7 @@ struct RunArguments {
   std::optional<int> threads;
   std::string out_dir;
   bool active_hold = false;
+  bool no_finger_gait = false;
   bool no_join = false;
   bool html = false;
   bool json = false;
@@ -251,6 +252,7 @@ int run_run(RunArguments arguments) {
   }
   arguments.world.seed = given.options.seed;
   arguments.how.active_hold = arguments.active_hold;
+  arguments.how.finger_gait = !arguments.no_finger_gait;
   arguments.how.join = !arguments.no_join;
   for (const std::string& text : arguments.pushes) arguments.world.pushes.push_back(parse_push(text, given.task.problem.goal.object));
   arguments.how.speed = execution::calc_run_speeds(*given.task.model, given.task.problem.goal.object, arguments.speed);
@@ -299,6 +301,8 @@ Run declare_run(CLI::App& command) {
   add_number(command, "--plan-step-time", a.how.plan_step_time,
              "Charge each step of the planner like this [s], the same on every machine, in place of its processor time", Bound::Positive);
   command.add_flag("--active-hold", a.active_hold, "Fingers of a hand catch a free object that moves while nothing is carried out");
+  command.add_flag("--no-finger-gait", a.no_finger_gait,
+                   "Plan also for an object that would roll out of an open hand, in place of fingers that turn it one by one");
   command.add_flag("--no-join", a.no_join, "Search every plan, and go on with none");
   add_speed(command, a.speed);
   add_number(command, "--friction", a.world.friction, "Multiplies every coefficient of friction of the simulation", Bound::NonNegative);

@@ -52,7 +52,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
                                 double mass_scale, std::pair<double, double> pose_noise, double pose_delay,
                                 const std::vector<PushLike>& pushes, int threads, double timeout_s, double plan_timeout_s,
                                 std::optional<double> plan_processor_s, double planning_rate, std::optional<double> plan_step_time_s,
-                                bool active_hold, bool join, const Callback& on_progress) {
+                                bool active_hold, bool join, bool finger_gait, const Callback& on_progress) {
   const auto* given = std::get_if<std::shared_ptr<Plan>>(&target);
   tasks::Task task = given ? (*given)->task : *std::get<std::shared_ptr<tasks::Task>>(target);
   const world::Model& model = *task.model;
@@ -75,6 +75,7 @@ std::unique_ptr<RunOutcome> run(const Target& target, const nb::object& own_plan
   how.plan_processor_time = plan_processor_s;
   how.planning_rate = planning_rate;
   how.active_hold = active_hold;
+  how.finger_gait = finger_gait;
   how.join = join;
   how.plan_step_time = plan_step_time_s;
   how.speed = execution::calc_run_speeds(model, object, speed);
@@ -138,7 +139,7 @@ void bind_parts(nb::module_& m) {
       .def_ro("reason", &RunPlan::reason, "what the planner said, where it found nothing");
   nb::class_<RunPiece>(m, "RunPiece", "What was carried out of a piece of a plan.")
       .def_ro("kind", &RunPiece::kind, "Contact or Regrasp")
-      .def_ro("plan", &RunPiece::plan, "index into RunResult.plans; -1: the given one")
+      .def_ro("plan", &RunPiece::plan, "index into RunResult.plans; -1: the given one, or none was needed yet")
       .def_ro("begin_s", &RunPiece::begin_s)
       .def_ro("end_s", &RunPiece::end_s)
       .def_ro("off", &RunPiece::off, "how far the object was off its path at the end, in tolerances of the goal")
@@ -200,7 +201,8 @@ void bind_run(nb::module_& m) {
         "replans"_a = standard.replans, "duration"_a = standard.duration, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
         "pose_noise"_a = std::pair(0.0, 0.0), "pose_delay"_a = 0.0, "pushes"_a = nb::make_tuple(), "threads"_a = 0, "timeout_s"_a = 300.0,
         "plan_timeout_s"_a = standard.plan_timeout, "plan_processor_s"_a = nb::none(), "planning_rate"_a = standard.planning_rate,
-        "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join, "on_progress"_a = nb::none(),
+        "plan_step_time_s"_a = nb::none(), "active_hold"_a = standard.active_hold, "join"_a = standard.join,
+        "finger_gait"_a = standard.finger_gait, "on_progress"_a = nb::none(),
         R"(Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
   target: a Task, or a Plan to begin with.
@@ -223,6 +225,7 @@ void bind_run(nb::module_& m) {
     machine; None: the processor time that it took.
   active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
   join: before the planner searches, the plan before is gone on with, where that leads to the goal.
+  finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
   on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
     run, and the robot holds.
 

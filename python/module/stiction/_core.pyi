@@ -2691,7 +2691,7 @@ class RunPiece:
 
     @property
     def plan(self) -> int:
-        """index into RunResult.plans; -1: the given one"""
+        """index into RunResult.plans; -1: the given one, or none was needed yet"""
 
     @property
     def begin_s(self) -> float: ...
@@ -2867,7 +2867,7 @@ class RunResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
+def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOptions | dict | None = None, seed: int | None = None, speed: float = 1.0, replans: int = 60, duration: float = 600.0, friction_scale: float = 1.0, mass_scale: float = 1.0, pose_noise: tuple[float, float] = (0.0, 0.0), pose_delay: float = 0.0, pushes: Sequence[tuple[float, float, numpy.typing.ArrayLike]] = (), threads: int = 0, timeout_s: float = 300.0, plan_timeout_s: float = 20.0, plan_processor_s: float | None = None, planning_rate: float = 1.0, plan_step_time_s: float | None = None, active_hold: bool = False, join: bool = True, finger_gait: bool = True, on_progress: Callable[[Progress], bool | None] | None = None) -> RunResult:
     """
     Brings the object of a task to its goal in MuJoCo: carries plans out at real speed and plans anew where they fail (E.13)-(E.15).
 
@@ -2891,6 +2891,7 @@ def run(target: Task | Plan, *, plant: object | None = None, options: PlannerOpt
         machine; None: the processor time that it took.
       active_hold: the fingers of a hand keep a free object where it is while nothing is carried out (E.21); False: commands rest.
       join: before the planner searches, the plan before is gone on with, where that leads to the goal.
+      finger_gait: an object that would roll out of an open hand is turned to its goal by the fingers, one of which at a time goes back (E.23).
       on_progress: called with Progress (iteration: plans, size: pieces, best: tolerances from the goal); Ctrl-C and an error in it stop the
         run, and the robot holds.
 

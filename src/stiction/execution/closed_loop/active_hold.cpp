@@ -63,8 +63,13 @@ Fingers find_fingers(const world::Model& model, int object) {
     const auto tips = find_tips(model, robot);
     if (tips.size() < 2) continue;
     for (const std::vector<int>* chain : tips) {
-      for (const int dof : *chain) out.joints.push_back(dof - model.n_vu());
-      if (auto pairs = find_pairs(model, object, chain->back()); !pairs.empty()) out.pairs.push_back(std::move(pairs));
+      std::vector<int> joints;
+      for (const int dof : *chain) joints.push_back(dof - model.n_vu());
+      out.joints.insert(out.joints.end(), joints.begin(), joints.end());
+      auto pairs = find_pairs(model, object, chain->back());
+      if (pairs.empty()) continue;
+      out.pairs.push_back(std::move(pairs));
+      out.chains.push_back(std::move(joints));
     }
   }
   return out;
@@ -104,6 +109,14 @@ ActiveHold::ActiveHold(const std::shared_ptr<const world::Model>& model, int obj
 }
 
 void ActiveHold::start(VectorRef q) { q_ref_ = q; }
+
+void ActiveHold::leave(int finger) { left_ = finger; }
+
+bool ActiveHold::is_left(int joint) const {
+  if (left_ < 0) return false;
+  const std::vector<int>& chain = fingers_.chains[static_cast<std::size_t>(left_)];
+  return std::find(chain.begin(), chain.end(), joint) != chain.end();
+}
 
 /// The reference comes no farther from the object than s.
 void ActiveHold::draw_along(VectorRef q) {
@@ -148,7 +161,9 @@ void ActiveHold::add_strain(const VectorXd& u) {
 
 void ActiveHold::add_gaps(VectorRef q) {
   world::calc_kinematics(*model_, q, kinematics_work_, kinematics_);
-  for (const std::vector<int>& pairs : fingers_.pairs) {
+  for (int finger = 0; finger < static_cast<int>(fingers_.pairs.size()); ++finger) {
+    if (finger == left_) continue;
+    const std::vector<int>& pairs = fingers_.pairs[static_cast<std::size_t>(finger)];
     contact::query_pairs(*model_, kinematics_, pairs, std::numeric_limits<double>::infinity(), geometry_, contacts_);
     if (contacts_.empty()) continue;
     const contact::Contact& nearest =
@@ -169,7 +184,8 @@ void ActiveHold::add_gaps(VectorRef q) {
 void ActiveHold::set_box(VectorRef q, const VectorXd& u, double period) {
   for (Index j = 0; j < row_.size(); ++j) {
     const int joint = fingers_.joints[static_cast<std::size_t>(j)];
-    const double most = kRate * d_[j] * period, strain = kEffort * model_->effort()[joint] / model_->stiffness()[joint];
+    const double most = is_left(joint) ? 0 : kRate * d_[j] * period,
+                 strain = kEffort * model_->effort()[joint] / model_->stiffness()[joint];
     const double at = q[model_->n_qu() + joint];
     // A command that is beyond its bounds comes back at the rate.
     const double lower = std::max(model_->lower()[joint], at - strain) - u[joint],

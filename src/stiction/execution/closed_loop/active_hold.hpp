@@ -13,8 +13,9 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
 /// The fingers of a hand that holds a free object.
 struct Fingers {
-  std::vector<int> joints;              ///< indices into u, of all fingers
-  std::vector<std::vector<int>> pairs;  ///< per finger: pairs of its last link with the object, of fingers that have some
+  std::vector<int> joints;               ///< indices into u, of all fingers
+  std::vector<std::vector<int>> pairs;   ///< per finger: pairs of its last link with the object, of fingers that have some
+  std::vector<std::vector<int>> chains;  ///< per finger of these: indices into u
 };
 /// Branches of robots that have two or more of them; a free object that hangs on nothing. Empty: nothing here can hold it.
 Fingers find_fingers(const world::Model& model, int object);
@@ -32,8 +33,11 @@ class ActiveHold {
   ActiveHold(const std::shared_ptr<const world::Model>& model, int object, double friction);
 
   bool applies() const { return !fingers_.joints.empty(); }
+  const Fingers& fingers() const { return fingers_; }
   /// The object is held where q (n_q) has it. A reference is farther from the object than s at no time: it is drawn along.
   void start(VectorRef q);
+  /// Commands of a finger that goes elsewhere stay as they are, and its gap counts for nothing. @param finger  of `pairs`; −1: none
+  void leave(int finger);
   /// The next command. @param q  as measured (n_q)  @param u  command in force, replaced by the next (n_a)  @param period  until the next call [s], > 0
   /// @returns Solved; else u stays: the status of the step or of the program. No heap use once contacts have been as many
   core::Status update(VectorRef q, double period, Eigen::VectorXd& u);
@@ -45,6 +49,7 @@ class ActiveHold {
   void add_strain(const Eigen::VectorXd& u);
   void add_gaps(VectorRef q);
   void add_row(double weight, double offset);
+  bool is_left(int joint) const;
   void set_box(VectorRef q, const Eigen::VectorXd& u, double period);
 
   std::shared_ptr<const world::Model> model_;
@@ -64,6 +69,7 @@ class ActiveHold {
   Eigen::VectorXd q_ref_, error_;  ///< (n_q), (n_v)
   Eigen::VectorXd row_;            ///< of one residual by du (n)
   Eigen::VectorXd gradient_;       ///< at du = 0 (n)
+  int left_ = -1;                  ///< the finger that goes elsewhere
   control::BoundedQp qp_;
   control::BoundedQpWorkspace qp_work_;
   control::BoundedQpResult solution_;

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <exception>
 #include <thread>
+#include <utility>
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/closed_loop/active_hold.hpp"
 #include "stiction/execution/closed_loop/driver_link.hpp"
+#include "stiction/execution/closed_loop/finger_gait.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
 #include "stiction/execution/closed_loop/plan_source.hpp"
 #include "stiction/execution/open_loop/fall.hpp"
@@ -25,6 +27,8 @@ using world::Model;
 
 /// A piece that ends this near to its plan goes on at once [tolerances of the goal].
 constexpr double kThere = 0.3;
+/// The fingers of a hand have turned an object far enough [tolerances of the goal].
+constexpr double kThereInHand = 0.85;
 /// What has not come to rest after so many windows is taken as it is.
 constexpr int kMostWindows = 10;
 /// An object that comes this far while commands rest is caught [tolerances of the goal].
@@ -52,8 +56,7 @@ class Executor {
         window_(how.settle_time + follow_time_),
         watch_(model_, problem.goal, window_, how.settle_time),
         strain_(model_.effort().cwiseQuotient(model_.stiffness())) {
-    if (how.active_hold) hold_.emplace(problem.model, problem.goal.object, how.friction);
-    if (hold_ && !hold_->applies()) hold_.reset();
+    if (how.active_hold) catch_what_moves();
   }
 
   void go(const planning::Plan* first) {
@@ -252,6 +255,9 @@ class Executor {
         cause = "the object left the goal";
         trajectory.reset();
         if (!over_) settle();
+      } else if (!trajectory && turns_in_hand()) {
+        cause = turn_in_hand();
+        if (!over_) settle();
       } else if (trajectory || (may_plan() && (trajectory = make_plan(cause)))) {
         has_plan_ = true;
         cause = carry_out(*trajectory);
@@ -259,6 +265,69 @@ class Executor {
         if (!over_) settle();
       }
     }
+  }
+
+  // ---- fingers one by one
+
+  void catch_what_moves() {
+    hold_.emplace(problem_.model, problem_.goal.object, how_.friction);
+    if (!hold_->applies()) hold_.reset();
+  }
+
+  /// Decided where this is first asked: what fingers have hold of does not roll away.
+  bool turns_in_hand() {
+    if (std::exchange(asked_, true) || !how_.finger_gait) return gait_.has_value();
+    gait_.emplace(problem_.model, problem_.goal, how_.friction);
+    if (gait_->applies(watch_.mean(), u_)) {
+      catch_what_moves();
+    } else {
+      gait_.reset();
+    }
+    return gait_.has_value();
+  }
+
+  /// The fingers turn the object to its goal. @returns why that ended, for the next plan
+  std::string turn_in_hand() {
+    const double period = std::max(kHoldPeriod, how_.tick);
+    gait_->start(watch_.mean());
+    set_floor({});
+    displaced_ = false;
+    begin_piece(SegmentKind::Contact);
+    next_hold_ = now();
+    int finger = -1;
+    while (!gait_->has_turned() || goal_share(measured_.q) > kThereInHand) {
+      if (now() >= next_hold_ - 0.5 * how_.tick) {
+        next_hold_ = now() + period;
+        Eigen::VectorXd wanted = u_;
+        (void)gait_->update(measured_.q, period, wanted);  // where it finds nothing the fingers that hold stay
+        step_ = (wanted - u_) * (how_.tick / period);
+        q_plan_ = gait_->reference();
+        if (gait_->finger() != finger) {
+          finger = gait_->finger();
+          end_piece();
+          begin_piece(finger >= 0 ? SegmentKind::Regrasp : SegmentKind::Contact);
+        }
+      }
+      if (gait_->stalls() || !tick(u_ + step_) || is_displaced()) break;
+    }
+    end_piece();
+    holds_ = false;
+    const bool stalls = gait_->stalls();
+    if (stalls) gait_.reset();
+    return stalls ? "the fingers did not turn the object to its goal" : "the object left the goal";
+  }
+
+  void begin_piece(SegmentKind kind) {
+    state_ = kind == SegmentKind::Regrasp ? RunState::Regrasp : RunState::Push;
+    RunPiece& report = out_.pieces.emplace_back();
+    report.kind = kind;
+    report.plan = static_cast<int>(out_.plans.size()) - 1;
+    report.begin_s = now();
+  }
+
+  void end_piece() {
+    out_.pieces.back().end_s = now();
+    out_.pieces.back().off = off_ = share_between(model_, problem_.goal.object, q_plan_, measured_.q, problem_.goal);
   }
 
   bool is_at_goal() const { return goal_share(watch_.mean()) <= 1; }
@@ -469,6 +538,8 @@ class Executor {
   bool over_ = false;
   bool has_plan_ = false;  ///< one was given or asked for
   std::optional<ActiveHold> hold_;
+  std::optional<FingerGait> gait_;
+  bool asked_ = false;   ///< whether fingers turn the object
   bool caught_ = false;  ///< fingers moved since the last command of a plan
   bool holds_ = false;   ///< since the last command of a plan
   bool calm_ = true;

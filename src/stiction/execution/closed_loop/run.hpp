@@ -66,6 +66,9 @@ struct RunOptions {
   /// The fingers of a hand keep a free object where it is, while nothing is carried out (E.21); false: commands rest. Off, since cubes are not reached more
   /// often with it, and later where poses are noisy (docs/lab/caught.md).
   bool active_hold = false;
+  /// An object that would roll out of an open hand is turned to a goal that is near in place by its fingers, one of which at a time goes back (E.23), and planned
+  /// for where that does not lead there; false: every object is planned for.
+  bool finger_gait = true;
   int refusals = 5;                                        ///< plans in a row that may fail before the run ends, ≥ 1
   int replans = 60;                                        ///< plans after the first one, whatever calls for them, ≥ 0
   double duration = 600;                                   ///< of the run, by the clock of the plant [s], > 0
@@ -79,7 +82,7 @@ struct RunOptions {
 /// What was carried out of a piece of a plan.
 struct RunPiece {
   planning::SegmentKind kind = planning::SegmentKind::Contact;
-  int plan = 0;                   ///< number of its plan
+  int plan = 0;                   ///< number of its plan; −1: that which was given, or none was needed yet
   double begin_s = 0, end_s = 0;  ///< since the start of the run
   double off = 0;                 ///< how far the object was off its planned path at the end, in tolerances of the goal
   bool given_up = false;          ///< it was too far off
