@@ -78,7 +78,7 @@ TEST(StepBatch, ExternalForce_MovesAsThatOfOneStep) {
   }
   EXPECT_NE(batch.q_next, pushes.run({}, 1).q_next) << "the forces did nothing";
   tau.conservativeResize(Eigen::NoChange, 5);
-  EXPECT_EQ(message_of([&] {
+  EXPECT_EQ(stiction::test::message_of([&] {
               (void)step_batch(*pushes.model, {pushes.q, pushes.u, &tau}, {}, batch_work, batch);
             }),
             "tau_ext: got 5 forces, expected 33, one for each q");
