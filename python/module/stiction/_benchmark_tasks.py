@@ -99,7 +99,7 @@ def _turned(
     return Entry(f"metaworld_{name}", "joints", test, _sawyer(file, hand, {"objects": to}, tolerance, start), differs)
 
 
-JAMS = "beyond 1.33 rad the door overlaps a post of its frame by up to 1 mm, where rigid bodies jam and MuJoCo's soft ones pass"
+JAMS = "beyond 1.33 rad the door overlaps a post of its frame by up to 1 mm, where rigid bodies jam"
 PRESSED = "MuJoCo's soft limit lets a button go deeper than its range, and the maker's test asks for that; here it is pressed to the end of its range"
 
 METAWORLD_JOINTS = [
