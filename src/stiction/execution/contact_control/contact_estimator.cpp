@@ -174,14 +174,17 @@ void ContactEstimator::learn_offset(VectorRef q, double dt) {
   if (t.time > 0) t.variance = (t.variance.array() + b2 * (q - t.q).norm()).min(kMost * b2);
   t.q = q;
   t.time += dt;
-  Eigen::ArrayXd most = 4 * (white_ + t.variance).array().sqrt();
-  if (sense_.threshold) most.setConstant(*sense_.threshold);
-  const bool free = !t.ready || ((tau_ - t.offset).array().abs() < most).all();
+  const auto most = [&](Eigen::Index j) { return sense_.threshold.value_or(4 * std::sqrt(white_[j] + t.variance[j])); };
+  bool free = true;
+  for (Eigen::Index j = 0; j < tau_.size(); ++j) free = free && std::abs(tau_[j] - t.offset[j]) < most(j);
+  const bool learns = free || !t.ready;
   t.ready = t.ready || t.time >= 5 * memory;
-  if (!free) return;
-  const Eigen::VectorXd gain = t.variance.array() / (t.variance.array() + white_.array() * (1 + 2 * memory / dt));
-  t.offset += gain.cwiseProduct(tau_ - t.offset);
-  t.variance.array() *= 1 - gain.array();
+  if (!learns) return;
+  for (Eigen::Index j = 0; j < tau_.size(); ++j) {
+    const double gain = t.variance[j] / (t.variance[j] + white_[j] * (1 + 2 * memory / dt));
+    t.offset[j] += gain * (tau_[j] - t.offset[j]);
+    t.variance[j] *= 1 - gain;
+  }
 }
 
 /// σ² or its matrix: white noise after the low-pass, and what is not known of offsets.                                             (C.13)
@@ -233,9 +236,9 @@ std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, Vec
 /// Hypotheses that explain the torques as they are after a sample. @param dt  since the one before [s]
 void ContactEstimator::take_sample(VectorRef q, VectorRef tau, double dt) {
   const sensing::TorqueModel& given = options_.sense.torques;
-  const Eigen::VectorXd external =
-      given.rest.size() > 0 ? Eigen::VectorXd(given.sign * (tau - given.rest)) : Eigen::VectorXd(given.sign * tau);
-  tau_ += dt / (time_constant_ + dt) * (external - tau_);
+  external_ = tau;
+  if (given.rest.size() > 0) external_ -= given.rest;
+  tau_ += dt / (time_constant_ + dt) * (given.sign * external_ - tau_);
   q_full_.tail(q.size()) = q;
   sense(q, dt);
 
