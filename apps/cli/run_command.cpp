@@ -213,14 +213,29 @@ void print_summary(std::FILE* to, const Given& given, const execution::RunResult
   row("largest effort", fmt::format("{:.0f} % of a motor's", 1e2 * out["largest_effort"].get<double>()));
 }
 
+/// Of an object that fingers turned without a plan: where that began, and the command that was in force.
+std::optional<planning::PlanResult> turned_in_hand(const Given& given, const execution::RunResult& r) {
+  if (r.pieces.empty() || r.q.cols() == 0) return std::nullopt;
+  planning::PlanResult out;
+  out.status = core::Status::MaxIterations;
+  out.seed = given.options.seed;
+  out.plan.q_start = r.q.col(0), out.plan.u_start = r.u.col(0);
+  out.plan.segments.push_back({planning::SegmentKind::Contact, {{.u = out.plan.u_start, .q = out.plan.q_start, .contacts = {}}}});
+  out.plan.goal = given.task.problem.goal;
+  out.plan.step = given.options.step_options(*given.task.model);
+  out.plan.error = planning::goal_error(*given.task.model, out.plan.q_start, out.plan.goal);
+  return out;
+}
+
 /// Plan, run and page. @returns whether all that was asked for could be written
 bool write(const Given& given, const execution::RunResult& r, const Recorder& recorder, const RunArguments& arguments, const fs::path& dir,
            std::FILE* to, json& out) {
   std::optional<tasks::PlanFile> file = given.file;
   fs::path plan = file ? fs::path(arguments.target) : dir / "plan.json";
-  if (!file && r.first_plan) {
+  const std::optional<planning::PlanResult> first = r.first_plan ? r.first_plan : turned_in_hand(given, r);
+  if (!file && first) {
     planning::PlannerOptions options = given.options;
-    file = tasks::make_plan_file(given.task, options, *r.first_plan, plan);
+    file = tasks::make_plan_file(given.task, options, *first, plan);
     tasks::write_plan(*file, plan);
   }
   if (!file) {

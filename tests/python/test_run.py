@@ -120,6 +120,17 @@ def test_plan_is_the_beginning_of_a_run(stiction, real_plan: Path, tmp_path: Pat
     assert out["plan"] == str(real_plan) and (tmp_path / "run.json").exists() and not (tmp_path / "plan.json").exists()
 
 
+def test_ball_in_an_open_hand_is_turned_by_its_fingers_without_a_plan(stiction, tmp_path: Path) -> None:
+    done = stiction("run", "allegro_ball", "--goal", "-0.081 0.001 0.071 0 0 0.7", "--html", "--json", "-o", tmp_path, timeout=120)
+    assert done.returncode == 0, done.stderr
+    out = json.loads(done.stdout)
+    assert out["reached"] and out["plans"] == []
+    assert [piece["kind"] for piece in out["pieces"][:5]] == ["contact"] + 4 * ["regrasp"]
+    assert (tmp_path / "run.html").stat().st_size > 1e5
+    without = stiction("run", "allegro_ball", "--no-finger-gait", "--duration", 0.5, "--json")
+    assert len(json.loads(without.stdout)["plans"]) >= 1
+
+
 def test_noise_changes_what_is_measured_and_not_what_is_meant(stiction) -> None:
     runs = [stiction("run", "planar_hand", "--goal", "0 0.35 0.3", *noise, "--json") for noise in ((), ("--pose-noise", "0.001,0.01", "--pose-delay", 0.02))]
     assert all(run.returncode == 0 for run in runs), runs[1].stderr

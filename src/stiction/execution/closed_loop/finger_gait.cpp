@@ -42,17 +42,23 @@ FingerGait::FingerGait(const std::shared_ptr<const world::Model>& model, const p
       kinematics_work_(*model),
       length_(model->scales().object(goal.object).length) {}
 
-bool FingerGait::applies(VectorRef q, VectorRef u) {
+bool FingerGait::applies(VectorRef q) {
   if (hold_.fingers().pairs.size() < kLeast || goal_.region) return false;
   const Eigen::Vector3d p = world::object_pose(*model_, q, goal_.object).p;
   if ((goal_.X_WG.p - p).norm() > kReach * length_) return false;
+  VectorXd q_open = q;
+  for (int finger = 0; finger < static_cast<int>(hold_.fingers().pairs.size()); ++finger) {
+    const VectorXd lift = calc_lift(q, finger);
+    for (std::size_t k = 0; k < chain(finger).size(); ++k) q_open[model_->n_qu() + chain(finger)[k]] += lift[static_cast<Eigen::Index>(k)];
+  }
+  const VectorXd u_open = q_open.tail(model_->n_a());
   dynamics::StepWorkspace work(model_);
   dynamics::StepResult next;
   for (int side = 0; side < dynamics::kDisturbances; ++side) {
-    VectorXd at = q;
+    VectorXd at = q_open;
     for (int k = 0; k < kHeld; ++k) {
       const VectorXd weights = dynamics::calc_weights_aside(*model_, at, kTilt, side);
-      if (dynamics::step(*model_, {at, u, &weights}, {}, work, next) != Status::Solved) break;
+      if (dynamics::step(*model_, {at, u_open, &weights}, {}, work, next) != Status::Solved) break;
       at = next.q_next;
       if ((world::object_pose(*model_, at, goal_.object).p - p).norm() > kRolls * length_) return true;
     }

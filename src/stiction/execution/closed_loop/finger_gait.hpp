@@ -23,10 +23,9 @@ class FingerGait {
   /// @param friction  multiplies every μ, > 0
   FingerGait(const std::shared_ptr<const world::Model>& model, const planning::Goal& goal, double friction);
 
-  /// Three fingers or more, a goal that is a pose and near in place, and an object that would roll away without them: with gravity 0.1 rad aside it moves by
-  /// more than 0.02 L.
-  /// @param q, u  the state and the commands in force (n_q), (n_a)
-  bool applies(VectorRef q, VectorRef u);
+  /// Three fingers or more, a goal that is a pose and near in place, and an object that would roll away without them: with the fingers off it and gravity
+  /// 0.1 rad aside it moves by more than 0.02 L.
+  bool applies(VectorRef q);
 
   /// From here to the goal; where the fingers first touched the object stays from one start to the next.
   void start(VectorRef q);

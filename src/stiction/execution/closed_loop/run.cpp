@@ -278,7 +278,7 @@ class Executor {
   bool turns_in_hand() {
     if (std::exchange(asked_, true) || !how_.finger_gait) return gait_.has_value();
     gait_.emplace(problem_.model, problem_.goal, how_.friction);
-    if (gait_->applies(watch_.mean(), u_)) {
+    if (gait_->applies(watch_.mean())) {
       catch_what_moves();
     } else {
       gait_.reset();
