@@ -277,7 +277,7 @@ TEST(IsFreeOnItsWay, BoxThatIsHit_IsInTheWay) {
 
 /// In small steps, at the goal, and the same with any number of threads.
 void expect_planned_anew(Pushing& p, RefineResult& r) {
-  p.refine_options.extensions = 1000;
+  p.refine_options.extensions = 4000;
   ASSERT_EQ(p.run(r), Status::Solved);
   EXPECT_EQ(r.variant, "refined");
   EXPECT_EQ(r.plan.step.h, 0.02);
