@@ -88,7 +88,7 @@ def test_refined_plans_keep_every_promise_at_a_small_step(stiction, tmp_path: Pa
 def test_where_a_push_fails_after_a_wide_regrasp_a_narrower_one_is_taken(stiction, tmp_path: Path) -> None:
     """In small steps nothing comes of these plans, and at the steps of the plan the first clearance that holds is not always one for the push after it."""
     least = []
-    for seed in (0, 5):
+    for seed in (1, 3):
         plan = tmp_path / str(seed)
         assert stiction("plan", "planar_hand_fixed_y", "--seed", seed, "--timeout", 120, "-o", plan).returncode == 0
         done = stiction("refine", plan, "-o", plan / "refined", "--json")
