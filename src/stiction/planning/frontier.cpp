@@ -28,7 +28,7 @@ void Frontier::add(const Eigen::VectorXd& q_u, double distance, bool visited) {
 int Frontier::cell_of(const Eigen::VectorXd& q_u, double distance) {
   const int cell = cells_.nearest(q_u.data());
   if (cell >= 0 && std::sqrt(cells_.distance(cell, q_u.data())) < threshold::kCell * (1 + distance)) return cell;
-  cells_.add(q_u, weights_.cwiseInverse().asDiagonal().toDenseMatrix(), weights_.cwiseSqrt().asDiagonal().toDenseMatrix());
+  cells_.add(q_u, weights_);
   cell_visits_.push_back(0);
   return cells_.size() - 1;
 }

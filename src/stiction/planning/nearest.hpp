@@ -19,6 +19,10 @@ class NearestPoints {
   /// The next number gets the point c and the metric S = L Lᵀ.
   /// @param c  (n_q)  @param S  (n_v × n_v) positive definite  @param L_inv  inverse of its Cholesky factor, lower triangular
   void add(const Eigen::VectorXd& c, const Eigen::MatrixXd& S, const Eigen::MatrixXd& L_inv);
+  /// The same with d(q) = Σ w_i e_i². @param weights  w > 0 (n_v)
+  void add(const Eigen::VectorXd& c, const Eigen::VectorXd& weights) {
+    add(c, weights.cwiseInverse().asDiagonal().toDenseMatrix(), weights.cwiseSqrt().asDiagonal().toDenseMatrix());
+  }
 
   /// Takes a point out of every later search.
   void remove(int i) { removed_[static_cast<std::size_t>(i)] = 1; }

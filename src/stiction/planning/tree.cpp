@@ -42,7 +42,7 @@ int Tree::add(Node node, const Eigen::VectorXd& q_goal, bool visited) {
   by_metric_.add(q_u, effort_.back(), visited);
   pushes_.add(q_u, node.goal_distance, false);
   regrasps_.add(q_u, node.goal_distance, false);
-  places_.add(q_u, weights_.cwiseInverse().asDiagonal().toDenseMatrix(), weights_.cwiseSqrt().asDiagonal().toDenseMatrix());
+  places_.add(q_u, weights_);
   if (node.edge == SegmentKind::Regrasp) places_.remove(i);
   nodes_.push_back(std::move(node));
   Node& added = nodes_.back();

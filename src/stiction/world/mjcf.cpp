@@ -353,9 +353,7 @@ class MjcfReader : private MjcfView {
     object.p_BCom = center;
     for (const auto& [b, X] : parts) {
       const BodyInertia part = inertia_of(b);
-      const Vector3d d = X * part.p_BCom - center;
-      object.inertia +=
-          share * (X.R * part.inertia * X.R.transpose() + part.mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose()));
+      object.inertia += share * (X.R * part.inertia * X.R.transpose() + parallel_axis(part.mass, X * part.p_BCom - center));
       if (!shapes) continue;
       RobotLink link;
       read_geoms(b, X, &link);

@@ -19,10 +19,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-namespace {
-
-/// Inertia about a point at offset d from the centre of a body of mass m.
 Matrix3d parallel_axis(double m, const Vector3d& d) { return m * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose()); }
+
+namespace {
 
 VolumeProperties calc_mesh_properties(const ConvexMesh& mesh) {
   // Sum of the tetrahedra (reference point, triangle); the second moment of each about the reference is exact.

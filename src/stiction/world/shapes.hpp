@@ -16,6 +16,9 @@ std::string_view shape_name(const Shape& shape);  ///< "sphere", "capsule", …
 /// R = Rz(yaw) Ry(pitch) Rx(roll), fixed axes [rad].
 Eigen::Matrix3d rotation_from_rpy(const Eigen::Vector3d& rpy);
 
+/// What a mass m adds to the inertia about a point at the offset d from its centre (Steiner) [kg m²].
+Eigen::Matrix3d parallel_axis(double m, const Eigen::Vector3d& d);
+
 /// Volume, centre and inertia of a body of unit density.
 struct VolumeProperties {
   double volume = 0;                                  ///< [m³]

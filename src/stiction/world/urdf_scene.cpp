@@ -7,6 +7,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/world/scene_sections.hpp"
+#include "stiction/world/shapes.hpp"
 #include "stiction/world/yaml.hpp"
 
 namespace stiction::world {
@@ -21,11 +22,8 @@ void add_inertia(const BodyInertia& part, const Pose& X, BodyInertia& whole) {
   const double mass = whole.mass + part.mass;
   if (!(mass > 0)) return;
   const Eigen::Vector3d p = X * part.p_BCom, center = (whole.mass * whole.p_BCom + part.mass * p) / mass;
-  const auto about = [&](double m, const Eigen::Vector3d& from) {
-    const Eigen::Vector3d d = from - center;
-    return Eigen::Matrix3d(m * (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose()));
-  };
-  whole.inertia += about(whole.mass, whole.p_BCom) + X.R * part.inertia * X.R.transpose() + about(part.mass, p);
+  whole.inertia +=
+      parallel_axis(whole.mass, whole.p_BCom - center) + X.R * part.inertia * X.R.transpose() + parallel_axis(part.mass, p - center);
   whole.p_BCom = center;
   whole.mass = mass;
 }

@@ -58,23 +58,12 @@ class Closing {
   }
 
   Status go() {
-    out_.reached = true;
-    for (const GuardedMove& move : scenario_.moves) {
-      MoveResult& result = out_.moves.emplace_back();
-      const std::size_t first = out_.run.samples.size();
+    const auto carry = [this](const GuardedMove& move, MoveResult& result) {
       const VectorXd from = q_;
-      result.name = move.name, result.begin = loop_.time();
       move.until ? close(move, result) : follow(move, result);
-      result.end = loop_.time();
       result.travelled = calc_travel(model_, from, q_);
-      judge_move(out_.run.samples, first, result);
-      if (go_on_ == Status::Solved && result.reason.empty()) continue;
-      out_.reached = false;
-      out_.reason = go_on_ == Status::NumericalFailure ? loop_.message() : fmt::format("{}: {}", move.name, result.reason);
-      break;
-    }
-    summarise(arm_, loop_, options_.settle, out_.run);
-    return out_.status = out_.run.status = go_on_;
+    };
+    return carry_out_moves(scenario_, arm_, options_.settle, loop_, go_on_, carry, out_);
   }
 
  private:
@@ -85,15 +74,11 @@ class Closing {
   }
 
   bool tick() {
-    if (options_.control.cancelled()) go_on_ = Status::Cancelled;
-    if (options_.control.expired()) go_on_ = Status::MaxIterations;
-    if (go_on_ != Status::Solved) return false;
-    ControlSample& sample = out_.run.samples.emplace_back();
-    go_on_ = loop_.tick(reference_, sample);
-    q_ = sample.q;
+    if (!tick_arm(reference_, options_.control, loop_, out_.run.samples, q_, go_on_)) return false;
     locate();
+    const VectorXd& external = out_.run.samples.back().external;
     for (Side& side : sides_)
-      if (sample.external.size() > 0) side.feeler.update(sample.external);
+      if (external.size() > 0) side.feeler.update(external);
     return go_on_ == Status::Solved;
   }
 
@@ -115,10 +100,7 @@ class Closing {
     result.outcome = MoveOutcome::Arrived;
   }
 
-  bool moves(int joint, int link) {
-    control::calc_point_jacobian(model_, kinematics_, link, kinematics_.X_WB[static_cast<std::size_t>(link)].p, J_);
-    return !J_.col(joint).isZero(0);
-  }
+  bool moves(int joint, int link) const { return moves_body(model_, joint, model_.bodies()[static_cast<std::size_t>(link)]); }
 
   Eigen::Vector3d find_middle(int link) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/sensing/series_columns.hpp"
 
@@ -20,15 +19,10 @@ VectorXd calc_joint_noise(const ControlScenario& arm) {
 
 /// Links that one of the joints moves, as of SensorOptions.
 std::vector<std::string> find_moved(const world::Model& model, const std::vector<int>& joints) {
-  world::KinematicsWorkspace work(model);
-  world::Kinematics kinematics;
-  world::calc_kinematics(model, model.neutral(), work, kinematics);
-  control::RowMatrix J(6, model.n_a());
   std::vector<std::string> out;
-  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
-    if (model.bodies()[b].kind != world::BodyKind::Robot) continue;
-    control::calc_point_jacobian(model, kinematics, static_cast<int>(b), kinematics.X_WB[b].p, J);
-    if (std::any_of(joints.begin(), joints.end(), [&](int j) { return !J.col(j).isZero(0); })) out.push_back(model.bodies()[b].name);
+  for (const world::Body& body : model.bodies()) {
+    if (body.kind != world::BodyKind::Robot) continue;
+    if (std::ranges::any_of(joints, [&](int j) { return moves_body(model, j, body); })) out.push_back(body.name);
   }
   return out;
 }

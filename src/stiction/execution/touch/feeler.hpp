@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -9,6 +10,11 @@
 #include "stiction/sensing/touch_onset.hpp"
 
 namespace stiction::execution {
+
+/// Whether a joint moves a body. @param joint  index in u
+inline bool moves_body(const world::Model& model, int joint, const world::Body& body) {
+  return std::ranges::binary_search(body.dofs, model.n_vu() + joint);
+}
 
 /// When and where an arm is touched, from the external torques of a momentum observer. Rows of the observer follow each other with its lag T_O,
 ///     r_k = φ r_{k−1} + (1 − φ) τ_k ,   φ = exp(−h/T_O) ,                                                          (G.4)

@@ -62,24 +62,12 @@ class GuardedRun {
   }
 
   Status go() {
-    out_.reached = true;
-    for (const GuardedMove& move : scenario_.moves) {
-      MoveResult& result = out_.moves.emplace_back();
-      const std::size_t first = out_.run.samples.size();
-      result.name = move.name, result.begin = loop_.time();
+    const auto carry = [this](const GuardedMove& move, MoveResult& result) {
       const Vector3d from_W = tool_W_;
       carry_out(move, result);
-      result.end = loop_.time();
       result.travelled = move.direction_W.dot(tool_W_ - from_W);
-      judge_move(out_.run.samples, first, result);
-      if (go_on_ != Status::Solved || !result.reason.empty()) {
-        out_.reached = false;
-        out_.reason = go_on_ == Status::NumericalFailure ? loop_.message() : fmt::format("{}: {}", move.name, result.reason);
-        break;
-      }
-    }
-    summarise(arm_, loop_, options_.settle, out_.run);
-    return out_.status = out_.run.status = go_on_;
+    };
+    return carry_out_moves(scenario_, arm_, options_.settle, loop_, go_on_, carry, out_);
   }
 
  private:
@@ -97,16 +85,11 @@ class GuardedRun {
   }
 
   bool tick() {
-    if (options_.control.cancelled()) go_on_ = Status::Cancelled;
-    if (options_.control.expired()) go_on_ = Status::MaxIterations;
-    if (go_on_ != Status::Solved) return false;
-    ControlSample& sample = out_.run.samples.emplace_back();
     VectorXd reference = VectorXd::Zero(6);
     reference.head<3>() = reference_;
-    go_on_ = loop_.tick(reference, sample);
-    q_ = sample.q;
+    if (!tick_arm(reference, options_.control, loop_, out_.run.samples, q_, go_on_)) return false;
     locate();
-    if (sample.external.size() > 0) feeler_.update(sample.external);
+    if (const VectorXd& external = out_.run.samples.back().external; external.size() > 0) feeler_.update(external);
     return go_on_ == Status::Solved;
   }
 

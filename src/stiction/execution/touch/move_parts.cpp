@@ -1,5 +1,7 @@
 #include "stiction/execution/touch/move_parts.hpp"
 
+#include <fmt/format.h>
+
 #include <map>
 
 #include "stiction/execution/touch/feeler.hpp"
@@ -19,6 +21,37 @@ ControlScenario make_guarded_arm(const TouchScenario& scenario, std::uint64_t se
   out.observer.seed = seed;
   out.demand = 0.125;  // the lead (G.5) asks for no more than its force: damping within the lag of what is felt is enough
   return out;
+}
+
+bool tick_arm(const Eigen::VectorXd& reference, const core::RunControl& control, ControlLoop& loop, std::vector<ControlSample>& samples,
+              Eigen::VectorXd& q, core::Status& go_on) {
+  if (control.cancelled()) go_on = core::Status::Cancelled;
+  if (control.expired()) go_on = core::Status::MaxIterations;
+  if (go_on != core::Status::Solved) return false;
+  ControlSample& sample = samples.emplace_back();
+  go_on = loop.tick(reference, sample);
+  q = sample.q;
+  return true;
+}
+
+core::Status carry_out_moves(const TouchScenario& scenario, const ControlScenario& arm, double settle, ControlLoop& loop,
+                             const core::Status& go_on, const std::function<void(const GuardedMove&, MoveResult&)>& carry_out,
+                             GuardedRunResult& out) {
+  out.reached = true;
+  for (const GuardedMove& move : scenario.moves) {
+    MoveResult& result = out.moves.emplace_back();
+    const std::size_t first = out.run.samples.size();
+    result.name = move.name, result.begin = loop.time();
+    carry_out(move, result);
+    result.end = loop.time();
+    judge_move(out.run.samples, first, result);
+    if (go_on == core::Status::Solved && result.reason.empty()) continue;
+    out.reached = false;
+    out.reason = go_on == core::Status::NumericalFailure ? loop.message() : fmt::format("{}: {}", move.name, result.reason);
+    break;
+  }
+  summarise(arm, loop, settle, out.run);
+  return out.status = out.run.status = go_on;
 }
 
 std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd& q, const std::vector<int>& links, double time) {

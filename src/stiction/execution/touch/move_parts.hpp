@@ -1,8 +1,10 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
+#include "stiction/execution/contact_control/control_loop.hpp"
 #include "stiction/execution/touch/guarded_run.hpp"
 
 // Internal to the layer: what moves of a tool and of fingers have in common.
@@ -52,6 +54,16 @@ std::optional<FeltContact> describe_touch(Feeler& feeler, const Eigen::VectorXd&
 
 /// Forces of the simulation over the samples of a move, from `first` on; each pair is judged from 0.1 s after it was made.
 void judge_move(const std::vector<ControlSample>& samples, std::size_t first, MoveResult& out);
+
+/// One tick of the arm, unless the run is to stop. @param q  joints after it, as measured (n_a)  @returns whether there was one
+bool tick_arm(const Eigen::VectorXd& reference, const core::RunControl& control, ControlLoop& loop, std::vector<ControlSample>& samples,
+              Eigen::VectorXd& q, core::Status& go_on);
+
+/// The moves of a scenario one after the other, until one does not end as it should, and what became of them.
+/// @param carry_out  one move, `travelled` included  @param go_on  not Solved: the run is over, as of tick_arm()
+core::Status carry_out_moves(const TouchScenario& scenario, const ControlScenario& arm, double settle, ControlLoop& loop,
+                             const core::Status& go_on, const std::function<void(const GuardedMove&, MoveResult&)>& carry_out,
+                             GuardedRunResult& out);
 
 /// Moves of fingers, each from its own touch on by itself: run_guarded() of a scenario without a tool.
 core::Status run_closing(const TouchScenario& scenario, const TouchRunOptions& options, GuardedRunResult& out);
