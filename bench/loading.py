@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Processor seconds that a robot takes to load: with an empty cache of hulls, and again.
 
     .venv/bin/python bench/loading.py [--robots FOLDER] [--program FILE] [--only TEXT] [--json FILE]

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Which MJCF files load, as scenes or as robots, what is in them, and why the others do not.
 
     .venv/bin/python bench/mjcf_scenes.py FOLDER … [--json FILE]

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Which URDF files load as they are and take a step, each beside an object far away, and why the others do not.
 
     .venv/bin/python bench/public_robots.py [FOLDER …] [--json FILE]

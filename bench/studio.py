@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """How soon `stiction studio` shows something: from the start of the program to the first picture, from a new goal to its plan on the page.
 
     .venv/bin/python bench/studio.py [TASK] [--runs N] [--size 1280x800]

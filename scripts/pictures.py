@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """scripts/pictures.py [moving] [plan] [touch] [studio]: makes the pictures in docs/images again, from the project's own pages in headless Chromium."""
 
 from __future__ import annotations

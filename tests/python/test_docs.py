@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from pathlib import Path
@@ -196,6 +197,15 @@ def test_cpp_tests_write_into_folders_of_their_own() -> None:
     for source in (ROOT / "tests").rglob("*.?pp"):
         if source.name != "temporary_folder.hpp":
             assert not re.search(r"TempDir\(|temp_directory_path", source.read_text(encoding="utf-8")), relative(source)
+
+
+@pytest.mark.parametrize("script", sorted(path for folder in ("bench", "scripts") for path in (ROOT / folder).glob("*.py")), ids=relative)
+def test_scripts_start_by_their_name(script: Path) -> None:
+    """The pages call them `bench/NAME.py`."""
+    text = script.read_text(encoding="utf-8")
+    if "__main__" in text:
+        assert text.startswith("#!/usr/bin/env python3\n")
+        assert os.access(script, os.X_OK), "chmod +x, and commit the mode"
 
 
 LAYERS = sorted(path.parent for path in (ROOT / "src" / "stiction").glob("*/CMakeLists.txt"))
