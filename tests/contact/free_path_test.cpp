@@ -3,6 +3,7 @@
 
 #include "stiction/contact/contact_sampler.hpp"
 #include "stiction/contact/gap_gradient.hpp"
+#include "stiction/contact/pinch.hpp"
 #include "stiction/contact/within_reach.hpp"
 #include "stiction/world/scales.hpp"
 #include "world/allegro.hpp"
@@ -55,6 +56,65 @@ TEST(ContactSampler, Generic_TouchesAndDoesNotPenetrate) {
     }
     EXPECT_GT(found, 60) << task;
   }
+}
+
+/// The object that both fingers of the gripper hold between them; −1: none.
+int pinched_object(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  const double touching_gap = 0.101 * world::share::kContact * model.scales().robots().length;
+  std::vector<std::pair<int, Eigen::Vector3d>> left, right;  // object, and the way that the finger pushes it
+  for (int i = 0; i < static_cast<int>(model.pairs().size()); ++i) {
+    const world::Pair& pair = model.pairs()[static_cast<std::size_t>(i)];
+    const int held = model.geometries()[static_cast<std::size_t>(pair.geometry_a)].body;
+    if (model.bodies()[static_cast<std::size_t>(held)].kind != world::BodyKind::Object) continue;
+    const std::string& finger = model.geometries()[static_cast<std::size_t>(pair.geometry_b)].name;
+    const Distance d = pair_distance(model, work.kinematics, i, work.contact_work);
+    if (std::abs(d.phi) > touching_gap) continue;
+    if (finger.find("left_finger") != std::string::npos) left.emplace_back(held, d.nhat_BA_W);
+    if (finger.find("right_finger") != std::string::npos) right.emplace_back(held, d.nhat_BA_W);
+  }
+  for (const auto& [held, push] : left) {
+    for (const auto& [also, against] : right) {
+      if (held == also && push.dot(against) < -0.7) return held;
+    }
+  }
+  return -1;
+}
+
+TEST(ContactSampler, AGripperTakesObjectsBetweenItsFingers) {
+  const std::filesystem::path packages[] = {stiction::test::package_dir()};
+  const auto model = world::Model::make(world::load_scene(stiction::test::source_dir() / "models/stacking.yaml", packages));
+  const world::RobotChains chains(*model);
+  GeometryWorkspace work(*model);
+  Eigen::VectorXd q_start = model->neutral();  // boxes side by side on the ground
+  for (int i = 0; i < 10; ++i) q_start.segment<3>(7 * i) = Eigen::Vector3d(0.4 + 0.25 * (i / 5), -0.5 + 0.25 * (i % 5), 0.04);
+  const auto share_of_pinches = [&](double probability) {
+    GenericSampler sampler;
+    sampler.pinch_probability = probability;
+    core::Random random(5, 0);
+    Eigen::VectorXd q = q_start;
+    int found = 0, pinches = 0;
+    for (int draw = 0; draw < 100; ++draw) {
+      const auto sample = sample_contact(*model, chains, sampler, chains.all(), q_start, random, work);
+      if (!sample) continue;
+      ++found;
+      q.tail(model->n_a()) = sample->q_a;
+      pinches += pinched_object(*model, q, work) >= 0;
+    }
+    return static_cast<double>(pinches) / found;
+  };
+  EXPECT_LT(share_of_pinches(0), 0.03) << "branches that are brought to objects one by one hardly ever hold one";
+  EXPECT_GT(share_of_pinches(1), 0.2);
+}
+
+/// A hand of four fingers is no gripper, and its draws stay as they are.
+TEST(ContactSampler, AHandOfManyFingersHasNoPinch) {
+  const auto model = world::test::load_task("allegro_plate");
+  const world::RobotChains chains(*model);
+  core::Random random(5, 0);
+  std::vector<int> scratch;
+  for (int c = 0; c < chains.size(); ++c) EXPECT_FALSE(draw_pinch(*model, chains, c, chains.all(), random, scratch));
+  EXPECT_EQ(random.bits(), core::Random(5, 0).bits());
 }
 
 /// Whatever posture it is asked in: a pair that touches in another posture of the same joints is within reach.

@@ -7,18 +7,15 @@
 #include <utility>
 
 #include "stiction/contact/gap_gradient.hpp"
+#include "stiction/contact/pinch.hpp"
+#include "stiction/contact/touch.hpp"
 #include "stiction/contact/within_reach.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::contact {
 namespace {
 
-constexpr double kTouch = 0.1;          // a gap this small counts as contact [contact tolerance of the pair]
 constexpr double kSelfClearance = 0.5;  // between robot parts, and of the robot to fixed bodies [the same of the robots]
-constexpr double kFlat = 1e-3;          // a gap that changes by less with every joint is not closed [L per joint unit]
-constexpr int kNewtonSteps = 15;
-constexpr int kPatience = 4;      // Newton steps in which a gap has to become half as wide: what is out of reach never does
-constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad, L]
 
 void update_kinematics(const world::Model& model, const Eigen::VectorXd& q, GeometryWorkspace& work) {
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
@@ -57,13 +54,13 @@ std::pair<double, double> draw_range(const world::Model& model, std::span<const 
   return {std::clamp(low, lower, upper), std::clamp(high, lower, upper)};
 }
 
-/// The pairs that a branch moves, apart by what may be touched.
+/// The pairs that branches move, apart by what may be touched.
 struct Surroundings {
   std::vector<int> objects, others;
 
-  Surroundings(const world::RobotChains& chains, int chain) {
+  Surroundings(const world::RobotChains& chains, world::ChainMask moved) {
     std::vector<int> pairs;
-    chains.pairs_of(world::ChainMask{1} << chain, pairs);
+    chains.pairs_of(moved, pairs);
     for (const int i : pairs) (chains.touches_object(i) ? objects : others).push_back(i);
   }
 
@@ -75,39 +72,32 @@ struct Surroundings {
   }
 };
 
-/// Brings one pair into contact by Newton steps on its gap in the branch's joints; q is changed in place. Only what moves the pair is
-/// computed: the rest of the kinematics in `work` is out of date after it.
-bool touch(const world::Model& model, int pair, const std::vector<char>& moving, Eigen::VectorXd& q, GeometryWorkspace& work) {
-  Eigen::VectorXd gradient(model.n_a());
-  Contact c;
-  c.pair = pair;
-  const auto body = [&](int geometry) { return model.geometries()[static_cast<std::size_t>(geometry)].body; };
-  const world::Pair& of = model.pairs()[static_cast<std::size_t>(pair)];
-  const int bodies[2] = {body(of.geometry_a), body(of.geometry_b)};
-  work.links.select(model, moving, bodies);
-  const double length = model.scales().robots().length, close_enough = 0.5 * kTouch * world::share::kContact * length;
-  Eigen::VectorXd unit(model.n_a());  // of the joints, in which steps are short
-  for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
-  double gap = std::numeric_limits<double>::infinity();
-  for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
-    work.links.update(model, q, work.kinematics);
-    const Distance d = pair_distance(model, work.kinematics, pair, work.contact_work);
-    if (std::abs(d.phi) < close_enough) return true;
-    c.phi = d.phi;
-    c.p_WA = d.p_WA;
-    c.p_WB = d.p_WB;
-    c.nhat_BA_W = d.nhat_BA_W;
-    if (iteration % kPatience == 0 && std::abs(c.phi) > 0.5 * std::exchange(gap, std::abs(c.phi))) return false;
-    calc_gap_gradient(model, c, moving, work.kinematics, gradient);
-    const Eigen::VectorXd slope = gradient.cwiseProduct(unit);  // dφ/d(q/unit)
-    const double slope2 = slope.squaredNorm();
-    if (!(slope2 > std::pow(kFlat * length, 2))) return false;
-    double scale = -c.phi / slope2;
-    scale *= std::min(1.0, kMaxStep / (std::abs(scale) * slope.cwiseAbs().maxCoeff()));
-    q.tail(model.n_a()) = (q.tail(model.n_a()) + scale * slope.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
+/// A posture of a branch, drawn near the present one or anywhere.
+class Draw {
+ public:
+  /// @param object_pairs  pairs of what the branch moves with objects
+  Draw(const world::Model& model, const GenericSampler& options, std::span<const int> joints, std::span<const int> object_pairs,
+       const Eigen::VectorXd& q, const GeometryWorkspace& work)
+      : model_(model), options_(options), joints_(joints) {
+    for (const int j : joints) ranges_.push_back(draw_range(model, object_pairs, j, q[model.n_qu() + j], work));
   }
-  return false;
-}
+
+  void draw(core::Random& random, Eigen::VectorXd& q) const {
+    const bool near = random.chance(options_.near_probability);
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      double& value = q[model_.n_qu() + joints_[k]];
+      const auto [low, high] = ranges_[k];
+      const double spread = options_.near_std * model_.scales().joint(joints_[k]);
+      value = near ? std::clamp(value + spread * random.normal(), low, high) : random.uniform(low, high);
+    }
+  }
+
+ private:
+  const world::Model& model_;
+  const GenericSampler& options_;
+  std::span<const int> joints_;
+  std::vector<std::pair<double, double>> ranges_;
+};
 
 bool sample_chain(const world::Model& model, const world::RobotChains& chains, const GenericSampler& options, int chain,
                   core::Random& random, Eigen::VectorXd& q, GeometryWorkspace& work) {
@@ -115,29 +105,41 @@ bool sample_chain(const world::Model& model, const world::RobotChains& chains, c
   const auto pairs = chains.object_pairs(chain);
   if (pairs.empty()) return false;
   const auto moving = joint_flags(model, joints);
-  const Surroundings around(chains, chain);
+  const Surroundings around(chains, world::ChainMask{1} << chain);
   const Eigen::VectorXd q_before = q;
   update_kinematics(model, q, work);
-  std::vector<std::pair<double, double>> ranges;
   std::vector<char> reachable;
   for (const int pair : pairs) reachable.push_back(may_touch(model, work.kinematics, q, moving, pair));
-  for (const int j : joints) ranges.push_back(draw_range(model, pairs, j, q[model.n_qu() + j], work));
+  const Draw posture(model, options, joints, pairs, q, work);
   for (int attempt = 0; attempt < options.tries && !work.stop(); ++attempt) {
     q = q_before;
-    const bool near = random.chance(options.near_probability);
-    for (std::size_t k = 0; k < joints.size(); ++k) {
-      double& value = q[model.n_qu() + joints[k]];
-      const auto [low, high] = ranges[k];
-      const double spread = options.near_std * model.scales().joint(joints[k]);
-      value = near ? std::clamp(value + spread * random.normal(), low, high) : random.uniform(low, high);
-    }
+    posture.draw(random, q);
     const auto drawn = static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())));
-    if (!reachable[drawn] || !touch(model, pairs[drawn], moving, q, work)) continue;
+    if (!reachable[drawn] || !touch(model, pairs.subspan(drawn, 1), moving, q, work)) continue;
     update_kinematics(model, q, work);
     if (around.are_clear(model, work)) return true;
   }
   q = q_before;
   return false;
+}
+
+/// Two parts of a hand that `trunk` carries, on opposite sides of an object. @returns the branches; 0 where there are no such parts, or the draws were used up
+world::ChainMask sample_pinch(const world::Model& model, const world::RobotChains& chains, const GenericSampler& options, int trunk,
+                              world::ChainMask draw, core::Random& random, Eigen::VectorXd& q, GeometryWorkspace& work) {
+  const Eigen::VectorXd q_before = q;
+  for (int attempt = 0; attempt < options.pinch_tries && !work.stop(); ++attempt) {
+    const auto pinch = draw_pinch(model, chains, trunk, draw, random, work.pairs);
+    if (!pinch || (attempt == 0 && !random.chance(options.pinch_probability))) return 0;
+    q = q_before;
+    update_kinematics(model, q, work);
+    const std::vector<int> joints = chains.joints_of(pinch->moved);
+    Draw(model, options, joints, chains.object_pairs(trunk), q, work).draw(random, q);
+    if (!close_pinch(model, chains, *pinch, trunk, random, q, work)) continue;
+    update_kinematics(model, q, work);
+    if (Surroundings(chains, pinch->moved).are_clear(model, work)) return pinch->moved;
+  }
+  q = q_before;
+  return 0;
 }
 
 /// Branches that can touch an object.
@@ -175,6 +177,9 @@ std::optional<ContactSample> sample_contact(const world::Model& model, const wor
 
   ContactSample sample;
   for (const int chain : order) {
+    if (sample.moved >> chain & 1) continue;
+    sample.moved |= sample_pinch(model, chains, sampler, chain, draw, random, q, work);
+    if (sample.moved >> chain & 1) continue;
     if (sample_chain(model, chains, sampler, chain, random, q, work)) sample.moved |= world::ChainMask{1} << chain;
   }
   if (sample.moved == 0) return std::nullopt;

@@ -1,0 +1,186 @@
+#include "stiction/contact/pinch.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "stiction/contact/gap_gradient.hpp"
+#include "stiction/contact/touch.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::contact {
+namespace {
+
+constexpr int kJaws = 2;  // branches of a gripper at most
+constexpr int kReachSteps = 20;
+constexpr double kMaxStep = 0.5;     // per step and joint [rad, L]
+constexpr double kThere = 0.1;       // error of the middle, as a share of the radius of what is held
+constexpr double kStraight = 0.02;   // error of the axis [rad]
+constexpr int kSwaps = 4;            // geometries of a jaw that take the place of another, since they stand out farther
+constexpr double kDamping = 1e-4;    // of a step, beside rows of order 1
+constexpr double kOffCentre = 0.5;   // the middle of a pinch is within this share of the radius around the middle of the geometry
+constexpr double kOfFriction = 0.5;  // share of the friction that the line between the two parts may use
+
+using world::Model;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+const world::Geometry& robot_side(const Model& model, int pair) { return model.geometries()[at(model.pairs()[at(pair)].geometry_b)]; }
+const world::Geometry& object_side(const Model& model, int pair) { return model.geometries()[at(model.pairs()[at(pair)].geometry_a)]; }
+Eigen::Vector3d centre(const GeometryWorkspace& work, const world::Geometry& geometry) {
+  return work.kinematics.X_WB[at(geometry.body)] * geometry.p_BCenter;
+}
+
+/// Velocity of a point of a body by each joint (3 × n_a), in units of the joints.
+Eigen::Matrix3Xd point_rates(const Model& model, const world::Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
+                             const std::vector<char>& moving) {
+  Eigen::Matrix3Xd rates = Eigen::Matrix3Xd::Zero(3, model.n_a());
+  for (const int index : model.bodies()[at(body)].axes) {
+    const world::Follower* follower = index < model.n_v() ? nullptr : &model.followers()[at(index - model.n_v())];
+    const int dof = follower ? follower->dof : index, joint = dof - model.n_vu();
+    if (!moving[at(joint)]) continue;
+    const Eigen::Vector3d axis = kinematics.axis_W.col(index);
+    const bool slides = (follower ? follower->kind : model.dofs()[at(dof)].kind) == world::DofKind::Prismatic;
+    const Eigen::Vector3d rate = slides ? axis : axis.cross(p_W - kinematics.origin_W.col(index));
+    rates.col(joint) += (follower ? follower->ratio : 1.0) * model.scales().joint(joint) * rate;
+  }
+  return rates;
+}
+
+/// Takes the middle between the two parts to a place, and the line from one to the other along an axis, by damped least squares in the joints of the trunk.
+/// @param axis  nullptr: any
+bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trunk, const Eigen::Vector3d& place,
+           const Eigen::Vector3d* axis, Eigen::VectorXd& q, GeometryWorkspace& work) {
+  const world::Geometry &a = robot_side(model, pinch.pair_a), &b = robot_side(model, pinch.pair_b);
+  const double length = model.scales().robots().length, radius = object_side(model, pinch.pair_a).bounding_radius;
+  Eigen::VectorXd unit(model.n_a());
+  for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
+  const std::array bodies{a.body, b.body};
+  work.links.select(model, trunk, bodies);
+  for (int step = 0; step < kReachSteps; ++step) {
+    work.links.update(model, q, work.kinematics);
+    const Eigen::Vector3d p_a = centre(work, a), p_b = centre(work, b), line = p_b - p_a;
+    const double apart = line.norm();
+    if (!(apart > 0)) return false;
+    const Eigen::Vector3d along = line / apart, missing = place - 0.5 * (p_a + p_b);
+    if (missing.norm() < kThere * radius && (axis == nullptr || along.dot(*axis) > std::cos(kStraight))) return true;
+    const Eigen::Matrix3Xd rates_a = point_rates(model, work.kinematics, a.body, p_a, trunk),
+                           rates_b = point_rates(model, work.kinematics, b.body, p_b, trunk);
+    Eigen::MatrixXd rows(6, model.n_a());
+    rows.topRows(3) = 0.5 / length * (rates_a + rates_b);
+    rows.bottomRows(3).setZero();
+    Eigen::VectorXd error = Eigen::VectorXd::Zero(6);
+    error.head(3) = missing / length;
+    if (axis != nullptr) {
+      rows.bottomRows(3) = (Eigen::Matrix3d::Identity() - along * along.transpose()) / apart * (rates_b - rates_a);
+      error.tail(3) = *axis - along;
+    }
+    Eigen::MatrixXd gram = rows * rows.transpose();
+    gram.diagonal().array() += kDamping;
+    Eigen::VectorXd delta = rows.transpose() * gram.ldlt().solve(error);
+    delta *= std::min(1.0, kMaxStep / delta.cwiseAbs().maxCoeff());
+    q.tail(model.n_a()) = (q.tail(model.n_a()) + delta.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
+  }
+  return false;
+}
+
+/// Closes with the geometry of each jaw that stands out farthest, of those of its body.
+bool close(const Model& model, const world::RobotChains& chains, int trunk, const std::vector<char>& closing, Pinch& pinch,
+           Eigen::VectorXd& q, GeometryWorkspace& work) {
+  const double touching = kTouch * world::share::kContact * model.scales().robots().length;
+  for (int swap = 0; swap <= kSwaps; ++swap) {
+    if (!touch(model, std::array{pinch.pair_a, pinch.pair_b}, closing, q, work)) return false;
+    bool whole = true;
+    for (int* const of : {&pinch.pair_a, &pinch.pair_b}) {
+      double deepest = -touching;
+      const int before = *of;
+      for (const int pair : chains.object_pairs(trunk)) {
+        if (model.pairs()[at(pair)].geometry_a != model.pairs()[at(before)].geometry_a ||
+            robot_side(model, pair).body != robot_side(model, before).body)
+          continue;
+        const double phi = pair_distance(model, work.kinematics, pair, work.contact_work).phi;
+        if (phi >= deepest) continue;
+        deepest = phi;
+        *of = pair;
+        whole = false;
+      }
+    }
+    if (whole) return true;
+  }
+  return false;
+}
+
+Eigen::Vector3d random_direction(core::Random& random) {
+  Eigen::Vector3d v;
+  do {
+    for (double& x : v) x = random.normal();
+  } while (v.norm() < 1e-6);
+  return v.normalized();
+}
+
+}  // namespace
+
+std::optional<Pinch> draw_pinch(const Model& model, const world::RobotChains& chains, int trunk, world::ChainMask draw,
+                                core::Random& random, std::vector<int>& scratch) {
+  const auto joints = chains.joints(trunk);
+  const auto fingers = [&](int pair) {  // that move it beside the trunk and what carries the trunk
+    world::ChainMask mask = chains.mask_of_pair(pair);
+    for (int c = 0; c < chains.size(); ++c) {
+      if (chains.depth(c) <= chains.depth(trunk)) mask &= ~(world::ChainMask{1} << c);
+    }
+    return mask;
+  };
+  const auto carried = [&](int pair) {  // by all of the trunk
+    const auto& dofs = model.bodies()[at(robot_side(model, pair).body)].dofs;
+    return (fingers(pair) & ~draw) == 0 && std::ranges::find(dofs, model.n_vu() + joints.back()) != dofs.end();
+  };
+  scratch.clear();
+  world::ChainMask hand = 0;
+  for (const int pair : chains.object_pairs(trunk)) {
+    hand |= fingers(pair);
+    if (carried(pair) && fingers(pair) != 0) scratch.push_back(pair);
+  }
+  if (scratch.empty() || std::popcount(hand) > kJaws) return std::nullopt;
+  Pinch pinch;
+  pinch.pair_a = scratch[at(random.index(static_cast<int>(scratch.size())))];
+  scratch.clear();
+  for (const int pair : chains.object_pairs(trunk)) {
+    if (carried(pair) && model.pairs()[at(pair)].geometry_a == model.pairs()[at(pinch.pair_a)].geometry_a &&
+        robot_side(model, pair).body != robot_side(model, pinch.pair_a).body)
+      scratch.push_back(pair);
+  }
+  if (scratch.empty()) return std::nullopt;
+  pinch.pair_b = scratch[at(random.index(static_cast<int>(scratch.size())))];
+  pinch.moved = world::ChainMask{1} << trunk | fingers(pinch.pair_a) | fingers(pinch.pair_b);
+  return pinch;
+}
+
+bool close_pinch(const Model& model, const world::RobotChains& chains, Pinch pinch, int trunk, core::Random& random, Eigen::VectorXd& q,
+                 GeometryWorkspace& work) {
+  const auto reaching = joint_flags(model, chains.joints(trunk)), closing = joint_flags(model, chains.joints_of(pinch.moved));
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  const world::Geometry& held = object_side(model, pinch.pair_a);
+  const double radius = std::min(held.bounding_radius, model.scales().robots().length);
+  const Eigen::Vector3d place = centre(work, held) + kOffCentre * radius * random.uniform(0, 1) * random_direction(random);
+  Eigen::Vector3d axis;
+  for (int round = 0; round < 2; ++round) {
+    if (!reach(model, pinch, reaching, place, round == 0 ? nullptr : &axis, q, work) ||
+        !close(model, chains, trunk, closing, pinch, q, work))
+      return false;
+    const Distance a = pair_distance(model, work.kinematics, pinch.pair_a, work.contact_work),
+                   b = pair_distance(model, work.kinematics, pinch.pair_b, work.contact_work);
+    // Between the middles of the parts: where faces touch, the nearest points are any of their points.
+    const Eigen::Vector3d line =
+        (centre(work, robot_side(model, pinch.pair_b)) - centre(work, robot_side(model, pinch.pair_a))).normalized();
+    const auto in_cone = [&](int pair, double cosine) {
+      return cosine > std::cos(std::atan(kOfFriction * model.pairs()[at(pair)].friction));
+    };
+    if (in_cone(pinch.pair_a, a.nhat_BA_W.dot(line)) && in_cone(pinch.pair_b, -b.nhat_BA_W.dot(line))) return true;
+    axis = a.nhat_BA_W;
+  }
+  return false;
+}
+
+}  // namespace stiction::contact

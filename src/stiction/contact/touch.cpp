@@ -1,0 +1,62 @@
+#include "stiction/contact/touch.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "stiction/contact/gap_gradient.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::contact {
+namespace {
+
+constexpr double kFlat = 1e-3;  // a gap that changes by less with every joint is not closed [L per joint unit]
+constexpr int kNewtonSteps = 15;
+constexpr int kPatience = 4;      // Newton steps in which gaps have to become half as wide: what is out of reach never does
+constexpr double kMaxStep = 0.3;  // per Newton step and joint [rad, L]
+
+}  // namespace
+
+bool touch(const world::Model& model, std::span<const int> pairs, const std::vector<char>& moving, Eigen::VectorXd& q,
+           GeometryWorkspace& work) {
+  const auto k = static_cast<Eigen::Index>(pairs.size());
+  std::vector<int> bodies;
+  for (const int i : pairs) {
+    const world::Pair& pair = model.pairs()[static_cast<std::size_t>(i)];
+    for (const int g : {pair.geometry_a, pair.geometry_b}) bodies.push_back(model.geometries()[static_cast<std::size_t>(g)].body);
+  }
+  work.links.select(model, moving, bodies);
+  const double length = model.scales().robots().length, close_enough = 0.5 * kTouch * world::share::kContact * length;
+  Eigen::VectorXd unit(model.n_a());  // of the joints, in which steps are short
+  for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
+  Eigen::MatrixXd slopes(model.n_a(), k);  // dφ/d(q/unit), a column for each gap
+  Eigen::VectorXd gaps(k), gradient(model.n_a());
+  Contact c;
+  double widest = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
+    work.links.update(model, q, work.kinematics);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      c.pair = pairs[static_cast<std::size_t>(i)];
+      const Distance d = pair_distance(model, work.kinematics, c.pair, work.contact_work);
+      c.phi = gaps[i] = d.phi;
+      c.p_WA = d.p_WA;
+      c.p_WB = d.p_WB;
+      c.nhat_BA_W = d.nhat_BA_W;
+      calc_gap_gradient(model, c, moving, work.kinematics, gradient);
+      slopes.col(i) = gradient.cwiseProduct(unit);
+    }
+    const double now = gaps.cwiseAbs().maxCoeff();
+    if (now < close_enough) return true;
+    if (iteration % kPatience == 0 && now > 0.5 * std::exchange(widest, now)) return false;
+    const Eigen::MatrixXd gram = slopes.transpose() * slopes;
+    if (!(gram.determinant() > std::pow(kFlat * length, 2 * static_cast<double>(k)))) return false;
+    Eigen::VectorXd step = slopes * gram.inverse() * -gaps;
+    step *= std::min(1.0, kMaxStep / step.cwiseAbs().maxCoeff());
+    q.tail(model.n_a()) = (q.tail(model.n_a()) + step.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
+  }
+  return false;
+}
+
+}  // namespace stiction::contact
