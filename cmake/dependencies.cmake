@@ -1,3 +1,5 @@
+option(STICTION_RELOCATABLE "Compile in no path of this machine, and link copies of the shared libraries (wheels)" OFF)
+
 # Where the locked Python environment keeps the C++ libraries that its wheels carry (Pinocchio, Coal, Eigen, yaml-cpp …).
 find_package(Threads REQUIRED)
 set(STICTION_VENV "${CMAKE_SOURCE_DIR}/.venv" CACHE PATH "Python environment made by `make setup`")
@@ -31,6 +33,7 @@ add_library(mujoco::mujoco SHARED IMPORTED)
 set_target_properties(mujoco::mujoco PROPERTIES
   IMPORTED_LOCATION ${mujoco_library}
   INTERFACE_INCLUDE_DIRECTORIES ${mujoco_folder}/include)
+stiction_own_copy(yaml-cpp::yaml-cpp fmt::fmt mujoco::mujoco)
 
 # CoACD's wheel is a Python package over one shared library. It is loaded at its first use and never linked: docs/decisions/0009-convex-decomposition.md.
 file(GLOB coacd_library "${STICTION_SITE_PACKAGES}/coacd/lib_coacd.*")
@@ -42,7 +45,6 @@ set(coacd_version ${CMAKE_MATCH_1})
 cmake_path(GET coacd_library FILENAME coacd_file)
 
 # Where an installation finds what it does not find beside itself. A wheel names no folder of the machine that built it.
-option(STICTION_RELOCATABLE "Compile in no path of this machine (wheels)" OFF)
 if(STICTION_RELOCATABLE)
   set(compiled_in_coacd ${coacd_file})
 else()
