@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# scripts/stable_headers.sh: prints the folder of the Python.h of a Python 3.12 or later: of one that is installed, else of Debian 13.
+# scripts/stable_headers.sh: prints the folder of the Python.h of a Python 3.12 or later: of one that is installed (also by pyenv), else of Debian 13.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-for python in .venv/bin/python python3 python3.12 python3.13 python3.14 python3.15; do
+for python in .venv/bin/python python3 python3.12 python3.13 python3.14 python3.15 ~/.pyenv/versions/3.1[2-9].*/bin/python; do
   if "$python" - 2>/dev/null <<'PY'
 import os, sys, sysconfig
 folder = sysconfig.get_path("include")

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# scripts/wheel.sh FOLDER: the wheels and the source archive of this clone: one wheel for the Python of .venv where that is 3.11, one for 3.12 and
-# all later ones (docs/decisions/0022-wheel.md). Fetches what requirements-wheel.lock names, and headers where there are none.
+# scripts/wheel.sh FOLDER [own]: the wheels and the source archive of this clone (docs/decisions/0022-wheel.md). One wheel is for Python 3.11, where
+# .venv has that, and one for 3.12 and all later ones; "own" makes the wheel of .venv alone. Fetches what requirements-wheel.lock names, and a Python.h where there is none.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$1
+only=${2:-}
 log=build/wheel.log
 mkdir -p build "$out"
 site=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
@@ -17,7 +18,9 @@ if [ "$(cat $tools/requirements.sha256 2>/dev/null)" != "$wanted" ]; then
   printf '%s\n' "$wanted" > $tools/requirements.sha256
 fi
 export PATH=$PWD/$tools/bin:$PATH
-headers=$(scripts/stable_headers.sh)
+own=$(.venv/bin/python -c 'import sys; print(*sys.version_info[:2], sep=".")')
+headers=
+if [ "$own" != 3.11 ] || [ "$only" != own ]; then headers=$(scripts/stable_headers.sh); fi
 
 fail() {
   grep -anE -m 20 '(error:|FAILED:|CMake Error|undefined reference)' "$log" >&2 || true
@@ -32,19 +35,21 @@ rm -rf $raw
 CXX=${CXX:-c++} nice -n 3 .venv/bin/python -m pip wheel . -v --disable-pip-version-check --no-build-isolation --no-deps --no-index -w $raw \
   -C cmake.define.STICTION_SITE_PACKAGES="$PWD/.venv/${site#*/.venv/}" -C cmake.define.STICTION_WERROR=ON \
   -C cmake.define.STICTION_STABLE_ABI_INCLUDE="$headers" </dev/null >"$log" 2>&1 || fail
-nice -n 3 cmake --build build/wheel --target stiction_module_stable </dev/null >>"$log" 2>&1 || fail
+wheels=()
+[ "$own" != 3.11 ] || wheels+=($raw/*.whl)
 
 # The wheel for 3.12 and later differs in its module alone.
-wheel unpack --dest $raw $raw/*.whl >>"$log"
-package=$(echo $raw/*/stiction)
-rm "$package"/_core.*.so
-cmake --install build/wheel --component python_stable --strip --prefix "$(dirname "$package")" >>"$log"
-mkdir $raw/stable
-wheel pack --dest-dir $raw/stable "$(dirname "$package")" >>"$log"
-wheel tags --remove --python-tag cp312 --abi-tag abi3 $raw/stable/*.whl >>"$log"
-
-wheels=("$raw"/stable/*.whl)
-[ "$(.venv/bin/python -c 'import sys; print(sys.version_info < (3, 12))')" = False ] || wheels+=("$raw"/*.whl)
+if [ -n "$headers" ]; then
+  nice -n 3 cmake --build build/wheel --target stiction_module_stable </dev/null >>"$log" 2>&1 || fail
+  wheel unpack --dest $raw $raw/*.whl >>"$log"
+  package=$(echo $raw/*/stiction)
+  rm "$package"/_core.*.so
+  cmake --install build/wheel --component python_stable --strip --prefix "$(dirname "$package")" >>"$log"
+  mkdir $raw/stable
+  wheel pack --dest-dir $raw/stable "$(dirname "$package")" >>"$log"
+  wheel tags --remove --python-tag cp312 --abi-tag abi3 $raw/stable/*.whl >>"$log"
+  wheels+=($raw/stable/*.whl)
+fi
 # Nothing is left to copy: auditwheel looks whether other systems have the rest, and names the oldest.
 for wheel in "${wheels[@]}"; do
   auditwheel repair --wheel-dir "$out" "$wheel" >>"$log" 2>&1 || fail
