@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # scripts/debian_root.sh FOLDER [COMMAND…]: a small Debian 13 with its Python 3.13 in FOLDER, made when it is missing, and COMMAND in it. For root.
-# The folders of this clone's wheels and of pip's settings are there as well; nothing stays mounted.
+# It has the settings of pip of this machine; nothing stays mounted.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$1
@@ -20,7 +20,6 @@ if [ ! -e "$root/complete" ]; then
 fi
 [ $# -gt 0 ] || exit 0
 
-mkdir -p "$root/wheels"
 cp /etc/resolv.conf "$root/etc/"
 [ ! -e /etc/pip.conf ] || cp /etc/pip.conf "$root/etc/"
 [ ! -e /etc/ssl/certs/ca-certificates.crt ] || cp /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/"
