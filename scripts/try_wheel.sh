@@ -24,7 +24,7 @@ import stiction as st
 plan = st.plan(st.load_task("allegro_cube"), seed=0).plan
 report = st.check_plan(plan)
 print(report)
-assert report.passed
+assert report.pass_
 PY
 stiction export out --format csv
 stiction run planar_hand --seed 3 -o run >/dev/null

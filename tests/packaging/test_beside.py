@@ -28,7 +28,7 @@ for name in sys.argv[1:]:
     ctypes.CDLL(glob.glob(sys.prefix + "/lib/python3*/site-packages/" + name)[0], ctypes.RTLD_GLOBAL) if "*" in name else importlib.import_module(name)
 import stiction as st
 plan = st.plan(st.load_task("planar_pushing"), seed=0, timeout_s=120.0).plan
-out = {"passed": st.check_plan(plan).passed, "q": plan.q.tolist(), "reached": st.run(plan).reached}
+out = {"passed": st.check_plan(plan).pass_, "q": plan.q.tolist(), "reached": st.run(plan).reached}
 if mujoco := sys.modules.get("mujoco"):
     model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>")
     data = mujoco.MjData(model)
