@@ -16,9 +16,9 @@ done
 
 headers=$PWD/build/python-headers
 if [ ! -e "$headers/Python.h" ]; then
-  scripts/debian_root.sh build/debian13 || { echo "wheel: no Python.h of a Python 3.12 or later: install python3.12-dev or later" >&2; exit 1; }
+  scripts/debian_root.sh build/debian13-headers libpython3.13-dev || { echo "wheel: no Python.h of a Python 3.12 or later: install python3.12-dev or later" >&2; exit 1; }
   mkdir -p "$headers/x86_64-linux-gnu"
-  cp -r build/debian13/usr/include/x86_64-linux-gnu/python3.13 "$headers/x86_64-linux-gnu/"  # Debian's pyconfig.h names it
-  cp -r build/debian13/usr/include/python3.13/. "$headers/"
+  cp -r build/debian13-headers/usr/include/x86_64-linux-gnu/python3.13 "$headers/x86_64-linux-gnu/"  # Debian's pyconfig.h names it
+  cp -r build/debian13-headers/usr/include/python3.13/. "$headers/"
 fi
 echo "$headers"

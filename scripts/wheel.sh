@@ -36,7 +36,7 @@ CXX=${CXX:-c++} nice -n 3 .venv/bin/python -m pip wheel . -v --disable-pip-versi
   -C cmake.define.STICTION_SITE_PACKAGES="$PWD/.venv/${site#*/.venv/}" -C cmake.define.STICTION_WERROR=ON \
   -C cmake.define.STICTION_STABLE_ABI_INCLUDE="$headers" </dev/null >"$log" 2>&1 || fail
 wheels=()
-[ "$own" != 3.11 ] || wheels+=($raw/*.whl)
+[ "$own" != 3.11 ] || wheels+=("$raw"/*.whl)
 
 # The wheel for 3.12 and later differs in its module alone.
 if [ -n "$headers" ]; then
@@ -48,7 +48,7 @@ if [ -n "$headers" ]; then
   mkdir $raw/stable
   wheel pack --dest-dir $raw/stable "$(dirname "$package")" >>"$log"
   wheel tags --remove --python-tag cp312 --abi-tag abi3 $raw/stable/*.whl >>"$log"
-  wheels+=($raw/stable/*.whl)
+  wheels+=("$raw"/stable/*.whl)
 fi
 # Nothing is left to copy: auditwheel looks whether other systems have the rest, and names the oldest.
 for wheel in "${wheels[@]}"; do
