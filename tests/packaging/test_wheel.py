@@ -11,16 +11,14 @@ import subprocess
 import sys
 import sysconfig
 import tomllib
-import zipfile
 from pathlib import Path
 from types import ModuleType
 
 import pytest
-from outside import BUILD, ROOT, build_consumer, run, same_step
+from outside import BUILD, ROOT, build_consumer, check_wheel, run, same_step
 from packaging.requirements import Requirement
 
 VERSION = (ROOT / "VERSION").read_text(encoding="ascii").strip()
-LIMIT_BYTES = 25e6
 pytestmark = pytest.mark.limit(2400)
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -62,12 +60,7 @@ def plan(scripts: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_wheel_is_small_and_names_nothing_of_the_clone(wheel: Path) -> None:
-    assert wheel.stat().st_size < LIMIT_BYTES
-    here = [str(folder).encode() for folder in (ROOT, Path(sys.prefix).resolve(), ROOT.resolve())]
-    with zipfile.ZipFile(wheel) as archive:
-        names = [name for name in archive.namelist() if not name.endswith("/")]
-        content = {name: archive.read(name) for name in names}
-    assert not [(name, folder) for name in names for folder in here if folder + b"/" in content[name]]
+    names = check_wheel(wheel)
     libraries = [name for name in names if re.search(r"\.so(\.|$)", name)]
     assert all(re.fullmatch(r"stiction/_core\..*|stiction\.libs/lib[\w-]+-[0-9a-f]{8}\.so", name) for name in libraries), libraries
     for folder in ("tasks", "tasks/schema", "models", "scenarios", "experiments"):
