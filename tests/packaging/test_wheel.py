@@ -92,6 +92,24 @@ def test_own_libraries_share_nothing_with_another_version(packages: Path) -> Non
         assert not re.findall(r" u (\S+)", run("nm", "-D", path, cwd=packages).stdout), f"unique symbols in {name}"
 
 
+def test_own_libraries_come_first_where_others_are_known_to_the_whole_process(packages: Path, tmp_path: Path) -> None:
+    """And nothing is changed elsewhere."""
+    script = """
+import ctypes, os, runpy, sys
+libraries = runpy.run_path(sys.argv[1])["libraries"]
+def is_deep():
+    with libraries():
+        return bool(sys.getdlopenflags() & os.RTLD_DEEPBIND)
+found = [is_deep()]
+ctypes.CDLL(sys.argv[2])
+found.append(is_deep())
+ctypes.CDLL(sys.argv[2], ctypes.RTLD_GLOBAL)
+print(found + [is_deep(), bool(sys.getdlopenflags() & os.RTLD_DEEPBIND)])
+"""
+    (mujoco,) = (packages / "mujoco").glob("libmujoco.so.*")
+    assert run(sys.executable, "-c", script, packages / "stiction/_own.py", mujoco, cwd=tmp_path).stdout.strip() == "[False, False, True, False]"
+
+
 def test_versions_are_those_of_the_lock_and_pip_finds_nothing_missing(packages: Path, scripts: Path) -> None:
     locked = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "requirements.lock").read_text(encoding="utf-8"), flags=re.MULTILINE))
     locked |= dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "requirements-wheel.lock").read_text(encoding="utf-8"), flags=re.MULTILINE))
@@ -178,12 +196,12 @@ def test_what_does_not_fit_is_named_in_one_sentence(packages: Path, scripts: Pat
     assert "glibc, which this system" in said(r"march=.*", "march=")
 
 
-@pytest.mark.parametrize("platform", ["musllinux_1_2_x86_64", "manylinux_2_35_aarch64", "manylinux_2_28_x86_64"])
+@pytest.mark.parametrize("platform", ["musllinux_1_2_x86_64", "manylinux_2_34_aarch64", "manylinux_2_28_x86_64"])
 def test_pip_refuses_the_wheel_elsewhere(wheel: Path, tmp_path: Path, platform: str) -> None:
     words = ("install", "--dry-run", "--no-index", "--no-deps", "--only-binary", ":all:", "--target", tmp_path, wheel)
     refused = run(sys.executable, "-m", "pip", *words, "--platform", platform, cwd=tmp_path, expected=1)
     assert "is not a supported wheel on this platform" in refused.stderr
-    run(sys.executable, "-m", "pip", *words, "--platform", "manylinux_2_35_x86_64", cwd=tmp_path)
+    run(sys.executable, "-m", "pip", *words, "--platform", "manylinux_2_34_x86_64", cwd=tmp_path)
 
 
 L_SHAPE = ((0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3))
