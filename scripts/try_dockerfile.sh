@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 root=build/debian13-image
 rm -rf $root
-inside() { scripts/debian_root.sh $root "" env -i PATH="$path" XDG_CACHE_HOME=/tmp DEBIAN_FRONTEND=noninteractive "$@"; }
+inside() { scripts/debian_root.sh $root "" env -i PATH="$path" XDG_CACHE_HOME=/var/tmp DEBIAN_FRONTEND=noninteractive "$@"; }
 path=/usr/sbin:/usr/bin:/sbin:/bin
 scripts/debian_root.sh $root ""
 
@@ -19,6 +19,6 @@ while read -r step words; do
     *) echo "try_dockerfile: step $step is not known" >&2; exit 1 ;;
   esac
 done <Dockerfile
-inside sh -ec 'cd /work; stiction plan planar_hand --seed 3 -o out --html >/dev/null; stiction check out/plan.json >/dev/null; ls out/*.html >/dev/null'
+inside sh -ec 'cd /data; stiction plan planar_hand --seed 3 -o out --html >/dev/null; stiction check out/plan.json >/dev/null; ls out/*.html >/dev/null'
 echo "release: the steps of the Dockerfile give a program that plans ($(du -sm $root | cut -f 1) MB)"
 rm -rf $root
