@@ -4,13 +4,13 @@ PRESET ?= release
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 STICTION := build/release/stiction
 
-.PHONY: help setup build install wheel experiments learners demo demo-touch test bench docs check-all release-check format lock clean
+.PHONY: help setup build install wheel experiments learners demo demo-touch test bench docs check-all release release-check format lock clean
 
 help:
 	@echo "make setup      system packages (when root), the Python environment .venv"
 	@echo "make build      Release build; the program is $(STICTION)    (PRESET=dev|asan-ubsan|tsan for the others)"
 	@echo "make install    the program, its data, the module and the library into PREFIX=…"
-	@echo "make wheel      dist/stiction-*.whl for pip, and the source archive"
+	@echo "make wheel      dist/stiction-*.whl for pip (Python 3.11; 3.12 and later), and the source archive"
 	@echo "make learners   PyTorch, JAX and Gymnasium into build/learners, and the tests of what needs them, optional"
 	@echo "make experiments  Drake and meshes of an iiwa into .venv: what \`$(STICTION) reproduce\` compares with, optional"
 	@echo "make demo       plan, check and draw an in-hand reorientation in demo-out/"
@@ -19,6 +19,7 @@ help:
 	@echo "make bench      this machine's figures beside the published ones"
 	@echo "make docs       the documentation site in build/site, tutorials run on the way"
 	@echo "make check-all  formatting, debug build and sanitizers"
+	@echo "make release    the wheels in dist, tried in empty environments and beside other packages (network, root for one of them)"
 	@echo "make release-check  wheel, source archive, site, README commands, tests, sanitizers"
 	@echo "make format     clang-format over the C++ files"
 	@echo "make lock       requirements*.in -> requirements*.lock"
@@ -69,6 +70,9 @@ docs: setup
 
 check-all: setup
 	@scripts/check_all.sh $(JOBS)
+
+release: setup
+	@scripts/release.sh
 
 release-check: setup
 	@scripts/release_check.sh $(JOBS)

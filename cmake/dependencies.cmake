@@ -1,3 +1,5 @@
+option(STICTION_RELOCATABLE "Compile in no path of this machine, and link copies of the shared libraries (wheels)" OFF)
+
 # Where the locked Python environment keeps the C++ libraries that its wheels carry (Pinocchio, Coal, Eigen, yaml-cpp …).
 find_package(Threads REQUIRED)
 set(STICTION_VENV "${CMAKE_SOURCE_DIR}/.venv" CACHE PATH "Python environment made by `make setup`")
@@ -5,7 +7,7 @@ if(NOT SKBUILD)
   file(GLOB site_packages_of_venv "${STICTION_VENV}/lib/python3*/site-packages")
 endif()
 # A wheel is built against the packages of the Python that builds it, which its backend puts on CMAKE_PREFIX_PATH.
-find_path(STICTION_SITE_PACKAGES NAMES cmeel.prefix/include/coal/config.hh HINTS ${site_packages_of_venv} DOC "Folder of the Python packages that carry the C++ dependencies")
+find_path(STICTION_SITE_PACKAGES NAMES cmeel.prefix/include/yaml-cpp/yaml.h HINTS ${site_packages_of_venv} DOC "Folder of the Python packages that carry the C++ dependencies")
 if(NOT STICTION_SITE_PACKAGES)
   message(FATAL_ERROR "no C++ dependencies under ${STICTION_VENV}: run `make setup` first, or pass -DSTICTION_VENV=…")
 endif()
@@ -14,8 +16,10 @@ list(PREPEND CMAKE_PREFIX_PATH ${cmeel_prefix})
 set(CMAKE_FIND_PACKAGE_PREFER_CONFIG ON)
 list(APPEND CMAKE_BUILD_RPATH ${cmeel_prefix}/lib)
 find_package(Eigen3 REQUIRED CONFIG)
-find_package(pinocchio REQUIRED CONFIG)
-find_package(coal REQUIRED CONFIG)
+if(STICTION_BUILD_TESTS OR STICTION_BUILD_BENCH)  # oracles
+  find_package(pinocchio REQUIRED CONFIG)
+  find_package(coal REQUIRED CONFIG)
+endif()
 find_package(yaml-cpp REQUIRED CONFIG)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
@@ -31,6 +35,7 @@ add_library(mujoco::mujoco SHARED IMPORTED)
 set_target_properties(mujoco::mujoco PROPERTIES
   IMPORTED_LOCATION ${mujoco_library}
   INTERFACE_INCLUDE_DIRECTORIES ${mujoco_folder}/include)
+stiction_own_copy(yaml-cpp::yaml-cpp fmt::fmt mujoco::mujoco)
 
 # CoACD's wheel is a Python package over one shared library. It is loaded at its first use and never linked: docs/decisions/0009-convex-decomposition.md.
 file(GLOB coacd_library "${STICTION_SITE_PACKAGES}/coacd/lib_coacd.*")
@@ -42,7 +47,6 @@ set(coacd_version ${CMAKE_MATCH_1})
 cmake_path(GET coacd_library FILENAME coacd_file)
 
 # Where an installation finds what it does not find beside itself. A wheel names no folder of the machine that built it.
-option(STICTION_RELOCATABLE "Compile in no path of this machine (wheels)" OFF)
 if(STICTION_RELOCATABLE)
   set(compiled_in_coacd ${coacd_file})
 else()

@@ -21,7 +21,7 @@ endif()
 function(stiction_set_install_rpath target folder)
   if(STICTION_RELOCATABLE)  # the prefix is the folder of the Python packages
     file(RELATIVE_PATH up /prefix/${folder} /prefix)
-    set(rpath $ORIGIN/${up}cmeel.prefix/lib $ORIGIN/${up}mujoco $ORIGIN/${up}stiction/lib)
+    set(rpath $ORIGIN/${up}stiction.libs)
   else()
     set(rpath ${cmeel_prefix}/lib ${mujoco_folder})
   endif()

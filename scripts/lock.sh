@@ -23,6 +23,10 @@ compile requirements-experiments
        /^[A-Za-z]/ { name = $1; sub(/==.*/, "", name); keep = name in wanted }
        keep' requirements-experiments.in build/requirements-experiments.lock; } > requirements-experiments.lock
 
+compile requirements-wheel
+{ echo "# Made by \`make lock\` from requirements-wheel.in; installed by \`make wheel\` with --require-hashes."
+  cat build/requirements-wheel.lock; } > requirements-wheel.lock
+
 # What the documentation site needs beside requirements.lock, with dependencies.
 compile requirements-docs -c requirements.lock
 { echo "# Made by \`make lock\` from requirements-docs.in; installed by \`make docs\` with --require-hashes."

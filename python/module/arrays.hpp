@@ -35,10 +35,21 @@ struct Flag {
   operator bool() const { return value; }
 };
 
+/// Whether NumPy's type of this name is the type of the value, and not one that it is a base of.
+inline bool is_numpy(nanobind::handle value, const char* name) noexcept {
+  PyObject* const type = reinterpret_cast<PyObject*>(Py_TYPE(value.ptr()));
+  const auto is = [type](const char* attribute, const char* expected) {
+    PyObject* const text = PyObject_GetAttrString(type, attribute);
+    if (text == nullptr) PyErr_Clear();
+    const bool same = text != nullptr && PyUnicode_Check(text) && PyUnicode_CompareWithASCIIString(text, expected) == 0;
+    Py_XDECREF(text);
+    return same;
+  };
+  return is("__name__", name) && is("__module__", "numpy");
+}
+
 inline bool is_bool(nanobind::handle value) noexcept {
-  if (PyBool_Check(value.ptr())) return true;
-  const std::string_view type = Py_TYPE(value.ptr())->tp_name;
-  return type == "numpy.bool" || type == "numpy.bool_";
+  return PyBool_Check(value.ptr()) || is_numpy(value, "bool") || is_numpy(value, "bool_");
 }
 
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -94,8 +105,7 @@ inline nanobind::object as_array(nanobind::handle source) noexcept {
 template <class T>
 bool read_array(nanobind::handle source, T& out) noexcept {
   nanobind::detail::make_caster<T> caster;
-  const bool plain =
-      std::string_view(Py_TYPE(source.ptr())->tp_name) == "numpy.ndarray";  // a masked array is another type, of the same layout
+  const bool plain = is_numpy(source, "ndarray");  // a masked array is another type, of the same layout
   if (!plain || !caster.from_python(source, 0, nullptr)) {
     const nanobind::object array = as_array(source);
     if (!array.is_valid() || !caster.from_python(array, 0, nullptr)) return false;

@@ -19,5 +19,10 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--wheels", metavar="FOLDER", help="where the wheels are that the tests with the mark 'release' install")
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "limit(seconds): another limit than limits.LIMIT for a test that takes longer")
+    config.addinivalue_line("markers", "release: fetches packages; `make release` runs it")

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
@@ -22,6 +23,20 @@ def run(*words: object, cwd: Path, expected: int = 0, timeout: float = 300, **va
     done = children.run(words, cwd=cwd, env={**env, **variables}, limit=timeout)
     assert done.returncode == expected, f"{words}: {done.returncode}\n{done.stdout[-4000:]}{done.stderr[-4000:]}"
     return done
+
+
+LIMIT_BYTES = 25e6
+
+
+def check_wheel(wheel: Path) -> list[str]:
+    """Asserts that a wheel is small and names nothing of this machine; its files."""
+    assert wheel.stat().st_size < LIMIT_BYTES
+    here = [f"{folder}/".encode() for folder in {ROOT, ROOT.resolve(), Path(sys.prefix).resolve()}]
+    with zipfile.ZipFile(wheel) as archive:
+        names = [name for name in archive.namelist() if not name.endswith("/")]
+        told = [(name, folder) for name in names for folder in here if folder in archive.read(name)]
+    assert not told
+    return names
 
 
 def build_consumer(folder: Path, *options: str) -> Path:

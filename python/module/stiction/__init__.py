@@ -16,7 +16,10 @@ if _fault := _what_does_not_fit(_Path(__file__).resolve().parent):
 
 import numpy as _numpy  # noqa: E402, F401  # without it the extension fails at the first array, in words that say less
 
-from ._core import *  # noqa: F403
+from . import _own  # noqa: E402
+
+with _own.libraries():
+    from ._core import *  # noqa: F403
 from ._core import version  # noqa: E402
 from ._extras import MissingExtra as MissingExtra  # noqa: E402
 from .joint_states import JointStates as JointStates  # noqa: E402

@@ -49,6 +49,10 @@ struct Library {
 
   Library() {
     const std::filesystem::path beside = core::find_upwards("coacd/" STICTION_COACD_FILE, core::kInstalledLevels);
+    if (!beside.empty() && core::find_upwards("coacd-" STICTION_COACD_VERSION ".dist-info", core::kInstalledLevels).empty()) {
+      fault = beside.string() + " is of another version";  // whose functions take other arguments
+      return;
+    }
     void* const handle = dlopen(beside.empty() ? STICTION_COACD_LIBRARY : beside.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) {
       fault = dlerror();
@@ -110,7 +114,7 @@ std::vector<Eigen::Matrix3Xd> call_coacd(const Eigen::Matrix3Xd& vertices, const
   static const Library library;
   if (!library.fault.empty())
     core::throw_invalid("convex_decomposition", "no usable CoACD library (" + library.fault + ")",
-                        "the one of the Python package coacd " STICTION_COACD_VERSION);
+                        "the one of the Python package coacd " STICTION_COACD_VERSION ": pip install 'stiction[meshes]'");
   ++calls;
   const OneThread one_thread(library);
   Eigen::Matrix3Xd points = vertices;  // the library asks for pointers to what it may change
