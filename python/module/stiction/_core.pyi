@@ -2252,7 +2252,7 @@ def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
       section: in place of the section `optimize` of the task, a dict with its keys.
       reference: configurations to follow, the start first (T + 1, n_q), with the dynamics of the planner; None: the goal all the time. u_guess: commands to begin with (T, n_a); None:
-        those of the start. u_before: the command before the first one (n_a); None: the joints of the start.
+        those of the start all the time. u_before: the command before the first one (n_a); None: the joints of the start.
 
     status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
 
