@@ -94,7 +94,10 @@ struct DrivenPlant::Impl {
       observer->update(momentum, n, torque, q_a);
     }
     last_M.assign(data->M, data->M + m->nC);
-    for (Eigen::Index j = 0; j < n.size(); ++j) last_n[j] = data->qfrc_passive[v_address(j)] - known * data->qfrc_bias[v_address(j)];
+    for (Eigen::Index j = 0; j < n.size(); ++j) {
+      const int address = v_address(j);
+      last_n[j] = data->qfrc_passive[address] - data->qfrc_damper[address] - known * data->qfrc_bias[address];  // of friction it knows nothing
+    }
   }
 
   bool is_robot(int geometry) const {

@@ -40,7 +40,7 @@ class DrivenPlant {
   const Eigen::VectorXd& v() const;         ///< (n_v)
   const Eigen::VectorXd& damping() const;   ///< gains D of the impedance controller (n_a) [N m s/rad or N s/m]
   const Eigen::VectorXd& torque() const;    ///< of the joints (n_a) [N m or N]
-  const Eigen::VectorXd& external() const;  ///< Σ J_cᵀ f_c of contacts, joint stops and pushes (n_a) [N m or N]
+  const Eigen::VectorXd& external() const;  ///< Σ J_cᵀ f_c of contacts, joint stops, dry friction of joints and pushes (n_a) [N m or N]
   const Eigen::VectorXd& observed() const;  ///< the same as the momentum observer has it (n_a); 0 without one
   /// What contacts and pushes do to the robots as a whole, as a sensor under their base would have it: force, then moment about W's origin, behind the lag of the
   /// observer and without noise [N; N m]; 0 without an observer.

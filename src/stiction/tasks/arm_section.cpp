@@ -65,7 +65,8 @@ void read_controller(const YamlNode& node, ControlScenario& out) {
 }
 
 void read_plant(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"timestep", "armature", "friction_scale", "contact_time_constant", "impedance"});
+  node.require_map({"timestep", "armature", "friction_scale", "contact_time_constant", "impedance", "joint_friction"});
+  out.plant.joint_friction = node.boolean_or("joint_friction", out.plant.joint_friction);
   out.plant.timestep = node.positive_or("timestep", out.plant.timestep);
   out.plant.armature = node.nonnegative_or("armature", out.plant.armature);
   out.plant.contact.friction_scale = node.nonnegative_or("friction_scale", out.plant.contact.friction_scale);
