@@ -80,6 +80,18 @@ struct DrivenPlant::Impl {
     for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = product[at(v_address(j))];
   }
 
+  /// What the observer knows of the friction of joints.
+  void take_off_friction() {
+    constexpr double kStictionSpeed = 0.01;  // [rad/s or m/s]
+    const std::optional<double>& error = observer->options().friction_error;
+    if (!error || !plant->options().joint_friction) return;
+    const world::Model& model = plant->model();
+    for (Eigen::Index j = 0; j < n.size(); ++j) {
+      const world::Dof& dof = model.dofs()[at(model.n_vu() + j)];
+      n[j] -= (1 + *error) * (dof.friction * std::tanh(v_a[j] / kStictionSpeed) + dof.damping * v_a[j]);
+    }
+  }
+
   /// (C.11) over the period that ends now: Cᵀ v = Ṁ v − C v, and C v + g is MuJoCo's bias, which passive forces compensate.
   void observe() {
     const mjModel* m = plant->impl().mujoco.get();
@@ -91,12 +103,14 @@ struct DrivenPlant::Impl {
     } else {
       multiply_mass(last_M.data(), n);
       n = (momentum - known * n) / period + last_n;
+      take_off_friction();
       observer->update(momentum, n, torque, q_a);
     }
     last_M.assign(data->M, data->M + m->nC);
     for (Eigen::Index j = 0; j < n.size(); ++j) {
       const int address = v_address(j);
-      last_n[j] = data->qfrc_passive[address] - data->qfrc_damper[address] - known * data->qfrc_bias[address];  // of friction it knows nothing
+      last_n[j] =
+          data->qfrc_passive[address] - data->qfrc_damper[address] - known * data->qfrc_bias[address];  // of friction it knows nothing
     }
   }
 

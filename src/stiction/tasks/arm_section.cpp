@@ -115,9 +115,9 @@ std::optional<execution::BaseSensorOptions> read_base_sensor(const YamlNode& nod
 }
 
 void read_estimator(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"contacts",     "delay",           "time_constant", "noise",      "rest",    "drift",    "bias",      "bias_reach",
-                    "offsets",      "inertia_error",   "seed",          "links",      "samples", "friction", "threshold", "max_candidates",
-                    "max_contacts", "plausible_force", "max_descents",  "base_wrench"});
+  node.require_map({"contacts",       "delay",         "time_constant",   "noise",        "rest",       "drift",   "bias",     "bias_reach",
+                    "offsets",        "inertia_error", "friction_error",  "seed",         "links",      "samples", "friction", "threshold",
+                    "max_candidates", "max_contacts",  "plausible_force", "max_descents", "base_wrench"});
   if (const auto contacts = node.find("contacts"))
     out.contacts = contacts->one_of({"true", "estimated"}) == "true" ? ContactSource::True : ContactSource::Estimated;
   out.delay = node.nonnegative_or("delay", out.delay);
@@ -129,6 +129,7 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
   o.bias = node.nonnegative_or("bias", o.bias);
   o.bias_reach = node.nonnegative_or("bias_reach", o.bias_reach);
   if (const auto error = node.find("inertia_error")) o.inertia_error = error->number();
+  if (const auto error = node.find("friction_error")) o.friction_error = error->number();
   const std::int64_t seed = node.integer_or("seed", 0);
   if (seed < 0) node.at("seed").fail("an integer ≥ 0");
   o.seed = static_cast<std::uint64_t>(seed);
