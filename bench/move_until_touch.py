@@ -43,6 +43,7 @@ def write_with_friction(name, friction, error, folder):
         copy.write_text(text, encoding="utf-8")
         robot["urdf"] = str(copy)
         if "mount" in robot:
+            robot["mount"] = {"on" if key is True else key: value for key, value in robot["mount"].items()}  # PyYAML takes `on` for true
             robot["mount"]["file"] = str((ROOT / "scenarios" / robot["mount"]["file"]).resolve())
     scenario["plant"] = scenario.get("plant", {}) | {"joint_friction": True}
     if error is not None:
@@ -54,9 +55,10 @@ def write_with_friction(name, friction, error, folder):
 
 def run(program, scenario, seed):
     done = subprocess.run([program, "touch", scenario, "--seed", str(seed), "--json"], capture_output=True, text=True, timeout=300)
-    if not done.stdout:
-        sys.exit(f"{scenario}, seed {seed}: {done.stderr}")
-    return json.loads(done.stdout)
+    out = json.loads(done.stdout) if done.stdout else {}
+    if "moves" not in out:
+        sys.exit(f"{scenario}, seed {seed}: {out.get('message') or done.stderr}")
+    return out
 
 
 def asked_forces(scenario):
