@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 """Do guarded moves reach their end, how hard do they press, and how well is a wrong height found? 40 seeds of each scenario in MuJoCo, with the noise of a real Franka.
 
-    PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--program build/release/stiction] [--json]
+    PYTHONPATH=build/release/python .venv/bin/python bench/move_until_touch.py [--seeds 40] [--scenario NAME…] [--joint-friction COULOMB VISCOUS [--friction-error SHARE]] [--program build/release/stiction] [--json]
 
-Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for, and while it slides of the controller's bound. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
+With --joint-friction the joints of the simulated arm have that dry friction [N m] and damping [N m s/rad], as a robot's file states them in <dynamics>: what motor currents show of an arm
+without torque sensors behind its gears. With --friction-error the observer takes friction off that is too large by this share, else none. Forces are those of the simulation, from 0.1 s after contact on, as a share of what the move asks for, and while it slides of the controller's bound. Noise is what `calibrate` finds on docs/tutorials/franka_touches.csv.
 """
 
 import argparse
 import json
 import pathlib
+import re
 import subprocess
 import sys
+import tempfile
 
 import numpy as np
 import yaml
@@ -18,7 +21,7 @@ import yaml
 import real_touches
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCENARIOS = ["lower_until_touch", "press_button", "follow_wall", "close_hand"]
+SCENARIOS = ["lower_until_touch", "press_button", "follow_wall", "lower_mug", "close_hand"]
 
 
 def find_noise():
@@ -27,11 +30,35 @@ def find_noise():
     return {"noise": np.sqrt(np.diag(found.within))[:7].round(4).tolist(), "drift": np.ravel(found.drift)[:7].round(4).tolist()}
 
 
+def write_with_friction(name, friction, error, folder):
+    """The scenario with a robot whose joints have friction."""
+    scenario = yaml.safe_load((ROOT / "scenarios" / f"{name}.yaml").read_text(encoding="utf-8"))
+    dynamics = f'<dynamics friction="{friction[0]:g}" damping="{friction[1]:g}"/>'
+    for robot in scenario["scene"]["robots"]:
+        source = (ROOT / "scenarios" / robot["urdf"]).resolve()
+        text = re.sub(r'(<joint name="[^"]*" type="(?:revolute|continuous)">)', rf"\1{dynamics}", source.read_text(encoding="utf-8"))
+        if dynamics not in text:
+            sys.exit(f"{source}: no joint was given friction")
+        copy = folder / source.name
+        copy.write_text(text, encoding="utf-8")
+        robot["urdf"] = str(copy)
+        if "mount" in robot:
+            robot["mount"] = {"on" if key is True else key: value for key, value in robot["mount"].items()}  # PyYAML takes `on` for true
+            robot["mount"]["file"] = str((ROOT / "scenarios" / robot["mount"]["file"]).resolve())
+    scenario["plant"] = scenario.get("plant", {}) | {"joint_friction": True}
+    if error is not None:
+        scenario["estimator"]["friction_error"] = error
+    file = folder / f"{name}.yaml"
+    file.write_text(yaml.safe_dump(scenario, sort_keys=False), encoding="utf-8")
+    return str(file)
+
+
 def run(program, scenario, seed):
     done = subprocess.run([program, "touch", scenario, "--seed", str(seed), "--json"], capture_output=True, text=True, timeout=300)
-    if not done.stdout:
-        sys.exit(f"{scenario}, seed {seed}: {done.stderr}")
-    return json.loads(done.stdout)
+    out = json.loads(done.stdout) if done.stdout else {}
+    if "moves" not in out:
+        sys.exit(f"{scenario}, seed {seed}: {out.get('message') or done.stderr}")
+    return out
 
 
 def asked_forces(scenario):
@@ -45,11 +72,13 @@ def percent(values, share):
     return round(float(np.quantile(values, share)), 3) if values else None
 
 
-def judge(program, scenario, seeds):
+def judge(program, scenario, seeds, friction, error):
     asked = asked_forces(scenario)
+    with tempfile.TemporaryDirectory() as folder:
+        file = write_with_friction(scenario, friction, error, pathlib.Path(folder)) if friction else scenario
+        outs = [run(program, file, seed) for seed in range(seeds)]
     reached, alarms, told, late, impact, last, found, corrections, links, failed = 0, [], [], [], [], [], [], [], [], []
-    for seed in range(seeds):
-        out = run(program, scenario, seed)
+    for seed, out in enumerate(outs):
         reached += out["status"] in ("Passed", "Failed")
         if out["status"] != "Passed":
             failed.append({"seed": seed, "status": out["status"], "message": out["message"]})
@@ -70,6 +99,8 @@ def judge(program, scenario, seeds):
             told.append(max(felt["time_s"] for felt in move["felt"]) - move["contact_s"])
     return {
         "scenario": scenario,
+        "joint_friction": friction,
+        "friction_error": error,
         "seeds": seeds,
         "reached": reached,
         "noticed_ms": [percent(alarms, 0.5), percent(alarms, 1)],
@@ -88,10 +119,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--scenario", nargs="*", default=SCENARIOS)
+    parser.add_argument("--joint-friction", nargs=2, type=float, metavar=("COULOMB", "VISCOUS"))
+    parser.add_argument("--friction-error", type=float)
     parser.add_argument("--program", default=ROOT / "build" / "release" / "stiction")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    out = {"noise": find_noise(), "runs": [judge(arguments.program, name, arguments.seeds) for name in arguments.scenario]}
+    out = {"noise": find_noise(), "runs": [judge(arguments.program, name, arguments.seeds, arguments.joint_friction, arguments.friction_error) for name in arguments.scenario]}
     if arguments.json:
         print(json.dumps(out))
         return

@@ -1,10 +1,9 @@
 #include "published_cycle.hpp"
 
 #ifdef STICTION_HAS_PROXQP
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 
+#include "descent_trace.hpp"
 #include "proxqp.hpp"
 #include "stiction/sensing/residual_map.hpp"
 
@@ -12,7 +11,6 @@ namespace stiction::bench {
 namespace {
 
 using Eigen::Index;
-using Eigen::Vector3d;
 
 /// (4.5) as a program of β ≥ 0.
 class QpResidual {
@@ -44,32 +42,6 @@ class QpResidual {
   int unsolved_ = 0;
 };
 
-/// Algorithm 4, as sensing::descend has it.
-void descend(QpResidual& qp, const sensing::SensedLink& link, const sensing::LinkTorque& torque, const sensing::FrictionCone& cone,
-             sensing::ContactPoint point) {
-  const sensing::SteepestDescent options;
-  const double size = link.surface.size, enough = std::pow(sensing::SenseOptions{}.tolerance, 2) * torque.tau_tau;
-  for (int step = 0; step < options.max_steps && point.residual > enough; ++step) {
-    const Vector3d gradient = 0.5 * sensing::calc_gradient(torque, point.p_L, point.f_L);
-    const Vector3d t = gradient - point.n_L.dot(gradient) * point.n_L;
-    const double length = t.norm();
-    if (length <= options.tol_gradient * torque.tau_tau / size) return;
-    double a = std::min(options.max_step * size / length, 1.0);
-    sensing::ContactPoint trial = point;
-    for (int tries = 0;; a *= options.backtrack) {
-      trial.p_L = point.p_L - a * t;
-      if (0.5 * qp.evaluate(torque, cone, trial).residual < 0.5 * point.residual - options.armijo * a * length * length) break;
-      if (++tries > options.max_backtracks) return;
-    }
-    const auto closest = link.surface.tree.closest(trial.p_L, point.triangle);
-    if ((closest.point - trial.p_L).norm() > options.max_step * size) return;
-    point.triangle = closest.triangle;
-    point.p_L = closest.point;
-    point.n_L = link.surface.normals.col(closest.triangle);
-    point = qp.evaluate(torque, cone, point);
-  }
-}
-
 }  // namespace
 
 std::optional<PublishedCycle> time_published_cycle(const sensing::Sensor& sensor, const Eigen::VectorXd& q, const Eigen::VectorXd& tau,
@@ -96,7 +68,8 @@ std::optional<PublishedCycle> time_published_cycle(const sensing::Sensor& sensor
     out.residuals.push_back(seconds(begin) / static_cast<double>(samples));
     for (const sensing::ContactPoint& start : starts) {
       const auto link = static_cast<std::size_t>(start.link);
-      descend(qp, sensor.links()[link], torques[link], cone, start);
+      const auto evaluate = [&](const sensing::ContactPoint& point) { return qp.evaluate(torques[link], cone, point); };
+      descend(evaluate, sensor.links()[link], torques[link], sensing::Normals::Flat, sensing::SenseOptions{}.tolerance, start, nullptr);
     }
     out.cycles.push_back(seconds(begin));
     out.accepted = static_cast<int>(starts.size());

@@ -1,12 +1,16 @@
 // What figures 4-3 to 4-9 show, as one JSON object: sensing_maps [SAMPLES]
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <vector>
 
 #include "known_arms.hpp"
+#include "stiction/core/random.hpp"
 #include "stiction/sensing/detectability.hpp"
 #include "stiction/sensing/discriminate.hpp"
 
@@ -18,8 +22,10 @@ using Eigen::Vector3d;
 
 constexpr double kEpsilons[] = {0.0025, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05};  // [N m/N]
 constexpr double kEpsilon = 0.02;
-constexpr int kShown = 1500;         // points of a picture
-constexpr std::uint64_t kSeeds = 8;  // of 1000 samples each, to see how much counts scatter
+constexpr int kDirections = 200;          // of a dome (4.8)
+constexpr Eigen::Index kReadings = 4000;  // samples for which they are drawn
+constexpr int kShown = 1500;              // points of a picture
+constexpr std::uint64_t kSeeds = 8;       // of 1000 samples each, to see how much counts scatter
 // Residuals of the thesis's figures have a factor ½.
 constexpr double kDelta = 2 * 0.1, kEps = 2 * 0.005;  // [(N m)²]
 
@@ -33,6 +39,44 @@ std::shared_ptr<const sensing::Sensor> make_sensor(const bench::Arm& arm, std::v
 }
 
 Json numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// η_ε of (4.8) as the thesis computes it, by directions uniform on the dome of the cone. @param rays  0: the exact cone
+/// @param with_sign  τ ≤ ε as (4.8c) is printed; else |τ| ≤ ε
+double sample_undetectability(const Vector3d& lever, const Eigen::Matrix3d& R_LC, int rays, bool with_sign, core::Random& random) {
+  const sensing::FrictionCone cone(1, rays);
+  const double least = 1 / std::sqrt(2.0);  // cosine of the half angle of μ = 1, around the polyhedral cone too
+  const Vector3d lever_C = R_LC.transpose() * lever;
+  int inside = 0, missed = 0;
+  while (inside < kDirections) {
+    const double x = random.uniform(least, 1), angle = random.uniform(0, 2 * std::numbers::pi), r = std::sqrt(1 - x * x);
+    const Vector3d f(x, r * std::cos(angle), r * std::sin(angle));
+    const auto V = cone.ray_matrix();
+    bool within = true;
+    for (int i = 0; i < rays && within; ++i) within = Vector3d(V.col(i)).cross(Vector3d(V.col((i + 1) % rays))).dot(f) >= 0;
+    if (!within) continue;
+    ++inside;
+    const double torque = lever_C.dot(f);
+    missed += (with_sign ? torque : std::abs(torque)) <= kEpsilon;
+  }
+  return static_cast<double>(missed) / kDirections;
+}
+
+/// Shares of samples with η ≥ 0.4 for what the thesis leaves open: the cone of the dome, and whether the sign of τ counts.
+Json hard_shares(const sensing::SampleBatch& batch, const sensing::JointLine& line) {
+  Json out;
+  const Eigen::Index n = std::min<Eigen::Index>(batch.size, kReadings);
+  for (const int rays : {3, 4, 6, 8, 0}) {
+    for (const bool with_sign : {false, true}) {
+      core::Random random(7, static_cast<std::uint64_t>(rays));
+      int hard = 0;
+      for (Eigen::Index i = 0; i < n; ++i)
+        hard += sample_undetectability(line.lever(batch.p_L(i)), batch.R_LC(i), rays, with_sign, random) >= 0.4;
+      out[with_sign ? "signed" : "absolute"][rays > 0 ? std::to_string(rays) : "exact"] =
+          static_cast<double>(hard) / static_cast<double>(n);
+    }
+  }
+  return out;
+}
 
 /// Figs 4-4 and 4-5 of one link. @param axis  instead of that of the joint, through the same point; nullptr: the joint's
 Json detectability(const std::string& name, const bench::Arm& arm, const char* link_name, int samples, bool hidden_faces,
@@ -69,6 +113,7 @@ Json detectability(const std::string& name, const bench::Arm& arm, const char* l
     }
     out["eta"].push_back({{"epsilon", epsilon}, {"mean", sum / n}, {"at_least_0_4", hard / n}, {"all", blind / n}});
   }
+  out["at_least_0_4"] = hard_shares(link.batch, line);
   for (Eigen::Index i = 0; i < std::min<Eigen::Index>(link.batch.size, kShown); ++i) {
     const auto kind = sensing::classify(line.lever(link.batch.p_L(i)), link.batch.R_LC(i), sensing::FrictionCone(1, 4));
     out["points"].push_back(

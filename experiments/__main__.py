@@ -17,7 +17,7 @@ REMARKS = {"2": "Rows of Drake's SAP\nneed `make experiments`. Figures 2-2 and 2
 
 def names() -> list[str]:
     """Experiments in the order of the thesis: figure_2_13.py is "figure-2.13"."""
-    stems = [path.stem for path in FOLDER.glob("*.py") if re.match(r"(figure|table|errata)_\d", path.stem)]
+    stems = [path.stem for path in FOLDER.glob("*.py") if re.match(r"(figure|table|section|errata)_\d", path.stem)]
     return [name_of(stem) for stem in sorted(stems, key=lambda stem: ([int(n) for n in re.findall(r"\d+", stem)], stem))]
 
 

@@ -82,9 +82,9 @@ def run(name: str, law: str = "contact_aware", *, changes: dict[str, Any] | None
     return Run(json.loads(done.stdout), dict(zip(names, table.T, strict=True)))
 
 
-def run_seeds(name: str, law: str, seeds: int, *, noisy: bool = False, changes: dict[str, Any] | None = None, **options: float) -> list[Run]:
+def run_seeds(name: str, law: str, seeds: int, *, noisy: bool = False, base: dict[str, float] | None = None, changes: dict[str, Any] | None = None, **options: float) -> list[Run]:
     """Runs that differ as hardware does from day to day: joints at the start by 2 mrad (standard deviation), friction by a third. `noisy`: contacts are known
-    from joint torques alone, with noise, offsets and masses that differ, too. As many programs at a time as there are processors."""
+    from joint torques alone, with noise, offsets and masses that differ, too, and where there is a `base` from the wrench there. As many programs at a time as there are processors."""
     start = np.array(yaml.safe_load(find(name).read_text(encoding="utf-8"))["start"])
 
     def run_seed(seed: int) -> Run:
@@ -95,6 +95,8 @@ def run_seeds(name: str, law: str, seeds: int, *, noisy: bool = False, changes: 
         if noisy:
             masses = MASSES * float(random.standard_normal())
             all_changes["estimator"] = {"contacts": "estimated", "noise": NOISE, "bias": OFFSETS, "bias_reach": 1, "inertia_error": masses, "seed": seed}
+            if base is not None:
+                all_changes["estimator"]["base_wrench"] = base
         return run(name, law, changes=all_changes, **({"friction": friction} | options))
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:

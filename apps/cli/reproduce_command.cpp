@@ -38,7 +38,8 @@ std::vector<std::string> list_experiments() {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(experiments_dir() / "experiments", error)) {
     std::string name = entry.path().stem().string();
-    const bool known = name.starts_with("figure_") || name.starts_with("table_") || name.starts_with("errata_");
+    const bool known =
+        name.starts_with("figure_") || name.starts_with("table_") || name.starts_with("section_") || name.starts_with("errata_");
     if (!known || entry.path().extension() != ".py") continue;
     std::replace(name.begin(), name.end(), '_', '.');
     name[name.find('.')] = '-';

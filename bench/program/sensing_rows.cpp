@@ -6,6 +6,7 @@
 #include <initializer_list>
 
 #include "cone_allocations.hpp"
+#include "descent_trace.hpp"
 #include "published_cycle.hpp"
 #include "stiction/core/quantile.hpp"
 #include "stiction/core/random.hpp"
@@ -138,6 +139,46 @@ void descents(BenchTable& table, const Make& measurement, const std::string& nam
   table.add(time_loops(name, reference, kLoops * table.repeat(), static_cast<double>(starts.size()), all));
 }
 
+/// The parts of Algorithm 4 by themselves, at the points of the same descents: what of a descent each of them takes.
+void descent_parts(BenchTable& table, const Make& measurement, const std::string& suffix) {
+  const std::string name = "descent/parts/";
+  const auto wanted = [&](const char* part) { return table.wanted(name + part + suffix); };
+  if (!wanted("residual") && !wanted("retraction") && !wanted("chain_rule")) return;
+  const Measurement& m = measurement();
+  const sensing::LinkTorque torque = m.make_torque();
+  const sensing::FrictionCone cone(1, 4);
+  const sensing::DescentProblem problem{m.link(), 1, torque, cone, m.sensor->options().normals, sensing::SenseOptions{}.tolerance};
+  const auto evaluate = [&](const sensing::ContactPoint& at) { return sensing::evaluate(problem, at.triangle, at.p_L); };
+  bench::DescentTrace trace;
+  double starts = 0;
+  for (const sensing::SurfacePoint& sample : m.link().samples) {
+    const sensing::ContactPoint start = sensing::evaluate(problem, sample.triangle, sample.p_L);
+    if (start.residual > kAccept) continue;
+    ++starts;
+    bench::descend(evaluate, m.link(), torque, problem.normals, problem.tolerance, start, &trace);
+  }
+  volatile double sink = 0;
+  const auto time = [&](const char* part, const auto& queries, const auto& answer) {
+    if (!wanted(part)) return;
+    table.add(time_loops(name + part + suffix, {}, kLoops * table.repeat(), starts, [&] {
+      double sum = 0;
+      for (const auto& query : queries) sum += answer(query);
+      sink = sum;
+    }));
+  };
+  time("residual", trace.residuals, [&](const sensing::ContactPoint& at) {
+    return sensing::calc_residual(torque, at.p_L, sensing::make_contact_frame(at.n_L), cone).value;
+  });
+  time("retraction", trace.retractions, [&](const bench::DescentTrace::Query& query) {
+    const auto closest = m.link().surface.tree.closest(query.p_L, query.triangle);
+    return m.link().surface.normal(closest.triangle, closest.point, problem.normals).x();
+  });
+  time("chain_rule", trace.gradients, [&](const sensing::ContactPoint& at) {
+    const Eigen::Vector3d gradient = 0.5 * sensing::calc_gradient(torque, at.p_L, at.f_L);
+    return (gradient - at.n_L.dot(gradient) * at.n_L).norm();
+  });
+}
+
 void cycle(BenchTable& table, const Make& measurement, const std::string& name, const sensing::Method& method, const Peer& peer) {
   if (!table.wanted(name)) return;
   const Measurement& m = measurement();
@@ -192,12 +233,14 @@ bool has_meshes() {
                      [](const auto& dir) { return std::filesystem::exists(dir / "iiwa_description" / "iiwa7" / "link_6.obj"); });
 }
 
-/// The same cycle on the meshes of the thesis's arm.
-void mesh_cycles(BenchTable& table) {
+/// The same on the meshes of the thesis's arm.
+void mesh_rows(BenchTable& table) {
   const std::string steepest = "sense_cycle/steepest_descent/meshes", newton = "sense_cycle/gauss_newton/meshes";
-  if ((!table.wanted(steepest) && !table.wanted(newton)) || !has_meshes()) return;
-  const Measurement made(table.models_dir(), "iiwa_meshes.urdf");
-  const Make measurement = [&]() -> const Measurement& { return made; };
+  if (!has_meshes()) return;
+  std::optional<Measurement> made;
+  const Make measurement = [&]() -> const Measurement& { return made ? *made : made.emplace(table.models_dir(), "iiwa_meshes.urdf"); };
+  descents(table, measurement, "descent/steepest/meshes", sensing::SteepestDescent{}, kDescent);
+  descent_parts(table, measurement, "/meshes");
   const Peer peer(table, measurement, {steepest, newton});
   cycle(table, measurement, steepest, sensing::SteepestDescent{}, peer);
   cycle(table, measurement, newton, sensing::GaussNewton{}, peer);
@@ -211,10 +254,11 @@ void add_sensing_rows(BenchTable& table) {
   const Peer peer(table, measurement, {"residual/rays_4", "sense_cycle/steepest_descent", "sense_cycle/gauss_newton"});
   residuals(table, measurement, peer);
   descents(table, measurement, "descent/steepest", sensing::SteepestDescent{}, kDescent);
+  descent_parts(table, measurement, "");
   descents(table, measurement, "descent/gauss_newton", sensing::GaussNewton{}, {});
   cycle(table, measurement, "sense_cycle/steepest_descent", sensing::SteepestDescent{}, peer);  // Algorithm 4
   cycle(table, measurement, "sense_cycle/gauss_newton", sensing::GaussNewton{}, peer);
-  mesh_cycles(table);
+  mesh_rows(table);
   discrimination(table);
 }
 

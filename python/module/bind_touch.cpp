@@ -10,6 +10,7 @@
 #include "stiction/execution/touch/touch_run.hpp"
 #include "stiction/tasks/touch_scenario_file.hpp"
 #include "watcher.hpp"
+#include "yaml_text.hpp"
 
 namespace stiction::python {
 namespace {
@@ -39,6 +40,13 @@ TouchScenario load(const ScenarioFile& scenario) {
   const auto file = file_of(scenario);
   const nb::gil_scoped_release unlocked;
   return tasks::load_touch_scenario(file, tasks::default_package_dirs());
+}
+
+TouchScenario parse(const nb::dict& scenario, const std::optional<std::filesystem::path>& base) {
+  const std::string text = yaml_text(scenario);
+  const auto folder = folder_of(base);
+  const nb::gil_scoped_release unlocked;
+  return tasks::parse_touch_scenario(text, folder, tasks::default_package_dirs());
 }
 
 std::unique_ptr<TouchResult> run(const TouchScenario& scenario, std::optional<std::uint64_t> seed, double settle,
@@ -157,6 +165,9 @@ void bind_touch(nb::module_& m) {
     >>> scenario = st.load_touch_scenario("reach_past_pillar")
     >>> scenario.goal.shape == scenario.start.shape, scenario.lambda_max
     (True, 15.0))");
+  m.def("load_touch_scenario", &parse, "scenario"_a, nb::kw_only(), "base"_a = nb::none(),
+        "The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises "
+        "InvalidInput: \"field: got …\".");
   const auto def = [&m](auto function, const char* doc) {
     m.def("touch", function, "scenario"_a, nb::kw_only(), "seed"_a = nb::none(), "settle"_a = execution::TouchRunOptions{}.settle,
           "timeout_s"_a = nb::none(), doc);

@@ -5,5 +5,6 @@
 namespace stiction::python {
 
 void bind_touch(nb::module_& m);
+void bind_guarded(nb::module_& m);
 
 }  // namespace stiction::python

@@ -21,20 +21,21 @@ std::vector<Eigen::VectorXd> vectors_of(const Matrix& rows) {
   return out;
 }
 
-/// The start is that of the reference, the horizon its length, and the guess stays at the start unless one is given.
-void follow(const world::Model& model, const Matrix& reference, const std::optional<Matrix>& u_guess, Eigen::VectorXd& q_start,
-            trajopt::OptimizeInput& input) {
+/// The start is that of the reference, the horizon its length, and the guess stays at the start.
+void follow(const world::Model& model, const Matrix& reference, Eigen::VectorXd& q_start, trajopt::OptimizeInput& input) {
   core::require_size("reference.shape[1]", reference.value.cols(), model.n_q());
   if (reference.value.rows() < 2)
     core::throw_invalid("reference", fmt::format("{} configurations", reference.value.rows()), "at least two, the start first");
   input.reference = vectors_of(reference);
   q_start = input.reference[0];
   const int horizon = static_cast<int>(reference.value.rows()) - 1;
-  input.u_guess = u_guess ? vectors_of(*u_guess) : trajopt::constant_inputs(model, q_start, horizon);
-  if (u_guess) {
-    core::require_size("u_guess.shape[1]", u_guess->value.cols(), model.n_a());
-    core::require_size("u_guess.shape[0]", u_guess->value.rows(), horizon);
-  }
+  input.u_guess = trajopt::constant_inputs(model, q_start, horizon);
+}
+
+void take_guess(const world::Model& model, const Matrix& u_guess, trajopt::OptimizeInput& input) {
+  core::require_size("u_guess.shape[1]", u_guess.value.cols(), model.n_a());
+  core::require_size("u_guess.shape[0]", u_guess.value.rows(), static_cast<long>(input.u_guess.size()));
+  input.u_guess = vectors_of(u_guess);
 }
 
 std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<std::string> scheme, std::optional<std::string> solver,
@@ -45,7 +46,6 @@ std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<
   tasks::Task chosen = task;
   if (section)
     chosen.optimize = tasks::read_optimize_setup(world::YamlNode::parse(yaml_text(*section), std::filesystem::path()), *task.model);
-  if (u_guess && !reference) core::throw_invalid("u_guess", "one without a reference", "both, or none");
   auto out = std::make_unique<OptimizeResult>();
   Eigen::VectorXd q_start = chosen.problem.q_start;
   const auto standard = tasks::make_optimize_input(chosen);
@@ -55,10 +55,11 @@ std::unique_ptr<OptimizeResult> optimize(const tasks::Task& task, std::optional<
     input.u_before = &u_before->value;
   }
   if (reference) {
-    follow(*chosen.model, *reference, u_guess, q_start, input);
+    follow(*chosen.model, *reference, q_start, input);
     chosen.optimize->horizon = static_cast<int>(input.u_guess.size());
     chosen.optimize->options.step = task.options.step_options(*task.model);
   }
+  if (u_guess) take_guess(*chosen.model, *u_guess, input);
   tasks::OptimizeSetup& setup = *chosen.optimize;
   if (scheme) setup.choose(tasks::parse_scheme("scheme", *scheme));
   if (solver) setup.options.solver = tasks::parse_solver("solver", *solver);
@@ -127,7 +128,7 @@ void bind_trajopt(nb::module_& m) {
   on_progress: called with Progress; Ctrl-C and an error in it stop the run.
   section: in place of the section `optimize` of the task, a dict with its keys.
   reference: configurations to follow, the start first (T + 1, n_q), with the dynamics of the planner; None: the goal all the time. u_guess: commands to begin with (T, n_a); None:
-    those of the start. u_before: the command before the first one (n_a); None: the joints of the start.
+    those of the start all the time. u_before: the command before the first one (n_a); None: the joints of the start.
 
 status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
 

@@ -31,5 +31,6 @@ NB_MODULE(_core, m) {
   stiction::python::bind_control(m);
   stiction::python::bind_control_run(m);
   stiction::python::bind_touch(m);
+  stiction::python::bind_guarded(m);
   stiction::python::bind_sensing(m);
 }

@@ -203,6 +203,66 @@ TEST_F(Estimator, SecondContact_IsToldBesideTheFirst) {
   EXPECT_EQ(estimator.hypotheses().front().count, 1) << "the second is gone";
 }
 
+/// Seven torques leave two contacts open. With the wrench at the base thirteen numbers do not: both are told where they are, as one set.
+TEST_F(Estimator, WrenchAtTheBase_TellsTwoContactsApart) {
+  ContactEstimatorOptions options = exact();
+  options.base = BaseSensorOptions{.force_noise = 1e-3, .moment_noise = 1e-3};
+  ContactEstimator with_base(scenario.model, options), alone(scenario.model, exact());
+  Vector3d first, second;
+  const VectorXd one = push(alone, "arm/link_4", 15, &first), other = push(alone, "arm/link_7", 12, &second);
+  const auto on_link = [&](const char* link, double force) {  // the force of push() in W
+    const auto& sensed = alone.sensor().links()[static_cast<std::size_t>(alone.sensor().link_index(link))];
+    world::KinematicsWorkspace work(*scenario.model);
+    world::Kinematics kinematics;
+    world::calc_kinematics(*scenario.model, sensing::place_robots(*scenario.model, q), work, kinematics);
+    const sensing::SurfacePoint& at = sensed.samples[7];
+    return Vector3d(kinematics.X_WB[static_cast<std::size_t>(sensed.surface.body)].R *
+                    (-force * sensed.surface.normal(at.triangle, at.p_L, alone.sensor().options().normals)));
+  };
+  const auto a = sensing::calc_base_wrench(first, on_link("arm/link_4", 15)),
+             b = sensing::calc_base_wrench(second, on_link("arm/link_7", 12));
+  sensing::BaseWrench both = a;
+  both.force_W += b.force_W, both.moment_W += b.moment_W;
+  const auto worst = [&](std::span<const control::ContactForce> told) {
+    double near_first = 1, near_second = 1;
+    for (const auto& c : told)
+      near_first = std::min(near_first, (c.p_WC - first).norm()), near_second = std::min(near_second, (c.p_WC - second).norm());
+    return std::max(near_first, near_second);
+  };
+  for (int k = 0; k < 10; ++k) (void)with_base.update(q, one, q, kTick, &a), (void)alone.update(q, one, q, kTick);
+  for (int k = 0; k < 60; ++k) (void)with_base.update(q, one + other, q, kTick, &both), (void)alone.update(q, one + other, q, kTick);
+  const auto told = with_base.update(q, one + other, q, kTick, &both);
+  ASSERT_EQ(with_base.hypotheses().size(), 1u);
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_LT(worst(told), 0.01);
+  EXPECT_NEAR(told[0].force_W.norm() + told[1].force_W.norm(), 27, 0.5);
+  EXPECT_GT(worst(alone.update(q, one + other, q, kTick)), 0.01) << "torques alone would do: the test says nothing";
+}
+
+TEST_F(Estimator, WrenchAtTheBase_IsToldWhereThereIsASensorAndOnlyThere) {
+  ContactEstimatorOptions options = exact();
+  ContactEstimator without(scenario.model, options);
+  options.base.emplace();
+  ContactEstimator with(scenario.model, options);
+  const sensing::BaseWrench base;
+  EXPECT_NE(message_of([&] { (void)with.update(q, VectorXd::Zero(7), q, kTick); }).find("base: got none"), std::string::npos);
+  EXPECT_NE(message_of([&] { (void)without.update(q, VectorXd::Zero(7), q, kTick, &base); }).find("base: got a wrench"), std::string::npos);
+  EXPECT_TRUE(with.update(q, VectorXd::Zero(7), q, kTick, &base).empty());
+}
+
+/// A sensor that is never quiet at zero: its offset is learned with those of the torques, and is no contact.
+TEST_F(Estimator, OffsetsOfTheBase_AreLearnedToo) {
+  ContactEstimatorOptions options = exact();
+  options.base = BaseSensorOptions{.force_noise = 0.1, .moment_noise = 0.02, .force_offset = 5, .moment_offset = 1};
+  ContactEstimator estimator(scenario.model, options);
+  sensing::BaseWrench base;
+  base.force_W = {4, -3, 6}, base.moment_W = {0.8, 1, -0.5};
+  for (int k = 0; k < 100; ++k) EXPECT_TRUE(estimator.update(q, VectorXd::Zero(7), q, kTick, &base).empty()) << k;
+  ASSERT_TRUE(estimator.is_ready());
+  EXPECT_LT((estimator.offset().segment<3>(7) - base.force_W).norm(), 0.05);
+  EXPECT_LT((estimator.offset().tail<3>() - base.moment_W).norm(), 0.01);
+}
+
 TEST_F(Estimator, NoTorque_IsNoContact) {
   ContactEstimator estimator(scenario.model, exact());
   EXPECT_TRUE(estimator.update(q, VectorXd::Zero(7), q, kTick).empty());

@@ -488,6 +488,16 @@ def test_plan_goes_by_its_options(pushing: st.Task) -> None:
         st.plan(st.load_task("planar_hand"), options=pushing.options)
 
 
+def test_samples_of_a_task_stay_when_another_scheme_is_chosen(pushing: st.Task) -> None:
+    """The table of the thesis compares schemes with the samples of the task: they are in its options whatever its scheme is."""
+    plate = st.load_task("allegro_plate_table_3_2").options.thesis
+    assert plate["scheme"] == "analytic" and plate["randomized"]["std_u"][:4] == [0.03, 0.03, 0.03, 0.2]
+    chosen = {"max_iterations": 3, "thesis": {"scheme": "randomized-first", "randomized": {"std_u": 0.3, "samples": 5}}}
+    used = st.plan(pushing, options=chosen, seed=0).options
+    assert used.thesis["randomized"] == {"std_u": 0.3, "std_q": 0.0, "samples": 5}
+    assert st.plan(pushing, options={"max_iterations": 3, "thesis": used.thesis}, seed=0).options.thesis == used.thesis
+
+
 def test_results_outlive_what_they_were_made_from() -> None:
     contacts = st.step(st.load_task("planar_pushing").model, [0, 0.5, 0, 0, -0.1], [0, 0.1]).contacts
     assert contacts[0].a == "box/box" or contacts[0].b == "box/box"

@@ -6,6 +6,7 @@ import pathlib
 import sys
 
 import children
+import numpy as np
 import pytest
 import yaml
 
@@ -115,3 +116,15 @@ def test_module_names_mistakes_and_stops_at_an_error_of_the_caller():
         st.optimize(st.load_task("planar_hand"))
     with pytest.raises(ZeroDivisionError):
         st.optimize(task, on_progress=lambda p: 1 / 0)
+
+
+def test_a_first_guess_in_contact_gives_exact_gradients_something_to_follow():
+    st = pytest.importorskip("stiction")
+    task = st.load_task("impc_planar_hand")
+    apart = st.optimize(task, scheme="exact")
+    assert apart.cost.total == apart.history[0].cost.total  # no finger touches, so that no command changes anything
+    touching = task.q_start[3:] + 0.08 * np.array([-1, -1, 1, 1])
+    found = st.optimize(task, scheme="exact", u_guess=np.tile(touching, (20, 1)))
+    assert found.cost.total < 0.1 * apart.cost.total
+    with pytest.raises(st.InvalidInput, match=r"u_guess.shape\[0\].*19.*20"):
+        st.optimize(task, u_guess=np.tile(touching, (19, 1)))

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULE = ROOT / "build" / "release" / "python"
@@ -24,8 +25,8 @@ import stiction as st  # noqa: E402
 
 VALUES = """
     Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlScenario
-    ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof Exact Finding FixedEpsilon ForceDampingOptions GaussNewton Geometry Goal
-    GoalError Growth IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
+    ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
+    GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
     RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
@@ -146,6 +147,11 @@ def touched() -> Any:
     return st.touch("reach_past_pillar", seed=0)
 
 
+def guarded() -> Any:
+    text = yaml.safe_load((ROOT / "scenarios/lower_until_touch.yaml").read_text(encoding="utf-8"))
+    return st.guarded_moves(st.load_touch_scenario(text | {"moves": text["moves"][:1]}, base=ROOT / "scenarios"), seed=1)
+
+
 def controlled() -> Any:
     return st.control("box_in_the_way", timeout_s=60)
 
@@ -233,6 +239,9 @@ MAKE: dict[str, Callable[[], Any]] = {
     "SteepestDescent": lambda: st.SteepestDescent(max_steps=3),
     "StepBatch": lambda: (lambda t: st.step_batch(t.model, np.tile(t.q_start, (3, 1)), np.tile(t.q_start[3:], (3, 1)), with_A=True))(task()),
     "RolloutBatch": lambda: (lambda t: st.rollout_batch(t.model, t.q_start[None], np.tile(t.q_start[3:], (1, 4, 1))))(task()),
+    "FeltContact": lambda: first(guarded().moves[0].felt),
+    "GuardedMoveResult": lambda: first(guarded().moves),
+    "GuardedResult": guarded,
     "StepResult": lambda: stepped(smoothing=st.Analytic(kappa=100), with_A=True, with_B=True, with_force_derivatives=True),
     "SurfaceOptions": lambda: st.SurfaceOptions(segments=9),
     "Task": lambda: task().with_(options={"goal_bias": 0.3}),

@@ -11,6 +11,7 @@ from pathlib import Path
 import children
 import numpy as np
 import pytest
+import yaml
 
 import browser
 from stiction_view import InvalidPlan
@@ -159,3 +160,31 @@ def test_moves_that_feel_nothing_are_not_done(program: Path, tmp_path: Path) -> 
     assert done.returncode == 3
     out = json.loads(done.stdout)
     assert out["status"] == "GaveUp" and out["message"] == "close: 'hand/left' felt nothing" and out["moves"][0]["felt"] == []
+
+
+def scenario(name: str) -> dict:
+    return yaml.safe_load((ROOT / "scenarios" / f"{name}.yaml").read_text(encoding="utf-8"))
+
+
+def test_mug_is_lowered_until_it_stands(program: Path) -> None:
+    done = run(program, "lower_mug", "--seed", 2, "--json")
+    out = json.loads(done.stdout)
+    assert done.returncode == 0 and out["status"] == "Passed", out["message"]
+    down, again = out["moves"][0], out["moves"][-1]
+    assert down["felt"][0]["link"] == again["felt"][0]["link"] == "arm/mug"
+    assert abs(down["correction"]) > 0.01 and abs(down["correction_error"]) < 1e-3 and abs(again["correction"]) < 1e-3
+
+
+def test_friction_of_joints_is_felt_as_if_it_were_a_touch(program: Path, tmp_path: Path) -> None:
+    """Dry friction of 0.3 N m, with which wrist torques of a few mN m are nothing; and none of it where no joint is said to have any."""
+    text = scenario("lower_until_touch")
+    urdf = (ROOT / "models/iiwa7_balls.urdf").read_text(encoding="utf-8")
+    (tmp_path / "stiff.urdf").write_text(re.sub(r'(type="revolute">)', r'\1<dynamics friction="0.3" damping="0"/>', urdf), encoding="utf-8")
+    text["scene"]["robots"][0]["urdf"] = "stiff.urdf"
+    text["moves"] = text["moves"][:1]
+    outcomes = {}
+    for friction in (False, True):
+        (tmp_path / "variant.yaml").write_text(yaml.safe_dump(text | {"name": "variant", "plant": {"joint_friction": friction}}), encoding="utf-8")
+        outcomes[friction] = json.loads(run(program, tmp_path / "variant.yaml", "--seed", 1, "--json").stdout)
+    assert outcomes[False]["status"] == "Passed"
+    assert outcomes[True]["status"] == "GaveUp" and outcomes[True]["moves"][0]["outcome"] == "WrongLink"

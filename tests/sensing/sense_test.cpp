@@ -9,6 +9,7 @@
 
 #include "sensing/robots.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/sensing/known_contacts.hpp"
 #include "stiction/sensing/residual_map.hpp"
 #include "stiction/sensing/scenario.hpp"
 #include "support/message_of.hpp"
@@ -254,6 +255,32 @@ TEST(Sense, CandidatesThatExplain_AreOrderedByResidualAndPriorOfForces) {
   EXPECT_GE(several, 5);
 }
 
+/// Three torques leave a contact on the forearm open by two numbers. The wrench at the base shows its line of action.
+TEST(Sense, WrenchAtTheBase_FindsContactsBehindFewJoints) {
+  SensorOptions on_forearm;
+  on_forearm.links = {"arm/forearm_link"};
+  const auto sensor = Sensor::make(make_arm(kUr5), on_forearm);
+  SenseWorkspace work(sensor);
+  SenseResult alone, with_base;
+  core::Random random(11, 0);
+  constexpr int kCases = 30;
+  int found = 0, spread = 0;
+  for (int i = 0; i < kCases; ++i) {
+    const std::array<int, 1> links{0};
+    KnownCases c = make_random_cases(*sensor, links, FrictionCone(1, 4), 10, 1, random);
+    c.base.force_noise = c.base.moment_noise = 1e-3;
+    SenseOptions options = noiseless();
+    sense(*sensor, {.q = c.q, .tau = c.tau}, options, work, alone);
+    sense(*sensor, {.q = c.q, .tau = c.tau, .base = &c.base}, options, work, with_base);
+    if (with_base.candidates.empty() || alone.candidates.empty()) continue;
+    const ContactPoint& best = with_base.candidates.front().best;
+    found += (best.p_L - c.contacts[0].p_L).norm() < 0.01 && (best.f_L - c.contacts[0].f_L).norm() < 0.1;
+    spread += (alone.candidates.front().best.p_L - c.contacts[0].p_L).norm() > 0.01;
+  }
+  EXPECT_GE(found, 27) << "of " << kCases;
+  EXPECT_GE(spread, 20) << "torques alone would do: the test says nothing";
+}
+
 TEST(Sense, SameInput_GivesTheSameBits) {
   const auto sensor = Sensor::make(make_arm(kUr5));
   core::Random random(3, 0);
@@ -353,6 +380,12 @@ TEST(Sense, BadInput_IsNamed) {
   broken[2] = std::nan("");
   EXPECT_EQ(with(kQ1, broken, {}), "tau[2]: got nan, expected a finite number");
   EXPECT_NE(with(kQ1.head(5), kTau1, {}), "no exception");
+  const BaseWrench base;
+  SenseOptions likely;
+  likely.posterior = true;
+  EXPECT_NE(
+      message_of([&] { sense(*sensor, {.q = kQ1, .tau = kTau1, .base = &base}, likely, work, result); }).find("posterior: got true with"),
+      std::string::npos);
   SenseOptions zero;
   zero.threshold = 0;
   EXPECT_EQ(with(kQ1, kTau1, zero), "threshold: got 0, expected a finite number > 0");

@@ -62,6 +62,30 @@ TEST(Impedance, StaticLoad_IsBorneByTheSprings) {
   }
 }
 
+/// A force on a link is the same force under the base, with its moment about W's origin, behind the lag of the observer.
+TEST(DrivenPlant, WrenchAtTheBase_IsThatOfThePush) {
+  const auto model = arm(-10);
+  PlantOptions options;
+  options.damping_ratio = 0;
+  DrivenPlant plant(Plant::make(model, options), {.period = 2e-4}, ObserverOptions{.time_constant = 0.01, .noise = 0});
+  const auto body = std::find_if(model->bodies().begin(), model->bodies().end(), [](const auto& b) { return b.name == "arm/link_6"; });
+  const int link = static_cast<int>(body - model->bodies().begin());
+  const Vector3d force(3, -7, -20), p_BP(0.02, 0, 0.05);
+  plant.reset(posture());
+  plant.set_push({.body = link, .p_BP = p_BP, .force_W = force});
+  ASSERT_EQ(plant.advance(posture(), 2e-4), Status::Solved);
+  EXPECT_LT((plant.base_wrench().head<3>() - 2e-4 / (0.01 + 2e-4) * force).norm(), 1e-9);
+  ASSERT_EQ(plant.advance(posture(), 3.0), Status::Solved);
+  world::KinematicsWorkspace work(*model);
+  world::Kinematics kinematics;
+  world::calc_kinematics(*model, plant.q(), work, kinematics);
+  EXPECT_LT((plant.base_wrench().head<3>() - force).norm(), 1e-9);
+  EXPECT_LT((plant.base_wrench().tail<3>() - (kinematics.X_WB[static_cast<std::size_t>(link)] * p_BP).cross(force)).norm(), 1e-4);
+  plant.set_push({});
+  ASSERT_EQ(plant.advance(posture(), 1.0), Status::Solved);
+  EXPECT_LT(plant.base_wrench().norm(), 1e-6);
+}
+
 /// Gravity is compensated: without a load the arm stays where it is told to be.
 TEST(Impedance, NoLoad_StaysAtTheCommand) {
   DrivenPlant plant = drive(arm(-9.81));

@@ -45,6 +45,41 @@ TEST(MomentumObserver, PushedArmThatMoves_IsTheLowPassOfTheExternalTorque) {
   EXPECT_GT(speed, 1);
 }
 
+/// A slider that moves on its spring at 0.5 m/s with 3 N of dry friction and 2 N s/m: to an observer that knows of none both are external, and what one knows it
+/// takes off.
+TEST(MomentumObserver, FrictionOfAJoint_IsExternalUnlessItIsKnown) {
+  world::Scene scene = empty_scene({0, 0, 0});
+  scene.robots.push_back(pusher(400));
+  scene.robots[0].urdf = source_dir() / "";
+  scene.robots[0].text =
+      R"(<robot name="p"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+      <joint name="y" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="100" velocity="1"/>
+      <dynamics friction="3" damping="2"/></joint></robot>)";
+  scene.robots[0].stiffness = {{"y", 400}};
+  const auto settled = [&](bool has_friction, std::optional<double> error) {
+    PlantOptions options;
+    options.damping_ratio = 0;
+    options.joint_friction = has_friction;
+    ObserverOptions observer{.time_constant = 0.01, .noise = 0};
+    observer.friction_error = error;
+    DrivenPlant plant(Plant::make(world::Model::make(scene), options), {}, observer);
+    VectorXd command = VectorXd::Zero(1);
+    plant.reset(command);
+    for (int k = 0; k < 400; ++k) {
+      command[0] += 0.5 * 5e-3;
+      EXPECT_EQ(plant.advance(command, 5e-3), Status::Solved) << plant.message();
+    }
+    EXPECT_NEAR(plant.v()[0], 0.5, 0.01);
+    return plant.observed()[0];
+  };
+  const double friction = 3 + 2 * 0.5;
+  EXPECT_NEAR(settled(false, {}), 0, 0.02);
+  EXPECT_NEAR(settled(true, {}), -friction, 0.1);
+  EXPECT_NEAR(settled(true, 0.0), 0, 0.1);
+  EXPECT_NEAR(settled(true, 0.25), 0.25 * friction, 0.1);
+}
+
 TEST(MomentumObserver, WhiteNoise_HasTheDeviationThatWasAskedFor) {
   MomentumObserver observer(1, 2e-4, {.time_constant = 0.01, .noise = 0.1, .seed = 3});
   const VectorXd zero = VectorXd::Zero(1);

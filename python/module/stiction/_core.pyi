@@ -2252,7 +2252,7 @@ def optimize(task: Task, *, scheme: str | None = None, solver: str | None = None
       on_progress: called with Progress; Ctrl-C and an error in it stop the run.
       section: in place of the section `optimize` of the task, a dict with its keys.
       reference: configurations to follow, the start first (T + 1, n_q), with the dynamics of the planner; None: the goal all the time. u_guess: commands to begin with (T, n_a); None:
-        those of the start. u_before: the command before the first one (n_a); None: the joints of the start.
+        those of the start all the time. u_before: the command before the first one (n_a); None: the joints of the start.
 
     status: Solved; MaxIterations (time used up) and Cancelled: the best trajectory so far. Raises InvalidInput.
 
@@ -3607,6 +3607,7 @@ class TouchResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
+@overload
 def load_touch_scenario(scenario: str | str | os.PathLike) -> TouchScenario:
     """
     A scenario of touch: the name of a built-in one, or a file. Raises InvalidInput: "FILE:LINE: field: got …".
@@ -3614,6 +3615,12 @@ def load_touch_scenario(scenario: str | str | os.PathLike) -> TouchScenario:
         >>> scenario = st.load_touch_scenario("reach_past_pillar")
         >>> scenario.goal.shape == scenario.start.shape, scenario.lambda_max
         (True, 15.0)
+    """
+
+@overload
+def load_touch_scenario(scenario: dict, *, base: str | os.PathLike | None = None) -> TouchScenario:
+    """
+    The same of a dict, with the keys of a file. base: the folder that paths in it are relative to; None: the working folder. Raises InvalidInput: "field: got …".
     """
 
 @overload
@@ -3634,6 +3641,196 @@ def touch(scenario: TouchScenario, *, seed: int | None = None, settle: float = 0
 
 @overload
 def touch(scenario: str | str | os.PathLike, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> TouchResult:
+    """The same of load_touch_scenario(scenario)."""
+
+class MoveOutcome(enum.Enum):
+    """How a move ended."""
+
+    Arrived = 0
+    """at the end of its way"""
+
+    Felt = 1
+    """what its end asks for was felt, and is pressed with its force"""
+
+    Lost = 2
+    """what it pressed on is no longer there: an edge"""
+
+    NotFelt = 3
+    """at the end of its way, and nothing was felt"""
+
+    WrongLink = 4
+    """something was felt, on none of the links of its end"""
+
+    StillThere = 5
+    """at the end of its way, and what it presses on goes on"""
+
+class FeltContact:
+    """
+    A contact that ended a move, as torques tell. Times are those of the run.
+    """
+
+    @property
+    def link(self) -> str:
+        """as robot/link"""
+
+    @property
+    def probability(self) -> float:
+        """of that link"""
+
+    @property
+    def p_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """place [m] (3)"""
+
+    @property
+    def direction_W(self) -> Annotated[NDArray[numpy.float64], dict(shape=(3), order='C')]:
+        """of the force on the arm, unit (3)"""
+
+    @property
+    def force(self) -> float:
+        """[N]"""
+
+    @property
+    def begin(self) -> float:
+        """when it began [s]"""
+
+    @property
+    def alarm(self) -> float:
+        """when that was noticed, and the arm stopped [s]"""
+
+    @property
+    def time(self) -> float:
+        """when it was told, pressed with the force of its move [s]"""
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class GuardedMoveResult:
+    """What became of a move, and, from the simulation, how hard it pressed."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def outcome(self) -> MoveOutcome: ...
+
+    @property
+    def reason(self) -> str:
+        """where it is not as wanted"""
+
+    @property
+    def begin(self) -> float:
+        """[s]"""
+
+    @property
+    def end(self) -> float:
+        """[s]"""
+
+    @property
+    def travelled(self) -> float:
+        """of the tool along its direction, as measured [m]"""
+
+    @property
+    def felt(self) -> list[FeltContact]:
+        """one contact; of a hand one of each side"""
+
+    @property
+    def corrected(self) -> str:
+        """fixed body that was moved in the model; empty: none"""
+
+    @property
+    def correction(self) -> float | None:
+        """by which it was moved along the direction [m]; None: it was not"""
+
+    @property
+    def correction_error(self) -> float | None:
+        """where it then is less where it is in the simulation [m]"""
+
+    @property
+    def contact(self) -> float:
+        """when the first contact was made; the end where there was none [s]"""
+
+    @property
+    def peak(self) -> float:
+        """largest force [N]"""
+
+    @property
+    def late_peak(self) -> float:
+        """the same from 0.1 s after the contact on [N]"""
+
+    @property
+    def last_force(self) -> float:
+        """mean over the last 0.1 s [N]"""
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class GuardedResult:
+    """What came of the moves of a scenario."""
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def reached(self) -> bool:
+        """all moves ended as they should"""
+
+    @property
+    def reason(self) -> str:
+        """why not, or what the simulation said"""
+
+    @property
+    def moves(self) -> list[GuardedMoveResult]:
+        """those that were begun"""
+
+    @property
+    def places(self) -> dict[str, Pose]:
+        """
+        of fixed bodies that were felt, where the arm now knows them to be: name, pose in W
+        """
+
+    @property
+    def run(self) -> ControlRunResult:
+        """series and forces of the whole run"""
+
+    @property
+    def world(self) -> Model:
+        """what was simulated"""
+
+    @property
+    def model(self) -> Model:
+        """what the arm knows at the end"""
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+@overload
+def guarded_moves(scenario: TouchScenario, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> GuardedResult:
+    """
+    Carries out the moves of a scenario one after the other, each until it arrives or feels something (docs/guarded_moves.md).
+
+      scenario: one of load_touch_scenario() that has moves, or its name or file.
+      seed: of torque noise and of where the misplaced is; None: the scenario's.
+      settle: forces are called steady this long after their contact was made [s], >= 0.
+      timeout_s: [s] > 0; None: as long as it takes.
+
+    status: Solved: `reached` says whether all moves ended as they should; MaxIterations (time used up); NumericalFailure (`reason`). Raises InvalidInput.
+
+        >>> done = st.guarded_moves("lower_until_touch", seed=1)
+        >>> done.reached, done.moves[0].outcome, done.moves[0].felt[0].link, sorted(done.places)
+        (True, MoveOutcome.Felt, 'arm/link_7', ['table'])
+    """
+
+@overload
+def guarded_moves(scenario: str | str | os.PathLike, *, seed: int | None = None, settle: float = 0.3, timeout_s: float | None = None) -> GuardedResult:
     """The same of load_touch_scenario(scenario)."""
 
 class Sampling(enum.Enum):

@@ -10,6 +10,7 @@
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/overloaded.hpp"
 #include "stiction/sensing/cluster.hpp"
+#include "stiction/sensing/contact_rows.hpp"
 
 namespace stiction::sensing {
 
@@ -34,6 +35,9 @@ struct SenseWorkspace::Impl {
   ClusterWorkspace clusters;
   std::optional<FrictionCone> opened;  ///< the cone with the largest friction that there may be
   WhitenedTorques whitened;
+  std::vector<int> bodies;         ///< of the links
+  ContactRowsWorkspace rows_work;  ///< of torques and a wrench at the base
+  ContactRows rows;
   std::optional<ConeEvidence> evidence;
   std::vector<TouchedPlace> places;
   std::vector<double> forces;
@@ -45,6 +49,7 @@ struct SenseWorkspace::Impl {
     for (const auto& link : sensor->links()) {
       most = std::max(most, link.batch.rows.cols());
       all += link.batch.size;
+      bodies.push_back(link.surface.body);
     }
     residuals.resize(most);
     starts.reserve(static_cast<std::size_t>(all));
@@ -121,9 +126,16 @@ void accept_samples(const Sensor& sensor, const FrictionCone& cone, double accep
   });
 }
 
-/// What the whitened torques say of a force on each link at q.
-void assign_torques(const Sensor& sensor, VectorRef q, SenseWorkspace::Impl& work) {
+/// What the whitened torques, and the wrench at the base where there is one, say of a force on each link at q.
+void assign_torques(const Sensor& sensor, VectorRef q, const BaseWrench* base, SenseWorkspace::Impl& work) {
   world::calc_kinematics(sensor.model(), q, work.kinematics_work, work.kinematics);
+  if (base != nullptr) {
+    calc_contact_rows(sensor.model(), work.kinematics, work.bodies, work.whitened.tau(), base, work.whitened.noise(), work.rows_work,
+                      work.rows, &work.whitened);
+    for (std::size_t i = 0; i < work.torques.size(); ++i)
+      work.torques[i].assign(work.rows.J_w[i], work.rows.J_v[i], work.rows.tau, work.scratch);
+    return;
+  }
   for (std::size_t i = 0; i < sensor.links().size(); ++i) {
     calc_link_jacobian(sensor.model(), work.kinematics, sensor.links()[i].surface.body, work.J_w, work.J_v);
     work.whitened.apply(work.J_w);
@@ -316,6 +328,12 @@ double calc_evidence_noise(const SenseOptions& options, const SenseWorkspace::Im
   return std::hypot(work.whitened.noise(), model / std::sqrt(static_cast<double>(work.whitened.tau().size())));
 }
 
+/// ‖·‖² of the rows of a wrench at the base, scaled as those of calc_contact_rows().
+double calc_base_size(const BaseWrench& base, double noise) {
+  return std::pow(noise / base.force_noise, 2) * base.force_W.squaredNorm() +
+         std::pow(noise / base.moment_noise, 2) * base.moment_W.squaredNorm();
+}
+
 /// Probabilities from the samples that were accepted: all others leave so much that they carry no weight.
 void find_posterior(const Sensor& sensor, const SenseOptions& options, const FrictionCone& cone, SenseWorkspace::Impl& work,
                     SenseResult& out) {
@@ -340,6 +358,11 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   if (input.last != nullptr)
     for (const ContactPoint& point : *input.last) require_point(sensor, "last", point);
   if (!options.torques.is_plain()) options.torques.validate(model.n_a());
+  if (input.base != nullptr) {
+    input.base->validate();
+    if (options.posterior)
+      core::throw_invalid("posterior", "true with a wrench at the base", "one of them: probabilities are of torques alone");
+  }
   SenseWorkspace::Impl& work = workspace.impl();
 
   out.candidates.clear();
@@ -349,7 +372,8 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   work.whitened.assign(options.torques, input.tau, options.noise, options.tolerance);
   const Eigen::VectorXd& tau = work.whitened.tau();
   out.noise = work.whitened.noise();
-  const double tau_tau = tau.squaredNorm(), noise_bound = calc_noise_bound(out.noise, tau.size());
+  const double tau_tau = tau.squaredNorm() + (input.base != nullptr ? calc_base_size(*input.base, out.noise) : 0);
+  const double noise_bound = calc_noise_bound(out.noise, tau.size() + (input.base != nullptr ? 6 : 0));
   out.explained = std::max(options.tolerance * options.tolerance * tau_tau, noise_bound);
   out.verdict = Verdict::BelowThreshold;
   out.posterior.links.clear();
@@ -361,7 +385,7 @@ void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& op
   const bool is_below = out.largest.torque < out.threshold;
   if (is_below && !options.posterior) return;
 
-  assign_torques(sensor, input.q, work);
+  assign_torques(sensor, input.q, input.base, work);
   for (const SensedLink& link : sensor.links()) out.samples += static_cast<int>(link.batch.size);
   const double accept = options.accept.value_or(std::max(options.accept_share * tau_tau, noise_bound));
   const FrictionCone* cone = &options.cone;
@@ -403,7 +427,7 @@ Eigen::Index find_strongest(const Eigen::MatrixXd& tau, const SenseOptions& opti
 void add_moment(const Sensor& sensor, VectorRef q, VectorRef tau, const SenseOptions& options, SenseWorkspace::Impl& work) {
   world::require_configuration(sensor.model(), "q", q);
   work.whitened.assign(options.torques, tau, options.noise, options.tolerance);
-  assign_torques(sensor, q, work);
+  assign_torques(sensor, q, nullptr, work);
   const double noise = calc_evidence_noise(options, work);
   for (std::size_t i = 0; i < work.posterior.kept.size(); ++i) {
     const TouchedPlace& place = work.posterior.kept[i];

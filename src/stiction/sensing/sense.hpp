@@ -76,10 +76,14 @@ struct Candidate {
   int first = 0, count = 0;  ///< its points in SenseResult::points, by residual
 };
 
+struct BaseWrench;
+
 struct SenseInput {
   VectorRef q;                                      ///< (n_q)
   VectorRef tau;                                    ///< (n_a) external torques, in the order of u [N·m; N]
   const std::vector<ContactPoint>* last = nullptr;  ///< best points of the last cycle, from which descents start as well
+  /// What a sensor under the base measures at the same time, of which every residual then has six rows more (Y.9a). Without probabilities; nullptr: none.
+  const BaseWrench* base = nullptr;
 };
 
 struct SenseResult {
@@ -112,7 +116,8 @@ class SenseWorkspace {
 
 /// Every single contact on the sensed links that makes the torques: samples (4.9) or (4.10), descents (4.11), clusters. No heap use once
 /// workspace and result have met as many points.
-/// @throws core::InvalidInput: q or tau of the wrong size or not finite, options, points of the last cycle that are not on this sensor
+/// @throws core::InvalidInput: q or tau of the wrong size or not finite, options, points of the last cycle that are not on this sensor,
+/// a wrench at the base together with probabilities
 void sense(const Sensor& sensor, const SenseInput& input, const SenseOptions& options, SenseWorkspace& work, SenseResult& out);
 
 /// Several moments of one touch: the same place on the same link, with another force at each moment. Candidates are those of the moment whose torques are largest against

@@ -29,7 +29,9 @@ struct DrivenPlant::Impl {
   std::vector<mjtNum> last_M;                 ///< mass matrix at the last update of the observer; empty before the first
   Eigen::VectorXd last_n, momentum, n, zero;  ///< passive forces − bias then; arguments of the observer
   std::vector<mjtNum> product;
-  std::vector<PairForce> forces;
+  std::vector<PairForce> forces, acting;  ///< at the end; in the last step
+  Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero(),
+                              summed = wrench;  ///< of base_wrench(); over the steps of a period
   std::string message;
 
   Impl(std::shared_ptr<const Plant> given, const ImpedanceOptions& options, const std::optional<ObserverOptions>& observing)
@@ -78,6 +80,18 @@ struct DrivenPlant::Impl {
     for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = product[at(v_address(j))];
   }
 
+  /// What the observer knows of the friction of joints.
+  void take_off_friction() {
+    constexpr double kStictionSpeed = 0.01;  // [rad/s or m/s]
+    const std::optional<double>& error = observer->options().friction_error;
+    if (!error || !plant->options().joint_friction) return;
+    const world::Model& model = plant->model();
+    for (Eigen::Index j = 0; j < n.size(); ++j) {
+      const world::Dof& dof = model.dofs()[at(model.n_vu() + j)];
+      n[j] -= (1 + *error) * (dof.friction * std::tanh(v_a[j] / kStictionSpeed) + dof.damping * v_a[j]);
+    }
+  }
+
   /// (C.11) over the period that ends now: Cᵀ v = Ṁ v − C v, and C v + g is MuJoCo's bias, which passive forces compensate.
   void observe() {
     const mjModel* m = plant->impl().mujoco.get();
@@ -89,10 +103,47 @@ struct DrivenPlant::Impl {
     } else {
       multiply_mass(last_M.data(), n);
       n = (momentum - known * n) / period + last_n;
+      take_off_friction();
       observer->update(momentum, n, torque, q_a);
     }
     last_M.assign(data->M, data->M + m->nC);
-    for (Eigen::Index j = 0; j < n.size(); ++j) last_n[j] = data->qfrc_passive[v_address(j)] - known * data->qfrc_bias[v_address(j)];
+    for (Eigen::Index j = 0; j < n.size(); ++j) {
+      const int address = v_address(j);
+      last_n[j] =
+          data->qfrc_passive[address] - data->qfrc_damper[address] - known * data->qfrc_bias[address];  // of friction it knows nothing
+    }
+  }
+
+  bool is_robot(int geometry) const {
+    const world::Model& model = plant->model();
+    return model.bodies()[at(model.geometries()[at(geometry)].body)].kind == world::BodyKind::Robot;
+  }
+
+  /// Forces of the step that was just made, on robots by anything else.
+  void add_wrench() {
+    const auto add = [&](const Eigen::Vector3d& p_W, const Eigen::Vector3d& f_W) {
+      summed.head<3>() += f_W;
+      summed.tail<3>() += p_W.cross(f_W);
+    };
+    read_forces(plant->impl(), data.get(), acting);
+    for (const PairForce& f : acting) {
+      const world::Pair& pair = plant->model().pairs()[at(f.pair)];
+      const bool a = is_robot(pair.geometry_a), b = is_robot(pair.geometry_b);
+      if (a != b) add(f.p_WC, a ? f.force_W : -f.force_W);
+    }
+    for (const Push& push : pushes) {
+      if (push.body < 0 || plant->model().bodies()[at(push.body)].kind != world::BodyKind::Robot) continue;
+      const int body = plant->impl().body_id[at(push.body)];
+      const Eigen::Map<const Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>> R(data->xmat + 9 * body);
+      add(R * push.p_BP + Eigen::Map<const Eigen::Vector3d>(data->xpos + 3 * body), push.force_W);
+    }
+  }
+
+  /// The lag of the observer, once a period.
+  void delay_wrench() {
+    const double period = impedance.options().period;
+    wrench += period / (observer->options().time_constant + period) * (summed / steps_per_period - wrench);
+    summed.setZero();
   }
 
   /// Torques as controls: a spring K (u − q) is told where it pulls as hard as that.
@@ -119,6 +170,7 @@ struct DrivenPlant::Impl {
       }
       write_torque();
       mj_step2(m, data.get());
+      if (observer) add_wrench();
     });
     if (report.failed) message = report.error;
     if (!report.failed && !report.warnings.empty()) message = report.warnings.front();
@@ -158,6 +210,7 @@ void DrivenPlant::reset(VectorRef q) {
   impl_->pushes.clear();
   impl_->message.clear();
   impl_->torque.setZero();
+  impl_->wrench.setZero(), impl_->summed.setZero();
   impl_->q = q, impl_->q_a = q.tail(impl_->q_a.size());
   impl_->write_torque();
   (void)impl_->evaluate();
@@ -174,9 +227,11 @@ Status DrivenPlant::advance(VectorRef command, double duration) {
   core::require_positive("duration", duration);
   if (!impl_->message.empty()) return Status::NumericalFailure;
   const long count = std::max(1L, std::lround(duration / impl_->impedance.options().period));
-  for (long k = 0; k < count; ++k, ++impl_->periods)
+  for (long k = 0; k < count; ++k, ++impl_->periods) {
     for (int s = 0; s < impl_->steps_per_period; ++s)
       if (!impl_->step(command, s == 0)) return Status::NumericalFailure;
+    if (impl_->observer) impl_->delay_wrench();
+  }
   return impl_->evaluate();
 }
 
@@ -188,6 +243,7 @@ const Eigen::VectorXd& DrivenPlant::damping() const { return impl_->impedance.da
 const Eigen::VectorXd& DrivenPlant::torque() const { return impl_->torque; }
 const Eigen::VectorXd& DrivenPlant::external() const { return impl_->external; }
 const Eigen::VectorXd& DrivenPlant::observed() const { return impl_->observer ? impl_->observer->external() : impl_->zero; }
+const Eigen::Matrix<double, 6, 1>& DrivenPlant::base_wrench() const { return impl_->wrench; }
 const std::vector<PairForce>& DrivenPlant::forces() const { return impl_->forces; }
 const std::string& DrivenPlant::message() const { return impl_->message; }
 

@@ -35,13 +35,16 @@ class DrivenPlant {
   core::Status advance(VectorRef command, double duration);
 
   const Plant& plant() const;
-  double time() const;                           ///< [s]
-  const Eigen::VectorXd& q() const;              ///< (n_q)
-  const Eigen::VectorXd& v() const;              ///< (n_v)
-  const Eigen::VectorXd& damping() const;        ///< gains D of the impedance controller (n_a) [N m s/rad or N s/m]
-  const Eigen::VectorXd& torque() const;         ///< of the joints (n_a) [N m or N]
-  const Eigen::VectorXd& external() const;       ///< Σ J_cᵀ f_c of contacts, joint stops and pushes (n_a) [N m or N]
-  const Eigen::VectorXd& observed() const;       ///< the same as the momentum observer has it (n_a); 0 without one
+  double time() const;                      ///< [s]
+  const Eigen::VectorXd& q() const;         ///< (n_q)
+  const Eigen::VectorXd& v() const;         ///< (n_v)
+  const Eigen::VectorXd& damping() const;   ///< gains D of the impedance controller (n_a) [N m s/rad or N s/m]
+  const Eigen::VectorXd& torque() const;    ///< of the joints (n_a) [N m or N]
+  const Eigen::VectorXd& external() const;  ///< Σ J_cᵀ f_c of contacts, joint stops, dry friction of joints and pushes (n_a) [N m or N]
+  const Eigen::VectorXd& observed() const;  ///< the same as the momentum observer has it (n_a); 0 without one
+  /// What contacts and pushes do to the robots as a whole, as a sensor under their base would have it: force, then moment about W's origin, behind the lag of the
+  /// observer and without noise [N; N m]; 0 without an observer.
+  const Eigen::Matrix<double, 6, 1>& base_wrench() const;
   const std::vector<PairForce>& forces() const;  ///< by pair index; only pairs that touch
   const std::string& message() const;
 

@@ -20,6 +20,8 @@ void ObserverOptions::validate() const {
   core::require_nonnegative("observer.bias", bias);
   core::require_nonnegative("observer.bias_reach", bias_reach);
   core::require_finite("observer.inertia_error", inertia_error);
+  if (friction_error && !(*friction_error > -1))
+    core::throw_invalid("observer.friction_error", std::to_string(*friction_error), "a number > -1");
   if (!(inertia_error > -1)) core::throw_invalid("observer.inertia_error", std::to_string(inertia_error), "a number > -1");
 }
 

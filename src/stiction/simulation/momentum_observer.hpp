@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 
 #include "stiction/core/random.hpp"
 #include "stiction/world/model.hpp"
@@ -17,7 +18,10 @@ struct ObserverOptions {
   double bias = 0;              ///< standard deviation of an offset of each torque sensor, drawn once a run [N m; N], ≥ 0
   double bias_reach =
       0;  ///< distance in joint positions over which offsets change, as those of real arms do with posture [rad; m], ≥ 0; 0: constant
-  double inertia_error = 0;       ///< share by which the masses that it knows are too large [-], > −1
+  double inertia_error = 0;  ///< share by which the masses that it knows are too large [-], > −1
+  /// Share by which the friction that it takes off is too large, F_c tanh(q̇/v₀) + F_v q̇ of joints that have any, v₀ = 0.01 rad/s or m/s, > −1; nullopt: it knows of none,
+  /// and friction is external to it.
+  std::optional<double> friction_error{};
   std::uint64_t seed = 0;         ///< of noise and bias
   Eigen::VectorXd joint_noise{};  ///< `noise` of each joint (n); empty: `noise` in all
   Eigen::VectorXd rest{};         ///< what the estimates are where nothing acts, as after a calibration (n) [N m; N]; empty: 0

@@ -65,7 +65,8 @@ void read_controller(const YamlNode& node, ControlScenario& out) {
 }
 
 void read_plant(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"timestep", "armature", "friction_scale", "contact_time_constant", "impedance"});
+  node.require_map({"timestep", "armature", "friction_scale", "contact_time_constant", "impedance", "joint_friction"});
+  out.plant.joint_friction = node.boolean_or("joint_friction", out.plant.joint_friction);
   out.plant.timestep = node.positive_or("timestep", out.plant.timestep);
   out.plant.armature = node.nonnegative_or("armature", out.plant.armature);
   out.plant.contact.friction_scale = node.nonnegative_or("friction_scale", out.plant.contact.friction_scale);
@@ -101,10 +102,22 @@ void read_noise(const YamlNode& node, int n_a, simulation::ObserverOptions& out)
   out.noise = out.joint_noise.maxCoeff();
 }
 
+/// `true` for the standard sensor, or what differs from it.
+std::optional<execution::BaseSensorOptions> read_base_sensor(const YamlNode& node) {
+  execution::BaseSensorOptions out;
+  if (!node.is_map()) return node.boolean() ? std::optional(out) : std::nullopt;
+  node.require_map({"force_noise", "moment_noise", "force_offset", "moment_offset"});
+  out.force_noise = node.positive_or("force_noise", out.force_noise);
+  out.moment_noise = node.positive_or("moment_noise", out.moment_noise);
+  out.force_offset = node.nonnegative_or("force_offset", out.force_offset);
+  out.moment_offset = node.nonnegative_or("moment_offset", out.moment_offset);
+  return out;
+}
+
 void read_estimator(const YamlNode& node, ControlScenario& out) {
-  node.require_map({"contacts", "delay", "time_constant", "noise", "rest", "drift", "bias", "bias_reach", "offsets", "inertia_error",
-                    "seed", "links", "samples", "friction", "threshold", "max_candidates", "max_contacts", "plausible_force",
-                    "max_descents"});
+  node.require_map({"contacts",       "delay",         "time_constant",   "noise",        "rest",       "drift",   "bias",     "bias_reach",
+                    "offsets",        "inertia_error", "friction_error",  "seed",         "links",      "samples", "friction", "threshold",
+                    "max_candidates", "max_contacts",  "plausible_force", "max_descents", "base_wrench"});
   if (const auto contacts = node.find("contacts"))
     out.contacts = contacts->one_of({"true", "estimated"}) == "true" ? ContactSource::True : ContactSource::Estimated;
   out.delay = node.nonnegative_or("delay", out.delay);
@@ -116,6 +129,7 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
   o.bias = node.nonnegative_or("bias", o.bias);
   o.bias_reach = node.nonnegative_or("bias_reach", o.bias_reach);
   if (const auto error = node.find("inertia_error")) o.inertia_error = error->number();
+  if (const auto error = node.find("friction_error")) o.friction_error = error->number();
   const std::int64_t seed = node.integer_or("seed", 0);
   if (seed < 0) node.at("seed").fail("an integer ≥ 0");
   o.seed = static_cast<std::uint64_t>(seed);
@@ -133,6 +147,7 @@ void read_estimator(const YamlNode& node, ControlScenario& out) {
   if (const auto threshold = node.find("threshold")) e.sense.threshold = threshold->positive();
   if (const auto most = node.find("max_descents")) e.sense.max_descents = most->positive_int();
   if (const auto force = node.find("plausible_force")) out.plausible_force = force->positive();
+  if (const auto base = node.find("base_wrench")) e.base = read_base_sensor(*base);
   if (const auto most = node.find("max_contacts")) e.max_contacts = most->positive_int();
   if (const auto room = node.find("max_candidates")) e.max_candidates = room->positive_int();
 }

@@ -70,8 +70,11 @@ dynamics::Regularisation read_regularisation(const YamlNode& node) {
 
 nlohmann::ordered_json list(const VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
+/// A number that is meant for all coordinates is written as one, for a list has one for each.
+nlohmann::ordered_json one_or_list(const VectorXd& values) { return values.size() == 1 ? nlohmann::ordered_json(values[0]) : list(values); }
+
 nlohmann::ordered_json to_json(const dynamics::Sampling& s) {
-  return {{"std_u", list(s.std_u)}, {"std_q", list(s.std_q)}, {"samples", s.samples}};
+  return {{"std_u", one_or_list(s.std_u)}, {"std_q", one_or_list(s.std_q)}, {"samples", s.samples}};
 }
 
 }  // namespace

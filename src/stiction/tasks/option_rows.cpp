@@ -124,6 +124,7 @@ void read_thesis(const YamlNode& node, const Model& model, Settings& out) {
 
 Json thesis_json(const Settings& s) {
   using planning::thesis::Scheme;
+  const Json sampling = Json::parse(sampling_json(s.randomized));
   Json out{
       {"grasp_probability", s.grasp_probability},
       {"length", s.length},
@@ -131,8 +132,9 @@ Json thesis_json(const Settings& s) {
       {"scheme", kSchemeNames[static_cast<std::size_t>(s.scheme)]},
       {"smoothing",
        {{"kappa", s.smoothing.kappa}, {"self_sharpness", s.smoothing.self_sharpness}, {"limit_sharpness", s.smoothing.limit_sharpness}}}};
-  if (s.scheme == Scheme::RandomizedFirst || s.scheme == Scheme::RandomizedZeroth)
-    out["randomized"] = Json::parse(sampling_json(s.randomized));
+  // Another scheme may be chosen later, with the samples that the task gives.
+  if (s.scheme == Scheme::RandomizedFirst || s.scheme == Scheme::RandomizedZeroth || sampling != Json::parse(sampling_json({})))
+    out["randomized"] = sampling;
   out["metric"] = s.metric ? Json{{"global", {{"position", s.metric->position}, {"angle", s.metric->angle}}}} : Json("local");
   out["h"] = s.h;
   const auto* rule = std::get_if<dynamics::ByRule>(&s.regularisation);

@@ -25,6 +25,7 @@ void ContactEstimatorOptions::validate() const {
   core::require_positive("estimator.least_force", least_force);
   core::require_nonnegative("estimator.bias", bias);
   core::require_positive("estimator.plausible_force", plausible_force);
+  if (base) base->validate();
   core::require_nonnegative("estimator.score_margin", score_margin);
   if (max_candidates < 1) core::throw_invalid("estimator.max_candidates", std::to_string(max_candidates), "an integer ≥ 1");
   if (max_contacts < 1 || max_contacts > sensing::kMostContacts)
@@ -54,8 +55,8 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
       work_(sensor_),
       kinematics_work_(*model),
       q_full_(model->neutral()),
-      tau_(Eigen::VectorXd::Zero(model->n_a())),
-      external_(tau_) {
+      external_(Eigen::VectorXd::Zero(model->n_a())),
+      measured_(Eigen::VectorXd::Zero(model->n_a() + (options.base ? 6 : 0))) {
   double spacing = 0;
   for (const sensing::SensedLink& link : sensor_->links()) spacing = std::max(spacing, link.spacing);
   constexpr double kDeviations = 3;  // within which candidates are reported
@@ -63,8 +64,17 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
   time_constant_ = options.lag * std::max(0.0, options.noise * options.noise / (allowed * allowed) - 1);  // (C.13)
   const double share = options.lag / (options.lag + time_constant_);
   white_noise_ = share * options.sense.torques.covariance;
-  white_ = white_noise_.size() > 0 ? white_noise_.diagonal().eval()
-                                   : Eigen::VectorXd::Constant(model->n_a(), share * options.noise * options.noise).eval();
+  const int n = model->n_a();
+  white_.setConstant(measured_.size(), share * options.noise * options.noise);
+  if (white_noise_.size() > 0) white_.head(n) = white_noise_.diagonal();
+  offset_variance_.setConstant(measured_.size(), options.bias * options.bias);
+  if (options.base) {
+    const BaseSensorOptions& b = *options.base;
+    white_.segment<3>(n).setConstant(share * b.force_noise * b.force_noise);
+    white_.segment<3>(n + 3).setConstant(share * b.moment_noise * b.moment_noise);
+    offset_variance_.segment<3>(n).setConstant(b.force_offset * b.force_offset);
+    offset_variance_.segment<3>(n + 3).setConstant(b.moment_offset * b.moment_offset);
+  }
   sense_.torques.rest.resize(0), sense_.torques.sign = 1;  // those of a sample are taken off when it comes
   for (const sensing::SensedLink& link : sensor_->links()) bodies_.push_back(link.surface.body);
   options_.tracker.cone = options.sense.cone;
@@ -73,10 +83,8 @@ ContactEstimator::ContactEstimator(std::shared_ptr<const world::Model> model, co
 }
 
 void ContactEstimator::reset() {
-  tau_.setZero();
-  tare_ = {.offset = Eigen::VectorXd::Zero(tau_.size()),
-           .q = tau_,
-           .variance = Eigen::VectorXd::Constant(tau_.size(), kMost * options_.bias * options_.bias)};
+  measured_.setZero();
+  tare_ = {.offset = measured_, .q = Eigen::VectorXd::Zero(external_.size()), .variance = kMost * offset_variance_};
   last_.clear();
   tracked_.clear();
   hypotheses_.clear();
@@ -141,7 +149,7 @@ void ContactEstimator::find_sets() {
   const world::Model& model = sensor_->model();
   world::calc_kinematics(model, q_full_, kinematics_work_, kinematics_);
   whitened_.assign(sense_.torques, external_, sense_.noise, sense_.tolerance);
-  sensing::calc_contact_rows(model, kinematics_, bodies_, whitened_.tau(), nullptr, sigma, rows_work_, rows_, &whitened_);
+  sensing::calc_contact_rows(model, kinematics_, bodies_, whitened_.tau(), base(), sigma, rows_work_, rows_, &whitened_);
   for (std::size_t k = 0; k < trackers_.size() && needs_more(); ++k) {
     sensing::ContactTracker& tracker = trackers_[k];
     tracker.update({rows_, rho, sigma, sensed_.explained, make_parents(k)});
@@ -170,49 +178,58 @@ void ContactEstimator::choose_reported() {
 /// it soon learns nothing, so that a force that holds on is not forgotten.                                                                    (C.13)
 void ContactEstimator::learn_offset(VectorRef q, double dt) {
   Tare& t = tare_;
-  const double b2 = options_.bias * options_.bias, memory = options_.lag + time_constant_;
-  if (t.time > 0) t.variance = (t.variance.array() + b2 * (q - t.q).norm()).min(kMost * b2);
+  const double memory = options_.lag + time_constant_;
+  if (t.time > 0) t.variance = (t.variance + (q - t.q).norm() * offset_variance_).cwiseMin(kMost * offset_variance_);
   t.q = q;
   t.time += dt;
-  const auto most = [&](Eigen::Index j) { return sense_.threshold.value_or(4 * std::sqrt(white_[j] + t.variance[j])); };
+  const auto most = [&](Eigen::Index j) {
+    const double deviations = 4 * std::sqrt(white_[j] + t.variance[j]);
+    return j < external_.size() ? sense_.threshold.value_or(deviations) : deviations;
+  };
   bool free = true;
-  for (Eigen::Index j = 0; j < tau_.size(); ++j) free = free && std::abs(tau_[j] - t.offset[j]) < most(j);
+  for (Eigen::Index j = 0; j < measured_.size(); ++j) free = free && std::abs(measured_[j] - t.offset[j]) < most(j);
   const bool learns = free || !t.ready;
   t.ready = t.ready || t.time >= 5 * memory;
   if (!learns) return;
-  for (Eigen::Index j = 0; j < tau_.size(); ++j) {
+  for (Eigen::Index j = 0; j < measured_.size(); ++j) {
     const double gain = t.variance[j] / (t.variance[j] + white_[j] * (1 + 2 * memory / dt));
-    t.offset[j] += gain * (tau_[j] - t.offset[j]);
+    t.offset[j] += gain * (measured_[j] - t.offset[j]);
     t.variance[j] *= 1 - gain;
   }
 }
 
 /// σ² or its matrix: white noise after the low-pass, and what is not known of offsets.                                             (C.13)
 void ContactEstimator::set_noise() {
+  const Eigen::Index n = external_.size();
+  const Eigen::VectorXd& P = tare_.variance;
+  if (options_.base) {
+    base_.force_noise = std::sqrt((white_ + P).segment<3>(n).maxCoeff());
+    base_.moment_noise = std::sqrt((white_ + P).segment<3>(n + 3).maxCoeff());
+  }
   if (white_noise_.size() == 0) {
-    sense_.noise = std::sqrt(white_[0] + (options_.bias > 0 ? tare_.variance[0] : 0));
+    sense_.noise = std::sqrt(white_[0] + P[0]);
     return;
   }
   sense_.torques.covariance = white_noise_;
-  if (options_.bias > 0) sense_.torques.covariance.diagonal() += tare_.variance;
+  sense_.torques.covariance.diagonal() += P.head(n);
 }
 
 /// Candidates for the torques less their offsets, and the noise that is left.
 void ContactEstimator::sense(VectorRef q, double dt) {
-  external_ = tau_;
-  if (options_.bias > 0) {
-    learn_offset(q, dt);
-    if (tare_.ready) {
-      external_ -= tare_.offset;
-    } else {
-      external_.setZero();
-    }
+  const Eigen::Index n = external_.size();
+  if (has_offsets()) learn_offset(q, dt);
+  const double known = is_ready() ? 1 : 0;
+  external_ = known * (measured_ - tare_.offset).head(n);
+  if (options_.base) {
+    base_.force_W = known * (measured_ - tare_.offset).segment<3>(n);
+    base_.moment_W = known * (measured_ - tare_.offset).segment<3>(n + 3);
   }
   set_noise();
-  sensing::sense(*sensor_, {.q = q_full_, .tau = external_, .last = &last_}, sense_, work_, sensed_);
+  sensing::sense(*sensor_, {.q = q_full_, .tau = external_, .last = &last_, .base = base()}, sense_, work_, sensed_);
 }
 
-std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, VectorRef tau, VectorRef q_now, double dt) {
+std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, VectorRef tau, VectorRef q_now, double dt,
+                                                                const sensing::BaseWrench* base) {
   const world::Model& model = sensor_->model();
   const Eigen::Index n = model.n_a();
   core::require_size("q", q.size(), n);
@@ -220,25 +237,34 @@ std::span<const control::ContactForce> ContactEstimator::update(VectorRef q, Vec
   core::require_size("tau", tau.size(), n);
   core::require_finite("q_now", std::span(q_now.data(), at(static_cast<int>(n))));
   core::require_positive("dt", dt);
+  if ((base != nullptr) != options_.base.has_value())
+    core::throw_invalid("base", base != nullptr ? "a wrench" : "none",
+                        options_.base ? "that of the sensor of the options" : "none: the options have no sensor");
   since_sample_ += dt;
-  if (!q.allFinite() || !tau.allFinite()) {
+  if (!q.allFinite() || !tau.allFinite() || (base != nullptr && !(base->force_W.allFinite() && base->moment_W.allFinite()))) {
     ++missed_;
     place(q_now);
     return contacts_;
   }
   missed_ = 0;
-  take_sample(q, tau, std::exchange(since_sample_, 0));
+  take_sample(q, tau, base, std::exchange(since_sample_, 0));
   report();
   place(q_now);
   return contacts_;
 }
 
 /// Hypotheses that explain the torques as they are after a sample. @param dt  since the one before [s]
-void ContactEstimator::take_sample(VectorRef q, VectorRef tau, double dt) {
+void ContactEstimator::take_sample(VectorRef q, VectorRef tau, const sensing::BaseWrench* base, double dt) {
   const sensing::TorqueModel& given = options_.sense.torques;
   external_ = tau;
   if (given.rest.size() > 0) external_ -= given.rest;
-  tau_ += dt / (time_constant_ + dt) * (given.sign * external_ - tau_);
+  const Eigen::Index n = external_.size();
+  const double gain = dt / (time_constant_ + dt);
+  measured_.head(n) += gain * (given.sign * external_ - measured_.head(n));
+  if (base != nullptr) {
+    measured_.segment<3>(n) += gain * (base->force_W - measured_.segment<3>(n));
+    measured_.segment<3>(n + 3) += gain * (base->moment_W - measured_.segment<3>(n + 3));
+  }
   q_full_.tail(q.size()) = q;
   sense(q, dt);
 

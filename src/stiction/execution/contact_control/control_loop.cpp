@@ -48,6 +48,7 @@ struct ControlLoop::Impl {
   struct Measured {
     Eigen::VectorXd q, external;
     std::vector<control::ContactForce> contacts;
+    std::optional<sensing::BaseWrench> base;
   };
 
   Impl(const ControlScenario& s, std::shared_ptr<const world::Model> world_model)
@@ -56,6 +57,9 @@ struct ControlLoop::Impl {
         world(*world_model),
         plant(simulation::Plant::make(world_model, s.plant), s.impedance, is_estimated() ? std::optional(s.observer) : std::nullopt),
         estimator(is_estimated() ? std::make_optional<ContactEstimator>(s.model, make_estimator_options(s)) : std::nullopt),
+        base_sensor(is_estimated() && s.estimator.base
+                        ? std::make_optional<BaseSensor>(s.model->n_a(), s.period, s.observer, *s.estimator.base)
+                        : std::nullopt),
         controller(s.model, make_controller_options(s, estimator ? estimator->time_constant() : 0)),
         kinematics_work(model) {
     core::require_size("world: joints", world.n_a(), model.n_a());
@@ -116,7 +120,8 @@ struct ControlLoop::Impl {
   /// What is known of contacts after the delay: as a skin would measure them, or from torques.
   void measure() {
     const Eigen::VectorXd q = plant.q().tail(model.n_a());
-    measured.push_back({q, plant.observed(), contacts});
+    measured.push_back(
+        {q, plant.observed(), contacts, base_sensor ? std::optional(base_sensor->update(plant.base_wrench(), q)) : std::nullopt});
     const auto delay = static_cast<std::size_t>(std::lround(scenario.delay / scenario.period));
     if (measured.size() > delay + 1) measured.pop_front();
     if (measured.size() <= delay) {
@@ -130,7 +135,7 @@ struct ControlLoop::Impl {
       return;
     }
     sense_s.push_back(time_of([&] {
-      const auto estimated = estimator->update(m.q, m.external, q, scenario.period);
+      const auto estimated = estimator->update(m.q, m.external, q, scenario.period, m.base ? &*m.base : nullptr);
       reported.assign(estimated.begin(), estimated.end());
     }));
   }
@@ -183,6 +188,7 @@ struct ControlLoop::Impl {
   const world::Model &model, &world;
   simulation::DrivenPlant plant;
   std::optional<ContactEstimator> estimator;
+  std::optional<BaseSensor> base_sensor;
   control::ContactController controller;
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
