@@ -29,15 +29,37 @@ GoalMeasure::GoalMeasure(const PlanningProblem& problem)
     : model_(*problem.model),
       goal_(problem.goal),
       space_(model_),
+      objects_(goal_objects(model_, goal_)),
       q_goal_(goal_configuration(problem, space_)),
       inverse_tolerances_(planning::inverse_tolerances(model_, goal_)),
-      bounded_(problem.goal.region ? bounded_coordinates(model_, *problem.goal.region) : Eigen::VectorXd::Ones(model_.n_vu())) {}
+      bounded_(problem.goal.region ? bounded_coordinates(model_, *problem.goal.region) : flags(objects_)) {}
 
 Eigen::VectorXd GoalMeasure::nearest_to(const Eigen::VectorXd& q_u) const {
-  if (!goal_.region) return q_goal_;
+  if (!goal_.region) return with(objects_, q_goal_, q_u);
   Eigen::VectorXd q = q_u;
   project(model_, *goal_.region, q);
   return q;
+}
+
+Eigen::VectorXd GoalMeasure::with(const std::vector<int>& objects, const Eigen::VectorXd& q_there, Eigen::VectorXd q_u) const {
+  for (const int object : objects) {
+    for (const int o : chain_of(model_, object)) {
+      const auto& info = model_.objects()[static_cast<std::size_t>(o)];
+      q_u.segment(info.q_begin, info.n_q) = q_there.segment(info.q_begin, info.n_q);
+    }
+  }
+  return q_u;
+}
+
+Eigen::VectorXd GoalMeasure::flags(const std::vector<int>& objects) const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(model_.n_vu());
+  for (const int object : objects) {
+    for (const int o : chain_of(model_, object)) {
+      const auto& info = model_.objects()[static_cast<std::size_t>(o)];
+      out.segment(info.v_begin, info.n_v).setOnes();
+    }
+  }
+  return out;
 }
 
 double GoalMeasure::ratio(const Eigen::VectorXd& q) const { return goal_error(model_, q, goal_).share(goal_); }
