@@ -19,6 +19,14 @@ constexpr double kStanding = 0.5;    ///< share of the places at the height at w
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+/// Between the bounding spheres of a pair: its distance from below.
+double gap_of_spheres(const world::Model& model, const world::Kinematics& kinematics, int pair) {
+  const auto& a = model.geometries()[at(model.pairs()[at(pair)].geometry_a)];
+  const auto& b = model.geometries()[at(model.pairs()[at(pair)].geometry_b)];
+  const Eigen::Vector3d between = kinematics.X_WB[at(a.body)] * a.p_BCenter - kinematics.X_WB[at(b.body)] * b.p_BCenter;
+  return between.norm() - a.bounding_radius - b.bounding_radius;
+}
+
 }  // namespace
 
 OtherObjects::OtherObjects(const Setting& setting) : setting_(setting) {
@@ -117,6 +125,7 @@ bool OtherObjects::slide_to(int object, const Eigen::Vector3d& direction, Eigen:
     world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
     double least = std::numeric_limits<double>::infinity();
     for (const Meeting& meeting : meetings_[at(object)]) {
+      if (gap_of_spheres(model, work.kinematics, meeting.pair) > least) continue;
       const contact::Distance d = contact::pair_distance(model, work.kinematics, meeting.pair, work.contact_work);
       if (d.phi < least) least = d.phi, met = meeting, distance = d;
     }
@@ -136,9 +145,9 @@ bool OtherObjects::is_free_there(int object, contact::GeometryWorkspace& work) c
     const auto& pair = model.pairs()[i];
     const bool a = object_of_[at(pair.geometry_a)] == object, b = object_of_[at(pair.geometry_b)] == object;
     if (a == b || setting_.chains.mask_of_pair(static_cast<int>(i)) != 0) continue;
-    if (contact::pair_distance(model, work.kinematics, static_cast<int>(i), work.contact_work).phi <
-        -model.scales().contact_tolerance(static_cast<int>(i)))
-      return false;
+    const double least = -model.scales().contact_tolerance(static_cast<int>(i));
+    if (gap_of_spheres(model, work.kinematics, static_cast<int>(i)) >= least) continue;
+    if (contact::pair_distance(model, work.kinematics, static_cast<int>(i), work.contact_work).phi < least) return false;
   }
   return true;
 }
@@ -203,6 +212,7 @@ std::vector<char> OtherObjects::touchable(const std::vector<int>& objects, const
     const int a = object_of_[at(pairs[i].geometry_a)], b = object_of_[at(pairs[i].geometry_b)];
     if (a < 0 || b < 0 || moved[at(a)] == moved[at(b)]) continue;
     const double near = threshold::kForceReach * model.scales().pair(static_cast<int>(i)).length;
+    if (gap_of_spheres(model, work.kinematics, static_cast<int>(i)) >= near) continue;
     if (contact::pair_distance(model, work.kinematics, static_cast<int>(i), work.contact_work).phi < near) held[at(a)] = held[at(b)] = 1;
   }
   std::vector<char> out(pairs.size(), 0);

@@ -127,18 +127,17 @@ void TreeSearch::aim(Expansion& x, core::Random& random, ThreadScratch& scratch)
     if (!x.to_goal) x.counted = goal.flags(x.aim);
   };
   aim_at(goal.objects());
-  if (x.to_goal && x.near >= 0) {
+  if (x.near < 0 && x.other < 0) x.near = find_near(x);
+  if (x.other < 0) {
     x.touch = others_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
     if (!x.touch.empty()) return;
     x.to_goal = false;  // there is nothing yet with which the robots could move them
     while (x.other < 0) x.other = others_.draw(random);
   }
-  if (x.other >= 0) {
-    const Eigen::VectorXd& q = tree_[x.near >= 0 ? x.near : tree_.best()].q;
-    x.subgoal = q.head(setting_.model.n_qu());
-    others_.draw_place(x.other, q, random, scratch.geometry, x.subgoal);
-    aim_at({x.other});
-  }
+  const Eigen::VectorXd& q = tree_[x.near >= 0 ? x.near : tree_.best()].q;
+  x.subgoal = q.head(setting_.model.n_qu());
+  others_.draw_place(x.other, q, random, scratch.geometry, x.subgoal);
+  aim_at({x.other});
   if (x.near < 0) x.near = find_near(x);
   x.touch = others_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
   x.grasp = x.grasp && !x.touch.empty();
