@@ -117,7 +117,7 @@ std::vector<int> goal_objects(const world::Model& model, const Goal& goal) {
 
 BystanderMotion calc_motion(const world::Model& model, const Bystanders& bystanders, int object, dynamics::VectorRef q) {
   const Eigen::Vector3d& gravity = model.scene().gravity;
-  const Eigen::Vector3d up = gravity.norm() > 0 ? Eigen::Vector3d(-gravity.normalized()) : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up = gravity.norm() > 0 ? Eigen::Vector3d(-gravity.normalized()) : Eigen::Vector3d::Zero();
   Eigen::VectorXd q_stood = q;
   q_stood.head(model.n_qu()) = bystanders.q_u;
   const world::Pose stood = world::object_pose(model, q_stood, object), now = world::object_pose(model, q, object);

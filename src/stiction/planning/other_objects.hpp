@@ -23,7 +23,7 @@ class OtherObjects {
   /// @returns false: draws were used up
   bool draw_behind(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work,
                    Eigen::VectorXd& q_u) const;
-  /// Per pair, whether the robots may take hold there to move the given objects: of these, and at q of what is near enough to one of them to push it.
+  /// Per pair, whether robots may take hold there to move the given objects: of these, and of what is near enough to one of them at q to push it.
   /// Empty: there is none.
   std::vector<char> touchable(const std::vector<int>& objects, const Eigen::VectorXd& q, contact::GeometryWorkspace& work) const;
 

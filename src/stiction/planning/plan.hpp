@@ -47,7 +47,7 @@ std::vector<int> goal_objects(const world::Model& model, const Goal& goal);
 /// How far a bystander is from where it stood: its origin, and what pointed up in it.
 struct BystanderMotion {
   double move = 0;  ///< [m]
-  double tip = 0;   ///< [rad]
+  double tip = 0;   ///< [rad]; 0 without gravity
 };
 BystanderMotion calc_motion(const world::Model& model, const Bystanders& bystanders, int object, dynamics::VectorRef q);
 /// The largest motion of a bystander, as a share of what it may; 0 without any.

@@ -85,11 +85,8 @@ void Replay::report(CheckReport& out) const {
   add(out, "unstable_releases", unstable_releases_, std::nullopt, "");
   add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
   add(out, "max_force", max_force_, 1.0, "of what the weaker side bears");
-  if (bystanders_) {
-    const auto limit = [](double most) { return std::isfinite(most) ? std::optional(most) : std::nullopt; };
-    add(out, "bystander_move", bystander_move_, limit(bystanders_->may_move), "m");
-    add(out, "bystander_tip", bystander_tip_, limit(bystanders_->may_tip), "rad");
-  }
+  if (bystanders_ && std::isfinite(bystanders_->may_move)) add(out, "bystander_move", bystander_move_, bystanders_->may_move, "m");
+  if (bystanders_ && std::isfinite(bystanders_->may_tip)) add(out, "bystander_tip", bystander_tip_, bystanders_->may_tip, "rad");
   add(out, "brace", brace_, std::nullopt, "of the force that ends a push");
   add(out, "failed_steps", plain(static_cast<double>(failed_steps_)), 0.0, "");
   add(out, "stored_position", stored_position_, limits_.stored_position, "of 0.1 % of the object's size");

@@ -256,6 +256,8 @@ void read_bystanders(const YamlNode& node, const Model& model, planning::Plannin
   out.may_move = node.positive_or("may_move", infinity);
   out.may_tip = node.positive_or("may_tip", infinity);
   if (!node.has("may_move") && !node.has("may_tip")) node.fail("neither 'may_move' nor 'may_tip'", "what they may do, in m or rad");
+  if (node.has("may_tip") && model.scene().gravity.isZero())
+    node.at("may_tip").fail("a limit in a scene without gravity", "none: nothing is upright there");
   const auto of_goal = objects_with_carriers(model, problem.goal);
   const auto is_of_goal = [&](int o) { return std::find(of_goal.begin(), of_goal.end(), o) != of_goal.end(); };
   if (const auto named = node.find("objects")) {
