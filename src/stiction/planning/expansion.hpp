@@ -31,7 +31,7 @@ struct Expansion {
   bool to_goal = false;
   bool in_cones = false;          ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;        ///< qᵘ (n_qu)
-  int other = -1;                 ///< the subgoal is of this object, which is not of the goal
+  int tool = -1;                  ///< the subgoal is of this object, which is not of the goal
   std::vector<int> aim;           ///< where there are such: the objects that it is about; the others may go anywhere
   Eigen::VectorXd counted;        ///< 1 per coordinate that it is about, else 0 (n_vu)
   std::vector<char> touch;        ///< pairs at which a regrasp may take hold; empty: any

@@ -31,10 +31,10 @@ TreeSearch::TreeSearch(const Setting& setting, const Eigen::VectorXd& u_start, s
       extend_(setting_, models_),
       contact_change_(setting_, models_, extend_),
       verifier_(setting_, seed),
-      others_(setting_),
+      tools_(setting_),
       writer_(setting_),
       tree_(setting_.goal.space(), setting_.goal.inverse_tolerances().cwiseAbs2(),
-            others_.any() ? flagged(setting_.goal.flags(setting_.goal.objects())) : std::vector<int>{}),
+            tools_.any() ? flagged(setting_.goal.flags(setting_.goal.objects())) : std::vector<int>{}),
       least_distance_(std::numeric_limits<double>::infinity()) {}
 
 bool TreeSearch::plant_root(ThreadScratch& scratch, PlanResult& result) {
@@ -68,7 +68,7 @@ Expansion TreeSearch::draw() {
   x.to_goal = random.chance(setting_.options.goal_bias);
   if (!x.to_goal) {
     setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
-    x.other = others_.draw(random);
+    x.tool = tools_.draw(random);
   }
   if (!setting_.options.uses(Mechanism::Frontier)) return x;
   const bool by_place = random.chance(x.to_goal ? threshold::kByPlaceToGoal : threshold::kByPlace);
@@ -118,7 +118,7 @@ int TreeSearch::find_near(const Expansion& x) const {
 void TreeSearch::aim(Expansion& x, core::Random& random, ThreadScratch& scratch) const {
   const GoalMeasure& goal = setting_.goal;
   x.counted = x.to_goal ? goal.bounded() : Eigen::VectorXd::Ones(setting_.model.n_vu());
-  if (!others_.any()) {
+  if (!tools_.any()) {
     if (x.near < 0) x.near = find_near(x);
     return;
   }
@@ -127,19 +127,19 @@ void TreeSearch::aim(Expansion& x, core::Random& random, ThreadScratch& scratch)
     if (!x.to_goal) x.counted = goal.flags(x.aim);
   };
   aim_at(goal.objects());
-  if (x.near < 0 && x.other < 0) x.near = find_near(x);
-  if (x.other < 0) {
-    x.touch = others_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
+  if (x.near < 0 && x.tool < 0) x.near = find_near(x);
+  if (x.tool < 0) {
+    x.touch = tools_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
     if (!x.touch.empty()) return;
     x.to_goal = false;  // there is nothing yet with which the robots could move them
-    while (x.other < 0) x.other = others_.draw(random);
+    while (x.tool < 0) x.tool = tools_.draw(random);
   }
   const Eigen::VectorXd& q = tree_[x.near >= 0 ? x.near : tree_.best()].q;
   x.subgoal = q.head(setting_.model.n_qu());
-  others_.draw_place(x.other, q, random, scratch.geometry, x.subgoal);
-  aim_at({x.other});
+  tools_.draw_place(x.tool, q, random, scratch.geometry, x.subgoal);
+  aim_at({x.tool});
   if (x.near < 0) x.near = find_near(x);
-  x.touch = others_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
+  x.touch = tools_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
   x.grasp = x.grasp && !x.touch.empty();
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "stiction/planning/contact_change.hpp"
-#include "stiction/planning/other_objects.hpp"
 #include "stiction/planning/plan_path.hpp"
+#include "stiction/planning/tools.hpp"
 #include "stiction/planning/verify.hpp"
 
 namespace stiction::planning {
@@ -62,7 +62,7 @@ class TreeSearch {
   const Extend extend_;
   const ContactChange contact_change_;
   const EdgeVerifier verifier_;
-  const OtherObjects others_;
+  const Tools tools_;
   const PathWriter writer_;
   Tree tree_;
   Totals totals_;

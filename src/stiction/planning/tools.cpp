@@ -1,4 +1,4 @@
-#include "stiction/planning/other_objects.hpp"
+#include "stiction/planning/tools.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace stiction::planning {
 namespace {
 
-constexpr double kOther = 0.5;       ///< share of the drawn subgoals that are for other objects
+constexpr double kTool = 0.5;        ///< share of the drawn subgoals that are for tools
 constexpr double kBehindDraw = 0.5;  ///< … of which these are places from which one can push
 constexpr int kDraws = 20;           ///< draws of such a place
 constexpr int kAdvances = 30;        ///< steps in which an object comes up to another one
@@ -29,7 +29,7 @@ double gap_of_spheres(const world::Model& model, const world::Kinematics& kinema
 
 }  // namespace
 
-OtherObjects::OtherObjects(const Setting& setting) : setting_(setting) {
+Tools::Tools(const Setting& setting) : setting_(setting) {
   const world::Model& model = setting.model;
   const auto n = model.objects().size();
   const Eigen::Vector3d& gravity = model.scene().gravity;
@@ -42,43 +42,41 @@ OtherObjects::OtherObjects(const Setting& setting) : setting_(setting) {
     if (object_of_.back() >= 0)
       radii_[at(object_of_.back())] = std::max(radii_[at(object_of_.back())], geometry.p_BCenter.norm() + geometry.bounding_radius);
   }
-  std::vector<char> wanted(n, 0), joined(n, 0);  // in a goal or what carries it; hangs on such a one
-  for (const int o : setting.goal.objects()) {
+  std::vector<char> held(n, 0), wanted(n, 0);  // robots can touch it; it is of the goal, or carries what is, and they cannot
+  for (const int o : setting.goal.out_of_touch()) {
     for (const int carrier : chain_of(model, o)) wanted[at(carrier)] = 1;
-  }
-  for (std::size_t o = 0; o < n; ++o) {
-    for (const int carrier : chain_of(model, static_cast<int>(o))) joined[o] = static_cast<char>(joined[o] | wanted[at(carrier)]);
   }
   for (std::size_t i = 0; i < model.pairs().size(); ++i) {
     const auto& pair = model.pairs()[i];
-    const int a = object_of_[at(pair.geometry_a)], b = object_of_[at(pair.geometry_b)];
-    if (a < 0 || b < 0 || wanted[at(a)] == wanted[at(b)]) continue;
-    meetings_[at(wanted[at(a)] ? b : a)].push_back({static_cast<int>(i), wanted[at(a)] ? a : b});
+    const int a = object_of_[at(pair.geometry_a)], b = object_of_[at(pair.geometry_b)];  // objects come first
+    if (a >= 0 && setting.chains.mask_of_pair(static_cast<int>(i)) != 0) held[at(a)] = 1;
+    if (b >= 0 && wanted[at(a)] != wanted[at(b)])
+      meetings_[at(wanted[at(a)] ? b : a)].push_back({static_cast<int>(i), wanted[at(a)] ? a : b});
   }
   for (std::size_t o = 0; o < n; ++o) {
-    if (!wanted[o] && (joined[o] || !meetings_[o].empty())) objects_.push_back(static_cast<int>(o));
+    if (held[o] != 0 && !meetings_[o].empty()) objects_.push_back(static_cast<int>(o));
   }
 }
 
-int OtherObjects::draw(core::Random& random) const {
-  if (objects_.empty() || !random.chance(kOther)) return -1;
+int Tools::draw(core::Random& random) const {
+  if (objects_.empty() || !random.chance(kTool)) return -1;
   return objects_[at(random.index(static_cast<int>(objects_.size())))];
 }
 
-void OtherObjects::draw_place(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work,
-                              Eigen::VectorXd& q_u) const {
+void Tools::draw_place(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work,
+                       Eigen::VectorXd& q_u) const {
   if (random.chance(kBehindDraw) && draw_behind(object, q, random, work, q_u)) return;
   draw_anywhere(object, q, random, q_u);
 }
 
-Eigen::Vector3d OtherObjects::draw_level(core::Random& random) const {
+Eigen::Vector3d Tools::draw_level(core::Random& random) const {
   Eigen::Vector3d direction(random.normal(), random.normal(), random.normal());
   direction -= direction.dot(up_) * up_;
   return direction.normalized();
 }
 
 /// The object as it is, turned about the vertical, or without gravity anyhow.
-world::Pose OtherObjects::turned(int object, const Eigen::VectorXd& q, core::Random& random) const {
+world::Pose Tools::turned(int object, const Eigen::VectorXd& q, core::Random& random) const {
   world::Pose X_WB = world::object_pose(setting_.model, q, object);
   const double angle = random.uniform(-std::numbers::pi, std::numbers::pi);
   const Eigen::Vector3d axis =
@@ -87,13 +85,13 @@ world::Pose OtherObjects::turned(int object, const Eigen::VectorXd& q, core::Ran
   return X_WB;
 }
 
-void OtherObjects::put(int object, const world::Pose& X_WB, Eigen::VectorXd& q) const {
+void Tools::put(int object, const world::Pose& X_WB, Eigen::VectorXd& q) const {
   const auto& info = setting_.model.objects()[at(object)];
   q.segment(info.q_begin, info.n_q) = setting_.goal.space().coordinates(object, X_WB);
 }
 
 /// As far away as the goal's objects have to go, or as it is large.
-void OtherObjects::draw_anywhere(int object, const Eigen::VectorXd& q, core::Random& random, Eigen::VectorXd& q_u) const {
+void Tools::draw_anywhere(int object, const Eigen::VectorXd& q, core::Random& random, Eigen::VectorXd& q_u) const {
   const world::Model& model = setting_.model;
   const auto& info = model.objects()[at(object)];
   double range = 2 * model.scales().object(object).length;
@@ -115,8 +113,8 @@ void OtherObjects::draw_anywhere(int object, const Eigen::VectorXd& q, core::Ran
 }
 
 /// The object comes along a direction, by no more than what is free, until it touches one of the goal.
-bool OtherObjects::slide_to(int object, const Eigen::Vector3d& direction, Eigen::VectorXd& q, contact::GeometryWorkspace& work,
-                            Meeting& met, contact::Distance& distance) const {
+bool Tools::slide_to(int object, const Eigen::Vector3d& direction, Eigen::VectorXd& q, contact::GeometryWorkspace& work, Meeting& met,
+                     contact::Distance& distance) const {
   const world::Model& model = setting_.model;
   world::Pose X_WB = world::object_pose(model, q, object);
   double travelled = 0;
@@ -139,7 +137,7 @@ bool OtherObjects::slide_to(int object, const Eigen::Vector3d& direction, Eigen:
 }
 
 /// Nothing but robots, which are elsewhere then, is in it.
-bool OtherObjects::is_free_there(int object, contact::GeometryWorkspace& work) const {
+bool Tools::is_free_there(int object, contact::GeometryWorkspace& work) const {
   const world::Model& model = setting_.model;
   for (std::size_t i = 0; i < model.pairs().size(); ++i) {
     const auto& pair = model.pairs()[i];
@@ -153,8 +151,8 @@ bool OtherObjects::is_free_there(int object, contact::GeometryWorkspace& work) c
 }
 
 /// Cosine between the way of the touched point of the goal's object to its goal and the normal towards it.
-double OtherObjects::goes_away(const Meeting& met, const contact::Distance& distance, const Eigen::VectorXd& q,
-                               contact::GeometryWorkspace& work) const {
+double Tools::goes_away(const Meeting& met, const contact::Distance& distance, const Eigen::VectorXd& q,
+                        contact::GeometryWorkspace& work) const {
   const world::Model& model = setting_.model;
   const Eigen::VectorXd q_u = q.head(model.n_qu());
   const Eigen::VectorXd e = setting_.goal.difference(q_u, setting_.goal.nearest_to(q_u));
@@ -172,11 +170,11 @@ double OtherObjects::goes_away(const Meeting& met, const contact::Distance& dist
   return way.norm() > 0 ? normal.dot(way.normalized()) : 0;
 }
 
-bool OtherObjects::draw_behind(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work,
-                               Eigen::VectorXd& q_u) const {
+bool Tools::draw_behind(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work,
+                        Eigen::VectorXd& q_u) const {
   const auto& meetings = meetings_[at(object)];
   const auto& info = setting_.model.objects()[at(object)];
-  if (meetings.empty() || info.n_v == 1 || info.parent >= 0) return false;
+  if (info.n_v == 1 || info.parent >= 0) return false;  // it does not get there by itself
   Eigen::VectorXd placed = q;
   for (int k = 0; k < kDraws && !work.stop(); ++k) {
     const int target = meetings[at(random.index(static_cast<int>(meetings.size())))].of_goal;
@@ -198,8 +196,7 @@ bool OtherObjects::draw_behind(int object, const Eigen::VectorXd& q, core::Rando
   return false;
 }
 
-std::vector<char> OtherObjects::touchable(const std::vector<int>& objects, const Eigen::VectorXd& q,
-                                          contact::GeometryWorkspace& work) const {
+std::vector<char> Tools::touchable(const std::vector<int>& objects, const Eigen::VectorXd& q, contact::GeometryWorkspace& work) const {
   const world::Model& model = setting_.model;
   world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
   std::vector<char> held(model.objects().size(), 0);
@@ -219,8 +216,7 @@ std::vector<char> OtherObjects::touchable(const std::vector<int>& objects, const
   bool any = false;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (!setting_.chains.touches_object(static_cast<int>(i)) || setting_.chains.mask_of_pair(static_cast<int>(i)) == 0) continue;
-    const int a = object_of_[at(pairs[i].geometry_a)], b = object_of_[at(pairs[i].geometry_b)];
-    out[i] = held[at(std::max(a, b))];
+    out[i] = held[at(object_of_[at(pairs[i].geometry_a)])];
     any |= out[i] != 0;
   }
   return any ? out : std::vector<char>{};

@@ -6,18 +6,18 @@
 
 namespace stiction::planning {
 
-/// The objects that a goal is not about, but that may have to move for it: tools that push its objects, latches on them, and what stands in their way.
-/// Tests: tests/planning/other_objects_test.cpp
-class OtherObjects {
+/// Objects with which robots move those of the goal that they cannot touch themselves.
+/// Tests: tests/planning/tools_test.cpp
+class Tools {
  public:
-  explicit OtherObjects(const Setting& setting);
+  explicit Tools(const Setting& setting);
 
   bool any() const { return !objects_.empty(); }
-  /// One of them; or −1: the draw is for the goal's own objects. Does not draw where there are none.
+  /// One of them, or −1: the draw is for the goal's own objects. Draws no number where there are none.
   int draw(core::Random& random) const;
-  /// A subgoal for one of them, from where everything is at q (n_q). Half of them are places from which it can push an object of the goal nearer to its goal; the
+  /// A subgoal for a tool, from where everything is at q (n_q). Half of them are places from which it can push an object of the goal nearer to its goal; the
   /// others are anywhere around.
-  /// @param q_u  gets the object's coordinates (n_qu)
+  /// @param q_u  gets the tool's coordinates (n_qu)
   void draw_place(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work, Eigen::VectorXd& q_u) const;
   /// In contact with an object of the goal, and with nothing in it; the way of that object to its goal leads away from it.
   /// @returns false: draws were used up
@@ -28,7 +28,7 @@ class OtherObjects {
   std::vector<char> touchable(const std::vector<int>& objects, const Eigen::VectorXd& q, contact::GeometryWorkspace& work) const;
 
  private:
-  /// A pair of this object with one of the goal.
+  /// A pair of a tool with an object of the goal.
   struct Meeting {
     int pair, of_goal;
   };
