@@ -216,10 +216,10 @@ void set_goal(Task& task, const std::vector<std::optional<double>>& values) {
     names += fmt::format("{}'{}'", names.empty() ? "" : " and ", info.name);
   }
   if (values.size() != expected) {
-    const bool one = objects.size() == 1 && is_free(model, objects[0]);
+    const bool any_free = std::any_of(objects.begin(), objects.end(), [&](int o) { return is_free(model, o); });
     core::throw_invalid("goal", fmt::format("{} numbers", values.size()),
-                        one ? fmt::format("6 (x y z roll pitch yaw of {})", names)
-                            : fmt::format("{} (the coordinates of {}; x y z roll pitch yaw of a free object)", expected, names));
+                        fmt::format("{} ({}{} of {})", expected, any_free ? "x y z roll pitch yaw" : "the coordinates",
+                                    any_free && objects.size() > 1 ? ", or the coordinates," : "", names));
   }
   for (const auto& value : values) {
     if (value) core::require_finite("goal", std::span(&*value, 1));
