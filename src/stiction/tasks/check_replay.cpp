@@ -34,7 +34,6 @@ Replay::Replay(const Task& task, const PlanFile& plan, const CheckOptions& optio
   stays_ = {world::share::kClearance * scale.length, kRegraspTurn};
   goal_objects_ = goal_objects(model_, plan_);
   bystanders_ = task.problem.goal.bystanders;
-  if (bystanders_) bystanders_->q_u = plan_.q_start.head(model_.n_qu());
   find_branches();
 }
 
@@ -260,11 +259,13 @@ void Replay::see_stored_press(const StoredKnot& knot) {
 
 void Replay::see_bystanders(const Eigen::VectorXd& q) {
   if (!bystanders_) return;
+  const Eigen::Vector3d up = -model_.scene().gravity.normalized();  // 0 without gravity
   for (const int o : bystanders_->objects) {
-    const planning::BystanderMotion motion = planning::calc_motion(model_, *bystanders_, o, q);
+    const world::Pose stood = world::object_pose(model_, plan_.q_start, o), X = world::object_pose(model_, q, o);
+    const Eigen::Vector3d tipped = X.R * stood.R.transpose() * up;
     const auto name = [&] { return here(model_.objects()[static_cast<std::size_t>(o)].name); };
-    bystander_move_.see(motion.move, name);
-    bystander_tip_.see(motion.tip, name);
+    bystander_move_.see((X.p - stood.p).norm(), name);
+    bystander_tip_.see(std::atan2(tipped.cross(up).norm(), tipped.dot(up)), name);
   }
 }
 
