@@ -11,7 +11,7 @@ namespace stiction::planning {
 namespace {
 
 constexpr double kTool = 0.5;        ///< share of the drawn subgoals that are for tools
-constexpr double kBehindDraw = 0.5;  ///< … of which these are places from which one can push
+constexpr double kBehindDraw = 0.8;  ///< … of which these are places from which one can push
 constexpr int kDraws = 20;           ///< draws of such a place
 constexpr int kAdvances = 30;        ///< steps in which an object comes up to another one
 constexpr double kAway = 0.3;        ///< cosine between the way of what is pushed and the normal, at least

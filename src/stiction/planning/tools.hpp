@@ -15,7 +15,7 @@ class Tools {
   bool any() const { return !objects_.empty(); }
   /// One of them, or −1: the draw is for the goal's own objects. Draws no number where there are none.
   int draw(core::Random& random) const;
-  /// A subgoal for a tool, from where everything is at q (n_q). Half of them are places from which it can push an object of the goal nearer to its goal; the
+  /// A subgoal for a tool, from where everything is at q (n_q). Most are places from which it can push an object of the goal nearer to its goal; the
   /// others are anywhere around.
   /// @param q_u  gets the tool's coordinates (n_qu)
   void draw_place(int object, const Eigen::VectorXd& q, core::Random& random, contact::GeometryWorkspace& work, Eigen::VectorXd& q_u) const;
