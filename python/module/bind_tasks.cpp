@@ -160,7 +160,9 @@ void bind_tasks(nb::module_& m) {
           [](Task& task, const Vector& values) {
             tasks::set_goal(task, {values.value.data(), static_cast<std::size_t>(values.value.size())});
           },
-          "values"_a, "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other. Raises InvalidInput.");
+          "values"_a,
+          "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. "
+          "Raises InvalidInput.");
   m.def(
       "list_tasks", [] { return tasks::list_tasks(tasks::default_data_dirs()); },
       "Names of the built-in tasks."

@@ -152,5 +152,54 @@ TEST(PathCost, IsTimeAtJointSpeedsAndAPricePerRegrasp) {
   EXPECT_NEAR(path_cost(*pusher, plan, {.travel_speed = 0.1}), 0.5, 1e-12);
 }
 
+std::shared_ptr<const world::Model> two_boxes() {
+  return world::Model::make(world::load_scene(stiction::test::source_dir() / "tests/tasks/data/two_boxes.yaml"));
+}
+
+TEST(GoalError, OfSeveralObjects_IsThatOfTheFarthest) {
+  const auto model = two_boxes();
+  Goal goal;
+  goal.region = GoalRegion{(Eigen::VectorXd(6) << 1, 0, 0, 2, -kAny, 0).finished(), (Eigen::VectorXd(6) << 1, 0, 0, 2, kAny, 0).finished()};
+  EXPECT_EQ(goal_objects(*model, goal), (std::vector<int>{0, 1}));
+  Eigen::VectorXd q = model->neutral();
+  q.head(6) << 1.03, 0, 0.5, 2.2, 7, 0.1;
+  const GoalError error = goal_error(*model, q, goal);
+  EXPECT_NEAR(error.position, 0.2, 1e-12);
+  EXPECT_NEAR(error.angle, 0.5, 1e-9);
+  goal.region->lower.tail(3).setConstant(-kAny);
+  goal.region->upper.tail(3).setConstant(kAny);
+  EXPECT_EQ(goal_objects(*model, goal), std::vector<int>{0});
+  EXPECT_NEAR(goal_error(*model, q, goal).position, 0.03, 1e-12);
+}
+
+TEST(GoalObjects, AreThoseThatNoOtherHangsOn) {
+  const auto door = load_model("allegro_door");
+  Goal goal;
+  goal.object = 1;  // the handle
+  goal.region = GoalRegion{Eigen::Vector2d(0.1, 0.2), Eigen::Vector2d(0.1, 0.2)};
+  EXPECT_EQ(goal_objects(*door, goal), std::vector<int>{1});
+  EXPECT_EQ(chain_of(*door, 1), (std::vector<int>{0, 1}));
+}
+
+/// A ball that is carried, turned about the vertical and tipped.
+TEST(Bystanders, MotionIsThatOfTheOriginAndOfTheVertical) {
+  const auto model = load_model("allegro_ball");
+  Eigen::VectorXd q = model->neutral();
+  const Eigen::Quaterniond stood = rotation(0.7, -0.2, 1.1), moved = rotation(0, 0.3, 0) * rotation(0, 0, 2) * stood;
+  q.segment<4>(3) = stood.coeffs();
+  Goal goal;
+  goal.bystanders = Bystanders{{0}, q.head(7), 0.25, kAny};
+  q.head<3>() += Eigen::Vector3d(0.03, 0, 0.04);
+  q.segment<4>(3) = moved.coeffs();
+  const BystanderMotion motion = calc_motion(*model, *goal.bystanders, 0, q);
+  EXPECT_NEAR(motion.move, 0.05, 1e-12);
+  EXPECT_NEAR(motion.tip, 0.3, 1e-12);
+  EXPECT_NEAR(bystander_share(*model, goal, q), 0.2, 1e-12);
+  goal.bystanders->may_tip = 0.2;
+  EXPECT_NEAR(bystander_share(*model, goal, q), 1.5, 1e-12);
+  goal.bystanders.reset();
+  EXPECT_EQ(bystander_share(*model, goal, q), 0);
+}
+
 }  // namespace
 }  // namespace stiction::planning::test

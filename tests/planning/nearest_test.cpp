@@ -107,5 +107,33 @@ TEST(NearestPoints, EqualPoints_TheFirstWins) {
   }
 }
 
+/// The least form over all places of the other coordinates: that of the error that the metric itself expects of them, S_rv S_vv⁻¹ e_v.
+TEST(NearestPoints, DistanceOfSomeCoordinates_IsTheLeastOverTheOthers) {
+  Points p("planar_hand", 1);
+  const std::vector<int> v = {0, 2};
+  for (int k = 0; k < 50; ++k) {
+    VectorXd e(3);
+    const VectorXd c = p.model->neutral().head(3), q = p.moved(p.model->neutral(), 0.2).head(3);
+    p.space.error(c.data(), q.data(), e.data());
+    MatrixXd B = MatrixXd::NullaryExpr(3, 3, [&] { return p.random.normal(); });
+    const MatrixXd S = B * B.transpose() + 0.1 * MatrixXd::Identity(3, 3);
+    MatrixXd L_inv = MatrixXd::Identity(3, 3);
+    S.llt().matrixL().solveInPlace(L_inv);
+    NearestPoints one(p.space);
+    one.add(c, S, L_inv);
+    const Eigen::Matrix2d S_vv = S({0, 2}, {0, 2});
+    const Eigen::Vector2d e_v(e[0], e[2]);
+    VectorXd least = q;
+    least[1] = c[1] + (S(1, {0, 2}) * S_vv.inverse() * e_v).value();
+    const double d = one.distance(0, q.data(), v);
+    EXPECT_NEAR(d, one.distance(0, least.data()), 1e-9 * (1 + d));
+    for (const double step : {-0.01, 0.01}) {
+      VectorXd aside = least;
+      aside[1] += step;
+      EXPECT_GT(one.distance(0, aside.data()), d);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace stiction::planning::test

@@ -375,5 +375,32 @@ TEST_F(CheckTest, Cancel_Stops) {
   EXPECT_THROW((void)report.at("nothing"), core::InvalidInput);
 }
 
+/// The hand pushes the stick by some 0.1 m in a task of the box alone.
+TEST(CheckBystanders, OneThatGoesTooFar_IsFound) {
+  const auto pushed = [](const std::string& may_move) {
+    Task task = parse_task(
+        "base: stick.yaml\nstart: {objects: {stick: {coordinates: [0, 0.2, 0]}}}\ngoal: {objects: {box: {coordinates: [0, 1.2, "
+        "~]}}}\nbystanders: {may_move: " +
+            may_move + "}\n",
+        test::source_dir() / "tests/tasks/data");
+    return run_script(std::move(task), {Eigen::Vector2d(0, -0.2)});
+  };
+  const ScriptedPlan wide = pushed("0.5"), narrow = pushed("0.05");
+  const PlanFile read = parse_plan(to_text(wide.file), "plan.json");
+  EXPECT_EQ(to_text(read), to_text(wide.file));
+  ASSERT_TRUE(read.bystanders);
+  EXPECT_EQ(read.bystanders->objects, std::vector<int>{1});
+  EXPECT_EQ(to_plan(*wide.task.model, read).goal.bystanders->may_move, 0.5);
+
+  const CheckReport good = check(wide.task, read), bad = check(narrow.task, narrow.file);
+  const double moved = wide.result.plan.segments.back().knots.back().q[4] - wide.task.problem.q_start[4];
+  EXPECT_GT(moved, 0.05) << "the test would say nothing";
+  EXPECT_NEAR(good.at("bystander_move").value, moved, 1e-3);  // at half steps
+  EXPECT_TRUE(good.pass) << failures(good);
+  EXPECT_FALSE(bad.at("bystander_move").pass);
+  EXPECT_FALSE(bad.pass);
+  EXPECT_FALSE(check(narrow.task, wide.file).at("goal").pass) << "the limits of another task";
+}
+
 }  // namespace
 }  // namespace stiction::tasks

@@ -305,6 +305,36 @@ TEST_F(TaskFile, GoalRegion_IsReadAndItsNearestPoseIsTheGoal) {
   EXPECT_LT((ball.problem.goal.X_WG.p - ball.problem.q_start.head<3>()).norm(), 1e-15);
 }
 
+TEST(Tasks, GoalOfSeveralObjects_IsARegionOfAll) {
+  Task task = load_task((stiction::test::source_dir() / "tests/tasks/data/two_boxes.yaml").string());
+  const auto& goal = task.problem.goal;
+  EXPECT_EQ(goal.object, 0) << "the smaller one";
+  ASSERT_TRUE(goal.region);
+  EXPECT_EQ(planning::goal_objects(*task.model, goal), (std::vector<int>{0, 1}));
+  EXPECT_EQ(goal.region->lower.head(5), (Eigen::VectorXd(5) << -0.6, 1, 0, 1, 0.5).finished());
+  EXPECT_TRUE(std::isinf(goal.region->upper[5]));
+  EXPECT_EQ(task.problem.q_goal, (Eigen::VectorXd(6) << -0.6, 1, 0, 1, 0.5, 0).finished());
+  set_goal(task, std::vector<double>{-0.6, 0.9, 0, 0.7, 0.5, 0.1});
+  ASSERT_TRUE(goal.region);
+  EXPECT_EQ(goal.region->upper, (Eigen::VectorXd(6) << -0.6, 0.9, 0, 0.7, 0.5, 0.1).finished());
+  expect_refused([&] { set_goal(task, std::vector<double>{0, 0, 0}); }, {"goal", "3 numbers", "6 (the coordinates of 'left' and 'right'"});
+}
+
+TEST(Tasks, Bystanders_StandWhereTheStartHasThem) {
+  Task task = load_task((stiction::test::source_dir() / "tests/tasks/data/careful_clutter.yaml").string());
+  ASSERT_TRUE(task.problem.goal.bystanders);
+  const planning::Bystanders& bystanders = *task.problem.goal.bystanders;
+  EXPECT_EQ(bystanders.objects.size(), 11U) << "all but the box";
+  EXPECT_EQ(bystanders.objects.front(), 1);
+  EXPECT_EQ(bystanders.may_move, 0.05);
+  EXPECT_TRUE(std::isinf(bystanders.may_tip));
+  EXPECT_EQ(bystanders.q_u, task.problem.q_start.head(36));
+  Eigen::VectorXd q = task.problem.q_start;
+  q[4] += 0.1;
+  set_start(task, q);
+  EXPECT_EQ(bystanders.q_u, q.head(36));
+}
+
 TEST_F(TaskFile, OverAnother_Loads) {
   const Task task = load_task(write("planar_pushing", "tolerance: {position: 0.5}\n").string());
   EXPECT_EQ(task.problem.goal.tol_position, 0.5);
@@ -383,6 +413,12 @@ INSTANTIATE_TEST_SUITE_P(
             "planar_hand_fixed_y",
             "scene: {objects: [{name: ball, parent: cart, joint: hinge, axis: [1, 0, 0], mass: 1, shapes: [{sphere: {radius: 0.2}}]}]}\n",
             {"mine.yaml:2", "scene.objects[0].parent", "unknown object listed before 'cart'"}},
+        Mistake{"planar_pushing",
+                "bystanders: {objects: [box], may_move: 0.1}\n",
+                {"mine.yaml:2", "bystanders.objects[0]", "'box', which the goal moves"}},
+        Mistake{"planar_pushing", "bystanders: {may_move: 0}\n", {"mine.yaml:2", "bystanders.may_move", "> 0"}},
+        Mistake{"planar_pushing", "bystanders: {may_tip: 0.1}\n", {"bystanders.may_tip", "a scene without gravity"}},
+        Mistake{"planar_pushing", "bystanders: {}\n", {"bystanders", "neither 'may_move' nor 'may_tip'"}},
         Mistake{"planar_pushing", "tolerance: {angle: 0}\n", {"tolerance.angle", "> 0"}},
         Mistake{"allegro_ball", "goal: {objects: {ball: {coordinates: [0, 0, 0]}}}\n", {"goal.objects.ball", "unknown key"}},
         Mistake{"allegro_ball", "goal: {objects: {cube: {position: [0, 0, 0]}}}\n", {"goal.objects.cube", "unknown object 'cube'", "ball"}},

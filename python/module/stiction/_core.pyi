@@ -1548,7 +1548,7 @@ class Task:
 
     def set_goal(self, values: numpy.typing.ArrayLike) -> None:
         """
-        x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other. Raises InvalidInput.
+        x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. Raises InvalidInput.
         """
 
     def __getstate__(self) -> tuple: ...

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -102,7 +103,9 @@ class Draw {
 bool sample_chain(const world::Model& model, const world::RobotChains& chains, const GenericSampler& options, int chain,
                   core::Random& random, Eigen::VectorXd& q, GeometryWorkspace& work) {
   const auto joints = chains.joints(chain);
-  const auto pairs = chains.object_pairs(chain);
+  std::vector<int> pairs;
+  std::ranges::copy_if(chains.object_pairs(chain), std::back_inserter(pairs),
+                       [&](int pair) { return options.touch.empty() || options.touch[static_cast<std::size_t>(pair)] != 0; });
   if (pairs.empty()) return false;
   const auto moving = joint_flags(model, joints);
   const Surroundings around(chains, world::ChainMask{1} << chain);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "stiction/contact/geometry_workspace.hpp"
 #include "stiction/core/random.hpp"
@@ -17,6 +18,7 @@ struct GenericSampler {
   int pinch_tries = 5;             ///< draws of such a grasp, before the branches are drawn one by one
   double near_std = 0.4;           ///< spread of such draws [rad, L of the robots]
   int tries = 20;                  ///< draws per branch
+  std::vector<char> touch{};  ///< 1 per pair that may be brought into contact (pairs of the model); empty: any of a branch with an object
 };
 
 /// A robot posture that touches the object, and the branches for which one was found; the others are where they were.

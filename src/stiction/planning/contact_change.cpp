@@ -29,7 +29,8 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   const Node& near = tree[x.near];
   Regrasp& regrasp = scratch.regrasp;
   const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
-                         [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); }};
+                         [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); },
+                         {.touch = x.touch}};
   const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, regrasp, x.totals.regrasps);
   static_cast<Work&>(x.totals) += regrasp;
   x.release_failed = regrasp.stuck;
@@ -49,9 +50,9 @@ Promise ContactChange::predict(const Eigen::VectorXd& q, Expansion& x, ThreadScr
   const Eigen::VectorXd q_a = q.tail(setting_.model.n_a());
   Eigen::VectorXd e = setting_.goal.difference(node.local.c_u, x.target(setting_.goal, node.local.c_u));
   const Eigen::VectorXd delta_u =
-      extend_.extension(node.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
+      extend_.extension(node.local, q_a, e, x.counted, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   e -= node.local.B_u * delta_u;
-  if (x.to_goal) e = e.cwiseProduct(setting_.goal.bounded()).eval();
+  e = e.cwiseProduct(x.counted).eval();
   return {setting_.goal.inverse_tolerances().cwiseProduct(e).norm(),
           (q_a + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper())};
 }

@@ -31,6 +31,10 @@ struct Expansion {
   bool to_goal = false;
   bool in_cones = false;          ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;        ///< qᵘ (n_qu)
+  int tool = -1;                  ///< the subgoal is of this object, which is not of the goal
+  std::vector<int> aim;           ///< where there are such: the objects that it is about; the others may go anywhere
+  Eigen::VectorXd counted;        ///< 1 per coordinate that it is about, else 0 (n_vu)
+  std::vector<char> touch;        ///< pairs at which a regrasp may take hold; empty: any
   EdgeReplay near_replay;         ///< of `near`, when this expansion computed it
   int refined = -1;               ///< the node that it belongs to
   bool rejected = false;          ///< it is too far from q to build on
@@ -45,7 +49,10 @@ struct Expansion {
   Totals totals;
 
   /// Where the objects are wanted when they are at q_u: the subgoal, or of a goal region the nearest place.
-  Eigen::VectorXd target(const GoalMeasure& goal, const Eigen::VectorXd& q_u) const { return to_goal ? goal.nearest_to(q_u) : subgoal; }
+  Eigen::VectorXd target(const GoalMeasure& goal, const Eigen::VectorXd& q_u) const {
+    if (to_goal) return goal.nearest_to(q_u);
+    return aim.empty() ? subgoal : goal.with(aim, subgoal, q_u);
+  }
   /// From there, in tolerances of the goal.
   double distance(const GoalMeasure& goal, const Eigen::VectorXd& q) const {
     return goal.distance(q, target(goal, q.head(subgoal.size())));

@@ -35,7 +35,7 @@ bool Extend::try_edge(const Node& near, Expansion& x, ThreadScratch& scratch, Ei
     if (!models_.linearise(scratch.candidate, true, scratch, x.totals)) return false;
   }
   const Eigen::VectorXd delta_u =
-      extension(near.local, q_a, e, x.to_goal, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
+      extension(near.local, q_a, e, x.counted, x.in_cones ? &scratch.step_result : nullptr, scratch.least_squares);
   if (delta_u.cwiseQuotient(units_).norm() < kNoMove) return false;
   const Eigen::VectorXd wanted = (q_a + delta_u).cwiseMax(setting_.model.lower()).cwiseMin(setting_.model.upper());
   const double same = threshold::kSameCommand * (wanted - q_a).norm();
@@ -69,12 +69,13 @@ bool Extend::moves(const Node& from, const Node& to) const {
   return false;
 }
 
-Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
-                                  const dynamics::StepResult* forces, cone::ConeLeastSquares& least_squares) const {
+Eigen::VectorXd Extend::extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e,
+                                  const Eigen::VectorXd& counted, const dynamics::StepResult* forces,
+                                  cone::ConeLeastSquares& least_squares) const {
   const Eigen::VectorXd lower = (setting_.model.lower() - q_a).cwiseMin(0.0).cwiseQuotient(units_),
                         upper = (setting_.model.upper() - q_a).cwiseMax(0.0).cwiseQuotient(units_);
-  Eigen::VectorXd y, w = weights_;  // δu in joint units, with which lengths mean the same to sliders and to hinges
-  if (to_goal) w = w.cwiseProduct(setting_.goal.bounded()).eval();
+  Eigen::VectorXd y;  // δu in joint units, with which lengths mean the same to sliders and to hinges
+  const Eigen::VectorXd w = weights_.cwiseProduct(counted);
   const Eigen::MatrixXd B = w.asDiagonal() * local.B_u * units_.asDiagonal();
   const Eigen::VectorXd we = w.cwiseProduct(e);
   if (forces != nullptr) add_force_cones(*forces, least_squares);

@@ -16,8 +16,8 @@ class Extend {
   /// @returns false: nothing is left
   bool push(const Node& from, const Eigen::VectorXd& u, ThreadScratch& scratch, Totals& totals, Node& to) const;
   /// δu* of (P.2), cut or stretched to its length; with `forces`, the smoothed step that gave the local model, also (P.7).
-  /// Towards a goal region, coordinates that it leaves free may go anywhere.
-  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, bool to_goal,
+  /// @param counted  1 per coordinate that it is about; those that are 0 may go anywhere (n_vu)
+  Eigen::VectorXd extension(const LocalModel& local, const Eigen::VectorXd& q_a, const Eigen::VectorXd& e, const Eigen::VectorXd& counted,
                             const dynamics::StepResult* forces, cone::ConeLeastSquares& least_squares) const;
 
  private:

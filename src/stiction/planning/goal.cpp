@@ -91,23 +91,66 @@ void project(const world::Model& model, const GoalRegion& region, Eigen::Ref<Eig
   }
 }
 
-GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {
-  const world::Pose X_WB = world::object_pose(model, q, goal.object);
-  world::Pose X_WG = goal.X_WG;
-  double turn = 0;  // of a hinge, beyond what its pose tells: it knows how often it has turned
-  if (goal.region) {
-    Eigen::VectorXd nearest = q;
-    project(model, *goal.region, nearest.head(model.n_qu()));
-    X_WG = world::object_pose(model, nearest, goal.object);
-    if (model.scene().objects[static_cast<std::size_t>(goal.object)].joint == ObjectJoint::Hinge) {
-      const int at = model.objects()[static_cast<std::size_t>(goal.object)].q_begin;
-      turn = std::abs(q[at] - nearest[at]);
-    }
+std::vector<int> chain_of(const world::Model& model, int object) {
+  std::vector<int> chain;
+  for (int o = object; o >= 0; o = model.objects()[static_cast<std::size_t>(o)].parent) chain.insert(chain.begin(), o);
+  return chain;
+}
+
+std::vector<int> goal_objects(const world::Model& model, const Goal& goal) {
+  std::vector<int> out{goal.object};
+  if (!goal.region) return out;
+  const auto carries = [&](int o, int other) {
+    const auto chain = chain_of(model, other);
+    return std::find(chain.begin(), chain.end(), o) != chain.end();
+  };
+  for (int o = static_cast<int>(model.objects().size()) - 1; o >= 0; --o) {  // what hangs on another comes before it
+    const auto& object = model.objects()[static_cast<std::size_t>(o)];
+    const auto lower = goal.region->lower.segment(object.v_begin, object.n_v),
+               upper = goal.region->upper.segment(object.v_begin, object.n_v);
+    const bool bounded = lower.array().isFinite().any() || upper.array().isFinite().any();
+    if (bounded && std::none_of(out.begin(), out.end(), [&](int other) { return carries(o, other); })) out.push_back(o);
   }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+BystanderMotion calc_motion(const world::Model& model, const Bystanders& bystanders, int object, dynamics::VectorRef q) {
+  const Eigen::Vector3d& gravity = model.scene().gravity;
+  const Eigen::Vector3d up = gravity.norm() > 0 ? Eigen::Vector3d(-gravity.normalized()) : Eigen::Vector3d::Zero();
+  Eigen::VectorXd q_stood = q;
+  q_stood.head(model.n_qu()) = bystanders.q_u;
+  const world::Pose stood = world::object_pose(model, q_stood, object), now = world::object_pose(model, q, object);
+  const Eigen::Vector3d tipped = now.R * (stood.R.transpose() * up);
+  return {(now.p - stood.p).norm(), std::atan2(tipped.cross(up).norm(), tipped.dot(up))};
+}
+
+double bystander_share(const world::Model& model, const Goal& goal, dynamics::VectorRef q) {
+  double share = 0;
+  if (!goal.bystanders) return share;
+  for (const int o : goal.bystanders->objects) {
+    const BystanderMotion motion = calc_motion(model, *goal.bystanders, o, q);
+    share = std::max({share, motion.move / goal.bystanders->may_move, motion.tip / goal.bystanders->may_tip});
+  }
+  return share;
+}
+
+GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal) {
+  Eigen::VectorXd nearest = q;
+  if (goal.region) project(model, *goal.region, nearest.head(model.n_qu()));
   GoalError error;
-  error.position = (X_WB.p - X_WG.p).norm();
-  error.angle = Eigen::Quaterniond(X_WB.R).angularDistance(Eigen::Quaterniond(X_WG.R));
-  if (turn > std::numbers::pi) error.angle = turn;
+  for (const int o : goal_objects(model, goal)) {
+    const world::Pose X_WB = world::object_pose(model, q, o);
+    const world::Pose X_WG = goal.region ? world::object_pose(model, nearest, o) : goal.X_WG;
+    double angle = Eigen::Quaterniond(X_WB.R).angularDistance(Eigen::Quaterniond(X_WG.R));
+    if (model.scene().objects[static_cast<std::size_t>(o)].joint == ObjectJoint::Hinge) {
+      const int at = model.objects()[static_cast<std::size_t>(o)].q_begin;
+      const double turn = std::abs(q[at] - nearest[at]);  // beyond what its pose tells: it knows how often it has turned
+      if (turn > std::numbers::pi) angle = turn;
+    }
+    error.position = std::max(error.position, (X_WB.p - X_WG.p).norm());
+    error.angle = std::max(error.angle, angle);
+  }
   return error;
 }
 

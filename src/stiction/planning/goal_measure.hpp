@@ -14,12 +14,19 @@ class GoalMeasure {
 
   const world::ObjectSpace& space() const { return space_; }
   int object() const { return goal_.object; }
+  const std::vector<int>& objects() const { return objects_; }  ///< of the goal (goal_objects)
+  /// Those of them that robots cannot touch, and so move with others: where there are such, the goal is not about the others, which may go anywhere.
+  const std::vector<int>& out_of_touch() const { return out_of_touch_; }
   const Eigen::VectorXd& q_goal() const { return q_goal_; }  ///< qᵘ of the goal (n_qu)
 
   /// Of a goal region the place nearest to q_u, else that of the goal (n_qu).
   Eigen::VectorXd nearest_to(const Eigen::VectorXd& q_u) const;
-  /// Worst of position and angle error of the goal's object, divided by the tolerance.
+  /// Worst of position and angle error of the goal's objects, divided by the tolerance.
   double ratio(const Eigen::VectorXd& q) const;
+  /// The objects at q_u, but the given ones as they are at q_there (n_qu).
+  Eigen::VectorXd with(const std::vector<int>& objects, const Eigen::VectorXd& q_there, Eigen::VectorXd q_u) const;
+  /// 1 per coordinate of the given objects and of those that they hang on, else 0 (n_vu).
+  Eigen::VectorXd flags(const std::vector<int>& objects) const;
   /// Of all coordinates, so that an object that is turned first and brought back later gets nearer all the time.
   double distance(const Eigen::VectorXd& q, const Eigen::VectorXd& q_u) const;
   double distance(const Eigen::VectorXd& q) const { return distance(q, nearest_to(q.head(model_.n_qu()))); }
@@ -35,13 +42,14 @@ class GoalMeasure {
   const Eigen::VectorXd& inverse_tolerances() const { return inverse_tolerances_; }
   /// The same with 1 for positions: the length that an angle counts for (n_vu) [m/rad].
   Eigen::VectorXd lengths() const { return goal_.tol_position * inverse_tolerances_; }
-  /// 1 per coordinate that a goal region bounds, else 0; all 1 without a region (n_vu).
+  /// 1 per coordinate that the goal is about, else 0: what a goal region bounds; all without one (n_vu).
   const Eigen::VectorXd& bounded() const { return bounded_; }
 
  private:
   const world::Model& model_;
   const Goal& goal_;
   world::ObjectSpace space_;
+  std::vector<int> objects_, out_of_touch_;
   Eigen::VectorXd q_goal_, inverse_tolerances_, bounded_;
 };
 

@@ -1,5 +1,6 @@
 #include "stiction/planning/nearest.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -87,6 +88,21 @@ double NearestPoints::distance(int i, const double* q) const {
   ErrorVector e(space_->n_v());
   space_->error(centre(i), q, e.data());
   return form(i, e.data(), kInfinity);
+}
+
+double NearestPoints::distance(int i, const double* q, const std::vector<int>& v) const {
+  ErrorVector all(space_->n_v());
+  space_->error(centre(i), q, all.data());
+  const double* S = covariances_.data() + static_cast<std::ptrdiff_t>(i) * n_form_;
+  const auto n = static_cast<Eigen::Index>(v.size());
+  Eigen::VectorXd e(n);
+  Eigen::MatrixXd S_v(n, n);
+  for (Eigen::Index r = 0; r < n; ++r) {
+    const int row = v[static_cast<std::size_t>(r)];
+    e[r] = all.data()[row];
+    for (Eigen::Index c = 0; c <= r; ++c) S_v(r, c) = S[row * (row + 1) / 2 + v[static_cast<std::size_t>(c)]];  // v ascends
+  }
+  return S_v.selfadjointView<Eigen::Lower>().llt().matrixL().solve(e).squaredNorm();
 }
 
 NearestPoints::Part NearestPoints::make_part(std::vector<int> points) const {

@@ -33,6 +33,9 @@ class NearestPoints {
   /// d_i(q). @param q  at least n_q numbers
   double distance(int i, const double* q) const;
 
+  /// The same for some coordinates alone, when the others may be anywhere: e_vᵀ(S_vv)⁻¹e_v. @param v  their numbers
+  double distance(int i, const double* q, const std::vector<int>& v) const;
+
   /// argmin_i d_i(q), −1 when there is none. @param evaluated  when given: how many forms were computed
   int nearest(const double* q, long* evaluated = nullptr) const;
 

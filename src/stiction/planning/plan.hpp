@@ -20,14 +20,38 @@ struct GoalRegion {
   Eigen::VectorXd lower, upper;  ///< (n_vu), in the order of the objects' tangent
 };
 
-/// Where one object should go, and how near is near enough.
+/// Objects that are not to go far from where they stand, on the whole way to the goal.
+struct Bystanders {
+  std::vector<int> objects;  ///< ascending
+  Eigen::VectorXd q_u;       ///< where they stand (n_qu)
+  double may_move = 0;       ///< of the origins of their frames [m] > 0; ∞: as far as they like
+  double may_tip = 0;        ///< of what points up in them where they stand [rad] > 0; ∞: as far as they like
+};
+
+/// Where objects should go, and how near is near enough.
 struct Goal {
-  int object = 0;                                   ///< index of the object
+  int object = 0;                                   ///< index of the object; of several the smallest one
   world::Pose X_WG;                                 ///< goal pose of its body frame; one of those in the region, when there is one
   double tol_position = 0.01;                       ///< [m] > 0
   double tol_angle = 0.1;                           ///< [rad] > 0
-  std::optional<GoalRegion> region = std::nullopt;  ///< every pose in it will do; of the object and those that it hangs on
+  std::optional<GoalRegion> region = std::nullopt;  ///< every pose in it will do; of several objects it bounds each
+  std::optional<Bystanders> bystanders = std::nullopt;
 };
+
+/// The object and those that it hangs on, from the world outwards.
+std::vector<int> chain_of(const world::Model& model, int object);
+
+/// The object of the goal, and every other one that its region bounds, without those that another of them hangs on; ascending.
+std::vector<int> goal_objects(const world::Model& model, const Goal& goal);
+
+/// How far a bystander is from where it stood: its origin, and what pointed up in it.
+struct BystanderMotion {
+  double move = 0;  ///< [m]
+  double tip = 0;   ///< [rad]; 0 without gravity
+};
+BystanderMotion calc_motion(const world::Model& model, const Bystanders& bystanders, int object, dynamics::VectorRef q);
+/// The largest motion of a bystander, as a share of what it may; 0 without any.
+double bystander_share(const world::Model& model, const Goal& goal, dynamics::VectorRef q);
 
 /// Roll, pitch and yaw of R = Rz(yaw)Ry(pitch)Rx(roll), pitch in [−π/2, π/2].
 Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R);
@@ -37,7 +61,7 @@ Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R);
 /// @param q_u  configuration of the objects (n_qu), changed in place
 void project(const world::Model& model, const GoalRegion& region, Eigen::Ref<Eigen::VectorXd> q_u);
 
-/// Distance of an object pose from a goal, or from its projection on the region of the goal.
+/// Distance of an object pose from a goal, or from its projection on the region of the goal; of several objects the farthest one.
 struct GoalError {
   double position = 0;  ///< [m]
   double angle = 0;     ///< [rad], geodesic
@@ -47,7 +71,7 @@ struct GoalError {
 };
 GoalError goal_error(const world::Model& model, dynamics::VectorRef q, const Goal& goal);
 
-/// The configuration near q in which goal_error() is least: of the object and those that it hangs on, the others stay. Gauss–Newton on the pose;
+/// The configuration near q in which goal_error() is least: of the objects and those that they hang on, the others stay. Gauss–Newton on the pose;
 /// projected on a region.
 /// @param q  near the goal (n_q)
 Eigen::VectorXd at_goal(const world::Model& model, dynamics::VectorRef q, const Goal& goal);

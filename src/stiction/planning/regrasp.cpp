@@ -170,7 +170,7 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
   std::vector<Candidate> out;
   const Eigen::VectorXd q_before = q;
   for (int k = 0; k < (choose ? threshold::kCandidates : 1) && !geometry.stop(); ++k) {
-    const auto sample = contact::sample_contact(setting.model, setting.chains, contact::GenericSampler{}, draw, q_before, random, geometry);
+    const auto sample = contact::sample_contact(setting.model, setting.chains, judge.sampler, draw, q_before, random, geometry);
     if (!sample) continue;
     q.tail(sample->q_a.size()) = sample->q_a;
     out.push_back({judge.promise ? judge.promise(q) : Promise{}, sample->q_a});

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "stiction/contact/contact_sampler.hpp"
 #include "stiction/core/random.hpp"
 #include "stiction/planning/simulate.hpp"
 
@@ -83,10 +84,11 @@ struct Promise {
   Eigen::VectorXd command;  ///< of that extension (n_a)
 };
 
-/// How postures that were drawn are told apart. Empty functions: they are taken as they come.
+/// How postures are drawn, and told apart. Empty functions: they are taken as they come.
 struct GraspJudge {
   std::function<Promise(const Eigen::VectorXd& q)> promise;                                   ///< by a local model
   std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& command)> simulated;  ///< what comes of it
+  contact::GenericSampler sampler{};
 };
 
 /// Tries one regrasp of the tree at (q, u): a contact sample is drawn where the objects came to rest after the branches of `release` let go. Branches that do

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "stiction/planning/goal_measure.hpp"
 #include "stiction/world/scales.hpp"
@@ -31,7 +32,13 @@ std::vector<world::SampleBox> default_sample_boxes(const PlanningProblem& proble
   Eigen::VectorXd q_goal = problem.q_start;
   q_goal.head(model.n_qu()) = goal_configuration(problem, space);
   std::vector<world::SampleBox> boxes;
-  for (int o = problem.goal.object; o >= 0; o = model.objects()[static_cast<std::size_t>(o)].parent) {
+  std::vector<int> objects;
+  for (const int of_goal : goal_objects(model, problem.goal)) {
+    std::vector<int> chain = chain_of(model, of_goal);
+    std::ranges::reverse(chain);
+    std::ranges::copy_if(chain, std::back_inserter(objects), [&](int o) { return std::ranges::find(objects, o) == objects.end(); });
+  }
+  for (const int o : objects) {
     const world::ObjectInfo& object = model.objects()[static_cast<std::size_t>(o)];
     const Eigen::VectorXd start = box_coordinates(object, problem.q_start), goal = box_coordinates(object, q_goal);
     world::SampleBox& box = boxes.emplace_back();

@@ -101,6 +101,7 @@ bool Simulation::solve(const Eigen::VectorXd& q, Eigen::VectorXd& u, const Pace&
 }
 
 bool Simulation::stays(const Eigen::VectorXd& q, const Watch& watch) const {
+  if (setting_.problem.goal.bystanders && bystander_share(setting_.model, setting_.problem.goal, q) > 1) return false;
   if (watch.places[0].q == nullptr) return true;
   return std::ranges::any_of(watch.places, [&](const Place& place) {
     return place.q != nullptr && setting_.goal.share(*place.q, q, place.within.position, place.within.angle) <= 1;

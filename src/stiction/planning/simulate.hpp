@@ -56,7 +56,7 @@ struct Watch {
 /// How a simulation ended.
 enum class Ending {
   Reached,     ///< all commands were followed
-  Moved,       ///< the objects left the places that Watch names
+  Moved,       ///< the objects left the places that Watch names, or a bystander went farther than it may
   OverLimits,  ///< something was worse than Watch::most, or slid or recoiled farther than a sub-step may
   Unsolved,    ///< a step was not solved
   Stopped,     ///< the run is to end

@@ -54,14 +54,16 @@ struct Node {
 /// The sub-steps of an edge become those of its node, and the last one its state.
 void set_edge(const std::vector<dynamics::Knot>& knots, const world::Model& model, Node& node);
 
-/// Nodes, and which one is extended next. No choice scans all nodes.
+/// Nodes, and which one is extended next. No choice scans all nodes, but those that leave other objects where they are.
 class Tree {
  public:
   /// @param weights  w of the distance Σ wᵢ eᵢ² between objects, in tolerances of the goal (n_v)
-  Tree(const world::ObjectSpace& space, const Eigen::VectorXd& weights)
+  /// @param of_goal  coordinates that the goal is about, when there are others; empty: all
+  explicit Tree(const world::ObjectSpace& space, const Eigen::VectorXd& weights, std::vector<int> of_goal = {})
       : nearest_(space),
         places_(space),
         weights_(weights),
+        of_goal_(std::move(of_goal)),
         by_metric_(space, weights),
         pushes_(space, weights),
         regrasps_(space, weights) {}
@@ -77,6 +79,10 @@ class Tree {
   /// The node whose objects are nearest to q_u, in tolerances of the goal: where a change of contacts towards q_u starts. It is none itself, and can let
   /// go. −1 when there is none.
   int nearest_place(const Eigen::VectorXd& q_u) const { return places_.nearest(q_u.data()); }
+
+  /// The same two for some of the objects, wherever the others are: by all nodes. @param v  coordinates of these (tangent)
+  int nearest(const Eigen::VectorXd& q_u, const std::vector<int>& v) const { return nearest(nearest_, q_u, v); }
+  int nearest_place(const Eigen::VectorXd& q_u, const std::vector<int>& v) const { return nearest(places_, q_u, v); }
 
   /// The node of the frontier whose push, by its local metric, comes nearest to the goal; −1 when there is none.
   int take_by_metric();
@@ -103,12 +109,14 @@ class Tree {
   std::vector<int> path_to(int i) const;
 
  private:
+  static int nearest(const NearestPoints& points, const Eigen::VectorXd& q_u, const std::vector<int>& v);
   void find_best();
   void remove(int i);
 
   std::vector<Node> nodes_;
   NearestPoints nearest_, places_;  // by the metric of each node; by the distance of objects
   Eigen::VectorXd weights_;
+  std::vector<int> of_goal_;
   Frontier by_metric_, pushes_, regrasps_;
   std::vector<double> effort_;  // by node: extensions to the goal by its metric
   int best_ = -1;

@@ -9,6 +9,19 @@
 
 namespace stiction::planning {
 
+namespace {
+
+/// Numbers of the coordinates with a flag.
+std::vector<int> flagged(const Eigen::VectorXd& flags) {
+  std::vector<int> out;
+  for (Eigen::Index v = 0; v < flags.size(); ++v) {
+    if (flags[v] != 0) out.push_back(static_cast<int>(v));
+  }
+  return out;
+}
+
+}  // namespace
+
 TreeSearch::TreeSearch(const Setting& setting, const Eigen::VectorXd& u_start, std::uint64_t seed, double bound)
     : setting_(setting),
       u_start_(u_start),
@@ -18,8 +31,10 @@ TreeSearch::TreeSearch(const Setting& setting, const Eigen::VectorXd& u_start, s
       extend_(setting_, models_),
       contact_change_(setting_, models_, extend_),
       verifier_(setting_, seed),
+      tools_(setting_),
       writer_(setting_),
-      tree_(setting_.goal.space(), setting_.goal.inverse_tolerances().cwiseAbs2()),
+      tree_(setting_.goal.space(), setting_.goal.inverse_tolerances().cwiseAbs2(),
+            tools_.any() ? flagged(setting_.goal.flags(setting_.goal.objects())) : std::vector<int>{}),
       least_distance_(std::numeric_limits<double>::infinity()) {}
 
 bool TreeSearch::plant_root(ThreadScratch& scratch, PlanResult& result) {
@@ -51,7 +66,10 @@ Expansion TreeSearch::draw() {
   x.may_be_unstable = totals_.regrasps.unstable > threshold::kStableReleases * std::max(1L, totals_.regrasps.accepted);
   x.subgoal = setting_.goal.q_goal();
   x.to_goal = random.chance(setting_.options.goal_bias);
-  if (!x.to_goal) setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
+  if (!x.to_goal) {
+    setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);
+    x.tool = tools_.draw(random);
+  }
   if (!setting_.options.uses(Mechanism::Frontier)) return x;
   const bool by_place = random.chance(x.to_goal ? threshold::kByPlaceToGoal : threshold::kByPlace);
   if (by_place && x.grasp && !x.to_goal && random.chance(waiting())) {
@@ -67,8 +85,8 @@ Expansion TreeSearch::draw() {
 void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
   if (scratch.stop()) return;
   const ProfileClock::Scope scope(scratch.profile, Activity::Selection);
-  if (x.at_place) x.near = tree_.nearest_place(x.subgoal);
-  if (x.near < 0) x.near = tree_.nearest(x.subgoal);  // (3.8)
+  core::Random random(seed_, (x.stream << 1) + 1);
+  aim(x, random, scratch);
   if (tree_[x.near].replay.empty()) {
     x.refined = x.near;
     const Node& node = tree_[x.near];
@@ -76,7 +94,6 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
     x.rejected = !verifier_.verify_edge(parent, parent.replay, node, scratch, x.totals, x.near_replay);
     if (x.rejected) return;
   }
-  core::Random random(seed_, (x.stream << 1) + 1);
   if (x.grasp) contact_change_.choose(tree_, x, random);
   const Node& near = tree_[x.near];
   Node node;
@@ -88,6 +105,42 @@ void TreeSearch::expand(Expansion& x, ThreadScratch& scratch) const {
   const EdgeReplay& near_replay = near.replay.empty() ? x.near_replay : near.replay;
   while (setting_.options.uses(Mechanism::Chains) && goes_on(x, near) && lengthen(x, near, near_replay, scratch)) {
   }
+}
+
+int TreeSearch::find_near(const Expansion& x) const {
+  const std::vector<int> v = x.aim.empty() ? std::vector<int>{} : flagged(x.counted);
+  int near = -1;
+  if (x.at_place) near = v.empty() ? tree_.nearest_place(x.subgoal) : tree_.nearest_place(x.subgoal, v);
+  if (near < 0) near = v.empty() ? tree_.nearest(x.subgoal) : tree_.nearest(x.subgoal, v);  // (3.8)
+  return near;
+}
+
+void TreeSearch::aim(Expansion& x, core::Random& random, ThreadScratch& scratch) const {
+  const GoalMeasure& goal = setting_.goal;
+  x.counted = x.to_goal ? goal.bounded() : Eigen::VectorXd::Ones(setting_.model.n_vu());
+  if (!tools_.any()) {
+    if (x.near < 0) x.near = find_near(x);
+    return;
+  }
+  const auto aim_at = [&](std::vector<int> objects) {
+    x.aim = std::move(objects);
+    if (!x.to_goal) x.counted = goal.flags(x.aim);
+  };
+  aim_at(goal.objects());
+  if (x.near < 0 && x.tool < 0) x.near = find_near(x);
+  if (x.tool < 0) {
+    x.touch = tools_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
+    if (!x.touch.empty()) return;
+    x.to_goal = false;  // there is nothing yet with which the robots could move them
+    while (x.tool < 0) x.tool = tools_.draw(random);
+  }
+  const Eigen::VectorXd& q = tree_[x.near >= 0 ? x.near : tree_.best()].q;
+  x.subgoal = q.head(setting_.model.n_qu());
+  tools_.draw_place(x.tool, q, random, scratch.geometry, x.subgoal);
+  aim_at({x.tool});
+  if (x.near < 0) x.near = find_near(x);
+  x.touch = tools_.touchable(x.aim, tree_[x.near].q, scratch.geometry);
+  x.grasp = x.grasp && !x.touch.empty();
 }
 
 int TreeSearch::insert(Expansion& x, ThreadScratch& scratch) {

@@ -2,6 +2,7 @@
 
 #include "stiction/planning/contact_change.hpp"
 #include "stiction/planning/plan_path.hpp"
+#include "stiction/planning/tools.hpp"
 #include "stiction/planning/verify.hpp"
 
 namespace stiction::planning {
@@ -37,6 +38,9 @@ class TreeSearch {
   Plan plan_to(int node, bool forces, ThreadScratch& scratch);
 
  private:
+  /// Which objects the subgoal is about, and of one that is not the goal's where it is to be.
+  void aim(Expansion& x, core::Random& random, ThreadScratch& scratch) const;
+  int find_near(const Expansion& x) const;
   /// Cost and local model of a new node; false where it is none.
   bool complete(const Node& parent, ThreadScratch& scratch, Totals& totals, Node& node) const;
   /// The last node of the chain is worth another extension: it is a new grasp, or nearer the subgoal than the node before.
@@ -58,6 +62,7 @@ class TreeSearch {
   const Extend extend_;
   const ContactChange contact_change_;
   const EdgeVerifier verifier_;
+  const Tools tools_;
   const PathWriter writer_;
   Tree tree_;
   Totals totals_;

@@ -17,21 +17,27 @@ namespace stiction::tasks {
 using core::Status;
 
 PoseError goal_error(const world::Model& model, const PlanFile& plan, const Eigen::VectorXd& q) {
-  const int object = model.object_index(plan.goal_object);
-  const world::Pose X_WO = world::object_pose(model, q, object);
-  world::Pose X_WG = to_pose(plan.goal_pose);
-  double turn = 0;    // of a hinge
-  if (plan.region) {  // what the region means is part of the problem, not of how it was solved
-    Eigen::VectorXd nearest = q;
-    planning::project(model, *plan.region, nearest.head(model.n_qu()));
-    X_WG = world::object_pose(model, nearest, object);
+  PoseError out{0, 0};
+  Eigen::VectorXd nearest = q;  // what the region means is part of the problem, not of how it was solved
+  if (plan.region) planning::project(model, *plan.region, nearest.head(model.n_qu()));
+  for (const int object : goal_objects(model, plan)) {
+    const world::Pose X_WO = world::object_pose(model, q, object);
+    const world::Pose X_WG = plan.region ? world::object_pose(model, nearest, object) : to_pose(plan.goal_pose);
+    double angle = angle_between(X_WO.R, X_WG.R);
     if (model.scene().objects[static_cast<std::size_t>(object)].joint == world::ObjectJoint::Hinge) {
       const int at = model.objects()[static_cast<std::size_t>(object)].q_begin;
-      turn = std::abs(q[at] - nearest[at]);
+      if (std::abs(q[at] - nearest[at]) > std::numbers::pi) angle = std::abs(q[at] - nearest[at]);
     }
+    out = {std::max(out.position, (X_WO.p - X_WG.p).norm()), std::max(out.angle, angle)};
   }
-  const double angle = angle_between(X_WO.R, X_WG.R);
-  return {(X_WO.p - X_WG.p).norm(), turn > std::numbers::pi ? turn : angle};
+  return out;
+}
+
+std::vector<int> goal_objects(const world::Model& model, const PlanFile& plan) {
+  planning::Goal goal;
+  goal.object = model.object_index(plan.goal_object);
+  goal.region = plan.region;
+  return planning::goal_objects(model, goal);
 }
 
 Eigen::VectorXd normalised(const world::Model& model, Eigen::VectorXd q) {

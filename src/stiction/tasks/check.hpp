@@ -65,6 +65,7 @@ struct CheckOptions {
 ///                                away, from one of four sides; not judged
 /// effort                         largest K_a|u − q| of a stored knot, in units of the motor's effort; judged where the plan's step bounds efforts
 /// max_force                      largest normal force of a pair, re-simulated or stored, in units of what its weaker side bears; 0 where nothing is fragile. brace: of the robot on itself or on what is fixed, in units of world::share::kBrace of F, not judged
+/// bystander_move, bystander_tip  how far any bystander of the task goes from where it stands at the start, re-simulated; only where the task has bystanders
 /// failed_steps                   steps that were not solved
 /// edited, status                 the file is as it was written (its digest), and of a plan that was solved
 /// quaternion_norm, start, goal, settings, dynamics, error, stored_…, display_…     the file says what the task says and what is simulated

@@ -46,8 +46,11 @@ struct PoseError {
   double position, angle;  ///< [m], [rad]
 };
 
-/// Distance from the goal that the file states.
+/// Distance from the goal that the file states; of several objects the largest.
 PoseError goal_error(const world::Model& model, const PlanFile& plan, const Eigen::VectorXd& q);
+
+/// The objects that the goal in the file is about.
+std::vector<int> goal_objects(const world::Model& model, const PlanFile& plan);
 
 /// The same state, with unit quaternions where it has others, so that an edited file can be simulated on and is judged by quaternion_norm.
 Eigen::VectorXd normalised(const world::Model& model, Eigen::VectorXd q);

@@ -111,6 +111,10 @@ void FileCheck::check_goal() {
   if (model_.object_index(plan_.goal_object) != goal.object) differs("another object than that of the task");
   goal_.see(std::max(std::abs(plan_.tol_position - goal.tol_position), std::abs(plan_.tol_angle - goal.tol_angle)),
             [] { return std::string("tolerances against the task"); });
+  const auto &of_plan = plan_.bystanders, &of_task = goal.bystanders;
+  if (of_plan.has_value() != of_task.has_value() ||
+      (of_plan && (of_plan->objects != of_task->objects || of_plan->may_move != of_task->may_move || of_plan->may_tip != of_task->may_tip)))
+    differs("bystanders against the task");
   if (plan_.goal_from_command_line) return;
   const world::Pose X_WG = to_pose(plan_.goal_pose);
   if (!plan_.region)

@@ -32,7 +32,8 @@ Replay::Replay(const Task& task, const PlanFile& plan, const CheckOptions& optio
   const world::Scale& scale = model_.scales().object(task.problem.goal.object);
   brace_force_ = world::share::kBrace * scale.force;
   stays_ = {world::share::kClearance * scale.length, kRegraspTurn};
-  goal_object_ = model_.object_index(plan_.goal_object);
+  goal_objects_ = goal_objects(model_, plan_);
+  bystanders_ = task.problem.goal.bystanders;
   find_branches();
 }
 
@@ -83,6 +84,8 @@ void Replay::report(CheckReport& out) const {
   add(out, "unstable_releases", unstable_releases_, std::nullopt, "");
   add(out, "effort", effort_, bounded ? std::optional(1 + effort_allowance()) : std::nullopt, "of the motor's");
   add(out, "max_force", max_force_, 1.0, "of what the weaker side bears");
+  if (bystanders_ && std::isfinite(bystanders_->may_move)) add(out, "bystander_move", bystander_move_, bystanders_->may_move, "m");
+  if (bystanders_ && std::isfinite(bystanders_->may_tip)) add(out, "bystander_tip", bystander_tip_, bystanders_->may_tip, "rad");
   add(out, "brace", brace_, std::nullopt, "of the force that ends a push");
   add(out, "failed_steps", plain(static_cast<double>(failed_steps_)), 0.0, "");
   add(out, "stored_position", stored_position_, limits_.stored_position, "of 0.1 % of the object's size");
@@ -203,6 +206,7 @@ void Replay::half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q) {
   if (!step(q, u)) return;
   q = result_.q_next;
   see_press();
+  see_bystanders(q);
   for (int j = 0; j < model_.n_a(); ++j) {
     const double x = q.tail(model_.n_a())[j];
     joint_limits_.see(std::max(model_.lower()[j] - x, x - model_.upper()[j]), [&] { return here(joint_name(j)); });
@@ -250,6 +254,18 @@ void Replay::see_stored_press(const StoredKnot& knot) {
     for (const auto& c : knot.contacts) force += c.a == pair.geometry_a && c.b == pair.geometry_b ? c.normal_W.dot(c.force_W) : 0;
     max_force_.see(force / pair.max_force,
                    [&] { return here(fmt::format("stored {}, {:.3g} of {:.3g} N", pair_name(i), force, pair.max_force)); });
+  }
+}
+
+void Replay::see_bystanders(const Eigen::VectorXd& q) {
+  if (!bystanders_) return;
+  const Eigen::Vector3d up = -model_.scene().gravity.normalized();  // 0 without gravity
+  for (const int o : bystanders_->objects) {
+    const world::Pose stood = world::object_pose(model_, plan_.q_start, o), X = world::object_pose(model_, q, o);
+    const Eigen::Vector3d tipped = X.R * stood.R.transpose() * up;
+    const auto name = [&] { return here(model_.objects()[static_cast<std::size_t>(o)].name); };
+    bystander_move_.see((X.p - stood.p).norm(), name);
+    bystander_tip_.see(std::atan2(tipped.cross(up).norm(), tipped.dot(up)), name);
   }
 }
 
@@ -366,10 +382,12 @@ void Replay::check_stored_forces(const Eigen::VectorXd& q_before, const StoredKn
 }
 
 void Replay::compare_with_path(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stored) {
-  const world::Pose X = world::object_pose(model_, q, goal_object_);
-  const world::Pose X_stored = world::object_pose(model_, normalised(model_, q_stored), goal_object_);
-  path_position_.see((X.p - X_stored.p).norm(), [&] { return here(); });
-  path_angle_.see(angle_between(X.R, X_stored.R), [&] { return here(); });
+  for (const int object : goal_objects_) {
+    const world::Pose X = world::object_pose(model_, q, object);
+    const world::Pose X_stored = world::object_pose(model_, normalised(model_, q_stored), object);
+    path_position_.see((X.p - X_stored.p).norm(), [&] { return here(); });
+    path_angle_.see(angle_between(X.R, X_stored.R), [&] { return here(); });
+  }
 }
 
 }  // namespace stiction::tasks

@@ -15,6 +15,7 @@ namespace stiction::tasks {
 ///   penetration, force_cone, force_gap, slide, failed_steps   of the replay, penetration of the stored states too
 ///   stored_position, stored_angle, stored_force, stored_contact   stored knots against the full sub-step; forces of an unsolved plan where it has any
 ///   regrasp_contact                                               of stored regrasps
+///   bystander_move, bystander_tip                                 of the replay, where the task has bystanders
 ///   effort                                                        of stored knots
 ///   max_force, brace                                              of the replay and of full sub-steps, max_force of stored forces as well
 /// Forces are looked at above a share of the force of the pair, so that a heavy thing that nothing touches hides nothing.
@@ -51,6 +52,7 @@ class Replay {
   std::pair<double, int> deepest(const Eigen::VectorXd& q);
   bool step(const Eigen::VectorXd& q, const Eigen::VectorXd& u);
   void half_step(const Eigen::VectorXd& u, Eigen::VectorXd& q);
+  void see_bystanders(const Eigen::VectorXd& q);
   void see_effort(const StoredKnot& knot);
   void see_press();
   void see_stored_press(const StoredKnot& knot);
@@ -71,7 +73,8 @@ class Replay {
   std::vector<contact::Contact> contacts_;
   dynamics::StepOptions step_options_;
   dynamics::StepResult result_;
-  int goal_object_ = 0;
+  std::vector<int> goal_objects_;
+  std::optional<planning::Bystanders> bystanders_;
   double brace_force_ = 0;  ///< of the planner: how hard the robot may press on itself or on what does not move [N]
   PoseError stays_{0, 0};   ///< of the planner: an object that moves less in a regrasp stays where it is
   long unstable_ = 0;       ///< regrasps in which one would not with gravity aside
@@ -82,7 +85,7 @@ class Replay {
   Place place_;
   PoseError end_{0, 0};
   Worst penetration_, joint_limits_, force_cone_, force_gap_, regrasp_contact_, unstable_releases_, stored_position_, stored_angle_,
-      stored_force_, stored_contact_, path_position_, path_angle_, slide_, effort_, max_force_, brace_;
+      stored_force_, stored_contact_, path_position_, path_angle_, slide_, effort_, max_force_, brace_, bystander_move_, bystander_tip_;
 };
 
 }  // namespace stiction::tasks

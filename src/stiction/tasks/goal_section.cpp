@@ -11,6 +11,7 @@
 #include "stiction/tasks/task.hpp"
 #include "stiction/tasks/task_sections.hpp"
 #include "stiction/world/object_space.hpp"
+#include "stiction/world/scales.hpp"
 
 namespace stiction::tasks {
 namespace {
@@ -102,11 +103,36 @@ double nearest_in_limits(const Model& model, int object, double lower, double up
   return spec.limits ? std::clamp((*spec.limits)[0], lower, upper) : lower;
 }
 
-/// The object and those that it hangs on, from the world outwards.
-std::vector<int> chain_of(const Model& model, int object) {
-  std::vector<int> chain;
-  for (int o = object; o >= 0; o = model.objects()[static_cast<std::size_t>(o)].parent) chain.insert(chain.begin(), o);
-  return chain;
+/// Of the objects that a goal names those that no other of them hangs on; ascending.
+std::vector<int> leaves_of(const Model& model, const std::vector<int>& named) {
+  std::vector<int> out;
+  for (const int o : named) {
+    const auto carries = [&](int other) {
+      const auto chain = planning::chain_of(model, other);
+      return other != o && std::find(chain.begin(), chain.end(), o) != chain.end();
+    };
+    if (std::none_of(named.begin(), named.end(), carries)) out.push_back(o);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+/// Thresholds are shares of the size of one object: of several of the smallest.
+int smallest(const Model& model, const std::vector<int>& objects) {
+  return *std::min_element(objects.begin(), objects.end(),
+                           [&](int a, int b) { return model.scales().object(a).length < model.scales().object(b).length; });
+}
+
+/// The objects of a goal and all that they hang on, ascending: what hangs on another is listed after it.
+std::vector<int> objects_with_carriers(const Model& model, const planning::Goal& goal) {
+  std::vector<int> out;
+  for (const int of_goal : planning::goal_objects(model, goal)) {
+    const auto chain = planning::chain_of(model, of_goal);
+    out.insert(out.end(), chain.begin(), chain.end());
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
 }
 
 /// The goal is a site or a body of the file. `rpy: ~` leaves the orientation open.
@@ -147,33 +173,29 @@ void read_goal(const YamlNode& node, const Model& model, planning::PlanningProbl
   if (!node.has("objects")) return read_goal_at(node, model, problem);
   node.require_map({"objects"});
   const auto entries = node.at("objects").entries();
-  if (entries.empty()) node.at("objects").fail("no object", "the goal pose of one object");
+  if (entries.empty()) node.at("objects").fail("no object", "the goal pose of an object");
   planning::Goal& goal = problem.goal;
   Eigen::VectorXd q = problem.q_start;
   std::vector<int> named;
   planning::GoalRegion region = unbounded(model);
-  bool several = false;
+  bool is_wide = false;  // more than one pose
   for (const auto& [name, value] : entries) {
     const int object = named.emplace_back(find_object(value, name, model));
     const auto& info = model.objects()[static_cast<std::size_t>(object)];
-    several |= is_region(value);
+    is_wide |= is_region(value);
     if (!is_region(value)) {
       read_object_pose(value, model, object, q);
-      several |= counts_turns(model, object, problem.q_start[info.q_begin], q[info.q_begin]);
+      is_wide |= counts_turns(model, object, problem.q_start[info.q_begin], q[info.q_begin]);
     }
     read_object_region(value, model, object, region);
     if (info.n_v == 1)
       require_in_limits(value, model, object, nearest_in_limits(model, object, region.lower[info.v_begin], region.upper[info.v_begin]),
                         "goal");
   }
-  goal.object = *std::max_element(named.begin(), named.end());  // what hangs on another is listed after it
-  const auto chain = chain_of(model, goal.object);
-  for (const int object : named) {
-    if (std::find(chain.begin(), chain.end(), object) == chain.end())
-      node.at("objects").fail(fmt::format("{} objects", entries.size()), "the goal pose of exactly one object, and of what it hangs on");
-  }
+  const std::vector<int> leaves = leaves_of(model, named);
+  goal.object = smallest(model, leaves);
   set_goal_at(q, problem);
-  if (several) set_region(std::move(region), problem);
+  if (is_wide || leaves.size() > 1) set_region(std::move(region), problem);
 }
 
 void set_goal(Task& task, std::span<const double> values) {
@@ -183,53 +205,75 @@ void set_goal(Task& task, std::span<const double> values) {
 
 void set_goal(Task& task, const std::vector<std::optional<double>>& values) {
   const Model& model = *task.model;
-  const int object = task.problem.goal.object;
-  const bool free = is_free(model, object);
-  const auto chain = chain_of(model, object);
-  std::size_t expected = 6;
+  planning::Goal& goal = task.problem.goal;
+  const auto leaves = planning::goal_objects(model, goal);
+  const auto objects = objects_with_carriers(model, goal);
+  std::size_t expected = 0;
   std::string names;
-  if (!free) expected = 0;
-  for (const int o : chain) {
+  for (const int o : objects) {
     const auto& info = model.objects()[static_cast<std::size_t>(o)];
-    if (!free) expected += static_cast<std::size_t>(info.n_q);
+    expected += static_cast<std::size_t>(info.n_v);
     names += fmt::format("{}'{}'", names.empty() ? "" : " and ", info.name);
   }
   if (values.size() != expected) {
-    core::throw_invalid(
-        "goal", fmt::format("{} numbers", values.size()),
-        free ? fmt::format("6 (x y z roll pitch yaw of {})", names) : fmt::format("{} (the coordinates of {})", expected, names));
+    const bool any_free = std::any_of(objects.begin(), objects.end(), [&](int o) { return is_free(model, o); });
+    core::throw_invalid("goal", fmt::format("{} numbers", values.size()),
+                        fmt::format("{} ({}{} of {})", expected, any_free ? "x y z roll pitch yaw" : "the coordinates",
+                                    any_free && objects.size() > 1 ? ", or the coordinates," : "", names));
   }
   for (const auto& value : values) {
     if (value) core::require_finite("goal", std::span(&*value, 1));
   }
   task.goal_from_command_line = true;
-  task.problem.goal.region.reset();
-  const int at = model.objects()[static_cast<std::size_t>(object)].q_begin;
-  const bool turns = !free && values.back() && counts_turns(model, object, task.problem.q_start[at], *values.back());
-  if (turns || std::any_of(values.begin(), values.end(), [](const auto& x) { return !x; })) {
-    planning::GoalRegion region = unbounded(model);
-    std::size_t next = 0;
-    for (const int o : chain) {
-      const auto& info = model.objects()[static_cast<std::size_t>(o)];
-      for (int i = 0; i < info.n_v && next < values.size(); ++i, ++next) {
-        if (values[next]) region.lower[info.v_begin + i] = region.upper[info.v_begin + i] = *values[next];
-      }
-    }
-    return set_region(std::move(region), task.problem);
-  }
+  planning::GoalRegion region = unbounded(model);
   Eigen::VectorXd q = task.problem.q_start;
-  if (free) {
-    const auto& info = model.objects()[static_cast<std::size_t>(object)];
-    q.segment<3>(info.q_begin) << *values[0], *values[1], *values[2];
-    q.segment<4>(info.q_begin + 3) = Eigen::Quaterniond(rotation_of_rpy({*values[3], *values[4], *values[5]})).coeffs();
+  bool is_wide = leaves.size() > 1;
+  std::size_t next = 0;
+  for (const int o : objects) {
+    const auto& info = model.objects()[static_cast<std::size_t>(o)];
+    const auto given = std::span(values).subspan(next, static_cast<std::size_t>(info.n_v));
+    next += given.size();
+    for (std::size_t i = 0; i < given.size(); ++i) {
+      const auto v = static_cast<Eigen::Index>(i);
+      is_wide |= !given[i];
+      if (given[i]) region.lower[info.v_begin + v] = region.upper[info.v_begin + v] = *given[i];
+      if (given[i] && v < info.n_q && !(is_free(model, o) && v >= 3)) q[info.q_begin + v] = *given[i];
+    }
+    if (is_free(model, o) && given[3] && given[4] && given[5])
+      q.segment<4>(info.q_begin + 3) = Eigen::Quaterniond(rotation_of_rpy({*given[3], *given[4], *given[5]})).coeffs();
+    is_wide |= o == goal.object && given[0] && counts_turns(model, o, task.problem.q_start[info.q_begin], *given[0]);
+  }
+  goal.region.reset();
+  if (is_wide) return set_region(std::move(region), task.problem);
+  set_goal_at(q, task.problem);
+}
+
+void read_bystanders(const YamlNode& node, const Model& model, planning::PlanningProblem& problem) {
+  node.require_map({"may_move", "may_tip", "objects"});
+  const double infinity = std::numeric_limits<double>::infinity();
+  planning::Bystanders out;
+  out.q_u = problem.q_start.head(model.n_qu());
+  out.may_move = node.positive_or("may_move", infinity);
+  out.may_tip = node.positive_or("may_tip", infinity);
+  if (!node.has("may_move") && !node.has("may_tip")) node.fail("neither 'may_move' nor 'may_tip'", "what they may do, in m or rad");
+  if (node.has("may_tip") && model.scene().gravity.isZero())
+    node.at("may_tip").fail("a limit in a scene without gravity", "none: nothing is upright there");
+  const auto of_goal = objects_with_carriers(model, problem.goal);
+  const auto is_of_goal = [&](int o) { return std::find(of_goal.begin(), of_goal.end(), o) != of_goal.end(); };
+  if (const auto named = node.find("objects")) {
+    for (const YamlNode& name : named->items()) {
+      out.objects.push_back(find_object(name, name.string(), model));
+      if (is_of_goal(out.objects.back()))
+        name.fail(fmt::format("'{}', which the goal moves", name.string()), "an object that is not in the goal");
+    }
+    std::sort(out.objects.begin(), out.objects.end());
+    out.objects.erase(std::unique(out.objects.begin(), out.objects.end()), out.objects.end());
   } else {
-    std::size_t next = 0;
-    for (const int o : chain) {
-      const auto& info = model.objects()[static_cast<std::size_t>(o)];
-      for (int i = 0; i < info.n_q; ++i) q[info.q_begin + i] = *values[next++];
+    for (int o = 0; o < static_cast<int>(model.objects().size()); ++o) {
+      if (!is_of_goal(o)) out.objects.push_back(o);
     }
   }
-  set_goal_at(q, task.problem);
+  problem.goal.bystanders = std::move(out);
 }
 
 }  // namespace stiction::tasks

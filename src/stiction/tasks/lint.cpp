@@ -240,7 +240,18 @@ class Linter {
 
   void reach_at(const char* where, const Eigen::VectorXd& q) {
     if (model_.n_a() == 0) return;
-    const int o = goal().object;
+    for (const int o : planning::goal_objects(model_, goal())) {
+      if (is_touched(o)) reach_of(o, where, q);
+    }
+  }
+
+  /// A robot may touch it, or what moves with it; what a robot may not, a tool reaches.
+  bool is_touched(int o) const {
+    return std::any_of(model_.pairs().begin(), model_.pairs().end(),
+                       [&](const world::Pair& p) { return moves_with(p.geometry_a, o) && body_of(p.geometry_b).kind == BodyKind::Robot; });
+  }
+
+  void reach_of(int o, const char* where, const Eigen::VectorXd& q) {
     place(q);
     double least = std::numeric_limits<double>::infinity();
     for (int g = 0; g < static_cast<int>(model_.geometries().size()); ++g) {

@@ -154,6 +154,7 @@ void add_goal(const world::Model& model, const planning::Plan& plan, PlanFile& o
   out.tol_position = plan.goal.tol_position;
   out.tol_angle = plan.goal.tol_angle;
   out.region = plan.goal.region;
+  out.bystanders = plan.goal.bystanders;
   out.error = plan.error;
 }
 
@@ -211,7 +212,8 @@ planning::Plan to_plan(const world::Model& model, const PlanFile& file) {
   planning::Plan plan;
   plan.q_start = file.q_start;
   plan.u_start = file.u_start;
-  plan.goal = {model.object_index(file.goal_object), to_pose(file.goal_pose), file.tol_position, file.tol_angle, file.region};
+  plan.goal = {
+      model.object_index(file.goal_object), to_pose(file.goal_pose), file.tol_position, file.tol_angle, file.region, file.bystanders};
   plan.error = file.error;
   plan.step = file.step;
   if (file.substep) plan.substep = *file.substep;

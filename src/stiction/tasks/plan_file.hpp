@@ -91,7 +91,8 @@ struct PlanFile {
   std::string goal_object;
   PoseNumbers goal_pose{};
   double tol_position = 0, tol_angle = 0;
-  std::optional<planning::GoalRegion> region;  ///< of the goal (n_vu)
+  std::optional<planning::GoalRegion> region;      ///< of the goal (n_vu)
+  std::optional<planning::Bystanders> bystanders;  ///< of the goal; they stand where q_start has them
   bool start_from_command_line = false, goal_from_command_line = false, options_from_command_line = false;
   planning::GoalError error;
   std::vector<StoredSegment> segments;

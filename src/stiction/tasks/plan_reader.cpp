@@ -241,13 +241,31 @@ planning::GoalRegion read_region(const Value& region, const PlanFile& plan) {
   return out;
 }
 
+planning::Bystanders read_bystanders(const Value& node, const PlanFile& plan) {
+  node.require_keys({"objects"}, {"may_move", "may_tip"});
+  const double infinity = std::numeric_limits<double>::infinity();
+  planning::Bystanders out;
+  out.may_move = node.has("may_move") ? node.at("may_move").positive() : infinity;
+  out.may_tip = node.has("may_tip") ? node.at("may_tip").positive() : infinity;
+  int n_q = 0;
+  for (const auto& object : plan.objects) n_q += object.n_q;
+  out.q_u = plan.q_start.head(n_q);
+  node.at("objects").each([&](const Value& name) {
+    const auto found = std::ranges::find(plan.objects, name.string(), &StoredObject::name);
+    if (found == plan.objects.end()) name.fail("the name of an object");
+    out.objects.push_back(static_cast<int>(found - plan.objects.begin()));
+  });
+  return out;
+}
+
 /// Start and goal: of the task, or given in its place.
 bool is_of_command_line(const Value& from) { return from.one_of(std::array<std::string_view, 2>{"task", "command_line"}) == 1; }
 
 void read_goal(const Value& top, PlanFile& out) {
   const Value goal = top.at("goal");
-  goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "from"}, {"region"});
+  goal.require_keys({"object", "position", "quaternion_wxyz", "tolerance", "from"}, {"region", "bystanders"});
   if (goal.has("region")) out.region = read_region(goal.at("region"), out);
+  if (goal.has("bystanders")) out.bystanders = read_bystanders(goal.at("bystanders"), out);
   out.goal_object = goal.at("object").string();
   if (std::none_of(out.objects.begin(), out.objects.end(), [&](const auto& object) { return object.name == out.goal_object; })) {
     goal.at("object").fail("the name of an object");

@@ -230,6 +230,18 @@ void write_bounds(Writer& w, const Eigen::VectorXd& bounds) {
   });
 }
 
+void write_bystanders(Writer& w, const PlanFile& plan) {
+  const planning::Bystanders& bystanders = *plan.bystanders;
+  w.raw(",\"bystanders\":{{\"objects\":");
+  w.list(bystanders.objects, [&](int object) { w.text(plan.objects[static_cast<std::size_t>(object)].name); });
+  for (const auto& [name, most] : {std::pair("may_move", bystanders.may_move), std::pair("may_tip", bystanders.may_tip)}) {
+    if (!std::isfinite(most)) continue;
+    w.raw(",\"{}\":", name);
+    w.exact(most);
+  }
+  w.raw("}}");
+}
+
 /// The file up to its digest.
 std::string content(const PlanFile& plan) {
   Writer w;
@@ -256,6 +268,7 @@ std::string content(const PlanFile& plan) {
     write_bounds(w, plan.region->upper);
     w.raw("}}");
   }
+  if (plan.bystanders) write_bystanders(w, plan);
   w.raw(",\"from\":\"{}\"}},\n\"error\":{{\"position\":", plan.goal_from_command_line ? "command_line" : "task");
   w.exact(plan.error.position);
   w.raw(",\"angle\":");

@@ -76,7 +76,9 @@ Task read_task(const YamlNode& root, std::string name) {
   task.file = fs::absolute(root.file());  // plans name it from wherever they are written, also after a change of the working folder
   task.document = root;
   core::Faults faults;
-  faults.collect([&] { root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "planner", "optimize"}); });
+  faults.collect([&] {
+    root.require_map({"name", "description", "scene", "start", "goal", "tolerance", "bystanders", "planner", "optimize"});
+  });
   faults.collect([&] { task.name = root.string_or("name", std::move(name)); });
   faults.collect([&] { task.description = root.string_or("description", ""); });
   faults.collect([&] { read_tolerance(root.at("tolerance"), task.problem.goal); });
@@ -88,6 +90,9 @@ Task read_task(const YamlNode& root, std::string name) {
   task.problem.model = task.model;
   if (task.problem.q_start.size() == 0) task.problem.q_start = model.neutral();
   faults.collect([&] { read_goal(root.at("goal"), model, task.problem); });
+  faults.collect([&] {
+    if (const auto bystanders = root.find("bystanders")) read_bystanders(*bystanders, model, task.problem);
+  });
   faults.collect([&] { require_touch(root.find("scene").value_or(root), model); });
   if (model.objects().empty()) faults.raise();  // there is none to be brought to its goal
   faults.collect([&] {
@@ -143,6 +148,7 @@ Task parse_task(const std::string& text, const fs::path& folder) {
 void set_start(Task& task, Eigen::Ref<const Eigen::VectorXd> q) {
   world::require_configuration(*task.model, "start", q);
   task.problem.q_start = q;
+  if (task.problem.goal.bystanders) task.problem.goal.bystanders->q_u = q.head(task.model->n_qu());
   task.start_from_command_line = true;
 }
 

@@ -19,6 +19,9 @@ Eigen::VectorXd read_start(const world::YamlNode& node, const world::Model& mode
 /// Section `goal`, into problem.goal and problem.q_goal; problem.q_start is known.
 void read_goal(const world::YamlNode& node, const world::Model& model, planning::PlanningProblem& problem);
 
+/// Section `bystanders`, into problem.goal; start and goal are known.
+void read_bystanders(const world::YamlNode& node, const world::Model& model, planning::PlanningProblem& problem);
+
 /// Section `tolerance`.
 void read_tolerance(const world::YamlNode& node, planning::Goal& goal);
 

@@ -21,6 +21,12 @@ double share_between(const world::Model& model, int object, const Eigen::VectorX
   return error.share(goal);
 }
 
+double share_between(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal) {
+  double share = 0;
+  for (const int object : planning::goal_objects(model, goal)) share = std::max(share, share_between(model, object, q0, q1, goal));
+  return share;
+}
+
 void ObjectWatch::add(double time, const Eigen::VectorXd& q) {
   seen_.push_back({time, q});
   while (seen_.size() > 1 && seen_[1].time <= time - kLongest * window_) seen_.pop_front();
@@ -79,7 +85,7 @@ double share_off_path(const world::Model& model, const Trajectory& trajectory, d
   double least = std::numeric_limits<double>::infinity();
   for (double t = end;; t -= interval) {
     interpolate(model, trajectory, std::max(t, begin), planned);
-    least = std::min(least, share_between(model, goal.object, planned, q, goal));
+    least = std::min(least, share_between(model, planned, q, goal));
     if (t <= begin) return least;
   }
 }

@@ -11,6 +11,9 @@ namespace stiction::execution {
 double share_between(const world::Model& model, int object, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1,
                      const planning::Goal& goal);
 
+/// The same of the objects of the goal, the largest.
+double share_between(const world::Model& model, const Eigen::VectorXd& q0, const Eigen::VectorXd& q1, const planning::Goal& goal);
+
 /// The objects over the last looks: whether they rest, and where.
 class ObjectWatch {
  public:
@@ -47,7 +50,7 @@ class ObjectWatch {
   std::deque<Seen> seen_;
 };
 
-/// How far the object of the goal is from where a trajectory had it at any time in [begin, end], in tolerances of the goal.
+/// How far the objects of the goal are from where a trajectory had them at any time in [begin, end], in tolerances of the goal.
 /// @param interval  between the times that are looked at [s], > 0
 double share_off_path(const world::Model& model, const Trajectory& trajectory, double begin, double end, double interval,
                       const Eigen::VectorXd& q, const planning::Goal& goal);

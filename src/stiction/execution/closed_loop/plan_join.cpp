@@ -34,7 +34,7 @@ std::vector<Place> find_places(const world::Model& model, const Plan& plan, Vect
     const Segment& segment = plan.segments[s];
     Place nearest{s, 0, std::numeric_limits<double>::infinity(), {}, {}};
     for (std::size_t k = 0; k < segment.knots.size(); ++k) {
-      const double off = share_between(model, plan.goal.object, q_place, q, plan.goal);
+      const double off = share_between(model, q_place, q, plan.goal);
       const VectorXd far = (q_place.tail(model.n_a()) - q.tail(model.n_a())).cwiseAbs().cwiseQuotient(model.scales().joints());
       if (off < nearest.off && off <= options.off && far.maxCoeff() <= options.joint_reach) nearest = {s, k, off, q_place, u_place};
       q_place = segment.knots[k].q, u_place = segment.knots[k].u;
@@ -154,7 +154,7 @@ Join join_plan(const std::shared_ptr<const world::Model>& model, const planning:
     work.forget();
     tracker.reset();
     if (!simulator.move(q_at, u_at, place.u, tried.segments.emplace_back(Segment{SegmentKind::Contact, {}}).knots)) continue;
-    if (share_between(*model, plan.goal.object, q, q_at, plan.goal) > options.transit) continue;
+    if (share_between(*model, q, q_at, plan.goal) > options.transit) continue;
     if (!go_on(*model, simulator, tracker, plan, place, options.enough, q_at, u_at, tried)) continue;
     const double share = simulator.share(q_at);
     if (share >= best.share) continue;

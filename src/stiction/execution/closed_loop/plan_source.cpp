@@ -70,7 +70,7 @@ double PlanSource::share(const Eigen::VectorXd& q) const {
 /// Whether a plan that was searched is worth carrying out.
 void PlanSource::judge(const Eigen::VectorXd& q, Answer& out) {
   const planning::Plan& plan = out.result.plan;
-  const double slip = share_between(*problem_.model, problem_.goal.object, q, settled(plan, q), problem_.goal);
+  const double slip = share_between(*problem_.model, q, settled(plan, q), problem_.goal);
   const bool gains = plan.error.share(problem_.goal) <= kGain * share(q);
   out.slips = slip > how_.off_at_the_end;
   if (out.slips) {

@@ -112,7 +112,7 @@ class Executor {
       q_held_ = measured_.q;
       hold_->start(q_held_);
     }
-    if (calm_ && share_between(model_, problem_.goal.object, q_held_, measured_.q, problem_.goal) > kLeaves)
+    if (calm_ && share_between(model_, q_held_, measured_.q, problem_.goal) > kLeaves)
       calm_ = false, next_hold_ = now();
     if (calm_) return tick(u_);
     if (now() >= next_hold_ - 0.5 * how_.tick) {
@@ -229,7 +229,7 @@ class Executor {
   bool is_at(const Eigen::VectorXd& q, double near) const {
     const Eigen::VectorXd difference = q.tail(model_.n_a()) - measured_.q.tail(model_.n_a());
     const bool joints = (difference.cwiseAbs().array() <= (speed_.push * how_.watch_interval).array()).all();
-    return joints && share_between(model_, problem_.goal.object, q, watch_.mean(), problem_.goal) <= near;
+    return joints && share_between(model_, q, watch_.mean(), problem_.goal) <= near;
   }
 
   void carry(const planning::Plan* first) {
@@ -327,7 +327,7 @@ class Executor {
 
   void end_piece() {
     out_.pieces.back().end_s = now();
-    out_.pieces.back().off = off_ = share_between(model_, problem_.goal.object, q_plan_, measured_.q, problem_.goal);
+    out_.pieces.back().off = off_ = share_between(model_, q_plan_, measured_.q, problem_.goal);
   }
 
   bool is_at_goal() const { return goal_share(watch_.mean()) <= 1; }
@@ -491,7 +491,7 @@ class Executor {
   /// The object is where the piece ends, at once or once it rests; the rest of the trajectory comes later by as much.
   bool arrive(const Trajectory& trajectory, const Piece& piece, double& zero) {
     const Eigen::VectorXd q_end = trajectory.q.col(piece.last_knot);
-    const auto off = [&](const Eigen::VectorXd& q) { return off_ = share_between(model_, problem_.goal.object, q_end, q, problem_.goal); };
+    const auto off = [&](const Eigen::VectorXd& q) { return off_ = share_between(model_, q_end, q, problem_.goal); };
     if (off(measured_.q) <= kThere) return true;
     const double begin = now();
     const Eigen::VectorXd u_end = u_;
