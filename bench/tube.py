@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """Bounds of where plans leave their object (`stiction check --tube`), against noisy runs of the same plans in MuJoCo.
 
-    .venv/bin/python bench/tube.py --keep FOLDER [--seeds 3] [--runs 10] [--no-margins] [--timeout 60] [--calibrate] TASK … > tube.json
+    .venv/bin/python bench/tube.py --keep FOLDER [--seeds 3] [--runs 10] [--no-margins] [--timeout 60] TASK … > tube.json
 
 Every plan is made, refined and run open loop in worlds that are drawn from the sets of errors. The factors of the tubes of a task come from the runs of all other
-tasks (split conformal prediction, 95 %), so that no task is judged by its own runs; --calibrate prints those of all tasks together, which the library states.
-Only plans whose tube with factors of 1 ends within the tolerances count for the factors: others are refused with any factor above 1. Plans and runs are kept in
-FOLDER, and the same command goes on with them. One JSON object on stdout, a table on stderr.
+tasks (split conformal prediction, 95 %), so that no task is judged by its own runs. Those of all tasks together are what the library states. Plans and runs are
+kept in FOLDER, and the same command goes on with them. One JSON object on stdout, a table on stderr.
 """
 
 import argparse
@@ -136,6 +135,66 @@ def conformal_quantile(values, level):
     return sorted(values)[rank - 1] if rank <= len(values) else math.inf
 
 
+def find_factors(plans):
+    """Factors of position and angle within which 95 % of runs stay, both at once: their ratio is that of the 90 % quantiles."""
+    runs = np.array([score for plan in plans for score in plan["scores"]])
+    ratio = np.quantile(runs, 0.9, axis=0, method="inverted_cdf")
+    return (conformal_quantile((runs / ratio).max(axis=1).tolist(), LEVEL) * ratio).tolist(), len(runs)
+
+
+def judge(plan, factors):
+    """Verdict and width of a plan with these factors, and how many of its runs stay inside."""
+    radius = [factor * r for factor, r in zip(factors, plan["radius"], strict=True)]
+    return {
+        "accepted": all(c + r <= t for c, r, t in zip(plan["centre"], radius, plan["tolerance"], strict=True)),
+        "width": [r / t for r, t in zip(radius, plan["tolerance"], strict=True)],
+        "inside": sum(all(s <= factor for s, factor in zip(score, factors, strict=True)) for score in plan["scores"]),
+    }
+
+
+def summarise(task, plans):
+    """The plans of one task with factors from all others."""
+    factors, calibrated = find_factors([plan for plan in plans if plan["task"] != task])
+    own = [(plan, judge(plan, factors)) for plan in plans if plan["task"] == task]
+    accepted = [(plan, verdict) for plan, verdict in own if verdict["accepted"]]
+    runs = lambda pairs: sum(len(plan["scores"]) for plan, _ in pairs)
+    refused = [pair for pair in own if not pair[1]["accepted"]]
+    return {
+        "task": task,
+        "factors": factors,
+        "calibrated_on_runs": calibrated,
+        "plans": len(own),
+        "accepted": len(accepted),
+        "accepted_runs": runs(accepted),
+        "accepted_inside": sum(verdict["inside"] for _, verdict in accepted),
+        "accepted_reached": sum(plan["reached"] for plan, _ in accepted),
+        "refused_runs": runs(refused),
+        "refused_reached": sum(plan["reached"] for plan, _ in refused),
+        "refused_inside": sum(verdict["inside"] for _, verdict in refused),
+        "narrow": sum(max(verdict["width"]) <= 1 for _, verdict in own),
+        "median_width": [statistics.median(verdict["width"][i] for _, verdict in own) for i in range(2)],
+        "processor_s": statistics.median(plan["processor_s"] for plan, _ in own),
+        "most_processor_s": max(plan["processor_s"] for plan, _ in own),
+    }
+
+
+def table(results):
+    number = lambda value: f"{value:.2f}" if math.isfinite(value) else "∞"
+    lines = [
+        "| task | factors, of runs of others | accepted | runs inside: of accepted plans, of refused ones | goal reached: accepted, refused | no wider than the tolerance | width / tolerance: position, angle | processor s: median, most |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for r in results:
+        lines.append(
+            f"| `{r['task']}` | {number(r['factors'][0])}, {number(r['factors'][1])} of {r['calibrated_on_runs']} | {r['accepted']} of {r['plans']} | "
+            f"{r['accepted_inside']} of {r['accepted_runs']}, {r['refused_inside']} of {r['refused_runs']} | {r['accepted_reached']} of {r['accepted_runs']}, {r['refused_reached']} of {r['refused_runs']} | "
+            f"{r['narrow']} of {r['plans']} | {number(r['median_width'][0])}, {number(r['median_width'][1])} | {r['processor_s']:.2f}, {r['most_processor_s']:.2f} |"
+        )
+    total = {key: sum(r[key] for r in results) for key in ("accepted", "plans", "accepted_inside", "accepted_runs", "narrow")}
+    lines.append(f"accepted {total['accepted']} of {total['plans']} plans; of their {total['accepted_runs']} runs {total['accepted_inside']} stay inside; {total['narrow']} plans no wider than the tolerance")
+    return "\n".join(lines)
+
+
 def main():
     parser = make_parser(__doc__.splitlines()[0])
     parser.set_defaults(seeds=3)
@@ -148,7 +207,11 @@ def main():
     arguments.keep.mkdir(parents=True, exist_ok=True)
     plans = [measure_plan(task, seed, arguments) for task in arguments.tasks for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds)]
     plans = [plan for plan in plans if plan]
-    print(json.dumps(plans))
+    factors, runs = find_factors(plans)
+    print(f"factors of all tasks together: {factors[0]:.3g}, {factors[1]:.3g}, from {runs} runs", file=sys.stderr)
+    results = [summarise(task, plans) for task in arguments.tasks if any(plan["task"] == task for plan in plans)]
+    print(table(results), file=sys.stderr)
+    print(json.dumps({"factors": factors, "calibrated_on_runs": runs, "results": results, "plans": plans}))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ using execution::TransferResult;
 
 TransferResult transfer(const Plan& given, double speed, double pause, const std::optional<SpeedLimits>& uniform,
                         std::optional<int> substeps, double rest_time, double friction_scale, double mass_scale,
-                        const std::optional<Vector>& start_error, Flag velocity_reference, double hold, Flag whole, Flag alone, int threads, std::optional<double> timeout_s) {
+                        const std::optional<Vector>& start_error, Flag velocity_reference, double hold, Flag whole, Flag alone, int threads,
+                        std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
   planning::Plan plan = tasks::to_plan(given.model(), given.file);
@@ -64,8 +65,12 @@ WorldError draw_world(const Plan& given, const ErrorSets& errors, std::uint64_t 
 TubeResult calc_tube(const Plan& given, const ErrorSets& errors, const std::pair<double, double>& factors, int scenarios,
                      std::uint64_t seed, int threads, std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
-  const TubeOptions options{
-      .errors = errors, .factors = {factors.first, factors.second}, .scenarios = scenarios, .seed = seed, .threads = threads};
+  TubeOptions options;
+  options.errors = errors;
+  options.factors = {factors.first, factors.second};
+  options.scenarios = scenarios;
+  options.seed = seed;
+  options.threads = threads;
   core::RunControl control;
   if (timeout_s) control.deadline = deadline_in(*timeout_s);
   TubeResult out;
@@ -211,8 +216,9 @@ void bind_execution(nb::module_& m) {
       .def_ro("load_time", &SpeedLimits::load_time, "[s]")
       .def_ro("pause", &SpeedLimits::pause, "[s]");
   m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = TransferOptions{}.speed, "pause"_a = 0.0, "uniform"_a = nb::none(),
-        "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0, "start_error"_a = nb::none(), "velocity_reference"_a = true,
-        "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
+        "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
+        "start_error"_a = nb::none(), "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true,
+        "threads"_a = 0, "timeout_s"_a = nb::none(),
         R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
   speed: times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster. Without feedback most plans hold at

@@ -1,6 +1,6 @@
 #include "stiction/execution/open_loop/transfer.hpp"
-#include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/execution/closed_loop/part_start.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 
 #include <fmt/format.h>
 

@@ -27,6 +27,8 @@ using planning::SegmentKind;
 using world::Model;
 using world::Pose;
 
+constexpr double kRounding = 1e-12;  // of poses [m, rad]
+
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Rotation vector of R, of length ≤ π.
@@ -87,8 +89,8 @@ double calc_excess(const Model& model, dynamics::VectorRef q, const VectorXd& st
   double excess = 1;
   for (int i = 0; i < static_cast<int>(model.objects().size()); ++i) {
     const GoalError off = distance(world::object_pose(model, q, i), world::object_pose(model, moved, i));
-    if (sets.position > 0) excess = std::max(excess, off.position / sets.position);
-    if (sets.angle > 0) excess = std::max(excess, off.angle / sets.angle);
+    if (off.position > sets.position + kRounding) excess = std::max(excess, off.position / sets.position);
+    if (off.angle > sets.angle + kRounding) excess = std::max(excess, off.angle / sets.angle);
   }
   return excess;
 }
@@ -259,7 +261,7 @@ WorldError draw_world(const Model& model, dynamics::VectorRef q, const ErrorSets
       e = draw_joint(model, object, sets, random);
     }
   }
-  out.start /= calc_excess(model, q, out.start, sets);
+  for (double excess = 2; excess > 1; out.start /= excess) excess = calc_excess(model, q, out.start, sets);  // arcs are not quite straight
   return out;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 #include "stiction/core/run_control.hpp"
@@ -41,11 +42,12 @@ WorldError draw_world(const world::Model& model, dynamics::VectorRef q, const Er
 struct TubeFactors {
   double position = 1, angle = 1;  ///< > 0
 };
-/// Found by `bench/tube.py --calibrate`: conformal quantiles of runs in MuJoCo (docs/theory/tube.md).
+/// Conformal quantiles of runs in MuJoCo (docs/theory/tube.md), and the command that found them.
 inline constexpr TubeFactors kTubeFactors{.position = 1.0, .angle = 1.0};
+inline constexpr std::string_view kTubeFactorsMadeBy = "bench/tube.py --calibrate";
 
 struct TubeOptions {
-  ErrorSets errors;
+  ErrorSets errors{};
   TubeFactors factors = kTubeFactors;
   int scenarios = 16;  ///< worlds besides the known one, ≥ 1
   std::uint64_t seed = 0;
@@ -56,12 +58,12 @@ struct TubeOptions {
 /// The object of the goal at the end of a push or a regrasp.
 struct TubeRest {
   planning::SegmentKind kind = planning::SegmentKind::Contact;
-  int last_segment = 0;                 ///< of the plan, which ends here
-  world::Pose centre;                   ///< mean of the bundle
-  planning::GoalError offset;           ///< of the centre from where the plan has the object
-  double position = 0;                  ///< radius: the object is within this of the centre [m] …
-  double angle = 0;                     ///< … and turned by this at most [rad]; infinite where a scenario was lost
-  std::vector<world::Pose> scenarios{}; ///< the bundle, the known world first; without those that were lost
+  int last_segment = 0;                  ///< of the plan, which ends here
+  world::Pose centre;                    ///< mean of the bundle
+  planning::GoalError offset;            ///< of the centre from where the plan has the object
+  double position = 0;                   ///< radius: the object is within this of the centre [m] …
+  double angle = 0;                      ///< … and turned by this at most [rad]; infinite where a scenario was lost
+  std::vector<world::Pose> scenarios{};  ///< the bundle, the known world first; without those that were lost
 };
 
 struct TubeResult {
