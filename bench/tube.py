@@ -109,14 +109,15 @@ def measure_plan(task, seed, arguments):
     plan = make_plan(task, seed, arguments)
     if plan is None:
         return None
-    runs = get_runs(plan, task, seed, arguments)
     begin = time.process_time()
     tube = st.calc_tube(plan, factors=(1.0, 1.0), scenarios=arguments.scenarios)
+    seconds = time.process_time() - begin
+    runs = get_runs(plan, task, seed, arguments) if tube.inside or arguments.all_runs else []
     goal, last = plan.task.goal, tube.rests[-1]
-    return {
+    row = {
         "task": task,
         "seed": seed,
-        "processor_s": time.process_time() - begin,
+        "processor_s": seconds,
         "knots": len(plan.u) - 1,
         "rests": len(tube.rests),
         "lost": tube.lost,
@@ -127,6 +128,14 @@ def measure_plan(task, seed, arguments):
         "scores": [scores(tube, run) for run in runs],
         "reached": sum(run["reached"] for run in runs),
     }
+    print(task, seed, describe(row), file=sys.stderr, flush=True)
+    return row
+
+
+def describe(row):
+    part = lambda i: f"{row['centre'][i]:.4f} + {row['radius'][i]:.4f} of {row['tolerance'][i]:.3f}"
+    worst = [max((score[i] for score in row["scores"]), default=math.nan) for i in range(2)]
+    return f"{part(0)} m, {part(1)} rad, {row['reached']} of {len(row['scores'])} runs reach the goal, worst scores {worst[0]:.2f} {worst[1]:.2f}, {row['processor_s']:.2f} s"
 
 
 def conformal_quantile(values, level):
@@ -136,8 +145,11 @@ def conformal_quantile(values, level):
 
 
 def find_factors(plans):
-    """Factors of position and angle within which 95 % of runs stay, both at once: their ratio is that of the 90 % quantiles."""
-    runs = np.array([score for plan in plans for score in plan["scores"]])
+    """Factors of position and angle within which 95 % of runs stay, both at once: their ratio is that of the 90 % quantiles. Plans that factors of 1 refuse do not count,
+    since larger ones refuse them too."""
+    runs = np.array([score for plan in plans if plan["candidate"] for score in plan["scores"]])
+    if len(runs) == 0:
+        return [math.inf, math.inf], 0
     ratio = np.quantile(runs, 0.9, axis=0, method="inverted_cdf")
     return (conformal_quantile((runs / ratio).max(axis=1).tolist(), LEVEL) * ratio).tolist(), len(runs)
 
@@ -202,6 +214,7 @@ def main():
     parser.add_argument("--runs", type=int, default=10, help="of each plan")
     parser.add_argument("--timeout", type=float, default=60, help="of the planner [s]")
     parser.add_argument("--scenarios", type=int, default=16, help="of a tube")
+    parser.add_argument("--all-runs", action="store_true", help="also of plans that are refused with any factor of 1 or more")
     parser.add_argument("--no-margins", action="store_true", help="plans as the options of their tasks have them")
     arguments = parser.parse_args()
     arguments.keep.mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,8 @@ using planning::SegmentKind;
 using world::Model;
 using world::Pose;
 
-constexpr double kRounding = 1e-12;  // of poses [m, rad]
+constexpr double kRounding = 1e-12;     // of poses [m, rad]
+constexpr double kMostFriction = 0.99;  // share by which friction is off at most: the factor stays above 0
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -276,6 +277,8 @@ Status calc_tube(const std::shared_ptr<const Model>& model, const planning::Plan
   const VectorXd q_start = start_of(*model, plan);
   out = TubeResult{};
   const int n = options.scenarios + 1;
+  ErrorSets sets = options.errors;
+  sets.friction = std::min(kFrictionReserve * sets.friction, kMostFriction);
   core::ThreadPool pool(options.threads > 0 ? options.threads : core::hardware_threads());
   std::vector<dynamics::StepWorkspace> works;
   for (int i = 0; i < pool.size(); ++i) works.emplace_back(model);
@@ -284,7 +287,7 @@ Status calc_tube(const std::shared_ptr<const Model>& model, const planning::Plan
   pool.run(n, [&](int i, int worker) {
     Scenario scenario(model, plan, works[at(worker)]);
     const WorldError known{.start = VectorXd::Zero(model->n_vu())};
-    const WorldError error = i == 0 ? known : draw_world(*model, q_start, options.errors, options.seed, static_cast<std::uint64_t>(i));
+    const WorldError error = i == 0 ? known : draw_world(*model, q_start, sets, options.seed, static_cast<std::uint64_t>(i));
     paths[at(i)] = scenario.run(q_start, error, stages, control);
     steps[at(i)] = scenario.steps();
   });

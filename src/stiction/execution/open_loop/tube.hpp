@@ -46,6 +46,9 @@ struct TubeFactors {
 inline constexpr TubeFactors kTubeFactors{.position = 1.0, .angle = 1.0};
 inline constexpr std::string_view kTubeFactorsMadeBy = "bench/tube.py --calibrate";
 
+/// Friction of the worlds of a bundle is off by this times its set: with inertia and with the drag of damped objects a contact slips before it does at rest.
+inline constexpr double kFrictionReserve = 1.5;
+
 struct TubeOptions {
   ErrorSets errors{};
   TubeFactors factors = kTubeFactors;
