@@ -50,10 +50,9 @@ def weights(model, count, share):
     return tau
 
 
-def linear_tube(plan, errors, kappa=None, contact=True):
+def linear_tube(plan, errors, kappa=None):
     """Rests of the plan. kappa: sharpness of the smoothed derivatives; None: those of exact steps."""
     model, name = plan.task.model, plan.task.model.object_names[plan.task.goal.object]
-    item = model.objects[plan.task.goal.object]
     q, u = plan.q[:-1], plan.u[1:]
     how = {"h": plan.h, "threads": 1}
     exact = st.step_batch(model, q, u, **how)
@@ -63,31 +62,31 @@ def linear_tube(plan, errors, kappa=None, contact=True):
     softer, harder = (st.step_batch(model, q, u, friction_scale=1 + sign * errors.friction, **how) for sign in (-1, 1))
     lighter, heavier = (st.step_batch(model, q, u, tau_ext=weights(model, len(q), sign * errors.mass), **how) for sign in (-1, 1))
     D = np.stack([difference(softer, harder) / 2, difference(lighter, heavier) / 2], axis=2)
-    bias = difference(local, exact)
+    bias = difference(local, exact) if kappa else np.zeros((len(q), model.n_v))
     ends = np.cumsum([len(segment.q) for segment in plan.segments])
     rests = {int(ends[rest.last_segment]) for rest in st.calc_tube(plan, scenarios=1).rests}
     first = sum(len(segment.q) for segment in plan.segments if segment.kind == st.SegmentKind.Settle)
     E, G, b, out = half_axes(model, errors), np.zeros((model.n_v, 2)), np.zeros(model.n_v), []
-    length = errors.contact * (item.length if hasattr(item, "length") else 0.0)
     for k in range(first, len(q)):
         A = local.A[k]
-        E, G, b = A @ E, A @ G + D[k], A @ b + bias[k]
+        with np.errstate(over="ignore", invalid="ignore"):  # such a tube has no bound
+            E, G, b = A @ E, A @ G + D[k], A @ b + bias[k]
         if k + 1 in rests:
-            out.append(radius(model, item, name, plan.q[k + 1], np.column_stack([E, G, b]), length, errors.contact))
+            out.append(radius(model, name, plan.q[k + 1], np.column_stack([E, G, b])))
     return out
 
 
-def radius(model, item, name, q, Z, length, contact):
-    """Of the zonotope with these generators, by the pose of the object: differences of poses along each of them."""
+def radius(model, name, q, generators):
+    """Of the zonotope with these generators (n_v, generators): how far each of them moves the object, by differences of its pose."""
     pose = model.object_pose(q, name)
-    position, angle = np.zeros(3), 0.0
-    for generator in Z.T:
-        if not np.all(np.isfinite(generator)):
-            return LinearRest(pose, np.inf, np.inf)
+    if not np.all(np.abs(generators) < 1e100):
+        return LinearRest(pose, np.inf, np.inf)
+    position, angle, step = np.zeros(3), 0.0, 1e-6
+    for generator in generators.T:
         size = max(np.abs(generator).max(), 1e-12)
-        moved = model.object_pose(model.retract(q, generator * (1e-6 / size)), name)
-        position += np.abs(moved.p - pose.p) * size / 1e-6
+        moved = model.object_pose(model.retract(q, generator * (step / size)), name)
         R = pose.R.T @ moved.R
         turn = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-        angle += np.linalg.norm(turn) * size / 1e-6
-    return LinearRest(pose, float(np.linalg.norm(position)) + length, float(angle) + 2 * contact)
+        position += np.abs(moved.p - pose.p) * size / step
+        angle += np.linalg.norm(turn) * size / step
+    return LinearRest(pose, float(np.linalg.norm(position)), float(angle))

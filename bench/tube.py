@@ -20,9 +20,11 @@ import numpy as np
 
 from by_task import make_parser
 from by_task import stiction as st
+from linear_tube import linear_tube
 from runs import exit_with
 
 LEVEL = 0.95
+KAPPAS = (None, 1000.0)  # of --linear: derivatives of exact steps, and of smoothed ones
 WORLDS = 1  # seed of the worlds of the runs; those of the tubes have another
 
 
@@ -122,12 +124,15 @@ def measure_plan(task, seed, arguments):
         "rests": len(tube.rests),
         "lost": tube.lost,
         "tolerance": [goal.tol_position, goal.tol_angle],
-        "centre": [tube.goal.position - last.position, tube.goal.angle - last.angle],
+        "centre": [math.inf if tube.lost else whole - part for whole, part in ((tube.goal.position, last.position), (tube.goal.angle, last.angle))],
         "radius": [last.position, last.angle],
         "candidate": tube.inside,
         "scores": [scores(tube, run) for run in runs],
         "reached": sum(run["reached"] for run in runs),
     }
+    if arguments.linear:
+        ends = [linear_tube(plan, st.ErrorSets(), kappa)[-1] for kappa in KAPPAS]
+        row["linear"] = [[end.position / goal.tol_position, end.angle / goal.tol_angle] for end in ends]
     print(task, seed, describe(row), file=sys.stderr, flush=True)
     return row
 
@@ -145,13 +150,13 @@ def conformal_quantile(values, level):
 
 
 def find_factors(plans):
-    """Factors of position and angle within which 95 % of runs stay, both at once: their ratio is that of the 90 % quantiles. Plans that factors of 1 refuse do not count,
-    since larger ones refuse them too."""
+    """Factors of position and angle within which 95 % of runs stay, both at once: their ratio is that of the 90 % quantiles. No tube is narrower than its
+    bundle, and plans that factors of 1 refuse do not count, since larger ones refuse them too."""
     runs = np.array([score for plan in plans if plan["candidate"] for score in plan["scores"]])
     if len(runs) == 0:
         return [math.inf, math.inf], 0
     ratio = np.quantile(runs, 0.9, axis=0, method="inverted_cdf")
-    return (conformal_quantile((runs / ratio).max(axis=1).tolist(), LEVEL) * ratio).tolist(), len(runs)
+    return np.maximum(1.0, conformal_quantile((runs / ratio).max(axis=1).tolist(), LEVEL) * ratio).tolist(), len(runs)
 
 
 def judge(plan, factors):
@@ -215,6 +220,7 @@ def main():
     parser.add_argument("--timeout", type=float, default=60, help="of the planner [s]")
     parser.add_argument("--scenarios", type=int, default=16, help="of a tube")
     parser.add_argument("--all-runs", action="store_true", help="also of plans that are refused with any factor of 1 or more")
+    parser.add_argument("--linear", action="store_true", help="also linear propagation of the errors")
     parser.add_argument("--no-margins", action="store_true", help="plans as the options of their tasks have them")
     arguments = parser.parse_args()
     arguments.keep.mkdir(parents=True, exist_ok=True)
@@ -224,6 +230,13 @@ def main():
     print(f"factors of all tasks together: {factors[0]:.3g}, {factors[1]:.3g}, from {runs} runs", file=sys.stderr)
     results = [summarise(task, plans) for task in arguments.tasks if any(plan["task"] == task for plan in plans)]
     print(table(results), file=sys.stderr)
+    for i, kappa in enumerate(KAPPAS if arguments.linear else ()):
+        widths = [max(plan["linear"][i]) for plan in plans]
+        print(
+            f"linear propagation, {'exact steps' if kappa is None else f'smoothed by {kappa:g}/J'}: {sum(w <= 1 for w in widths)} of {len(widths)} plans no wider than the tolerance, "
+            f"median {statistics.median(widths):.3g} tolerances",
+            file=sys.stderr,
+        )
     print(json.dumps({"factors": factors, "calibrated_on_runs": runs, "results": results, "plans": plans}))
 
 

@@ -23,6 +23,15 @@ NO_ERRORS = ("--start-error", 0, "--start-turn", 0, "--friction-error", 0, "--ma
 
 
 @pytest.fixture(scope="module")
+def real_plan(stiction, real_plan: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The refined plan, whose regrasps pass the box at a distance: at 2 degrees its corners are 17 mm elsewhere."""
+    folder = tmp_path_factory.mktemp("refined")
+    done = stiction("refine", real_plan, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "plan.json"
+
+
+@pytest.fixture(scope="module")
 def tubes(stiction, real_plan: Path) -> dict[str, dict]:
     """Reports of the same plan, for the standard sets, for none, and for a start that nobody knows."""
     sets = {"standard": (), "none": NO_ERRORS, "unknown": ("--start-error", 0.2)}
@@ -151,3 +160,15 @@ def test_score_is_by_what_a_radius_is_too_small(real_plan: Path) -> None:
     poses[1][1] += 3 * tube.rests[1].position
     assert bench.scores(tube, {"poses": poses})[0] == pytest.approx(3)
     assert bench.scores(tube, {"poses": poses[:-1]}) == (math.inf, math.inf), "a run that ended before its plan"
+
+
+def test_linear_tube_is_that_of_starts_that_are_a_little_off(real_plan: Path) -> None:
+    """Up to the first rest: against exact steps from starts that are off by a micrometre along either axis."""
+    plan = st.read_plan(real_plan)
+    off, steps, model = 1e-6, len(plan[0].q), plan.task.model
+    rests = bench.linear_tube(plan, st.ErrorSets(position=off, angle=0.0, friction=0.0, mass=0.0))
+    assert len(rests) == len(st.calc_tube(plan).rests)
+    starts = np.array([plan.q[0], *(plan.q[0] + off * np.eye(5)[i] for i in range(2))])
+    ends = st.rollout_batch(model, starts, np.tile(plan.u[1 : steps + 1], (3, 1, 1)), h=plan.h, threads=1).q[:, -1, :2]
+    assert rests[0].position == pytest.approx(np.linalg.norm(np.abs(ends[1:] - ends[0]).sum(axis=0)), rel=1e-2)
+    assert rests[0].position != pytest.approx(math.sqrt(2) * off, rel=0.1), "the hand did not touch the box: the test would say little"

@@ -96,26 +96,33 @@ double calc_excess(const Model& model, dynamics::VectorRef q, const VectorXd& st
   return excess;
 }
 
+/// What a run is given at the speed at which plans are shown to hold. The time matters for damped objects alone: others take the commands of the plan, which are fewer.
+Trajectory commands_of(const Model& model, const planning::Plan& plan) {
+  if (!calc_object_damping(model).isZero(0)) return make_trajectory(model, plan);
+  SpeedLimits any;
+  any.regrasp_factor = any.landing_factor = 1;  // no knots between those of the plan
+  return make_trajectory(model, plan, any);
+}
+
 /// What is commanded between two rests.
 struct Stage {
   SegmentKind kind = SegmentKind::Contact;
   int last_segment = 0;
-  std::vector<VectorXd> commands;
-  Pose X_plan;  ///< of the object at its end
+  Eigen::MatrixXd u;   ///< (n_a × steps)
+  VectorXd durations;  ///< of the steps [s]
+  Pose X_plan;         ///< of the object at its end
 };
 
-std::vector<Stage> make_stages(const Model& model, const planning::Plan& plan) {
+std::vector<Stage> make_stages(const Model& model, int object, const Trajectory& trajectory) {
   std::vector<Stage> out;
-  for (const Piece& piece : make_trajectory(model, plan, SpeedLimits{}).pieces) {
+  for (const Piece& piece : trajectory.pieces) {
     Stage& stage = out.emplace_back();
+    const Eigen::Index first = piece.first_knot, n = piece.last_knot - first;
     stage.kind = piece.kind;
     stage.last_segment = piece.last_segment;
-    for (int s = piece.first_segment; s <= piece.last_segment; ++s) {
-      for (const dynamics::Knot& knot : plan.segments[at(s)].knots) {
-        stage.commands.push_back(knot.u);
-        stage.X_plan = world::object_pose(model, knot.q, plan.goal.object);
-      }
-    }
+    stage.u = trajectory.u.middleCols(first + 1, n);
+    stage.durations = trajectory.times.segment(first + 1, n) - trajectory.times.segment(first, n);
+    stage.X_plan = world::object_pose(model, trajectory.q.col(piece.last_knot), object);
   }
   return out;
 }
@@ -130,7 +137,13 @@ struct Path {
 class Scenario {
  public:
   Scenario(const std::shared_ptr<const Model>& model, const planning::Plan& plan, dynamics::StepWorkspace& work)
-      : model_(model), plan_(plan), options_(plan.step), work_(work), kinematics_work_(*model) {
+      : model_(model),
+        plan_(plan),
+        options_(plan.step),
+        work_(work),
+        kinematics_work_(*model),
+        drag_(calc_object_damping(*model)),
+        damped_(!drag_.isZero(0)) {
     options_.smoothing = dynamics::Exact{};
     options_.with_A = options_.with_B = options_.with_force_derivatives = false;
   }
@@ -144,8 +157,8 @@ class Scenario {
     VectorXd q = error.start.isZero(0) ? q_start : part_start(model_, displaced(*model_, q_start, error.start), plan_.step).q;
     Path out;
     for (const Stage& stage : stages) {
-      for (const VectorXd& u : stage.commands) {
-        if (control.stop() || !step(q, u)) return std::nullopt;
+      for (Eigen::Index k = 0; k < stage.u.cols(); ++k) {
+        if (control.stop() || !step(q, stage.u.col(k), stage.durations[k])) return std::nullopt;
       }
       out.poses.push_back(world::object_pose(*model_, q, plan_.goal.object));
     }
@@ -155,10 +168,11 @@ class Scenario {
   long steps() const { return steps_; }
 
  private:
-  bool step(VectorXd& q, const VectorXd& u) {
+  bool step(VectorXd& q, const VectorXd& u, double duration) {
     ++steps_;
     if (mass_ != 1) set_weight(q);
-    const dynamics::StepInput in{q, u, mass_ != 1 ? &weight_ : nullptr};
+    if (damped_) damping_ = mass_ * options_.h / duration * drag_;
+    const dynamics::StepInput in{q, u, mass_ != 1 ? &weight_ : nullptr, damped_ ? &damping_ : nullptr};
     if (dynamics::step(*model_, in, options_, work_, result_) != Status::Solved) return false;
     q = result_.q_next;
     return true;
@@ -179,6 +193,8 @@ class Scenario {
   dynamics::StepResult result_;
   world::KinematicsWorkspace kinematics_work_;
   world::Kinematics kinematics_{};
+  VectorXd drag_, damping_;  ///< (E.7), in the time and in the steps of the model
+  bool damped_;
   VectorXd weight_;
   double mass_ = 1;
   long steps_ = 0;
@@ -273,8 +289,9 @@ Status calc_tube(const std::shared_ptr<const Model>& model, const planning::Plan
   options.validate();
   if (plan.goal.object < 0 || plan.goal.object >= static_cast<int>(model->objects().size()))
     core::throw_invalid("plan.goal.object", std::to_string(plan.goal.object), "the index of an object");
-  const std::vector<Stage> stages = make_stages(*model, plan);
-  const VectorXd q_start = start_of(*model, plan);
+  const Trajectory trajectory = commands_of(*model, plan);
+  const std::vector<Stage> stages = make_stages(*model, plan.goal.object, trajectory);
+  const VectorXd q_start = trajectory.q.col(0);
   out = TubeResult{};
   const int n = options.scenarios + 1;
   ErrorSets sets = options.errors;

@@ -46,8 +46,8 @@ struct TubeFactors {
 inline constexpr TubeFactors kTubeFactors{.position = 1.0, .angle = 1.0};
 inline constexpr std::string_view kTubeFactorsMadeBy = "bench/tube.py --calibrate";
 
-/// Friction of the worlds of a bundle is off by this times its set: with inertia and with the drag of damped objects a contact slips before it does at rest.
-inline constexpr double kFrictionReserve = 1.5;
+/// Friction of the worlds of a bundle is off by this times its set: with inertia a contact slips before it does in a quasi-static step.
+inline constexpr double kFrictionReserve = 1.25;
 
 struct TubeOptions {
   ErrorSets errors{};
