@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Bounds of where plans leave their object (`stiction check --tube`), against noisy runs of the same plans in MuJoCo.
 
-    .venv/bin/python bench/tube.py --keep FOLDER [--seeds 3] [--runs 10] [--no-margins] [--timeout 60] TASK … > tube.json
+    .venv/bin/python bench/tube.py --keep FOLDER [--seeds 3] [--runs 10] [--no-margins] [--factors 1,1] [--linear] TASK … > tube.json
 
 Every plan is made, refined and run open loop in worlds that are drawn from the sets of errors. The factors of the tubes of a task come from the runs of all other
-tasks (split conformal prediction, 95 %), so that no task is judged by its own runs. Those of all tasks together are what the library states. Plans and runs are
-kept in FOLDER, and the same command goes on with them. One JSON object on stdout, a table on stderr.
+tasks (split conformal prediction, 95 %), so that no task is judged by its own runs. Those of all tasks together are what the library states (kTubeFactors);
+--factors judges further tasks with them. Plans and runs are kept in FOLDER, and the same command goes on with them. One JSON object on stdout, a table on stderr.
 """
 
 import argparse
@@ -96,12 +96,12 @@ def get_runs(plan, task, seed, arguments):
     return out
 
 
-def scores(tube, run):
+def scores(rests, run):
     """By what the radii would have to be larger for a run to stay inside, in position and angle."""
-    if len(run["poses"]) < len(tube.rests):
+    if len(run["poses"]) < len(rests):
         return math.inf, math.inf
     position = angle = 0.0
-    for rest, pose in zip(tube.rests, run["poses"], strict=True):
+    for rest, pose in zip(rests, run["poses"], strict=True):
         position = max(position, float(np.linalg.norm(np.array(pose[:3]) - rest.centre.p)) / rest.position)
         angle = max(angle, rotation_angle(np.array(quaternion(rest.centre.R)), np.array(pose[3:])) / rest.angle)
     return position, angle
@@ -127,12 +127,13 @@ def measure_plan(task, seed, arguments):
         "centre": [math.inf if tube.lost else whole - part for whole, part in ((tube.goal.position, last.position), (tube.goal.angle, last.angle))],
         "radius": [last.position, last.angle],
         "candidate": tube.inside,
-        "scores": [scores(tube, run) for run in runs],
+        "scores": [scores(tube.rests, run) for run in runs],
         "reached": sum(run["reached"] for run in runs),
     }
     if arguments.linear:
-        ends = [linear_tube(plan, st.ErrorSets(), kappa)[-1] for kappa in KAPPAS]
-        row["linear"] = [[end.position / goal.tol_position, end.angle / goal.tol_angle] for end in ends]
+        tubes = [linear_tube(plan, st.ErrorSets(), kappa) for kappa in KAPPAS]
+        row["linear"] = [[rests[-1].position / goal.tol_position, rests[-1].angle / goal.tol_angle] for rests in tubes]
+        row["linear_inside"] = [sum(max(scores(rests, run)) <= 1 for run in runs) for rests in tubes]
     print(task, seed, describe(row), file=sys.stderr, flush=True)
     return row
 
@@ -169,9 +170,9 @@ def judge(plan, factors):
     }
 
 
-def summarise(task, plans):
-    """The plans of one task with factors from all others."""
-    factors, calibrated = find_factors([plan for plan in plans if plan["task"] != task])
+def summarise(task, plans, factors=None):
+    """The plans of one task, with factors from all others if none are given."""
+    factors, calibrated = (factors, 0) if factors else find_factors([plan for plan in plans if plan["task"] != task])
     own = [(plan, judge(plan, factors)) for plan in plans if plan["task"] == task]
     accepted = [(plan, verdict) for plan, verdict in own if verdict["accepted"]]
     runs = lambda pairs: sum(len(plan["scores"]) for plan, _ in pairs)
@@ -220,6 +221,7 @@ def main():
     parser.add_argument("--timeout", type=float, default=60, help="of the planner [s]")
     parser.add_argument("--scenarios", type=int, default=16, help="of a tube")
     parser.add_argument("--all-runs", action="store_true", help="also of plans that are refused with any factor of 1 or more")
+    parser.add_argument("--factors", type=lambda text: [float(word) for word in text.split(",")], help="of position and angle, in place of those from the other tasks: POSITION,ANGLE")
     parser.add_argument("--linear", action="store_true", help="also linear propagation of the errors")
     parser.add_argument("--no-margins", action="store_true", help="plans as the options of their tasks have them")
     arguments = parser.parse_args()
@@ -228,13 +230,13 @@ def main():
     plans = [plan for plan in plans if plan]
     factors, runs = find_factors(plans)
     print(f"factors of all tasks together: {factors[0]:.3g}, {factors[1]:.3g}, from {runs} runs", file=sys.stderr)
-    results = [summarise(task, plans) for task in arguments.tasks if any(plan["task"] == task for plan in plans)]
+    results = [summarise(task, plans, arguments.factors) for task in arguments.tasks if any(plan["task"] == task for plan in plans)]
     print(table(results), file=sys.stderr)
     for i, kappa in enumerate(KAPPAS if arguments.linear else ()):
         widths = [max(plan["linear"][i]) for plan in plans]
         print(
             f"linear propagation, {'exact steps' if kappa is None else f'smoothed by {kappa:g}/J'}: {sum(w <= 1 for w in widths)} of {len(widths)} plans no wider than the tolerance, "
-            f"median {statistics.median(widths):.3g} tolerances",
+            f"median {statistics.median(widths):.3g} tolerances; {sum(plan['linear_inside'][i] for plan in plans)} of {sum(len(plan['scores']) for plan in plans)} runs inside",
             file=sys.stderr,
         )
     print(json.dumps({"factors": factors, "calibrated_on_runs": runs, "results": results, "plans": plans}))

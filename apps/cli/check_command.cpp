@@ -59,8 +59,9 @@ nlohmann::ordered_json tube_json(const tasks::PlanFile& plan, const execution::T
 
 void print_tube(std::FILE* to, const tasks::PlanFile& plan, const execution::TubeOptions& options, const execution::TubeResult& tube) {
   const execution::ErrorSets& errors = options.errors;
-  say(to, "where the object is at every rest: {} worlds in {:.3f} s, start off by up to {:g} mm and {:g}°, friction {:g} %, mass {:g} %\n",
-      options.scenarios, tube.wall_s, 1e3 * errors.position, errors.angle / kDegree, 1e2 * errors.friction, 1e2 * errors.mass);
+  say(to, "where the object is at every rest, from {} worlds in {:.3f} s:\n", options.scenarios, tube.wall_s);
+  say(to, "  start off by up to {:g} mm and {:g}°, friction by {:g} %, masses by {:g} %, contacts by {:g} % of the object's size\n",
+      1e3 * errors.position, errors.angle / kDegree, 1e2 * errors.friction, 1e2 * errors.mass, 1e2 * errors.contact);
   say(to, "  {:4} {:8} {:>8}   {:>21}   {:>21}\n", "rest", "", "segment", "from the plan mm, °", "around that mm, °");
   for (std::size_t i = 0; i < tube.rests.size(); ++i) {
     const auto& rest = tube.rests[i];
@@ -76,8 +77,8 @@ void print_tube(std::FILE* to, const tasks::PlanFile& plan, const execution::Tub
       tube.status != core::Status::Solved ? core::to_string(tube.status)
       : tube.inside                       ? "yes"
                                           : "no");
-  say(to, "  wider than its worlds by {:g} (position) and {:g} (angle), from {}\n", options.factors.position, options.factors.angle,
-      execution::kTubeFactorsMadeBy);
+  say(to, "  radii are {:g} (position) and {:g} (angle) times those of the worlds, from {}\n", options.factors.position,
+      options.factors.angle, execution::kTubeFactorsMadeBy);
 }
 
 int run_check(const CheckArguments& arguments) {

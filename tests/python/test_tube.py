@@ -156,10 +156,10 @@ def test_quaternions_and_angles_between_them() -> None:
 def test_score_is_by_what_a_radius_is_too_small(real_plan: Path) -> None:
     tube = st.calc_tube(st.read_plan(real_plan))
     poses = [[*rest.centre.p, *bench.quaternion(rest.centre.R)] for rest in tube.rests]
-    assert bench.scores(tube, {"poses": poses}) == pytest.approx((0, 0), abs=1e-6)
+    assert bench.scores(tube.rests, {"poses": poses}) == pytest.approx((0, 0), abs=1e-6)
     poses[1][1] += 3 * tube.rests[1].position
-    assert bench.scores(tube, {"poses": poses})[0] == pytest.approx(3)
-    assert bench.scores(tube, {"poses": poses[:-1]}) == (math.inf, math.inf), "a run that ended before its plan"
+    assert bench.scores(tube.rests, {"poses": poses})[0] == pytest.approx(3)
+    assert bench.scores(tube.rests, {"poses": poses[:-1]}) == (math.inf, math.inf), "a run that ended before its plan"
 
 
 def test_linear_tube_is_that_of_starts_that_are_a_little_off(real_plan: Path) -> None:
