@@ -33,6 +33,7 @@ nlohmann::ordered_json tube_json(const tasks::PlanFile& plan, const execution::T
   nlohmann::ordered_json out;
   out["status"] = core::to_string(tube.status);
   out["inside"] = tube.inside;
+  out["calibrated"] = tube.calibrated;
   out["goal"] = {{"position", bound_json(tube.goal.position)}, {"angle", bound_json(tube.goal.angle)}};
   out["tolerance"] = {{"position", plan.tol_position}, {"angle", plan.tol_angle}};
   out["errors"] = {{"position", errors.position},
@@ -57,6 +58,12 @@ nlohmann::ordered_json tube_json(const tasks::PlanFile& plan, const execution::T
   return out;
 }
 
+std::string_view verdict_of(const execution::TubeResult& tube) {
+  if (tube.status != core::Status::Solved) return core::to_string(tube.status);
+  if (tube.inside) return "yes";
+  return tube.calibrated ? "no" : "no (in scenes that are not planar runs often leave such a bound)";
+}
+
 void print_tube(std::FILE* to, const tasks::PlanFile& plan, const execution::TubeOptions& options, const execution::TubeResult& tube) {
   const execution::ErrorSets& errors = options.errors;
   say(to, "where the object is at every rest, from {} worlds in {:.3f} s:\n", options.scenarios, tube.wall_s);
@@ -73,10 +80,7 @@ void print_tube(std::FILE* to, const tasks::PlanFile& plan, const execution::Tub
     say(to, "  at the goal within {:.2f} mm of {:g}, {:.2f}° of {:.2f}\n", 1e3 * tube.goal.position, 1e3 * plan.tol_position,
         tube.goal.angle / kDegree, plan.tol_angle / kDegree);
   }
-  say(to, "  inside the goal's tolerance: {}\n",
-      tube.status != core::Status::Solved ? core::to_string(tube.status)
-      : tube.inside                       ? "yes"
-                                          : "no");
+  say(to, "  inside the goal's tolerance: {}\n", verdict_of(tube));
   say(to, "  radii are {:g} (position) and {:g} (angle) times those of the worlds, from {}\n", options.factors.position,
       options.factors.angle, execution::kTubeFactorsMadeBy);
 }

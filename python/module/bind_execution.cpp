@@ -124,7 +124,9 @@ void bind_tube(nb::module_& m) {
       .def_ro("status", &TubeResult::status)
       .def_ro("rests", &TubeResult::rests, "ends of pushes and regrasps, in their order")
       .def_ro("goal", &TubeResult::goal, "bound of the distance from the goal at the end")
-      .def_ro("inside", &TubeResult::inside, "the bound is within the tolerances of the goal")
+      .def_ro("calibrated", &TubeResult::calibrated,
+              "runs in the simulation stay inside as often as the factors promise: in planar scenes alone")
+      .def_ro("inside", &TubeResult::inside, "the bound is within the tolerances of the goal, and calibrated")
       .def_ro("lost", &TubeResult::lost, "scenarios in which a step had no solution")
       .def_ro("steps", &TubeResult::steps)
       .def_ro("wall_s", &TubeResult::wall_s);

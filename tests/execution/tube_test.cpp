@@ -202,6 +202,24 @@ TEST(Tube, GoalRegion_IsBoundedFromItsNearestPose) {
   EXPECT_LE(region.goal.angle, 3 * region.rests.back().angle);
 }
 
+/// A hand that moves no joint leaves the cube on its palm: the bound is within the tolerances, and no promise.
+TEST(Tube, SceneThatIsNotPlanar_IsNeverInside) {
+  const auto model = load_model("planar_pushing"), spatial = load_model("allegro_cube");
+  EXPECT_TRUE(tube_of(model, push_up(model), {}).calibrated);
+  planning::Plan still;
+  still.q_start = spatial->neutral();
+  still.q_start.head<3>() = Eigen::Vector3d(0.5, 0.5, 0.5);
+  still.u_start = still.q_start.tail(spatial->n_a());
+  still.goal.X_WG = world::object_pose(*spatial, still.q_start, 0);
+  still.goal.tol_position = 10;
+  still.goal.tol_angle = 3;
+  still.segments = {{planning::SegmentKind::Contact, {{still.u_start, still.q_start, {}}}}};
+  const TubeResult r = tube_of(spatial, still, {.scenarios = 2});
+  EXPECT_TRUE(r.goal.within(still.goal));
+  EXPECT_FALSE(r.calibrated);
+  EXPECT_FALSE(r.inside);
+}
+
 TEST(Tube, BudgetThatIsUsedUp_IsNoVerdict) {
   const auto model = load_model("planar_pushing");
   core::RunControl control;

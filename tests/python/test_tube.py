@@ -40,7 +40,7 @@ def tubes(stiction, real_plan: Path) -> dict[str, dict]:
 
 def test_json_has_a_bound_for_every_rest_and_says_what_it_is_made_of(tubes: dict[str, dict], real_plan: Path) -> None:
     tube = tubes["standard"]["tube"]
-    assert tube["status"] == "Solved"
+    assert tube["status"] == "Solved" and tube["calibrated"]
     assert {"position": 0.002, "friction": 0.3, "mass": 0.3}.items() <= tube["errors"].items()
     assert tube["factors"]["made_by"].startswith("bench/tube.py")
     kinds = [segment["kind"] for segment in json.loads(real_plan.read_text())["segments"]]

@@ -2730,8 +2730,14 @@ class TubeResult:
         """bound of the distance from the goal at the end"""
 
     @property
+    def calibrated(self) -> bool:
+        """
+        runs in the simulation stay inside as often as the factors promise: in planar scenes alone
+        """
+
+    @property
     def inside(self) -> bool:
-        """the bound is within the tolerances of the goal"""
+        """the bound is within the tolerances of the goal, and calibrated"""
 
     @property
     def lost(self) -> int:

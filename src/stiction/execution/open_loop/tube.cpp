@@ -324,7 +324,8 @@ Status calc_tube(const std::shared_ptr<const Model>& model, const planning::Plan
   }
   const GoalError centre = bound_centre(plan.goal, paths, out.rests.back());
   out.goal = {centre.position + out.rests.back().position, centre.angle + out.rests.back().angle};
-  out.inside = out.goal.within(plan.goal);
+  out.calibrated = model->planar_axis().has_value();
+  out.inside = out.calibrated && out.goal.within(plan.goal);
   return out.status = Status::Solved;
 }
 

@@ -73,8 +73,10 @@ struct TubeResult {
   core::Status status = core::Status::NumericalFailure;
   std::vector<TubeRest> rests;
   planning::GoalError goal;  ///< bound of the distance from the goal at the end
-  bool inside = false;       ///< it is within the tolerances of the goal
-  int lost = 0;              ///< scenarios in which a step had no solution
+  /// Runs in the simulation stay inside as often as the factors promise: in planar scenes. In others they often do not (docs/theory/tube.md).
+  bool calibrated = false;
+  bool inside = false;  ///< the bound is within the tolerances of the goal, and calibrated
+  int lost = 0;         ///< scenarios in which a step had no solution
   long steps = 0;
   double wall_s = 0;
 };
