@@ -159,12 +159,12 @@ void add_tube(CLI::App& command, CheckArguments& a) {
       "Also bound where the object is at every rest of a run without feedback, and say whether it ends within the goal's tolerance");
   execution::ErrorSets& errors = a.tubes.errors;
   for (CLI::Option* option : {
-           add_number(command, "--start-error", errors.position, "Of objects at the start, with --tube [m]", Bound::NonNegative),
-           add_number(command, "--start-turn", errors.angle, "Of objects at the start, with --tube [rad]", Bound::NonNegative),
-           add_number(command, "--friction-error", errors.friction, "Share by which every friction is off at most, with --tube",
+           add_number(command, "--start-error", errors.position, "By which objects are off at the start at most [m]", Bound::NonNegative),
+           add_number(command, "--start-turn", errors.angle, "By which objects are turned at the start at most [rad]", Bound::NonNegative),
+           add_number(command, "--friction-error", errors.friction, "Share by which every coefficient of friction is off at most",
                       Bound::NonNegative),
-           add_number(command, "--mass-error", errors.mass, "Share by which every mass is off at most, with --tube", Bound::NonNegative),
-           add_integer(command, "--worlds", a.tubes.scenarios, "Worlds that are drawn from these sets, with --tube", {1, 10000}),
+           add_number(command, "--mass-error", errors.mass, "Share by which every mass is off at most", Bound::NonNegative),
+           add_integer(command, "--worlds", a.tubes.scenarios, "Worlds that are drawn from these sets", {1, 10000}),
        })
     option->needs(tube);
 }
