@@ -86,7 +86,7 @@ struct TubeResult {
 /// @returns Solved; MaxIterations (deadline), Cancelled: `out` has no rests
 /// @throws  core::InvalidInput: options, a plan that does not fit the model or has no object
 /// Tests: tests/execution/tube_test.cpp
-core::Status calc_tube(const std::shared_ptr<const world::Model>& model, const planning::Plan& plan, const TubeOptions& options,
-                       const core::RunControl& control, TubeResult& out);
+[[nodiscard]] core::Status calc_tube(const std::shared_ptr<const world::Model>& model, const planning::Plan& plan,
+                                     const TubeOptions& options, const core::RunControl& control, TubeResult& out);
 
 }  // namespace stiction::execution
