@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "app.hpp"
+#include "stiction/core/invalid_input.hpp"
+#include "stiction/execution/open_loop/tube.hpp"
 #include "stiction/tasks/check.hpp"
 
 namespace stiction::app {
@@ -14,11 +18,76 @@ namespace {
 struct CheckArguments {
   std::string plan;
   double timeout_s = 600;
+  bool tube = false;
+  execution::TubeOptions tubes;
   bool json = false;
 };
 
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Infinity is no number of JSON.
+nlohmann::ordered_json bound_json(double x) { return std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json(); }
+
+nlohmann::ordered_json tube_json(const tasks::PlanFile& plan, const execution::TubeOptions& options, const execution::TubeResult& tube) {
+  const execution::ErrorSets& errors = options.errors;
+  nlohmann::ordered_json out;
+  out["status"] = core::to_string(tube.status);
+  out["inside"] = tube.inside;
+  out["calibrated"] = tube.calibrated;
+  out["goal"] = {{"position", bound_json(tube.goal.position)}, {"angle", bound_json(tube.goal.angle)}};
+  out["tolerance"] = {{"position", plan.tol_position}, {"angle", plan.tol_angle}};
+  out["errors"] = {{"position", errors.position},
+                   {"angle", errors.angle},
+                   {"friction", errors.friction},
+                   {"mass", errors.mass},
+                   {"contact", errors.contact}};
+  out["factors"] = {{"position", options.factors.position}, {"angle", options.factors.angle}, {"made_by", execution::kTubeFactorsMadeBy}};
+  out["scenarios"] = options.scenarios;
+  out["lost"] = tube.lost;
+  out["steps"] = tube.steps;
+  out["wall_s"] = tube.wall_s;
+  out["rests"] = nlohmann::ordered_json::array();
+  for (const auto& rest : tube.rests) {
+    out["rests"].push_back({{"kind", rest.kind == planning::SegmentKind::Contact ? "push" : "regrasp"},
+                            {"last_segment", rest.last_segment},
+                            {"offset_position", rest.offset.position},
+                            {"offset_angle", rest.offset.angle},
+                            {"position", bound_json(rest.position)},
+                            {"angle", bound_json(rest.angle)}});
+  }
+  return out;
+}
+
+std::string_view verdict_of(const execution::TubeResult& tube) {
+  if (tube.status != core::Status::Solved) return core::to_string(tube.status);
+  if (tube.inside) return "yes";
+  return tube.calibrated ? "no" : "no (in scenes that are not planar runs often leave such a bound)";
+}
+
+void print_tube(std::FILE* to, const tasks::PlanFile& plan, const execution::TubeOptions& options, const execution::TubeResult& tube) {
+  const execution::ErrorSets& errors = options.errors;
+  say(to, "where the object is at every rest, from {} worlds in {:.3f} s:\n", options.scenarios, tube.wall_s);
+  say(to, "  start off by up to {:g} mm and {:g}°, friction by {:g} %, masses by {:g} %, contacts by {:g} % of the object's size\n",
+      1e3 * errors.position, errors.angle / kDegree, 1e2 * errors.friction, 1e2 * errors.mass, 1e2 * errors.contact);
+  say(to, "  {:4} {:8} {:>8}   {:>21}   {:>21}\n", "rest", "", "segment", "from the plan mm, °", "around that mm, °");
+  for (std::size_t i = 0; i < tube.rests.size(); ++i) {
+    const auto& rest = tube.rests[i];
+    say(to, "  {:4} {:8} {:8}   {:12.2f} {:8.2f}   {:12.2f} {:8.2f}\n", i, rest.kind == planning::SegmentKind::Contact ? "push" : "regrasp",
+        rest.last_segment, 1e3 * rest.offset.position, rest.offset.angle / kDegree, 1e3 * rest.position, rest.angle / kDegree);
+  }
+  if (tube.lost > 0) say(to, "  {} worlds were lost: a step had no solution\n", tube.lost);
+  if (tube.status == core::Status::Solved) {
+    say(to, "  at the goal within {:.2f} mm of {:g}, {:.2f}° of {:.2f}\n", 1e3 * tube.goal.position, 1e3 * plan.tol_position,
+        tube.goal.angle / kDegree, plan.tol_angle / kDegree);
+  }
+  say(to, "  inside the goal's tolerance: {}\n", verdict_of(tube));
+  say(to, "  radii are {:g} (position) and {:g} (angle) times those of the worlds, from {}\n", options.factors.position,
+      options.factors.angle, execution::kTubeFactorsMadeBy);
+}
+
 int run_check(const CheckArguments& arguments) {
   const core::RunControl control = make_run_control(arguments.timeout_s);  // what is read counts too
+  arguments.tubes.validate();
   const std::filesystem::path path = arguments.plan;
   const tasks::PlanFile plan = tasks::read_plan(path);
   const tasks::Task task = tasks::load_task_of_plan(plan, path, data_dirs());
@@ -44,6 +113,12 @@ int run_check(const CheckArguments& arguments) {
   if (plan.options_from_command_line) say(to, "  the options are given ones, not those of the task\n");
   say(to, "  forces below {:.3g} N are not looked at\n", report.threshold_N);
 
+  execution::TubeResult tube;
+  if (arguments.tube && status == core::Status::Solved) {
+    (void)execution::calc_tube(task.model, tasks::to_plan(*task.model, plan), arguments.tubes, control, tube);
+    print_tube(to, plan, arguments.tubes, tube);
+  }
+
   if (arguments.json) {
     nlohmann::ordered_json out;
     out["status"] = verdict;
@@ -68,11 +143,30 @@ int run_check(const CheckArguments& arguments) {
       entry["where"] = item.where;
       out["checks"].push_back(std::move(entry));
     }
+    if (arguments.tube) out["tube"] = tube_json(plan, arguments.tubes, tube);
     say(stdout, "{}\n", out.dump());
   }
-  if (status == core::Status::Cancelled) return kInterrupted;
-  if (status != core::Status::Solved) return kNotSolved;
-  return report.pass ? kDone : kCheckFailed;
+  for (const core::Status ended : {status, arguments.tube ? tube.status : status}) {
+    if (ended == core::Status::Cancelled) return kInterrupted;
+    if (ended != core::Status::Solved) return kNotSolved;
+  }
+  return report.pass && (tube.inside || !arguments.tube) ? kDone : kCheckFailed;
+}
+
+void add_tube(CLI::App& command, CheckArguments& a) {
+  CLI::Option* const tube = command.add_flag(
+      "--tube", a.tube,
+      "Also bound where the object is at every rest of a run without feedback, and say whether it ends within the goal's tolerance");
+  execution::ErrorSets& errors = a.tubes.errors;
+  for (CLI::Option* option : {
+           add_number(command, "--start-error", errors.position, "By which objects are off at the start at most [m]", Bound::NonNegative),
+           add_number(command, "--start-turn", errors.angle, "By which objects are turned at the start at most [rad]", Bound::NonNegative),
+           add_number(command, "--friction-error", errors.friction, "Share by which every coefficient of friction is off at most",
+                      Bound::NonNegative),
+           add_number(command, "--mass-error", errors.mass, "Share by which every mass is off at most", Bound::NonNegative),
+           add_integer(command, "--worlds", a.tubes.scenarios, "Worlds that are drawn from these sets", {1, 10000}),
+       })
+    option->needs(tube);
 }
 
 }  // namespace
@@ -82,6 +176,7 @@ Run declare_check(CLI::App& command) {
   CheckArguments& a = *arguments;
   add_plan(command, a.plan);
   add_timeout(command, a.timeout_s);
+  add_tube(command, a);
   add_json(command, a.json);
   return [arguments] { return run_check(*arguments); };
 }

@@ -2,7 +2,9 @@
 
 #include "pickles.hpp"
 #include "plan.hpp"
+#include "stiction/execution/open_loop/run_timing.hpp"
 #include "stiction/execution/open_loop/transfer.hpp"
+#include "stiction/execution/open_loop/tube.hpp"
 
 namespace stiction::python {
 namespace {
@@ -14,8 +16,9 @@ using execution::TransferOptions;
 using execution::TransferResult;
 
 TransferResult transfer(const Plan& given, double speed, double pause, const std::optional<SpeedLimits>& uniform,
-                        std::optional<int> substeps, double rest_time, double friction_scale, Flag velocity_reference, double hold,
-                        Flag whole, Flag alone, int threads, std::optional<double> timeout_s) {
+                        std::optional<int> substeps, double rest_time, double friction_scale, double mass_scale,
+                        const std::optional<Vector>& start_error, Flag velocity_reference, double hold, Flag whole, Flag alone, int threads,
+                        std::optional<double> timeout_s) {
   const nb::gil_scoped_release unlocked;
   core::require_positive("speed", speed);
   planning::Plan plan = tasks::to_plan(given.model(), given.file);
@@ -28,6 +31,7 @@ TransferResult transfer(const Plan& given, double speed, double pause, const std
   options.speed = speed;
   options.pause = pause;
   options.uniform = uniform;
+  if (start_error) options.start_error = require_vector("start_error", *start_error, given.model().n_vu());
   options.hold = hold;
   options.whole = whole;
   options.alone = alone;
@@ -37,12 +41,112 @@ TransferResult transfer(const Plan& given, double speed, double pause, const std
   plant_options.velocity_reference = velocity_reference;
   plant_options.effort_limits = given.file.step.effort_limits;
   plant_options.contact.friction_scale = friction_scale;
+  plant_options.mass_scale = mass_scale;
   core::RunControl control;
   if (timeout_s) control.deadline = deadline_in(*timeout_s);
   TransferResult out;
   (void)execution::transfer(simulation::Plant::make(given.task.model, plant_options), plan, options, control, out,
                             substeps ? &predicted : nullptr);
   return out;
+}
+
+using execution::ErrorSets;
+using execution::TubeFactors;
+using execution::TubeOptions;
+using execution::TubeRest;
+using execution::TubeResult;
+using execution::WorldError;
+
+WorldError draw_world(const Plan& given, const ErrorSets& errors, std::uint64_t seed, std::uint64_t index) {
+  const planning::Plan plan = tasks::to_plan(given.model(), given.file);
+  return execution::draw_world(given.model(), execution::start_of(given.model(), plan), errors, seed, index);
+}
+
+TubeResult calc_tube(const Plan& given, const ErrorSets& errors, const std::pair<double, double>& factors, int scenarios,
+                     std::uint64_t seed, int threads, std::optional<double> timeout_s) {
+  const nb::gil_scoped_release unlocked;
+  TubeOptions options;
+  options.errors = errors;
+  options.factors = {factors.first, factors.second};
+  options.scenarios = scenarios;
+  options.seed = seed;
+  options.threads = threads;
+  core::RunControl control;
+  if (timeout_s) control.deadline = deadline_in(*timeout_s);
+  TubeResult out;
+  (void)execution::calc_tube(given.task.model, tasks::to_plan(given.model(), given.file), options, control, out);
+  return out;
+}
+
+void bind_error_sets(nb::module_& m) {
+  const ErrorSets sets;
+  nb::class_<ErrorSets>(m, "ErrorSets", "Sets in which the errors of a model lie (docs/theory/tube.md).")
+      .def(
+          "__init__",
+          [](ErrorSets* out, double position, double angle, double friction, double mass, double contact) {
+            new (out) ErrorSets{.position = position, .angle = angle, .friction = friction, .mass = mass, .contact = contact};
+            out->validate();
+          },
+          nb::kw_only(), "position"_a = sets.position, "angle"_a = sets.angle, "friction"_a = sets.friction, "mass"_a = sets.mass,
+          "contact"_a = sets.contact,
+          "position [m] and angle [rad]: of objects at the start, >= 0. friction, mass: shares by which every coefficient of friction and "
+          "the mass of every object are off at most, in [0, 1). contact: of the gap of a contact, in lengths of the object of the goal, >= "
+          "0. Raises InvalidInput.")
+      .def_ro("position", &ErrorSets::position, "[m]")
+      .def_ro("angle", &ErrorSets::angle, "[rad]")
+      .def_ro("friction", &ErrorSets::friction)
+      .def_ro("mass", &ErrorSets::mass)
+      .def_ro("contact", &ErrorSets::contact, "in lengths of the object");
+  nb::class_<WorldError>(m, "WorldError", "One world in sets of errors.")
+      .def_ro("start", &WorldError::start, "of the objects in their tangent (n_vu) [m, rad]")
+      .def_ro("friction", &WorldError::friction, "factor of every coefficient of friction")
+      .def_ro("mass", &WorldError::mass, "factor of the mass of every object");
+  m.def("draw_world", &draw_world, "plan"_a, "errors"_a = sets, nb::kw_only(), "seed"_a = 0, "index"_a = 0,
+        R"(A random world in the sets around the start of a plan: another one for each index, the same ones for a seed.
+
+    >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+    >>> world = st.draw_world(plan, st.ErrorSets(friction=0.0), index=3)
+    >>> world.friction, len(world.start), bool(0.7 <= world.mass <= 1.3)
+    (1.0, 3, True))");
+}
+
+void bind_tube(nb::module_& m) {
+  bind_error_sets(m);
+  nb::class_<TubeRest>(m, "TubeRest", "Where the object is at the end of a push or a regrasp.")
+      .def_ro("kind", &TubeRest::kind, "Contact or Regrasp")
+      .def_ro("last_segment", &TubeRest::last_segment, "of the plan, which ends here")
+      .def_ro("centre", &TubeRest::centre, "pose that the bound is around")
+      .def_ro("offset", &TubeRest::offset, "of the centre from where the plan has the object")
+      .def_ro("position", &TubeRest::position, "the object is within this of the centre [m]")
+      .def_ro("angle", &TubeRest::angle, "and turned from it by this at most [rad]; infinite where a scenario was lost")
+      .def_ro("scenarios", &TubeRest::scenarios, "poses in the bundle, that of the known world first");
+  nb::class_<TubeResult>(m, "TubeResult", "A bound of where the object of a plan is at every rest.")
+      .def_ro("status", &TubeResult::status)
+      .def_ro("rests", &TubeResult::rests, "ends of pushes and regrasps, in their order")
+      .def_ro("goal", &TubeResult::goal, "bound of the distance from the goal at the end")
+      .def_ro("calibrated", &TubeResult::calibrated,
+              "runs in the simulation stay inside as often as the factors promise: in planar scenes alone")
+      .def_ro("inside", &TubeResult::inside, "the bound is within the tolerances of the goal, and calibrated")
+      .def_ro("lost", &TubeResult::lost, "scenarios in which a step had no solution")
+      .def_ro("steps", &TubeResult::steps)
+      .def_ro("wall_s", &TubeResult::wall_s);
+  const TubeOptions standard;
+  m.def("calc_tube", &calc_tube, "plan"_a, "errors"_a = standard.errors, nb::kw_only(),
+        "factors"_a = std::pair(standard.factors.position, standard.factors.angle), "scenarios"_a = standard.scenarios,
+        "seed"_a = standard.seed, "threads"_a = standard.threads, "timeout_s"_a = nb::none(),
+        R"(A bound of where the object of a plan is at every rest when the plan is carried out without feedback (docs/theory/tube.md).
+
+  errors: sets that contain what differs from the model.
+  factors: by which the tube is wider than the bundle in position and angle, > 0; the default was calibrated on runs in MuJoCo.
+  scenarios: worlds that are drawn from the sets, beside the known one, >= 1. seed: of these.
+  threads: 0 for all cores; the result does not depend on it. timeout_s: [s] > 0; None: as long as it takes.
+
+status: Solved; MaxIterations (time used up; no rests). Raises InvalidInput.
+
+    >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0).plan).plan
+    >>> tube = st.calc_tube(plan)
+    >>> tube.status, tube.inside, len(tube.rests[0].scenarios)
+    (Status.Solved, True, 17))");
 }
 
 void bind_piece(nb::module_& m) {
@@ -114,8 +218,9 @@ void bind_execution(nb::module_& m) {
       .def_ro("load_time", &SpeedLimits::load_time, "[s]")
       .def_ro("pause", &SpeedLimits::pause, "[s]");
   m.def("transfer", &transfer, "plan"_a, nb::kw_only(), "speed"_a = TransferOptions{}.speed, "pause"_a = 0.0, "uniform"_a = nb::none(),
-        "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "velocity_reference"_a = true,
-        "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true, "threads"_a = 0, "timeout_s"_a = nb::none(),
+        "substeps"_a = nb::none(), "rest_time"_a = execution::kRestTime, "friction_scale"_a = 1.0, "mass_scale"_a = 1.0,
+        "start_error"_a = nb::none(), "velocity_reference"_a = true, "hold"_a = TransferOptions{}.hold, "whole"_a = true, "alone"_a = true,
+        "threads"_a = 0, "timeout_s"_a = nb::none(),
         R"(Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
   speed: times the full timing that follows from the object and the motors (E.13), > 0; above 1 only pushes are faster. Without feedback most plans hold at
@@ -124,7 +229,8 @@ void bind_execution(nb::module_& m) {
   uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
   substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
   rest_time: in which objects on joints come to rest [s].
-  friction_scale: factor of every coefficient of friction, >= 0.
+  friction_scale, mass_scale: factors of every coefficient of friction, >= 0, and of the mass of every object, > 0.
+  start_error: by what the objects are off their start in their tangent (n_vu) [m, rad]; overlaps are moved apart. None: not at all.
   velocity_reference: damping of the joint springs acts on the difference to the commanded velocity; else on the velocity, so that
     joints lag behind their commands, as in the thesis.
   hold: the last command is held so long before the goal is judged [s].
@@ -138,7 +244,8 @@ status: Solved: run to the end, whatever came out; MaxIterations (time used up);
     >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)
     >>> run.status, run.q.shape == (len(run.times), 5)
     (Status.Solved, True))");
-  def_pickle<PieceError, PieceReport, TransferResult, SpeedLimits>();
+  bind_tube(m);
+  def_pickle<PieceError, PieceReport, TransferResult, SpeedLimits, ErrorSets, WorldError, TubeRest, TubeResult>();
 }
 
 }  // namespace stiction::python

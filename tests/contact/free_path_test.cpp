@@ -113,7 +113,7 @@ TEST(ContactSampler, AHandOfManyFingersHasNoPinch) {
   const world::RobotChains chains(*model);
   core::Random random(5, 0);
   std::vector<int> scratch;
-  for (int c = 0; c < chains.size(); ++c) EXPECT_FALSE(draw_pinch(*model, chains, c, chains.all(), random, scratch));
+  for (int c = 0; c < chains.size(); ++c) EXPECT_FALSE(draw_pinch(*model, chains, c, chains.all(), {}, random, scratch));
   EXPECT_EQ(random.bits(), core::Random(5, 0).bits());
 }
 

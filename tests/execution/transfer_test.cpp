@@ -112,6 +112,24 @@ TEST(Transfer, StraightPush_ReachesTheGoalWithTheLagOfTheDamping) {
   EXPECT_NEAR(r.pieces[0].alone->mean_position, r.pieces[0].in_plan->mean_position, 1e-9) << "the first piece starts as the plan does";
 }
 
+/// The box lies 1 cm aside and turned, or where the hand is: then it begins beside the hand.
+TEST(Transfer, StartError_MovesTheObjectAndNothingOverlaps) {
+  Rig rig;
+  rig.options.alone = false;
+  rig.options.hold = 0;
+  rig.options.start_error = Eigen::Vector3d(0.01, 0.003, 0.02);
+  TransferResult r;
+  ASSERT_EQ(rig.run(r), Status::Solved) << r.message;
+  const VectorXd start = r.q_plan.col(0);
+  EXPECT_NEAR((r.q.col(0).head<3>() - start.head<3>() - rig.options.start_error).norm(), 0, 1e-12);
+  EXPECT_EQ(r.q.col(0).tail<2>(), start.tail<2>());
+  rig.options.start_error = Eigen::Vector3d(0, -0.1, 0);
+  ASSERT_EQ(rig.run(r), Status::Solved) << r.message;
+  EXPECT_LT(r.max_depth, 2e-3) << "the box begins 0.1 m deep in the hand, had it not been moved away";
+  rig.options.start_error = VectorXd::Zero(2);
+  EXPECT_EQ(message_of([&] { (void)rig.run(r); }), "start_error: got 2 numbers, expected 3");
+}
+
 TEST(Transfer, SlowerRun_HasLessLag) {
   Rig rig;
   TransferResult fast, slow;

@@ -25,12 +25,12 @@ import stiction as st  # noqa: E402
 
 VALUES = """
     Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlScenario
-    ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
+    ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
     RobotLink RolloutBatch RolloutResult RunPiece RunPlan RunResult Scene SecondOrderCone Segment SenseResult SensedLink SensingScenario SetContact SignCheck SimulationResult SolveResult
     SolveRun SolveTry SpeedLimits SteepestDescent StepBatch StepResult SurfaceOptions Task ToolReference Touch TouchResult TouchRoute TouchScenario Trajectory
-    TransferResult TreeNode
+    TransferResult TreeNode TubeRest TubeResult WorldError
 """.split()
 SHARED = ["Model", "Sensor"]  # immutable and large: pickle makes them anew, a copy is the object itself
 AT_WORK = ["BatchWorkspace", "ContactController", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace", "TouchOnset"]
@@ -251,6 +251,10 @@ MAKE: dict[str, Callable[[], Any]] = {
     "TouchRoute": lambda: first(touched().routes),
     "TouchScenario": lambda: st.load_touch_scenario("reach_past_pillar"),
     "Trajectory": lambda: st.make_trajectory(planned().plan),
+    "ErrorSets": lambda: st.ErrorSets(friction=0.2),
+    "WorldError": lambda: st.draw_world(planned().plan, index=3),
+    "TubeResult": lambda: st.calc_tube(planned().plan, scenarios=2),
+    "TubeRest": lambda: MAKE["TubeResult"]().rests[0],
     "TransferResult": lambda: st.transfer(planned().plan, speed=20.0, hold=0.2, alone=True),
     "TreeNode": lambda: st.plan(task(), seed=0, options={"max_iterations": 30, "thesis": {"stop_at_goal": False}}).tree[-1],
 }

@@ -42,6 +42,8 @@ assert_type(st.read_plan(Path("plan.json")), st.Plan)
 assert_type(st.refine(plan).plan, st.Plan)
 accepted: bool = st.check_plan(plan).pass_
 reached: bool = st.transfer(plan, friction_scale=0.8).reached
+inside: bool = st.calc_tube(plan, st.ErrorSets(friction=0.2), factors=(1.2, 1.1)).inside
+reached = st.transfer(plan, mass_scale=st.draw_world(plan, index=3).mass, start_error=np.zeros(3)).reached
 best = st.solve(task, friction=[0.7, 1.0]).best.plan
 end: st.RunEnd = st.run(plan, pose_noise=(0.001, 0.01)).end
 cost: float = st.optimize(task, iterations=3).cost.total

@@ -92,6 +92,26 @@ TEST(Contact, ObjectAtRest_IsCarriedByItsWeightAndDoesNotSinkIn) {
   }
 }
 
+/// A world in which objects are heavier than they are known to be is that of a scene with this mass and inertia, to the last bit.
+TEST(Contact, MassScale_IsTheSceneWithHeavierObjects) {
+  world::Scene scene = empty_scene({0, 0, -10});
+  scene.objects.push_back(solid(ObjectJoint::Free, world::Box{Vector3d(0.1, 0.05, 0.02)}, 0.4, 0.8));
+  scene.objects[0].inertia = Vector3d(1e-3, 2e-3, 2.5e-3).asDiagonal();
+  scene.fixed.push_back(ground(0.8));
+  PlantOptions options;
+  options.mass_scale = 1.25;
+  Rig scaled(scene, options);
+  scene.objects[0].mass *= 1.25;
+  scene.objects[0].inertia *= 1.25;
+  Rig heavy(scene);
+  Eigen::VectorXd q0(7), v0(6);
+  q0 << 0, 0, 0.05, 0, 0, 0, 1;
+  v0 << 0.3, 0, 0, 1, 2, 3;
+  for (Rig* rig : {&scaled, &heavy}) ASSERT_EQ(rig->hold(q0, {}, 0.5, &v0), Status::Solved) << rig->result.message;
+  EXPECT_EQ(scaled.result.q, heavy.result.q);
+  EXPECT_NEAR(scaled.force().normal, 5, 0.05);
+}
+
 /// A can that is left on its face with some spin and wobble stands still within two seconds. With the contact of fingers it rolls round its rim,
 /// fed by what a sliding contact opens.
 TEST(Contact, StandingCan_StopsTurning) {

@@ -2592,7 +2592,7 @@ class SpeedLimits:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
-def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, velocity_reference: bool | numpy.bool_ = True, hold: float = 4.0, whole: bool | numpy.bool_ = True, alone: bool | numpy.bool_ = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
+def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: SpeedLimits | None = None, substeps: int | None = None, rest_time: float = 0.05, friction_scale: float = 1.0, mass_scale: float = 1.0, start_error: numpy.typing.ArrayLike | None = None, velocity_reference: bool | numpy.bool_ = True, hold: float = 4.0, whole: bool | numpy.bool_ = True, alone: bool | numpy.bool_ = True, threads: int = 0, timeout_s: float | None = None) -> TransferResult:
     """
     Runs a plan open loop in the second-order simulation and compares it with what the plan predicts (3.10)-(3.12).
 
@@ -2602,7 +2602,8 @@ def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: Spe
       uniform: in place of speed and pause, limits that are the same for any object and robot, and commands as the plan has them (E.1).
       substeps: every contact edge is predicted anew in so many steps first; None: as the plan does.
       rest_time: in which objects on joints come to rest [s].
-      friction_scale: factor of every coefficient of friction, >= 0.
+      friction_scale, mass_scale: factors of every coefficient of friction, >= 0, and of the mass of every object, > 0.
+      start_error: by what the objects are off their start in their tangent (n_vu) [m, rad]; overlaps are moved apart. None: not at all.
       velocity_reference: damping of the joint springs acts on the difference to the commanded velocity; else on the velocity, so that
         joints lag behind their commands, as in the thesis.
       hold: the last command is held so long before the goal is judged [s].
@@ -2616,6 +2617,157 @@ def transfer(plan: Plan, *, speed: float = 0.1, pause: float = 0.0, uniform: Spe
         >>> run = st.transfer(plan, speed=20.0, pause=0.2, hold=0.2, alone=False)
         >>> run.status, run.q.shape == (len(run.times), 5)
         (Status.Solved, True)
+    """
+
+class ErrorSets:
+    """Sets in which the errors of a model lie (docs/theory/tube.md)."""
+
+    def __init__(self, *, position: float = 0.002, angle: float = 0.03490658503988659, friction: float = 0.3, mass: float = 0.3, contact: float = 0.005) -> None:
+        """
+        position [m] and angle [rad]: of objects at the start, >= 0. friction, mass: shares by which every coefficient of friction and the mass of every object are off at most, in [0, 1). contact: of the gap of a contact, in lengths of the object of the goal, >= 0. Raises InvalidInput.
+        """
+
+    @property
+    def position(self) -> float:
+        """[m]"""
+
+    @property
+    def angle(self) -> float:
+        """[rad]"""
+
+    @property
+    def friction(self) -> float: ...
+
+    @property
+    def mass(self) -> float: ...
+
+    @property
+    def contact(self) -> float:
+        """in lengths of the object"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class WorldError:
+    """One world in sets of errors."""
+
+    @property
+    def start(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """of the objects in their tangent (n_vu) [m, rad]"""
+
+    @property
+    def friction(self) -> float:
+        """factor of every coefficient of friction"""
+
+    @property
+    def mass(self) -> float:
+        """factor of the mass of every object"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def draw_world(plan: Plan, errors: ErrorSets = ..., *, seed: int = 0, index: int = 0) -> WorldError:
+    """
+    A random world in the sets around the start of a plan: another one for each index, the same ones for a seed.
+
+        >>> plan = st.plan(st.load_task("planar_pushing"), seed=0).plan
+        >>> world = st.draw_world(plan, st.ErrorSets(friction=0.0), index=3)
+        >>> world.friction, len(world.start), bool(0.7 <= world.mass <= 1.3)
+        (1.0, 3, True)
+    """
+
+class TubeRest:
+    """Where the object is at the end of a push or a regrasp."""
+
+    @property
+    def kind(self) -> SegmentKind:
+        """Contact or Regrasp"""
+
+    @property
+    def last_segment(self) -> int:
+        """of the plan, which ends here"""
+
+    @property
+    def centre(self) -> Pose:
+        """pose that the bound is around"""
+
+    @property
+    def offset(self) -> GoalError:
+        """of the centre from where the plan has the object"""
+
+    @property
+    def position(self) -> float:
+        """the object is within this of the centre [m]"""
+
+    @property
+    def angle(self) -> float:
+        """
+        and turned from it by this at most [rad]; infinite where a scenario was lost
+        """
+
+    @property
+    def scenarios(self) -> list[Pose]:
+        """poses in the bundle, that of the known world first"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class TubeResult:
+    """A bound of where the object of a plan is at every rest."""
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def rests(self) -> list[TubeRest]:
+        """ends of pushes and regrasps, in their order"""
+
+    @property
+    def goal(self) -> GoalError:
+        """bound of the distance from the goal at the end"""
+
+    @property
+    def calibrated(self) -> bool:
+        """
+        runs in the simulation stay inside as often as the factors promise: in planar scenes alone
+        """
+
+    @property
+    def inside(self) -> bool:
+        """the bound is within the tolerances of the goal, and calibrated"""
+
+    @property
+    def lost(self) -> int:
+        """scenarios in which a step had no solution"""
+
+    @property
+    def steps(self) -> int: ...
+
+    @property
+    def wall_s(self) -> float: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+def calc_tube(plan: Plan, errors: ErrorSets = ..., *, factors: tuple[float, float] = (1.0, 1.0), scenarios: int = 16, seed: int = 0, threads: int = 1, timeout_s: float | None = None) -> TubeResult:
+    """
+    A bound of where the object of a plan is at every rest when the plan is carried out without feedback (docs/theory/tube.md).
+
+      errors: sets that contain what differs from the model.
+      factors: by which the tube is wider than the bundle in position and angle, > 0; the default was calibrated on runs in MuJoCo.
+      scenarios: worlds that are drawn from the sets, beside the known one, >= 1. seed: of these.
+      threads: 0 for all cores; the result does not depend on it. timeout_s: [s] > 0; None: as long as it takes.
+
+    status: Solved; MaxIterations (time used up; no rests). Raises InvalidInput.
+
+        >>> plan = st.refine(st.plan(st.load_task("iiwa_bimanual_planar"), seed=0).plan).plan
+        >>> tube = st.calc_tube(plan)
+        >>> tube.status, tube.inside, len(tube.rests[0].scenarios)
+        (Status.Solved, True, 17)
     """
 
 class RunEnd(enum.Enum):

@@ -118,7 +118,7 @@ bool sample_chain(const world::Model& model, const world::RobotChains& chains, c
     q = q_before;
     posture.draw(random, q);
     const auto drawn = static_cast<std::size_t>(random.index(static_cast<int>(pairs.size())));
-    if (!reachable[drawn] || !touch(model, pairs.subspan(drawn, 1), moving, q, work)) continue;
+    if (!reachable[drawn] || !touch(model, std::span(pairs).subspan(drawn, 1), moving, q, work)) continue;
     update_kinematics(model, q, work);
     if (around.are_clear(model, work)) return true;
   }
@@ -131,7 +131,7 @@ world::ChainMask sample_pinch(const world::Model& model, const world::RobotChain
                               world::ChainMask draw, core::Random& random, Eigen::VectorXd& q, GeometryWorkspace& work) {
   const Eigen::VectorXd q_before = q;
   for (int attempt = 0; attempt < options.pinch_tries && !work.stop(); ++attempt) {
-    const auto pinch = draw_pinch(model, chains, trunk, draw, random, work.pairs);
+    const auto pinch = draw_pinch(model, chains, trunk, draw, options.touch, random, work.pairs);
     if (!pinch || (attempt == 0 && !random.chance(options.pinch_probability))) return 0;
     q = q_before;
     update_kinematics(model, q, work);

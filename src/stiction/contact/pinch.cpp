@@ -123,7 +123,7 @@ Eigen::Vector3d random_direction(core::Random& random) {
 }  // namespace
 
 std::optional<Pinch> draw_pinch(const Model& model, const world::RobotChains& chains, int trunk, world::ChainMask draw,
-                                core::Random& random, std::vector<int>& scratch) {
+                                std::span<const char> touch, core::Random& random, std::vector<int>& scratch) {
   const auto joints = chains.joints(trunk);
   const auto fingers = [&](int pair) {  // that move it beside the trunk and what carries the trunk
     world::ChainMask mask = chains.mask_of_pair(pair);
@@ -134,7 +134,8 @@ std::optional<Pinch> draw_pinch(const Model& model, const world::RobotChains& ch
   };
   const auto carried = [&](int pair) {  // by all of the trunk
     const auto& dofs = model.bodies()[at(robot_side(model, pair).body)].dofs;
-    return (fingers(pair) & ~draw) == 0 && std::ranges::find(dofs, model.n_vu() + joints.back()) != dofs.end();
+    return (touch.empty() || touch[at(pair)] != 0) && (fingers(pair) & ~draw) == 0 &&
+           std::ranges::find(dofs, model.n_vu() + joints.back()) != dofs.end();
   };
   scratch.clear();
   world::ChainMask hand = 0;

@@ -18,10 +18,10 @@ struct Pinch {
 
 /// Draws two parts of a gripper that `trunk` carries and that can touch the same geometry of an object. A hand of more than two fingers
 /// is none: it has other ways to hold, and searches take longer with pinches.
-/// @param draw  branches that may move
+/// @param draw  branches that may move  @param touch  1 per pair that may be brought into contact (pairs of the model); empty: any
 /// @returns nothing where the trunk carries no gripper; then no random number is used
 std::optional<Pinch> draw_pinch(const world::Model& model, const world::RobotChains& chains, int trunk, world::ChainMask draw,
-                                core::Random& random, std::vector<int>& scratch);
+                                std::span<const char> touch, core::Random& random, std::vector<int>& scratch);
 
 /// From the posture in q: the trunk takes the hand to the object, and the hand closes. Where the two parts are not opposite each other, the hand is turned to
 /// the normal that was found, and closes again.

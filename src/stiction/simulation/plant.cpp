@@ -118,6 +118,7 @@ void ContactOptions::validate(double timestep) const {
 void PlantOptions::validate() const {
   core::require_positive("timestep", timestep);
   core::require_nonnegative("damping_ratio", damping_ratio);
+  core::require_positive("mass_scale", mass_scale);
   core::require_nonnegative("armature", armature);
   core::require_positive("spring_resolution", spring_resolution);
   if (!(rest_time > 0)) core::throw_invalid("rest_time", fmt::format("{}", rest_time), "a number > 0, or infinity");

@@ -36,10 +36,10 @@ void set_pose(const Pose& X, double* position, double* quaternion) {
   quaternion[0] = q.w(), quaternion[1] = q.x(), quaternion[2] = q.y(), quaternion[3] = q.z();
 }
 
-void set_inertia(const BodyInertia& inertia, mjsBody* body) {
-  const Matrix3d& I = inertia.inertia;
+void set_inertia(const BodyInertia& inertia, double scale, mjsBody* body) {
+  const Matrix3d I = scale * inertia.inertia;
   body->explicitinertial = 1;
-  body->mass = inertia.mass;
+  body->mass = scale * inertia.mass;
   copy(inertia.p_BCom, body->ipos);
   const double full[] = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
   std::copy(std::begin(full), std::end(full), body->fullinertia);
@@ -140,7 +140,7 @@ class SceneWriter {
     const world::ObjectInfo& info = model_.objects()[at(index)];
     mjsBody* body = add_body(info.parent >= 0 ? bodies_[at(model_.objects()[at(info.parent)].body)] : world, info.body);
     bodies_[at(info.body)] = body;
-    set_inertia(model_.inertias()[at(info.body)], body);
+    set_inertia(model_.inertias()[at(info.body)], options_.mass_scale, body);
     body->gravcomp = 1 - spec.weight_share;
     if (spec.joint != ObjectJoint::Free) set_pose(spec.X_WP, body->pos, body->quat);
     const int v = info.v_begin;
@@ -176,7 +176,7 @@ class SceneWriter {
     bodies_[at(link.body)] = body;
     set_pose(link.X_PJ, body->pos, body->quat);
     body->gravcomp = 1;
-    if (!model_.bodies()[at(link.body)].dofs.empty()) set_inertia(make_possible(model_.inertias()[at(link.body)]), body);
+    if (!model_.bodies()[at(link.body)].dofs.empty()) set_inertia(make_possible(model_.inertias()[at(link.body)]), 1, body);
     if (link.dof < 0) return;
     if (link.follower >= 0) {
       write_follower(body, link);

@@ -48,6 +48,7 @@ struct PlantOptions {
   /// Objects on a planar joint, a hinge or a slider rest on something that is not in the scene, which brings them to rest in this time:
   /// their joints are damped with M_ii / this [s], > 0. Infinite: not at all.
   double rest_time = std::numeric_limits<double>::infinity();
+  double mass_scale = 1.0;  ///< mass and inertia of every object times this, > 0; Plant::model() stays as it is known
   ContactOptions contact;
   void validate() const;  ///< @throws core::InvalidInput naming the field
 };

@@ -9,21 +9,6 @@
 #include "stiction/execution/open_loop/speed_limits.hpp"
 
 namespace stiction::execution {
-namespace {
-
-/// The same scene with other masses: what is measured and commanded stays the same.
-std::shared_ptr<const world::Model> with_mass(const std::shared_ptr<const world::Model>& model, double factor) {
-  if (factor == 1) return model;
-  world::Scene scene = model->scene();
-  for (auto& object : scene.objects) {
-    object.mass *= factor;
-    object.inertia *= factor;
-  }
-  return world::Model::make(scene);
-}
-
-}  // namespace
-
 void WorldOptions::validate(const world::Model& model) const {
   core::require_nonnegative("world.friction", friction);
   core::require_positive("world.mass", mass);
@@ -47,7 +32,8 @@ std::shared_ptr<const simulation::Plant> make_world(const std::shared_ptr<const 
   plant.velocity_reference = true;
   plant.effort_limits = true;
   plant.contact.friction_scale = options.friction;
-  return simulation::Plant::make(with_mass(model, options.mass), plant);
+  plant.mass_scale = options.mass;
+  return simulation::Plant::make(model, plant);
 }
 
 SimulatedPlant::SimulatedPlant(const std::shared_ptr<const world::Model>& model, VectorRef q, const WorldOptions& options)
@@ -55,14 +41,13 @@ SimulatedPlant::SimulatedPlant(const std::shared_ptr<const world::Model>& model,
   const Eigen::VectorXd u = q.tail(model->n_a()).cwiseMax(model->lower()).cwiseMin(model->upper());
   plant_.reset(q, u);
   past_.push_back({0, plant_.q()});
-  const world::Model& world = plant_.plant().model();  // its masses are those that are simulated
-  weight_.setConstant(static_cast<Eigen::Index>(world.geometries().size()), std::numeric_limits<double>::infinity());
+  weight_.setConstant(static_cast<Eigen::Index>(model->geometries().size()), std::numeric_limits<double>::infinity());
   for (Eigen::Index g = 0; g < weight_.size(); ++g) {
-    const world::Body& body = world.bodies()[static_cast<std::size_t>(world.geometries()[static_cast<std::size_t>(g)].body)];
+    const world::Body& body = model->bodies()[static_cast<std::size_t>(model->geometries()[static_cast<std::size_t>(g)].body)];
     if (body.kind != world::BodyKind::Object) continue;
     const auto object = static_cast<std::size_t>(body.owner);
-    const double weight = world.objects()[object].mass * world.scene().gravity.norm();
-    if (world.scene().objects[object].joint == world::ObjectJoint::Free && weight > 0) weight_[g] = weight, press_ = 0;
+    const double weight = options.mass * model->objects()[object].mass * model->scene().gravity.norm();
+    if (model->scene().objects[object].joint == world::ObjectJoint::Free && weight > 0) weight_[g] = weight, press_ = 0;
   }
 }
 

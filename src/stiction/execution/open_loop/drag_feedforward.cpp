@@ -31,7 +31,8 @@ std::shared_ptr<const world::Model> make_stiff(const world::Model& model) {
   return world::Model::make(scene);
 }
 
-/// D_i = M_ii/τ + d_i of objects on joints: what they rest on, which is not in the scene, stops them in τ (E.7), and joints have damping d of their own.
+}  // namespace
+
 Eigen::VectorXd calc_object_damping(const world::Model& model) {
   Eigen::VectorXd damping = Eigen::VectorXd::Zero(model.n_v());
   world::KinematicsWorkspace work(model);
@@ -47,8 +48,6 @@ Eigen::VectorXd calc_object_damping(const world::Model& model) {
   }
   return damping;
 }
-
-}  // namespace
 
 bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta) {
   const double least = world::share::kMotionless;

@@ -9,6 +9,10 @@ namespace stiction::execution {
 /// A displacement (n_v) in which no object moves by what counts as motion.
 bool moves_nothing(const world::Model& model, const Eigen::VectorXd& delta);
 
+/// D_i = M_ii/τ + d_i of objects on joints: what they rest on, which is not in the scene, stops them in τ (E.7), and joints have damping d of their own.
+/// @returns (n_v) [N·s/m, N·m·s/rad]
+Eigen::VectorXd calc_object_damping(const world::Model& model);
+
 /// By what commands have to be ahead of a plan for an object that is damped to follow it: plans know next to no damping, and D q̇ strains the springs that push.
 /// What it strains them by is that of springs so stiff that the robot goes through the plan as it is, with damping less without, in the ratio of stiffness:
 ///

@@ -1,4 +1,5 @@
 #include "stiction/execution/open_loop/transfer.hpp"
+#include "stiction/execution/closed_loop/part_start.hpp"
 #include "stiction/execution/open_loop/run_timing.hpp"
 
 #include <fmt/format.h>
@@ -93,7 +94,7 @@ class Transfer {
     simulation::SimulationResult r;
     simulation::SimulationOptions options = run_options();
     options.stop = [this](double t, VectorRef q) { return is_off(t, q); };
-    const Status status = simulation::simulate(*plant_, {trajectory_.q.col(0), times, u, nullptr}, options, work, r);
+    const Status status = simulation::simulate(*plant_, {start(), times, u, nullptr}, options, work, r);
     out_.message = r.message;
     out_.max_depth = r.max_depth;
     out_.steps = r.steps;
@@ -104,6 +105,16 @@ class Transfer {
     out_.torque = std::move(r.torque);
     out_.q_plan = plan_at(model_, compared_, 0, out_.times);
     return status;
+  }
+
+  Eigen::VectorXd start() const {
+    Eigen::VectorXd q = trajectory_.q.col(0);
+    if (options_.start_error.size() == 0) return q;
+    Eigen::VectorXd delta = Eigen::VectorXd::Zero(model_.n_v());
+    delta.head(model_.n_vu()) = options_.start_error;
+    world::retract(model_, Eigen::VectorXd(q), delta, q);
+    // The model is owned by the plant for as long as this call lasts.
+    return part_start(std::shared_ptr<const Model>(&model_, [](const Model*) {}), q, plan_.step).q;
   }
 
   void report_pieces() {
@@ -273,6 +284,10 @@ Status transfer(const std::shared_ptr<const simulation::Plant>& plant, const pla
   const auto start = core::RunControl::Clock::now();
   if (!plant) core::throw_invalid("plant", "nothing", "a plant");
   options.validate();
+  if (options.start_error.size() > 0) {
+    core::require_size("start_error", options.start_error.size(), plant->model().n_vu());
+    core::require_finite("start_error", std::span(options.start_error.data(), static_cast<std::size_t>(options.start_error.size())));
+  }
   if (plan.goal.object < 0 || plan.goal.object >= static_cast<int>(plant->model().objects().size()))
     core::throw_invalid("plan.goal.object", std::to_string(plan.goal.object), "the index of an object");
   out = TransferResult{};

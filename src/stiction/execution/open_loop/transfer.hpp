@@ -21,6 +21,8 @@ struct TransferOptions {
   double speed = kOpenLoopSpeed;       ///< times the full timing (E.13), > 0; above 1 of pushes alone
   double pause = 0;                    ///< commands rest this long between pieces [s], ≥ 0
   std::optional<SpeedLimits> uniform;  ///< in place of both: as published, the same for every object and robot
+  /// By what the objects are off their start in the plan, in their tangent (n_vu) [m, rad]; what overlaps then is moved apart (part_start). Empty: not at all.
+  Eigen::VectorXd start_error{};
   double hold = 4.0;  ///< the last command is held this long before the goal is judged, at the plan's tolerances [s], ≥ 0
   /// A free object was dropped that is so far below where the plan has it from then to the end of a piece [L of the object], > 0
   double fall = kFall;
