@@ -102,7 +102,7 @@ tolerance: {position: -1, angle: 0}
 planner: {goal_bias: 2, anytime: 1}
 )";
   EXPECT_EQ(message_of([&] { (void)parse_task(text, dir_); }),
-            "colour: got an unknown key, expected one of name, description, scene, start, goal, tolerance, planner, optimize\n"
+            "colour: got an unknown key, expected one of name, description, scene, start, goal, tolerance, bystanders, planner, optimize\n"
             "tolerance.position: got -1, expected a number > 0\n"
             "tolerance.angle: got 0, expected a number > 0\n"
             "start.objects.box.position: got a list of 2, expected a list of 3 numbers\n"
@@ -114,7 +114,7 @@ planner: {goal_bias: 2, anytime: 1}
   std::string unread = text;
   unread.replace(unread.find("mass: 0.1"), 9, "mass: 0");
   EXPECT_EQ(message_of([&] { (void)parse_task(unread, dir_); }),
-            "colour: got an unknown key, expected one of name, description, scene, start, goal, tolerance, planner, optimize\n"
+            "colour: got an unknown key, expected one of name, description, scene, start, goal, tolerance, bystanders, planner, optimize\n"
             "tolerance.position: got -1, expected a number > 0\n"
             "tolerance.angle: got 0, expected a number > 0\n"
             "scene.objects[0].mass: got 0, expected a number > 0");

@@ -15,7 +15,7 @@ struct GenericSampler {
   double whole_probability = 0.5;  ///< probability that all branches move; otherwise one or two of them
   double near_probability = 0.3;   ///< probability that a branch is drawn around its present posture
   double pinch_probability = 0.5;  ///< probability that a hand which an arm carries takes the object between two of its parts
-  int pinch_tries = 5;             ///< draws of such a grasp, before the branches are drawn one by one
+  int pinch_tries = 3;             ///< draws of such a grasp, before the branches are drawn one by one
   double near_std = 0.4;           ///< spread of such draws [rad, L of the robots]
   int tries = 20;                  ///< draws per branch
   std::vector<char> touch{};  ///< 1 per pair that may be brought into contact (pairs of the model); empty: any of a branch with an object

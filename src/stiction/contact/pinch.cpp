@@ -5,6 +5,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "stiction/contact/gap_gradient.hpp"
 #include "stiction/contact/touch.hpp"
@@ -15,6 +17,7 @@ namespace {
 
 constexpr int kJaws = 2;  // branches of a gripper at most
 constexpr int kReachSteps = 20;
+constexpr int kPatience = 4;         // steps in which the error has to become half as large: what is out of reach never does
 constexpr double kMaxStep = 0.5;     // per step and joint [rad, L]
 constexpr double kThere = 0.1;       // error of the middle, as a share of the radius of what is held
 constexpr double kStraight = 0.02;   // error of the axis [rad]
@@ -59,12 +62,15 @@ bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trun
   for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
   const std::array bodies{a.body, b.body};
   work.links.select(model, trunk, bodies);
+  double error_before = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kReachSteps; ++step) {
     work.links.update(model, q, work.kinematics);
     const Eigen::Vector3d p_a = centre(work, a), p_b = centre(work, b), line = p_b - p_a;
     const double apart = line.norm();
     if (!(apart > 0)) return false;
     const Eigen::Vector3d along = line / apart, missing = place - 0.5 * (p_a + p_b);
+    const double error_now = missing.norm() + (axis != nullptr ? radius * (along - *axis).norm() : 0.0);
+    if (step % kPatience == 0 && error_now > 0.5 * std::exchange(error_before, error_now)) return false;
     if (missing.norm() < kThere * radius && (axis == nullptr || along.dot(*axis) > std::cos(kStraight))) return true;
     const Eigen::Matrix3Xd rates_a = point_rates(model, work.kinematics, a.body, p_a, trunk),
                            rates_b = point_rates(model, work.kinematics, b.body, p_b, trunk);
