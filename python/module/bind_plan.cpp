@@ -331,7 +331,8 @@ void bind_plan(nb::module_& m) {
                    "list[pathlib.Path]"),
            "Writes the motion over time for other programs (docs/exports.md): joints, commands, velocities, torques, poses of objects, "
            "contacts.\n\n"
-           "format: csv, npz, json, mcap or lerobot (a folder); None: what the name of the file ends in. trajectory: of make_trajectory(); None: at its "
+           "format: csv, npz, json, mcap or lerobot (a folder); None: what the name of the file ends in. trajectory: of make_trajectory(); "
+           "None: at its "
            "default speed. Returns the files. Raises InvalidInput; MissingExtra: mcap needs `pip install stiction[mcap]`."
            R"(
 

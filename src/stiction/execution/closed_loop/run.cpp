@@ -112,8 +112,7 @@ class Executor {
       q_held_ = measured_.q;
       hold_->start(q_held_);
     }
-    if (calm_ && share_between(model_, q_held_, measured_.q, problem_.goal) > kLeaves)
-      calm_ = false, next_hold_ = now();
+    if (calm_ && share_between(model_, q_held_, measured_.q, problem_.goal) > kLeaves) calm_ = false, next_hold_ = now();
     if (calm_) return tick(u_);
     if (now() >= next_hold_ - 0.5 * how_.tick) {
       const double period = std::max(kHoldPeriod, how_.tick);

@@ -257,7 +257,8 @@ class TouchRun {
 
 Status run_touch(const TouchScenario& scenario, const TouchRunOptions& options, TouchRunResult& out) {
   options.validate();
-  if (scenario.goal.size() == 0) core::throw_invalid("goal", "a scenario of moves", "one with a goal; `stiction touch` and guarded_moves() carry out moves");
+  if (scenario.goal.size() == 0)
+    core::throw_invalid("goal", "a scenario of moves", "one with a goal; `stiction touch` and guarded_moves() carry out moves");
   out = {};
   out.world = make_world(scenario, options.seed);
   out.status = TouchRun(scenario, options, out).go();
