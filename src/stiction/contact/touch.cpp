@@ -31,28 +31,38 @@ bool touch(const world::Model& model, std::span<const int> pairs, const std::vec
   const double length = model.scales().robots().length, close_enough = 0.5 * kTouch * world::share::kContact * length;
   Eigen::VectorXd unit(model.n_a());  // of the joints, in which steps are short
   for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
+  std::vector<Contact> contacts(pairs.size());
+  Eigen::VectorXd gaps(k), forward(k), step(model.n_a());
   Eigen::MatrixXd slopes(model.n_a(), k);  // dφ/d(q/unit), a column for each gap
-  Eigen::VectorXd gaps(k), gradient(model.n_a());
-  Contact c;
   double widest = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kNewtonSteps; ++iteration) {
     work.links.update(model, q, work.kinematics);
-    for (Eigen::Index i = 0; i < k; ++i) {
-      c.pair = pairs[static_cast<std::size_t>(i)];
-      const Distance d = pair_distance(model, work.kinematics, c.pair, work.contact_work);
-      c.phi = gaps[i] = d.phi;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const Distance d = pair_distance(model, work.kinematics, pairs[i], work.contact_work);
+      Contact& c = contacts[i];
+      c.pair = pairs[i];
+      c.phi = gaps[static_cast<Eigen::Index>(i)] = d.phi;
       c.p_WA = d.p_WA;
       c.p_WB = d.p_WB;
       c.nhat_BA_W = d.nhat_BA_W;
-      calc_gap_gradient(model, c, moving, work.kinematics, gradient);
-      slopes.col(i) = gradient.cwiseProduct(unit);
     }
     const double now = gaps.cwiseAbs().maxCoeff();
     if (now < close_enough) return true;
     if (iteration % kPatience == 0 && now > 0.5 * std::exchange(widest, now)) return false;
-    const Eigen::MatrixXd gram = slopes.transpose() * slopes;
-    if (!(gram.determinant() > std::pow(kFlat * length, 2 * static_cast<double>(k)))) return false;
-    Eigen::VectorXd step = slopes * gram.inverse() * -gaps;
+    for (Eigen::Index i = 0; i < k; ++i) {
+      calc_gap_gradient(model, contacts[static_cast<std::size_t>(i)], moving, work.kinematics, slopes.col(i));
+      slopes.col(i).array() *= unit.array();
+    }
+    if (k == 1) {
+      const double slope2 = slopes.squaredNorm();
+      if (!(slope2 > std::pow(kFlat * length, 2))) return false;
+      forward[0] = -gaps[0] / slope2;
+    } else {
+      const Eigen::MatrixXd gram = slopes.transpose() * slopes;
+      if (!(gram.determinant() > std::pow(kFlat * length, 2 * static_cast<double>(k)))) return false;
+      forward = gram.inverse() * -gaps;
+    }
+    step.noalias() = slopes * forward;
     step *= std::min(1.0, kMaxStep / step.cwiseAbs().maxCoeff());
     q.tail(model.n_a()) = (q.tail(model.n_a()) + step.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
   }
