@@ -44,7 +44,7 @@ struct TubeFactors {
 };
 /// Conformal quantiles of runs in MuJoCo, no less than 1 (docs/theory/tube.md), and the command that found them.
 inline constexpr TubeFactors kTubeFactors{.position = 1.0, .angle = 1.0};
-inline constexpr std::string_view kTubeFactorsMadeBy = "bench/tube.py --seeds 14 --runs 10 planar_pushing planar_hand iiwa_bimanual_planar";
+inline constexpr std::string_view kTubeFactorsMadeBy = "bench/tube.py --seeds 14 --runs 20 planar_pushing planar_hand iiwa_bimanual_planar";
 
 /// Friction of the worlds of a bundle is off by this times its set: with inertia a contact slips before it does in a quasi-static step.
 inline constexpr double kFrictionReserve = 1.25;
