@@ -1,7 +1,7 @@
 #include "contact_ticks.hpp"
 
-#include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 namespace stiction::bench {
 namespace {
@@ -41,7 +41,7 @@ std::vector<ContactTick> make_contact_ticks(const world::Model& model, const con
     for (int i = 0; i < contacts; ++i) {
       const int body = last - random.index(kLinks);
       const Eigen::Vector3d p_W = kinematics.X_WB[static_cast<std::size_t>(body)].p + kReach * random.uniform() * direction(random);
-      control::calc_point_jacobian(model, kinematics, body, p_W, J_point);
+      world::calc_point_jacobian(model, kinematics, body, p_W, J_point);
       t.J_u.row(i) = direction(random).transpose() * J_point.topRows<3>();
       t.lambda[i] = random.uniform(0, 1.2 * kLambdaMax);
       behind[i] = random.uniform(0.02, 0.05);

@@ -36,9 +36,7 @@ struct GuardedResult {
 std::unique_ptr<GuardedResult> run(const TouchScenario& scenario, std::optional<std::uint64_t> seed, double settle,
                                    std::optional<double> timeout_s) {
   auto out = std::make_unique<GuardedResult>();
-  execution::TouchRunOptions options;
-  options.seed = seed.value_or(scenario.arm.observer.seed);
-  options.settle = settle;
+  execution::TouchRunOptions options = touch_options(scenario, seed, settle);
   Interrupt interrupt;
   options.control = interrupt.control(timeout_s);
   {
@@ -58,7 +56,7 @@ std::unique_ptr<GuardedResult> run(const TouchScenario& scenario, std::optional<
 
 std::unique_ptr<GuardedResult> run_file(const ScenarioFile& scenario, std::optional<std::uint64_t> seed, double settle,
                                         std::optional<double> timeout_s) {
-  return run(tasks::load_touch_scenario(file_of(scenario), tasks::default_package_dirs()), seed, settle, timeout_s);
+  return run(load_touch_scenario(scenario), seed, settle, timeout_s);
 }
 
 /// Where the bodies that were felt are by now, as far as the arm knows.

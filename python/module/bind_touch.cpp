@@ -36,12 +36,6 @@ struct TouchResult {
   }
 };
 
-TouchScenario load(const ScenarioFile& scenario) {
-  const auto file = file_of(scenario);
-  const nb::gil_scoped_release unlocked;
-  return tasks::load_touch_scenario(file, tasks::default_package_dirs());
-}
-
 TouchScenario parse(const nb::dict& scenario, const std::optional<std::filesystem::path>& base) {
   const std::string text = yaml_text(scenario);
   const auto folder = folder_of(base);
@@ -52,9 +46,7 @@ TouchScenario parse(const nb::dict& scenario, const std::optional<std::filesyste
 std::unique_ptr<TouchResult> run(const TouchScenario& scenario, std::optional<std::uint64_t> seed, double settle,
                                  std::optional<double> timeout_s) {
   auto out = std::make_unique<TouchResult>();
-  execution::TouchRunOptions options;
-  options.seed = seed.value_or(scenario.arm.observer.seed);
-  options.settle = settle;
+  execution::TouchRunOptions options = touch_options(scenario, seed, settle);
   Interrupt interrupt;
   options.control = interrupt.control(timeout_s);
   {
@@ -68,7 +60,7 @@ std::unique_ptr<TouchResult> run(const TouchScenario& scenario, std::optional<st
 
 std::unique_ptr<TouchResult> run_file(const ScenarioFile& scenario, std::optional<std::uint64_t> seed, double settle,
                                       std::optional<double> timeout_s) {
-  return run(load(scenario), seed, settle, timeout_s);
+  return run(load_touch_scenario(scenario), seed, settle, timeout_s);
 }
 
 void bind_scenario(nb::module_& m) {
@@ -137,6 +129,19 @@ void bind_parts(nb::module_& m) {
 
 }  // namespace
 
+TouchScenario load_touch_scenario(const ScenarioFile& scenario) {
+  const auto file = file_of(scenario);
+  const nb::gil_scoped_release unlocked;
+  return tasks::load_touch_scenario(file, tasks::default_package_dirs());
+}
+
+execution::TouchRunOptions touch_options(const TouchScenario& scenario, std::optional<std::uint64_t> seed, double settle) {
+  execution::TouchRunOptions options;
+  options.seed = seed.value_or(scenario.arm.observer.seed);
+  options.settle = settle;
+  return options;
+}
+
 void bind_touch(nb::module_& m) {
   bind_scenario(m);
   bind_parts(m);
@@ -158,7 +163,7 @@ void bind_touch(nb::module_& m) {
       .def("__repr__", [](const TouchResult& r) {
         return fmt::format("<stiction.TouchResult: {}, {} touches>", execution::to_string(r.result.outcome), r.result.touches.size());
       });
-  m.def("load_touch_scenario", &load, "scenario"_a,
+  m.def("load_touch_scenario", &load_touch_scenario, "scenario"_a,
         "A scenario of touch: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
         R"(
 

@@ -179,7 +179,7 @@ TEST(Controller, NullSpaceBaseline_HasTheForceAsAnEquality) {
   world::Kinematics kinematics;
   calc_kinematics(*bench.model, bench.q, work, kinematics);
   RowMatrix J(6, 7);
-  calc_point_jacobian(*bench.model, kinematics, bench.link, bench.contacts[0].p_WC, J);
+  world::calc_point_jacobian(*bench.model, kinematics, bench.link, bench.contacts[0].p_WC, J);
   const RowMatrix J_u = -J.row(1);
   const VectorXd K = bench.model->stiffness();
   Equilibrium equilibrium;

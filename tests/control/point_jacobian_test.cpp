@@ -1,8 +1,9 @@
-#include "stiction/control/point_jacobian.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 #include <gtest/gtest.h>
 
 #include "control/arm_scene.hpp"
+#include "stiction/control/small_cholesky.hpp"
 #include "stiction/core/random.hpp"
 
 namespace stiction::control::test {
@@ -24,7 +25,7 @@ TEST(PointJacobian, RandomPostures_AgreeWithDifferences) {
     const Vector3d p_BP(random.normal(), random.normal(), random.normal());
     calc_kinematics(*model, q, work, at);
     const auto b = static_cast<std::size_t>(body);
-    calc_point_jacobian(*model, at, body, at.X_WB[b] * p_BP, J);
+    world::calc_point_jacobian(*model, at, body, at.X_WB[b] * p_BP, J);
     for (int j = 0; j < 7; ++j) {
       const double h = 1e-5;  // central: error h² of third derivatives of lengths ~ 3 m, rounding 1e-16 / h
       VectorXd q_h = q;

@@ -2,7 +2,7 @@
 
 #include "control/arm_scene.hpp"
 #include "stiction/control/controller.hpp"
-#include "stiction/control/point_jacobian.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 namespace stiction::control::test {
 
@@ -36,7 +36,7 @@ struct Row {
     world::Kinematics kinematics;
     calc_kinematics(*bench.model, bench.q, work, kinematics);
     RowMatrix J(6, 7);
-    calc_point_jacobian(*bench.model, kinematics, bench.link, bench.contacts[0].p_WC, J);
+    world::calc_point_jacobian(*bench.model, kinematics, bench.link, bench.contacts[0].p_WC, J);
     J_u = -J.row(1);
     softness = (J_u.array().square() / bench.model->stiffness().array()).sum();
   }

@@ -10,6 +10,7 @@
 
 #include "stiction/contact/gap_gradient.hpp"
 #include "stiction/contact/touch.hpp"
+#include "stiction/world/point_jacobian.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::contact {
@@ -36,18 +37,14 @@ Eigen::Vector3d centre(const GeometryWorkspace& work, const world::Geometry& geo
   return work.kinematics.X_WB[at(geometry.body)] * geometry.p_BCenter;
 }
 
-/// Velocity of a point of a body by each joint (3 × n_a), in units of the joints.
-Eigen::Matrix3Xd point_rates(const Model& model, const world::Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
-                             const std::vector<char>& moving) {
-  Eigen::Matrix3Xd rates = Eigen::Matrix3Xd::Zero(3, model.n_a());
-  for (const int index : model.bodies()[at(body)].axes) {
-    const world::Follower* follower = index < model.n_v() ? nullptr : &model.followers()[at(index - model.n_v())];
-    const int dof = follower ? follower->dof : index, joint = dof - model.n_vu();
-    if (!moving[at(joint)]) continue;
-    const Eigen::Vector3d axis = kinematics.axis_W.col(index);
-    const bool slides = (follower ? follower->kind : model.dofs()[at(dof)].kind) == world::DofKind::Prismatic;
-    const Eigen::Vector3d rate = slides ? axis : axis.cross(p_W - kinematics.origin_W.col(index));
-    rates.col(joint) += (follower ? follower->ratio : 1.0) * model.scales().joint(joint) * rate;
+/// Velocity of the middle of a part by each of the moving joints (3 × n_a), in units of the joints.
+Eigen::Matrix3Xd centre_rates(const Model& model, const GeometryWorkspace& work, const world::Geometry& part,
+                              const std::vector<char>& moving) {
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J(6, model.n_a());
+  world::calc_point_jacobian(model, work.kinematics, part.body, centre(work, part), J);
+  Eigen::Matrix3Xd rates = J.topRows(3) * model.scales().joints().asDiagonal();
+  for (int j = 0; j < model.n_a(); ++j) {
+    if (!moving[at(j)]) rates.col(j).setZero();
   }
   return rates;
 }
@@ -58,8 +55,6 @@ bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trun
            const Eigen::Vector3d* axis, Eigen::VectorXd& q, GeometryWorkspace& work) {
   const world::Geometry &a = robot_side(model, pinch.pair_a), &b = robot_side(model, pinch.pair_b);
   const double length = model.scales().robots().length, radius = object_side(model, pinch.pair_a).bounding_radius;
-  Eigen::VectorXd unit(model.n_a());
-  for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
   const std::array bodies{a.body, b.body};
   work.links.select(model, trunk, bodies);
   double error_before = std::numeric_limits<double>::infinity();
@@ -72,8 +67,7 @@ bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trun
     const double error_now = missing.norm() + (axis != nullptr ? radius * (along - *axis).norm() : 0.0);
     if (step % kPatience == 0 && error_now > 0.5 * std::exchange(error_before, error_now)) return false;
     if (missing.norm() < kThere * radius && (axis == nullptr || along.dot(*axis) > std::cos(kStraight))) return true;
-    const Eigen::Matrix3Xd rates_a = point_rates(model, work.kinematics, a.body, p_a, trunk),
-                           rates_b = point_rates(model, work.kinematics, b.body, p_b, trunk);
+    const Eigen::Matrix3Xd rates_a = centre_rates(model, work, a, trunk), rates_b = centre_rates(model, work, b, trunk);
     Eigen::MatrixXd rows(6, model.n_a());
     rows.topRows(3) = 0.5 / length * (rates_a + rates_b);
     rows.bottomRows(3).setZero();
@@ -87,7 +81,8 @@ bool reach(const Model& model, const Pinch& pinch, const std::vector<char>& trun
     gram.diagonal().array() += kDamping;
     Eigen::VectorXd delta = rows.transpose() * gram.ldlt().solve(error);
     delta *= std::min(1.0, kMaxStep / delta.cwiseAbs().maxCoeff());
-    q.tail(model.n_a()) = (q.tail(model.n_a()) + delta.cwiseProduct(unit)).cwiseMax(model.lower()).cwiseMin(model.upper());
+    q.tail(model.n_a()) =
+        (q.tail(model.n_a()) + delta.cwiseProduct(model.scales().joints())).cwiseMax(model.lower()).cwiseMin(model.upper());
   }
   return false;
 }

@@ -29,8 +29,7 @@ bool touch(const world::Model& model, std::span<const int> pairs, const std::vec
   }
   work.links.select(model, moving, bodies);
   const double length = model.scales().robots().length, close_enough = 0.5 * kTouch * world::share::kContact * length;
-  Eigen::VectorXd unit(model.n_a());  // of the joints, in which steps are short
-  for (int j = 0; j < model.n_a(); ++j) unit[j] = model.scales().joint(j);
+  const Eigen::VectorXd& unit = model.scales().joints();  // in which steps are short
   std::vector<Contact> contacts(pairs.size());
   Eigen::VectorXd gaps(k), forward(k), step(model.n_a());
   Eigen::MatrixXd slopes(model.n_a(), k);  // dφ/d(q/unit), a column for each gap

@@ -9,8 +9,8 @@
 
 #include "stiction/control/baseline.hpp"
 #include "stiction/control/contact_filter.hpp"
-#include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 namespace stiction::control {
 
@@ -178,7 +178,7 @@ struct ContactController::Impl {
     for (FilteredContact& k : filter.known) {
       const double force = k.contact.force_W.norm(), bound = k.contact.lambda_max.value_or(options.lambda_max);
       const auto row = static_cast<Index>(command.taken.size());
-      calc_point_jacobian(*model, kinematics, k.contact.body, k.contact.p_WC, J_point);
+      world::calc_point_jacobian(*model, kinematics, k.contact.body, k.contact.p_WC, J_point);
       for (Index j = 0; j < J_u.cols(); ++j) J_u(row, j) = k.u.dot(J_point.col(j).head<3>());
       const Wall wall = gradual ? calc_wall(k, row, state, bound) : Wall{};
       const bool felt = force >= options.force_threshold && force > 0 && (k.seen || !gradual);
@@ -219,7 +219,7 @@ struct ContactController::Impl {
   void calc_task(const ToolReference& tool) {
     const world::Pose& X_WB = kinematics.X_WB[static_cast<std::size_t>(tool.body)];
     const world::Pose X_WT = X_WB * tool.X_BT;
-    calc_point_jacobian(*model, kinematics, tool.body, X_WT.p, E);
+    world::calc_point_jacobian(*model, kinematics, tool.body, X_WT.p, E);
     E.topRows<3>() /= options.tool_length;
     e.head<3>() = (tool.X_WT.p - X_WT.p) / options.tool_length;
     const Eigen::AngleAxisd turn(tool.X_WT.R * X_WT.R.transpose());

@@ -8,15 +8,14 @@
 
 #include "stiction/contact/contact.hpp"
 #include "stiction/core/random.hpp"
+#include "stiction/world/point_jacobian.hpp"
 #include "stiction/world/scales.hpp"
 
 namespace stiction::tasks {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
-using world::DofKind;
 using world::Model;
 
 constexpr int kPostures = 96;    // that the search starts from
@@ -75,18 +74,9 @@ class LinkPlacer {
 
   /// How the link moves with each joint: points of it by the first three rows, its orientation by the others.
   void calc_columns(const LinkTarget& target, int row) {
-    const world::Body& body = model_.bodies()[static_cast<std::size_t>(target.body)];
-    const Vector3d& p_WB = kinematics_.X_WB[static_cast<std::size_t>(target.body)].p;
-    for (const int c : body.axes) {
-      const world::Follower* follower = c < model_.n_v() ? nullptr : &model_.followers()[static_cast<std::size_t>(c - model_.n_v())];
-      const int v = follower != nullptr ? follower->dof : c;
-      const DofKind kind = follower != nullptr ? follower->kind : model_.dofs()[static_cast<std::size_t>(v)].kind;
-      const double ratio = follower != nullptr ? follower->ratio : 1;
-      const Vector3d axis = ratio * kinematics_.axis_W.col(c);
-      auto column = J_.col(v - model_.n_vu());
-      column.segment<3>(row) += kind == DofKind::Revolute ? axis.cross(p_WB - kinematics_.origin_W.col(c)) : axis;
-      if (target.R_WB && kind == DofKind::Revolute) column.segment<3>(row + 3) += axis;
-    }
+    world::calc_point_jacobian(model_, kinematics_, target.body, kinematics_.X_WB[static_cast<std::size_t>(target.body)].p, J_link_);
+    const int rows = target.R_WB ? 6 : 3;
+    J_.middleRows(row, rows) = J_link_.topRows(rows);
   }
 
   void linearise(PlacedLinks& at) {
@@ -184,6 +174,7 @@ class LinkPlacer {
   world::Kinematics kinematics_{};
   int rows_ = 0;
   MatrixXd J_{};
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J_link_{6, model_.n_a()};
   VectorXd e_{};
 };
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/core/quantile.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 namespace stiction::execution {
 
@@ -88,7 +88,7 @@ class Contacts {
     q_full.tail(model_.n_a()) = q;
     world::calc_kinematics(model_, q_full, kinematics_work_, kinematics_);
     control::RowMatrix J(6, model_.n_a());
-    control::calc_point_jacobian(model_, kinematics_, c.body, c.p_W, J);
+    world::calc_point_jacobian(model_, kinematics_, c.body, c.p_W, J);
     const Eigen::VectorXd J_u = J.topRows<3>().transpose() * c.f_W.normalized();
     const double softness = J_u.cwiseAbs2().cwiseQuotient(model_.stiffness()).sum();
     return softness > 0 ? -J_u.dot(change) / softness : 0;

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <deque>
 
-#include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/touch/feeler.hpp"
 #include "stiction/execution/touch/joint_path.hpp"
 #include "stiction/execution/touch/move_parts.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 namespace stiction::execution {
 
@@ -172,7 +172,7 @@ class Closing {
 
   /// Of the middle of its link; J_ is then of that point.
   Eigen::Vector3d calc_velocity(const Side& side, const VectorXd& step) {
-    control::calc_point_jacobian(model_, kinematics_, side.link, kinematics_.X_WB[static_cast<std::size_t>(side.link)] * side.p_L, J_);
+    world::calc_point_jacobian(model_, kinematics_, side.link, kinematics_.X_WB[static_cast<std::size_t>(side.link)] * side.p_L, J_);
     return J_.topRows<3>() * step;
   }
 

@@ -7,11 +7,11 @@
 #include <deque>
 #include <utility>
 
-#include "stiction/control/point_jacobian.hpp"
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/execution/touch/approach.hpp"
 #include "stiction/execution/touch/feeler.hpp"
 #include "stiction/execution/touch/move_parts.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 namespace stiction::execution {
 
@@ -77,7 +77,7 @@ class GuardedRun {
     q_full.tail(q_.size()) = q_;
     world::calc_kinematics(*arm_.model, q_full, kinematics_work_, kinematics_);
     tool_W_ = kinematics_.X_WB[static_cast<std::size_t>(arm_.tool)] * arm_.X_BT.p;
-    control::calc_point_jacobian(*arm_.model, kinematics_, arm_.tool, tool_W_, J_);
+    world::calc_point_jacobian(*arm_.model, kinematics_, arm_.tool, tool_W_, J_);
   }
 
   double calc_softness(const Vector3d& direction) const {

@@ -1,15 +1,16 @@
 #pragma once
 
-#include "stiction/control/small_cholesky.hpp"
+#include <Eigen/Core>
+
 #include "stiction/world/model.hpp"
 
-namespace stiction::control {
+namespace stiction::world {
 
 /// Velocity of a point of `body` and its angular velocity, per robot joint: rows 0–2 of J are J(p) with ṗ = J(p) q̇ᵃ [m/rad], rows 3–5 J(ω) [rad/rad], all in W.
 /// Joints that follow others count with their leader.
 /// @param p_W  the point [m]    @param J  (6 × n_a), filled
 /// Tests: tests/control/point_jacobian_test.cpp (central differences)
-void calc_point_jacobian(const world::Model& model, const world::Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
-                         RowMatrix& J);
+void calc_point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
+                         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& J);
 
-}  // namespace stiction::control
+}  // namespace stiction::world

@@ -1,26 +1,26 @@
-#include "stiction/control/point_jacobian.hpp"
+#include "stiction/world/point_jacobian.hpp"
 
 #include <Eigen/Geometry>
 
-namespace stiction::control {
+namespace stiction::world {
 
-void calc_point_jacobian(const world::Model& model, const world::Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
-                         RowMatrix& J) {
+void calc_point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Eigen::Vector3d& p_W,
+                         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& J) {
   J.setZero();
   for (const int axis : model.bodies()[static_cast<std::size_t>(body)].axes) {
     int dof = axis;
     double ratio = 1;
-    world::DofKind kind;
+    DofKind kind;
     if (axis < model.n_v()) {
       kind = model.dofs()[static_cast<std::size_t>(axis)].kind;
     } else {
-      const world::Follower& follower = model.followers()[static_cast<std::size_t>(axis - model.n_v())];
+      const Follower& follower = model.followers()[static_cast<std::size_t>(axis - model.n_v())];
       dof = follower.dof, ratio = follower.ratio, kind = follower.kind;
     }
     const int column = dof - model.n_vu();
     if (column < 0) continue;  // of an object
     const Eigen::Vector3d a = ratio * kinematics.axis_W.col(axis);
-    if (kind == world::DofKind::Prismatic) {
+    if (kind == DofKind::Prismatic) {
       J.col(column).head<3>() += a;
     } else {
       J.col(column).head<3>() += a.cross(p_W - kinematics.origin_W.col(axis));
@@ -29,4 +29,4 @@ void calc_point_jacobian(const world::Model& model, const world::Kinematics& kin
   }
 }
 
-}  // namespace stiction::control
+}  // namespace stiction::world
