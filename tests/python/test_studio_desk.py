@@ -104,8 +104,12 @@ def test_plan_check_simulate_and_compare(driven: Driven) -> None:
 
 def test_tree_grows_while_it_plans_and_cancel_keeps_the_best_path(driven: Driven, monkeypatch: pytest.MonkeyPatch) -> None:
     studio, panel = driven.studio, driven.panel
-    panel.head.pick.value = "allegro_cube_180"  # takes longer than to see that it grows
+    panel.head.pick.value = "allegro_cube_180"
     driven.until(lambda: studio.opened == "allegro_cube_180")
+    above = [handle.value for handle in panel.pose.goal]
+    above[2] += 0.1  # no hand throws the cube, so that the search goes on until it is cancelled
+    studio.posing.problem.set_goal_numbers(above)
+    studio.posing.moved()
     grown: list[Growing] = []
     start = planning.start_growing
     monkeypatch.setattr(planning, "start_growing", lambda *words: grown.append(start(*words)) or grown[-1])
