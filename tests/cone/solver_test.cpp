@@ -154,6 +154,33 @@ TEST(ConeWarmStart, RolloutSteps_EqualColdSolutions) {
   }
 }
 
+TEST(ConeWarmStart, AtTheSolution_NothingIsLeftToDo) {
+  for (const auto family : {bench::ConeFamily::Hand22, bench::ConeFamily::Boxes69}) {
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      const bench::ConeInstance instance(family, seed);
+      Options options;
+      options.mode = Mode::Smoothed;
+      options.warm_start = false;
+      Workspace cold_work(instance.problem().layout_ptr()), work(instance.problem().layout_ptr());
+      Result cold, r;
+      ASSERT_EQ(solve(instance.problem(), options, cold_work, cold), Status::Solved);
+      options.x_near = &cold.x;
+      ASSERT_EQ(solve(instance.problem(), options, work, r), Status::Solved);
+      EXPECT_TRUE(r.warm_started);
+      EXPECT_LE(r.iterations, 1) << "cold: " << cold.iterations;
+      EXPECT_LE((r.x - cold.x).lpNorm<Eigen::Infinity>(), 1e-9);
+      Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(r.x.size(), r.x.size()), cold_inverse = inverse;
+      apply_inverse(work, inverse);
+      apply_inverse(cold_work, cold_inverse);
+      EXPECT_LE((inverse - cold_inverse).norm(), 1e-6 * cold_inverse.norm());
+      const Eigen::VectorXd outside = Eigen::VectorXd::Constant(r.x.size(), 100);  // in violation of rows: no start
+      options.x_near = &outside;
+      ASSERT_EQ(solve(instance.problem(), options, work, r), Status::Solved);
+      EXPECT_LE((r.x - cold.x).lpNorm<Eigen::Infinity>(), 1e-7);
+    }
+  }
+}
+
 TEST(ConeWarmStart, Forget_StartsCold) {
   bench::ConeInstance instance(bench::ConeFamily::Hand22, 1);
   Workspace work(instance.problem().layout_ptr());

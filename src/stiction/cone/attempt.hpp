@@ -38,6 +38,7 @@ class Attempt {
   /// @param careful  refine every direction (slower)
   void start_cold(double least_slack, bool careful);
   bool try_start_warm();
+  bool try_start_at(const Eigen::VectorXd& x);  ///< Smoothed: at x, each row on its own centre there
   core::Status run(int& iterations);
   void leave_factor();
   const Residuals& residuals() const { return residuals_; }
@@ -51,6 +52,8 @@ class Attempt {
     each_group(s_.bounds, f);
   }
   void start_giving(int bound, double gx, double centre);
+  template <class Visit>
+  void start_at_x(double centre, Visit&& visit);
   void blunt();
   bool sharpen();
   Spread scale();

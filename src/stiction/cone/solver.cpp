@@ -270,7 +270,7 @@ core::Status solve(const Problem& problem, const Options& options, Workspace& wo
   detail::prepare(problem, options, s);
   detail::Attempt attempt(problem, options, s);
   result.iterations = 0;
-  result.warm_started = options.warm_start && attempt.try_start_warm();
+  result.warm_started = options.x_near != nullptr ? attempt.try_start_at(*options.x_near) : options.warm_start && attempt.try_start_warm();
   Status status = Status::NumericalFailure;
   const auto done = [&status] { return status == Status::Solved || status == Status::Cancelled; };
   if (result.warm_started) {

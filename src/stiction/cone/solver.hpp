@@ -25,6 +25,8 @@ struct Options {
   double tol_kkt = 1e-8;    ///< largest scaled stationarity and primal residual [-], in [1e-12, 1e-2]
   int max_iterations = 80;  ///< factorisations per attempt (there are at most three attempts: warm, cold, far), ≥ 1
   bool warm_start = true;   ///< start from what the Workspace remembers of rows with the same id
+  const Eigen::VectorXd* x_near =
+      nullptr;  ///< Smoothed: begins here in place of what is remembered; at the solution itself nothing is left to do
   /// Leave a factor of H at the returned point, for apply_inverse and D_*. In Exact mode this also centres the point at
   /// wᵢ∘zᵢ = θᵢ·S·tol_complementarity/20 (in works), which costs one or two more iterations and makes x a smooth function of the data.
   bool sensitivities = true;

@@ -110,6 +110,37 @@ void Attempt::start_cold(double least_slack, bool careful) {
   primal_ = 1.0;
 }
 
+/// w = Gx + g in every row, at the x of the state. Bounds that give are started.
+/// @param visit  called with the group of a row, its place, the memory of its kind, its id and its number in the problem
+template <class Visit>
+void Attempt::start_at_x(double centre, Visit&& visit) {
+  const Memory& m = s_.memory;
+  const auto general = [&]<int R>(GeneralBank<R>& b, const Problem::Rows& rows, const Memory::Rows& memory) {
+    for (int i = 0; i < b.n; ++i) {
+      const int original = b.order[at(i)];
+      double gx[R];
+      multiply_raw<R>(rows, original, layout_, s_.x.data(), gx);
+      double* w = lane(b.of(i).w, i);
+      for (int r = 0; r < R; ++r) w[4 * r] = gx[r] + rows.g[at(R * original + r)];
+      visit(b.of(i), i, memory, rows.id[at(original)], original);
+    }
+  };
+  general(s_.cones, problem_.cones(), m.cones);
+  general(s_.lines, problem_.half_lines(), m.lines);
+  for (int k = 0; k < s_.n_bounds; ++k) {
+    const int i = s_.bound_slot[at(k)];
+    Group<1>& group = s_.bounds.of(i);
+    const double gx = s_.bound_sign[at(i)] * s_.x[at(4 * s_.bound_tile[at(i / 4)] + i % 4)];
+    if (*lane(&group.give, i) > 0) {
+      start_giving(i, gx, centre);
+      continue;
+    }
+    *lane(group.w, i) = gx + problem_.bound_groups()[at(i / 4)].offset[i % 4];
+    visit(group, i, m.bounds, problem_.bound_id(k), k);
+  }
+  primal_ = 1.0;
+}
+
 bool Attempt::try_start_warm() {
   const Memory& m = s_.memory;
   if (!m.valid || m.mode != options_.mode || n_rows_ == 0) return false;
@@ -118,44 +149,26 @@ bool Attempt::try_start_warm() {
   blunt();
   double worst = 0;
   int hits = 0;
-  const auto look_up = [&](const Memory::Rows& rows, std::uint64_t id, int hint, int components) -> const double* {
-    const int i = rows.find(id, hint);
-    if (i < 0) return nullptr;
-    ++hits;
-    return rows.z.data() + components * i;
-  };
-  const auto general = [&]<int R>(GeneralBank<R>& b, const Problem::Rows& rows, const Memory::Rows& memory) {
-    for (int i = 0; i < b.n; ++i) {
-      Group<R>& group = b.of(i);
-      const int original = b.order[at(i)];
-      double gx[R];
-      multiply_raw<R>(rows, original, layout_, s_.x.data(), gx);
-      double* w = lane(group.w, i);
-      for (int r = 0; r < R; ++r) w[4 * r] = gx[r] + rows.g[at(R * original + r)];
-      const double* z = look_up(memory, rows.id[at(original)], original, R);
-      worst = std::max(worst, start_row<R>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i),
-                                           *lane(&group.length, i), smoothed_));
-    }
-  };
-  general(s_.cones, problem_.cones(), m.cones);
-  general(s_.lines, problem_.half_lines(), m.lines);
-  for (int k = 0; k < s_.n_bounds; ++k) {
-    const int i = s_.bound_slot[at(k)];
-    Group<1>& group = s_.bounds.of(i);
-    const int tile = s_.bound_tile[at(i / 4)];
-    double* w = lane(group.w, i);
-    const double gx = s_.bound_sign[at(i)] * s_.x[at(4 * tile + i % 4)];
-    if (*lane(&group.give, i) > 0) {
-      start_giving(i, gx, centre);
-      continue;
-    }
-    *w = gx + problem_.bound_groups()[at(i / 4)].offset[i % 4];
-    const double* z = look_up(m.bounds, problem_.bound_id(k), k, 1);
-    worst = std::max(worst, start_row<1>(w, lane(group.z, i), lane(group.r_p, i), z, centre * *lane(&group.weight, i),
-                                         *lane(&group.length, i), smoothed_));
-  }
-  primal_ = 1.0;
+  start_at_x(centre, [&]<int R>(Group<R>& group, int i, const Memory::Rows& memory, std::uint64_t id, int hint) {
+    const int k = memory.find(id, hint);
+    hits += k >= 0;
+    worst = std::max(worst, start_row<R>(lane(group.w, i), lane(group.z, i), lane(group.r_p, i), k < 0 ? nullptr : memory.z.data() + R * k,
+                                         centre * *lane(&group.weight, i), *lane(&group.length, i), smoothed_));
+  });
   return hits > 0 && worst <= (smoothed_ ? 8.0 : 4.0);
+}
+
+bool Attempt::try_start_at(const Eigen::VectorXd& x) {
+  if (!smoothed_ || x.size() != layout_.size()) return false;
+  std::ranges::fill(s_.x, 0.0);
+  for (int i = 0; i < layout_.size(); ++i) s_.x[at(layout_.position(i))] = x[i];
+  bool inside = true;
+  start_at_x(1.0, [&]<int R>(Group<R>& group, int i, const Memory::Rows&, std::uint64_t, int) {
+    inside = inside && slack_of<R>(lane(group.w, i), 4) > 0;
+    set_inverse<R>(lane(group.z, i), lane(group.w, i), *lane(&group.weight, i));
+    for (int r = 0; r < R; ++r) lane(group.r_p, i)[4 * r] = 0;
+  });
+  return inside;
 }
 
 }  // namespace stiction::cone::detail

@@ -25,6 +25,7 @@ cone::Options solver_options(const StepProgram& program, const RowRule& rule) {
   out.tol_complementarity = exact && program.with_derivatives() ? std::max(options.tol_complementarity, kSensitivityComplementarity)
                                                                 : options.tol_complementarity;
   out.warm_start = options.warm_start && !is_coulomb(options);  // where the shifts end depends on where they start
+  out.x_near = exact ? nullptr : program.guess;
   out.sensitivities = program.with_derivatives();
   out.shift_by_tangent = rule.closed;
   return out;

@@ -6,6 +6,7 @@
 
 #include "stiction/core/invalid_input.hpp"
 #include "stiction/dynamics/batch_workspace.hpp"
+#include "stiction/dynamics/sample_step.hpp"
 
 namespace stiction::dynamics {
 namespace {
@@ -68,11 +69,12 @@ void to_numbers(const world::Model& model, VectorRef q, const VectorXd& w, Eigen
 }
 
 /// One step, cold; a mistake in what was given is told with its trajectory and step.
-Status step_of(const world::Model& model, Index trajectory, Index t, const StepInput& in, const StepOptions& options, StepWorkspace& steps,
-               StepResult& result) {
+/// @param delta  where it is known, or null
+Status step_of(const world::Model& model, Index trajectory, Index t, const StepInput& in, const VectorXd* delta, const StepOptions& options,
+               StepWorkspace& steps, StepResult& result) {
   steps.forget();
   try {
-    return step(model, in, options, steps, result);
+    return delta == nullptr ? step(model, in, options, steps, result) : detail::sample_step(model, in, *delta, options, steps, result);
   } catch (const core::InvalidInput& error) {
     throw core::InvalidInput(fmt::format("trajectory {}, step {}: {}", trajectory, t, error.what()));
   }
@@ -95,7 +97,7 @@ Status rollout_batch(const world::Model& model, const RolloutBatchInput& in, con
       const auto from = q.segment(t * size.n_q, size.n_q);
       auto to = q.segment((t + 1) * size.n_q, size.n_q);
       if (status == Status::Solved) {
-        status = step_of(model, i, t, {from, in.u.col(i).segment(t * size.n_a, size.n_a)}, options, steps, result);
+        status = step_of(model, i, t, {from, in.u.col(i).segment(t * size.n_a, size.n_a)}, nullptr, options, steps, result);
         out.steps[static_cast<std::size_t>(i)] += status == Status::Solved;
       }
       to = from;
@@ -113,17 +115,20 @@ void pull_back_rollout(const world::Model& model, const RolloutBatchInput& in, c
   core::require_size("q, numbers a trajectory", rolled.q.rows(), size.n_q * (size.steps + 1));
   core::require_size("D_L_q, trajectories", D_L_q.cols(), size.n);
   core::require_size("D_L_q, numbers a trajectory", D_L_q.rows(), size.n_q * (size.steps + 1));
+  const bool smoothed = std::holds_alternative<Analytic>(options.smoothing);
   out.q_start.resize(size.n_q, size.n);
   out.u.setZero(size.n_a * size.steps, size.n);
   detail::for_each_column(work, size.n, 1, [&](Index i, StepWorkspace& steps, StepResult& result) {
     const auto q = rolled.q.col(i);
     const auto g = D_L_q.col(i);
-    VectorXd w = VectorXd::Zero(model.n_v());
+    VectorXd w = VectorXd::Zero(model.n_v()), delta(model.n_v());
     add_tangent(model, q.tail(size.n_q), g.tail(size.n_q), w);
     for (Index t = size.steps; t-- > 0;) {
       const auto from = q.segment(t * size.n_q, size.n_q);
       const auto u = in.u.col(i).segment(t * size.n_a, size.n_a);
-      if (t < rolled.steps[static_cast<std::size_t>(i)] && step_of(model, i, t, {from, u}, options, steps, result) == Status::Solved) {
+      if (smoothed) world::local(model, from, q.segment((t + 1) * size.n_q, size.n_q), delta);
+      if (t < rolled.steps[static_cast<std::size_t>(i)] &&
+          step_of(model, i, t, {from, u}, smoothed ? &delta : nullptr, options, steps, result) == Status::Solved) {
         out.u.col(i).segment(t * size.n_a, size.n_a).noalias() = result.B.transpose() * w;
         w = (result.A.transpose() * w).eval();
       }
