@@ -169,8 +169,7 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
   const bool choose = setting.options.uses(Mechanism::GraspChoice);
   std::vector<Candidate> out;
   const Eigen::VectorXd q_before = q;
-  const int draws = choose && random.chance(0.5) ? threshold::kCandidates : 1;
-  for (int k = 0; k < draws && !geometry.stop(); ++k) {
+  for (int k = 0; k < (choose ? threshold::kCandidates : 1) && !geometry.stop(); ++k) {
     const auto sample = contact::sample_contact(setting.model, setting.chains, judge.sampler, draw, q_before, random, geometry);
     if (!sample) continue;
     q.tail(sample->q_a.size()) = sample->q_a;
