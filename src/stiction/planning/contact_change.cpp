@@ -30,7 +30,8 @@ bool ContactChange::try_edge(const Tree& tree, Expansion& x, core::Random& rando
   Regrasp& regrasp = scratch.regrasp;
   const GraspJudge judge{[&](const auto& q) { return predict(q, x, scratch); },
                          [&](const auto& q, const auto& command) { return simulated_distance(q, command, x, scratch); },
-                         {.touch = x.touch}};
+                         {.touch = x.touch},
+                         x.choose};
   const bool held = try_regrasp(setting_, near.q, near.u, x.release, judge, random, scratch, regrasp, x.totals.regrasps);
   static_cast<Work&>(x.totals) += regrasp;
   x.release_failed = regrasp.stuck;

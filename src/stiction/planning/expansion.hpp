@@ -29,6 +29,7 @@ struct Expansion {
   bool grasp = false;
   bool at_place = false;  ///< it starts where the objects are nearest to the subgoal, else by the metric
   bool to_goal = false;
+  bool choose = true;             ///< a regrasp chooses among many postures
   bool in_cones = false;          ///< contact forces stay in their cones (P.7)
   Eigen::VectorXd subgoal;        ///< qᵘ (n_qu)
   int tool = -1;                  ///< the subgoal is of this object, which is not of the goal

@@ -166,7 +166,7 @@ std::vector<Candidate> draw_candidates(const Setting& setting, world::ChainMask 
                                        core::Random& random, SimulationScratch& scratch) {
   const ProfileClock::Scope scope(scratch.profile, Activity::GraspSamples);
   contact::GeometryWorkspace& geometry = scratch.geometry;
-  const bool choose = setting.options.uses(Mechanism::GraspChoice);
+  const bool choose = judge.choose && setting.options.uses(Mechanism::GraspChoice);
   std::vector<Candidate> out;
   const Eigen::VectorXd q_before = q;
   for (int k = 0; k < (choose ? threshold::kCandidates : 1) && !geometry.stop(); ++k) {

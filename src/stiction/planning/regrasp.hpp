@@ -89,6 +89,7 @@ struct GraspJudge {
   std::function<Promise(const Eigen::VectorXd& q)> promise;                                   ///< by a local model
   std::function<double(const Eigen::VectorXd& q, const Eigen::VectorXd& command)> simulated;  ///< what comes of it
   contact::GenericSampler sampler{};
+  bool choose = true;  ///< among kCandidates postures; else the first one is taken
 };
 
 /// Tries one regrasp of the tree at (q, u): a contact sample is drawn where the objects came to rest after the branches of `release` let go. Branches that do

@@ -65,6 +65,7 @@ Expansion TreeSearch::draw() {
   x.in_cones = setting_.options.uses(Mechanism::ForceCones) && random.chance(threshold::kInCones);
   x.may_be_unstable = totals_.regrasps.unstable > threshold::kStableReleases * std::max(1L, totals_.regrasps.accepted);
   x.subgoal = setting_.goal.q_goal();
+  x.choose = !random.chance(waiting() * waiting());  // where the most promising grasps lead nowhere, others must be tried
   x.to_goal = random.chance(setting_.options.goal_bias);
   if (!x.to_goal) {
     setting_.goal.space().sample(setting_.options.sample_boxes, random, x.subgoal);

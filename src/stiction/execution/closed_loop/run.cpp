@@ -15,6 +15,7 @@
 #include "stiction/execution/closed_loop/finger_gait.hpp"
 #include "stiction/execution/closed_loop/object_watch.hpp"
 #include "stiction/execution/closed_loop/plan_source.hpp"
+#include "stiction/execution/closed_loop/step_back.hpp"
 #include "stiction/execution/open_loop/fall.hpp"
 #include "stiction/world/scales.hpp"
 
@@ -224,6 +225,14 @@ class Executor {
   /// The springs of the robot are let go.
   bool let_go() { return move_to(measured_.q.tail(model_.n_a())) && settle(); }
 
+  /// … and where that was no help, the robot steps back from what stands by itself.
+  bool step_back() {
+    for (const Eigen::VectorXd& posture : find_step_back(model_, measured_.q)) {
+      if (!move_to(posture)) return false;
+    }
+    return settle();
+  }
+
   /// The object is within so many tolerances of q, the joints as near as a push moves in a look: a plan from q can begin.
   bool is_at(const Eigen::VectorXd& q, double near) const {
     const Eigen::VectorXd difference = q.tail(model_.n_a()) - measured_.q.tail(model_.n_a());
@@ -351,17 +360,18 @@ class Executor {
     return true;
   }
 
-  /// From what is measured; where there is none the springs are let go, and it is asked again, now with the friction of the scene: a place may be left by
-  /// no push that holds with less. A start that does not rest with less is asked for again with the friction of the scene, and springs strained.
+  /// From what is measured; where there is none the springs are let go, then the robot steps back, and it is asked again, now with the friction of the scene: a
+  /// place may be left by no push that holds with less. A start that does not rest with less is asked for again with the friction of the scene, and springs strained.
   /// @returns nothing: the run is over, or the object is no more where the plan begins, or came to its goal as the springs were let go; `cause` then says
   ///          for what the next plan is
   std::optional<Trajectory> make_plan(std::string& cause) {
     bool slips = false;
     for (int refused = 0; refused < how_.refusals; ++refused) {
-      if (refused > 0 && !slips && (!let_go() || is_at_goal())) return std::nullopt;
-      const std::string why = refused == 0 ? cause
-                              : slips      ? "no rest at the start with the friction of plans"
-                                           : "no plan from where springs were strained";
+      if (refused > 0 && !slips && (!(refused > 1 ? step_back() : let_go()) || is_at_goal())) return std::nullopt;
+      const std::string why = refused == 0  ? cause
+                              : slips       ? "no rest at the start with the friction of plans"
+                              : refused > 1 ? "no plan from where the robot touched"
+                                            : "no plan from where springs were strained";
       Answer answer;
       if (!ask(why, refused == 0 ? how_.friction : 1, answer)) return std::nullopt;
       slips = answer.slips && refused == 0 && how_.friction < 1;

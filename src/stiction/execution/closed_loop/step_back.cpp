@@ -1,0 +1,41 @@
+#include "stiction/execution/closed_loop/step_back.hpp"
+
+#include <algorithm>
+
+#include "stiction/contact/free_path.hpp"
+#include "stiction/world/ground.hpp"
+#include "stiction/world/robot_chains.hpp"
+#include "stiction/world/scales.hpp"
+
+namespace stiction::execution {
+namespace {
+
+/// So far that an object which leaned on the robot does not touch it when it stands again [L of the smallest object].
+constexpr double kApart = 0.1;
+
+}  // namespace
+
+std::vector<Eigen::VectorXd> find_step_back(const world::Model& model, Eigen::VectorXd q) {
+  const world::RobotChains chains(model);
+  contact::GeometryWorkspace work(model);
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  contact::query(model, work.kinematics, {}, work.contact_work, work.contacts);
+  std::vector<char> touched(model.objects().size(), 0), stands = touched;
+  world::ChainMask moving = 0;
+  for (const auto& c : work.contacts) {
+    if (c.phi > 2 * model.scales().contact_tolerance(c.pair)) continue;  // what leans also trembles
+    if (const int object = world::object_on_ground(model, c.pair); object >= 0) stands[static_cast<std::size_t>(object)] = 1;
+    if (!chains.touches_object(c.pair)) continue;
+    moving |= chains.mask_of_pair(c.pair);
+    const world::Pair& pair = model.pairs()[static_cast<std::size_t>(c.pair)];
+    const auto& body = model.bodies()[static_cast<std::size_t>(model.geometries()[static_cast<std::size_t>(pair.geometry_a)].body)];
+    touched[static_cast<std::size_t>(body.owner)] = 1;
+  }
+  std::vector<Eigen::VectorXd> path;
+  const bool dropped = !std::ranges::equal(touched, stands, [](char robot, char ground) { return !robot || ground; });
+  if (moving == 0 || dropped) return path;
+  if (!contact::retreat(model, chains, moving, kApart * model.scales().robots().length, q, work, path)) path.clear();
+  return path;
+}
+
+}  // namespace stiction::execution

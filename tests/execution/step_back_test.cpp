@@ -1,0 +1,62 @@
+// The robot steps back from what stands by itself, and from nothing else.
+#include "stiction/execution/closed_loop/step_back.hpp"
+
+#include "dynamics/systems.hpp"
+#include "stiction/contact/contact.hpp"
+
+namespace stiction::execution::test {
+namespace {
+
+using dynamics::test::ball;
+using dynamics::test::half_space;
+using dynamics::test::pusher;
+using Eigen::VectorXd;
+
+/// A ball of radius 0.1 m at y = 0.2 m, and the pusher, a ball of the same size that moves along y and z.
+std::shared_ptr<const world::Model> scene_of(double ground) {
+  world::Scene scene = dynamics::test::empty_scene();
+  scene.gravity = {0, 0, -9.81};
+  scene.objects.push_back(ball(world::ObjectJoint::Free, 1, 0.1, 1));
+  scene.robots.push_back(pusher());
+  scene.fixed.push_back(half_space(Eigen::Vector3d::UnitZ(), {0, 0, ground}, 1));
+  return world::Model::make(scene);
+}
+
+VectorXd configuration(const world::Model& model, double y) {
+  VectorXd q = model.neutral();
+  q[1] = 0.2;
+  q[model.n_qu()] = y;
+  return q;
+}
+
+double least_gap(const world::Model& model, const VectorXd& q) {
+  contact::GeometryWorkspace work(model);
+  world::calc_kinematics(model, q, work.kinematics_work, work.kinematics);
+  std::vector<int> pairs;
+  const world::RobotChains chains(model);
+  chains.pairs_of(chains.all(), pairs);
+  double least = 1;
+  for (const int pair : pairs)
+    if (chains.touches_object(pair)) least = std::min(least, contact::pair_distance(model, work.kinematics, pair, work.contact_work).phi);
+  return least;
+}
+
+TEST(StepBack, FromWhatStands_LeavesAGap) {
+  const auto model = scene_of(-0.1);
+  VectorXd q = configuration(*model, 0.0);
+  ASSERT_NEAR(least_gap(*model, q), 0, 1e-6);
+  const auto path = find_step_back(*model, q);
+  ASSERT_FALSE(path.empty());
+  q.tail(model->n_a()) = path.back();
+  EXPECT_GT(least_gap(*model, q), 0.09 * model->scales().robots().length);
+}
+
+TEST(StepBack, FromWhatItHolds_OrWhatItDoesNotTouch_IsNone) {
+  const auto above = scene_of(-0.5);  // nothing but the robot is near the ball
+  EXPECT_TRUE(find_step_back(*above, configuration(*above, 0.0)).empty());
+  const auto model = scene_of(-0.1);
+  EXPECT_TRUE(find_step_back(*model, configuration(*model, -0.05)).empty());
+}
+
+}  // namespace
+}  // namespace stiction::execution::test
