@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import random
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ if not (PYTHON / "stiction").is_dir():
 sys.path.insert(0, str(PYTHON))
 
 import stiction as st  # noqa: E402
+from studio_driven import Driven  # noqa: E402
 
 from stiction_view.studio import catalog, planning  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
@@ -25,37 +25,6 @@ from stiction_view.studio.panel import NOTHING  # noqa: E402
 from stiction_view.studio.results import MAX_SAMPLES  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
 from stiction_view.studio.showing import IN_MUJOCO  # noqa: E402
-
-
-class Driven:
-    """A studio and what it refuses."""
-
-    def __init__(self, studio: Studio):
-        self.studio, self.panel = studio, studio.panel
-        self.said: list[str] = []
-        say = studio.panel.head.say
-
-        def hear(text: str, fault: bool = False) -> None:
-            if fault:
-                self.said.append(text)
-            say(text, fault)
-
-        studio.panel.head.say = hear  # type: ignore[method-assign]
-
-    def until(self, condition: Callable[[], object], seconds: float = 200) -> None:
-        end = time.monotonic() + seconds
-        while not condition():
-            self.studio.step(0.01)
-            assert time.monotonic() < end, f"it said {self.said[-3:]}"
-
-    def press(self, name: str, *words: object) -> None:
-        """As the page does it, and done at once."""
-        self.studio.desk.guarded(lambda: self.studio.handlers.by_name[name](*words))
-
-    def plan(self) -> None:
-        before = self.studio.showing.result
-        self.press("plan")
-        self.until(lambda: self.studio.work.running is None and self.studio.showing.result is not before)
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from .own_scene import SHAPES
 
 Post = Callable[[Callable[[], None]], None]
 NOTHING = "nothing"
+AS_GIVEN = "as given"
 POSE, RESULT = "pose", "result"
 CHART_HEIGHT = 130  # [px]
 BLUE, RED, ORANGE, GREEN = "#2a6fd6", "#ce184a", "#ee7e24", "#26a05c"
@@ -55,7 +56,16 @@ class HeadControls:
         hint = "Built-in tasks and scenarios, and the files of the folder that was given"
         self.pick = handlers.on_update(gui.add_dropdown("Open", tuple(labels), hint=hint), "pick")
         self.about = gui.add_markdown("")
+        self.notes_folder = gui.add_folder("Read otherwise than written", expand_by_default=False, visible=False)
+        with self.notes_folder:
+            self.notes = gui.add_markdown("")
         self.message = gui.add_markdown("", visible=False)
+
+    def describe(self, text: str, notes: Sequence[str] = ()) -> None:
+        """What is open, and what its reader has to say of it."""
+        self.about.content = text
+        self.notes.content = "\n".join(f"- {note}" for note in notes)
+        self.notes_folder.visible = bool(notes)
 
     def say(self, text: str, fault: bool = False) -> None:
         """Empty: no message."""
@@ -89,6 +99,16 @@ class SearchControls:
         self.progress_text.content = text
 
 
+class RunControls:
+    """A closed loop that is watched."""
+
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
+        with gui.add_folder("Run live", expand_by_default=False):
+            gui.add_markdown("Carries out the plan that is shown, or plans by itself, and plans anew where something is in its way. **Drag an object with the mouse to pull at it.**")
+            self.newton = gui.add_number("Pull at most [N]", 10.0, min=0.01, hint="At first the weight of the object; reached when the mouse is as far away as the object is long")
+            self.run = handlers.on_click(gui.add_button("Run live", color="blue", hint="In MuJoCo, until it is cancelled"), "run")
+
+
 class PlaybackControls:
     """Which motion is seen, and its moment."""
 
@@ -114,7 +134,11 @@ class PoseControls:
         self._gui, self._handlers = gui, handlers
         self.faults = gui.add_markdown("")
         self.handle = handlers.on_update(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move"), "handle")
+        self.keyframe = handlers.on_update(gui.add_dropdown("Start at", (AS_GIVEN,), visible=False, hint="A keyframe of the scene"), "keyframe")
+        self.goal_of = handlers.on_update(gui.add_dropdown("Goal of", (NOTHING,), visible=False, hint="Which object is to be moved"), "goal_of")
         self.goal_folder = gui.add_folder("Goal (green)")
+        with self.goal_folder:
+            self.any_turn = handlers.on_update(gui.add_checkbox("any orientation will do", False, visible=False), "any_turn")
         self.start_folder = gui.add_folder("Start of the object", expand_by_default=False)
         self.joints_folder = gui.add_folder("Start of the joints", expand_by_default=False)
         self.reset = handlers.on_click(gui.add_button("Back to the task", hint="Start, goal and options as the task has them"), "reset")
@@ -263,6 +287,7 @@ class Panel:
         gui.main_panel.set_width(390)
         self.head = HeadControls(gui, handlers, labels)
         self.search = SearchControls(gui, handlers)
+        self.run = RunControls(gui, handlers)
         self.playback = PlaybackControls(gui, handlers)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Pose"):

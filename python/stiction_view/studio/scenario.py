@@ -32,7 +32,7 @@ class Played:
     charts: dict[str, tuple[str, np.ndarray]]  # title → unit, (frames)
 
 
-def _chosen(count: int) -> np.ndarray:
+def chosen_frames(count: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, MAX_FRAMES)).round().astype(int))
 
 
@@ -52,7 +52,7 @@ def play_sense(source: str | Path) -> Played:
     scenario = st.load_sensing_scenario(source)
     moments = st.sense(scenario)
     model = scenario.sensor.model
-    pictures, chosen = Pictures(model), _chosen(len(moments))
+    pictures, chosen = Pictures(model), chosen_frames(len(moments))
     contacts, lines = [], []
     for k in chosen:
         explaining = [c for c in moments[k].candidates if c.explains]
@@ -75,7 +75,7 @@ def play_control(source: str | Path) -> Played:
     if len(out.times) == 0:
         raise ValueError(f"the simulation gave nothing ({out.message or out.status.name})")
     model = scenario.model
-    pictures, chosen = Pictures(model), _chosen(len(out.times))
+    pictures, chosen = Pictures(model), chosen_frames(len(out.times))
     contacts = [[Contact(np.array(f.p_WC), np.array(f.force_W), False) for f in out.forces[k] if np.linalg.norm(f.force_W) > 0] for k in chosen]
     error, unit = (1e3 * out.error, "mm") if scenario.tool is not None else (1e3 * out.error, "mrad")
     lines = [
