@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
+import json
 import random
 import sys
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -148,6 +151,33 @@ def test_options_are_named_refused_and_used(driven: Driven) -> None:
     driven.plan()
     assert studio.showing.result.plan.options.goal_bias == 0.25
     assert '"goal_bias": 0.25' in panel.export.command.content and "task.yaml" in panel.export.command.content
+
+
+def test_problem_is_reported_with_and_without_a_plan(driven: Driven, monkeypatch: pytest.MonkeyPatch) -> None:
+    studio, panel = driven.studio, driven.panel
+    sent: list[tuple[str, bytes]] = []
+    monkeypatch.setattr(studio.downloads._server, "send_file_download", lambda name, content, **_: sent.append((name, content)))
+
+    def report() -> tuple[str, dict[str, bytes]]:
+        sent.clear()
+        driven.press("report", None)
+        driven.until(lambda: sent and studio.work.running is None)
+        with zipfile.ZipFile(io.BytesIO(sent[0][1])) as archive:
+            return sent[0][0], {name: archive.read(name) for name in archive.namelist()}
+
+    panel.export.note.value = "it goes through the wall"
+    studio.posing.problem.seed = 4
+    name, files = report()
+    about = json.loads(files["report.json"])
+    assert name == "planar_pushing-report.zip" and about["note"] == "it goes through the wall"
+    assert about["tried"]["seed"] == 4 and about["tried"]["status"] == "Solved" and "lint" in about["tried"] and "plan.json" in files
+    driven.plan()
+    shown = studio.showing.result.plan
+    assert json.loads(report()[1]["plan.json"])["seed"] == shown.seed and driven.said == []
+    panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
+    driven.until(lambda: studio.showing.played is not None)
+    driven.press("report", None)
+    assert "open a task" in driven.said[-1]
 
 
 @pytest.mark.parametrize(("name", "words"), [("panda_wrist", "N, leaves"), ("box_in_the_way", "** of 15")])

@@ -22,6 +22,7 @@ from studio_driven import Driven  # noqa: E402
 
 from stiction_view.studio import catalog, exporting  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
+from stiction_view.studio.picture import Pictures, plan_drawn  # noqa: E402
 from stiction_view.studio.problem import Problem  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
 
@@ -117,6 +118,32 @@ def test_changed_start_is_in_what_reproduces_it(driven: Driven) -> None:
     first, second = problem.command(5).splitlines()
     assert shlex.split(second)[:3] == ["stiction", "plan", "task.yaml"] and "stiction import" in first
     assert '"base": "kitchen.yaml"' in problem.task_file() and str(driven.studio.folder) not in problem.task_file()
+
+
+def test_slider_is_dragged_along_its_way_and_inside_its_limits(driven: Driven) -> None:
+    pose = driven.panel.pose
+    assert pose.handle.value == "goal" and driven.studio.stage._gizmo is not None
+    driven.studio.posing.drag(st.Pose(np.eye(3), [0.42, 0.3, 0.7]), True)
+    driven.until(lambda: pose.goal[0].value == pytest.approx(0.12, abs=1e-9))
+    driven.studio.posing.drag(st.Pose(np.eye(3), [9.0, 0.0, 0.2]), True)
+    driven.until(lambda: pose.goal[0].value == pytest.approx(0.25, abs=1e-9))
+    np.testing.assert_allclose(driven.studio.stage._gizmo.position, [0.55, 0, 0.2], atol=1e-9)
+
+
+def test_links_that_nothing_can_touch_are_drawn_between_their_joints(tmp_path: Path) -> None:
+    """An upper arm of 0.4 m without a shape, and a forearm of 0.3 m with one at its end."""
+    (tmp_path / "arm.xml").write_text("""<mujoco><worldbody><body name="upper" pos="0 0 1"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="a" axis="0 0 1"/>
+      <body name="lower" pos="0.4 0 0"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="b" axis="0 0 1"/><body name="tip" pos="0.3 0 0"><geom size=".02"/></body></body></body>
+      <body name="puck" pos="0 .5 1"><joint type="slide" axis="1 0 0"/><geom size=".05"/></body></worldbody>
+      <actuator><position joint="a" kp="50"/><position joint="b" kp="50"/></actuator></mujoco>""")
+    made = Problem.of_scene(tmp_path / "arm.xml", tmp_path)
+    pictures = Pictures(made.model)
+    names = [body.name for body in pictures.bodies]
+    loose = {(names[rod.parent].split("/")[-1], names[rod.child].split("/")[-1]): rod.length for rod in pictures.rods()[1]}
+    assert loose[("upper", "lower")] == pytest.approx(0.4) and loose[("lower", "tip")] == pytest.approx(0.3)
+    plan = made.task().follow([made.start[-2:] + [0.1, 0.0]])
+    drawn = pictures.with_bare_links(plan_drawn(plan), plan.q[1:])
+    np.testing.assert_allclose(drawn.poses, pictures.poses(plan.q[1:]), atol=1e-5)
 
 
 def test_robot_alone_is_sent_to_where_it_gets_an_object(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ class Studio:
         self.showing = Showing(panel.playback, panel.figures, self.stage, self._say_command)
         self.planning = Planning(server, panel.head, panel.search, self.stage, self.work, self.posing, self.showing)
         self.running = Running(panel.head, panel.run, self.stage, self.work, self.posing, self.showing)
-        self.downloads = Downloads(server, panel.export, panel.search, self.stage, self.work, self.posing, self.showing)
+        self.downloads = Downloads(server, panel.head, panel.export, panel.search, self.stage, self.work, self.posing, self.showing)
         self.own_files = OwnFiles(panel.head, panel.own, folder, self.take)
         self._connect()
         limit_uploads(server, lambda text: self.desk.post(lambda: panel.head.say(text, fault=True)))
@@ -59,7 +59,7 @@ class Studio:
         self.handlers.add(any_turn=self.posing.read_any_turn, keyframe=self.posing.choose_keyframe, goal_of=self.choose_goal_object)
         self.handlers.add(options=self.options.read, options_reset=self.options.reset)
         self.handlers.add(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel, run=self.running.run)
-        self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save)
+        self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save, report=self.downloads.report)
         self.handlers.add(upload=self.own_files.upload, kind=self.own_files.choose_kind, make=self.own_files.make)
 
     # ---- the loop ----

@@ -103,10 +103,10 @@ class RunControls:
     """A closed loop that is watched."""
 
     def __init__(self, gui: viser.GuiApi, handlers: Handlers):
-        with gui.add_folder("Run live", expand_by_default=False):
-            gui.add_markdown("Carries out the plan that is shown, or plans by itself, and plans anew where something is in its way. **Drag an object with the mouse to pull at it.**")
+        with gui.add_folder("Closed loop"):
+            hint = "In MuJoCo: the plan that is shown, or the task, planned anew wherever something is in the way. Drag an object with the mouse to pull at it. It goes on until it is cancelled"
             self.newton = gui.add_number("Pull at most [N]", 10.0, min=0.01, hint="At first the weight of the object; reached when the mouse is as far away as the object is long")
-            self.run = handlers.on_click(gui.add_button("Run live", color="blue", hint="In MuJoCo, until it is cancelled"), "run")
+            self.run = handlers.on_click(gui.add_button("Run live", hint=hint), "run")
 
 
 class PlaybackControls:
@@ -276,6 +276,9 @@ class ExportControls:
         self.save.on_click(lambda event: handlers.call("save", event.client))
         gui.add_markdown("The same again, on the command line:")
         self.command = gui.add_markdown("")
+        self.note = gui.add_text("What went wrong", "", hint="It is put into the report")
+        self.report = gui.add_button("Report a problem", hint="A zip of task, plan, seed and version, without paths and names. Nothing is sent: look at it, then send it yourself")
+        self.report.on_click(lambda event: handlers.call("report", event.client))
 
 
 class Panel:

@@ -126,7 +126,7 @@ class Posing:
         """What can be dragged: object, and whether its goal."""
         problem = self._problem
         assert problem is not None
-        objects = [i for i, info in enumerate(problem.model.objects) if info.n_v > 1]
+        objects = range(len(problem.model.objects))
         goal = {"goal": (problem.goal_object, True)} if problem.goal_object in objects else {}
         return goal | {f"start of {problem.model.object_names[i]}": (i, False) for i in objects}
 

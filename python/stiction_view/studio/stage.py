@@ -133,9 +133,11 @@ class Stage:
         if self._gizmo is not None:
             self._gizmo.remove()
             self._gizmo = None
-        if index is None or self.posed is None or problem.model.objects[index].n_v == 1:
+        if index is None or self.posed is None:
             return
         axes = (True, True, True)
+        single = problem.model.dofs[problem.model.objects[index].v_begin].kind if problem.model.objects[index].n_v == 1 else None
+        slides, turns = single == st.DofKind.Prismatic, single == st.DofKind.Revolute
         if problem.model.objects[index].n_v == 3:
             plane = self.posed.plan.object_joints[problem.model.object_names[index]]
             axes = {"planar_xy": (True, True, False), "planar_yz": (False, True, True), "planar_xz": (True, False, True)}[plane]
@@ -143,7 +145,8 @@ class Stage:
         row = seven([problem.model.object_pose(q, problem.model.object_names[index])])[0]
         size = self.size_of(problem.model.object_names[index])
         gizmo = self.server.scene.add_transform_controls(
-            f"{POSE_ROOT}/handle", scale=2.2 * size, line_width=3.0, active_axes=axes, depth_test=False, opacity=0.85, position=row[:3], wxyz=row[3:]
+            f"{POSE_ROOT}/handle", scale=2.2 * size, line_width=3.0, active_axes=axes, depth_test=False, opacity=0.85, position=row[:3], wxyz=row[3:],
+            disable_rotations=slides, disable_axes=turns, disable_sliders=turns or slides,
         )
         self._gizmo, self._gizmo_of = gizmo, index
 
