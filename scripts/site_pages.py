@@ -23,6 +23,8 @@ import gallery  # noqa: E402
 import notebooks  # noqa: E402
 
 DOCS = ROOT / "docs"
+# How much a page counts in the search: answers before records of what was decided and measured.
+BOOST = {"answers.md": 4, "commands.md": 3, "theory": 2, "tutorials": 2, "scenes.md": 2, "decisions": 0.3, "lab": 0.3, "reproduction": 0.3, "code": 0.3}
 GALLERY = "<!-- gallery -->"
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LANGUAGES = {".hpp": "cpp", ".cpp": "cpp", ".py": "python", ".pyi": "python", ".yaml": "yaml", ".json": "json", ".urdf": "xml", ".xml": "xml"}
@@ -88,11 +90,9 @@ def rewrite_links(text: str, document: Path, page: str) -> str:
 
 
 def code_page(file: Path) -> str:
-    """Headers are found by the search, other files are not."""
     name = file.relative_to(ROOT).as_posix()
     language = LANGUAGES.get(file.suffix, "text")
-    head = "" if file.suffix == ".hpp" else "---\nsearch: {exclude: true}\n---\n"
-    return f"{head}# {file.name}\n\n`{name}`\n\n~~~~{language}\n{file.read_text(encoding='utf-8')}\n~~~~\n"
+    return f"---\nsearch: {{exclude: true}}\n---\n# {file.name}\n\n`{name}`\n\n~~~~{language}\n{file.read_text(encoding='utf-8')}\n~~~~\n"
 
 
 def summary_of(header: Path) -> str:
@@ -161,6 +161,7 @@ def on_config(config: dict) -> dict:
 def on_page_markdown(markdown: str, page: object, config: object, files: Files) -> str:
     uri = page.file.src_uri
     document = DOCS / uri
+    page.meta.setdefault("search", {}).setdefault("boost", BOOST.get(uri.split("/")[0], 1))
     if not document.exists():
         return markdown
     if uri.startswith("tutorials/"):
