@@ -74,6 +74,8 @@ def opened_with_faults(site: Path) -> list[str]:
     out = []
     with browser.Browser() as window:
         for file in sorted(site.rglob("*.html")):
+            if file.name == "404.html":
+                continue
             window.errors.clear()
             window.requests.clear()
             window.open(file)

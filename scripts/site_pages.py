@@ -28,13 +28,13 @@ BOOST = {"answers.md": 4, "commands.md": 3, "theory": 2, "tutorials": 2, "scenes
 GALLERY = "<!-- gallery -->"
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LANGUAGES = {".hpp": "cpp", ".cpp": "cpp", ".py": "python", ".pyi": "python", ".yaml": "yaml", ".json": "json", ".urdf": "xml", ".xml": "xml"}
-# Sections of the site in order: title, and the pages (or the folder whose README says the order).
+# Sections of the site in order: title, and the pages (with another title than their own where they need it), or the folder whose README says the order.
 SECTIONS = [
-    ("Start", ["index.md", "code/README.md", "which_tool.md", "answers.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
+    ("Start", ["index.md", {"Install, figures, limits": "code/README.md"}, "which_tool.md", "answers.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
     # As a newcomer wants them.
     ("Tutorials", ["tutorials/own_robot_and_object.md", "tutorials/studio.md", "scenes.md", "tutorials/ros2_control.md", "tutorials/where_was_my_robot_touched.md", "guarded_moves.md", "several_objects.md", "learning.md", "demonstrations.md"]),
     ("Notebooks", ["notebooks/README.md", *(f"notebooks/{file.stem}.md" for file in sorted((DOCS / "notebooks").glob("*.ipynb")))]),
-    ("Reference", ["commands.md", "options.md", "python.md", "headers.md", "notation.md", "plan_file.md", "exports.md", "sweeps.md", "code/scenarios/README.md"]),
+    ("Reference", ["commands.md", "options.md", {"Python by command": "code/python/README.md"}, "python.md", "headers.md", "notation.md", "plan_file.md", "exports.md", "sweeps.md", "code/scenarios/README.md"]),
     ("Theory", "theory"),
     ("Figures of the thesis", "reproduction"),
     ("How well it works", ["benchmarks.md", "benchmark.md"]),
@@ -120,7 +120,7 @@ def headers_page() -> str:
 
 
 def on_files(files: Files, config: object) -> Files:
-    documents = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")]
+    documents = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "python/README.md")]
     wanted = set(documents) | set((ROOT / "src/stiction").rglob("*.hpp")) | set((ROOT / "src/stiction").glob("*/README.md"))
     wanted.add(ROOT / "scenarios/README.md")
     todo = [*wanted, *DOCS.rglob("*.md")]

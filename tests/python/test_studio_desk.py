@@ -26,6 +26,7 @@ from stiction_view.studio.app import Studio  # noqa: E402
 from stiction_view.studio.growing import Growing  # noqa: E402
 from stiction_view.studio.panel import NOTHING  # noqa: E402
 from stiction_view.studio.results import MAX_SAMPLES  # noqa: E402
+from stiction_view.studio.sense_live import Live  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
 from stiction_view.studio.showing import IN_MUJOCO  # noqa: E402
 
@@ -190,6 +191,28 @@ def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
     assert driven.said[-1] == "plan: a scenario is shown; open a task"
     panel.head.pick.value = "planar_hand"
     driven.until(lambda: studio.posing.problem is not None and "Lint" in panel.pose.faults.content)
+
+
+def test_scenario_is_sensed_live_and_leaves_nothing_behind(driven: Driven) -> None:
+    panel, studio = driven.panel, driven.studio
+    driven.press("sense_live")
+    assert driven.said == ["sense: no scenario of sensing is shown; open one"] and not panel.playback.sense_live.visible
+    panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
+    driven.until(lambda: studio.showing.played is not None)
+    assert panel.playback.sense_live.visible
+    driven.press("sense_live")
+    live = studio.stage.guest
+    assert isinstance(live, Live) and studio.stage.shown == []
+    driven.until(lambda: live.words.content)
+    link = live.sensor.links[-1]
+    X = live.model.body_poses(live.configuration(0))[link.name]
+    point, normal = X.R @ link.p_L[0] + X.p, X.R @ link.n_L[0]
+    live.events.put(lambda: live.poke(point + 0.5 * normal, -normal))
+    driven.until(lambda: "pushed at" in live.words.content)
+    panel.head.pick.value = "planar_hand"
+    driven.until(lambda: studio.posing.problem is not None and studio.stage.posed is not None)
+    assert studio.stage.guest is None and live.folder._impl.removed and live.drawing.root_node._impl.removed
+    assert not panel.playback.sense_live.visible and len(driven.said) == 1
 
 
 def test_a_hundred_things_pressed_at_random_are_no_fault_of_the_studio(driven: Driven) -> None:

@@ -22,6 +22,7 @@ from .planning import Planning
 from .posing import Posing
 from .problem import Problem
 from .running import Running
+from .sense_live import Live
 from .showing import Showing
 from .stage import Stage
 from .work import Work
@@ -59,6 +60,7 @@ class Studio:
         self.handlers.add(any_turn=self.posing.read_any_turn, keyframe=self.posing.choose_keyframe, goal_of=self.choose_goal_object)
         self.handlers.add(options=self.options.read, options_reset=self.options.reset)
         self.handlers.add(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel, run=self.running.run)
+        self.handlers.add(sense_live=self.sense_live)
         self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save, report=self.downloads.report)
         self.handlers.add(upload=self.own_files.upload, kind=self.own_files.choose_kind, make=self.own_files.make)
 
@@ -84,6 +86,8 @@ class Studio:
         self.posing.tick(now)
         self.planning.tick()
         self.running.tick()
+        if self.stage.guest is not None:
+            self.stage.guest.tick(now)
         self.showing.tick(now)
 
     # ---- between the parts ----
@@ -106,6 +110,14 @@ class Studio:
     def read_seed(self) -> None:
         if self.planning.read_seed():
             self._say_command()
+
+    def sense_live(self) -> None:
+        """The scenario that is played, as it happens. Raises ValueError: none is."""
+        played = self.showing.played
+        if played is None or played.sensed is None:
+            raise ValueError("sense: no scenario of sensing is shown; open one")
+        self.stage.clear()
+        self.stage.invite(Live(self.stage.server, played.sensed, root="/live"))
 
     def reset(self) -> None:
         """Start, goal and options as the task has them."""

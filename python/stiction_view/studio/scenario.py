@@ -30,6 +30,7 @@ class Played:
     lines: list[str]  # markdown, one a frame
     words: str
     charts: dict[str, tuple[str, np.ndarray]]  # title → unit, (frames)
+    sensed: st.SensingScenario | None = None  # that was played
 
 
 def chosen_frames(count: int) -> np.ndarray:
@@ -65,7 +66,7 @@ def play_sense(source: str | Path) -> Played:
     tau = np.linalg.norm(scenario.tau[chosen], axis=1)
     drawn = _moves(pictures, _whole(model, scenario.q[chosen]), scenario.name, contacts)
     words = f"{scenario.description}  \narrows are forces on the robot, each of which alone explains the torques"
-    return Played(scenario.name, drawn, pictures, np.array(scenario.times)[chosen], lines, words, {"external torque": ("N·m", tau)})
+    return Played(scenario.name, drawn, pictures, np.array(scenario.times)[chosen], lines, words, {"external torque": ("N·m", tau)}, scenario)
 
 
 def play_control(source: str | Path) -> Played:

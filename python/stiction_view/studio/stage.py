@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import stiction as st
@@ -21,6 +22,17 @@ from .problem import Problem
 FAULT: Color = (214, 40, 40)
 POSE_ROOT, RUN_ROOT, SHOW_ROOTS = "/pose", "/run", ("/first", "/second")
 HAND: Color = (150, 60, 200)
+
+
+class Guest(Protocol):
+    """What draws itself, with controls of its own, until something else is shown."""
+
+    view: View
+
+    def tick(self, now: float) -> None: ...
+    def remove(self) -> None: ...
+
+
 Pulled = Callable[[str, np.ndarray, np.ndarray, str], None]  # body, its point and the hand [m], and "start", "update" or "end"
 APART = 1.15  # distance of two motions, of what is seen of one
 
@@ -62,6 +74,7 @@ class Stage:
         self.posed: Drawing | None = None
         self.shown: list[Drawing] = []
         self.running: Drawing | None = None
+        self.guest: Guest | None = None
         self._hand: viser.ArrowHandle | None = None  # the force of it
         self._marks: list[viser.SceneNodeHandle] = []
         self._titles: list[viser.SceneNodeHandle] = []
@@ -76,6 +89,9 @@ class Stage:
     # ---- nodes ----
 
     def clear(self) -> None:
+        guest, self.guest = self.guest, None
+        if guest is not None:
+            guest.remove()
         for drawing in [*([self.posed] if self.posed else []), *([self.running] if self.running else []), *self.shown]:
             assert drawing.root_node is not None
             drawing.root_node.remove()  # and all below it
@@ -218,6 +234,12 @@ class Stage:
         @mesh.on_drag("left")
         async def _(event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
             pulled(body, np.array(event.start_position), np.array(event.end_position), event.phase)
+
+    def invite(self, guest: Guest) -> None:
+        """In place of what is shown."""
+        self.clear()
+        self.guest, self.beside = guest, -1
+        self.aim(guest.view)
 
     def show_run(self, poses: np.ndarray, force: np.ndarray, point: np.ndarray) -> None:
         """A plant as it is now, and the force of the hand at its point as an arrow [m]."""
