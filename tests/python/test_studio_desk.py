@@ -195,12 +195,12 @@ def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
 
 def test_scenario_is_sensed_live_and_leaves_nothing_behind(driven: Driven) -> None:
     panel, studio = driven.panel, driven.studio
-    driven.press("sense_live")
-    assert driven.said == ["sense: no scenario of sensing is shown; open one"] and not panel.playback.sense_live.visible
+    driven.press("live")
+    assert driven.said == ["live: no scenario of sensing or control is shown; open one"] and not panel.playback.live.visible
     panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
     driven.until(lambda: studio.showing.played is not None)
-    assert panel.playback.sense_live.visible
-    driven.press("sense_live")
+    assert panel.playback.live.visible
+    driven.press("live")
     live = studio.stage.guest
     assert isinstance(live, Live) and studio.stage.shown == []
     driven.until(lambda: live.words.content)
@@ -212,7 +212,7 @@ def test_scenario_is_sensed_live_and_leaves_nothing_behind(driven: Driven) -> No
     panel.head.pick.value = "planar_hand"
     driven.until(lambda: studio.posing.problem is not None and studio.stage.posed is not None)
     assert studio.stage.guest is None and live.folder._impl.removed and live.drawing.root_node._impl.removed
-    assert not panel.playback.sense_live.visible and len(driven.said) == 1
+    assert not panel.playback.live.visible and len(driven.said) == 1
 
 
 def test_a_hundred_things_pressed_at_random_are_no_fault_of_the_studio(driven: Driven) -> None:

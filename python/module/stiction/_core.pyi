@@ -3574,6 +3574,77 @@ class ControlRunResult:
 
     def __setstate__(self, state: tuple, /) -> None: ...
 
+class ControlSample:
+    """
+    One tick of a ControlLoop: the state from which its period started, and its command.
+    """
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """joint positions (n_a) [rad or m]"""
+
+    @property
+    def q_cmd(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """command (n_a) [rad or m]"""
+
+    @property
+    def forces(self) -> list[PairForce]:
+        """
+        on the robot, of pairs of a robot with something else, and of hands (pair -1)
+        """
+
+    @property
+    def largest_force(self) -> float:
+        """of one contact [N]"""
+
+    @property
+    def error(self) -> float:
+        """norm of q - q_ref [rad], or distance of the tool [m]"""
+
+    @property
+    def bounded(self) -> bool:
+        """a force is predicted at its bound: the reference asks for more"""
+
+    def __reduce__(self) -> tuple: ...
+
+class ControlLoop:
+    """
+    The arm of a scenario in the second-order simulation, tick by tick, as control() has it; after the last knot of the reference
+    it stays there. Belongs to one thread at a time.
+
+        >>> loop = st.ControlLoop(st.load_control_scenario("box_in_the_way"))
+        >>> loop.push("arm/link_4", [0, 10, 0], [0, 0, 0])
+        >>> samples = [loop.tick() for _ in range(10)]
+        >>> round(samples[-1].time, 3), samples[-1].largest_force
+        (0.045, 10.0)
+    """
+
+    def __init__(self, scenario: ControlScenario) -> None: ...
+
+    def tick(self) -> ControlSample:
+        """
+        Contacts are read, the controller is told of them, and its command is held for a period. Raises InvalidInput: the simulation stopped.
+        """
+
+    def push(self, link: str, force_W: numpy.typing.ArrayLike, p_LP: numpy.typing.ArrayLike) -> None:
+        """
+        A force [N] (3) on a point fixed in a link [m] (3), from the next tick on, in place of the one before; zero ends it.
+        """
+
+    @property
+    def time(self) -> float:
+        """of the next tick [s]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_q)"""
+
+    def __reduce__(self) -> tuple: ...
+
 @overload
 def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:
     """

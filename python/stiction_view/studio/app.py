@@ -6,10 +6,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import stiction as st
 import viser
 
 from ..program import check_interrupted
 from . import catalog, scenario
+from .control_live import ControlLive
 from .desk import Desk
 from .downloads import Downloads
 from .jobs import Job
@@ -60,7 +62,7 @@ class Studio:
         self.handlers.add(any_turn=self.posing.read_any_turn, keyframe=self.posing.choose_keyframe, goal_of=self.choose_goal_object)
         self.handlers.add(options=self.options.read, options_reset=self.options.reset)
         self.handlers.add(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel, run=self.running.run)
-        self.handlers.add(sense_live=self.sense_live)
+        self.handlers.add(live=self.live)
         self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save, report=self.downloads.report)
         self.handlers.add(upload=self.own_files.upload, kind=self.own_files.choose_kind, make=self.own_files.make)
 
@@ -111,13 +113,14 @@ class Studio:
         if self.planning.read_seed():
             self._say_command()
 
-    def sense_live(self) -> None:
+    def live(self) -> None:
         """The scenario that is played, as it happens. Raises ValueError: none is."""
-        played = self.showing.played
-        if played is None or played.sensed is None:
-            raise ValueError("sense: no scenario of sensing is shown; open one")
+        scenario = self.showing.played.scenario if self.showing.played is not None else None
+        if scenario is None:
+            raise ValueError("live: no scenario of sensing or control is shown; open one")
         self.stage.clear()
-        self.stage.invite(Live(self.stage.server, played.sensed, root="/live"))
+        make = ControlLive if isinstance(scenario, st.ControlScenario) else Live
+        self.stage.invite(make(self.stage.server, scenario, root="/live"))
 
     def reset(self) -> None:
         """Start, goal and options as the task has them."""

@@ -22,6 +22,44 @@ class Pull:
     hand_W: np.ndarray  # [m]
 
 
+class Hand:
+    """What the mouse pulls at, and with which force: it grows with the way from the point to the hand, and is `newton` from `stretch` [m] on. For any thread."""
+
+    def __init__(self, model: st.Model, newton: float, stretch: float):
+        self.model, self.newton, self.stretch = model, newton, stretch
+        self.pull: Pull | None = None
+        self.last = ""  # body that was pulled
+
+    def drag(self, q: np.ndarray, body: str, point_W: np.ndarray, hand_W: np.ndarray, phase: str) -> None:
+        """The mouse has taken a body at a point, which it had at q, and is somewhere; at the end of a drag it lets go."""
+        held = self.pull
+        if phase == "end":
+            self.pull = None
+        elif phase == "start" or held is None or held.body != body:
+            X = self.model.body_poses(q)[body]
+            self.pull = Pull(body, X.R.T @ (point_W - X.p), hand_W)
+        else:
+            self.pull = Pull(body, held.p_B, hand_W)
+
+    def force(self, q: np.ndarray) -> tuple[Pull | None, np.ndarray]:
+        """The pull and its force [N] at a configuration."""
+        pull = self.pull
+        if pull is None:
+            return None, np.zeros(3)
+        self.last = pull.body
+        way = pull.hand_W - self.point(pull, q)
+        return pull, self.newton * way / max(self.stretch, float(np.linalg.norm(way)))
+
+    def point(self, pull: Pull, q: np.ndarray) -> np.ndarray:
+        """Of the body [m]."""
+        X = self.model.body_poses(q)[pull.body]
+        return X.R @ pull.p_B + X.p
+
+    def let_go(self) -> bool:
+        """Something was pulled once, and nothing is now."""
+        return self.pull is None and self.last != ""
+
+
 @dataclass
 class Log:
     """What happened, command by command."""
@@ -33,16 +71,13 @@ class Log:
 
 
 class LivePlant:
-    """For `stiction.run`. The force of a pull grows with the way from the point to the hand, and is `newton` from `stretch` [m] on.
-
-    One thread commands it. Any thread may set `pull` and read `now()`. A pace of 0 does not wait for the clock on the wall.
-    """
+    """For `stiction.run`. One thread commands it; any thread may pull and read now(). A pace of 0 does not wait for the clock on the wall."""
 
     real_time = True  # the world goes on while the planner works
 
     def __init__(self, task: st.Task, newton: float, stretch: float, pace: float = 1.0):
-        self.model, self.newton, self.stretch, self.pace = task.model, newton, stretch, pace
-        self.pull: Pull | None = None
+        self.model, self.pace = task.model, pace
+        self.hold = Hand(task.model, newton, stretch)
         self.log = Log()
         self._plant = st.SimulatedPlant(task)
         self._lock = threading.Lock()
@@ -56,7 +91,7 @@ class LivePlant:
         return self._plant.read()
 
     def command(self, u: np.ndarray, period: float) -> bool:
-        force, point = self._force()
+        force, point = self._push()
         taken = self._plant.command(u, period)
         measured = self._plant.read()
         if measured is None:
@@ -72,29 +107,22 @@ class LivePlant:
             log = self.log
             return log.times[-1], log.q[-1], log.force_W[-1], log.point_W[-1]
 
-    def hold(self, until: Callable[[np.ndarray], bool]) -> bool:
+    def rest(self, until: Callable[[np.ndarray], bool]) -> bool:
         """Commands rest until something holds of a configuration. False: the simulation broke down."""
         while not until(self._measured.q):
             if not self.command(np.asarray(self._measured.u), HOLD):
                 return False
         return True
 
-    def take(self, body: str, point_W: np.ndarray) -> Pull:
-        """A pull at a point of a body as it is now, with the hand there."""
-        X = self.model.body_poses(self.now()[1])[body]
-        return Pull(body, X.R.T @ (point_W - X.p), point_W)
-
-    def _force(self) -> tuple[np.ndarray, np.ndarray]:
-        pull = self.pull
+    def _push(self) -> tuple[np.ndarray, np.ndarray]:
+        """The force of the hand and its point, from now on."""
+        pull, force = self.hold.force(self._measured.q)
         if pull is None:
-            self._plant.push(self.model.object_names[0], np.zeros(3))
-            return np.zeros(3), np.zeros(3)
-        X = self.model.body_poses(self._measured.q)[pull.body]
-        point = X.R @ pull.p_B + X.p
-        way = pull.hand_W - point
-        force = self.newton * way / max(self.stretch, float(np.linalg.norm(way)))
+            if self.hold.let_go():
+                self._plant.push(self.hold.last, force, np.zeros(3))
+            return force, np.zeros(3)
         self._plant.push(pull.body, force, pull.p_B)
-        return force, point
+        return force, self.hold.point(pull, self._measured.q)
 
     def _note(self, force: np.ndarray, point: np.ndarray) -> None:
         with self._lock:

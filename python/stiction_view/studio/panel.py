@@ -123,8 +123,8 @@ class PlaybackControls:
             self.play = gui.add_checkbox("Play", False)
             self.speed = gui.add_slider("Speed [1/s]", 2, 96, 1, 24, hint="Knots per second")
             self.line = gui.add_markdown("")
-            live_hint = "Moment by moment, at the speed of the record. Click on the robot to push it there, and see what its torques say"
-            self.sense_live = handlers.on_click(gui.add_button("Sense live", visible=False, hint=live_hint), "sense_live")
+            live_hint = "As it happens, at the pace of a clock. Click on a robot that senses to push it there; drag a link of one that is controlled to pull at it"
+            self.live = handlers.on_click(gui.add_button("Live", visible=False, hint=live_hint), "live")
             self.simulate = handlers.on_click(gui.add_button("Run in MuJoCo", hint="Open loop, beside the plan"), "simulate")
             self.check = handlers.on_click(gui.add_button("Check", hint="Simulated anew at half the step by code that shares nothing with the planner"), "check")
 

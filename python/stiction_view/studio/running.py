@@ -78,7 +78,7 @@ def carry_out(job: Job, plant: LivePlant, task: st.Task, plan: st.Plan | None, o
         if not runs[-1].reached:
             break
         job.text = f"{plant.now()[0]:.1f} s, at the goal: pull at the object, or stop"
-        if not plant.hold(is_over):
+        if not plant.rest(is_over):
             break
         target = task
     log = plant.log
@@ -147,16 +147,8 @@ class Running:
     def pull(self, body: str, point_W: np.ndarray, hand_W: np.ndarray, phase: str) -> None:
         """The mouse drags a body. Any thread may call it."""
         plant = self._plant
-        if plant is None:
-            return
-        held = plant.pull
-        if phase == "end":
-            plant.pull = None
-        elif phase == "start" or held is None or held.body != body:
-            taken = plant.take(body, point_W)
-            plant.pull = type(taken)(body, taken.p_B, hand_W)
-        else:
-            plant.pull = type(held)(body, held.p_B, hand_W)
+        if plant is not None:
+            plant.hold.drag(plant.now()[1], body, point_W, hand_W, phase)
 
     def tick(self) -> None:
         """Shows where things are; a run that is not looked at any more ends."""
@@ -166,8 +158,8 @@ class Running:
         if self._stage.running is None:
             self._work.cancel()
             return
-        plant.newton = float(self._controls.newton.value)
+        plant.hold.newton = float(self._controls.newton.value)
         time, q, force, point = plant.now()
         if time != self._time:
             self._time = time
-            self._stage.show_run(pictures.poses(q)[0], force / plant.newton * plant.stretch, point)
+            self._stage.show_run(pictures.poses(q)[0], force / plant.hold.newton * plant.hold.stretch, point)

@@ -30,7 +30,7 @@ class Played:
     lines: list[str]  # markdown, one a frame
     words: str
     charts: dict[str, tuple[str, np.ndarray]]  # title → unit, (frames)
-    sensed: st.SensingScenario | None = None  # that was played
+    scenario: st.SensingScenario | st.ControlScenario | None = None  # that was played
 
 
 def chosen_frames(count: int) -> np.ndarray:
@@ -86,4 +86,4 @@ def play_control(source: str | Path) -> Played:
     drawn = _moves(pictures, _whole(model, out.q[chosen]), scenario.name, contacts)
     words = f"{scenario.description}  \nimpact {out.peak_force:.1f} N, settled {out.settled_peak:.1f} N at most, bound {scenario.lambda_max:g} N"
     charts = {"largest force": ("N", np.array(out.largest_force)[chosen]), "tracking error": (unit, np.array(error)[chosen])}
-    return Played(scenario.name, drawn, pictures, np.array(out.times)[chosen], lines, words, charts)
+    return Played(scenario.name, drawn, pictures, np.array(out.times)[chosen], lines, words, charts, scenario)

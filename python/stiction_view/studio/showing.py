@@ -61,7 +61,7 @@ class Showing:
 
     def close_scenario(self) -> None:
         self._played = None
-        self._controls.sense_live.visible = False
+        self._controls.live.visible = False
 
     # ---- which one ----
 
@@ -144,7 +144,7 @@ class Showing:
     def show_scenario(self, played: Played) -> None:
         """It was carried out."""
         self._played = played
-        self._controls.sense_live.visible = played.sensed is not None
+        self._controls.live.visible = played.scenario is not None
         self._player.start([Shown(played.drawn, played.pictures, played.name, with_goal=False)], lambda knot: played.lines[min(knot, len(played.lines) - 1)])
         self._figures.words.content = played.words
         colors = (RED, BLUE, GREEN)
