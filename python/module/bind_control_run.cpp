@@ -241,7 +241,7 @@ it stays there. Belongs to one thread at a time.
       .def_prop_ro(
           "q", [](const ControlLoop& self) { return Eigen::VectorXd(self.loop.q()); }, "(n_q)");
   def_no_pickle<ControlLoop>("ControlLoop", "the scenario that it was made from");
-  def_no_pickle<ControlSample>("ControlSample", "its values");
+  def_pickle<ControlSample>();
 }
 
 /// @param scenario_of  the scenario that an argument means

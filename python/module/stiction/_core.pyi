@@ -3609,7 +3609,9 @@ class ControlSample:
     def bounded(self) -> bool:
         """a force is predicted at its bound: the reference asks for more"""
 
-    def __reduce__(self) -> tuple: ...
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
 
 class ControlLoop:
     """
