@@ -47,18 +47,18 @@ class Ended:
         """How it went, in markdown."""
         plans = [plan for run in self.runs for plan in run.plans]
         causes = list(dict.fromkeys(plan.cause for plan in plans if plan.cause))
-        last = self.runs[-1]
         rows = [f"**run live** for {self.times[-1]:.1f} s: {counted(self.reached, 'time')} at the goal, {counted(len(plans), 'plan')}"]
         if self.force.max() > 0:
             rows.append(f"pulled with up to {self.force.max():.3g} N")
         if causes:
             rows.append(f"planned because of: {'; '.join(causes)}")
-        if last.end not in (st.RunEnd.Reached, st.RunEnd.Cancelled):
-            rows.append(f"⚠ {last.message}")
+        for run in self.runs[-1:]:
+            if run.end not in (st.RunEnd.Reached, st.RunEnd.Cancelled):
+                rows.append(f"⚠ {run.message}")
         return "  \n".join(rows)
 
 
-def carry_out(job: Job, plant: LivePlant, task: st.Task, plan: st.Plan | None, options: dict[str, object], seed: int) -> Ended:
+def carry_out(job: Job, plant: LivePlant, task: st.Task, plan: st.Plan | None, options: st.PlannerOptions | dict[str, object], seed: int) -> Ended:
     """Runs until it is cancelled or cannot go on: at the goal it rests, and goes on as soon as the object is not there any more."""
     goal = task.goal
     runs: list[st.RunResult] = []
@@ -73,8 +73,7 @@ def carry_out(job: Job, plant: LivePlant, task: st.Task, plan: st.Plan | None, o
 
     target: st.Task | st.Plan = task if plan is None else plan
     while not job.cancelled.is_set():
-        given = {} if isinstance(target, st.Plan) else {"options": options}
-        runs.append(st.run(target, plant=plant, seed=seed, duration=LONGEST, timeout_s=LONGEST, on_progress=watch, **given))  # type: ignore[arg-type]
+        runs.append(st.run(target, plant=plant, options=options, seed=seed, duration=LONGEST, timeout_s=LONGEST, on_progress=watch))
         if not runs[-1].reached:
             break
         job.text = f"{plant.now()[0]:.1f} s, at the goal: pull at the object, or stop"
@@ -124,7 +123,7 @@ class Running:
             raise ValueError("run: a scenario is shown; open a task")
         self._work.must_be_free("Running live")
         result = self._showing.result if self._stage.shown and self._showing.played is None else None
-        plan, options, seed = (None, dict(problem.options), problem.seed) if result is None else (result.plan, {}, result.plan.seed)
+        plan, options, seed = (None, dict(problem.options), problem.seed) if result is None else (result.plan, result.plan.options, result.plan.seed)
         task = problem.task() if result is None else result.plan.task
         pictures = pictures if result is None else result.pictures
         start = pictures.plan(task.q_start, task.goal.X_WG, task.goal.object, task.name)
