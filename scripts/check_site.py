@@ -18,7 +18,7 @@ sys.path.insert(0, str(ROOT / "tests/python"))
 import browser  # noqa: E402
 
 FIRST_PICTURE = 5.0  # [s] after the first page was asked for
-PATIENCE = 20  # [s] for a page, on a machine that has much else to do
+PATIENCE = 60  # [s] for a page, on a machine that has much else to do
 FIRST = 3  # so many results of the search are looked at
 # What people ask, as they would type it, and the page that answers it.
 QUESTIONS = {
