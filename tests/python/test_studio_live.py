@@ -209,6 +209,7 @@ def test_scenario_of_control_is_opened_live_in_the_studio(driven: Driven) -> Non
     driven.press("live")
     live = studio.stage.guest
     assert isinstance(live, ControlLive) and driven.said == []
+    assert panel.run.newton.order < live.folder.order < panel.playback.folder.order, "its controls stand where somebody looks"
     driven.until(lambda: live.sample().time > 0.02 and "t = " in live.words.content)
     panel.head.pick.value = "planar_hand"
     driven.until(lambda: studio.posing.problem is not None and studio.stage.guest is None)

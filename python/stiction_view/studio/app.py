@@ -120,7 +120,7 @@ class Studio:
             raise ValueError("live: no scenario of sensing or control is shown; open one")
         self.stage.clear()
         make = ControlLive if isinstance(scenario, st.ControlScenario) else Live
-        self.stage.invite(make(self.stage.server, scenario, root="/live"))
+        self.stage.invite(make(self.stage.server, scenario, root="/live", order=self.panel.playback.folder.order - 0.5))
 
     def reset(self) -> None:
         """Start, goal and options as the task has them."""

@@ -22,7 +22,7 @@ LONGEST_ARROW = 3.0  # times the bound
 class ControlLive:
     """A guest on the stage. The loop runs in a thread of its own; only the thread that calls tick() touches the page."""
 
-    def __init__(self, server: viser.ViserServer, scenario: st.ControlScenario, root: str, pace: float = 1.0):
+    def __init__(self, server: viser.ViserServer, scenario: st.ControlScenario, root: str, order: float | None = None, pace: float = 1.0):
         self.server, self.scenario, self.model, self.pace = server, scenario, scenario.model, pace
         self.loop = st.ControlLoop(scenario)
         self.hold = Hand(self.model, 2.0 * scenario.lambda_max, 0.1)
@@ -38,7 +38,7 @@ class ControlLive:
         for body in plan.bodies:
             for mesh, _ in drawing.painted.get(body.name, []) if body.kind == "robot" and body.moving is not None else []:
                 self._let_pull(mesh, body.name)
-        self._add_controls()
+        self._add_controls(order)
         self._thread = threading.Thread(target=self._run, name="control", daemon=True)
         self._thread.start()
 
@@ -87,9 +87,9 @@ class ControlLive:
         q[self.model.n_qu :] = self.sample().q
         self.hold.drag(q, body, point_W, hand_W, phase)
 
-    def _add_controls(self) -> None:
+    def _add_controls(self, order: float | None) -> None:
         gui = self.server.gui
-        self.folder = gui.add_folder("Live")
+        self.folder = gui.add_folder("Live", order=order)
         with self.folder:
             gui.add_markdown("Drag a link with the mouse to pull at it: the arm yields, and its contacts stay at their bound.")
             self.newton = gui.add_number("Pull at most [N]", self.hold.newton, min=0.1, hint="Reached when the mouse is 0.1 m away")

@@ -59,9 +59,9 @@ def find_sample(origin: np.ndarray, direction: np.ndarray, samples: list[tuple[s
 
 
 class Live:
-    """One scenario on one server; only the thread that calls tick() touches it. `root` is where it is drawn: below another page's nodes it can be removed."""
+    """One scenario on one server; only the thread that calls tick() touches it. `root` is where it is drawn: below another page's nodes it can be removed. `order` is that of its controls."""
 
-    def __init__(self, server: viser.ViserServer, scenario: st.SensingScenario, seed: int = 0, root: str = ""):
+    def __init__(self, server: viser.ViserServer, scenario: st.SensingScenario, seed: int = 0, root: str = "", order: float | None = None):
         self.server, self.scenario, self.root = server, scenario, root
         self.sensor, self.model = scenario.sensor, scenario.sensor.model
         self.events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
@@ -84,7 +84,7 @@ class Live:
             look(server.initial_camera, self.view)
         self.clouds = {link.name: self._add_cloud(link) for link in self.sensor.links}
         self.arrows = {name: self._add_arrows(name, color) for name, color in ARROWS}
-        self.folder = server.gui.add_folder("Live")
+        self.folder = server.gui.add_folder("Live", order=order)
         with self.folder:
             self._add_controls()
         self._clicked = server.scene.on_click()(lambda event: self.events.put(lambda: self.poke(np.array(event.ray_origin), np.array(event.ray_direction))))
