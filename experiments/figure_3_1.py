@@ -99,12 +99,15 @@ def verdict(holds: list[bool], note: str) -> tuple[str, bool | None, str]:
 
 def run(quick: bool) -> Result:
     result = Result(
-        "Weights, horizon (20 steps of 0.1 s), input bounds and schedules as published (docs/theory/trajopt.md). Our default solves one structured QP per "
-        "iteration and follows it with the exact dynamics, shortening the step until the cost falls; `receding` is Alg. 1 as published, with one QP per "
-        "time.\n\nThe thesis does not say what its “cost” is. The term t = 0 of planar pushing alone is larger than the cost in the table, so the table cannot "
-        "hold the sum over time with these weights; the terminal part of the objects, on which the published script stops, is given beside the sum. The exact scheme gets no gradient until something touches, and in these starts nothing does on the planar hand (14 mm). "
-        "The thesis begins with one command u₀ in contact; the rows *from contact* do so too. There u₀ is that of the start with noise of 1 mrad (1 mm), "
-        "moved as little as it takes until every robot presses 1 mm into the object; published is the lowest cost. A claim holds where the means support it with both solvers.",
+        "Weights, horizon (20 steps of 0.1 s), input bounds and schedules are those published (docs/theory/trajopt.md). Our default solves one structured QP "
+        "per iteration and follows it with the exact dynamics, shortening the step until the cost falls. `receding` is Alg. 1 as published, with one QP per "
+        "time.\n\n"
+        "* **Cost.** The thesis does not say what its “cost” is. With these weights the first term of planar pushing alone is larger than the published cost, "
+        "so that cost cannot be the sum over time. The terminal part of the objects, on which the published script stops, stands beside our sum.\n* **Start.** "
+        "The exact scheme gets no gradient until something touches. In these starts of the planar hand nothing does, by 14 mm. The thesis begins with one "
+        "command u₀ in contact, and so do the rows *from contact*. There u₀ is that of the start with noise of 1 mrad (1 mm). It is moved as little as it takes "
+        "until every robot presses 1 mm into the object.\n* **Figures.** The published cost is the lowest one. A claim holds where the means support it with "
+        "both solvers.",
         settings={"trials": TRIALS, "seeds": "0 …", "samples": 100},
     )
     tasks = {name: row for name, row in TASKS.items() if not quick or name != "allegro_ball"}

@@ -125,9 +125,11 @@ def run(quick: bool) -> Result:
     iterations = 60 if quick else growth.ITERATIONS
     seeds = range(1 if quick else 3)
     result = Result(
-        "Runs as in figure 3-6, with fewer seeds. Hypothesis 3 is judged for other weights of the global metric, of which only the ratio matters; hypothesis 2 for other time steps h and other amounts of "
-        "smoothing (half as many iterations); hypothesis 4 for more and less smoothing, other h and longer extensions.\n\nWith a global metric a node and the jumps from it to contact samples "
-        "are equally near to every subgoal, for the object is at the same place. The first of them is extended, and most jumps never are.",
+        "Runs as in figure 3-6, with fewer seeds.\n\n"
+        "| hypothesis | judged for |\n|---|---|\n| 3 | other weights of the global metric, of which only the ratio matters |\n| 2 | other time steps h, and other "
+        "amounts of smoothing (half as many iterations) |\n| 4 | more and less smoothing, other h, longer extensions |\n\n"
+        "With a global metric a node and the jumps from it to contact samples are equally near to every subgoal, for the object is at the same place. The first "
+        "of them is extended, and most jumps never are.",
         settings={"iterations": iterations, "seeds": list(seeds), "ratios": RATIOS, "h": STEPS, "kappa": KAPPAS, "spread": SPREADS, "length": LENGTHS},
     )
     add_weights(result, names, seeds, iterations)

@@ -179,7 +179,7 @@ def to_html(experiments: Sequence[Done], version: str, quick: bool) -> str:
     parts.append(f"<h1>Thesis | ours</h1><p>stiction {html.escape(version)}{', quick mode' if quick else ''}</p>")
     for done in experiments:
         parts.append(f"<h2>{html.escape(done.title)}</h2><p><code>stiction reproduce {done.name}</code>, {done.wall_s:.1f} s</p>")
-        parts += [f"<p>{html.escape(paragraph)}</p>" for paragraph in done.result.text.strip().split("\n\n")]
+        parts += [f"<p>{html.escape(paragraph).replace(chr(10), '<br>')}</p>" for paragraph in done.result.text.strip().split("\n\n")]
         parts.append("<table><tr><th>quantity<th>thesis<th>ours<th><th>")
         for row in done.result.rows:
             cells = "".join(f"<td>{html.escape(cell)}" for cell in (row.quantity, row.thesis, row.ours))

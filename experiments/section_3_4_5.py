@@ -38,9 +38,11 @@ def run(quick: bool) -> Result:
     names = ("planar_pushing", "planar_hand") if quick else tuple(SYSTEMS)
     seeds = range(1 if quick else SEEDS)
     result = Result(
-        "Plans of the six tasks before and after `stiction refine` (docs/theory/refinement.md), mean of the seeds that are solved. Length is that of the objects (3.12), metres and radians alike; joints is the sum over "
-        "all joints; time is that of the motion at the default speed; gap is the largest distance at which a force acts when the plan is replayed in half steps, in hundredths of the object's size: what Anitescu's "
-        "relaxation leaves of Coulomb's law. The thesis has no numbers. Beside them the path of Algorithm 2 as printed, with its large steps and jumps, where it reaches the goal.",
+        "Plans of the six tasks before and after `stiction refine` (docs/theory/refinement.md), mean of the seeds that are solved. The thesis has no numbers. "
+        "Beside them is the path of Algorithm 2 as printed, with its large steps and jumps, where it reaches the goal.\n\n"
+        "* **Length** is that of the objects (3.12), metres and radians alike.\n* **Joints** is the sum over all joints.\n* **Time** is that of the motion at the "
+        "default speed.\n* **Gap** is the largest distance at which a force acts when the plan is replayed in half steps, in hundredths of the object's size. "
+        "Anitescu's relaxation leaves so much of Coulomb's law.",
         settings={"seeds": list(seeds)},
     )
     means, printed = {}, {}

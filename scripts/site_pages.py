@@ -19,20 +19,25 @@ from mkdocs.structure.files import File, Files
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
+import gallery  # noqa: E402
 import notebooks  # noqa: E402
 
 DOCS = ROOT / "docs"
+# How much a page counts in the search: answers before records of what was decided and measured.
+BOOST = {"answers.md": 4, "commands.md": 3, "theory": 2, "tutorials": 2, "scenes.md": 2, "decisions": 0.3, "lab": 0.3, "reproduction": 0.3, "code": 0.3}
+GALLERY = "<!-- gallery -->"
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LANGUAGES = {".hpp": "cpp", ".cpp": "cpp", ".py": "python", ".pyi": "python", ".yaml": "yaml", ".json": "json", ".urdf": "xml", ".xml": "xml"}
-# Sections of the site in order: title, and the pages (or the folder whose README says the order).
+# Sections of the site in order: title, and the pages (with another title than their own where they need it), or the folder whose README says the order.
 SECTIONS = [
-    ("Start", ["index.md", "code/README.md", "commands.md", "notation.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
+    ("Start", ["index.md", {"Install, figures, limits": "code/README.md"}, "which_tool.md", "answers.md", "roadmap.md", "code/CHANGELOG.md", "code/CONTRIBUTING.md"]),
+    # As a newcomer wants them.
+    ("Tutorials", ["tutorials/own_robot_and_object.md", "tutorials/studio.md", "scenes.md", "tutorials/ros2_control.md", "tutorials/where_was_my_robot_touched.md", "guarded_moves.md", "several_objects.md", "learning.md", "demonstrations.md"]),
     ("Notebooks", ["notebooks/README.md", *(f"notebooks/{file.stem}.md" for file in sorted((DOCS / "notebooks").glob("*.ipynb")))]),
-    ("Tutorials", "tutorials"),
+    ("Reference", ["commands.md", "options.md", {"Python by command": "code/python/README.md"}, "python.md", "headers.md", "notation.md", "plan_file.md", "exports.md", "sweeps.md", "code/scenarios/README.md"]),
     ("Theory", "theory"),
-    ("Reference", ["python.md", "scenes.md", "several_objects.md", "benchmark.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "learning.md", "demonstrations.md", "guarded_moves.md", "code/scenarios/README.md", "headers.md"]),
     ("Figures of the thesis", "reproduction"),
-    ("How well it works", ["benchmarks.md"]),
+    ("How well it works", ["benchmarks.md", "benchmark.md"]),
     ("Decisions", "decisions"),
     ("Lab", "lab"),
 ]
@@ -90,15 +95,24 @@ def code_page(file: Path) -> str:
     return f"---\nsearch: {{exclude: true}}\n---\n# {file.name}\n\n`{name}`\n\n~~~~{language}\n{file.read_text(encoding='utf-8')}\n~~~~\n"
 
 
+def summary_of(header: Path) -> str:
+    """The first sentence of the first comment of a header that says what something is."""
+    comment = re.search(r"((?:^/// .*\n)+)", header.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    text = " ".join(re.findall(r"^/// (.*)$", comment.group(1), flags=re.MULTILINE)) if comment else ""
+    text = re.split(r"@param|@throws|@returns|Tests:|Limits:", text)[0]
+    return re.split(r"(?<=[.:]) ", text.strip())[0].rstrip(":").replace("<", "&lt;").replace("|", "\\|")
+
+
 def headers_page() -> str:
-    """Every public header with the first sentence of its layer's README."""
-    lines = ["# C++ headers", "", "A layer uses only those above it in this list."]
+    """Every public header with what it declares first."""
+    lines = ["# C++ reference", "", "Link to `stiction::LAYER` after `find_package(stiction)`, and include `stiction/LAYER/FILE.hpp`. A layer uses only those above it in this list."]
     layers = re.search(r"set\(STICTION_LAYERS ([^)]*)\)", (ROOT / "cmake/layers.cmake").read_text(encoding="utf-8"))
     assert layers
     for layer in layers.group(1).split():
         folder = ROOT / "src/stiction" / layer
-        lines += ["", f"## {layer}", "", f"[README](code/src/stiction/{layer}/README.md)", ""]
-        lines += [f"* [{file.relative_to(folder).as_posix()}]({page_of(file)})" for file in sorted(folder.rglob("*.hpp"))]
+        lines += ["", f"## {layer}", "", f"[What it does](code/src/stiction/{layer}/README.md)", ""]
+        lines += ["| header | its first declaration |", "|---|---|"]
+        lines += [f"| [{file.relative_to(folder).as_posix()}]({page_of(file)}) | {summary_of(file)} |" for file in sorted(folder.rglob("*.hpp"))]
     return "\n".join(lines) + "\n"
 
 
@@ -106,7 +120,7 @@ def headers_page() -> str:
 
 
 def on_files(files: Files, config: object) -> Files:
-    documents = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")]
+    documents = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "python/README.md")]
     wanted = set(documents) | set((ROOT / "src/stiction").rglob("*.hpp")) | set((ROOT / "src/stiction").glob("*/README.md"))
     wanted.add(ROOT / "scenarios/README.md")
     todo = [*wanted, *DOCS.rglob("*.md")]
@@ -147,10 +161,12 @@ def on_config(config: dict) -> dict:
 def on_page_markdown(markdown: str, page: object, config: object, files: Files) -> str:
     uri = page.file.src_uri
     document = DOCS / uri
+    page.meta.setdefault("search", {}).setdefault("boost", BOOST.get(uri.split("/")[0], 1))
     if not document.exists():
         return markdown
     if uri.startswith("tutorials/"):
         markdown = with_outputs(markdown, uri)
+    markdown = markdown.replace(GALLERY, gallery.markup())
     return rewrite_links(markdown, document, uri)
 
 

@@ -16,13 +16,13 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ImportArguments {
-  std::string file, out;
+  std::string file, out, object;
 };
 
 int run_import(const ImportArguments& arguments) {
   const fs::path out = arguments.out;
   const fs::path folder = out.empty() || !out.has_parent_path() ? fs::current_path() : out.parent_path();
-  const std::string text = tasks::import_scene(arguments.file, folder);
+  const std::string text = tasks::import_scene(arguments.file, folder, arguments.object);
   print_notes(tasks::parse_task(text, folder));
   if (out.empty()) {
     say(stdout, "{}", text);
@@ -43,6 +43,7 @@ Run declare_import(CLI::App& command) {
   const auto arguments = std::make_shared<ImportArguments>();
   command.add_option("file", arguments->file, "MJCF or URDF file with a robot and objects")->required();
   command.add_option("-o,--out", arguments->out, "Task file to write; without it the task goes to stdout");
+  command.add_option("--object", arguments->object, "Object that the goal moves; left out: the first one");
   return [arguments] { return run_import(*arguments); };
 }
 

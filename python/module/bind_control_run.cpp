@@ -182,6 +182,68 @@ void bind_result(nb::module_& m) {
       });
 }
 
+/// A loop with the scenario that it lives by, which two threads cannot use at once.
+struct ControlLoop {
+  explicit ControlLoop(ControlScenario given) : scenario(std::move(given)), loop(scenario, scenario.model) {}
+  ControlScenario scenario;
+  execution::ControlLoop loop;
+  std::atomic<bool> busy{false};
+};
+
+ControlSample tick(ControlLoop& self) {
+  const nb::gil_scoped_release unlocked;
+  const Occupied occupied(self.busy, "loop");
+  Eigen::VectorXd reference;
+  execution::calc_reference(self.scenario, self.loop.time() + self.scenario.period, reference);
+  ControlSample out;
+  if (self.loop.tick(reference, out) != core::Status::Solved) throw core::InvalidInput(self.loop.message());
+  return out;
+}
+
+void push(ControlLoop& self, const std::string& link, const Vector& force_W, const Vector& p_LP) {
+  const Occupied occupied(self.busy, "loop");
+  self.loop.hold_push({find_body(self.loop.world(), "link", link), require_vector3("p_LP", p_LP), require_vector3("force_W", force_W)});
+}
+
+void bind_loop(nb::module_& m) {
+  nb::class_<ControlSample>(m, "ControlSample", "One tick of a ControlLoop: the state from which its period started, and its command.")
+      .def_ro("time", &ControlSample::time, "[s]")
+      .def_ro("q", &ControlSample::q, "joint positions (n_a) [rad or m]")
+      .def_ro("q_cmd", &ControlSample::q_cmd, "command (n_a) [rad or m]")
+      .def_ro("forces", &ControlSample::forces, "on the robot, of pairs of a robot with something else, and of hands (pair -1)")
+      .def_ro("largest_force", &ControlSample::largest_force, "of one contact [N]")
+      .def_ro("error", &ControlSample::error, "norm of q - q_ref [rad], or distance of the tool [m]")
+      .def_ro("bounded", &ControlSample::bounded, "a force is predicted at its bound: the reference asks for more");
+  nb::class_<ControlLoop>(
+      m, "ControlLoop",
+      R"(The arm of a scenario in the second-order simulation, tick by tick, as control() has it; after the last knot of the reference
+it stays there. Belongs to one thread at a time.
+
+    >>> loop = st.ControlLoop(st.load_control_scenario("box_in_the_way"))
+    >>> loop.push("arm/link_4", [0, 10, 0], [0, 0, 0])
+    >>> samples = [loop.tick() for _ in range(10)]
+    >>> round(samples[-1].time, 3), samples[-1].largest_force
+    (0.045, 10.0))")
+      .def(
+          "__init__",
+          [](ControlLoop* self, const ControlScenario& scenario) {
+            const nb::gil_scoped_release unlocked;
+            new (self) ControlLoop(scenario);
+          },
+          "scenario"_a)
+      .def("tick", &tick,
+           "Contacts are read, the controller is told of them, and its command is held for a period. Raises InvalidInput: "
+           "the simulation stopped.")
+      .def("push", &push, "link"_a, "force_W"_a, "p_LP"_a,
+           "A force [N] (3) on a point fixed in a link [m] (3), from the next tick on, in place of the one before; zero ends it.")
+      .def_prop_ro(
+          "time", [](const ControlLoop& self) { return self.loop.time(); }, "of the next tick [s]")
+      .def_prop_ro(
+          "q", [](const ControlLoop& self) { return Eigen::VectorXd(self.loop.q()); }, "(n_q)");
+  def_no_pickle<ControlLoop>("ControlLoop", "the scenario that it was made from");
+  def_pickle<ControlSample>();
+}
+
 /// @param scenario_of  the scenario that an argument means
 template <class Scenario, class F>
 void def_control(nb::module_& m, F scenario_of, const char* doc) {
@@ -205,6 +267,7 @@ void bind_control_run(nb::module_& m) {
       .value("Estimated", ContactSource::Estimated, "what joint torques show: a momentum observer, then candidates of sensing");
   bind_scenario(m);
   bind_result(m);
+  bind_loop(m);
   m.def("load_control_scenario", &load, "scenario"_a,
         "A scenario of control: the name of a built-in one, or a file. Raises InvalidInput: \"FILE:LINE: field: got …\"."
         R"(

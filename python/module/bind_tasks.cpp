@@ -32,9 +32,9 @@ Task load_task(const std::variant<std::string, std::filesystem::path>& task) {
 }
 
 /// @param out  the task file to write; nullopt: a task in memory
-Task import_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& out) {
+Task import_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& out, const std::string& object) {
   const std::filesystem::path folder = out ? std::filesystem::absolute(*out).parent_path() : std::filesystem::current_path();
-  const std::string text = tasks::import_scene(file, folder);
+  const std::string text = tasks::import_scene(file, folder, object);
   if (!out) return tasks::parse_task(text, folder);
   std::ofstream to(*out, std::ios::binary);
   to << text;
@@ -68,6 +68,22 @@ Rows goal_errors(const Task& task, const Matrix& q) {
   return out;
 }
 
+std::vector<bool> open_coordinates(const planning::Goal& goal) {
+  std::vector<bool> out;
+  if (!goal.region) return out;
+  for (Eigen::Index i = 0; i < goal.region->lower.size(); ++i)
+    out.push_back(std::isinf(goal.region->lower[i]) && std::isinf(goal.region->upper[i]));
+  return out;
+}
+
+using GoalLike = std::variant<std::vector<std::optional<double>>, Vector>;  // an array of None would be one of NaN
+
+void set_goal(Task& task, const GoalLike& values) {
+  if (const auto* numbers = std::get_if<Vector>(&values))
+    return tasks::set_goal(task, {numbers->value.data(), static_cast<std::size_t>(numbers->value.size())});
+  tasks::set_goal(task, std::get<std::vector<std::optional<double>>>(values));
+}
+
 }  // namespace
 
 void bind_tasks(nb::module_& m) {
@@ -75,6 +91,8 @@ void bind_tasks(nb::module_& m) {
   nb::class_<planning::Goal>(m, "Goal", "Where an object is to be, and how near is near enough.")
       .def_ro("object", &planning::Goal::object, "index of the object")
       .def_ro("X_WG", &planning::Goal::X_WG)
+      .def_prop_ro("open", &open_coordinates,
+                   "of the objects' coordinates, in the order of their velocities (n_vu), which may have any value; empty: none")
       .def_ro("tol_position", &planning::Goal::tol_position, "[m]")
       .def_ro("tol_angle", &planning::Goal::tol_angle, "[rad]");
   nb::class_<planning::GoalError>(m, "GoalError", "How far an object is from its goal.")
@@ -111,6 +129,9 @@ void bind_tasks(nb::module_& m) {
           "q_goal", [](const Task& task) { return task.problem.q_goal; },
           "of the objects at the goal; of a goal region what is nearest to the start (n_qu)")
       .def_prop_ro("goal", [](const Task& task) { return task.problem.goal; })
+      .def_prop_ro(
+          "goal_objects", [](const Task& task) { return planning::goal_objects(*task.model, task.problem.goal); },
+          "indices of the objects that the goal names, ascending; without those that another of them hangs on")
       .def_prop_ro(
           "options",
           [](const Task& task) {
@@ -155,14 +176,9 @@ void bind_tasks(nb::module_& m) {
     >>> plan = task.follow([[0.0, 0.0], [0.0, 0.1]])
     >>> plan.status, plan.u[-1]
     (Status.MaxIterations, array([0. , 0.1])))")
-      .def(
-          "set_goal",
-          [](Task& task, const Vector& values) {
-            tasks::set_goal(task, {values.value.data(), static_cast<std::size_t>(values.value.size())});
-          },
-          "values"_a,
-          "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. "
-          "Raises InvalidInput.");
+      .def("set_goal", &set_goal, "values"_a,
+           "x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. None: "
+           "any value. Raises InvalidInput.");
   m.def(
       "list_tasks", [] { return tasks::list_tasks(tasks::default_data_dirs()); },
       "Names of the built-in tasks."
@@ -170,11 +186,13 @@ void bind_tasks(nb::module_& m) {
 
     >>> "allegro_cube" in st.list_tasks()
     True)");
-  m.def("import_scene", &import_scene, "file"_a, nb::kw_only(), "out"_a = nb::none(), nb::call_guard<nb::gil_scoped_release>(),
+  m.def("import_scene", &import_scene, "file"_a, nb::kw_only(), "out"_a = nb::none(), "object"_a = "",
+        nb::call_guard<nb::gil_scoped_release>(),
         "A task for a scene that is in one MJCF or URDF file: trees with an actuator are robots, what moves in other trees are objects, "
         "the rest "
         "stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the "
-        "file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. Raises "
+        "file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. object: that "
+        "the goal moves; empty: the first one. Raises "
         "InvalidInput."
         R"(
 
@@ -186,6 +204,15 @@ void bind_tasks(nb::module_& m) {
     >>> task = st.import_scene("scene.xml")
     >>> task.model.joint_names, task.model.object_names, task.q_goal
     (['robot/arm'], ['body_1'], array([0.18])))");
+  m.def("list_keyframes", &tasks::list_keyframes, "file"_a, nb::call_guard<nb::gil_scoped_release>(),
+        "Names of the keyframes of an MJCF file, as a start of a task takes them. Raises InvalidInput."
+        R"(
+
+    >>> with open("keyed.xml", "w") as file:
+    ...     _ = file.write("<mujoco><worldbody><body><joint name='j' type='slide'/><geom size='.1'/></body></worldbody>"
+    ...                    "<keyframe><key name='home' qpos='.5'/></keyframe></mujoco>")
+    >>> st.list_keyframes("keyed.xml")
+    ['home'])");
   m.def("load_task", &load_task, "name_or_file"_a, nb::call_guard<nb::gil_scoped_release>(),
         "A built-in task by its name, or a file: a str that ends in .yaml or .yml or has a '/', or any os.PathLike. Raises InvalidInput: "
         "\"FILE:LINE: field: got …, expected …\"."

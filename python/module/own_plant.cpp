@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "pickles.hpp"
+#include "stiction/execution/closed_loop/part_start.hpp"
 #include "stiction/execution/closed_loop/simulated_plant.hpp"
 #include "stiction/tasks/task.hpp"
 
@@ -15,6 +16,24 @@ namespace {
 
 [[noreturn]] void refuse(const char* call, nb::handle got, const char* expected) {
   core::throw_invalid(fmt::format("plant.{}", call), fmt::format("a value of type {}", nb::type_name(got.type()).c_str()), expected);
+}
+
+void make_simulated(SimulatedPlant* self, const tasks::Task& task) {
+  const execution::PartedStart start = execution::part_start(task.model, task.problem.q_start, task.options.step_options(*task.model));
+  new (self) SimulatedPlant(task.model, start.q);
+}
+
+void push(SimulatedPlant& plant, const std::string& body, const Vector& force_W, const std::optional<Vector>& p_BP) {
+  const world::Model& model = plant.world().plant().model();
+  simulation::Push out{.body = find_body(model, "body", body), .p_BP = {}, .force_W = require_vector3("force_W", force_W)};
+  const world::Body& pushed = model.bodies()[static_cast<std::size_t>(out.body)];
+  if (p_BP)
+    out.p_BP = require_vector3("p_BP", *p_BP);
+  else if (pushed.kind == world::BodyKind::Object)
+    out.p_BP = model.scene().objects[static_cast<std::size_t>(pushed.owner)].p_BCom;
+  else
+    core::throw_invalid("p_BP", "None for a body that is no object", "a point in its frame");
+  plant.hold_push(out);
 }
 
 }  // namespace
@@ -76,10 +95,9 @@ void bind_plants(nb::module_& m) {
       .def_ro("q", &Measurement::q, "objects as last seen, joints as measured (n_q)")
       .def_ro("u", &Measurement::u, "commands in force (n_a) [rad or m]");
   nb::class_<SimulatedPlant>(m, "SimulatedPlant",
-                             "MuJoCo as a plant, at rest in the start of a task: what stands behind run() where no other does.")
-      .def(
-          "__init__", [](SimulatedPlant* self, const tasks::Task& task) { new (self) SimulatedPlant(task.model, task.problem.q_start); },
-          "task"_a)
+                             "MuJoCo as a plant, at rest in the start of a task, in which what overlaps is moved apart: what stands behind "
+                             "run() where no other does.")
+      .def("__init__", &make_simulated, "task"_a)
       .def(
           "read",
           [](SimulatedPlant& plant) {
@@ -89,7 +107,17 @@ void bind_plants(nb::module_& m) {
           "A Measurement; None: the simulation broke down.")
       .def(
           "command", [](SimulatedPlant& plant, const Vector& u, double period) { return plant.command(u.value, period); }, "u"_a,
-          "period"_a, "Commands go straight to u (n_a) within period [s]. False: not taken.");
+          "period"_a, nb::call_guard<nb::gil_scoped_release>(), "Commands go straight to u (n_a) within period [s]. False: not taken.")
+      .def("push", &push, "body"_a, "force_W"_a, "p_BP"_a = nb::none(),
+           R"(A force [N] (3) on a body from now on, in place of the one before; zero ends it.
+
+  p_BP: its point in the frame of the body [m] (3); None: the centre of mass of an object.
+
+    >>> task = st.load_task("planar_pushing")
+    >>> plant = st.SimulatedPlant(task)
+    >>> plant.push("box", [0, 5, 0])
+    >>> plant.command(plant.read().u, 0.1), bool(plant.read().q[0] > task.q_start[0])
+    (True, True))");
   def_pickle<Measurement>();
   def_no_pickle<SimulatedPlant>("SimulatedPlant", "the task that it was made from");
 }

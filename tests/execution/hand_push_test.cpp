@@ -85,5 +85,37 @@ TEST(HandScenario, BadInput_NamesTheField) {
   EXPECT_NE(message("lambda_max: 15", "lambda_max: 0").find("controller.lambda_max: got 0"), std::string::npos);
 }
 
+/// A hand that nobody knew of: it is one of the contacts from the tick on in which it begins, moves the arm as the springs let it, and is gone when it lets go.
+TEST(Hand, HeldWhileTheLoopRuns_IsAContactUntilItLetsGo) {
+  ControlScenario scenario = load_control_scenario(source_dir() / "scenarios" / "box_in_the_way.yaml");
+  scenario.start = scenario.model->neutral().tail(scenario.model->n_a());  // away from the box
+  scenario.start[3] = -1;
+  ControlLoop loop(scenario, scenario.model);
+  ControlSample sample;
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(6);
+  const auto run = [&](int ticks) {
+    for (int k = 0; k < ticks; ++k) ASSERT_EQ(loop.tick(still, sample), Status::Solved) << loop.message();
+  };
+  run(40);
+  ASSERT_TRUE(sample.forces.empty());
+  const Eigen::VectorXd before = loop.q();
+  int link = -1;
+  for (std::size_t b = 0; b < scenario.model->bodies().size(); ++b)
+    if (scenario.model->bodies()[b].name == "arm/link_4") link = static_cast<int>(b);
+  loop.hold_push({.body = link, .p_BP = Vector3d::Zero(), .force_W = {12, 0, 0}});
+  run(1);
+  ASSERT_EQ(sample.forces.size(), 1U);
+  EXPECT_EQ(sample.forces[0].pair, -1);
+  EXPECT_EQ(sample.largest_force, 12);
+  ASSERT_EQ(sample.reported.size(), 1U) << "as if a skin measured it";
+  EXPECT_EQ(sample.reported[0].body, link);
+  run(100);
+  EXPECT_GT((loop.q() - before).norm(), 1e-3) << "the arm yields";
+  loop.hold_push({});
+  run(1);
+  EXPECT_TRUE(sample.forces.empty());
+  EXPECT_NE(message_of([&] { loop.hold_push({.body = 1000}); }).find("push.body"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace stiction::execution::test

@@ -405,6 +405,26 @@ TEST(OutsidePushes, EachActsInItsTimeWhateverOthersThereAre) {
   EXPECT_EQ(after_pushes({later, first}), alone);
 }
 
+TEST(OutsidePushes, HeldWhileTheLoopRuns_AreThoseOfTheOptions) {
+  const OutsidePush known{.object = 0, .begin = 0.1, .duration = 0.3, .force_W = {0, 30, 0}};
+  Rig rig;
+  SimulatedPlant plant(rig.model, rig.problem.q_start, rig.world);
+  const VectorXd u = plant.world().u();
+  simulation::Push hand{.body = rig.model->objects()[0].body, .p_BP = rig.model->scene().objects[0].p_BCom, .force_W = known.force_W};
+  const auto advance = [&](double until) {
+    while (plant.world().time() < until - 0.5e-3) ASSERT_TRUE(plant.command(u, 1e-3)) << plant.message();
+  };
+  advance(0.1);
+  plant.hold_push(hand);
+  advance(0.4);
+  hand.force_W.setZero();
+  plant.hold_push(hand);
+  advance(1);
+  EXPECT_EQ(plant.world().q(), after_pushes({known}));
+  hand.body = 1000;
+  EXPECT_THROW(plant.hold_push(hand), core::InvalidInput);
+}
+
 TEST(OutsidePushes, ThatOverlap_AddUp) {
   OutsidePush push{.object = 0, .begin = 0.1, .duration = 0.3, .force_W = {0, 15, 0}};
   OutsidePush twice = push, back = push;

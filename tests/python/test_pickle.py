@@ -24,7 +24,7 @@ sys.path.insert(0, str(MODULE))
 import stiction as st  # noqa: E402
 
 VALUES = """
-    Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlScenario
+    Analytic BaseWrench Body ByRule Calibration Candidate CheckItem CheckReport ContactForce ContactImpulse ContactSet ContactSets ControlRunResult ControlSample ControlScenario
     ControllerCommand ControllerState CostTerms DetectabilityMap Discrimination Dof ErrorSets Exact Finding FixedEpsilon FeltContact ForceDampingOptions GaussNewton Geometry Goal
     GoalError Growth GuardedMoveResult GuardedResult IterationLog JointFriction Kinematics KnownContact Knot LocalModel Measurement ObjectInfo OptimizeResult Pair PairForce Payload PieceError PieceReport Plan
     PlanContact PlanResult PlannerOptions PolyhedralCone Pose Posterior Progress RandomizedFirstOrder RandomizedZerothOrder RefineResult RejectionSampling Residuals
@@ -33,7 +33,7 @@ VALUES = """
     TransferResult TreeNode TubeRest TubeResult WorldError
 """.split()
 SHARED = ["Model", "Sensor"]  # immutable and large: pickle makes them anew, a copy is the object itself
-AT_WORK = ["BatchWorkspace", "ContactController", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace", "TouchOnset"]
+AT_WORK = ["BatchWorkspace", "ContactController", "ControlLoop", "DrivenPlant", "Plant", "SimulatedPlant", "StepWorkspace", "TouchOnset"]
 
 
 def exported_classes() -> dict[str, type]:
@@ -179,6 +179,7 @@ MAKE: dict[str, Callable[[], Any]] = {
     "ContactSet": lambda: first(sets().sets),
     "ContactSets": sets,
     "ControlRunResult": controlled,
+    "ControlSample": lambda: st.ControlLoop(st.load_control_scenario("box_in_the_way")).tick(),
     "ControlScenario": lambda: st.load_control_scenario("box_in_the_way"),
     "ControllerCommand": commanded,
     "ControllerState": lambda: st.ControllerState(time=1.0, q=[1.0], q_ref=[2.0], contacts=[MAKE["ContactForce"]()], tool=MAKE["ToolReference"]()),
@@ -310,9 +311,10 @@ def test_sensor_is_written_once_for_all_results() -> None:
         (lambda: st.DrivenPlant(st.Plant(task().model, damping_ratio=0)), "the model and the options"),
         (lambda: st.SimulatedPlant(task()), "the task"),
         (lambda: st.ContactController(st.load_control_scenario("box_in_the_way").model, lambda_max=1.0), "the model and the options"),
+        (lambda: st.ControlLoop(st.load_control_scenario("box_in_the_way")), "the scenario"),
         (lambda: st.TouchOnset([0.0], [0.1], false_alarms=0.01), "the rest and the options"),
     ],
-    ids=["StepWorkspace", "BatchWorkspace", "Plant", "DrivenPlant", "SimulatedPlant", "ContactController", "TouchOnset"],
+    ids=["StepWorkspace", "BatchWorkspace", "Plant", "DrivenPlant", "SimulatedPlant", "ContactController", "ControlLoop", "TouchOnset"],
 )
 def test_what_is_at_work_names_what_to_pass_instead(make: Callable[[], Any], instead: str) -> None:
     value = make()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
+import json
 import random
 import sys
-import time
-from collections.abc import Callable, Iterator
+import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,45 +19,16 @@ if not (PYTHON / "stiction").is_dir():
 sys.path.insert(0, str(PYTHON))
 
 import stiction as st  # noqa: E402
+from studio_driven import Driven  # noqa: E402
 
 from stiction_view.studio import catalog, planning  # noqa: E402
 from stiction_view.studio.app import Studio  # noqa: E402
 from stiction_view.studio.growing import Growing  # noqa: E402
 from stiction_view.studio.panel import NOTHING  # noqa: E402
 from stiction_view.studio.results import MAX_SAMPLES  # noqa: E402
+from stiction_view.studio.sense_live import Live  # noqa: E402
 from stiction_view.studio.server import serving  # noqa: E402
 from stiction_view.studio.showing import IN_MUJOCO  # noqa: E402
-
-
-class Driven:
-    """A studio and what it refuses."""
-
-    def __init__(self, studio: Studio):
-        self.studio, self.panel = studio, studio.panel
-        self.said: list[str] = []
-        say = studio.panel.head.say
-
-        def hear(text: str, fault: bool = False) -> None:
-            if fault:
-                self.said.append(text)
-            say(text, fault)
-
-        studio.panel.head.say = hear  # type: ignore[method-assign]
-
-    def until(self, condition: Callable[[], object], seconds: float = 200) -> None:
-        end = time.monotonic() + seconds
-        while not condition():
-            self.studio.step(0.01)
-            assert time.monotonic() < end, f"it said {self.said[-3:]}"
-
-    def press(self, name: str, *words: object) -> None:
-        """As the page does it, and done at once."""
-        self.studio.desk.guarded(lambda: self.studio.handlers.by_name[name](*words))
-
-    def plan(self) -> None:
-        before = self.studio.showing.result
-        self.press("plan")
-        self.until(lambda: self.studio.work.running is None and self.studio.showing.result is not before)
 
 
 @pytest.fixture
@@ -181,6 +154,33 @@ def test_options_are_named_refused_and_used(driven: Driven) -> None:
     assert '"goal_bias": 0.25' in panel.export.command.content and "task.yaml" in panel.export.command.content
 
 
+def test_problem_is_reported_with_and_without_a_plan(driven: Driven, monkeypatch: pytest.MonkeyPatch) -> None:
+    studio, panel = driven.studio, driven.panel
+    sent: list[tuple[str, bytes]] = []
+    monkeypatch.setattr(studio.downloads._server, "send_file_download", lambda name, content, **_: sent.append((name, content)))
+
+    def report() -> tuple[str, dict[str, bytes]]:
+        sent.clear()
+        driven.press("report", None)
+        driven.until(lambda: sent and studio.work.running is None)
+        with zipfile.ZipFile(io.BytesIO(sent[0][1])) as archive:
+            return sent[0][0], {name: archive.read(name) for name in archive.namelist()}
+
+    panel.export.note.value = "it goes through the wall"
+    studio.posing.problem.seed = 4
+    name, files = report()
+    about = json.loads(files["report.json"])
+    assert name == "planar_pushing-report.zip" and about["note"] == "it goes through the wall"
+    assert about["tried"]["seed"] == 4 and about["tried"]["status"] == "Solved" and "lint" in about["tried"] and "plan.json" in files
+    driven.plan()
+    shown = studio.showing.result.plan
+    assert json.loads(report()[1]["plan.json"])["seed"] == shown.seed and driven.said == []
+    panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
+    driven.until(lambda: studio.showing.played is not None)
+    driven.press("report", None)
+    assert "open a task" in driven.said[-1]
+
+
 @pytest.mark.parametrize(("name", "words"), [("panda_wrist", "N, leaves"), ("box_in_the_way", "** of 15")])
 def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
     panel, studio = driven.panel, driven.studio
@@ -191,6 +191,28 @@ def test_scenarios_are_played(driven: Driven, name: str, words: str) -> None:
     assert driven.said[-1] == "plan: a scenario is shown; open a task"
     panel.head.pick.value = "planar_hand"
     driven.until(lambda: studio.posing.problem is not None and "Lint" in panel.pose.faults.content)
+
+
+def test_scenario_is_sensed_live_and_leaves_nothing_behind(driven: Driven) -> None:
+    panel, studio = driven.panel, driven.studio
+    driven.press("live")
+    assert driven.said == ["live: no scenario of sensing or control is shown; open one"] and not panel.playback.live.visible
+    panel.head.pick.value = next(e.label for e in studio.entries if e.source == "panda_wrist")
+    driven.until(lambda: studio.showing.played is not None)
+    assert panel.playback.live.visible
+    driven.press("live")
+    live = studio.stage.guest
+    assert isinstance(live, Live) and studio.stage.shown == []
+    driven.until(lambda: live.words.content)
+    link = live.sensor.links[-1]
+    X = live.model.body_poses(live.configuration(0))[link.name]
+    point, normal = X.R @ link.p_L[0] + X.p, X.R @ link.n_L[0]
+    live.events.put(lambda: live.poke(point + 0.5 * normal, -normal))
+    driven.until(lambda: "pushed at" in live.words.content)
+    panel.head.pick.value = "planar_hand"
+    driven.until(lambda: studio.posing.problem is not None and studio.stage.posed is not None)
+    assert studio.stage.guest is None and live.folder._impl.removed and live.drawing.root_node._impl.removed
+    assert not panel.playback.live.visible and len(driven.said) == 1
 
 
 def test_a_hundred_things_pressed_at_random_are_no_fault_of_the_studio(driven: Driven) -> None:

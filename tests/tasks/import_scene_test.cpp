@@ -117,6 +117,11 @@ TEST_F(WholeSceneTask, GoalRegion_MayBeOpenToOneSide) {
 }
 
 TEST_F(WholeSceneTask, Import_WritesATaskThatLoadsAsTheFileIs) {
+  const std::string other = import_scene(dir_ / "scene.xml", dir_, "cube");
+  EXPECT_NE(other.find("goal: {object: cube, at: goal_place, rpy: ~}"), std::string::npos) << other;
+  EXPECT_NE(message_of([&] { (void)import_scene(dir_ / "scene.xml", dir_, "cub"); }).find("object: got 'cub', expected one of"),
+            std::string::npos);
+  EXPECT_EQ(list_keyframes(dir_ / "scene.xml"), (std::vector<std::string>{"home", "away"}));
   const std::string text = import_scene(dir_ / "scene.xml", dir_);
   EXPECT_EQ(text, R"(# Robot: 2 joints (yaw, lift).
 # Objects, and the only bodies that move beside it: drawer (slider [-0.3, 0]), cube (free).

@@ -78,6 +78,12 @@ def _cut(text: str, most: int = 160) -> str:
     return text if len(text) <= most else text[: most - 1] + "…"
 
 
+def _sentences(text: str) -> str:
+    """One for each part between semicolons."""
+    first, *rest = text.split("; ")
+    return ". ".join([first, *(part[:1].upper() + part[1:] for part in rest)]) + "."
+
+
 def _number(value: float | None, digits: int = 2) -> str:
     return "" if value is None else f"{value:.{digits}f}"
 
@@ -195,4 +201,4 @@ def _differences(rows: list[Row], entries: Mapping[str, Entry]) -> list[str]:
             by_difference.setdefault(entries[name].differs, []).append(f"`{name}`")
     if not by_difference:
         return []
-    return ["What differs from the makers' tasks:", "", *(f"* {', '.join(names)}: {words}." for words, names in by_difference.items()), ""]
+    return ["What differs from the makers' tasks:", "", *(f"* {', '.join(names)}: {_sentences(words)}" for words, names in by_difference.items()), ""]

@@ -1438,6 +1438,12 @@ class Goal:
     def X_WG(self) -> Pose: ...
 
     @property
+    def open(self) -> list[bool]:
+        """
+        of the objects' coordinates, in the order of their velocities (n_vu), which may have any value; empty: none
+        """
+
+    @property
     def tol_position(self) -> float:
         """[m]"""
 
@@ -1510,6 +1516,12 @@ class Task:
     def goal(self) -> Goal: ...
 
     @property
+    def goal_objects(self) -> list[int]:
+        """
+        indices of the objects that the goal names, ascending; without those that another of them hangs on
+        """
+
+    @property
     def options(self) -> PlannerOptions:
         """of its section `planner`"""
 
@@ -1546,9 +1558,9 @@ class Task:
             (Status.MaxIterations, array([0. , 0.1]))
         """
 
-    def set_goal(self, values: numpy.typing.ArrayLike) -> None:
+    def set_goal(self, values: Sequence[float | None] | numpy.typing.ArrayLike) -> None:
         """
-        x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. Raises InvalidInput.
+        x y z [m] roll pitch yaw [rad] of a free object, the coordinates of any other; of several objects one after the other. None: any value. Raises InvalidInput.
         """
 
     def __getstate__(self) -> tuple: ...
@@ -1563,9 +1575,9 @@ def list_tasks() -> list[str]:
         True
     """
 
-def import_scene(file: str | os.PathLike, *, out: str | os.PathLike | None = None) -> Task:
+def import_scene(file: str | os.PathLike, *, out: str | os.PathLike | None = None, object: str = '') -> Task:
     """
-    A task for a scene that is in one MJCF or URDF file: trees with an actuator are robots, what moves in other trees are objects, the rest stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. Raises InvalidInput.
+    A task for a scene that is in one MJCF or URDF file: trees with an actuator are robots, what moves in other trees are objects, the rest stands still. It starts at the first keyframe, or as the file has it, and its goal is one to be replaced (set_goal, or in the file). out: the task file to write, which names what was found and may be edited; None: in memory, with its text. object: that the goal moves; empty: the first one. Raises InvalidInput.
 
         >>> xml = "<mujoco><worldbody><body pos='0 .3 0'><joint name='lid' type='slide' axis='1 0 0' range='0 .2'/><geom name='box' size='.05'/></body>" \\
         ...     "<body><joint name='arm' axis='0 0 1'/><geom type='capsule' fromto='0 0 0 0 .2 0' size='.02'/></body></worldbody>" \\
@@ -1575,6 +1587,17 @@ def import_scene(file: str | os.PathLike, *, out: str | os.PathLike | None = Non
         >>> task = st.import_scene("scene.xml")
         >>> task.model.joint_names, task.model.object_names, task.q_goal
         (['robot/arm'], ['body_1'], array([0.18]))
+    """
+
+def list_keyframes(file: str | os.PathLike) -> list[str]:
+    """
+    Names of the keyframes of an MJCF file, as a start of a task takes them. Raises InvalidInput.
+
+        >>> with open("keyed.xml", "w") as file:
+        ...     _ = file.write("<mujoco><worldbody><body><joint name='j' type='slide'/><geom size='.1'/></body></worldbody>"
+        ...                    "<keyframe><key name='home' qpos='.5'/></keyframe></mujoco>")
+        >>> st.list_keyframes("keyed.xml")
+        ['home']
     """
 
 def load_task(name_or_file: str | str | os.PathLike) -> Task:
@@ -2893,7 +2916,7 @@ class Measurement:
 
 class SimulatedPlant:
     """
-    MuJoCo as a plant, at rest in the start of a task: what stands behind run() where no other does.
+    MuJoCo as a plant, at rest in the start of a task, in which what overlaps is moved apart: what stands behind run() where no other does.
     """
 
     def __init__(self, task: Task) -> None: ...
@@ -2903,6 +2926,19 @@ class SimulatedPlant:
 
     def command(self, u: numpy.typing.ArrayLike, period: float) -> bool:
         """Commands go straight to u (n_a) within period [s]. False: not taken."""
+
+    def push(self, body: str, force_W: numpy.typing.ArrayLike, p_BP: numpy.typing.ArrayLike | None = None) -> None:
+        """
+        A force [N] (3) on a body from now on, in place of the one before; zero ends it.
+
+          p_BP: its point in the frame of the body [m] (3); None: the centre of mass of an object.
+
+            >>> task = st.load_task("planar_pushing")
+            >>> plant = st.SimulatedPlant(task)
+            >>> plant.push("box", [0, 5, 0])
+            >>> plant.command(plant.read().u, 0.1), bool(plant.read().q[0] > task.q_start[0])
+            (True, True)
+        """
 
     def __reduce__(self) -> tuple: ...
 
@@ -3537,6 +3573,79 @@ class ControlRunResult:
     def __getstate__(self) -> tuple: ...
 
     def __setstate__(self, state: tuple, /) -> None: ...
+
+class ControlSample:
+    """
+    One tick of a ControlLoop: the state from which its period started, and its command.
+    """
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """joint positions (n_a) [rad or m]"""
+
+    @property
+    def q_cmd(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """command (n_a) [rad or m]"""
+
+    @property
+    def forces(self) -> list[PairForce]:
+        """
+        on the robot, of pairs of a robot with something else, and of hands (pair -1)
+        """
+
+    @property
+    def largest_force(self) -> float:
+        """of one contact [N]"""
+
+    @property
+    def error(self) -> float:
+        """norm of q - q_ref [rad], or distance of the tool [m]"""
+
+    @property
+    def bounded(self) -> bool:
+        """a force is predicted at its bound: the reference asks for more"""
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, state: tuple, /) -> None: ...
+
+class ControlLoop:
+    """
+    The arm of a scenario in the second-order simulation, tick by tick, as control() has it; after the last knot of the reference
+    it stays there. Belongs to one thread at a time.
+
+        >>> loop = st.ControlLoop(st.load_control_scenario("box_in_the_way"))
+        >>> loop.push("arm/link_4", [0, 10, 0], [0, 0, 0])
+        >>> samples = [loop.tick() for _ in range(10)]
+        >>> round(samples[-1].time, 3), samples[-1].largest_force
+        (0.045, 10.0)
+    """
+
+    def __init__(self, scenario: ControlScenario) -> None: ...
+
+    def tick(self) -> ControlSample:
+        """
+        Contacts are read, the controller is told of them, and its command is held for a period. Raises InvalidInput: the simulation stopped.
+        """
+
+    def push(self, link: str, force_W: numpy.typing.ArrayLike, p_LP: numpy.typing.ArrayLike) -> None:
+        """
+        A force [N] (3) on a point fixed in a link [m] (3), from the next tick on, in place of the one before; zero ends it.
+        """
+
+    @property
+    def time(self) -> float:
+        """of the next tick [s]"""
+
+    @property
+    def q(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+        """(n_q)"""
+
+    def __reduce__(self) -> tuple: ...
 
 @overload
 def load_control_scenario(scenario: str | str | os.PathLike) -> ControlScenario:

@@ -6,10 +6,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import stiction as st
 import viser
 
 from ..program import check_interrupted
 from . import catalog, scenario
+from .control_live import ControlLive
 from .desk import Desk
 from .downloads import Downloads
 from .jobs import Job
@@ -21,6 +23,8 @@ from .picture import Pictures
 from .planning import Planning
 from .posing import Posing
 from .problem import Problem
+from .running import Running
+from .sense_live import Live
 from .showing import Showing
 from .stage import Stage
 from .work import Work
@@ -32,7 +36,7 @@ class Studio:
     """`entries` can be picked; `folder` is temporary and holds uploads. Only the thread that calls step() touches the parts."""
 
     def __init__(self, server: viser.ViserServer, entries: Sequence[catalog.Entry], first: catalog.Entry | None, folder: Path):
-        self.entries, self.opened = list(entries), ""
+        self.entries, self.opened, self.folder = list(entries), "", folder
         self.desk = Desk(lambda text: self.panel.head.say(text, fault=True))
         self.handlers = Handlers(self.desk.post)
         self.stage = Stage(server)
@@ -42,7 +46,8 @@ class Studio:
         self.options = Options(panel.options, self._say_command)
         self.showing = Showing(panel.playback, panel.figures, self.stage, self._say_command)
         self.planning = Planning(server, panel.head, panel.search, self.stage, self.work, self.posing, self.showing)
-        self.downloads = Downloads(server, panel.export, panel.search, self.stage, self.work, self.posing, self.showing)
+        self.running = Running(panel.head, panel.run, self.stage, self.work, self.posing, self.showing)
+        self.downloads = Downloads(server, panel.head, panel.export, panel.search, self.stage, self.work, self.posing, self.showing)
         self.own_files = OwnFiles(panel.head, panel.own, folder, self.take)
         self._connect()
         limit_uploads(server, lambda text: self.desk.post(lambda: panel.head.say(text, fault=True)))
@@ -54,9 +59,11 @@ class Studio:
         """Every control by its name in the panel."""
         self.handlers.add(pick=self.pick, view=self.choose_view, seed=self.read_seed, reset=self.reset)
         self.handlers.add(handle=self.posing.choose_handle, goal=self.posing.read_goal, start=self.posing.read_start, joints=self.posing.read_joints)
+        self.handlers.add(any_turn=self.posing.read_any_turn, keyframe=self.posing.choose_keyframe, goal_of=self.choose_goal_object)
         self.handlers.add(options=self.options.read, options_reset=self.options.reset)
-        self.handlers.add(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel)
-        self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save)
+        self.handlers.add(plan=self.planning.plan, simulate=self.planning.simulate, check=self.planning.check, cancel=self.work.cancel, run=self.running.run)
+        self.handlers.add(live=self.live)
+        self.handlers.add(which=self.showing.choose, beside=self.showing.choose_beside, save=self.downloads.save, report=self.downloads.report)
         self.handlers.add(upload=self.own_files.upload, kind=self.own_files.choose_kind, make=self.own_files.make)
 
     # ---- the loop ----
@@ -80,6 +87,9 @@ class Studio:
         self.work.tick(now)
         self.posing.tick(now)
         self.planning.tick()
+        self.running.tick()
+        if self.stage.guest is not None:
+            self.stage.guest.tick(now)
         self.showing.tick(now)
 
     # ---- between the parts ----
@@ -103,6 +113,15 @@ class Studio:
         if self.planning.read_seed():
             self._say_command()
 
+    def live(self) -> None:
+        """The scenario that is played, as it happens. Raises ValueError: none is."""
+        scenario = self.showing.played.scenario if self.showing.played is not None else None
+        if scenario is None:
+            raise ValueError("live: no scenario of sensing or control is shown; open one")
+        self.stage.clear()
+        make = ControlLive if isinstance(scenario, st.ControlScenario) else Live
+        self.stage.invite(make(self.stage.server, scenario, root="/live", order=self.panel.playback.folder.order - 0.5))
+
     def reset(self) -> None:
         """Start, goal and options as the task has them."""
         self.posing.reset()
@@ -121,16 +140,25 @@ class Studio:
         self.work.drop()
         if entry.kind == catalog.TASK:
             return self.take(Problem.open(entry.source))
+        if entry.kind == catalog.SCENE:
+            return self.take(Problem.of_scene(Path(entry.source), self.folder))
         play = scenario.play_sense if entry.kind == catalog.SENSE else scenario.play_control
         self.work.when_free(lambda: self.work.start(Job(f"{entry.kind} of {entry.label}", lambda _: play(entry.source), self._played)))
+
+    def choose_goal_object(self) -> None:
+        """Another object is to be moved. Raises stiction.InvalidInput."""
+        problem, name = self.posing.problem, self.panel.pose.goal_of.value
+        if problem is not None and name in problem.model.object_names and name != problem.model.object_names[problem.goal_object]:
+            self.take(problem.with_goal_of(problem.model.object_names.index(name)))
 
     def take(self, problem: Problem) -> None:
         """A task to pose and to plan."""
         self.work.drop()
-        self.panel.head.about.content = problem.given.description + "".join(f"  \n*{note}*" for note in problem.model.notes)
+        self.panel.head.describe(problem.about, problem.model.notes)
         self.posing.open(problem, Pictures(problem.model))
         self.options.open(problem)
         self.planning.open()
+        self.running.open()
         self.showing.close_scenario()
         self.showing.list_results()
         self.posing.show(aim=True)
@@ -140,4 +168,4 @@ class Studio:
         self.posing.close()
         self.options.open(None)
         self.showing.show_scenario(job.result)
-        self.panel.head.about.content = job.result.words
+        self.panel.head.describe(job.result.words)

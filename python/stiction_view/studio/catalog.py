@@ -1,4 +1,4 @@
-"""What can be opened: built-in tasks and scenarios, files, the files of a folder."""
+"""What can be opened: built-in tasks and scenarios, files, whole scenes of others, the files of a folder."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import stiction as st
 
 from .form import tasks_folder
 
-TASK, SENSE, CONTROL = "task", "sense", "control"
+TASK, SENSE, CONTROL, SCENE = "task", "sense", "control", "scene"
 SUFFIXES = (".yaml", ".yml")
+SCENES = (".xml", ".mjcf", ".urdf")  # that are imported
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ def kind_of(file: Path) -> str:
 
 
 def entry_of(file: Path, builtin: bool = False) -> Entry:
-    kind = kind_of(file)
+    kind = SCENE if file.suffix.lower() in SCENES else kind_of(file)
     label = file.stem if kind == TASK else f"{file.stem} ({kind})"
     return Entry(kind, label, file.stem if builtin else file)
 
@@ -61,9 +62,9 @@ def find(shown: str | None) -> tuple[list[Entry], Entry | None]:
         if not own:
             raise ValueError(f"shown: got the folder '{shown}' without .yaml files, expected tasks or scenarios in it")
         return own + entries, own[0]
-    if path.suffix in SUFFIXES or "/" in shown:
+    if path.suffix.lower() in SUFFIXES + SCENES or "/" in shown:
         if not path.is_file():
-            raise ValueError(f"shown: got '{shown}', which does not exist, expected a task, a scenario or a folder of them")
+            raise ValueError(f"shown: got '{shown}', which does not exist, expected a task, a scenario, a scene (MJCF or URDF) or a folder of tasks")
         chosen = entry_of(path.resolve())
         return [chosen, *entries], chosen
     chosen = next((e for e in entries if e.source == shown), None)

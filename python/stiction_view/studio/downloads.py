@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import viser
+from stiction.reports import make_report
 
-from .exporting import export, reproduce, script
+from .exporting import as_zip, export, reproduce, script
 from .jobs import Job
-from .panel import ExportControls, SearchControls
+from .panel import ExportControls, HeadControls, SearchControls
 from .posing import Posing
 from .showing import Showing
 from .stage import Stage
@@ -16,8 +17,8 @@ LONGEST_COMMAND = 20_000  # characters that the page shows
 
 
 class Downloads:
-    def __init__(self, server: viser.ViserServer, controls: ExportControls, search: SearchControls, stage: Stage, work: Work, posing: Posing, showing: Showing):
-        self._server, self._controls, self._search, self._stage = server, controls, search, stage
+    def __init__(self, server: viser.ViserServer, head: HeadControls, controls: ExportControls, search: SearchControls, stage: Stage, work: Work, posing: Posing, showing: Showing):
+        self._server, self._head, self._controls, self._search, self._stage = server, head, controls, search, stage
         self._work, self._posing, self._showing = work, posing, showing
 
     def say_command(self) -> None:
@@ -32,6 +33,23 @@ class Downloads:
         if len(text) > LONGEST_COMMAND:
             text = "# task.yaml is in the download `everything`\n" + text.rstrip().rsplit("\n", 1)[-1] + "\n"
         self._controls.command.content = f"```sh\n{text}```" if text else ""
+
+    def report(self, client: viser.ClientHandle | None = None) -> None:
+        """Of the plan that is shown, or else of the task that is posed, which is planned for it. Raises ValueError: there is none, or another job runs."""
+        result, problem, note = self._showing.result, self._posing.problem, str(self._controls.note.value)
+        if self._stage.shown and result is not None and self._showing.played is None:
+            task, plan, seed = result.plan.task, result.plan, result.plan.seed
+        elif problem is not None:
+            task, plan, seed = problem.task().with_(options=problem.options), None, problem.seed
+        else:
+            raise ValueError("report: a scenario is shown; open a task, or use `stiction report`")
+        budget, receiver = float(self._search.budget.value), client or self._server
+
+        def done(job: Job) -> None:
+            receiver.send_file_download(f"{task.name or 'task'}-report.zip", job.result, save_immediately=True)
+            self._head.say("The report is downloaded. Look at it before you send it.")
+
+        self._work.start(Job("Writing a report", lambda _: as_zip(make_report(task, seed=seed, timeout_s=budget, plan=plan, note=note)), done))
 
     def save(self, client: viser.ClientHandle | None = None) -> None:
         """For whoever pressed it; None: for all who are there. Raises ValueError: there is no plan, or another job runs."""

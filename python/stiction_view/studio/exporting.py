@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import tempfile
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import stiction as st
@@ -56,6 +57,15 @@ def files(result: Result, choice: str) -> dict[str, bytes]:
     return out | result.files | {"reproduce.txt": text.encode()}
 
 
+def as_zip(found: Mapping[str, bytes | str]) -> bytes:
+    """One file of several."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file, content in found.items():
+            archive.writestr(file, content)
+    return buffer.getvalue()
+
+
 def export(result: Result, choice: str) -> tuple[str, bytes]:
     """Name and content of one file; of several a zip."""
     name = f"{result.plan.task.name}-seed{result.plan.seed}"
@@ -63,8 +73,4 @@ def export(result: Result, choice: str) -> tuple[str, bytes]:
     if len(found) == 1:
         (file, content), = found.items()
         return f"{name}-{file}", content
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for file, content in found.items():
-            archive.writestr(file, content)
-    return f"{name}{'' if choice == EVERYTHING else '-' + choice.split()[0]}.zip", buffer.getvalue()
+    return f"{name}{'' if choice == EVERYTHING else '-' + choice.split()[0]}.zip", as_zip(found)

@@ -14,6 +14,7 @@ from .own_scene import SHAPES
 
 Post = Callable[[Callable[[], None]], None]
 NOTHING = "nothing"
+AS_GIVEN = "as given"
 POSE, RESULT = "pose", "result"
 CHART_HEIGHT = 130  # [px]
 BLUE, RED, ORANGE, GREEN = "#2a6fd6", "#ce184a", "#ee7e24", "#26a05c"
@@ -55,7 +56,16 @@ class HeadControls:
         hint = "Built-in tasks and scenarios, and the files of the folder that was given"
         self.pick = handlers.on_update(gui.add_dropdown("Open", tuple(labels), hint=hint), "pick")
         self.about = gui.add_markdown("")
+        self.notes_folder = gui.add_folder("Read otherwise than written", expand_by_default=False, visible=False)
+        with self.notes_folder:
+            self.notes = gui.add_markdown("")
         self.message = gui.add_markdown("", visible=False)
+
+    def describe(self, text: str, notes: Sequence[str] = ()) -> None:
+        """What is open, and what its reader has to say of it."""
+        self.about.content = text
+        self.notes.content = "\n".join(f"- {note}" for note in notes)
+        self.notes_folder.visible = bool(notes)
 
     def say(self, text: str, fault: bool = False) -> None:
         """Empty: no message."""
@@ -89,6 +99,16 @@ class SearchControls:
         self.progress_text.content = text
 
 
+class RunControls:
+    """A closed loop that is watched."""
+
+    def __init__(self, gui: viser.GuiApi, handlers: Handlers):
+        with gui.add_folder("Closed loop"):
+            hint = "In MuJoCo: the plan that is shown, or the task, planned anew wherever something is in the way. Drag an object with the mouse to pull at it. It goes on until it is cancelled"
+            self.newton = gui.add_number("Pull at most [N]", 10.0, min=0.01, hint="At first the weight of the object; reached when the mouse is as far away as the object is long")
+            self.run = handlers.on_click(gui.add_button("Run live", hint=hint), "run")
+
+
 class PlaybackControls:
     """Which motion is seen, and its moment."""
 
@@ -103,6 +123,8 @@ class PlaybackControls:
             self.play = gui.add_checkbox("Play", False)
             self.speed = gui.add_slider("Speed [1/s]", 2, 96, 1, 24, hint="Knots per second")
             self.line = gui.add_markdown("")
+            live_hint = "As it happens, at the pace of a clock. Click on a robot that senses to push it there; drag a link of one that is controlled to pull at it"
+            self.live = handlers.on_click(gui.add_button("Live", visible=False, hint=live_hint), "live")
             self.simulate = handlers.on_click(gui.add_button("Run in MuJoCo", hint="Open loop, beside the plan"), "simulate")
             self.check = handlers.on_click(gui.add_button("Check", hint="Simulated anew at half the step by code that shares nothing with the planner"), "check")
 
@@ -114,7 +136,11 @@ class PoseControls:
         self._gui, self._handlers = gui, handlers
         self.faults = gui.add_markdown("")
         self.handle = handlers.on_update(gui.add_dropdown("Drag", (NOTHING,), hint="What the arrows and rings in the scene move"), "handle")
+        self.keyframe = handlers.on_update(gui.add_dropdown("Start at", (AS_GIVEN,), visible=False, hint="A keyframe of the scene"), "keyframe")
+        self.goal_of = handlers.on_update(gui.add_dropdown("Goal of", (NOTHING,), visible=False, hint="Which object is to be moved"), "goal_of")
         self.goal_folder = gui.add_folder("Goal (green)")
+        with self.goal_folder:
+            self.any_turn = handlers.on_update(gui.add_checkbox("any orientation will do", False, visible=False), "any_turn")
         self.start_folder = gui.add_folder("Start of the object", expand_by_default=False)
         self.joints_folder = gui.add_folder("Start of the joints", expand_by_default=False)
         self.reset = handlers.on_click(gui.add_button("Back to the task", hint="Start, goal and options as the task has them"), "reset")
@@ -252,6 +278,9 @@ class ExportControls:
         self.save.on_click(lambda event: handlers.call("save", event.client))
         gui.add_markdown("The same again, on the command line:")
         self.command = gui.add_markdown("")
+        self.note = gui.add_text("What went wrong", "", hint="It is put into the report")
+        self.report = gui.add_button("Report a problem", hint="A zip of task, plan, seed and version, without paths and names. Nothing is sent: look at it, then send it yourself")
+        self.report.on_click(lambda event: handlers.call("report", event.client))
 
 
 class Panel:
@@ -263,6 +292,7 @@ class Panel:
         gui.main_panel.set_width(390)
         self.head = HeadControls(gui, handlers, labels)
         self.search = SearchControls(gui, handlers)
+        self.run = RunControls(gui, handlers)
         self.playback = PlaybackControls(gui, handlers)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Pose"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import stiction as st
@@ -12,6 +13,7 @@ from .. import links
 from ..drawing import Rods
 from ..plan import Body, Contact, Geometry, Plan, Pose, read_plan_object
 
+BONE = 0.012  # thickness of a link that nothing can touch, of the reach of its robot
 POSTURES = 40  # random ones, from which rods learn what turns about what
 KINDS = {st.BodyKind.Fixed: "fixed", st.BodyKind.Object: "object", st.BodyKind.Robot: "robot"}
 
@@ -42,10 +44,16 @@ def pose_of(row: np.ndarray) -> Pose:
     return Pose(row[:3], row[3:])
 
 
+def bare_links(model: st.Model) -> list[int]:
+    """Bodies of robots that nothing can touch."""
+    index = {body.name: i for i, body in enumerate(model.bodies)}
+    return sorted({index[link.name] for link in model.links} - {g.body for g in model.geometries})
+
+
 def read_bodies(model: st.Model) -> tuple[list[Body], list[Geometry], list[int]]:
-    """Bodies with geometry, their geometries, and the indices in the model of those that move."""
+    """Bodies with geometry, then links of robots without, the geometries, and the indices in the model of those that move."""
     geometries = model.geometries
-    shown = sorted({g.body for g in geometries})
+    shown = sorted({g.body for g in geometries}) + bare_links(model)
     rows = seven(model.calc_kinematics(model.neutral()).X_WB)
     bodies: list[Body] = []
     moving: list[int] = []
@@ -121,8 +129,33 @@ class Pictures:
                 low, high = np.maximum(model.lower, -np.pi), np.minimum(model.upper, np.pi)
                 q[1:, model.n_qu :] = rng.uniform(low, high, (POSTURES - 1, model.n_a))
             origin = st.Pose(np.eye(3), np.zeros(3))
-            self._rods = links.find(self.plan(q, origin, 0, ""))
+            fixed, loose = links.find(self.plan(q, origin, 0, ""))
+            self._rods = (fixed, loose + self._bones())
         return self._rods
+
+    def _bones(self) -> list[links.LooseRod]:
+        """From joint to joint along links that nothing can touch: an arm of which files give pictures alone is seen all the same."""
+        model, bare = self.model, {self.model.bodies[i].name for i in bare_links(self.model)}
+        index = {body.name: i for i, body in enumerate(self.bodies)}
+        X = {body.name: x for body, x in zip(model.bodies, model.calc_kinematics(model.neutral()).X_WB)}
+        slides = {body.name for body in model.bodies if body.dofs and model.dofs[body.dofs[-1]].kind == st.DofKind.Prismatic}
+        radius = BONE * float(np.max(model.reach, initial=1.0))
+        out = []
+        for link in model.links:
+            if link.parent is None or not {link.name, link.parent} & bare or link.name in slides:
+                continue
+            length = float(np.linalg.norm(X[link.name].p - X[link.parent].p))
+            if length > radius:
+                out.append(links.LooseRod(index[link.parent], np.zeros(3), index[link.name], length, radius))
+        return out
+
+    def with_bare_links(self, plan: Plan, q: np.ndarray) -> Plan:
+        """A plan of a file, whose bodies all have geometry, with the other ones of this model at its knots (n, n_q)."""
+        known = len(plan.bodies)
+        if known == len(self.bodies):
+            return plan
+        moving = sum(body.moving is not None for body in plan.bodies)
+        return replace(plan, bodies=plan.bodies + self.bodies[known:], poses=np.concatenate([plan.poses, self.poses(q)[:, moving:]], axis=1))
 
 
 def plan_drawn(plan: st.Plan) -> Plan:

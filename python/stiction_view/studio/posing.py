@@ -10,7 +10,7 @@ import numpy as np
 import stiction as st
 
 from . import faults
-from .panel import NOTHING, PoseControls, Post, set_choices
+from .panel import AS_GIVEN, NOTHING, PoseControls, Post, set_choices
 from .picture import Pictures
 from .problem import Problem, names_of, numbers_of
 from .stage import Stage
@@ -29,6 +29,8 @@ class Posing:
         self._settle_at: float | None = None  # when faults are looked for
         self._moved_since = False  # since then
         self._rested = False  # faults were looked for, and something is another now
+        self._gripped = NOTHING  # what the handle moves
+        self._at_keyframe = AS_GIVEN  # where the start was put last
         self._dragged: tuple[st.Pose, bool] | None = None  # the last pose of the handle that was not taken yet, and whether it was let go
 
     @property
@@ -42,7 +44,7 @@ class Posing:
 
     def open(self, problem: Problem, pictures: Pictures) -> None:
         """Another task; show() draws it."""
-        self._problem, self._pictures = problem, pictures
+        self._problem, self._pictures, self._at_keyframe = problem, pictures, AS_GIVEN
         controls, model, index = self._controls, problem.model, problem.goal_object
         names = names_of(model, index)
         controls.fill_goal(names, problem.goal_numbers(), STEP)
@@ -52,6 +54,12 @@ class Posing:
         controls.fill_joints(model.joint_names, ranges, problem.start[model.n_qu :].tolist(), units)
         handles = self._handles()
         set_choices(controls.handle, [NOTHING, *handles], "goal" if "goal" in handles else NOTHING)
+        set_choices(controls.keyframe, [AS_GIVEN, *problem.keyframes], AS_GIVEN)
+        set_choices(controls.goal_of, [model.object_names[i] for i in problem.movable()] or [NOTHING], model.object_names[index])
+        controls.keyframe.visible = bool(problem.keyframes)
+        controls.goal_of.visible = len(problem.movable()) > 1
+        controls.any_turn.visible = problem.can_turn_freely
+        controls.any_turn.value = problem.any_turn
 
     def close(self) -> None:
         """Nothing is posed."""
@@ -118,7 +126,7 @@ class Posing:
         """What can be dragged: object, and whether its goal."""
         problem = self._problem
         assert problem is not None
-        objects = [i for i, info in enumerate(problem.model.objects) if info.n_v > 1]
+        objects = range(len(problem.model.objects))
         goal = {"goal": (problem.goal_object, True)} if problem.goal_object in objects else {}
         return goal | {f"start of {problem.model.object_names[i]}": (i, False) for i in objects}
 
@@ -128,11 +136,12 @@ class Posing:
     def _grip(self) -> None:
         """The handle where it is wanted."""
         assert self._problem is not None
+        self._gripped = self._controls.handle.value
         index, at_goal = self._held()
         self._stage.hold(self._problem, index, at_goal, self.drag)
 
     def choose_handle(self) -> None:
-        if self._problem is not None:
+        if self._problem is not None and self._controls.handle.value != self._gripped:
             self.show()
             self._grip()
 
@@ -182,6 +191,25 @@ class Posing:
         self._follow_goal()
         self._stage.put_handle(problem, self._held()[1])
 
+    def read_any_turn(self) -> None:
+        problem = self._problem
+        if problem is not None and problem.can_turn_freely and problem.any_turn != self._controls.any_turn.value:
+            problem.any_turn = bool(self._controls.any_turn.value)
+            self.moved()
+
+    def choose_keyframe(self) -> None:
+        """Raises stiction.InvalidInput."""
+        problem, chosen = self._problem, self._controls.keyframe.value
+        if problem is None or chosen == self._at_keyframe:
+            return
+        self._at_keyframe = chosen
+        if chosen == AS_GIVEN:
+            problem.start_as_given()
+        else:
+            problem.start_at(chosen)
+        self.moved()
+        self._grip()
+
     def read_joints(self) -> None:
         problem, joints = self._problem, self._controls.joints
         if problem is None or len(joints) != problem.model.n_a:
@@ -196,6 +224,8 @@ class Posing:
         """Start and goal of the task, and its options."""
         if self._problem is not None:
             self._problem.reset()
+            self._controls.any_turn.value = self._problem.any_turn
+            self._controls.keyframe.value = self._at_keyframe = AS_GIVEN
             self.moved()
             self._follow_goal()
             self._grip()

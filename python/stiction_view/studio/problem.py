@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import stiction as st
 
+from ..bodies import slug
 from .picture import quaternions
 
 
@@ -114,9 +115,12 @@ def with_numbers(model: st.Model, q: np.ndarray, index: int, values: Sequence[fl
 class Problem:
     """What is planned. `spec` is a task as in a file, `folder` that of its paths; of a built-in task `name` stands for it in commands."""
 
-    def __init__(self, task: st.Task, spec: dict[str, Any], folder: Path, name: str):
-        self.given, self.spec, self.folder, self.name = task, spec, folder, name
+    def __init__(self, task: st.Task, spec: dict[str, Any], folder: Path, name: str, scene: Path | None = None):
+        self.given, self.spec, self.folder, self.name, self.scene = task, spec, folder, name, scene
         self.model: st.Model = task.model
+        self.about = task.description
+        self.keyframes = st.list_keyframes(scene) if scene is not None else []
+        self.goal_of = ""  # object of the goal of a scene; empty: the first one
         self.seed = int(task.options.seed)
         self.reset()
 
@@ -132,11 +136,36 @@ class Problem:
         """A task that is in no file. Raises stiction.InvalidInput."""
         return Problem(st.Task(spec, base=folder), spec, folder, "")
 
+    @staticmethod
+    def of_scene(file: Path, folder: Path, goal_of: str = "") -> Problem:
+        """A whole scene that is in one file; its task is written into `folder`. Raises ValueError: there is nothing to plan in it."""
+        to = folder / (f"{file.stem}_{slug(goal_of)}.yaml" if goal_of else f"{file.stem}.yaml")
+        try:
+            task = st.import_scene(file, out=to, object=goal_of)
+        except st.InvalidInput as error:
+            raise ValueError(f"{error}. A robot without objects is opened under *Own*, where it gets one") from None
+        made = Problem(task, {"base": to.name, "name": file.stem}, folder, to.name, file.resolve())
+        made.goal_of = goal_of
+        found = [line.removeprefix("# ") for line in to.read_text(encoding="utf-8").splitlines() if line.startswith("# ")]
+        made.about = f"**Found in {file.name}**  \n" + "  \n".join(found)
+        return made
+
+    def with_goal_of(self, index: int) -> Problem:
+        """The same scene with another object to be moved. Raises ValueError."""
+        assert self.scene is not None
+        made = Problem.of_scene(self.scene, self.folder, self.model.object_names[index])
+        made.seed, made.options = self.seed, dict(self.options)
+        if self.start_moved:
+            made.start, made.start_moved = self.start.copy(), True
+            made.goal[made.model.n_qu :] = made.start[made.model.n_qu :]
+        return made
+
     def reset(self) -> None:
         """Start, goal and options of the task."""
         self.start = np.array(self.given.q_start)
         self.goal = np.concatenate([self.given.q_goal, self.start[self.model.n_qu :]])
         self.start_moved = self.goal_moved = False
+        self.any_turn = self.given_any_turn()
         self.options: dict[str, Any] = {}
 
     # ---- changes ----
@@ -144,6 +173,31 @@ class Problem:
     @property
     def goal_object(self) -> int:
         return self.given.goal.object
+
+    @property
+    def can_turn_freely(self) -> bool:
+        """The goal may leave the orientation open."""
+        return self.model.objects[self.goal_object].n_q == 7
+
+    def given_any_turn(self) -> bool:
+        """The goal of the task leaves the orientation open."""
+        begin, free = self.model.objects[self.given.goal.object].v_begin, self.given.goal.open
+        return self.can_turn_freely and bool(free) and all(free[begin + 3 : begin + 6])
+
+    def movable(self) -> list[int]:
+        """Objects that the goal of a scene may be for; `BODY.JOINT` is one of several joints of a body."""
+        if self.scene is None:
+            return []
+        names = self.model.object_names
+        return [i for i, name in enumerate(names) if not any(name.startswith(f"{other}.") for other in names)]
+
+    def start_as_given(self) -> None:
+        self.start, self.start_moved = np.array(self.given.q_start), False
+
+    def start_at(self, keyframe: str) -> None:
+        """Joints and objects as a keyframe has them. Raises stiction.InvalidInput."""
+        at = st.Task({**self.spec, "start": {"keyframe": keyframe}}, base=self.folder)
+        self.start, self.start_moved = np.array(at.q_start), True
 
     def joint_range(self, joint: int) -> tuple[float, float]:
         """Limits of a joint; half a turn, or the reach, each way where there are none."""
@@ -200,16 +254,32 @@ class Problem:
 
     def in_file(self) -> bool:
         """The task of the file, but for its goal, seed and options."""
-        return "base" in self.spec and not self.start_moved
+        return set(self.spec) <= {"base", "name"} and not self.start_moved
+
+    def _goal_values(self) -> list[float | None]:
+        """What set_goal() takes; a coordinate that may be anything is None. Of several objects those beside the first one keep what the task leaves open."""
+        model, given, values = self.model, self.given.goal.open, list[float | None]()
+        for i in sorted({i for leaf in self.given.goal_objects for i in chain(model, leaf)}):
+            info = model.objects[i]
+            own: list[float | None] = list(numbers_of(model, self.goal, i)[-info.n_v :])
+            if i == self.goal_object and self.any_turn:
+                own[3:] = [None] * 3
+            elif i not in chain(model, self.goal_object) and given:
+                own = [None if free else x for x, free in zip(own, given[info.v_begin : info.v_begin + info.n_v])]
+            values += own
+        return values
+
+    def _goal_is_given(self) -> bool:
+        return not self.goal_moved and self.any_turn == self.given_any_turn()
 
     def task(self) -> st.Task:
         """Raises stiction.InvalidInput."""
         if self.in_file():
-            task = st.load_task(self.name if self.name in st.list_tasks() else Path(self.name))
+            task = st.load_task(self.name if self.name in st.list_tasks() else self.folder / self.name)
         else:
             task = st.Task(self.document(), base=self.folder)
-        if self.goal_moved:
-            task.set_goal(self.goal_numbers())
+        if not self._goal_is_given():
+            task.set_goal(self._goal_values())
         return task
 
     def task_file(self) -> str | None:
@@ -225,8 +295,11 @@ class Problem:
         return {str(file.relative_to(self.folder)): file.read_bytes() for file in sorted(self.folder.rglob("*")) if file.is_file()}
 
     def command(self, timeout_s: float) -> str:
-        """The line that plans this again."""
+        """The line that plans this again; of a scene a line before it imports that."""
         words = ["stiction", "plan", self.name if self.task_file() is None else "task.yaml", "--seed", str(self.seed)]
-        if self.goal_moved:
-            words += ["--goal", " ".join(f"{x:.9g}" for x in self.goal_numbers())]
-        return shlex.join([*words, "--timeout", f"{timeout_s:g}", "-o", "out"])
+        if not self._goal_is_given():
+            words += ["--goal", " ".join("~" if x is None else f"{x:.9g}" for x in self._goal_values())]
+        line = shlex.join([*words, "--timeout", f"{timeout_s:g}", "-o", "out"])
+        if self.scene is None:
+            return line
+        return f"test -f {shlex.quote(self.name)} || {shlex.join(['stiction', 'import', str(self.scene), *(['--object', self.goal_of] if self.goal_of else []), '-o', self.name])}\n{line}"

@@ -77,7 +77,7 @@ class Result:
 def make_result(number: int, plan: st.Plan, pictures: Pictures, command: str, task_file: str | None, reason: str, seconds: float, files: dict[str, bytes] | None = None) -> Result:
     """Raises ValueError where there is nothing to draw."""
     data = json.loads(plan.to_text())
-    return Result(number, plan, read_plan_object(data), make_series(data), command, task_file, reason, seconds, pictures, files or {})
+    return Result(number, plan, pictures.with_bare_links(read_plan_object(data), plan.q[1:]), make_series(data), command, task_file, reason, seconds, pictures, files or {})
 
 
 def make_run(result: Result, timeout_s: float) -> Run:

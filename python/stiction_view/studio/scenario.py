@@ -30,9 +30,10 @@ class Played:
     lines: list[str]  # markdown, one a frame
     words: str
     charts: dict[str, tuple[str, np.ndarray]]  # title → unit, (frames)
+    scenario: st.SensingScenario | st.ControlScenario | None = None  # that was played
 
 
-def _chosen(count: int) -> np.ndarray:
+def chosen_frames(count: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, MAX_FRAMES)).round().astype(int))
 
 
@@ -52,7 +53,7 @@ def play_sense(source: str | Path) -> Played:
     scenario = st.load_sensing_scenario(source)
     moments = st.sense(scenario)
     model = scenario.sensor.model
-    pictures, chosen = Pictures(model), _chosen(len(moments))
+    pictures, chosen = Pictures(model), chosen_frames(len(moments))
     contacts, lines = [], []
     for k in chosen:
         explaining = [c for c in moments[k].candidates if c.explains]
@@ -65,7 +66,7 @@ def play_sense(source: str | Path) -> Played:
     tau = np.linalg.norm(scenario.tau[chosen], axis=1)
     drawn = _moves(pictures, _whole(model, scenario.q[chosen]), scenario.name, contacts)
     words = f"{scenario.description}  \narrows are forces on the robot, each of which alone explains the torques"
-    return Played(scenario.name, drawn, pictures, np.array(scenario.times)[chosen], lines, words, {"external torque": ("N·m", tau)})
+    return Played(scenario.name, drawn, pictures, np.array(scenario.times)[chosen], lines, words, {"external torque": ("N·m", tau)}, scenario)
 
 
 def play_control(source: str | Path) -> Played:
@@ -75,7 +76,7 @@ def play_control(source: str | Path) -> Played:
     if len(out.times) == 0:
         raise ValueError(f"the simulation gave nothing ({out.message or out.status.name})")
     model = scenario.model
-    pictures, chosen = Pictures(model), _chosen(len(out.times))
+    pictures, chosen = Pictures(model), chosen_frames(len(out.times))
     contacts = [[Contact(np.array(f.p_WC), np.array(f.force_W), False) for f in out.forces[k] if np.linalg.norm(f.force_W) > 0] for k in chosen]
     error, unit = (1e3 * out.error, "mm") if scenario.tool is not None else (1e3 * out.error, "mrad")
     lines = [
@@ -85,4 +86,4 @@ def play_control(source: str | Path) -> Played:
     drawn = _moves(pictures, _whole(model, out.q[chosen]), scenario.name, contacts)
     words = f"{scenario.description}  \nimpact {out.peak_force:.1f} N, settled {out.settled_peak:.1f} N at most, bound {scenario.lambda_max:g} N"
     charts = {"largest force": ("N", np.array(out.largest_force)[chosen]), "tracking error": (unit, np.array(error)[chosen])}
-    return Played(scenario.name, drawn, pictures, np.array(out.times)[chosen], lines, words, charts)
+    return Played(scenario.name, drawn, pictures, np.array(out.times)[chosen], lines, words, charts, scenario)

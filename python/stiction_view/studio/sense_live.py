@@ -59,10 +59,10 @@ def find_sample(origin: np.ndarray, direction: np.ndarray, samples: list[tuple[s
 
 
 class Live:
-    """One scenario on one server; only the thread that calls tick() touches it."""
+    """One scenario on one server; only the thread that calls tick() touches it. `root` is where it is drawn: below another page's nodes it can be removed. `order` is that of its controls."""
 
-    def __init__(self, server: viser.ViserServer, scenario: st.SensingScenario, seed: int = 0):
-        self.server, self.scenario = server, scenario
+    def __init__(self, server: viser.ViserServer, scenario: st.SensingScenario, seed: int = 0, root: str = "", order: float | None = None):
+        self.server, self.scenario, self.root = server, scenario, root
         self.sensor, self.model = scenario.sensor, scenario.sensor.model
         self.events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.rng = np.random.default_rng(seed)
@@ -76,33 +76,44 @@ class Live:
 
         self.pictures = Pictures(self.model)
         plan = self.pictures.plan(self.configuration(0), st.Pose(np.eye(3), np.zeros(3)), 0, scenario.name)
-        self.drawing = Drawing(server, plan, rods=self.pictures.rods(), with_goal=False)
+        self.drawing = Drawing(server, plan, root=root, rods=self.pictures.rods(), with_goal=False)
         self.drawing.label.visible = False
         self.view = choose_view(plan, body_meshes(plan, {}), self.drawing.frames)
-        light(server.scene, shadows=False)
-        look(server.initial_camera, self.view)
+        if not root:
+            light(server.scene, shadows=False)
+            look(server.initial_camera, self.view)
         self.clouds = {link.name: self._add_cloud(link) for link in self.sensor.links}
         self.arrows = {name: self._add_arrows(name, color) for name, color in ARROWS}
-        self._add_controls()
-        server.scene.on_click()(lambda event: self.events.put(lambda: self.poke(np.array(event.ray_origin), np.array(event.ray_direction))))
+        self.folder = server.gui.add_folder("Live", order=order)
+        with self.folder:
+            self._add_controls()
+        self._clicked = server.scene.on_click()(lambda event: self.events.put(lambda: self.poke(np.array(event.ray_origin), np.array(event.ray_direction))))
+
+    def remove(self) -> None:
+        """From the page of another: its nodes, its controls, and the clicks."""
+        self.server.scene.remove_click_callback(self._clicked)
+        self.folder.remove()
+        if self.drawing.root_node is not None:
+            self.drawing.root_node.remove()  # and all below it
 
     # ---- nodes ----
 
     def _add_cloud(self, link: st.SensedLink) -> viser.PointCloudHandle:
         lifted = link.p_L + 0.1 * link.spacing * link.n_L  # above the surface, so that they are seen
         return self.server.scene.add_point_cloud(
-            f"/residual/{drawn.slug(link.name)}", lifted.astype(np.float32), np.tile(HIGH.astype(np.uint8), (len(lifted), 1)), point_size=0.7 * link.spacing, point_shape="circle", precision="float32"
+            f"{self.root}/residual/{drawn.slug(link.name)}", lifted.astype(np.float32), np.tile(HIGH.astype(np.uint8), (len(lifted), 1)), point_size=0.7 * link.spacing, point_shape="circle", precision="float32"
         )
 
     def _add_arrows(self, name: str, color: Color) -> viser.ArrowHandle:
         length = self.drawing.force_longest
         return self.server.scene.add_arrows(
-            f"/arrows/{name}", np.zeros((1, 2, 3)), color, shaft_radius=0.04 * length, head_radius=0.1 * length, head_length=0.25 * length, visible=False
+            f"{self.root}/arrows/{name}", np.zeros((1, 2, 3)), color, shaft_radius=0.04 * length, head_radius=0.1 * length, head_length=0.25 * length, visible=False
         )
 
     def _add_controls(self) -> None:
         gui = self.server.gui
-        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=(38, 96, 180))
+        if not self.root:
+            gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=(38, 96, 180))
         gui.add_markdown(f"**{self.scenario.name}**  \n{self.scenario.description}")
         self.play = gui.add_checkbox("play", True)
         self.force = gui.add_number("click pushes with [N]", 15.0, min=1.0, max=200.0, step=1.0)

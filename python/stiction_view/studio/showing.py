@@ -61,6 +61,7 @@ class Showing:
 
     def close_scenario(self) -> None:
         self._played = None
+        self._controls.live.visible = False
 
     # ---- which one ----
 
@@ -119,7 +120,7 @@ class Showing:
         if result is None:
             raise ValueError("result: nothing is planned yet")
         motions, run = self._motions(result)
-        self._played = None
+        self.close_scenario()
         series = result.series
         if run is None:
             self._player.start(motions, lambda knot: series.line(min(knot, len(series.force) - 1)))
@@ -143,6 +144,7 @@ class Showing:
     def show_scenario(self, played: Played) -> None:
         """It was carried out."""
         self._played = played
+        self._controls.live.visible = played.scenario is not None
         self._player.start([Shown(played.drawn, played.pictures, played.name, with_goal=False)], lambda knot: played.lines[min(knot, len(played.lines) - 1)])
         self._figures.words.content = played.words
         colors = (RED, BLUE, GREEN)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import stiction as st
@@ -19,7 +20,20 @@ from .picture import Pictures, pose_of, seven
 from .problem import Problem
 
 FAULT: Color = (214, 40, 40)
-POSE_ROOT, SHOW_ROOTS = "/pose", ("/first", "/second")
+POSE_ROOT, RUN_ROOT, SHOW_ROOTS = "/pose", "/run", ("/first", "/second")
+HAND: Color = (150, 60, 200)
+
+
+class Guest(Protocol):
+    """What draws itself, with controls of its own, until something else is shown."""
+
+    view: View
+
+    def tick(self, now: float) -> None: ...
+    def remove(self) -> None: ...
+
+
+Pulled = Callable[[str, np.ndarray, np.ndarray, str], None]  # body, its point and the hand [m], and "start", "update" or "end"
 APART = 1.15  # distance of two motions, of what is seen of one
 
 
@@ -59,6 +73,9 @@ class Stage:
         self.server = server
         self.posed: Drawing | None = None
         self.shown: list[Drawing] = []
+        self.running: Drawing | None = None
+        self.guest: Guest | None = None
+        self._hand: viser.ArrowHandle | None = None  # the force of it
         self._marks: list[viser.SceneNodeHandle] = []
         self._titles: list[viser.SceneNodeHandle] = []
         self._gizmo: viser.TransformControlsHandle | None = None
@@ -72,10 +89,13 @@ class Stage:
     # ---- nodes ----
 
     def clear(self) -> None:
-        for drawing in [*([self.posed] if self.posed else []), *self.shown]:
+        guest, self.guest = self.guest, None
+        if guest is not None:
+            guest.remove()
+        for drawing in [*([self.posed] if self.posed else []), *([self.running] if self.running else []), *self.shown]:
             assert drawing.root_node is not None
             drawing.root_node.remove()  # and all below it
-        self.posed, self.shown, self._gizmo, self._marks, self._titles = None, [], None, [], []
+        self.posed, self.running, self._hand, self.shown, self._gizmo, self._marks, self._titles = None, None, None, [], None, [], []
 
     def _turn_to(self, pictures: Pictures, anew: bool = False) -> None:
         """At another scene the camera is aimed anew."""
@@ -129,9 +149,11 @@ class Stage:
         if self._gizmo is not None:
             self._gizmo.remove()
             self._gizmo = None
-        if index is None or self.posed is None or problem.model.objects[index].n_v == 1:
+        if index is None or self.posed is None:
             return
         axes = (True, True, True)
+        single = problem.model.dofs[problem.model.objects[index].v_begin].kind if problem.model.objects[index].n_v == 1 else None
+        slides, turns = single == st.DofKind.Prismatic, single == st.DofKind.Revolute
         if problem.model.objects[index].n_v == 3:
             plane = self.posed.plan.object_joints[problem.model.object_names[index]]
             axes = {"planar_xy": (True, True, False), "planar_yz": (False, True, True), "planar_xz": (True, False, True)}[plane]
@@ -139,7 +161,8 @@ class Stage:
         row = seven([problem.model.object_pose(q, problem.model.object_names[index])])[0]
         size = self.size_of(problem.model.object_names[index])
         gizmo = self.server.scene.add_transform_controls(
-            f"{POSE_ROOT}/handle", scale=2.2 * size, line_width=3.0, active_axes=axes, depth_test=False, opacity=0.85, position=row[:3], wxyz=row[3:]
+            f"{POSE_ROOT}/handle", scale=2.2 * size, line_width=3.0, active_axes=axes, depth_test=False, opacity=0.85, position=row[:3], wxyz=row[3:],
+            disable_rotations=slides, disable_axes=turns, disable_sliders=turns or slides,
         )
         self._gizmo, self._gizmo_of = gizmo, index
 
@@ -157,12 +180,13 @@ class Stage:
         self._gizmo.position, self._gizmo.wxyz = row[:3], row[3:]
 
     def size_of(self, name: str) -> float:
-        """Half the extent of an object [m]."""
-        assert self.posed is not None
-        for part in self.posed.parts:
-            if self.posed.plan.bodies[part.body].name == name:
+        """Half the extent of an object of a task that is posed, or runs [m]."""
+        drawing = self.posed or self.running
+        assert drawing is not None
+        for part in drawing.parts:
+            if drawing.plan.bodies[part.body].name == name:
                 return float(np.abs(part.mesh[0]).max())
-        return 0.2 * self.posed.view.radius
+        return 0.2 * drawing.view.radius
 
     # ---- faults ----
 
@@ -185,6 +209,47 @@ class Stage:
             self._marks.append(scene.add_icosphere(f"{POSE_ROOT}/fault{number}", radius=size, color=FAULT, position=where, cast_shadow=False))
             text = ("goal, " if fault.at_goal else "") + fault.label
             scene.add_label(f"{POSE_ROOT}/fault{number}/text", text, position=(0.0, 0.0, 2.5 * size), anchor="bottom-center", font_screen_scale=1.1)  # goes with its mark
+
+    # ---- a task that runs ----
+
+    def run(self, plan: Plan, pictures: Pictures, pulled: Pulled) -> None:
+        """Draws a plant at its start, with the goal. The mouse pulls at objects: `pulled` is called by another thread."""
+        self.clear()
+        self._turn_to(pictures)
+        self.running = drawing = Drawing(self.server, plan, root=RUN_ROOT, rods=pictures.rods(), with_goal=True, view=self._views.get(0))
+        self._views[0] = drawing.view
+        drawing.place(plan.poses[0])
+        drawing.label.visible = False
+        if self.beside not in (0, 1):
+            self.aim(drawing.view)
+            self.beside = 0
+        width = 0.04 * drawing.view.radius
+        self._hand = self.server.scene.add_arrows(f"{RUN_ROOT}/hand", np.zeros((1, 2, 3)), HAND, shaft_radius=0.4 * width, head_radius=width, head_length=2 * width, visible=False)
+        for body in (b for b in plan.bodies if b.kind == "object" and b.moving is not None):
+            for mesh, _ in drawing.painted.get(body.name, []):
+                self._let_pull(mesh, body.name, pulled)
+
+    @staticmethod
+    def _let_pull(mesh: viser.MeshHandle, body: str, pulled: Pulled) -> None:
+        @mesh.on_drag("left")
+        async def _(event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
+            pulled(body, np.array(event.start_position), np.array(event.end_position), event.phase)
+
+    def invite(self, guest: Guest) -> None:
+        """In place of what is shown."""
+        self.clear()
+        self.guest, self.beside = guest, -1
+        self.aim(guest.view)
+
+    def show_run(self, poses: np.ndarray, force: np.ndarray, point: np.ndarray) -> None:
+        """A plant as it is now, and the force of the hand at its point as an arrow [m]."""
+        if self.running is None or self._hand is None:
+            return
+        self.running.place(poses)
+        if force.any():
+            self._hand.points = np.array([[point, point + force]], dtype=np.float32)
+        if self._hand.visible != bool(force.any()):
+            self._hand.visible = bool(force.any())
 
     # ---- motions ----
 

@@ -98,7 +98,8 @@ std::string make_goal(const ObjectSpec& object, const Eigen::VectorXd& q, const 
 
 class SceneImporter {
  public:
-  SceneImporter(const fs::path& file, const fs::path& folder) : file_(file), folder_(folder), found_(read_file(file)) {}
+  SceneImporter(const fs::path& file, const fs::path& folder, const std::string& object)
+      : file_(file), folder_(folder), object_(object), found_(read_file(file)) {}
 
   std::string write() const {
     const RobotContents& contents = *found_.contents;
@@ -128,7 +129,8 @@ class SceneImporter {
     else
       out += fmt::format("start: {{keyframe: {}}}\n", keyframes[0]);
     const auto& at = keyframes.empty() ? contents.as_written : contents.keyframes[0];
-    out += fmt::format("goal: {{{}}}  # to be edited\n", make_goal(contents.objects[bodies[0]], at.objects[bodies[0]].second, places));
+    const std::size_t moved = find_moved(bodies);
+    out += fmt::format("goal: {{{}}}  # to be edited\n", make_goal(contents.objects[moved], at.objects[moved].second, places));
     return out + "tolerance: {position: 0.01, angle: 0.1}\n";
   }
 
@@ -136,6 +138,17 @@ class SceneImporter {
   [[noreturn]] void fail(std::string_view got) const {
     throw core::InvalidInput(
         fmt::format("{}: import: got {}, expected one that has both (a scene of several files is written by hand)", file_.string(), got));
+  }
+
+  /// Index of the object of the goal.
+  std::size_t find_moved(const std::vector<std::size_t>& bodies) const {
+    if (object_.empty()) return bodies[0];
+    std::vector<std::string> names;
+    for (const std::size_t i : bodies) {
+      names.push_back(found_.contents->objects[i].name);
+      if (names.back() == object_) return i;
+    }
+    core::throw_invalid("object", fmt::format("'{}'", object_), fmt::format("one of {}", fmt::join(names, ", ")));
   }
 
   [[noreturn]] void fail_without_robot() const {
@@ -172,11 +185,21 @@ class SceneImporter {
 
   const fs::path& file_;
   const fs::path& folder_;
+  const std::string& object_;
   Found found_;
 };
 
 }  // namespace
 
-std::string import_scene(const fs::path& file, const fs::path& folder) { return SceneImporter(file, folder).write(); }
+std::string import_scene(const fs::path& file, const fs::path& folder, const std::string& object) {
+  return SceneImporter(file, folder, object).write();
+}
+
+std::vector<std::string> list_keyframes(const fs::path& file) {
+  const Found found = read_file(file);
+  std::vector<std::string> out;
+  for (const auto& keyframe : found.contents->keyframes) out.push_back(keyframe.name);
+  return out;
+}
 
 }  // namespace stiction::tasks

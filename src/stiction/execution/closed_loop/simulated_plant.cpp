@@ -98,7 +98,13 @@ void SimulatedPlant::apply_pushes(double period) {
                        .p_BP = model_->scene().objects[object].p_BCom,
                        .force_W = std::min(1.0, lasts / period) * push.force_W});
   }
+  if (held_.body >= 0 && !held_.force_W.isZero()) acting_.push_back(held_);
   plant_.set_pushes(acting_);
+}
+
+void SimulatedPlant::hold_push(const simulation::Push& push) {
+  plant_.set_pushes({&push, 1});  // which refuses what is none
+  held_ = push;
 }
 
 }  // namespace stiction::execution

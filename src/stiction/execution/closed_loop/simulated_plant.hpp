@@ -43,6 +43,10 @@ class SimulatedPlant final : public Driver {
   bool command(VectorRef u, double period) override;
   std::string message() const override { return plant_.message(); }
 
+  /// A force that acts from now on beside the pushes of the options, in place of the one before; body −1 or a force of zero ends it. Whoever commands the plant
+  /// may call it between two commands, as a hand at the object does that nobody knew of before. @throws core::InvalidInput: no body, not finite
+  void hold_push(const simulation::Push& push);
+
   const simulation::SteppedPlant& world() const { return plant_; }  ///< as it is, without noise and delay
   /// Of all pairs the largest normal force on a free object so far, at the ends of periods, as a multiple of its weight; nothing without such an object.
   std::optional<double> largest_press() const { return press_; }
@@ -60,6 +64,7 @@ class SimulatedPlant final : public Driver {
     Eigen::VectorXd q;
   };
   std::deque<Seen> past_;  ///< as far back as the delay
+  simulation::Push held_;
   std::vector<simulation::Push> acting_;
   core::Random random_;
   Eigen::VectorXd weight_;  ///< per geometry: of its free object [N], infinite for others

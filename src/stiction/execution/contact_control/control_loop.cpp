@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <optional>
@@ -105,16 +106,20 @@ struct ControlLoop::Impl {
     }
   }
 
-  /// The hand, until the next tick, and its force among those on the robot.
+  /// The hands, until the next tick, and their forces among those on the robot.
   void press() {
-    if (scenario.hand.body < 0) return;
-    const world::Pose X_WL = calc_pose(scenario.hand.body);
-    const auto push = calc_push(scenario.hand, X_WL_start, X_WL, time);
-    plant.set_push(push);
-    if (push.force_W.isZero(0)) return;
-    const Eigen::Vector3d p_W = X_WL * push.p_BP;
-    forces.push_back({.normal = push.force_W.norm(), .force_W = push.force_W, .p_WC = p_W});
-    contacts.push_back({.id = static_cast<int>(world.pairs().size()), .body = push.body, .p_WC = p_W, .force_W = push.force_W});
+    if (scenario.hand.body < 0 && held.body < 0) return;
+    simulation::Push hand;
+    if (scenario.hand.body >= 0) hand = calc_push(scenario.hand, X_WL_start, calc_pose(scenario.hand.body), time);
+    const std::array pushes{hand, held};
+    plant.set_pushes(pushes);
+    for (std::size_t i = 0; i < pushes.size(); ++i) {
+      const simulation::Push& push = pushes[i];
+      if (push.body < 0 || push.force_W.isZero(0)) continue;
+      const Eigen::Vector3d p_W = calc_pose(push.body) * push.p_BP;
+      forces.push_back({.normal = push.force_W.norm(), .force_W = push.force_W, .p_WC = p_W});
+      contacts.push_back({.id = static_cast<int>(world.pairs().size() + i), .body = push.body, .p_WC = p_W, .force_W = push.force_W});
+    }
   }
 
   /// What is known of contacts after the delay: as a skin would measure them, or from torques.
@@ -193,6 +198,7 @@ struct ControlLoop::Impl {
   world::KinematicsWorkspace kinematics_work;
   world::Kinematics kinematics;
   world::Pose X_WT_start, X_WL_start;  ///< of the tool, and of the link that a hand presses on
+  simulation::Push held;
   Eigen::VectorXd q_cmd, told;
   std::deque<Measured> measured;  ///< the oldest is what the controller is told of
   std::vector<control::ContactForce> contacts, reported;
@@ -216,6 +222,11 @@ Status ControlLoop::tick(const Eigen::VectorXd& reference, ControlSample& out) {
   loop.command(reference, out);
   loop.time = static_cast<double>(++loop.ticks) * loop.scenario.period;
   return loop.plant.advance(loop.q_cmd, loop.scenario.period);
+}
+
+void ControlLoop::hold_push(const simulation::Push& push) {
+  impl_->plant.set_push(push);  // which refuses what is none
+  impl_->held = push;
 }
 
 double ControlLoop::time() const { return impl_->time; }

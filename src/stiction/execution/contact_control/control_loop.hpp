@@ -43,6 +43,10 @@ class ControlLoop {
   /// @returns Solved | NumericalFailure: the simulation stopped, message() says why
   core::Status tick(const Eigen::VectorXd& reference, ControlSample& out);
 
+  /// A force on a link from now on, beside the hand of the scenario and in place of the one before; body −1 or a force of zero ends it. Whoever calls tick() may
+  /// call it between two of them. It is one of the contacts. @throws core::InvalidInput: no body, not finite
+  void hold_push(const simulation::Push& push);
+
   double time() const;  ///< of the next tick [s]
   const Eigen::VectorXd& q() const;
   const world::Model& world() const;  ///< what is simulated

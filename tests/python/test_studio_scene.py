@@ -1,0 +1,171 @@
+"""Whole scenes of others in the studio, without a browser: what is found is said, the start is a keyframe, the goal is dragged, the plan is made again in a shell."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import children
+import numpy as np
+import pytest
+
+PYTHON = Path(__file__).resolve().parents[2] / "build" / "release" / "python"
+if not (PYTHON / "stiction").is_dir():
+    pytest.skip("build/release/python/stiction does not exist: run `make build`", allow_module_level=True)
+sys.path.insert(0, str(PYTHON))
+
+import stiction as st  # noqa: E402
+from studio_driven import Driven  # noqa: E402
+
+from stiction_view.studio import catalog, exporting  # noqa: E402
+from stiction_view.studio.app import Studio  # noqa: E402
+from stiction_view.studio.picture import Pictures, plan_drawn  # noqa: E402
+from stiction_view.studio.problem import Problem  # noqa: E402
+from stiction_view.studio.server import serving  # noqa: E402
+
+# A finger on two slides, a drawer that it opens from behind, and a puck on a table.
+SCENE = """<mujoco><option gravity="0 0 -9.81"/><worldbody>
+  <geom name="table" type="plane" size="1 1 1"/>
+  <body name="finger" pos="0 0 0.04"><joint name="x" type="slide" axis="1 0 0" range="-0.5 0.5"/><joint name="y" type="slide" axis="0 1 0" range="-0.5 0.5"/>
+    <geom size="0.03" mass="0.2"/></body>
+  <body name="case" pos="0.3 0 0.2">
+    <body name="drawer"><joint name="rail" type="slide" axis="1 0 0" range="0 0.25" damping="2" frictionloss="0.3"/><geom type="box" size="0.05 0.1 0.15" mass="0.5"/></body></body>
+  <body name="puck" pos="0 0.2 0.02"><freejoint/><geom type="cylinder" size="0.04 0.02" mass="0.1"/></body>
+</worldbody><actuator><position joint="x" kp="400" forcerange="-40 40"/><position joint="y" kp="400" forcerange="-40 40"/></actuator>
+<keyframe><key name="near" qpos="0.1 0 0 0 0.2 0.02 1 0 0 0"/><key name="aside" qpos="0.1 -0.3 0.05 0 0.25 0.02 1 0 0 0"/></keyframe></mujoco>"""
+ROBOT = """<mujoco><worldbody><body name="arm"><joint name="j" axis="0 0 1"/><geom size=".1"/></body></worldbody><actuator><position joint="j" kp="5"/></actuator></mujoco>"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    (tmp_path / "kitchen.xml").write_text(SCENE)
+    return tmp_path / "kitchen.xml"
+
+
+@pytest.fixture
+def driven(scene: Path, tmp_path: Path) -> Iterator[Driven]:
+    (folder := tmp_path / "studio").mkdir()
+    entries, first = catalog.find(str(scene))
+    with serving("127.0.0.1", 0) as server:
+        made = Driven(Studio(server, entries, first, folder))
+        made.panel.search.budget.value = 200.0
+        yield made
+
+
+def test_what_was_found_is_said(driven: Driven) -> None:
+    head, pose = driven.panel.head, driven.panel.pose
+    assert driven.said == []
+    for words in ("Found in kitchen.xml", "Robot: 2 joints (x, y)", "drawer (slider [0, 0.25])", "puck (free)", "near", "aside"):
+        assert words in head.about.content
+    assert "*" not in head.about.content.replace("**", ""), "notes are not in the way"
+    assert head.notes_folder.visible == bool(driven.studio.posing.problem.model.notes)
+    assert pose.keyframe.visible and pose.keyframe.options == ("as given", "near", "aside")
+    assert pose.goal_of.visible and pose.goal_of.options == ("drawer", "puck") and pose.goal_of.value == "drawer"
+
+
+def test_start_is_a_keyframe(driven: Driven) -> None:
+    studio, pose = driven.studio, driven.panel.pose
+    np.testing.assert_allclose([handle.value for handle in pose.joints], [0.1, 0.0], atol=1e-9)
+    pose.keyframe.value = "aside"
+    driven.until(lambda: abs(pose.joints[1].value + 0.3) < 1e-9)
+    problem = studio.posing.problem
+    assert problem.task().q_start[0] == pytest.approx(0.05) and not problem.in_file()
+    pose.keyframe.value = "as given"
+    driven.until(lambda: abs(pose.joints[1].value) < 1e-9)
+    assert problem.in_file() and driven.said == []
+
+
+def test_another_object_gets_the_goal_and_keeps_the_start(driven: Driven) -> None:
+    studio, pose = driven.studio, driven.panel.pose
+    pose.keyframe.value = "aside"
+    driven.until(lambda: studio.posing.problem.start_moved)
+    pose.goal_of.value = "puck"
+    driven.until(lambda: studio.posing.problem.goal_object == 1)
+    assert len(pose.goal) == 6 and pose.any_turn.visible and pose.any_turn.value and pose.handle.value == "goal"
+    np.testing.assert_allclose([handle.value for handle in pose.goal[:3]], [0.1, 0.2, 0.02], atol=1e-6)
+    np.testing.assert_allclose(studio.posing.problem.task().q_start[-2:], [0.1, -0.3], atol=1e-9)
+    studio.posing.drag(st.Pose(np.eye(3), [0.2, 0.25, 0.02]), True)
+    driven.until(lambda: abs(pose.goal[0].value - 0.2) < 1e-9)
+    assert "'0.2 0.25 0.02 ~ ~ ~'" in driven.panel.export.command.content
+    assert all(studio.posing.problem.task().goal.open[4:7]), "after the drawer and the place of the puck"
+    pose.any_turn.value = False
+    driven.until(lambda: "~" not in driven.panel.export.command.content)
+    assert not any(studio.posing.problem.task().goal.open)
+    driven.press("reset")
+    assert pose.any_turn.value and driven.said == []
+
+
+def test_goal_is_dragged_planned_and_planned_again_in_a_shell(driven: Driven, tmp_path: Path, program: Path) -> None:
+    studio, pose = driven.studio, driven.panel.pose
+    pose.goal[0].value = 0.12
+    driven.until(lambda: studio.posing.problem.goal_moved)
+    driven.plan()
+    result = studio.showing.result
+    assert result.plan.status == st.Status.Solved, result.reason
+    (elsewhere := tmp_path / "elsewhere").mkdir()
+    done = children.run(["bash", "-e"], input=exporting.reproduce(result), cwd=elsewhere, limit=120, env={**os.environ, "PATH": f"{program.parent}:{os.environ['PATH']}"})
+    assert done.returncode == 0, done.stdout + done.stderr
+    np.testing.assert_array_equal(st.read_plan(elsewhere / "out" / "plan.json").q, result.plan.q)
+    assert driven.said == []
+
+
+def test_changed_start_is_in_what_reproduces_it(driven: Driven) -> None:
+    problem = driven.studio.posing.problem
+    problem.set_joint(1, -0.2)
+    first, second = problem.command(5).splitlines()
+    assert shlex.split(second)[:3] == ["stiction", "plan", "task.yaml"] and "stiction import" in first
+    assert '"base": "kitchen.yaml"' in problem.task_file() and str(driven.studio.folder) not in problem.task_file()
+
+
+def test_slider_is_dragged_along_its_way_and_inside_its_limits(driven: Driven) -> None:
+    pose = driven.panel.pose
+    assert pose.handle.value == "goal" and driven.studio.stage._gizmo is not None
+    driven.studio.posing.drag(st.Pose(np.eye(3), [0.42, 0.3, 0.7]), True)
+    driven.until(lambda: pose.goal[0].value == pytest.approx(0.12, abs=1e-9))
+    driven.studio.posing.drag(st.Pose(np.eye(3), [9.0, 0.0, 0.2]), True)
+    driven.until(lambda: pose.goal[0].value == pytest.approx(0.25, abs=1e-9))
+    np.testing.assert_allclose(driven.studio.stage._gizmo.position, [0.55, 0, 0.2], atol=1e-9)
+
+
+def test_links_that_nothing_can_touch_are_drawn_between_their_joints(tmp_path: Path) -> None:
+    """An upper arm of 0.4 m without a shape, and a forearm of 0.3 m with one at its end."""
+    (tmp_path / "arm.xml").write_text("""<mujoco><worldbody><body name="upper" pos="0 0 1"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="a" axis="0 0 1"/>
+      <body name="lower" pos="0.4 0 0"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="b" axis="0 0 1"/><body name="tip" pos="0.3 0 0"><geom size=".02"/></body></body></body>
+      <body name="puck" pos="0 .5 1"><joint type="slide" axis="1 0 0"/><geom size=".05"/></body></worldbody>
+      <actuator><position joint="a" kp="50"/><position joint="b" kp="50"/></actuator></mujoco>""")
+    made = Problem.of_scene(tmp_path / "arm.xml", tmp_path)
+    pictures = Pictures(made.model)
+    names = [body.name for body in pictures.bodies]
+    loose = {(names[rod.parent].split("/")[-1], names[rod.child].split("/")[-1]): rod.length for rod in pictures.rods()[1]}
+    assert loose[("upper", "lower")] == pytest.approx(0.4) and loose[("lower", "tip")] == pytest.approx(0.3)
+    plan = made.task().follow([made.start[-2:] + [0.1, 0.0]])
+    drawn = pictures.with_bare_links(plan_drawn(plan), plan.q[1:])
+    np.testing.assert_allclose(drawn.poses, pictures.poses(plan.q[1:]), atol=1e-5)
+
+
+def test_robot_alone_is_sent_to_where_it_gets_an_object(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(ROBOT)
+    entries, first = catalog.find(str(tmp_path / "arm.xml"))
+    assert first.kind == catalog.SCENE
+    with serving("127.0.0.1", 0) as server:
+        studio = Studio(server, entries, first, tmp_path)
+        assert "without an object" in studio.panel.head.message.content and "*Own*" in studio.panel.head.message.content
+        assert studio.posing.problem is None
+
+
+def test_goal_of_several_objects_stays_theirs(scene: Path) -> None:
+    goal = {"objects": {"drawer": {"coordinates": [0.1]}, "puck": {"position": [0.1, 0.2, 0.02], "rpy": None}}}
+    given = {"scene": {"file": scene.name}, "start": {"keyframe": "near"}, "goal": goal, "tolerance": {"position": 0.01, "angle": 0.1}}
+    made = Problem.of_dict(given, scene.parent)
+    assert len(made.task().goal_objects) == 2 and made.movable() == []
+    names = made.model.object_names
+    assert names[made.goal_object] == "puck" and made.any_turn, "the smaller one"
+    made.set_goal_numbers([0.15, 0.2, 0.02, 0.0, 0.0, 0.0])
+    after = made.task()
+    q = dict(zip(names, np.split(after.q_goal, [made.model.objects[1].q_begin])))
+    assert q["drawer"] == pytest.approx(0.1)
+    np.testing.assert_allclose(q["puck"][:3], [0.15, 0.2, 0.02], atol=1e-9)
+    assert after.goal.open == made.given.goal.open and made.command(5).count("~") == 3
