@@ -30,7 +30,7 @@ SECTIONS = [
     ("Notebooks", ["notebooks/README.md", *(f"notebooks/{file.stem}.md" for file in sorted((DOCS / "notebooks").glob("*.ipynb")))]),
     ("Tutorials", "tutorials"),
     ("Theory", "theory"),
-    ("Reference", ["python.md", "scenes.md", "several_objects.md", "benchmark.md", "options.md", "plan_file.md", "exports.md", "sweeps.md", "learning.md", "demonstrations.md", "guarded_moves.md", "code/scenarios/README.md", "headers.md"]),
+    ("Reference", ["python.md", "scenes.md", "several_objects.md", "benchmark.md", "options.md", "plan_file.md", "exports.md", "streams.md", "sweeps.md", "learning.md", "demonstrations.md", "guarded_moves.md", "code/scenarios/README.md", "headers.md"]),
     ("Figures of the thesis", "reproduction"),
     ("How well it works", ["benchmarks.md"]),
     ("Decisions", "decisions"),
