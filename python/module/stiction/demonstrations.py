@@ -8,14 +8,14 @@ import os
 import re
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _command
-from ._core import DofKind, InvalidInput, Model, Plan, Status, Task, check_plan, load_task, optimize, plan
+from ._core import DofKind, InvalidInput, Model, Plan, Status, Task, check_plan, load_task, optimize, plan, refine
 from ._files import require_folder
 from .exports import POSE, poses_of_objects
 
@@ -24,6 +24,8 @@ ANGLES = {"rad": 1.0, "deg": math.pi / 180}
 FAST_OBJECT, FAST_TURN, FAST_REVOLUTE, FAST_PRISMATIC = 5.0, 50.0, 20.0, 5.0  # no hand moves faster [m/s], [rad/s]: such a change is a jump
 STEP_REVOLUTE, STEP_PRISMATIC = 0.03, 0.01  # of a command between two times of a reference [rad], [m]
 MOST_TIMES = 2000
+SHAKING = 1.5  # times the way of joints that are smoothed: they shake
+SMOOTHING_S = 0.08  # standard deviation of the weights of what is smoothed [s]
 WINDOW, KEPT = 16, 4  # times that are optimised at once, and of these the ones that are kept
 ITERATIONS = 6
 SETTLING = 20  # steps that the object has to come to rest at the start
@@ -292,6 +294,7 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
     Raises InvalidInput.
     """
     begin = clock.monotonic()
+    demonstration = _calm(demonstration)
     best: Repair | None = None
     going_on = True
 
@@ -328,6 +331,36 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
 
 def _better(best: Repair | None, tried: Repair) -> Repair:
     return tried if best is None or tried.rank < best.rank else best
+
+
+def _calm(demonstration: Demonstration) -> Demonstration:
+    """Without the noise of single frames, where joints go back and forth much more than forward; else as it is."""
+    smooth = _smooth(demonstration.time, demonstration.joints)
+
+    def way(joints: np.ndarray) -> float:
+        return float(np.abs(np.diff(joints, axis=0)).sum())
+
+    if way(demonstration.joints) <= SHAKING * way(smooth):
+        return demonstration
+    poses = _smooth(demonstration.time, demonstration.poses.reshape(len(demonstration.time), -1)).reshape(demonstration.poses.shape)
+    poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=2, keepdims=True)
+    note = f"joints shake from one time to the next: everything is smoothed over {2 * SMOOTHING_S:.2f} s"
+    commands = None if demonstration.commands is None else _smooth(demonstration.time, demonstration.commands)
+    return replace(demonstration, joints=smooth, poses=poses, commands=commands, notes=[*demonstration.notes, note])
+
+
+def _smooth(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """At each time the line that fits the values around it best; a motion that is straight stays as it is, also at its ends."""
+    out = np.empty_like(values)
+    for k, t in enumerate(time):
+        first, last = np.searchsorted(time, [t - 3 * SMOOTHING_S, t + 3 * SMOOTHING_S])
+        x = time[first:last] - t
+        w = np.exp(-0.5 * (x / SMOOTHING_S) ** 2)
+        s0, s1, s2 = w.sum(), (w * x).sum(), (w * x * x).sum()
+        share = s0 * s2 - s1 * s1
+        weights = w * (s2 - s1 * x) / share if share > 1e-9 * s0 * s2 and len(x) > 2 else w / s0
+        out[k] = weights @ values[first:last]
+    return out
 
 
 class _Reference:
@@ -484,9 +517,10 @@ class _Follower:
         return position / goal.tol_position + angle / goal.tol_angle
 
     def cut(self) -> bool:
-        """Back to the last time at which the object was near where it was shown, in full and in half steps. False: it never was."""
+        """Back to the last time at which the object was near where it was shown, in full and in half steps, before anything that `check` refuses on the way.
+        False: it never was."""
         off = np.maximum(*(self._tolerances_off(q[self.marks], self.indices) for q in (self.states, self.halves)))
-        near = np.flatnonzero(off <= NEAR)
+        near = np.flatnonzero((off <= NEAR) & (np.array(self.marks) < self._first_refused()))
         if not len(near):
             return False
         last = int(near[-1])
@@ -495,6 +529,11 @@ class _Follower:
         self.commands, self.states, self.halves = self.commands[:kept], self.states[: kept + 1], self.halves[: kept + 1]
         self._u, self._failed = self.commands[-1], False
         return True
+
+    def _first_refused(self) -> float:
+        """The first knot of which `check` names a fault; infinite: none, or only where it ends."""
+        places = [re.search(r"segment 0, knot (\d+)", item.where) for item in check_plan(self._task.follow(self.commands)).items if not item.pass_]
+        return min((int(place[1]) for place in places if place is not None), default=math.inf)
 
     def keyframes(self) -> list[int]:
         """Times of the reference that are left, between which the object moves by some tolerances; its end is the last one."""
@@ -509,30 +548,26 @@ class _Follower:
         """Brings the object where it was shown at that time; joints go their own ways. False: it is not there."""
         begin = clock.monotonic()
         for attempt in range(PLANS):
-            left = timeout_s - (clock.monotonic() - begin)
-            if left <= 0:
+            left = min(PLAN_S, timeout_s - (clock.monotonic() - begin))
+            if left <= 0 or self._failed or self._arrived(index) <= ARRIVED:
                 break
-            target = self._between(self._reference.q[index][None])[0]
-            task = self._task.with_(goal=_goal_of(self._task, target))
-            found = plan(task, q_start=self.states[-1], u_start=self._u, seed=attempt, threads=self._threads, timeout_s=min(left, PLAN_S))
+            task = self._task.with_(goal=_goal_of(self._task, self._between(self._reference.q[index][None])[0]))
+            found = plan(task, q_start=self.states[-1], u_start=self._u, seed=attempt, threads=self._threads, timeout_s=left)
             if found.status != Status.Solved:
                 continue
             self.planned_from = self.at if self.planned_from is None else self.planned_from
-            if not all(self._carry_out(command) for command in np.asarray(found.plan.u)[1:]):
-                self._failed = True
-                return False
-            if max(self._arrived(index)) <= ARRIVED:
-                break
-        else:
+            fine = refine(found.plan, threads=self._threads, timeout_s=left).plan  # in steps so small that half ones lead there as well
+            self._failed = not all(self._carry_out(command) for command in np.asarray(fine.u)[1:])
+        if self._arrived(index) > 1:
             return False
         self._mark(index)
         return True
 
-    def _arrived(self, index: int) -> list[float]:
-        """The larger share of its tolerances by which the object is off, in full and in half steps."""
+    def _arrived(self, index: int) -> float:
+        """The largest share of its tolerances by which the object is off, in full and in half steps."""
         goal = self._task.goal
         offs = [_off(self._task, q[-1:], self._reference.q[index][None]) for q in (self.states, self.halves)]
-        return [max(position[0] / goal.tol_position, angle[0] / goal.tol_angle) for position, angle in offs]
+        return max(max(position[0] / goal.tol_position, angle[0] / goal.tol_angle) for position, angle in offs)
 
     def _section(self, horizon: int) -> dict[str, Any]:
         """Objects in their tolerances, joints in largest moves."""
