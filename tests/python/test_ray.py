@@ -93,6 +93,24 @@ def test_an_object_store_that_is_full_does_not_matter(cluster: Served, starts: P
     assert [row["value"] for row in sorted(rows, key=lambda row: row["seed"])] == [0, 3, 6, 9] and {row["attempts"] for row in rows} == {1}
 
 
+def test_the_benchmark_runs_on_it(cluster: Served, tmp_path: Path) -> None:
+    from stiction._benchmark import BenchmarkRun, benchmark
+
+    run = BenchmarkRun(str(tmp_path / "tasks"))
+    rows, missing = benchmark(["push_t_planar", "planar_pushing"], seeds=[0], out=tmp_path / "results.csv", scenes=None, run=run, ray=cluster.address)
+    assert {(row["task"], row["status"], row["accepted"], row["reached"]) for row in rows} == {(name, "Reached", True, True) for name in ("push_t_planar", "planar_pushing")}
+    assert not missing
+
+
+def test_a_job_that_does_not_end_is_ended(cluster: Served, starts: Path) -> None:
+    from stiction._jobs import Ray, Stopped, run_all
+    from stiction.sweeps import Case
+
+    cases = [Case("planar_pushing", {}, seed) for seed in range(2)]
+    done = list(run_all(Ray(cluster.address, limit_s=3.0), Works(str(starts), seconds=300.0), cases))
+    assert [(attempts, result) for _, attempts, result in done] == [(1, Stopped("its process was ended after 3 s"))] * 2
+
+
 def test_a_machine_that_is_killed_loses_no_row(cluster: Served, starts: Path, tmp_path: Path) -> None:
     run = Works(str(starts), seconds=0.5, spared=cluster.raylets[0])
     rows = st.sweep("planar_pushing", seeds=12, out=tmp_path / "sweep.csv", run=run, ray=cluster.address)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -194,8 +195,10 @@ def _version() -> str:
 class Ray:
     """Tasks of one processor each on the cluster at an address; `local` starts one on this machine."""
 
-    def __init__(self, address: str, processes: int | None = None) -> None:
-        """Raises InvalidInput: no cluster answers, or its machines do not have this package; MissingExtra."""
+    def __init__(self, address: str, processes: int | None = None, limit_s: float | None = None) -> None:
+        """limit_s: as of Local. Raises InvalidInput: no cluster answers, or its machines do not have this package; MissingExtra."""
+        self._limit_s = limit_s
+        self._late: dict[Any, float] = {}  # when a job will have used up its time
         self._ray = ray = require("ray", "ray", "ray")
         _require_answer(address)
         place = {"num_cpus": processes} if address == "local" else {}
@@ -233,7 +236,10 @@ class Ray:
                 raise InvalidInput(f"ray: got '{self._address}', whose machine {name} has stiction {found}, expected {version()} on every machine")
 
     def start(self, function: Callable[[Any], Any], job: Any) -> Any:
-        return self._remote.remote(function, job)
+        handle = self._remote.remote(function, job)
+        if self._limit_s is not None:
+            self._late[handle] = time.monotonic() + self._limit_s
+        return handle
 
     def wait(self, handles: list[Any]) -> list[tuple[Any, Any]]:
         """Raises Vanished."""
@@ -250,7 +256,14 @@ class Ray:
             except errors.RayError as error:
                 out.append((handle, Died(_one_line(error))))
         self._look()
-        return out
+        return out + self._stop_late([handle for handle in handles if handle not in ready])
+
+    def _stop_late(self, running: list[Any]) -> list[tuple[Any, Any]]:
+        now = time.monotonic()
+        late = [handle for handle in running if now > self._late.get(handle, math.inf)]
+        for handle in late:
+            self._ray.cancel(handle, force=True)
+        return [(handle, Stopped(f"its process was ended after {self._limit_s:g} s")) for handle in late]
 
     def _look(self) -> None:
         """Every now and then: does the head answer, and is there a machine that carries out jobs? Raises Vanished."""
