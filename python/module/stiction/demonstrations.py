@@ -39,6 +39,7 @@ KEYFRAME = 8.0  # tolerances by which an object moves between two poses that the
 PLANS = 3  # to one pose
 PLAN_S = 10.0  # for one of them [s]
 ARRIVED = 0.8  # of a tolerance
+HALF = 0.5  # of a demonstration: an object that is lost before is lost in finer steps as well
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,10 @@ class Repair:
         return self.complete and self.plan.status == Status.Solved and self.accepted
 
     @property
-    def rank(self) -> tuple[bool, bool, float]:
+    def rank(self) -> tuple[bool, bool, float, float]:
         """Less is better."""
         goal = self.plan.task.goal
-        return not self.holds, not self.complete, self.plan.error.position / goal.tol_position + self.plan.error.angle / goal.tol_angle
+        return not self.holds, not self.complete, -float(self.times[-1]), self.plan.error.position / goal.tol_position + self.plan.error.angle / goal.tol_angle
 
     def sentences(self) -> list[str]:
         """What had to change."""
@@ -305,26 +306,32 @@ def repair(task: Task, demonstration: Demonstration, *, timeout_s: float = 120.0
         nonlocal going_on
         going_on = on_progress is None or on_progress(followed.share) is not False
 
-    tracked = []
-    for fineness in FINENESS:
-        if best is not None and (best.holds or not going_on or left() < 0):
-            break
-        reference = _Reference(task, demonstration, fineness)
-        followed = _Follower(reference, threads)
-        tracked.append((reference, followed))
-        while going_on and not followed.ended and left() > 0:
-            followed.go_on(left())
-            tell(followed)
-        best = _better(best, _result(reference, followed, demonstration, clock.monotonic() - begin))
-    for reference, followed in tracked:  # the planner goes on where the object was lost
-        if best is None or best.holds or not going_on or left() < 0:
-            break
-        if not followed.cut():
-            continue
+    def plan_on(reference: _Reference, followed: _Follower) -> None:
+        nonlocal best
+        if best is None or best.holds or not going_on or left() < 0 or not followed.cut():
+            return
         for index in followed.keyframes():
             if going_on and left() > 0 and followed.plan_to(index, left()):
                 tell(followed)
         best = _better(best, _result(reference, followed, demonstration, clock.monotonic() - begin))
+
+    tracked: list[tuple[_Reference, _Follower]] = []
+    finest: _Reference | None = None
+    for fineness in FINENESS:
+        reference = _Reference(task, demonstration, fineness)
+        if best is not None and (best.holds or not going_on or left() < 0 or finest is None or len(reference.q) == len(finest.q)):
+            break
+        finest, followed = reference, _Follower(reference, threads)
+        while going_on and not followed.ended and left() > 0:
+            followed.go_on(left())
+            tell(followed)
+        best = _better(best, _result(reference, followed, demonstration, clock.monotonic() - begin))
+        if followed.share_near < HALF:  # finer steps would lose it as well
+            plan_on(reference, followed)
+        else:
+            tracked.append((reference, followed))
+    for reference, followed in tracked:  # the planner goes on where the object was lost
+        plan_on(reference, followed)
     assert best is not None
     return best
 
@@ -516,18 +523,28 @@ class _Follower:
         position, angle = _off(self._task, q, np.atleast_2d(self._reference.q[index]))
         return position / goal.tol_position + angle / goal.tol_angle
 
+    def _near(self) -> np.ndarray:
+        """Times of the reference up to which the object was near where it was shown, in full and in half steps, as indices into marks."""
+        off = np.maximum(*(self._tolerances_off(q[self.marks], self.indices) for q in (self.states, self.halves)))
+        return np.flatnonzero(off <= NEAR)
+
+    @property
+    def share_near(self) -> float:
+        """Of the demonstration, up to where the object was last near where it was shown."""
+        near = self._near()
+        return self.indices[int(near[-1])] / (len(self._reference.q) - 1) if len(near) else 0.0
+
     def cut(self) -> bool:
         """Back to the last time at which the object was near where it was shown, in full and in half steps, before anything that `check` refuses on the way.
         False: it never was."""
-        off = np.maximum(*(self._tolerances_off(q[self.marks], self.indices) for q in (self.states, self.halves)))
-        near = np.flatnonzero((off <= NEAR) & (np.array(self.marks) < self._first_refused()))
-        if not len(near):
+        first = self._first_refused()
+        near = [k for k in self._near() if self.marks[k] < first]
+        if not near:
             return False
         last = int(near[-1])
         self.marks, self.indices = self.marks[: last + 1], self.indices[: last + 1]
-        kept = self.marks[-1]
-        self.commands, self.states, self.halves = self.commands[:kept], self.states[: kept + 1], self.halves[: kept + 1]
-        self._u, self._failed = self.commands[-1], False
+        self._take_back(self.marks[-1])
+        self._failed = False
         return True
 
     def _first_refused(self) -> float:
@@ -546,22 +563,30 @@ class _Follower:
 
     def plan_to(self, index: int, timeout_s: float) -> bool:
         """Brings the object where it was shown at that time; joints go their own ways. False: it is not there."""
-        begin = clock.monotonic()
+        begin, enough = clock.monotonic(), 1.0 if index == len(self._reference.q) - 1 else NEAR
         for attempt in range(PLANS):
             left = min(PLAN_S, timeout_s - (clock.monotonic() - begin))
-            if left <= 0 or self._failed or self._arrived(index) <= ARRIVED:
+            if left <= 0 or self._arrived(index) <= ARRIVED:
                 break
             task = self._task.with_(goal=_goal_of(self._task, self._between(self._reference.q[index][None])[0]))
             found = plan(task, q_start=self.states[-1], u_start=self._u, seed=attempt, threads=self._threads, timeout_s=left)
             if found.status != Status.Solved:
                 continue
-            self.planned_from = self.at if self.planned_from is None else self.planned_from
             fine = refine(found.plan, threads=self._threads, timeout_s=left).plan  # in steps so small that half ones lead there as well
-            self._failed = not all(self._carry_out(command) for command in np.asarray(fine.u)[1:])
-        if self._arrived(index) > 1:
+            before, count = self._arrived(index), len(self.commands)
+            if not all(self._carry_out(command) for command in np.asarray(fine.u)[1:]) or self._arrived(index) >= before:
+                self._take_back(count)
+                continue
+            self.planned_from = self.at if self.planned_from is None else self.planned_from
+        if self._arrived(index) > enough:
             return False
         self._mark(index)
         return True
+
+    def _take_back(self, count: int) -> None:
+        """To where so many commands have led."""
+        self.commands, self.states, self.halves = self.commands[:count], self.states[: count + 1], self.halves[: count + 1]
+        self._u = self.commands[-1]
 
     def _arrived(self, index: int) -> float:
         """The largest share of its tolerances by which the object is off, in full and in half steps."""
